@@ -1,0 +1,1 @@
+"""Oil booms: their segments, deployment and how much oil they hold."""

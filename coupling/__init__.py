@@ -1,0 +1,1 @@
+"""The co-simulation master, its participants, and the plugin that puts fluid into a pybullet world."""

@@ -1,0 +1,1 @@
+"""The scenario file becomes a run; the oilsim command."""

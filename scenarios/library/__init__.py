@@ -1,0 +1,1 @@
+"""The scenarios that oilsim ships, as TOML files."""

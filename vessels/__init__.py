@@ -1,0 +1,1 @@
+"""Ship hulls and the vessels that carry thrust, rudder and tow."""
