@@ -1,0 +1,77 @@
+"""Where each thing lies in a recording: the one place that knows the paths, for the writer and the reader alike."""
+
+from __future__ import annotations
+
+FLUID = "fluid"
+BOUNDARY = "boundary"
+METRICS = "metrics"
+PROBES = "probes"
+FORCES = "forces"
+EVENTS = "events"
+BODIES = "bodies"
+VESSELS = "vessels"
+BOOM = "boom"
+BODY_GROUPS = (VESSELS, BOOM, BODIES)
+
+TIMELINE_TIME = "sim_time"
+TIMELINE_FRAME = "frame"
+
+_HULL = "hull"
+
+
+def _path(*parts: str) -> str:
+    """Join parts into one entity path and refuse what Rerun would read as something else."""
+    path = "/".join(parts)
+    if any(not part for part in path.split("/")):
+        raise ValueError(f"entity path {path!r} has an empty part, expected names joined by single slashes")
+    return path
+
+
+def phase(name: str) -> str:
+    """Path of a phase's particles."""
+    return _path(FLUID, name)
+
+
+def phase_ids(name: str) -> str:
+    """Path of a phase's particle ids, logged beside the particles whenever the set of ids changes."""
+    return _path(FLUID, name, "ids")
+
+
+def boundary(name: str) -> str:
+    """Path of static boundary particles."""
+    return _path(BOUNDARY, name)
+
+
+def body(name: str) -> str:
+    """Path of a body: its group comes from its name, ``vessels/port`` lies at ``vessels/port/hull``."""
+    group, _, rest = name.partition("/")
+    if group == VESSELS and rest:
+        return _path(VESSELS, rest, _HULL)
+    if group in BODY_GROUPS and rest:
+        return _path(group, rest)
+    return _path(BODIES, name)
+
+
+def body_name(path: str) -> str:
+    """The name of the body that lies at ``path``; the inverse of `body` up to the group of plain bodies."""
+    trimmed = path.strip("/")
+    if trimmed.startswith(f"{VESSELS}/") and trimmed.endswith(f"/{_HULL}"):
+        return trimmed[: -len(_HULL) - 1]
+    return trimmed.removeprefix(f"{BODIES}/")
+
+
+def body_group(name: str) -> str:
+    """The group a body's name puts it in: vessels, boom or bodies."""
+    group, _, rest = name.partition("/")
+    return group if group in BODY_GROUPS and rest else BODIES
+
+
+def force(name: str) -> str:
+    """Path of the arrow that shows the fluid's force on a body."""
+    return _path(FORCES, name)
+
+
+def scalar(name: str) -> str:
+    """Path of a scalar series: its own name, under ``metrics`` unless it is already placed there or with probes."""
+    root = name.partition("/")[0]
+    return _path(name) if root in (METRICS, PROBES) else _path(METRICS, name)

@@ -1,0 +1,195 @@
+"""What one run and one instant of it look like to whoever watches: plain, read-only records of numpy arrays.
+
+Conventions: SI units, world frame with z up, quaternions xyzw, twist and wrench in the world frame about the centre
+of mass. A body's name says where it belongs: ``boom/segment-03``, ``vessels/port``, ``bodies/rock`` (a name without a
+slash is a plain body).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from types import MappingProxyType
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+Color = tuple[int, int, int, int]  # red, green, blue, opacity, each 0 to 255
+EventLevel = Literal["info", "warning", "error"]
+EVENT_LEVELS: tuple[EventLevel, ...] = ("info", "warning", "error")
+
+_NOTHING: Mapping[str, object] = MappingProxyType({})
+
+
+def _require_shape(what: str, array: npt.NDArray[np.generic], shape: tuple[int | None, ...]) -> None:
+    """Refuse ``array`` unless it has ``shape``; None stands for any length."""
+    fits = array.ndim == len(shape) and all(want in (None, got) for want, got in zip(shape, array.shape, strict=True))
+    if not fits:
+        wanted = "(" + ", ".join("any" if want is None else str(want) for want in shape) + ")"
+        raise ValueError(f"{what} has shape {array.shape}, expected {wanted}")
+
+
+@dataclass(frozen=True, eq=False)
+class PhaseFrame:
+    """The particles of one phase at one instant, ordered by particle id.
+
+    Attributes:
+        position: (N, 3) float32 [m], a fresh copy that the solver does not write into.
+        id: (N,) uint32, the same number for the same particle during the whole run.
+    """
+
+    position: npt.NDArray[np.float32]
+    id: npt.NDArray[np.uint32]
+
+    def __post_init__(self) -> None:
+        _require_shape("phase position", self.position, (None, 3))
+        _require_shape("phase id", self.id, (len(self.position),))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BodyFrame:
+    """One rigid body at one instant.
+
+    Attributes:
+        position: (3,) centre of mass [m].
+        orientation: (4,) quaternion xyzw, body frame to world frame.
+        linear_velocity: (3,) [m/s].
+        angular_velocity: (3,) [rad/s].
+        wrench: (6,) force [N] and torque [N m] of the fluid on the body, mean over the last communication step.
+    """
+
+    position: npt.NDArray[np.float64]
+    orientation: npt.NDArray[np.float64]
+    linear_velocity: npt.NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    angular_velocity: npt.NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    wrench: npt.NDArray[np.float64] = field(default_factory=lambda: np.zeros(6))
+
+    def __post_init__(self) -> None:
+        lengths = {"position": 3, "orientation": 4, "linear_velocity": 3, "angular_velocity": 3, "wrench": 6}
+        for name, length in lengths.items():
+            value = np.asarray(getattr(self, name), dtype=np.float64)
+            _require_shape(f"body {name}", value, (length,))
+            object.__setattr__(self, name, value)
+
+
+class Frame:
+    """One communication point: cheap figures at once, particles only for whoever asks.
+
+    Copying the particles of a large run costs milliseconds, and most communication points are recorded by nobody.
+    So ``phases`` is made by ``read_phases`` on first use and kept. Whoever wants the particles must ask before the
+    simulation moves on; an observer does so inside ``step_completed``.
+    """
+
+    def __init__(
+        self,
+        *,
+        index: int,
+        time: float,
+        bodies: Mapping[str, BodyFrame] = _NOTHING,  # type: ignore[assignment]
+        scalars: Mapping[str, float] = _NOTHING,  # type: ignore[assignment]
+        read_phases: Callable[[], Mapping[str, PhaseFrame]] = dict,
+    ) -> None:
+        """Describe the communication point ``index`` (whole steps since the start) at ``time`` [s]."""
+        self.index = index
+        self.time = time
+        self.bodies = bodies
+        self.scalars = scalars
+        self._read_phases = read_phases
+
+    @cached_property
+    def phases(self) -> Mapping[str, PhaseFrame]:
+        """The particles of each phase by its name."""
+        return self._read_phases()
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MeshDescription:
+    """The triangles of a body, in its own frame about its centre of mass.
+
+    Bodies that look alike may share one object; a recording then stores the triangles per body all the same.
+
+    Attributes:
+        vertices: (V, 3) float32 [m].
+        faces: (F, 3) uint32, indices of vertices, counter-clockwise seen from outside.
+        color: red, green, blue, opacity (0 to 255), or None for the colour of the body's group.
+    """
+
+    vertices: npt.NDArray[np.float32]
+    faces: npt.NDArray[np.uint32]
+    color: Color | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "vertices", np.array(self.vertices, dtype=np.float32))
+        object.__setattr__(self, "faces", np.array(self.faces, dtype=np.uint32))
+        _require_shape("mesh vertices", self.vertices, (None, 3))
+        _require_shape("mesh faces", self.faces, (None, 3))
+        if len(self.faces) and int(self.faces.max()) >= len(self.vertices):
+            raise ValueError(f"mesh face refers to vertex {self.faces.max()}, there are {len(self.vertices)}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class PhaseDescription:
+    """One fluid of the run: rest density [kg/m3], dynamic viscosity [Pa s], colour (None: chosen by name)."""
+
+    name: str
+    rest_density: float
+    dynamic_viscosity: float = 0.0
+    color: Color | None = None
+
+
+@dataclass(frozen=True)
+class CameraView:
+    """Where a picture is taken from: ``eye`` looks at ``target``, both [m] in the world frame, z up."""
+
+    eye: tuple[float, float, float]
+    target: tuple[float, float, float]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RunDescription:
+    """Everything that does not change during a run.
+
+    Attributes:
+        name: the scenario's name, the recording's title.
+        text: the scenario file's text, empty for a run made by Python calls.
+        properties: versions, seed, overrides: whatever tells this run from another.
+        phases: the fluids, in drawing order.
+        meshes: bodies by name; a body without a mesh is recorded as a pose only.
+        boundaries: static boundary particles by name, (M, 3) float32 [m] in the world frame.
+        particle_spacing: edge of a particle's rest volume [m].
+        camera: the opening view; None lets the viewer choose.
+        plots: titles of time series views with the scalars (names or "prefix/**") each shows; empty for the usual
+            ones.
+    """
+
+    name: str
+    particle_spacing: float
+    phases: tuple[PhaseDescription, ...] = ()
+    text: str = ""
+    properties: Mapping[str, str | float] = field(default_factory=dict)
+    meshes: Mapping[str, MeshDescription] = field(default_factory=dict)
+    boundaries: Mapping[str, npt.NDArray[np.float32]] = field(default_factory=dict)
+    camera: CameraView | None = None
+    plots: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if not self.particle_spacing > 0.0:
+            raise ValueError(f"particle_spacing is {self.particle_spacing} m, expected more than 0")
+        for name, points in self.boundaries.items():
+            _require_shape(f"boundary {name}", np.asarray(points), (None, 3))
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something worth a line in the log: simulated time [s], text, level, and who says it."""
+
+    time: float
+    text: str
+    level: EventLevel = "info"
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        if self.level not in EVENT_LEVELS:
+            raise ValueError(f"event level is {self.level!r}, expected one of {', '.join(EVENT_LEVELS)}")
