@@ -1,0 +1,115 @@
+"""Hydrostatics of a closed mesh: displaced volume, centre of buoyancy, waterplane, metacentric heights.
+
+The integrals run over the wetted triangles only. With heights measured from the waterplane, every integrand used for
+the volume and its moments is zero on the waterplane, so that the lid that would close the wetted surface adds nothing
+(divergence theorem). Triangles across the waterplane are clipped; the quadrature is exact for flat triangles.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Hydrostatics:
+    """What a hull displaces at one waterplane, in the coordinates of its mesh (z up).
+
+    displaced_volume [m3]; center_of_buoyancy (3,) [m]; waterplane_area [m2]; waterplane_center (2,) [m];
+    roll_second_moment and pitch_second_moment [m4]: second moments of the waterplane about its own x and y axis.
+    """
+
+    displaced_volume: float
+    center_of_buoyancy: Array
+    waterplane_area: float
+    waterplane_center: Array
+    roll_second_moment: float
+    pitch_second_moment: float
+
+    def metacentric_height(self, center_of_mass_height: float) -> float:
+        """Transverse GM = I_roll / V + z_B - z_G [m]; positive: the body rights itself from a small heel."""
+        return self.roll_second_moment / self.displaced_volume + self.center_of_buoyancy[2] - center_of_mass_height
+
+    def longitudinal_metacentric_height(self, center_of_mass_height: float) -> float:
+        """Longitudinal GM = I_pitch / V + z_B - z_G [m]; positive: the body rights itself from a small trim."""
+        return self.pitch_second_moment / self.displaced_volume + self.center_of_buoyancy[2] - center_of_mass_height
+
+
+def hydrostatics(mesh: trimesh.Trimesh, waterline: float) -> Hydrostatics:
+    """Hydrostatics of a watertight mesh floating with the plane z = waterline [m] as the still-water surface.
+
+    With z' = z - waterline and the outward surface element n dS of the wetted triangles:
+    V = int z' n_z dS, V x_B = int x z' n_z dS, V z'_B = int z'^2 / 2 n_z dS, A = -int n_z dS,
+    I_roll = -int y^2 n_z dS - A y_c^2 (and x for pitch).
+    """
+    if not mesh.is_watertight:
+        raise ValueError("mesh is not watertight: its displaced volume is undefined, a closed surface is needed")
+    triangles = np.asarray(mesh.vertices, dtype=np.float64)[mesh.faces]
+    triangles[:, :, 2] -= waterline
+    wetted = _clip_below_zero(triangles)
+    if len(wetted) == 0:
+        raise ValueError(f"waterline {waterline:g} m lies below the mesh, whose lowest point is {mesh.bounds[0, 2]:g} m")
+    vertical_area = 0.5 * np.cross(wetted[:, 1] - wetted[:, 0], wetted[:, 2] - wetted[:, 0])[:, 2]
+    x, y, z = np.moveaxis(0.5 * (wetted + np.roll(wetted, 1, axis=1)), 2, 0)
+
+    def integral(values: Array) -> float:
+        return float(np.sum(values.mean(axis=1) * vertical_area))
+
+    volume = integral(z)
+    moment = np.array([integral(x * z), integral(y * z), integral(0.5 * z * z)])
+    area = -integral(np.ones_like(z))
+    center = -np.array([integral(x), integral(y)]) / max(area, 1e-300)
+    return Hydrostatics(
+        displaced_volume=volume,
+        center_of_buoyancy=moment / volume + np.array([0.0, 0.0, waterline]),
+        waterplane_area=area,
+        waterplane_center=center,
+        roll_second_moment=-integral(y * y) - area * float(center[1]) ** 2,
+        pitch_second_moment=-integral(x * x) - area * float(center[0]) ** 2,
+    )
+
+
+def waterline_for_volume(mesh: trimesh.Trimesh, displaced_volume: float) -> float:
+    """Height z [m] of the waterplane at which the upright mesh displaces `displaced_volume` [m3], by bisection."""
+    if not 0.0 < displaced_volume < mesh.volume:
+        raise ValueError(
+            f"displaced volume {displaced_volume:g} m3 must lie between 0 and the volume of the mesh, {mesh.volume:g} m3"
+        )
+    low, high = (float(z) for z in mesh.bounds[:, 2])
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        if hydrostatics(mesh, middle).displaced_volume < displaced_volume:
+            low = middle
+        else:
+            high = middle
+    return 0.5 * (low + high)
+
+
+def _clip_below_zero(triangles: Array) -> Array:
+    """The parts of triangles (N, 3, 3) with z < 0, as triangles that keep their orientation."""
+    below = triangles[:, :, 2] < 0.0
+    count = below.sum(axis=1)
+    tip = _first_vertex_first(triangles[count == 1], below[count == 1])
+    cut = _first_vertex_first(triangles[count == 2], ~below[count == 2])
+    tips = np.stack([tip[:, 0], _waterline_point(tip[:, 0], tip[:, 1]), _waterline_point(tip[:, 0], tip[:, 2])], axis=1)
+    leaving, entering = _waterline_point(cut[:, 0], cut[:, 1]), _waterline_point(cut[:, 0], cut[:, 2])
+    lower = np.stack([leaving, cut[:, 1], cut[:, 2]], axis=1)
+    upper = np.stack([leaving, cut[:, 2], entering], axis=1)
+    return np.concatenate([triangles[count == 3], tips, lower, upper])
+
+
+def _first_vertex_first(triangles: Array, marked: NDArray[np.bool_]) -> Array:
+    """Rotate each triangle so that its one marked vertex comes first; the orientation stays."""
+    order = (np.argmax(marked, axis=1)[:, None] + np.arange(3)) % 3
+    return np.take_along_axis(triangles, order[:, :, None], axis=1)
+
+
+def _waterline_point(start: Array, end: Array) -> Array:
+    """Where the edges start -> end (N, 3) meet z = 0."""
+    fraction = start[:, 2] / (start[:, 2] - end[:, 2])
+    return start + fraction[:, None] * (end - start)

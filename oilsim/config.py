@@ -1,0 +1,108 @@
+"""What a fluid is made of and how it is solved: one frozen description, refused at construction if impossible."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+from oilsim.phases import Phase
+
+Vector = tuple[float, float, float]
+Scheme = Literal["split", "paper"]
+Rule = tuple[str, Callable[[float], bool], str]
+
+RULES: tuple[Rule, ...] = (
+    ("particle_spacing", lambda v: v > 0.0, "above 0 m"),
+    ("density_tolerance", lambda v: 0.0 < v < 0.1, "above 0 and below 0.1"),
+    ("divergence_tolerance", lambda v: 0.0 < v < 0.1, "above 0 and below 0.1"),
+    ("viscosity_tolerance", lambda v: 0.0 < v < 0.1, "above 0 and below 0.1"),
+    ("density_iterations", lambda v: v >= 1, "1 or more"),
+    ("divergence_iterations", lambda v: v >= 1, "1 or more"),
+    ("viscosity_iterations", lambda v: v >= 1, "1 or more"),
+    ("relaxation", lambda v: 0.0 <= v <= 1.0, "0 to 1"),
+    ("viscosity_correction", lambda v: v > 0.0, "above 0"),
+    ("minimum_time_step", lambda v: v > 0.0, "above 0 s"),
+    ("maximum_time_step", lambda v: v > 0.0, "above 0 s"),
+    ("cfl", lambda v: 0.0 < v <= 1.0, "above 0 to 1"),
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FluidConfig:
+    """Constant data of a fluid. Lengths [m], times [s]; world frame z up.
+
+    particle_spacing       edge d of a particle's rest volume d^dimension (the paper's diameter)
+    lower, upper           the domain; a particle that leaves it is removed and counted
+    periodic               axes on which the domain repeats
+    dimension              3, or 2 for a plane case in x and z (every y is 0)
+    scheme                 "split" (default: positions and velocities constrained apart) or "paper" (Qiu et al. 2021, Alg. 3)
+    density_tolerance      mean compression (rho / rho_0 - 1)+ that ends the density iterations
+    divergence_tolerance   mean compression a step, dt (D rho / Dt) / rho, that ends the divergence iterations
+    viscosity_tolerance    relative residual that ends the viscosity solve
+    relaxation             omega of Eq. 23
+    viscosity_correction   gamma of Eq. 29; 1 is physical, the paper used 1e4
+    explicit_viscosity     Eq. 25 forward in time instead of Eq. 26
+    cfl                    lambda of Eq. 30
+    """
+
+    particle_spacing: float
+    phases: tuple[Phase, ...]
+    lower: Vector
+    upper: Vector
+    periodic: tuple[bool, bool, bool] = (False, False, False)
+    gravity: Vector = (0.0, 0.0, -9.81)
+    dimension: int = 3
+    scheme: Scheme = "split"
+    density_tolerance: float = 1e-3
+    divergence_tolerance: float = 1e-3
+    viscosity_tolerance: float = 1e-4
+    density_iterations: int = 50
+    divergence_iterations: int = 100
+    viscosity_iterations: int = 200
+    relaxation: float = 0.1
+    viscosity_correction: float = 1.0
+    explicit_viscosity: bool = False
+    minimum_time_step: float = 1e-4
+    maximum_time_step: float = 1e-2
+    cfl: float = 0.4
+
+    def __post_init__(self) -> None:
+        problems = [
+            f"{key} is {getattr(self, key)}, allowed: {allowed}"
+            for key, valid, allowed in RULES
+            if not (math.isfinite(getattr(self, key)) and valid(getattr(self, key)))
+        ]
+        if self.dimension not in (2, 3):
+            problems.append(f"dimension is {self.dimension}, allowed: 2 or 3")
+        if self.scheme not in ("split", "paper"):
+            problems.append(f"scheme is {self.scheme!r}, allowed: 'split', 'paper'")
+        if not 1 <= len(self.phases) <= 255:
+            problems.append(f"phases holds {len(self.phases)} phases, allowed: 1 to 255")
+        if len({phase.name for phase in self.phases}) < len(self.phases):
+            problems.append("phases share a name, allowed: one name each")
+        if self.minimum_time_step > self.maximum_time_step:
+            problems.append(f"minimum_time_step is {self.minimum_time_step} s, allowed: maximum_time_step or less")
+        for axis, low, high in zip("xyz", self.lower, self.upper, strict=True):
+            if not high > low:
+                problems.append(f"upper.{axis} is {high} m, allowed: above lower.{axis} = {low} m")
+        if problems:
+            raise ValueError("fluid: " + "; ".join(problems))
+
+    @property
+    def rest_volume(self) -> float:
+        """Volume of one particle at rest, d^dimension [m3; m2 in two dimensions]."""
+        return self.particle_spacing**self.dimension
+
+    @property
+    def support_radius(self) -> float:
+        """Distance beyond which particles do not see each other [m]."""
+        return 2.0 * self.particle_spacing
+
+    def phase_index(self, name: str) -> int:
+        """Index of the phase called `name`; ValueError names the phases there are."""
+        names = [phase.name for phase in self.phases]
+        if name not in names:
+            raise ValueError(f"phase {name!r} does not exist, allowed: {', '.join(names)}")
+        return names.index(name)

@@ -1,0 +1,145 @@
+"""Constant density as a constraint on positions (Qiu et al. 2021, Eq. 15-23 and Alg. 2, errata mended).
+
+    C_i = rho_i / rho_i0 - 1 = sum_j V_j W_ij - 1                                            (Eq. 15, 16)
+    dx_i = (1 / rho_i0) sum_j V_j (L_i + L_j) grad W_ij,   L_i = -(1 + omega) C_i / a_i       (Eq. 21-23)
+    a_i = |g_i|^2 / rho_i0 + V^2 sum_j |grad W_ij|^2 / rho_j0,   g_i = sum_j V_j grad W_ij    (1 / alpha_i of Eq. 13)
+
+All neighbours count with the rest density of particle i (modified particle number density). L = lambda rho_0 carries the ratio
+rho_j0 / rho_i0 of Eq. 22, which makes pair momentum exact; a_i is the diagonal of that operator, so that Eq. 13 follows for
+one phase. Densities enter as weight w = rho_ref / rho_0, None where all are equal. Wall particles push but are not pushed.
+The inequality C <= 0 is enforced: a free surface is not pulled together. Heavy-ball momentum 0.6 halves the iterations.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from oilsim.neighbors import nearest_images
+from oilsim.parallel import BLOCK
+from oilsim.smoothing_kernels import FAST, kernel, kernel_slope
+
+HEAVY_BALL = np.float32(0.6)
+LARGEST_PUSH = np.float32(0.1)  # spacings that one iteration may move a particle: a compressed blob must not explode
+TINY = np.float32(1e-20)
+
+
+@njit(**FAST)
+def density_and_diagonal(
+    begin, end, position, wall, wall_volume, weight, period, fluid, walls, sigma, support, volume, compression, diagonal
+):
+    """Fill `compression` with C_i and `diagonal` with a_i rho_ref [1/m2] for the particles begin to end.
+
+    position (3, N) [m], wall (3, M) [m], wall_volume (M,) [m3], weight (N,) or None, fluid and walls: neighbour lists.
+    """
+    inverse_support = np.float32(1.0) / support
+    for i in range(begin, end):
+        xi, yi, zi = position[0, i], position[1, i], position[2, i]
+        total = sigma
+        gx = gy = gz = square = np.float32(0.0)
+        for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.count[i])):
+            j = fluid.index[k]
+            dx, dy, dz = nearest_images(xi - position[0, j], yi - position[1, j], zi - position[2, j], period)
+            r = math.sqrt(dx * dx + dy * dy + dz * dz + TINY)
+            q = r * inverse_support
+            total += kernel(q, sigma)
+            slope = kernel_slope(q, sigma) * inverse_support / r
+            gx += slope * dx
+            gy += slope * dy
+            gz += slope * dz
+            share = slope * slope * (dx * dx + dy * dy + dz * dz)
+            square += share if weight is None else share * weight[j]
+        total *= volume
+        gx *= volume
+        gy *= volume
+        gz *= volume
+        for k in range(walls.start[i], walls.start[i] + np.int64(walls.count[i])):
+            b = walls.index[k]
+            dx, dy, dz = nearest_images(xi - wall[0, b], yi - wall[1, b], zi - wall[2, b], period)
+            r = math.sqrt(dx * dx + dy * dy + dz * dz + TINY)
+            q = r * inverse_support
+            total += wall_volume[b] * kernel(q, sigma)
+            slope = wall_volume[b] * kernel_slope(q, sigma) * inverse_support / r
+            gx += slope * dx
+            gy += slope * dy
+            gz += slope * dz
+        own = gx * gx + gy * gy + gz * gz
+        compression[i] = total - np.float32(1.0)
+        diagonal[i] = volume * volume * square + (own if weight is None else own * weight[i])
+
+
+@njit(**FAST)
+def density_constraint(
+    begin, end, position, wall, wall_volume, period, fluid, walls, sigma, support, volume, compression
+):
+    """Fill `compression` with C_i for the particles begin to end at their present positions (Eq. 15, 16)."""
+    inverse_support = np.float32(1.0) / support
+    for i in range(begin, end):
+        xi, yi, zi = position[0, i], position[1, i], position[2, i]
+        total = sigma
+        for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.count[i])):
+            j = fluid.index[k]
+            dx, dy, dz = nearest_images(xi - position[0, j], yi - position[1, j], zi - position[2, j], period)
+            total += kernel(math.sqrt(dx * dx + dy * dy + dz * dz) * inverse_support, sigma)
+        total *= volume
+        for k in range(walls.start[i], walls.start[i] + np.int64(walls.count[i])):
+            b = walls.index[k]
+            dx, dy, dz = nearest_images(xi - wall[0, b], yi - wall[1, b], zi - wall[2, b], period)
+            total += wall_volume[b] * kernel(math.sqrt(dx * dx + dy * dy + dz * dz) * inverse_support, sigma)
+        compression[i] = total - np.float32(1.0)
+
+
+@njit(**FAST)
+def density_multiplier(begin, end, compression, diagonal, relaxation, multiplier, error):
+    """Heavy-ball update of the multiplier L_i (Eq. 21, 23), cut to push only; block sums of (C_i)+ go to `error`."""
+    for i in range(begin, end):
+        if i % BLOCK == 0 or i == begin:
+            error[i // BLOCK] = 0.0
+        excess = max(compression[i], np.float32(0.0))
+        step = -(np.float32(1.0) + relaxation) * compression[i] / (diagonal[i] + TINY)
+        multiplier[i] = min(step + HEAVY_BALL * multiplier[i], np.float32(0.0))
+        error[i // BLOCK] += excess
+
+
+@njit(**FAST)
+def density_push(
+    begin, end, position, wall, wall_volume, weight, multiplier, period, fluid, walls, sigma, support, volume, spacing, push
+):
+    """Fill `push` (3, N) with the position correction dx_i of Eq. 22 [m], at most LARGEST_PUSH spacings long."""
+    inverse_support = np.float32(1.0) / support
+    for i in range(begin, end):
+        xi, yi, zi = position[0, i], position[1, i], position[2, i]
+        own = multiplier[i]
+        px = py = pz = np.float32(0.0)
+        for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.count[i])):
+            j = fluid.index[k]
+            dx, dy, dz = nearest_images(xi - position[0, j], yi - position[1, j], zi - position[2, j], period)
+            r = math.sqrt(dx * dx + dy * dy + dz * dz + TINY)
+            slope = kernel_slope(r * inverse_support, sigma) * inverse_support / r * (own + multiplier[j])
+            px += slope * dx
+            py += slope * dy
+            pz += slope * dz
+        px *= volume
+        py *= volume
+        pz *= volume
+        if own != np.float32(0.0):
+            for k in range(walls.start[i], walls.start[i] + np.int64(walls.count[i])):
+                b = walls.index[k]
+                dx, dy, dz = nearest_images(xi - wall[0, b], yi - wall[1, b], zi - wall[2, b], period)
+                r = math.sqrt(dx * dx + dy * dy + dz * dz + TINY)
+                slope = wall_volume[b] * kernel_slope(r * inverse_support, sigma) * inverse_support / r * own
+                px += slope * dx
+                py += slope * dy
+                pz += slope * dz
+        if weight is not None:
+            px *= weight[i]
+            py *= weight[i]
+            pz *= weight[i]
+        length = math.sqrt(px * px + py * py + pz * pz)
+        largest = LARGEST_PUSH * spacing
+        shrink = largest / length if length > largest else np.float32(1.0)
+        push[0, i] = px * shrink
+        push[1, i] = py * shrink
+        push[2, i] = pz * shrink

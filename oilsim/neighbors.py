@@ -1,0 +1,243 @@
+"""Neighbour search on a regular grid: particles in cell order, full lists of fluid and boundary neighbours.
+
+Cells are a support radius wide across and a quarter of it along x, the fastest axis, so that the candidates of a row of
+cells are one contiguous range and few of them miss. Lists are compact within each block of particles: one pass, no atomics;
+a block that overflows its share says so, and the lists are built again with a larger share.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from oilsim.parallel import BLOCK, Team, block_count
+from oilsim.smoothing_kernels import FAST
+
+Index = NDArray[np.uint32]
+Real = NDArray[np.float32]
+
+CELLS_ACROSS = 1  # cells per support radius in y and z
+CELLS_ALONG = 4  # cells per support radius in x
+
+
+class Grid(NamedTuple):
+    """Regular cells over the domain: lower corner [m], inverse widths [1/m], counts, and which axes repeat."""
+
+    lower: tuple[float, float, float]
+    inverse_width: tuple[float, float, float]
+    count: tuple[int, int, int]
+    periodic: tuple[bool, bool, bool]
+    reach: tuple[int, int, int]
+    support_radius: float
+
+    @property
+    def cell_count(self) -> int:
+        return self.count[0] * self.count[1] * self.count[2]
+
+
+class Pairs(NamedTuple):
+    """Neighbour lists: neighbours of particle i are index[start[i] : start[i] + count[i]]."""
+
+    start: NDArray[np.int64]
+    count: Index
+    index: Index
+
+
+def make_grid(
+    lower: tuple[float, float, float],
+    upper: tuple[float, float, float],
+    periodic: tuple[bool, bool, bool],
+    support_radius: float,
+    dimension: int,
+) -> Grid:
+    """Cells that cover the domain; a periodic axis must be at least three support radii long (ValueError)."""
+    counts, inverse, reach = [], [], []
+    for axis, (low, high, repeats) in enumerate(zip(lower, upper, periodic, strict=True)):
+        per_radius = CELLS_ALONG if axis == 0 else CELLS_ACROSS
+        extent = high - low
+        if repeats and extent < 3.0 * support_radius:
+            raise ValueError(f"periodic axis {'xyz'[axis]} is {extent} m long, allowed: {3.0 * support_radius} m or more")
+        count = max(1, math.floor(extent * per_radius / support_radius))
+        if dimension == 2 and axis == 1:
+            count, per_radius = 1, 0
+        counts.append(count)
+        inverse.append(count / extent)
+        reach.append(per_radius)
+    return Grid(
+        lower,
+        (inverse[0], inverse[1], inverse[2]),
+        (counts[0], counts[1], counts[2]),
+        periodic,
+        (reach[0], reach[1], reach[2]),
+        support_radius,
+    )
+
+
+@njit(inline="always", **FAST)
+def cell_coordinate(value, lower, inverse_width, count):
+    """Cell along one axis; what lies outside counts as the border cell."""
+    return min(max(int(math.floor((value - lower) * inverse_width)), 0), count - 1)
+
+
+@njit(**FAST)
+def assign_cells(begin, end, position, grid, cell):
+    """Fill `cell` with the linear cell of each particle, x fastest."""
+    for i in range(begin, end):
+        cx = cell_coordinate(position[0, i], grid.lower[0], grid.inverse_width[0], grid.count[0])
+        cy = cell_coordinate(position[1, i], grid.lower[1], grid.inverse_width[1], grid.count[1])
+        cz = cell_coordinate(position[2, i], grid.lower[2], grid.inverse_width[2], grid.count[2])
+        cell[i] = (cz * grid.count[1] + cy) * grid.count[0] + cx
+
+
+@njit(**FAST)
+def count_sort(cell, cell_start, order):
+    """Stable counting sort: `order` lists particles by cell, `cell_start` (cells + 1) where each cell begins."""
+    cell_start[:] = 0
+    for i in range(cell.size):
+        cell_start[cell[i] + 1] += 1
+    for c in range(1, cell_start.size):
+        cell_start[c] += cell_start[c - 1]
+    for i in range(cell.size):
+        order[cell_start[cell[i]]] = i
+        cell_start[cell[i]] += 1
+    for c in range(cell_start.size - 1, 0, -1):
+        cell_start[c] = cell_start[c - 1]
+    cell_start[0] = 0
+
+
+@njit(inline="always", **FAST)
+def nearest_image(delta, period):
+    """Separation along one axis under the shortest of the periodic images; period 0 leaves it as it is."""
+    if period > 0.0:
+        return delta - period * math.floor(delta / period + np.float32(0.5))
+    return delta
+
+
+@njit(inline="always", **FAST)
+def nearest_images(dx, dy, dz, period):
+    """Separation under the shortest of the periodic images; a scene without period compiles to nothing."""
+    if period is None:
+        return dx, dy, dz
+    return nearest_image(dx, period[0]), nearest_image(dy, period[1]), nearest_image(dz, period[2])
+
+
+@njit(**FAST)
+def scan_range(i, first, last, xi, yi, zi, other, other_order, period, reach_squared, index, cursor):
+    """Append to `index` the particles of one contiguous range of cells that lie within reach of (xi, yi, zi)."""
+    for k in range(first, last):
+        j = k if other_order is None else other_order[k]
+        dx, dy, dz = nearest_images(xi - other[0, j], yi - other[1, j], zi - other[2, j], period)
+        near = (dx * dx + dy * dy + dz * dz < reach_squared) and (j != i)
+        index[cursor] = j
+        cursor += np.int64(near)
+    return cursor
+
+
+@njit(**FAST)
+def build_lists(
+    begin, end, position, other, other_order, other_start, grid, period, same, offset, share, start, count, index, full
+):
+    """List the neighbours in `other` of the particles begin to end.
+
+    other_order  particle at each place in cell order, None where `other` lies in cell order already
+    same         `other` is `position` itself: a particle is not its own neighbour
+    offset       added to each index found
+    share        places in `index` per particle; a block takes BLOCK * share of them
+    full         set to 1 where a block ran out of places
+    """
+    reach_squared = np.float32(grid.support_radius * grid.support_radius)
+    nx, ny, nz = grid.count
+    rx, ry, rz = grid.reach
+    for i in range(begin, end):
+        if i % BLOCK == 0 or i == begin:
+            cursor = np.int64(i // BLOCK * BLOCK) * share
+            limit = np.int64((i // BLOCK + 1) * BLOCK) * share
+        start[i] = cursor
+        count[i] = 0
+        xi, yi, zi = position[0, i], position[1, i], position[2, i]
+        me = i if same else -1
+        cx = cell_coordinate(xi, grid.lower[0], grid.inverse_width[0], nx)
+        cy = cell_coordinate(yi, grid.lower[1], grid.inverse_width[1], ny)
+        cz = cell_coordinate(zi, grid.lower[2], grid.inverse_width[2], nz)
+        for sz in range(cz - rz, cz + rz + 1):
+            if not grid.periodic[2] and (sz < 0 or sz >= nz):
+                continue
+            for sy in range(cy - ry, cy + ry + 1):
+                if not grid.periodic[1] and (sy < 0 or sy >= ny):
+                    continue
+                row = (np.int64(sz % nz) * ny + np.int64(sy % ny)) * nx
+                if grid.periodic[0] and (cx - rx < 0 or cx + rx >= nx):
+                    pieces = 2
+                    low0, high0 = (cx - rx) % nx, nx
+                    low1, high1 = 0, (cx + rx) % nx + 1
+                else:
+                    pieces = 1
+                    low0, high0 = max(cx - rx, 0), min(cx + rx + 1, nx)
+                    low1, high1 = 0, 0
+                for piece in range(pieces):
+                    low, high = (low0, high0) if piece == 0 else (low1, high1)
+                    first, last = np.int64(other_start[row + low]), np.int64(other_start[row + high])
+                    if last == first:
+                        continue
+                    if cursor + (last - first) >= limit:
+                        full[0] = 1
+                        break
+                    cursor = scan_range(
+                        me, first, last, xi, yi, zi, other, other_order, period, reach_squared, index, cursor
+                    )
+        count[i] = cursor - start[i]
+        if offset != 0:
+            for k in range(start[i], cursor):
+                index[k] += np.uint32(offset)
+
+
+class NeighborSearch:
+    """Keeps the grid and the lists' storage; `order_by_cell` sorts, `list_neighbors` lists."""
+
+    def __init__(self, grid: Grid, team: Team, period: tuple[float, float, float] | None) -> None:
+        self.grid = grid
+        self.period = None if period is None else tuple(np.float32(p) for p in period)
+        self._team = team
+        self._shares: dict[str, int] = {}
+        self._storage: dict[str, Pairs] = {}
+
+    def order_by_cell(self, position: Real) -> tuple[Index, Index]:
+        """Order (N,) that sorts (3, N) positions by cell, and where each cell starts (cells + 1,)."""
+        count = position.shape[1]
+        cell = np.empty(count, np.uint32)
+        order = np.empty(count, np.uint32)
+        cell_start = np.empty(self.grid.cell_count + 1, np.uint32)
+        self._team.run(assign_cells, count, position, self.grid, cell)
+        count_sort(cell, cell_start, order)
+        return order, cell_start
+
+    def list_neighbors(
+        self, name: str, position: Real, other: Real, cell_start: Index, order: Index | None, offset: int = 0
+    ) -> Pairs:
+        """Lists of the neighbours in `other` of every particle; `name` keeps storage apart over the steps."""
+        count = position.shape[1]
+        share = self._shares.setdefault(name, 48 if other is position else 16)
+        full = np.zeros(1, np.uint8)
+        while True:
+            pairs = self._reserve(name, count, share)
+            full[0] = 0
+            self._team.run(
+                build_lists, count, position, other, order, cell_start, self.grid, self.period,
+                other is position, offset, share, pairs.start, pairs.count, pairs.index, full,
+            )  # fmt: skip
+            if not full[0]:
+                return pairs
+            share = self._shares[name] = 2 * share
+
+    def _reserve(self, name: str, count: int, share: int) -> Pairs:
+        places = block_count(max(count, 1)) * BLOCK * share
+        kept = self._storage.get(name)
+        if kept is None or kept.start.size < count or kept.index.size < places:
+            room = block_count(max(count, 1)) * BLOCK
+            kept = Pairs(np.empty(room, np.int64), np.empty(room, np.uint32), np.empty(places, np.uint32))
+            self._storage[name] = kept
+        return kept

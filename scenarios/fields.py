@@ -1,0 +1,118 @@
+"""How the fields of a scenario are declared: a number with its unit and limits, and a section that checks itself."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import MISSING, dataclass, field, fields
+from numbers import Real
+from typing import Any, ClassVar
+
+from scenarios.problems import Problem, ScenarioError
+
+Vector = tuple[float, float, float]
+Point2 = tuple[float, float]
+
+_QUANTITY = "quantity"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Quantity:
+    """Unit and limits of a number, or of each number of a vector."""
+
+    unit: str
+    above: float | None = None
+    at_least: float | None = None
+    at_most: float | None = None
+    whole: bool = False
+
+    @property
+    def allowed(self) -> str:
+        """The allowed values in words, with the unit."""
+        low = f"above {self.above:g}" if self.above is not None else ""
+        low = f"{self.at_least:g} or more" if self.at_least is not None else low
+        high = f"at most {self.at_most:g}" if self.at_most is not None else ""
+        kind = "whole numbers" if self.whole else "numbers"
+        return " ".join(part for part in (" and ".join(filter(None, (low, high))) or f"finite {kind}", self.unit) if part)
+
+    def accepts(self, number: float) -> bool:
+        """Whether ``number`` is finite and within the limits."""
+        return (
+            math.isfinite(number)
+            and (self.above is None or number > self.above)
+            and (self.at_least is None or number >= self.at_least)
+            and (self.at_most is None or number <= self.at_most)
+        )
+
+    def fault(self, value: object) -> str | None:
+        """What is wrong with ``value`` (a number, or a sequence of numbers down to any depth), or None."""
+        if isinstance(value, tuple | list):
+            return next((fault for fault in map(self.fault, value) if fault), None)
+        kind = "a whole number" if self.whole else "a number"
+        if isinstance(value, bool) or not isinstance(value, int if self.whole else Real):
+            return f"is {value!r}, allowed: {kind}, {self.allowed}"
+        return None if self.accepts(float(value)) else f"is {value!r}, allowed: {self.allowed}"
+
+
+def quantity(
+    unit: str,
+    *,
+    default: Any = MISSING,
+    above: float | None = None,
+    at_least: float | None = None,
+    at_most: float | None = None,
+    whole: bool = False,
+) -> Any:
+    """A dataclass field that holds a number, a vector or a table of numbers of ``unit`` within the limits."""
+    limits = Quantity(unit=unit, above=above, at_least=at_least, at_most=at_most, whole=whole)
+    return field(default=default, metadata={_QUANTITY: limits})
+
+
+def quantities(section: type) -> dict[str, Quantity]:
+    """The declared quantities of a section by field name."""
+    return {item.name: item.metadata[_QUANTITY] for item in fields(section) if _QUANTITY in item.metadata}
+
+
+class Section:
+    """A part of a scenario that refuses impossible values when it is made.
+
+    A subclass is a frozen keyword-only dataclass; it may yield further problems, of several fields together, from
+    `problems`. A subclass with ``TAG = ("shape", "box")`` is chosen in a file by ``shape = "box"``.
+    """
+
+    TAG: ClassVar[tuple[str, str] | None] = None
+
+    def __post_init__(self) -> None:
+        """Raise one ScenarioError with every problem of this section."""
+        faults = {name: limits.fault(value) for name, limits, value in self._stated_quantities()}
+        found = [Problem(name, fault) for name, fault in faults.items() if fault]
+        if not found:
+            found = list(self.problems())
+        if found:
+            raise ScenarioError(found, type(self).__name__)
+
+    def _stated_quantities(self) -> Iterator[tuple[str, Quantity, object]]:
+        for name, limits in quantities(type(self)).items():
+            if getattr(self, name) is not None:
+                yield name, limits, getattr(self, name)
+
+    def problems(self) -> Iterable[Problem]:
+        """Problems that concern several fields together; called only when each field is sound by itself."""
+        return ()
+
+
+def above_lower(lower: Iterable[float], upper: Iterable[float]) -> Iterator[Problem]:
+    """Problems of a box whose upper corner is not above its lower one [m]."""
+    for axis, low, high in zip("xyz", lower, upper, strict=True):
+        if not high > low:
+            yield Problem("upper", f"has {axis} = {high:g} m, allowed: above lower {axis} = {low:g} m")
+
+
+def exactly_one(section: Section, *names: str) -> Iterator[Problem]:
+    """A problem unless exactly one of the named fields is given."""
+    given = [name for name in names if getattr(section, name) is not None]
+    choices = " or ".join(names)
+    if not given:
+        yield Problem(names[0], f"is missing, allowed: give {choices}")
+    elif len(given) > 1:
+        yield Problem(given[1], f"is given beside {given[0]}, allowed: one of {choices}")

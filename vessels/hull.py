@@ -1,0 +1,193 @@
+"""Hull shapes and the hull description: form, displacement and mass properties that belong together.
+
+Shapes are closed meshes in the design frame: x forward from midships, y to port, z up from the design waterline.
+A `Hull` holds the mesh in the body frame, whose origin is the centre of mass.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+from coupling.bodies import MassProperties
+from coupling.hydrostatics import Hydrostatics, hydrostatics
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Hull:
+    """A hull afloat at its design draft; everything in the body frame (origin: centre of mass, x forward, z up).
+
+    length, beam, depth [m]: extent of the mesh; draft [m]: keel below the waterline; waterline [m]: height of the
+    waterplane above the centre of mass; water_density [kg/m3]; metacentric_height [m]: transverse GM.
+    """
+
+    mesh: trimesh.Trimesh
+    mass_properties: MassProperties
+    draft: float
+    waterline: float
+    water_density: float
+    hydrostatics: Hydrostatics
+
+    @property
+    def length(self) -> float:
+        """Length over all [m]."""
+        return float(self.mesh.extents[0])
+
+    @property
+    def beam(self) -> float:
+        """Beam over all [m]."""
+        return float(self.mesh.extents[1])
+
+    @property
+    def depth(self) -> float:
+        """Keel to deck [m]."""
+        return float(self.mesh.extents[2])
+
+    @property
+    def displacement(self) -> float:
+        """Displaced mass of water [kg]; equals the hull's mass."""
+        return self.water_density * self.hydrostatics.displaced_volume
+
+    @property
+    def metacentric_height(self) -> float:
+        """Transverse metacentric height GM [m]."""
+        return self.hydrostatics.metacentric_height(0.0)
+
+    def deck_point(self, forward: float, height: float | None = None) -> Array:
+        """Point on the centreline in the body frame: `forward` [m] from midships, `height` [m] above the waterline.
+
+        Midships is the middle of the length; without a height the point lies at the deck.
+        """
+        low, high = self.mesh.bounds
+        z = float(high[2]) if height is None else self.waterline + height
+        return np.array([0.5 * (low[0] + high[0]) + forward, 0.0, z])
+
+
+def wigley_hull(
+    length: float, beam: float, draft: float, depth: float, *, station_count: int = 40, level_count: int = 12
+) -> trimesh.Trimesh:
+    """Wigley's parabolic hull, closed by vertical sides above the waterline and a flat deck.
+
+    y = B / 2 (1 - (2 x / L)^2) (1 - (z / T)^2) for -T <= z <= 0; above, the waterline's breadth is kept up to the deck
+    at z = depth - T. Analytic form below the waterline: volume 4 / 9 L B T (block coefficient 4 / 9), waterplane area
+    2 / 3 L B, its second moment 4 / 105 L B^3, centre of buoyancy 3 / 8 T down. The mesh is inscribed: its volume is
+    short by O(1 / stations^2 + 1 / levels^2). Wigley (1942); all arguments in m.
+    """
+    _require_positive(length=length, beam=beam, draft=draft, freeboard=depth - draft)
+    x = 0.5 * length * np.linspace(-1.0, 1.0, station_count + 1)
+    z = np.append(draft * (np.linspace(0.0, 1.0, level_count + 1) - 1.0), depth - draft)
+    fullness = 1.0 - (np.minimum(z, 0.0) / draft) ** 2
+    half_breadth = 0.5 * beam * (1.0 - (2.0 * x / length) ** 2)[:, None] * fullness[None, :]
+    half_breadth[[0, -1], :] = 0.0
+    section = np.concatenate([half_breadth[:, ::-1], -half_breadth[:, 1:]], axis=1)
+    height = np.concatenate([z[::-1], z[1:]])
+    vertices = np.stack(np.broadcast_arrays(x[:, None], section, height[None, :]), axis=2)
+    return _closed_tube(vertices)
+
+
+def raked_barge(length: float, beam: float, draft: float, depth: float, *, rake: float = 0.0) -> trimesh.Trimesh:
+    """Box barge whose two ends slope from the deck down to the flat bottom: a simple workboat.
+
+    `rake` [m]: horizontal extent of each slope, 0 <= rake < L / 2. Waterline length L_w = L - 2 rake (1 - T / D);
+    displaced volume B T (L_w + L - 2 rake) / 2. All arguments in m.
+    """
+    _require_positive(length=length, beam=beam, draft=draft, freeboard=depth - draft)
+    if not 0.0 <= rake < 0.5 * length:
+        raise ValueError(f"rake {rake:g} m must be at least 0 and less than half the length {length:g} m")
+    x = np.array([-0.5 * length, rake - 0.5 * length, 0.5 * length - rake, 0.5 * length])
+    z = np.array([depth - draft, -draft, -draft, depth - draft])
+    vertices = np.array([[[x[k], side, z[k]] for k in range(4)] for side in (0.5 * beam, -0.5 * beam)])
+    sides = [[0, 1, 2], [0, 2, 3], [4, 6, 5], [4, 7, 6]]
+    shell = [f for k in range(4) for f in ([k, k + 4, (k + 1) % 4], [(k + 1) % 4, k + 4, (k + 1) % 4 + 4])]
+    mesh = trimesh.Trimesh(vertices.reshape(-1, 3), sides + shell, process=False)
+    return _outward(mesh)
+
+
+def float_hull(
+    mesh: trimesh.Trimesh,
+    draft: float,
+    *,
+    water_density: float,
+    center_of_gravity_height: float | None = None,
+    gyration_radii: tuple[float, float, float] | None = None,
+) -> Hull:
+    """Give a closed mesh the mass properties with which it floats upright at `draft` [m] above its lowest point.
+
+    mass = water_density x displaced volume. The centre of gravity lies over the centre of buoyancy (no trim, no
+    list), `center_of_gravity_height` [m] above the keel; by default at 0.6 of the depth or, where that is too high,
+    where GM is a tenth of the beam. GM = I_roll / V + z_B - z_G must come out positive. Inertia m k^2 with
+    `gyration_radii` [m] about x, y, z; by default 0.37 B, 0.25 L, 0.25 L, the usual values for ships in seakeeping.
+    """
+    low, high = mesh.bounds
+    if not 0.0 < draft < high[2] - low[2]:
+        raise ValueError(f"draft {draft:g} m must lie between 0 and the depth of the hull, {high[2] - low[2]:g} m")
+    form = hydrostatics(mesh, float(low[2]) + draft)
+    keel, beam, length = float(low[2]), float(high[1] - low[1]), float(high[0] - low[0])
+    if center_of_gravity_height is None:
+        metacenter = form.metacentric_height(keel)
+        center_of_gravity_height = min(0.6 * float(high[2] - low[2]), metacenter - 0.1 * beam)
+    _check_stable(form, keel, center_of_gravity_height)
+    center = np.array([*form.center_of_buoyancy[:2], keel + center_of_gravity_height])
+    mass = water_density * form.displaced_volume
+    radii = np.array(gyration_radii if gyration_radii else (0.37 * beam, 0.25 * length, 0.25 * length))
+    body = mesh.copy()
+    body.apply_translation(-center)
+    waterline = draft - center_of_gravity_height
+    return Hull(
+        mesh=body,
+        mass_properties=MassProperties(mass=mass, center_of_mass=np.zeros(3), inertia=np.diag(mass * radii**2)),
+        draft=draft,
+        waterline=waterline,
+        water_density=water_density,
+        hydrostatics=hydrostatics(body, waterline),
+    )
+
+
+def _check_stable(form: Hydrostatics, keel: float, center_of_gravity_height: float) -> None:
+    """Refuse a centre of gravity under the keel or above the metacentre."""
+    highest = form.metacentric_height(keel)
+    if not 0.0 < center_of_gravity_height < highest:
+        raise ValueError(
+            f"centre of gravity height {center_of_gravity_height:g} m above the keel must lie between 0 and the "
+            f"metacentre at {highest:g} m: above it the hull capsizes"
+        )
+
+
+def _require_positive(**lengths: float) -> None:
+    """Refuse lengths that are not positive, by name."""
+    for name, value in lengths.items():
+        if not value > 0.0:
+            raise ValueError(f"{name} {value:g} m must be greater than 0")
+
+
+def _closed_tube(vertices: Array) -> trimesh.Trimesh:
+    """Close a tube of sections (S, K, 3), deck included, into one mesh; collapsed edges and faces vanish."""
+    sections, points = vertices.shape[:2]
+    index = np.arange(sections * points).reshape(sections, points)
+    a, b = index[:-1], index[1:]
+    c, e = np.roll(a, -1, axis=1), np.roll(b, -1, axis=1)
+    faces = np.concatenate([np.stack([a, b, c], axis=2).reshape(-1, 3), np.stack([c, b, e], axis=2).reshape(-1, 3)])
+    mesh = trimesh.Trimesh(vertices.reshape(-1, 3), faces, process=False)
+    mesh.merge_vertices(digits_vertex=9)
+    mesh.update_faces(_has_three_corners(mesh.faces))
+    mesh.remove_unreferenced_vertices()
+    return _outward(mesh)
+
+
+def _has_three_corners(faces: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """True for faces whose three vertices differ."""
+    return (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
+
+
+def _outward(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
+    """The mesh with its faces turned outward; refuses one that is not closed."""
+    if not mesh.is_watertight:
+        raise ValueError("hull mesh is not watertight")
+    if mesh.volume < 0.0:
+        mesh.invert()
+    return mesh
