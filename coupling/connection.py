@@ -1,0 +1,82 @@
+"""Which output feeds which input, and whether the two fit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from coupling.participant import Causality, Participant, Variable
+
+
+@dataclass(frozen=True)
+class Connection:
+    """The output `source_variable` of participant `source` feeds the input `target_variable` of `target`."""
+
+    source: str
+    source_variable: str
+    target: str
+    target_variable: str
+
+    def __str__(self) -> str:
+        return f"{self.source}:{self.source_variable} -> {self.target}:{self.target_variable}"
+
+
+def setup_problems(participants: Sequence[Participant], connections: Sequence[Connection]) -> list[str]:
+    """Everything that keeps these participants and connections from running together, one sentence each."""
+    names = [participant.name for participant in participants]
+    problems = [f"participant {name!r} appears twice" for name in sorted(set(names)) if names.count(name) > 1]
+    by_name = {participant.name: participant for participant in participants}
+    for connection in connections:
+        problems += connection_problems(connection, by_name)
+    problems += _doubly_fed(connections)
+    return problems
+
+
+def connection_problems(connection: Connection, participants: Mapping[str, Participant]) -> list[str]:
+    """What is wrong with one connection: existence first, then causality, shape and unit."""
+    problems: list[str] = []
+    source = _find(connection, "source", connection.source, connection.source_variable, participants, problems)
+    target = _find(connection, "target", connection.target, connection.target_variable, participants, problems)
+    if source is not None and source.causality is not Causality.OUTPUT:
+        problems.append(f"{connection}: source is an {source.causality.value}, allowed: output")
+    if target is not None and target.causality is not Causality.INPUT:
+        problems.append(f"{connection}: target is an {target.causality.value}, allowed: input")
+    if source is not None and target is not None:
+        if source.shape != target.shape:
+            problems.append(f"{connection}: shape {source.shape} feeds shape {target.shape}, allowed: equal shapes")
+        if source.unit != target.unit:
+            problems.append(f"{connection}: unit {source.unit!r} feeds unit {target.unit!r}, allowed: equal units")
+    return problems
+
+
+def _find(
+    connection: Connection,
+    end: str,
+    participant_name: str,
+    variable_name: str,
+    participants: Mapping[str, Participant],
+    problems: list[str],
+) -> Variable | None:
+    """The variable at one end; None, and a sentence added to `problems`, if it does not exist."""
+    participant = participants.get(participant_name)
+    if participant is None:
+        allowed = ", ".join(participants) or "none"
+        problems.append(f"{connection}: {end} participant {participant_name!r} does not exist, allowed: {allowed}")
+        return None
+    variable = participant.variables.get(variable_name)
+    if variable is None:
+        allowed = ", ".join(participant.variables) or "none"
+        problems.append(f"{connection}: {end} variable {variable_name!r} does not exist, allowed: {allowed}")
+    return variable
+
+
+def _doubly_fed(connections: Sequence[Connection]) -> list[str]:
+    """An input takes one value; name those that more than one connection feeds."""
+    feeders: dict[tuple[str, str], list[Connection]] = {}
+    for connection in connections:
+        feeders.setdefault((connection.target, connection.target_variable), []).append(connection)
+    return [
+        f"input {target}:{variable} is fed {len(several)} times, allowed: once"
+        for (target, variable), several in feeders.items()
+        if len(several) > 1
+    ]

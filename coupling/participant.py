@@ -1,0 +1,138 @@
+"""What every partner of a coupled run promises: the FMI 3 co-simulation interface in snake case.
+
+Conventions, for every participant: SI units; world frame with z up; quaternions xyzw; a pose is [x y z qx qy qz qw] of
+the centre of mass and the body's axes; a twist is [vx vy vz wx wy wz] and a wrench [fx fy fz tx ty tz], both in the
+world frame and about the centre of mass; a wrench is the mean over a communication step (impulse / step size).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from enum import Enum
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+
+class Causality(Enum):
+    """Who sets a variable: the master before a step, the participant in a step, or the user before the run."""
+
+    INPUT = "input"
+    OUTPUT = "output"
+    PARAMETER = "parameter"
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One quantity a participant takes or gives.
+
+    Attributes:
+        name: unique in its participant, as in "hull.pose".
+        unit: SI unit as text, as in "N m"; quantities of mixed units say each group ("N, N m"); "1" has none.
+        shape: of the array; () for a number, which travels as a 0-dimensional array.
+        causality: see `Causality`.
+    """
+
+    name: str
+    unit: str
+    shape: tuple[int, ...]
+    causality: Causality
+
+
+class Status(Enum):
+    """How a step ended; see `Participant.do_step`."""
+
+    OK = "ok"
+    EARLY_RETURN = "early return"
+    DISCARD = "discard"
+    ERROR = "error"
+
+
+@dataclass(frozen=True)
+class StepResult:
+    """The end of a step: status, the time [s] up to which the participant has come, and why if it is not OK."""
+
+    status: Status
+    last_successful_time: float
+    message: str = ""
+
+
+class Participant(Protocol):
+    """One simulator in a coupled run.
+
+    Call order, kept by the master:
+
+    1. `variables` may be read at any time and never changes.
+    2. `enter_initialization_mode(start_time)` once; from then on `get` returns the initial outputs.
+    3. `set` and `get` in any order, to exchange initial values.
+    4. `exit_initialization_mode()` once.
+    5. For every communication step: `set` for connected inputs, then `do_step(time, step_size)`, then `get`.
+       Times never decrease; `time` is where the last successful step ended.
+    6. `save_state` and `restore_state` between steps only. After a restore the next step begins at the saved time.
+    7. `terminate()` once, last; also after another participant failed.
+
+    Ownership: `get` returns an array that the caller may keep (the participant will not write into it); `set` copies.
+
+    Failure: `do_step` returns OK when it has reached `time + step_size`; EARLY_RETURN when it stopped before, at
+    `last_successful_time`, and asks to be called again from there; DISCARD when it could not do the step and its state
+    is as before; ERROR, or an exception, when it cannot go on, after which only `terminate` is called.
+    """
+
+    @property
+    def name(self) -> str:
+        """Unique in a run."""
+
+    @property
+    def variables(self) -> Mapping[str, Variable]:
+        """Every variable by its name."""
+
+    def enter_initialization_mode(self, start_time: float) -> None:
+        """Prepare for a run that begins at `start_time` [s]."""
+
+    def exit_initialization_mode(self) -> None:
+        """Initial inputs are set; what follows are steps."""
+
+    def get(self, name: str) -> Array:
+        """Value of the variable `name`."""
+
+    def set(self, name: str, value: Array) -> None:
+        """Give the input or parameter `name` its value."""
+
+    def do_step(self, time: float, step_size: float) -> StepResult:
+        """Go from `time` to `time + step_size` [s]."""
+
+    def save_state(self) -> object:
+        """Everything needed to repeat what follows; NotImplementedError if the participant cannot."""
+
+    def restore_state(self, state: object) -> None:
+        """Go back to what `save_state` returned."""
+
+    def terminate(self) -> None:
+        """Release what is held; nothing is called afterwards."""
+
+
+def variable_table(variables: Iterable[Variable]) -> dict[str, Variable]:
+    """The variables by name; ValueError if two share one."""
+    table: dict[str, Variable] = {}
+    for variable in variables:
+        if variable.name in table:
+            raise ValueError(f"variable {variable.name!r} is declared twice")
+        table[variable.name] = variable
+    return table
+
+
+def checked_value(participant: str, variables: Mapping[str, Variable], name: str, value: object) -> Array:
+    """A fresh float64 copy of `value` if `name` may be set and the shape fits; else ValueError."""
+    variable = variables.get(name)
+    if variable is None:
+        raise ValueError(f"{participant!r} has no variable {name!r}, allowed: {', '.join(variables)}")
+    if variable.causality is Causality.OUTPUT:
+        raise ValueError(f"{participant!r}: variable {name!r} is an output and cannot be set")
+    array = np.array(value, dtype=np.float64)
+    if array.shape != variable.shape:
+        raise ValueError(f"{participant!r}: variable {name!r} has shape {array.shape}, allowed: {variable.shape}")
+    return array

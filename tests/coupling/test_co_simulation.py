@@ -1,0 +1,320 @@
+"""The master: order, time, exchange of values, and how a run that fails ends."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from coupling.algorithms import GaussSeidel, Jacobi
+from coupling.co_simulation import CoSimulation
+from coupling.connection import Connection
+from coupling.errors import CoSimulationError, CouplingSetupError
+from coupling.participant import Array, Causality, Status, StepResult, Variable, checked_value, variable_table
+from recordings.frame import Event, Frame, RunDescription
+
+
+class Accumulator:
+    """dy/dt = u, exactly, for an input held over the step; writes every call it gets into a shared log."""
+
+    def __init__(self, name: str, log: list[tuple[object, ...]], shape: tuple[int, ...] = (), unit: str = "m") -> None:
+        self.name = name
+        self.log = log
+        self.variables = variable_table(
+            [Variable("u", unit, shape, Causality.INPUT), Variable("y", unit, shape, Causality.OUTPUT)]
+        )
+        self.input = np.zeros(shape)
+        self.output = np.ones(shape)
+        self.on_step: Callable[[float, float], StepResult | None] = lambda time, step_size: None
+
+    def enter_initialization_mode(self, start_time: float) -> None:
+        self.log.append((self.name, "enter", start_time))
+
+    def exit_initialization_mode(self) -> None:
+        self.log.append((self.name, "exit"))
+
+    def get(self, name: str) -> Array:
+        return np.copy(self.output)
+
+    def set(self, name: str, value: Array) -> None:
+        self.input = checked_value(self.name, self.variables, name, value)
+
+    def do_step(self, time: float, step_size: float) -> StepResult:
+        self.log.append((self.name, "step", time, step_size))
+        result = self.on_step(time, step_size)
+        if result is not None:
+            return result
+        self.output = self.output + step_size * self.input
+        return StepResult(Status.OK, time + step_size)
+
+    def save_state(self) -> object:
+        return self.output
+
+    def restore_state(self, state: object) -> None:
+        self.output = np.asarray(state)
+
+    def terminate(self) -> None:
+        self.log.append((self.name, "terminate"))
+
+
+class Watcher:
+    """Remembers what it is told."""
+
+    def __init__(self) -> None:
+        self.told: list[tuple[object, ...]] = []
+
+    def initialized(self, run: RunDescription) -> None:
+        self.told.append(("initialized", run.name))
+
+    def step_completed(self, frame: Frame) -> None:
+        self.told.append(("frame", frame.index, frame.time))
+
+    def event(self, event: Event) -> None:
+        self.told.append(("event", event.time, event.level, event.source, event.text))
+
+    def terminated(self, reason: str) -> None:
+        self.told.append(("terminated", reason))
+
+
+def ring(log: list[tuple[object, ...]]) -> tuple[list[Accumulator], list[Connection]]:
+    first, second = Accumulator("first", log), Accumulator("second", log)
+    return [first, second], [Connection("first", "y", "second", "u"), Connection("second", "y", "first", "u")]
+
+
+def watched(participants: list[Accumulator], connections: list[Connection], *watchers: object) -> CoSimulation:
+    return CoSimulation(
+        participants,
+        connections,
+        0.1,
+        observers=watchers,  # type: ignore[arg-type]
+        frame_source=lambda point: Frame(index=point.index, time=point.time),
+        run_description=RunDescription(name="ring", particle_spacing=0.1),
+    )
+
+
+def test_call_order_of_a_run() -> None:
+    log: list[tuple[object, ...]] = []
+    participants, connections = ring(log)
+    run = CoSimulation(participants, connections, 0.5, start_time=2.0)
+    run.initialize()
+    run.step()
+    run.terminate()
+    names = [entry[:2] for entry in log]
+    expected = [(n, c) for c in ("enter", "exit", "step", "terminate") for n in ("first", "second")]
+    assert names == expected
+    assert log[0] == ("first", "enter", 2.0)
+    run.terminate()
+    assert len(log) == 8
+
+
+def test_gauss_seidel_and_jacobi_give_their_own_closed_forms() -> None:
+    # y1' = y2, y2' = y1 with step H from (1, 1). Jacobi: both grow by (1 + H) a step.
+    # Gauss-Seidel: y1 += H y2; y2 += H y1(new).
+    for algorithm, expected in ((Jacobi(), (1.21, 1.21)), (GaussSeidel(), (1.1 + 0.111, 1.11 + 0.1211))):
+        participants, connections = ring([])
+        run = CoSimulation(participants, connections, 0.1, algorithm=algorithm)
+        run.initialize()
+        run.run(0.2)
+        assert [float(p.output) for p in participants] == pytest.approx(expected, abs=1e-14)
+
+
+def test_time_is_counted_in_whole_steps() -> None:
+    log: list[tuple[object, ...]] = []
+    participants, connections = ring(log)
+    run = CoSimulation(participants, connections, 0.1, start_time=1.0)
+    run.initialize()
+    run.run(101.0)
+    times = [entry[2] for entry in log if entry[:2] == ("first", "step")]
+    assert times == [1.0 + k * 0.1 for k in range(1000)]
+    assert run.communication_point.index == 1000
+    assert run.communication_point.time == 1.0 + 1000 * 0.1
+    run.run(101.0)
+    assert run.communication_point.index == 1000
+
+
+def test_initial_values_pass_through_before_the_first_step() -> None:
+    participants, connections = ring([])
+    participants[0].output = np.array(7.0)
+    run = CoSimulation(participants, connections, 0.1)
+    run.initialize()
+    assert float(participants[1].input) == 7.0
+
+
+def test_every_setup_problem_is_reported_at_once() -> None:
+    participants = [Accumulator("a", []), Accumulator("b", [], (3,)), Accumulator("c", [], unit="N")]
+    connections = [
+        Connection("a", "y", "nobody", "u"),
+        Connection("a", "nothing", "b", "u"),
+        Connection("a", "u", "b", "y"),
+        Connection("a", "y", "b", "u"),
+        Connection("a", "y", "c", "u"),
+    ]
+    with pytest.raises(CouplingSetupError) as caught:
+        CoSimulation([*participants, participants[0]], connections, 0.0)
+    text = "\n".join(caught.value.problems)
+    for part in (
+        "participant 'a' appears twice",
+        "target participant 'nobody' does not exist, allowed: a, b, c",
+        "source variable 'nothing' does not exist, allowed: u, y",
+        "source is an input, allowed: output",
+        "target is an output, allowed: input",
+        "shape () feeds shape (3,)",
+        "unit 'm' feeds unit 'N'",
+        "input b:u is fed 2 times, allowed: once",
+        "communication_step_size is 0.0 s, allowed: above 0",
+    ):
+        assert part in text
+    assert "a:y -> c:u" in text
+
+
+def test_failing_participant_is_named_and_the_others_end_in_order() -> None:
+    log: list[tuple[object, ...]] = []
+    participants = [Accumulator(name, log) for name in ("one", "two", "three")]
+    watcher = Watcher()
+    run = watched(participants, [], watcher)
+    run.initialize()
+    run.step()
+
+    def break_down(time: float, step_size: float) -> StepResult:
+        raise ZeroDivisionError("no water under the keel")
+
+    participants[1].on_step = break_down
+    log.clear()
+    with pytest.raises(CoSimulationError, match=r"'two' failed at 0\.1 s: no water under the keel") as caught:
+        run.step()
+    assert (caught.value.participant, caught.value.time) == ("two", 0.1)
+    assert isinstance(caught.value.__cause__, ZeroDivisionError)
+    assert log == [
+        ("one", "step", 0.1, 0.1),
+        ("two", "step", 0.1, 0.1),
+        ("one", "terminate"),
+        ("three", "terminate"),
+    ]
+    assert watcher.told[-2][:4] == ("event", 0.1, "error", "two")
+    assert watcher.told[-1][0] == "terminated"
+    with pytest.raises(RuntimeError, match="step is called on a run that is terminated"):
+        run.step()
+
+
+@pytest.mark.parametrize(
+    ("result", "message"),
+    [
+        (StepResult(Status.ERROR, 0.0, "rope parted"), "error: rope parted"),
+        (StepResult(Status.DISCARD, 0.0), "discard: no reason given"),
+        (StepResult(Status.OK, 0.05), "stopped at 0.05 s"),
+        (StepResult(Status.OK, 0.2), "reached 0.2 s"),
+        (StepResult(Status.EARLY_RETURN, -0.1), "reached -0.1 s"),
+        (StepResult(Status.EARLY_RETURN, 0.0), "stopped at 0.0 s"),
+    ],
+)
+def test_bad_step_results_end_the_run(result: StepResult, message: str) -> None:
+    participant = Accumulator("pump", [])
+    participant.on_step = lambda time, step_size: result
+    run = CoSimulation([participant], [], 0.1)
+    run.initialize()
+    with pytest.raises(CoSimulationError, match=message):
+        run.step()
+
+
+def test_early_return_is_no_error() -> None:
+    log: list[tuple[object, ...]] = []
+    participant = Accumulator("pump", log)
+    participant.on_step = lambda time, step_size: (
+        StepResult(Status.EARLY_RETURN, time + 0.04) if step_size > 0.07 else None
+    )
+    run = CoSimulation([participant], [], 0.1)
+    run.initialize()
+    run.step()
+    steps = [entry[2:] for entry in log if entry[1] == "step"]
+    np.testing.assert_allclose(steps, [(0.0, 0.1), (0.04, 0.06)], atol=1e-15)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_output_that_is_not_finite_is_found_with_its_owner(value: float) -> None:
+    participants = [Accumulator("fluid", []), Accumulator("bodies", [])]
+    run = CoSimulation(participants, [], 0.1)
+    run.initialize()
+    run.step()
+    participants[1].output = np.array(value)
+    with pytest.raises(CoSimulationError, match=r"'bodies' failed at 0\.2 s: output 'y' is (nan|inf)"):
+        run.step()
+
+
+def test_observers_see_every_point_and_the_end() -> None:
+    participants, connections = ring([])
+    watcher = Watcher()
+    run = watched(participants, connections, watcher)
+    run.initialize()
+    run.run(0.2)
+    run.emit("boom deployed", source="trainer")
+    run.terminate("done")
+    assert watcher.told == [
+        ("initialized", "ring"),
+        ("frame", 0, 0.0),
+        ("frame", 1, 0.1),
+        ("frame", 2, 0.2),
+        ("event", 0.2, "info", "trainer", "boom deployed"),
+        ("terminated", "done"),
+    ]
+
+
+def test_failing_observer_ends_the_run_in_order() -> None:
+    class FullDisk(Watcher):
+        def step_completed(self, frame: Frame) -> None:
+            if frame.index == 1:
+                raise OSError("no space left")
+
+    log: list[tuple[object, ...]] = []
+    participants, connections = ring(log)
+    watcher = Watcher()
+    run = watched(participants, connections, FullDisk(), watcher)
+    run.initialize()
+    with pytest.raises(OSError, match="no space left"):
+        run.step()
+    assert log[-2:] == [("first", "terminate"), ("second", "terminate")]
+    assert watcher.told[-1] == ("terminated", "observer FullDisk failed: no space left")
+
+
+def test_frames_are_not_made_for_nobody() -> None:
+    participants, connections = ring([])
+
+    def refuse(point: object) -> Frame:
+        raise AssertionError("nobody watches")
+
+    run = CoSimulation(participants, connections, 0.1, frame_source=refuse)
+    run.initialize()
+    run.step()
+
+
+def test_failure_during_initialization_is_named() -> None:
+    log: list[tuple[object, ...]] = []
+    participants = [Accumulator("one", log), Accumulator("two", log)]
+
+    def refuse() -> None:
+        raise OSError("no licence")
+
+    participants[1].exit_initialization_mode = refuse  # type: ignore[method-assign]
+    run = CoSimulation(participants, [], 0.1)
+    with pytest.raises(CoSimulationError, match="'two' failed at 0 s: no licence"):
+        run.initialize()
+    assert log[-1] == ("one", "terminate")
+
+
+def test_wall_time_is_counted_per_participant() -> None:
+    participants, connections = ring([])
+    run = CoSimulation(participants, connections, 0.1)
+    run.initialize()
+    run.run(1.0)
+    assert set(run.wall_seconds) == {"first", "second"}
+    assert all(seconds > 0.0 for seconds in run.wall_seconds.values())
+
+
+def test_values_are_checked_when_set() -> None:
+    participant = Accumulator("pump", [], (3,))
+    with pytest.raises(ValueError, match="'pump' has no variable 'x', allowed: u, y"):
+        participant.set("x", np.zeros(3))
+    with pytest.raises(ValueError, match="'y' is an output"):
+        participant.set("y", np.zeros(3))
+    with pytest.raises(ValueError, match=r"'u' has shape \(2,\), allowed: \(3,\)"):
+        participant.set("u", np.zeros(2))
