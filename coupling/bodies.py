@@ -1,0 +1,179 @@
+"""Shapes and masses of rigid bodies: meshes from files or primitives, mass, centre of mass and inertia from a mesh.
+
+All meshes are closed, with triangles counter-clockwise seen from outside, in metres.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import trimesh
+
+Array = npt.NDArray[np.float64]
+
+MESH_SUFFIXES = (".stl", ".obj", ".ply", ".glb")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MassProperties:
+    """How a body resists being moved.
+
+    Attributes:
+        mass: [kg], above 0.
+        center_of_mass: (3,) [m], in the coordinates of the mesh it was computed from.
+        inertia: (3, 3) [kg m2], about the centre of mass, along the axes of the mesh.
+    """
+
+    mass: float
+    center_of_mass: Array
+    inertia: Array
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "center_of_mass", np.array(self.center_of_mass, dtype=np.float64))
+        object.__setattr__(self, "inertia", np.array(self.inertia, dtype=np.float64))
+        problems = []
+        if not (math.isfinite(self.mass) and self.mass > 0.0):
+            problems.append(f"mass is {self.mass} kg, allowed: above 0")
+        if self.center_of_mass.shape != (3,) or not np.isfinite(self.center_of_mass).all():
+            problems.append(f"center_of_mass is {self.center_of_mass}, allowed: three finite numbers")
+        if self.inertia.shape != (3, 3) or not np.isfinite(self.inertia).all():
+            problems.append(f"inertia is {self.inertia}, allowed: a finite 3 x 3 matrix")
+        elif problem := _inertia_problem(self.inertia):
+            problems.append(problem)
+        if problems:
+            raise ValueError("mass properties: " + "; ".join(problems))
+
+    def principal_axes(self) -> tuple[Array, Array]:
+        """Principal moments (3,) [kg m2] and the right-handed rotation (3, 3) whose columns are their axes."""
+        moments, axes = np.linalg.eigh(self.inertia)
+        if np.linalg.det(axes) < 0.0:
+            axes[:, 2] *= -1.0
+        return moments, axes
+
+
+def _inertia_problem(inertia: Array) -> str:
+    """What makes this no inertia of any body: asymmetry, a moment of 0, or a broken triangle inequality."""
+    scale = float(np.abs(inertia).max())
+    if not np.allclose(inertia, inertia.T, atol=1e-9 * scale):
+        return f"inertia {inertia.tolist()} is not symmetric"
+    moments = np.linalg.eigvalsh(inertia)
+    if not moments[0] > 0.0:
+        return f"inertia has the principal moment {moments[0]} kg m2, allowed: above 0"
+    if moments[2] > (moments[0] + moments[1]) * (1.0 + 1e-9):
+        return f"inertia has principal moments {moments.tolist()}, the largest is more than the sum of the others"
+    return ""
+
+
+def mass_properties(
+    mesh: trimesh.Trimesh, *, density: float | None = None, mass: float | None = None
+) -> MassProperties:
+    """Those of a body that fills `mesh` evenly, by its `density` [kg/m3] or its `mass` [kg]: exactly one of them.
+
+    m = rho V, c = (1 / V) int x dV, I = rho int (|x - c|^2 1 - (x - c)(x - c)^T) dV, exact for flat triangles
+    (divergence theorem).
+    """
+    if (density is None) == (mass is None):
+        raise ValueError(f"density is {density} and mass is {mass}, allowed: exactly one of them")
+    for name, value in (("density", density), ("mass", mass)):
+        if value is not None and not (math.isfinite(value) and value > 0.0):
+            raise ValueError(f"{name} is {value}, allowed: above 0")
+    _require_closed(mesh, "mesh")
+    volume = float(mesh.volume)
+    rho = density if density is not None else float(mass or 0.0) / volume
+    tensor = np.asarray(mesh.moment_inertia, dtype=np.float64) * (rho / float(mesh.density))
+    return MassProperties(
+        mass=rho * volume,
+        center_of_mass=np.asarray(mesh.center_mass, dtype=np.float64),
+        inertia=0.5 * (tensor + tensor.T),
+    )
+
+
+def about_center_of_mass(mesh: trimesh.Trimesh, properties: MassProperties) -> trimesh.Trimesh:
+    """A copy of `mesh` whose origin is the centre of mass: the frame in which poses are given."""
+    moved = mesh.copy()
+    moved.apply_translation(-properties.center_of_mass)
+    return moved
+
+
+def load_mesh(path: str | Path, scale: float = 1.0) -> trimesh.Trimesh:
+    """The closed mesh in an STL, OBJ, PLY or GLB file, in metres after `scale`; parts of a scene are joined.
+
+    Raises FileNotFoundError for a missing file and ValueError for one that holds no closed mesh.
+    """
+    path = Path(path)
+    if not (math.isfinite(scale) and scale > 0.0):
+        raise ValueError(f"scale of mesh {path} is {scale}, allowed: above 0")
+    if path.suffix.lower() not in MESH_SUFFIXES:
+        raise ValueError(f"mesh {path} is of the kind {path.suffix!r}, allowed: {', '.join(MESH_SUFFIXES)}")
+    if not path.is_file():
+        raise FileNotFoundError(f"mesh {path} does not exist")
+    try:
+        mesh = trimesh.load(path, force="mesh")
+    except Exception as cause:
+        raise ValueError(f"mesh {path} cannot be read: {cause}") from cause
+    if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0:
+        raise ValueError(f"mesh {path} holds no triangles")
+    mesh.merge_vertices(merge_tex=True, merge_norm=True)
+    mesh.apply_scale(scale)
+    if mesh.is_watertight and mesh.volume < 0.0:
+        mesh.invert()
+    _require_closed(mesh, f"mesh {path}")
+    return mesh
+
+
+def _require_closed(mesh: trimesh.Trimesh, what: str) -> None:
+    """Refuse a mesh that encloses no volume."""
+    if not mesh.is_watertight:
+        edges = np.sort(mesh.edges, axis=1)
+        _, uses = np.unique(edges, axis=0, return_counts=True)
+        raise ValueError(f"{what} is not watertight: {int((uses != 2).sum())} edges do not join exactly two triangles")
+    if not mesh.is_winding_consistent:
+        raise ValueError(f"{what} has triangles of both windings, allowed: all counter-clockwise seen from outside")
+    if not float(mesh.volume) > 0.0:
+        raise ValueError(f"{what} encloses {float(mesh.volume):g} m3, allowed: above 0")
+
+
+def box(size: tuple[float, float, float]) -> trimesh.Trimesh:
+    """A box of edge lengths `size` [m] about the origin."""
+    _require_positive("box size", *size)
+    return trimesh.creation.box(extents=size)
+
+
+def cylinder(radius: float, height: float, sections: int = 48) -> trimesh.Trimesh:
+    """A cylinder along z about the origin whose volume is exactly pi r^2 h: the polygon's radius makes up for it.
+
+    A regular n-gon of circumradius R has the area (n / 2) sin(2 pi / n) R^2.
+    """
+    _require_positive("cylinder radius and height", radius, height)
+    circumradius = radius * math.sqrt(math.pi / (0.5 * sections * math.sin(2.0 * math.pi / sections)))
+    return trimesh.creation.cylinder(radius=circumradius, height=height, sections=sections)
+
+
+def sphere(radius: float, subdivisions: int = 3) -> trimesh.Trimesh:
+    """A sphere about the origin whose volume is exactly 4/3 pi r^3: the polyhedron is a little larger."""
+    _require_positive("sphere radius", radius)
+    mesh = trimesh.creation.icosphere(subdivisions=subdivisions, radius=radius)
+    mesh.apply_scale((4.0 / 3.0 * math.pi * radius**3 / float(mesh.volume)) ** (1.0 / 3.0))
+    return mesh
+
+
+def capsule(radius: float, height: float, sections: int = 32) -> trimesh.Trimesh:
+    """A capsule along z about the origin; `height` [m] is that of its cylindrical part.
+
+    The polyhedron is widened so that its volume is exactly pi r^2 (h + 4/3 r).
+    """
+    _require_positive("capsule radius and height", radius, height)
+    mesh = trimesh.creation.capsule(height=height, radius=radius, count=(sections, sections))
+    mesh.apply_translation(-mesh.bounds.mean(axis=0))
+    widening = math.sqrt(math.pi * radius**2 * (height + 4.0 / 3.0 * radius) / float(mesh.volume))
+    mesh.apply_scale((widening, widening, 1.0))
+    return mesh
+
+
+def _require_positive(what: str, *lengths: float) -> None:
+    if not all(math.isfinite(length) and length > 0.0 for length in lengths):
+        raise ValueError(f"{what} is {', '.join(map(str, lengths))} m, allowed: above 0")
