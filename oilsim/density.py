@@ -20,6 +20,7 @@ from numba import njit
 from oilsim.neighbors import nearest_images
 from oilsim.parallel import BLOCK
 from oilsim.smoothing_kernels import FAST, kernel, kernel_slope
+from oilsim.walls import add_wrench
 
 HEAVY_BALL = np.float32(0.6)
 LARGEST_PUSH = np.float32(0.1)  # spacings that one iteration may move a particle: a compressed blob must not explode
@@ -143,3 +144,24 @@ def density_push(
         push[0, i] = px * shrink
         push[1, i] = py * shrink
         push[2, i] = pz * shrink
+
+
+@njit(**FAST)
+def push_reaction(
+    particles, position, wall, wall_volume, multiplier, period, fluid, walls, sigma, support, volume, reference_density,
+    resting, owner, arm, reaction,
+):  # fmt: skip
+    """Add to `reaction` (bodies, 6) the opposite of mass times push that moving bodies give to `particles` [kg m, kg m2]."""
+    inverse_support = np.float32(1.0) / support
+    for i in particles:
+        for k in range(walls.start[i], walls.start[i] + np.int64(walls.count[i])):
+            b = walls.index[k]
+            if b < resting:
+                continue
+            dx, dy, dz = nearest_images(
+                position[0, i] - wall[0, b], position[1, i] - wall[1, b], position[2, i] - wall[2, b], period
+            )
+            r = math.sqrt(dx * dx + dy * dy + dz * dz + TINY)
+            slope = wall_volume[b] * kernel_slope(r * inverse_support, sigma) * inverse_support / r
+            slope *= -volume * reference_density * multiplier[i]
+            add_wrench(reaction, owner[b - resting], arm, b - resting, slope * dx, slope * dy, slope * dz)

@@ -125,6 +125,14 @@ def nearest_images(dx, dy, dz, period):
     return nearest_image(dx, period[0]), nearest_image(dy, period[1]), nearest_image(dz, period[2])
 
 
+@njit(inline="always", **FAST)
+def x_ranges(cx, reach, count, periodic):
+    """The cells within reach of cell cx along x as two half-open ranges, the second empty unless the axis wraps."""
+    if periodic and (cx - reach < 0 or cx + reach >= count):
+        return ((cx - reach) % count, count), (0, (cx + reach) % count + 1)
+    return (max(cx - reach, 0), min(cx + reach + 1, count)), (0, 0)
+
+
 @njit(**FAST)
 def scan_range(i, first, last, xi, yi, zi, other, other_order, period, reach_squared, index, cursor):
     """Append to `index` the particles of one contiguous range of cells that lie within reach of (xi, yi, zi)."""
@@ -139,15 +147,15 @@ def scan_range(i, first, last, xi, yi, zi, other, other_order, period, reach_squ
 
 @njit(**FAST)
 def build_lists(
-    begin, end, position, other, other_order, other_start, grid, period, same, offset, share, start, count, index, full
+    begin, end, position, other, cell_start, moving_order, moving_start, grid, period, same, share, start, count, index, full
 ):
     """List the neighbours in `other` of the particles begin to end.
 
-    other_order  particle at each place in cell order, None where `other` lies in cell order already
-    same         `other` is `position` itself: a particle is not its own neighbour
-    offset       added to each index found
-    share        places in `index` per particle; a block takes BLOCK * share of them
-    full         set to 1 where a block ran out of places
+    cell_start    where each cell of `other` begins; these particles lie in cell order
+    moving_order  indices in `other` of the particles that do not, by cell as moving_start tells; None if there are none
+    same          `other` is `position` itself: a particle is not its own neighbour
+    share         places in `index` per particle; a block takes BLOCK * share of them
+    full          set to 1 where a block ran out of places
     """
     reach_squared = np.float32(grid.support_radius * grid.support_radius)
     nx, ny, nz = grid.count
@@ -157,12 +165,12 @@ def build_lists(
             cursor = np.int64(i // BLOCK * BLOCK) * share
             limit = np.int64((i // BLOCK + 1) * BLOCK) * share
         start[i] = cursor
-        count[i] = 0
         xi, yi, zi = position[0, i], position[1, i], position[2, i]
         me = i if same else -1
         cx = cell_coordinate(xi, grid.lower[0], grid.inverse_width[0], nx)
         cy = cell_coordinate(yi, grid.lower[1], grid.inverse_width[1], ny)
         cz = cell_coordinate(zi, grid.lower[2], grid.inverse_width[2], nz)
+        ranges = x_ranges(cx, rx, nx, grid.periodic[0])
         for sz in range(cz - rz, cz + rz + 1):
             if not grid.periodic[2] and (sz < 0 or sz >= nz):
                 continue
@@ -170,29 +178,21 @@ def build_lists(
                 if not grid.periodic[1] and (sy < 0 or sy >= ny):
                     continue
                 row = (np.int64(sz % nz) * ny + np.int64(sy % ny)) * nx
-                if grid.periodic[0] and (cx - rx < 0 or cx + rx >= nx):
-                    pieces = 2
-                    low0, high0 = (cx - rx) % nx, nx
-                    low1, high1 = 0, (cx + rx) % nx + 1
-                else:
-                    pieces = 1
-                    low0, high0 = max(cx - rx, 0), min(cx + rx + 1, nx)
-                    low1, high1 = 0, 0
-                for piece in range(pieces):
-                    low, high = (low0, high0) if piece == 0 else (low1, high1)
-                    first, last = np.int64(other_start[row + low]), np.int64(other_start[row + high])
-                    if last == first:
-                        continue
+                for low, high in ranges:
+                    first, last = np.int64(cell_start[row + low]), np.int64(cell_start[row + high])
                     if cursor + (last - first) >= limit:
                         full[0] = 1
-                        break
-                    cursor = scan_range(
-                        me, first, last, xi, yi, zi, other, other_order, period, reach_squared, index, cursor
-                    )
+                        last = first
+                    cursor = scan_range(me, first, last, xi, yi, zi, other, None, period, reach_squared, index, cursor)
+                    if moving_order is not None:
+                        first, last = np.int64(moving_start[row + low]), np.int64(moving_start[row + high])
+                        if cursor + (last - first) >= limit:
+                            full[0] = 1
+                            last = first
+                        cursor = scan_range(
+                            me, first, last, xi, yi, zi, other, moving_order, period, reach_squared, index, cursor
+                        )
         count[i] = cursor - start[i]
-        if offset != 0:
-            for k in range(start[i], cursor):
-                index[k] += np.uint32(offset)
 
 
 class NeighborSearch:
@@ -216,7 +216,13 @@ class NeighborSearch:
         return order, cell_start
 
     def list_neighbors(
-        self, name: str, position: Real, other: Real, cell_start: Index, order: Index | None, offset: int = 0
+        self,
+        name: str,
+        position: Real,
+        other: Real,
+        cell_start: Index,
+        moving_order: Index | None = None,
+        moving_start: Index | None = None,
     ) -> Pairs:
         """Lists of the neighbours in `other` of every particle; `name` keeps storage apart over the steps."""
         count = position.shape[1]
@@ -226,8 +232,8 @@ class NeighborSearch:
             pairs = self._reserve(name, count, share)
             full[0] = 0
             self._team.run(
-                build_lists, count, position, other, order, cell_start, self.grid, self.period,
-                other is position, offset, share, pairs.start, pairs.count, pairs.index, full,
+                build_lists, count, position, other, cell_start, moving_order, moving_start, self.grid, self.period,
+                other is position, share, pairs.start, pairs.count, pairs.index, full,
             )  # fmt: skip
             if not full[0]:
                 return pairs

@@ -1,0 +1,56 @@
+"""Sums over the fluid that a physicist watches; computed only when asked for."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from oilsim.config import FluidConfig
+from oilsim.state import FluidState
+
+
+class Energy(NamedTuple):
+    """Energy of the fluid [J]; the potential one is 0 at the origin."""
+
+    kinetic: float
+    potential: float
+
+
+def masses(state: FluidState, config: FluidConfig) -> NDArray[np.float64]:
+    """Mass of each particle (N,) [kg; kg/m in two dimensions]."""
+    return config.rest_volume * np.array([phase.rest_density for phase in config.phases])[state.phase]
+
+
+def energy(state: FluidState, config: FluidConfig) -> Energy:
+    """Kinetic sum m v^2 / 2 and potential -sum m g . x."""
+    mass = masses(state, config)
+    velocity, position = state.velocity.astype(np.float64), state.position.astype(np.float64)
+    kinetic = 0.5 * float(mass @ (velocity**2).sum(axis=0))
+    return Energy(kinetic, -float(np.asarray(config.gravity) @ position @ mass))
+
+
+def momentum(state: FluidState, config: FluidConfig) -> NDArray[np.float64]:
+    """Linear momentum sum m v (3,) [kg m/s]."""
+    return state.velocity.astype(np.float64) @ masses(state, config)
+
+
+def angular_momentum(state: FluidState, config: FluidConfig) -> NDArray[np.float64]:
+    """Angular momentum sum m x cross v about the origin (3,) [kg m2/s]."""
+    position, velocity = state.position.astype(np.float64), state.velocity.astype(np.float64)
+    return np.cross(position.T, velocity.T).T @ masses(state, config)
+
+
+def largest_speed(state: FluidState) -> float:
+    """Largest speed of a particle [m/s]; 0 without particles."""
+    return float(np.sqrt(np.einsum("ij,ij->j", state.velocity, state.velocity).max(initial=0.0)))
+
+
+def outside(position: NDArray[np.float32], config: FluidConfig) -> NDArray[np.bool_]:
+    """Which particles (N,) have left the domain through a side that does not repeat."""
+    result = np.zeros(position.shape[1], bool)
+    for axis in range(3):
+        if not config.periodic[axis]:
+            result |= (position[axis] < np.float32(config.lower[axis])) | (position[axis] > np.float32(config.upper[axis]))
+    return result

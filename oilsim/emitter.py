@@ -1,0 +1,79 @@
+"""A pipe that pours liquid into the run, layer by layer."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from oilsim.initial_conditions import cylinder
+
+Real = NDArray[np.float32]
+Vector = tuple[float, float, float]
+
+HOLD = 3.0  # spacings before the mouth over which the jet is held at its speed
+
+
+class PipeEmitter:
+    """Pours `phase` out of a round pipe mouth at a constant speed.
+
+    mouth [m], direction (made a unit vector), radius [m], speed [m/s], spacing d [m]; start and volume [s, m3] bound it (volume
+    None pours for ever). A layer of particles enters HOLD spacings before the mouth whenever the jet has moved one spacing, so that the rate is
+    (particles of a layer) d^2 speed [m3/s]; on the way to the mouth particles keep the jet's velocity.
+    """
+
+    def __init__(
+        self, *, phase: str, mouth: Vector, direction: Vector, radius: float, speed: float, spacing: float,
+        start: float = 0.0, volume: float | None = None,
+    ) -> None:  # fmt: skip
+        length = math.sqrt(sum(c * c for c in direction))
+        if not (radius >= 0.5 * spacing and speed > 0.0 and length > 0.0):
+            raise ValueError(
+                f"pipe: radius {radius} m, speed {speed} m/s, direction {direction}, "
+                f"allowed: radius {0.5 * spacing} m or more, speed above 0, direction not 0"
+            )
+        self.phase, self.radius, self.speed, self.spacing, self.start = phase, radius, speed, spacing, start
+        self.mouth = np.asarray(mouth, np.float64)
+        self.direction = np.asarray(direction, np.float64) / length
+        self._layer = cylinder(-HOLD * spacing * self.direction, self.direction, radius, spacing, spacing)
+        self.particles_left = None if volume is None else round(volume / spacing**3)
+        self._travelled = spacing
+
+    def emit(self, time: float, time_step: float) -> NDArray[np.float64]:
+        """Positions (n, 3) of the particles that enter during the step."""
+        if time < self.start or self.particles_left == 0:
+            return np.empty((0, 3))
+        self._travelled += self.speed * time_step
+        layers = []
+        while self._travelled >= self.spacing and self.particles_left != 0:
+            self._travelled -= self.spacing
+            layer = self.mouth + self._layer + self._travelled * self.direction
+            if self.particles_left is not None:
+                layer = layer[: self.particles_left]
+                self.particles_left -= len(layer)
+            layers.append(layer)
+        return np.concatenate(layers) if layers else np.empty((0, 3))
+
+    @property
+    def velocity(self) -> NDArray[np.float64]:
+        """Velocity of the jet [m/s]."""
+        return self.speed * self.direction
+
+    def hold(self, position: Real, velocity: Real) -> None:
+        """Give the particles inside the pipe (3, N) the jet's velocity, in place."""
+        relative = position - self.mouth.astype(np.float32)[:, None]
+        along = self.direction.astype(np.float32) @ relative
+        near = np.flatnonzero((along < 0.0) & (along > -np.float32((HOLD + 1.0) * self.spacing)))
+        offset = relative[:, near] - along[near] * self.direction.astype(np.float32)[:, None]
+        inside = near[np.sqrt((offset**2).sum(axis=0)) < self.radius + self.spacing]
+        velocity[:, inside] = self.velocity.astype(np.float32)[:, None]
+
+    def save(self) -> dict[str, Any]:
+        """How far the jet has come."""
+        return {"particles_left": self.particles_left, "travelled": self._travelled}
+
+    def restore(self, saved: dict[str, Any]) -> None:
+        """Back to what `save` returned."""
+        self.particles_left, self._travelled = saved["particles_left"], saved["travelled"]

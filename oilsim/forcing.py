@@ -1,0 +1,199 @@
+"""What drives the sea from outside: current, waves and wind. Each object turns the velocities of one time step.
+
+A forcing has `apply(view)`; it changes `view.velocity` in place and reads the rest. Its own random state, if any, is part of
+`save()` and `restore(saved)`, so that a run continued from a saved state is the same run.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Real = NDArray[np.float32]
+Vector = tuple[float, float, float]
+
+
+class ForcingView(NamedTuple):
+    """What a forcing sees of a time step.
+
+    time, time_step [s]; position, velocity, gradient_sum g_i = sum V grad W (3, N) [m, m/s, 1/m]; phase (N,);
+    rest_density per phase [kg/m3]; volume of a particle [m3].
+    """
+
+    time: float
+    time_step: float
+    position: Real
+    velocity: Real
+    phase: NDArray[np.uint8]
+    gradient_sum: Real
+    rest_density: NDArray[np.float64]
+    volume: float
+
+
+class Forcing(Protocol):
+    """Turns velocities once per time step."""
+
+    def apply(self, view: ForcingView) -> None:
+        """Change view.velocity in place."""
+
+    def save(self) -> dict[str, Any]:
+        """What `restore` needs to continue exactly."""
+
+    def restore(self, saved: dict[str, Any]) -> None:
+        """Back to what `save` returned."""
+
+
+class Zone(NamedTuple):
+    """A box of the domain [m] in which velocities relax to a target with a time constant [s]."""
+
+    lower: Vector
+    upper: Vector
+    relaxation_time: float
+
+    def members(self, position: Real) -> NDArray[np.int64]:
+        """Indices of the particles inside."""
+        inside = np.ones(position.shape[1], bool)
+        for axis in range(3):
+            inside &= (position[axis] >= self.lower[axis]) & (position[axis] <= self.upper[axis])
+        return np.flatnonzero(inside)
+
+    def share(self, time_step: float) -> np.float32:
+        """Share of the difference that one step takes away, 1 - exp(-dt / tau)."""
+        return np.float32(-math.expm1(-time_step / self.relaxation_time))
+
+
+class Current:
+    """Relaxes the velocity in a zone to `velocity` [m/s]; the vertical component is left free."""
+
+    def __init__(self, velocity: Vector, zone: Zone) -> None:
+        self.velocity, self.zone = velocity, zone
+
+    def apply(self, view: ForcingView) -> None:
+        """dv/dt = (u_current - v) / tau inside the zone."""
+        chosen = self.zone.members(view.position)
+        share = self.zone.share(view.time_step)
+        for axis in (0, 1):
+            view.velocity[axis, chosen] += share * (np.float32(self.velocity[axis]) - view.velocity[axis, chosen])
+
+    def save(self) -> dict[str, Any]:
+        """The current as it is now."""
+        return {"velocity": tuple(self.velocity)}
+
+    def restore(self, saved: dict[str, Any]) -> None:
+        """Back to a saved current."""
+        self.velocity = saved["velocity"]
+
+
+def wave_number(period: float, depth: float, gravity: float = 9.81) -> float:
+    """k [1/m] of the linear dispersion relation omega^2 = g k tanh(k h), by Newton's method (Airy waves)."""
+    omega = 2.0 * math.pi / period
+    k = omega * omega / gravity / math.sqrt(math.tanh(omega * omega * depth / gravity))
+    for _ in range(50):
+        tanh = math.tanh(k * depth)
+        change = (gravity * k * tanh - omega * omega) / (gravity * (tanh + k * depth * (1.0 - tanh * tanh)))
+        k -= change
+        if abs(change) < 1e-14 * k:
+            break
+    return k
+
+
+class AiryWaves:
+    """Makes linear waves by relaxing velocities in a zone to the orbital velocities of Airy's theory.
+
+    height crest to trough [m], period [s], direction [rad from +x], still water between bottom and level [m].
+    The amplitude grows over the first period. Waves run on a current `drift` [m/s] added to the target.
+    """
+
+    def __init__(
+        self, *, height: float, period: float, direction: float, bottom: float, level: float, zone: Zone,
+        drift: tuple[float, float] = (0.0, 0.0), gravity: float = 9.81,
+    ) -> None:  # fmt: skip
+        if not (height >= 0.0 and period > 0.0 and level > bottom):
+            raise ValueError(
+                f"waves: height {height} m, period {period} s, bottom {bottom} m, level {level} m, "
+                "allowed: height 0 or more, period above 0, level above bottom"
+            )
+        self.height, self.period, self.direction = height, period, direction
+        self.bottom, self.level, self.zone, self.drift = bottom, level, zone, drift
+        self.wave_number = wave_number(period, level - bottom, gravity)
+
+    def velocity(self, x: Real, y: Real, z: Real, time: float) -> tuple[NDArray[Any], NDArray[Any]]:
+        """Speed along the direction and upwards [m/s]: a omega cosh|sinh(k (z - bottom)) / sinh(k h) cos|sin(theta)."""
+        k, omega = self.wave_number, 2.0 * math.pi / self.period
+        depth = self.level - self.bottom
+        amplitude = 0.5 * self.height * min(time / self.period, 1.0)
+        theta = k * (x * math.cos(self.direction) + y * math.sin(self.direction)) - omega * time
+        above_bottom = k * (np.minimum(z, self.level + 0.5 * self.height) - self.bottom)
+        scale = amplitude * omega / math.sinh(k * depth)
+        return scale * np.cosh(above_bottom) * np.cos(theta), scale * np.sinh(above_bottom) * np.sin(theta)
+
+    def apply(self, view: ForcingView) -> None:
+        """dv/dt = (u_airy - v) / tau inside the zone."""
+        chosen = self.zone.members(view.position)
+        x, y, z = view.position[:, chosen]
+        along, up = self.velocity(x, y, z, view.time)
+        target = (along * math.cos(self.direction) + self.drift[0], along * math.sin(self.direction) + self.drift[1], up)
+        share = self.zone.share(view.time_step)
+        for axis, value in enumerate(target):
+            view.velocity[axis, chosen] += share * (value - view.velocity[axis, chosen])
+
+    def save(self) -> dict[str, Any]:
+        """The sea state as it is now."""
+        return {"height": self.height, "drift": tuple(self.drift)}
+
+    def restore(self, saved: dict[str, Any]) -> None:
+        """Back to a saved sea state."""
+        self.height, self.drift = saved["height"], saved["drift"]
+
+
+class Wind:
+    """Wind stress on the free surface, with seeded gusts.
+
+    stress = rho_air C_D |U - v| (U - v) [Pa] (horizontal), U = mean (1 + gust), and gust an Ornstein-Uhlenbeck process of
+    standard deviation `gustiness` and correlation time `gust_time` [s], advanced exactly. A surface particle carries the area
+    V |g_i|, |g_i| the jump of the smoothed water indicator, so that the areas of a column add up to its cross-section.
+    """
+
+    AIR_DENSITY = 1.225  # kg/m3, ISA sea level
+    SURFACE = 0.1  # |g_i| d from which a particle belongs to the surface; noise inside the water lies below
+
+    def __init__(
+        self, *, speed: float, direction: float, spacing: float, seed: int, gustiness: float = 0.0, gust_time: float = 3.0,
+        drag_coefficient: float = 1.3e-3,
+    ) -> None:  # fmt: skip
+        """speed [m/s] at 10 m towards `direction` [rad from +x]; drag coefficient 1.3e-3 as at 5-10 m/s (Large & Pond 1981)."""
+        self.speed, self.direction, self.spacing = speed, direction, spacing
+        self.gustiness, self.gust_time, self.drag_coefficient = gustiness, gust_time, drag_coefficient
+        self._random = np.random.default_rng(seed)
+        self.gust = 0.0
+
+    def apply(self, view: ForcingView) -> None:
+        """Advance the gust, then dv = dt stress area / mass on surface particles that face up."""
+        if self.gustiness > 0.0:
+            memory = math.exp(-view.time_step / self.gust_time)
+            kick = self.gustiness * math.sqrt(1.0 - memory * memory)
+            self.gust = memory * self.gust + kick * self._random.standard_normal()
+        g = view.gradient_sum
+        size = np.sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2])
+        chosen = np.flatnonzero((size > self.SURFACE / self.spacing) & (g[2] < -0.5 * size))
+        speed = self.speed * (1.0 + self.gust)
+        wind = (speed * math.cos(self.direction), speed * math.sin(self.direction))
+        u = wind[0] - view.velocity[0, chosen]
+        v = wind[1] - view.velocity[1, chosen]
+        density = view.rest_density[view.phase[chosen]]
+        per_speed = self.AIR_DENSITY * self.drag_coefficient * np.hypot(u, v) * size[chosen] / density
+        rate = view.time_step * per_speed
+        view.velocity[0, chosen] += (rate * u).astype(np.float32)
+        view.velocity[1, chosen] += (rate * v).astype(np.float32)
+
+    def save(self) -> dict[str, Any]:
+        """Gust and random generator."""
+        return {"gust": self.gust, "speed": self.speed, "random": self._random.bit_generator.state}
+
+    def restore(self, saved: dict[str, Any]) -> None:
+        """Back to a saved gust and generator."""
+        self.gust, self.speed = saved["gust"], saved["speed"]
+        self._random.bit_generator.state = saved["random"]

@@ -1,0 +1,75 @@
+"""Point measurements: pressure and velocity by the kernel mean of nearby particles, the free surface by its highest one.
+
+    f(x) = sum_j V f_j W(x - x_j) / sum_j V W(x - x_j)   (Shepard), pressure with its mean gradient carried along below.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from oilsim.config import FluidConfig
+from oilsim.smoothing_kernels import kernel
+from oilsim.state import FluidState
+from oilsim.workspace import Workspace
+
+Double = NDArray[np.float64]
+
+PRESENT = 0.05  # share of the kernel that must be filled for a reading
+
+
+def _weights(state: FluidState, work: Workspace, point: Double) -> tuple[NDArray[np.int64], Double]:
+    """Particles within the support of a point, and their shares V W."""
+    offset = state.position.astype(np.float64) - point[:, None]
+    for axis, length in enumerate(work.period or ()):
+        if length > 0.0:
+            offset[axis] -= length * np.round(offset[axis] / length)
+    distance = np.sqrt((offset**2).sum(axis=0))
+    near = np.flatnonzero(distance < work.support)
+    shares = np.array([kernel(q, float(work.sigma)) for q in distance[near] / float(work.support)])
+    return near, float(work.volume) * shares
+
+
+def pressure_at(state: FluidState, work: Workspace, points: Double, time_step: float) -> Double:
+    """Pressure (K,) [Pa] at points (K, 3): a first-order fit p_0 + b . (x_j - x) weighted by the kernel, 0 in air."""
+    result = np.zeros(len(points))
+    for n, point in enumerate(points):
+        near, share = _weights(state, work, point)
+        if share.sum() < PRESENT:
+            continue
+        values = work.reference_density * state.pressure_impulse[near].astype(np.float64) / time_step
+        offset = state.position[:, near].astype(np.float64) - point[:, None]
+        basis = np.vstack([np.ones(len(near)), offset / float(work.support)])
+        normal = (basis * share) @ basis.T + 1e-6 * share.sum() * np.diag([0.0, 1.0, 1.0, 1.0])
+        result[n] = np.linalg.solve(normal, (basis * share) @ values)[0]
+    return result
+
+
+def velocity_at(state: FluidState, work: Workspace, points: Double) -> Double:
+    """Velocity (K, 3) [m/s] at points (K, 3); 0 in air."""
+    result = np.zeros((len(points), 3))
+    for n, point in enumerate(points):
+        near, share = _weights(state, work, point)
+        if share.sum() >= PRESENT:
+            result[n] = state.velocity[:, near].astype(np.float64) @ share / share.sum()
+    return result
+
+
+def surface_height_at(state: FluidState, config: FluidConfig, points: Double) -> Double:
+    """Height (K,) [m] of the free surface over points (K, 2): the particles' volume in a column of one support radius.
+
+    The column's top is read from the highest particles, half a spacing above the mean of those within one spacing of the
+    highest that has neighbours below: a gauge wire, not a spray detector.
+    """
+    spacing, radius = config.particle_spacing, config.support_radius
+    result = np.full(len(points), config.lower[2])
+    for n, (x, y) in enumerate(points):
+        across = (state.position[0] - x) ** 2 + (0.0 if config.dimension == 2 else (state.position[1] - y) ** 2)
+        heights = np.sort(state.position[2, across < radius**2].astype(np.float64))
+        if heights.size == 0:
+            continue
+        joined = np.flatnonzero(np.diff(heights, prepend=heights[0]) > 1.5 * spacing)
+        top = heights[: joined[0]] if joined.size else heights
+        upper = top[top > top[-1] - 0.75 * spacing]
+        result[n] = upper.mean() + 0.5 * spacing
+    return result

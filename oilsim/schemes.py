@@ -1,0 +1,136 @@
+"""Two ways to put the constraints together into a time step: ours ("split") and the paper's.
+
+split   1. x += dt v, neighbours
+        2. density constraint on positions; velocities are left alone
+        3. v* = v + dt (gravity, forcing, adhesion), viscosity implicitly
+        4. divergence of v* with corrected gradients; bounded pressure solve, bodies answering inside it; v = v* - u
+paper   (Qiu et al. 2021, Alg. 3)
+        1. v* = v + dt gravity, x* = x + dt v*, neighbours
+        2. density constraint on positions, v* = (x_cd - x) / dt
+        3. forcing and adhesion, divergence constraint by Alg. 1
+        4. viscosity
+
+The paper's feedback of position corrections into velocity acts as a viscosity of the order of spacing times speed and keeps calm water
+moving; "split" has neither, at the price of a density error that is carried, not converted into motion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from oilsim.divergence import divergence_multiplier, divergence_source, pressure_velocity, velocity_divergence
+from oilsim.parallel import block_count, total
+from oilsim.pressure_projection import BoundConstrainedSolver
+from oilsim.rigid_response import RigidResponse
+from oilsim.state import FluidState
+from oilsim.workspace import Workspace
+
+Real = NDArray[np.float32]
+Drive = Callable[[FluidState, float], None]
+
+
+@dataclass(frozen=True)
+class StepResult:
+    """Iterations of the solves and the mean compression left by the density constraint."""
+
+    density_iterations: int
+    divergence_iterations: int
+    viscosity_iterations: int
+    density_error: float
+
+
+def split_step(work: Workspace, state: FluidState, solver: BoundConstrainedSolver, time_step: float, drive: Drive) -> StepResult:
+    """Advance `state` in place; `drive(state, dt)` adds currents, waves and wind to the velocities."""
+    state.position += np.float32(time_step) * state.velocity
+    work.wrap(state)
+    work.search(state)
+    density_iterations, density_error = work.constrain_density(state.position)
+    work.linearise(state.position)
+    work.accelerate(state, time_step)
+    drive(state, time_step)
+    work.adhere(state, time_step)
+    viscosity_iterations = work.resist(state, time_step)
+    divergence_iterations = project_velocity(work, state, solver, time_step)
+    return StepResult(density_iterations, divergence_iterations, viscosity_iterations, density_error)
+
+
+def project_velocity(work: Workspace, state: FluidState, solver: BoundConstrainedSolver, time_step: float) -> int:
+    """Make velocities and bodies free of compression by one bounded pressure solve; returns its products."""
+    config, run, count = work.config, work.team.run, state.count
+    response = RigidResponse(work.walls, work.contacts, float(work.volume) * work.reference_density)
+    source, change = np.empty(count, np.float32), np.empty_like(state.velocity)
+    with work.stage("divergence"):
+        run(
+            divergence_source, count, state.position, state.velocity, work.period, work.fluid_pairs, work.wall_pairs,
+            work.gradient, work.gradient_sum, work.density, np.float32(1.0 / time_step), work.plane, source,
+        )  # fmt: skip
+        if response.present:
+            response.add_motion(source)
+            response.add_compliance(work.diagonal)
+
+        def product(kappa: Real, result: Real) -> None:
+            run(
+                pressure_velocity, count, work.fluid_pairs, work.gradient, work.gradient_sum, work.weight, kappa, change
+            )
+            run(velocity_divergence, count, work.fluid_pairs, work.gradient, work.gradient_sum, change, result)
+            if response.present:
+                response.add_answer(kappa, result)
+
+        kappa = state.pressure_impulse
+        tolerance = config.divergence_tolerance / time_step
+        used, _ = solver.solve(product, source, work.diagonal, kappa, tolerance, config.divergence_iterations)
+        run(pressure_velocity, count, work.fluid_pairs, work.gradient, work.gradient_sum, work.weight, kappa, change)
+        state.velocity -= change
+        if response.present:
+            response.accept(kappa)
+    return used
+
+
+def paper_step(work: Workspace, state: FluidState, time_step: float, drive: Drive) -> StepResult:
+    """Advance `state` in place by Alg. 3."""
+    dt = np.float32(time_step)
+    work.accelerate(state, time_step)
+    state.position += dt * state.velocity
+    work.wrap(state)
+    work.search(state)
+    predicted = state.position.copy()
+    density_iterations, density_error = work.constrain_density(state.position, time_step)
+    state.velocity += (state.position - predicted) / dt
+    work.linearise(state.position)
+    drive(state, time_step)
+    work.adhere(state, time_step)
+    divergence_iterations = correct_velocity(work, state, time_step)
+    viscosity_iterations = work.resist(state, time_step)
+    return StepResult(density_iterations, divergence_iterations, viscosity_iterations, density_error)
+
+
+def correct_velocity(work: Workspace, state: FluidState, time_step: float) -> int:
+    """Alg. 1: Jacobi corrections of the velocity where density would rise; returns the iterations."""
+    config, run, count = work.config, work.team.run, state.count
+    response = RigidResponse(work.walls, work.contacts, float(work.volume) * work.reference_density)
+    rate, correction = np.empty((2, count), np.float32)
+    change, error = np.empty_like(state.velocity), np.zeros(block_count(count))
+    state.pressure_impulse[:] = 0.0
+    with work.stage("divergence"):
+        for iteration in range(config.divergence_iterations + 1):
+            run(velocity_divergence, count, work.fluid_pairs, work.gradient, work.gradient_sum, state.velocity, rate)
+            if response.present:
+                response.add_motion(rate)
+            run(
+                divergence_multiplier, count, rate, work.diagonal, work.fluid_pairs, np.float32(time_step),
+                state.pressure_impulse, correction, error,
+            )  # fmt: skip
+            settled = total(error) <= config.divergence_tolerance * count and iteration > 0
+            if settled or iteration == config.divergence_iterations:
+                return iteration
+            run(
+                pressure_velocity, count, work.fluid_pairs, work.gradient, work.gradient_sum, work.weight, correction, change
+            )
+            state.velocity -= change
+            if response.present:
+                response.accept(correction)
+    raise AssertionError("the loop returns")

@@ -1,0 +1,296 @@
+"""The fluid as a whole: what it holds, how it advances, what it tells."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from oilsim import diagnostics, probes
+from oilsim.boundary import BoundaryParticles
+from oilsim.config import FluidConfig
+from oilsim.emitter import PipeEmitter
+from oilsim.forcing import Forcing, ForcingView
+from oilsim.parallel import Team
+from oilsim.pressure_projection import BoundConstrainedSolver
+from oilsim.schemes import StepResult, paper_step, split_step
+from oilsim.state import FluidState
+from oilsim.time_step import cfl_time_step, equal_steps
+from oilsim.walls import MovingBody
+from oilsim.workspace import Workspace
+
+Real = NDArray[np.float32]
+Double = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class AdvanceReport:
+    """What happened during an advance; iterations are means over its sub-steps, density_error the mean compression left."""
+
+    sub_steps: int
+    time_step: float
+    iterations: dict[str, float]
+    density_error: float
+    density_error_max: float
+    stage_seconds: dict[str, float]
+    removed: dict[str, int] = field(default_factory=dict)
+    emitted: dict[str, int] = field(default_factory=dict)
+
+
+class FluidError(RuntimeError):
+    """The fluid's state has become unusable; the message tells what, where and when."""
+
+
+class Fluid:
+    """Liquids, walls and what drives them.
+
+    Order of use: add particles, boundaries, emitters and forcings (in any order, at any time between advances); before each
+    `advance`, `set_boundary_motion` for every body that moves; after it, `boundary_wrench`. Units SI, world frame z up.
+    """
+
+    def __init__(self, config: FluidConfig, threads: int | None = None) -> None:
+        self.config = config
+        self.time = 0.0
+        self.state = FluidState()
+        self.work = Workspace(config, Team(threads))
+        self.forcings: list[Forcing] = []
+        self.emitters: list[PipeEmitter] = []
+        self._solver = BoundConstrainedSolver(self.work.team)
+        self._duration = 0.0
+        self._counts: dict[str, dict[str, int]] = {"removed": {}, "emitted": {}}
+        self.last_time_step = config.maximum_time_step
+
+    # what it holds
+
+    def add_particles(self, position: ArrayLike, *, phase: str, velocity: ArrayLike = (0.0, 0.0, 0.0)) -> None:
+        """Add particles of a phase at `position` (N, 3) [m] with `velocity` (3,) or (N, 3) [m/s]; ValueError outside the domain."""
+        points = np.asarray(position, np.float64).reshape(-1, 3)
+        inside = ((points >= self.config.lower) & (points <= self.config.upper)).all(axis=1)
+        if not inside.all():
+            first = points[~inside][0].tolist()
+            raise ValueError(
+                f"{np.count_nonzero(~inside)} particles of phase {phase!r} lie outside the domain, the first at {first} m, "
+                f"allowed: {self.config.lower} to {self.config.upper} m"
+            )
+        if self.config.dimension == 2 and (points[:, 1] != 0.0).any():
+            raise ValueError(f"particles of phase {phase!r} have y other than 0, allowed: 0 in two dimensions")
+        speeds = np.broadcast_to(np.asarray(velocity, np.float64), points.shape)
+        self.state.append(points, speeds, self.config.phase_index(phase))
+
+    def add_boundary(self, boundary: BoundaryParticles) -> int:
+        """Add a solid surface at rest; returns the handle that the other calls take."""
+        return self.work.walls.add(boundary)
+
+    def remove_boundary(self, handle: int) -> None:
+        """Remove a solid surface."""
+        self.work.walls.remove(handle)
+
+    def set_boundary_motion(
+        self, handle: int, position: ArrayLike, orientation: ArrayLike, linear_velocity: ArrayLike, angular_velocity: ArrayLike,
+        inverse_mass: ArrayLike | None = None, free_acceleration: ArrayLike | None = None,
+    ) -> None:  # fmt: skip
+        """Pose and twist of a body now: centre of mass (3,) [m], quaternion x y z w, velocities [m/s, rad/s], world frame.
+
+        inverse_mass (6, 6): twist per impulse [1/kg, 1/(kg m2)], with which the body answers inside the pressure solve; None moves
+        it as prescribed. free_acceleration (6,): d(twist)/dt from everything but the fluid [m/s2, rad/s2].
+        """
+        motion = MovingBody(
+            np.array(position, np.float64),
+            np.array(orientation, np.float64),
+            np.concatenate([np.asarray(linear_velocity, np.float64), np.asarray(angular_velocity, np.float64)]),
+            np.zeros((6, 6)) if inverse_mass is None else np.array(inverse_mass, np.float64),
+            np.zeros(6) if free_acceleration is None else np.array(free_acceleration, np.float64),
+        )
+        self.work.walls.set_motion(handle, motion)
+
+    def add_forcing(self, forcing: Forcing) -> None:
+        """Add a current, waves or wind."""
+        self.forcings.append(forcing)
+
+    def add_emitter(self, emitter: PipeEmitter) -> None:
+        """Add a pipe; ValueError for a phase that does not exist."""
+        self.config.phase_index(emitter.phase)
+        self.emitters.append(emitter)
+
+    # how it advances
+
+    def advance(self, duration: float) -> AdvanceReport:
+        """Advance by `duration` [s] in equal CFL sub-steps; FluidError when a value is no longer finite."""
+        if not duration > 0.0:
+            raise ValueError(f"duration is {duration} s, allowed: above 0")
+        self.work.seconds.clear()
+        self._counts = {"removed": {}, "emitted": {}}
+        for body in self.work.walls.moving.values():
+            body.impulse[:] = 0.0
+        results: list[StepResult] = []
+        start, done = self.time, 0.0
+        while done < duration * (1.0 - 1e-9):
+            time_step = equal_steps(duration - done, self._cfl_time_step())
+            results.append(self._step(time_step))
+            done += time_step
+            self.time = start + done
+        self.time, self._duration, self.last_time_step = start + duration, duration, duration / len(results)
+        self._check()
+        return self._report(results)
+
+    def _cfl_time_step(self) -> float:
+        config = self.config
+        fastest = max(
+            [diagnostics.largest_speed(self.state)]
+            + [float(np.linalg.norm(body.twist[:3])) for body in self.work.walls.moving.values()]
+        )
+        return cfl_time_step(
+            config.particle_spacing, fastest, config.cfl, config.minimum_time_step, config.maximum_time_step
+        )
+
+    def _step(self, time_step: float) -> StepResult:
+        self._emit(time_step)
+        if self.config.scheme == "paper":
+            result = paper_step(self.work, self.state, time_step, self._drive)
+        else:
+            result = split_step(self.work, self.state, self._solver, time_step, self._drive)
+        self._remove_outflow()
+        for body in self.work.walls.moving.values():
+            body.drift(time_step)
+        return result
+
+    def _emit(self, time_step: float) -> None:
+        for emitter in self.emitters:
+            entering = emitter.emit(self.time, time_step)
+            if len(entering):
+                self.add_particles(entering, phase=emitter.phase, velocity=emitter.velocity)
+                counts = self._counts["emitted"]
+                counts[emitter.phase] = counts.get(emitter.phase, 0) + len(entering)
+            emitter.hold(self.state.position, self.state.velocity)
+
+    def _drive(self, state: FluidState, time_step: float) -> None:
+        if not self.forcings:
+            return
+        work = self.work
+        with work.stage("forcing"):
+            view = ForcingView(
+                self.time, time_step, state.position, state.velocity, state.phase, work.gradient_sum, work.densities,
+                float(work.volume),
+            )  # fmt: skip
+            for forcing in self.forcings:
+                forcing.apply(view)
+
+    def _remove_outflow(self) -> None:
+        outside = diagnostics.outside(self.state.position, self.config)
+        if outside.any():
+            for index, phase in enumerate(self.config.phases):
+                count = int(np.count_nonzero(self.state.phase[outside] == index))
+                if count:
+                    self._counts["removed"][phase.name] = self._counts["removed"].get(phase.name, 0) + count
+            self.state.take(np.flatnonzero(~outside))
+
+    def _check(self) -> None:
+        for name in ("position", "velocity"):
+            bad = np.flatnonzero(~np.isfinite(getattr(self.state, name)).all(axis=0))
+            if bad.size:
+                phase = self.config.phases[self.state.phase[bad[0]]].name
+                raise FluidError(
+                    f"{name} of {bad.size} particles is not finite at t = {self.time:.6g} s, the first has id "
+                    f"{self.state.id[bad[0]]} in phase {phase!r}"
+                )
+
+    def _report(self, results: list[StepResult]) -> AdvanceReport:
+        def mean(name: str) -> float:
+            return float(np.mean([getattr(result, name) for result in results]))
+
+        return AdvanceReport(
+            sub_steps=len(results),
+            time_step=self.last_time_step,
+            iterations={kind: mean(f"{kind}_iterations") for kind in ("density", "divergence", "viscosity")},
+            density_error=mean("density_error"),
+            density_error_max=float(self.work.compression.max(initial=0.0)),
+            stage_seconds=dict(self.work.seconds),
+            removed=self._counts["removed"],
+            emitted=self._counts["emitted"],
+        )
+
+    # what it tells
+
+    def boundary_wrench(self, handle: int) -> Double:
+        """Force [N] and torque about the centre of mass [N m], world frame (6,): the mean over the last advance."""
+        body = self.work.walls.moving.get(handle)
+        if body is None:
+            raise ValueError(f"boundary {handle} does not move, allowed: a boundary given to set_boundary_motion")
+        return body.impulse / self._duration if self._duration else np.zeros(6)
+
+    @property
+    def particle_count(self) -> int:
+        """Number of fluid particles."""
+        return self.state.count
+
+    @property
+    def boundary_count(self) -> int:
+        """Number of wall particles."""
+        return self.work.walls.count
+
+    def _ordered(self, phase: str) -> NDArray[np.int64]:
+        members = np.flatnonzero(self.state.phase == self.config.phase_index(phase))
+        return members[np.argsort(self.state.id[members], kind="stable")]
+
+    def phase_positions(self, phase: str) -> Real:
+        """A copy of a phase's positions (n, 3) [m], ordered by particle id."""
+        return np.ascontiguousarray(self.state.position[:, self._ordered(phase)].T)
+
+    def phase_velocities(self, phase: str) -> Real:
+        """A copy of a phase's velocities (n, 3) [m/s], ordered by particle id."""
+        return np.ascontiguousarray(self.state.velocity[:, self._ordered(phase)].T)
+
+    def phase_ids(self, phase: str) -> NDArray[np.uint32]:
+        """Particle ids of a phase (n,), ascending."""
+        return self.state.id[self._ordered(phase)]
+
+    def boundary_positions(self, handle: int) -> Real:
+        """World positions (M, 3) [m] of a boundary's particles."""
+        return self.work.walls.positions(handle)
+
+    def energy(self) -> diagnostics.Energy:
+        """Kinetic and potential energy [J]."""
+        return diagnostics.energy(self.state, self.config)
+
+    def momentum(self) -> Double:
+        """Linear momentum (3,) [kg m/s]."""
+        return diagnostics.momentum(self.state, self.config)
+
+    def pressure_at(self, points: ArrayLike) -> Double:
+        """Pressure (K,) [Pa] interpolated at points (K, 3) [m]; 0 where there is no liquid."""
+        return probes.pressure_at(self.state, self.work, np.asarray(points, np.float64), self.last_time_step)
+
+    def velocity_at(self, points: ArrayLike) -> Double:
+        """Velocity (K, 3) [m/s] interpolated at points (K, 3) [m]; 0 where there is no liquid."""
+        return probes.velocity_at(self.state, self.work, np.asarray(points, np.float64))
+
+    def surface_height_at(self, points: ArrayLike) -> Double:
+        """Height z (K,) [m] of the free surface above points (K, 2) x, y [m]; the domain's bottom where there is no liquid."""
+        return probes.surface_height_at(self.state, self.config, np.asarray(points, np.float64))
+
+    # saved and restored
+
+    def save_state(self) -> dict[str, Any]:
+        """Everything that `restore_state` needs to continue bit for bit."""
+        return {
+            "time": self.time,
+            "duration": self._duration,
+            "last_time_step": self.last_time_step,
+            "state": self.state.save(),
+            "bodies": {h: {k: np.copy(v) for k, v in vars(b).items()} for h, b in self.work.walls.moving.items()},
+            "forcings": [forcing.save() for forcing in self.forcings],
+            "emitters": [emitter.save() for emitter in self.emitters],
+        }
+
+    def restore_state(self, saved: dict[str, Any]) -> None:
+        """Back to what `save_state` returned; the fluid must hold the same boundaries, forcings and emitters."""
+        self.time, self._duration, self.last_time_step = saved["time"], saved["duration"], saved["last_time_step"]
+        self.state.restore(saved["state"])
+        for handle, values in saved["bodies"].items():
+            self.work.walls.set_motion(handle, MovingBody(**{k: np.copy(v) for k, v in values.items()}))
+        for forcing, values in zip(self.forcings, saved["forcings"], strict=True):
+            forcing.restore(values)
+        for emitter, values in zip(self.emitters, saved["emitters"], strict=True):
+            emitter.restore(values)

@@ -1,0 +1,68 @@
+"""What changes from step to step: the arrays of all fluid particles, kept in cell order."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Real = NDArray[np.float32]
+
+
+def _rows() -> Real:
+    return np.empty((3, 0), np.float32)
+
+
+def _row() -> Real:
+    return np.empty(0, np.float32)
+
+
+@dataclass
+class FluidState:
+    """Structure of arrays over N particles, float32.
+
+    position (3, N) [m], velocity (3, N) [m/s], phase (N,) index into the phases, id (N,) never reused,
+    pressure_impulse (N,) kappa / rho_ref = p dt / rho_ref [m2/s], the warm start of the pressure solve.
+    """
+
+    position: Real = field(default_factory=_rows)
+    velocity: Real = field(default_factory=_rows)
+    phase: NDArray[np.uint8] = field(default_factory=lambda: np.empty(0, np.uint8))
+    id: NDArray[np.uint32] = field(default_factory=lambda: np.empty(0, np.uint32))
+    pressure_impulse: Real = field(default_factory=_row)
+    next_id: int = 0
+
+    @property
+    def count(self) -> int:
+        """Number of particles N."""
+        return int(self.phase.size)
+
+    def append(self, position: NDArray[Any], velocity: NDArray[Any], phase: int) -> None:
+        """Add particles at `position` (n, 3) with `velocity` (n, 3)."""
+        count = len(position)
+        self.position = np.concatenate([self.position, position.T.astype(np.float32)], axis=1)
+        self.velocity = np.concatenate([self.velocity, velocity.T.astype(np.float32)], axis=1)
+        self.phase = np.concatenate([self.phase, np.full(count, phase, np.uint8)])
+        self.id = np.concatenate([self.id, np.arange(self.next_id, self.next_id + count, dtype=np.uint32)])
+        self.pressure_impulse = np.concatenate([self.pressure_impulse, np.zeros(count, np.float32)])
+        self.next_id += count
+
+    def take(self, chosen: NDArray[Any]) -> None:
+        """Keep the particles that an index or mask `chosen` selects, in that order."""
+        self.position = np.ascontiguousarray(self.position[:, chosen])
+        self.velocity = np.ascontiguousarray(self.velocity[:, chosen])
+        self.phase = self.phase[chosen]
+        self.id = self.id[chosen]
+        self.pressure_impulse = self.pressure_impulse[chosen]
+
+    def save(self) -> dict[str, Any]:
+        """A copy of everything, by name."""
+        values = {entry.name: getattr(self, entry.name) for entry in fields(self)}
+        return {name: value.copy() if isinstance(value, np.ndarray) else value for name, value in values.items()}
+
+    def restore(self, saved: dict[str, Any]) -> None:
+        """Back to what `save` returned."""
+        for name, value in saved.items():
+            setattr(self, name, value.copy() if isinstance(value, np.ndarray) else value)

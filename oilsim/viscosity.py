@@ -1,0 +1,243 @@
+"""Viscosity: explicit (Qiu et al. 2021, Eq. 25) and implicit (Eq. 26-29, the sign of A mended) by conjugate gradients.
+
+    rho_i0 (dv/dt)_i = sum_j K_ij v_ji,   K_ij = 2 (dim + 2) mu_ij V_j (-W'(r) / r) x_ij x_ij^T / (r^2 + 0.01 h^2)
+
+h is the smoothing length, half the support radius. K_ij is symmetric and positive semi-definite and acts along the line
+of centres: linear and angular momentum are conserved pair by pair. mu_ij is the harmonic mean of the two liquids, the
+value that keeps the shear stress continuous across an interface; the paper couples particles of one phase only, which is
+mu_ij = 0 elsewhere. Walls with no slip take part as particles of given velocity. Implicitly
+
+    (rho_i0 + dt sum_j K_ij) v_i - dt sum_j K_ij v_j = rho_i0 v*_i,
+
+solved matrix-free with 3x3 block Jacobi, for the particles of viscous phases only.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from oilsim.neighbors import Pairs, nearest_images
+from oilsim.parallel import BLOCK, Team, block_count, total
+from oilsim.pressure_projection import dot
+from oilsim.smoothing_kernels import FAST
+from oilsim.walls import add_wrench
+
+Real = NDArray[np.float32]
+
+EXPLICIT_BELOW = 1e-2  # nu dt / d^2 under which one explicit step equals the implicit one to the square of this
+
+
+@njit(inline="always", **FAST)
+def stiffness(ax, ay, az, dx, dy, dz, regular, factor):
+    """k with K_ij = k a a^T for the cached gradient a = V grad W: factor mu / ((r^2 + 0.01 h^2) (-W'/r) V)."""
+    squared = dx * dx + dy * dy + dz * dz
+    slope = -(ax * dx + ay * dy + az * dz)
+    return factor * squared / ((squared + regular) * max(slope, np.float32(1e-20)))
+
+
+@njit(**FAST)
+def viscous_coefficients(
+    begin, end, active, position, wall, phase, viscosity, wall_viscosity, period, fluid, walls, gradient, wall_gradient,
+    regular, factor, pair_stiffness, wall_stiffness, block,
+):  # fmt: skip
+    """Fill k of every pair of an active particle and `block` (6, N), sum_j K_ij as xx, xy, xz, yy, yz, zz [kg/(m3 s)].
+
+    active (A,): particle indices; viscosity (phases, phases): mu_ij [Pa s]; wall_viscosity (M,): 1 where the wall holds
+    the liquid, 0 where it slips, None where none holds.
+    """
+    for n in range(begin, end):
+        i = active[n]
+        xi, yi, zi = position[0, i], position[1, i], position[2, i]
+        own = phase[i]
+        bxx = bxy = bxz = byy = byz = bzz = np.float32(0.0)
+        for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.count[i])):
+            j = fluid.index[k]
+            ax, ay, az = gradient[0, k], gradient[1, k], gradient[2, k]
+            dx, dy, dz = nearest_images(xi - position[0, j], yi - position[1, j], zi - position[2, j], period)
+            s = viscosity[own, phase[j]] * stiffness(ax, ay, az, dx, dy, dz, regular, factor)
+            pair_stiffness[k] = s
+            bxx += s * ax * ax
+            bxy += s * ax * ay
+            bxz += s * ax * az
+            byy += s * ay * ay
+            byz += s * ay * az
+            bzz += s * az * az
+        if wall_viscosity is not None:
+            for k in range(walls.start[i], walls.start[i] + np.int64(walls.count[i])):
+                b = walls.index[k]
+                ax, ay, az = wall_gradient[0, k], wall_gradient[1, k], wall_gradient[2, k]
+                dx, dy, dz = nearest_images(xi - wall[0, b], yi - wall[1, b], zi - wall[2, b], period)
+                s = viscosity[own, own] * wall_viscosity[b] * stiffness(ax, ay, az, dx, dy, dz, regular, factor)
+                wall_stiffness[k] = s
+                bxx += s * ax * ax
+                bxy += s * ax * ay
+                bxz += s * ax * az
+                byy += s * ay * ay
+                byz += s * ay * az
+                bzz += s * az * az
+        block[0, i], block[1, i], block[2, i] = bxx, bxy, bxz
+        block[3, i], block[4, i], block[5, i] = byy, byz, bzz
+
+
+@njit(**FAST)
+def viscous_force(begin, end, active, fluid, gradient, pair_stiffness, block, velocity, force):
+    """Fill `force` (3, N) with sum_j K_ij (v_j - v_i) [N/m3] of active particles; wall velocities count as 0."""
+    for n in range(begin, end):
+        i = active[n]
+        ui, vi, wi = velocity[0, i], velocity[1, i], velocity[2, i]
+        fx = -(block[0, i] * ui + block[1, i] * vi + block[2, i] * wi)
+        fy = -(block[1, i] * ui + block[3, i] * vi + block[4, i] * wi)
+        fz = -(block[2, i] * ui + block[4, i] * vi + block[5, i] * wi)
+        for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.count[i])):
+            j = fluid.index[k]
+            ax, ay, az = gradient[0, k], gradient[1, k], gradient[2, k]
+            s = pair_stiffness[k] * (ax * velocity[0, j] + ay * velocity[1, j] + az * velocity[2, j])
+            fx += s * ax
+            fy += s * ay
+            fz += s * az
+        force[0, i], force[1, i], force[2, i] = fx, fy, fz
+
+
+@njit(**FAST)
+def wall_drag(begin, end, active, walls, wall_gradient, wall_stiffness, wall_velocity, force):
+    """Add sum_b K_ib v_b [N/m3], what moving no-slip walls pull, to `force` (3, N) of active particles."""
+    for n in range(begin, end):
+        i = active[n]
+        for k in range(walls.start[i], walls.start[i] + np.int64(walls.count[i])):
+            b = walls.index[k]
+            ax, ay, az = wall_gradient[0, k], wall_gradient[1, k], wall_gradient[2, k]
+            s = wall_stiffness[k] * (
+                ax * wall_velocity[0, b] + ay * wall_velocity[1, b] + az * wall_velocity[2, b]
+            )
+            force[0, i] += s * ax
+            force[1, i] += s * ay
+            force[2, i] += s * az
+
+
+@njit(**FAST)
+def viscous_reaction(
+    particles, velocity, wall_velocity, walls, wall_gradient, wall_stiffness, volume, resting, owner, arm, force
+):
+    """Add to `force` (bodies, 6) what `particles` that touch moving no-slip bodies drag on them, V K_ib (v_i - v_b) [N, N m]."""
+    for i in particles:
+        for k in range(walls.start[i], walls.start[i] + np.int64(walls.count[i])):
+            b = walls.index[k]
+            if b < resting:
+                continue
+            ax, ay, az = wall_gradient[0, k], wall_gradient[1, k], wall_gradient[2, k]
+            along = ax * (velocity[0, i] - wall_velocity[0, b]) + ay * (velocity[1, i] - wall_velocity[1, b])
+            along += az * (velocity[2, i] - wall_velocity[2, b])
+            s = volume * wall_stiffness[k] * along
+            add_wrench(force, owner[b - resting], arm, b - resting, s * ax, s * ay, s * az)
+
+
+@njit(**FAST)
+def precondition(begin, end, active, block, rest_density, time_step, plane, residual, result):
+    """result = (rho_0 + dt sum_j K_ij)^-1 residual, the 3x3 block Jacobi preconditioner, for active particles."""
+    for n in range(begin, end):
+        i = active[n]
+        rho = rest_density[i]
+        xx, xy, xz = rho + time_step * block[0, i], time_step * block[1, i], time_step * block[2, i]
+        yy, yz, zz = rho + time_step * block[3, i], time_step * block[4, i], rho + time_step * block[5, i]
+        cxx, cxy, cxz = yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy
+        inverse = np.float32(1.0) / (xx * cxx + xy * cxy + xz * cxz)
+        rx, ry, rz = residual[0, i] * inverse, residual[1, i] * inverse, residual[2, i] * inverse
+        result[0, i] = cxx * rx + cxy * ry + cxz * rz
+        result[1, i] = cxy * rx + (xx * zz - xz * xz) * ry + (xy * xz - xx * yz) * rz
+        result[2, i] = cxz * rx + (xy * xz - xx * yz) * ry + (xx * yy - xy * xy) * rz
+
+
+def viscosity_matrix(viscosities: list[float], same_phase_only: bool) -> Real:
+    """mu_ij [Pa s] (phases, phases): harmonic means, or only the diagonal."""
+    mu = np.asarray(viscosities, np.float64)
+    sums = mu[:, None] + mu[None, :]
+    mean = np.divide(2.0 * mu[:, None] * mu[None, :], sums, out=np.zeros_like(sums), where=sums > 0.0)
+    return (np.diag(mu) if same_phase_only else mean).astype(np.float32)
+
+
+class ViscousSystem:
+    """The linear system of one step; `solve` makes a velocity implicit, `explicit` steps it forward."""
+
+    def __init__(self, team: Team, active: NDArray[np.uint32], fluid: Pairs, gradient: Real, plane: bool) -> None:
+        self._team, self.active, self._fluid, self._gradient, self._plane = team, active, fluid, gradient, plane
+        self.pair_stiffness = np.empty(gradient.shape[1], np.float32)
+        self.block: Real = np.empty((6, 0), np.float32)
+
+    def assemble(
+        self, position: Real, wall: Real, phase: NDArray[np.uint8], viscosity: Real, wall_viscosity: Real | None,
+        period: tuple[np.float32, ...] | None, walls: Pairs, wall_gradient: Real, spacing: float, dimension: int,
+    ) -> None:  # fmt: skip
+        """Compute the coefficients of every pair at the present positions."""
+        self._walls, self._wall_gradient = walls, wall_gradient
+        self.wall_stiffness = np.empty(wall_gradient.shape[1] if wall_viscosity is not None else 0, np.float32)
+        self.block = np.zeros((6, position.shape[1]), np.float32)
+        self._team.run(
+            viscous_coefficients, self.active.size, self.active, position, wall, phase, viscosity, wall_viscosity,
+            period, self._fluid, walls, self._gradient, wall_gradient, np.float32(0.01 * spacing**2),
+            np.float32(2.0 * (dimension + 2.0)), self.pair_stiffness, self.wall_stiffness, self.block,
+        )  # fmt: skip
+
+    def force(self, velocity: Real, wall_velocity: Real | None) -> Real:
+        """Viscous force density (3, N) [N/m3]; wall_velocity (3, M) or None where every no-slip wall rests."""
+        result = np.zeros_like(velocity)
+        arguments = (self._fluid, self._gradient, self.pair_stiffness, self.block, velocity, result)
+        self._team.run(viscous_force, self.active.size, self.active, *arguments)
+        if wall_velocity is not None and self.wall_stiffness.size:
+            self._team.run(
+                wall_drag, self.active.size, self.active, self._walls, self._wall_gradient,
+                self.wall_stiffness, wall_velocity, result,
+            )  # fmt: skip
+        return result
+
+    def explicit(self, velocity: Real, rest_density: Real, time_step: float, wall_velocity: Real | None) -> None:
+        """velocity += dt force / rho_0 (Eq. 25), in place."""
+        velocity += np.float32(time_step) / rest_density * self.force(velocity, wall_velocity)
+
+    def solve(
+        self, velocity: Real, rest_density: Real, time_step: float, wall_velocity: Real | None, tolerance: float, iterations: int
+    ) -> int:
+        """Backward Euler (Eq. 26, 27), in place; stops at `tolerance` times the explicit change; returns iterations."""
+        dt = np.float32(time_step)
+        residual = dt * self.force(velocity, wall_velocity)
+        scaled = np.zeros_like(velocity)
+        image = np.empty_like(velocity)
+        self._precondition(residual, rest_density, dt, scaled)
+        direction = scaled.copy()
+        energy = first = self._dot(residual, scaled)
+        used = 0
+        while used < iterations and energy > tolerance * tolerance * first and energy > 0.0:
+            image = rest_density * direction - dt * self.force(direction, None)
+            curvature = self._dot(direction, image)
+            step = np.float32(energy / curvature)
+            velocity += step * direction
+            residual -= step * image
+            self._precondition(residual, rest_density, dt, scaled)
+            before, energy = energy, self._dot(residual, scaled)
+            direction *= np.float32(energy / before)
+            direction += scaled
+            used += 1
+        return used
+
+    def _precondition(self, residual: Real, rest_density: Real, time_step: np.float32, result: Real) -> None:
+        arguments = (self.active, self.block, rest_density, time_step, self._plane, residual, result)
+        self._team.run(precondition, self.active.size, *arguments)
+
+    def _dot(self, left: Real, right: Real) -> float:
+        left, right = left.reshape(-1), right.reshape(-1)
+        sums = np.zeros(block_count(left.size))
+        self._team.run(dot, left.size, left, right, sums)
+        return total(sums)
+
+
+def largest_number(viscosities: list[float], densities: list[float], time_step: float, spacing: float) -> float:
+    """Largest viscous number nu dt / d^2 of the phases."""
+    return max(mu / rho for mu, rho in zip(viscosities, densities, strict=True)) * time_step / spacing**2
+
+
+def is_mild(number: float) -> bool:
+    """Whether one explicit step is as good as the implicit one at this viscous number."""
+    return math.isfinite(number) and number < EXPLICIT_BELOW

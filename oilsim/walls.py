@@ -1,0 +1,253 @@
+"""All wall particles of a fluid: those at rest sorted once, those of moving bodies placed by their poses each step.
+
+Sign of the impulse: fluid particle i that presses with kappa_i on wall particles b receives -V rho_ref kappa_i V_b grad W_ib and the body
+the opposite, P = V rho_ref sum_i kappa_i J_i with J_i = sum_b V_b (grad W_ib, r_b x grad W_ib), r_b the arm from the centre of mass.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike, NDArray
+
+from oilsim.boundary import BoundaryParticles
+from oilsim.neighbors import NeighborSearch, Pairs
+from oilsim.smoothing_kernels import FAST
+
+Real = NDArray[np.float32]
+Double = NDArray[np.float64]
+
+
+class Contacts(NamedTuple):
+    """Fluid particles that touch moving bodies: particle (K,), body (K,) slot, jacobian (K, 6) J of the module's docstring [1/m, 1]."""
+
+    particle: NDArray[np.uint32]
+    body: NDArray[np.uint16]
+    jacobian: Real
+
+
+@njit(inline="always", **FAST)
+def add_wrench(wrench, owner, arm, b, fx, fy, fz):
+    """Add a force at the arm of moving wall particle b to row `owner` of `wrench` (bodies, 6)."""
+    wrench[owner, 0] += fx
+    wrench[owner, 1] += fy
+    wrench[owner, 2] += fz
+    wrench[owner, 3] += arm[1, b] * fz - arm[2, b] * fy
+    wrench[owner, 4] += arm[2, b] * fx - arm[0, b] * fz
+    wrench[owner, 5] += arm[0, b] * fy - arm[1, b] * fx
+
+
+@njit(**FAST)
+def find_touching(walls, count, resting, touches):
+    """Mark the particles that have a moving wall particle within reach."""
+    for i in range(count):
+        touches[i] = False
+        for k in range(walls.start[i], walls.start[i] + np.int64(walls.count[i])):
+            if walls.index[k] >= resting:
+                touches[i] = True
+
+
+@njit(**FAST)
+def find_contacts(touching, walls, wall_gradient, resting, owner, arm, particle, body, jacobian):
+    """Gather J_i for each touching particle and moving body within its reach; returns the number of contacts."""
+    found = 0
+    for i in touching:
+        first = found
+        for k in range(walls.start[i], walls.start[i] + np.int64(walls.count[i])):
+            b = walls.index[k]
+            if b < resting:
+                continue
+            c = first
+            while c < found and body[c] != owner[b - resting]:
+                c += 1
+            if c == found:
+                particle[c] = i
+                body[c] = owner[b - resting]
+                jacobian[c] = 0.0
+                found += 1
+            add_wrench(jacobian, c, arm, b - resting, wall_gradient[0, k], wall_gradient[1, k], wall_gradient[2, k])
+    return found
+
+
+def rotation_matrix(orientation: ArrayLike) -> Double:
+    """Rotation (3, 3) of a unit quaternion x, y, z, w."""
+    x, y, z, w = np.asarray(orientation, np.float64) / np.linalg.norm(orientation)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def rotated(orientation: Double, turn: Double) -> Double:
+    """Quaternion after a rotation vector `turn` [rad] in the world frame."""
+    angle = float(np.linalg.norm(turn))
+    half = 0.5 * angle
+    factor = 0.5 if angle < 1e-8 else np.sin(half) / angle
+    ax, ay, az, aw = *(factor * turn), np.cos(half)
+    x, y, z, w = orientation
+    result = np.array(
+        [
+            aw * x + ax * w + ay * z - az * y,
+            aw * y - ax * z + ay * w + az * x,
+            aw * z + ax * y - ay * x + az * w,
+            aw * w - ax * x - ay * y - az * z,
+        ]
+    )
+    return result / np.linalg.norm(result)
+
+
+@dataclass
+class MovingBody:
+    """Motion of one moving boundary during an advance: pose, twist, how it answers, and what it has received."""
+
+    position: Double
+    orientation: Double
+    twist: Double  # (6,) linear [m/s] and angular [rad/s] velocity
+    inverse_mass: Double  # (6, 6) twist per impulse; zeros for prescribed motion
+    free_acceleration: Double  # (6,) d(twist)/dt from everything but the fluid
+    impulse: Double = field(default_factory=lambda: np.zeros(6))  # [N s, N m s] since the advance began
+
+    def receive(self, impulse: Double) -> None:
+        """Take an impulse (6,) and answer it."""
+        self.impulse = self.impulse + impulse
+        self.twist = self.twist + self.inverse_mass @ impulse
+
+    def drift(self, time_step: float) -> None:
+        """Move the pose by the twist."""
+        self.position = self.position + time_step * self.twist[:3]
+        self.orientation = rotated(self.orientation, time_step * self.twist[3:])
+
+
+class Walls:
+    """Storage of every wall particle: resting ones first, in cell order, then moving ones body by body."""
+
+    def __init__(self, search: NeighborSearch, lower: ArrayLike, period: tuple[float, float, float] | None) -> None:
+        self._search, self._lower, self._period = search, np.asarray(lower, np.float32), period
+        self.boundaries: dict[int, BoundaryParticles] = {}
+        self.moving: dict[int, MovingBody] = {}
+        self._next = 0
+        self._stale = True
+        self.position: Real = np.empty((3, 0), np.float32)
+        self.velocity: Real | None = None
+        self.volume: Real = np.empty(0, np.float32)
+        self.no_slip: Real | None = None
+        self.resting = 0
+
+    def add(self, boundary: BoundaryParticles) -> int:
+        """Add a boundary at rest; returns its handle."""
+        handle = self._next
+        self._next += 1
+        self.boundaries[handle] = boundary
+        self._stale = True
+        return handle
+
+    def remove(self, handle: int) -> None:
+        """Remove a boundary; KeyError for a handle that does not exist."""
+        del self.boundaries[handle]
+        self.moving.pop(handle, None)
+        self._stale = True
+
+    def set_motion(self, handle: int, body: MovingBody) -> None:
+        """From now on the boundary moves as `body`."""
+        self._stale |= handle not in self.moving
+        self.moving[handle] = body
+
+    @property
+    def count(self) -> int:
+        """Number of wall particles."""
+        return sum(len(boundary.position) for boundary in self.boundaries.values())
+
+    def place(self) -> None:
+        """Bring all positions up to date with the bodies' poses."""
+        if self._stale:
+            self._arrange()
+        if not self.moving:
+            return
+        at = self.resting
+        for handle, body in self.moving.items():
+            points = self._local[handle]
+            arm = rotation_matrix(body.orientation) @ points
+            end = at + points.shape[1]
+            self.arm[:, at - self.resting : end - self.resting] = arm
+            self.position[:, at:end] = self._wrapped(arm + body.position[:, None])
+            if self.velocity is not None:
+                self.velocity[:, at:end] = body.twist[:3, None] + np.cross(body.twist[3:], arm.T).T
+            at = end
+        order, self.moving_start = self._search.order_by_cell(np.ascontiguousarray(self.position[:, self.resting :]))
+        self.moving_order = order + np.uint32(self.resting)
+
+    def positions(self, handle: int) -> Real:
+        """World positions (M, 3) of one boundary."""
+        points = self.boundaries[handle].position
+        body = self.moving.get(handle)
+        if body is not None:
+            points = points @ rotation_matrix(body.orientation).T + body.position
+        return points.astype(np.float32)
+
+    def touching(self, walls: Pairs, count: int) -> NDArray[np.uint32]:
+        """Indices of the fluid particles, of `count`, that have a moving wall particle within reach."""
+        touches = np.zeros(count, bool)
+        if self.moving:
+            find_touching(walls, count, self.resting, touches)
+        return np.flatnonzero(touches).astype(np.uint32)
+
+    def contacts(self, touching: NDArray[np.uint32], walls: Pairs, wall_gradient: Real) -> Contacts:
+        """Contacts of the touching particles with moving bodies, from cached wall gradients."""
+        room = int(walls.count[touching].sum())
+        particle, body = np.empty(room, np.uint32), np.empty(room, np.uint16)
+        jacobian = np.empty((room, 6), np.float32)
+        found = 0
+        if room:
+            found = find_contacts(
+                touching, walls, wall_gradient, self.resting, self.owner, self.arm, particle, body, jacobian
+            )
+        return Contacts(particle[:found], body[:found], jacobian[:found])
+
+    def zero_forces(self) -> Double:
+        """An empty wrench (bodies, 6) in the order of the moving bodies."""
+        return np.zeros((len(self.moving), 6))
+
+    def receive(self, impulses: Double) -> None:
+        """Hand impulses (bodies, 6) to the moving bodies."""
+        for body, impulse in zip(self.moving.values(), impulses, strict=True):
+            body.receive(impulse)
+
+    def _arrange(self) -> None:
+        """Lay out storage after a boundary came, went or began to move."""
+        resting = [h for h in self.boundaries if h not in self.moving]
+        points = [self.boundaries[h].position.T.astype(np.float32) for h in (*resting, *self.moving)]
+        self.position = np.concatenate([np.empty((3, 0), np.float32), *points], axis=1)
+        volumes = [self.boundaries[h].volume.astype(np.float32) for h in (*resting, *self.moving)]
+        self.volume = np.concatenate([np.empty(0, np.float32), *volumes])
+        stick = [
+            np.full(len(self.boundaries[h].volume), self.boundaries[h].no_slip, np.float32) for h in (*resting, *self.moving)
+        ]
+        no_slip = np.concatenate([np.empty(0, np.float32), *stick])
+        self.resting = sum(len(self.boundaries[h].volume) for h in resting)
+        still = self._wrapped(self.position[:, : self.resting].astype(np.float64)).astype(np.float32)
+        order, self.cell_start = self._search.order_by_cell(np.ascontiguousarray(still))
+        self.position[:, : self.resting] = still[:, order]
+        self.volume[: self.resting] = self.volume[order]
+        no_slip[: self.resting] = no_slip[order]
+        self.no_slip = no_slip if no_slip.any() else None
+        self.velocity = np.zeros_like(self.position) if self.no_slip is not None and self.moving else None
+        self._local = {h: self.boundaries[h].position.T.copy() for h in self.moving}
+        sizes = [len(self.boundaries[h].volume) for h in self.moving]
+        self.owner = np.repeat(np.arange(len(sizes), dtype=np.uint16), sizes)
+        self.arm = np.zeros((3, sum(sizes)), np.float32)
+        self.moving_order = self.moving_start = None
+        self._stale = False
+
+    def _wrapped(self, points: NDArray[np.floating]) -> NDArray[np.floating]:
+        """Points (3, M) brought back into a periodic domain."""
+        if self._period is not None:
+            for axis, length in enumerate(self._period):
+                if length > 0.0:
+                    points[axis] -= length * np.floor((points[axis] - self._lower[axis]) / length)
+        return points

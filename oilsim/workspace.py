@@ -1,0 +1,208 @@
+"""What one time step computes from the state: neighbours, densities, gradients, contacts; and the stages both schemes share."""
+
+from __future__ import annotations
+
+import time
+from collections import defaultdict
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+from numpy.typing import NDArray
+
+from oilsim.adhesion import adhesion_acceleration, adhesion_reaction, adhesion_scale, area_per_volume
+from oilsim.config import FluidConfig
+from oilsim.density import density_and_diagonal, density_constraint, density_multiplier, density_push, push_reaction
+from oilsim.divergence import cache_gradients, gradient_sums
+from oilsim.neighbors import NeighborSearch, Pairs, make_grid
+from oilsim.parallel import Team, block_count, total
+from oilsim.smoothing_kernels import normalisation
+from oilsim.state import FluidState
+from oilsim.viscosity import ViscousSystem, is_mild, largest_number, viscosity_matrix, viscous_reaction
+from oilsim.walls import Contacts, Walls
+
+Real = NDArray[np.float32]
+
+
+class Workspace:
+    """Constants in kernel precision and the arrays of the present step; `search` must precede the other stages."""
+
+    def __init__(self, config: FluidConfig, team: Team) -> None:
+        self.config, self.team = config, team
+        periods = [h - l if p else 0.0 for l, h, p in zip(config.lower, config.upper, config.periodic, strict=True)]
+        period = (periods[0], periods[1], periods[2]) if any(config.periodic) else None
+        self.period = None if period is None else tuple(np.float32(p) for p in period)
+        self.support = np.float32(config.support_radius)
+        self.sigma = np.float32(normalisation(config.support_radius, config.dimension))
+        self.volume = np.float32(config.rest_volume)
+        self.plane = config.dimension == 2
+        grid = make_grid(config.lower, config.upper, config.periodic, config.support_radius, config.dimension)
+        self._search = NeighborSearch(grid, team, period)
+        self.walls = Walls(NeighborSearch(grid, team, period), config.lower, period)
+        self.densities = np.array([phase.rest_density for phase in config.phases])
+        self.viscosities = [config.viscosity_correction * phase.dynamic_viscosity for phase in config.phases]
+        self.reference_density = float(self.densities[0])
+        self._weights = (self.reference_density / self.densities).astype(np.float32)
+        self._viscosity = viscosity_matrix(self.viscosities, same_phase_only=config.scheme == "paper")
+        scale = adhesion_scale(config.dimension) / config.particle_spacing**config.dimension
+        strength = [phase.adhesion * scale / phase.rest_density for phase in config.phases]
+        self._adhesion = np.array(strength, np.float32) if any(strength) else None
+        self.seconds: defaultdict[str, float] = defaultdict(float)
+        self.gradient: Real = np.empty((3, 0), np.float32)
+        self.wall_gradient: Real = np.empty((3, 0), np.float32)
+        self._density_multiplier: Real = np.empty(0, np.float32)
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """Add the wall time of a block to the named stage."""
+        begin = time.perf_counter()
+        yield
+        self.seconds[name] += time.perf_counter() - begin
+
+    def search(self, state: FluidState) -> None:
+        """Sort the state by cell and list all neighbours at its present positions."""
+        with self.stage("search"):
+            order, cell_start = self._search.order_by_cell(state.position)
+            state.take(order)
+            self.walls.place()
+            walls = self.walls
+            self.fluid_pairs = self._search.list_neighbors("fluid", state.position, state.position, cell_start)
+            self.wall_pairs = self._search.list_neighbors(
+                "walls", state.position, walls.position, walls.cell_start, walls.moving_order, walls.moving_start
+            )
+            count = state.count
+            self.weight = None if (self._weights == 1.0).all() else self._weights[state.phase]
+            self.rest_density = self.densities.astype(np.float32)[state.phase]
+            self.density, self.compression, self.diagonal = np.empty((3, count), np.float32)
+            self.gradient_sum = np.empty((3, count), np.float32)
+            self.gradient = _reserved(self.gradient, self.fluid_pairs)
+            self.wall_gradient = _reserved(self.wall_gradient, self.wall_pairs)
+            self.touching = walls.touching(self.wall_pairs, count)
+
+    @property
+    def _geometry(self) -> tuple[object, ...]:
+        return (self.period, self.fluid_pairs, self.wall_pairs, self.sigma, self.support, self.volume)
+
+    def wrap(self, state: FluidState) -> None:
+        """Bring particles that crossed a periodic side back in at the other."""
+        if self.period is not None:
+            for axis, length in enumerate(self.period):
+                if length > 0.0:
+                    low = np.float32(self.config.lower[axis])
+                    state.position[axis] -= length * np.floor((state.position[axis] - low) / length)
+
+    def accelerate(self, state: FluidState, time_step: float) -> None:
+        """Gravity on the fluid; on the bodies everything but the fluid."""
+        for axis, g in enumerate(self.config.gravity):
+            if g != 0.0:
+                state.velocity[axis] += np.float32(time_step * g)
+        for body in self.walls.moving.values():
+            body.twist = body.twist + time_step * body.free_acceleration
+
+    def constrain_density(self, position: Real, reaction_time: float | None = None) -> tuple[int, float]:
+        """Alg. 2 on `position` (3, N) in place; returns iterations and the mean compression left.
+
+        With a `reaction_time` [s] (the paper's scheme, where pushes become velocities) moving bodies receive the opposite impulse.
+        """
+        config, walls, run, count = self.config, self.walls, self.team.run, position.shape[1]
+        if count == 0:
+            return 0, 0.0
+        multiplier, push = np.zeros(count, np.float32), np.empty_like(position)
+        error = np.zeros(block_count(count))
+        relaxation, spacing = np.float32(config.relaxation), np.float32(config.particle_spacing)
+        with self.stage("density"):
+            run(
+                density_and_diagonal, count, position, walls.position, walls.volume, self.weight, *self._geometry,
+                self.compression, self.diagonal,
+            )  # fmt: skip
+            for iteration in range(config.density_iterations + 1):
+                run(density_multiplier, count, self.compression, self.diagonal, relaxation, multiplier, error)
+                mean = total(error) / count
+                if mean <= config.density_tolerance or iteration == config.density_iterations:
+                    return iteration, mean
+                run(
+                    density_push, count, position, walls.position, walls.volume, self.weight, multiplier,
+                    *self._geometry, spacing, push,
+                )  # fmt: skip
+                if reaction_time is not None and self.touching.size:
+                    impulse = walls.zero_forces()
+                    push_reaction(
+                        self.touching, position, walls.position, walls.volume, multiplier, *self._geometry,
+                        np.float32(self.reference_density), walls.resting, walls.owner, walls.arm, impulse,
+                    )  # fmt: skip
+                    walls.receive(impulse / reaction_time)
+                position += push
+                run(density_constraint, count, position, walls.position, walls.volume, *self._geometry, self.compression)
+        raise AssertionError("the loop returns")
+
+    def linearise(self, position: Real) -> None:
+        """Cache pair gradients, g_i, densities and the diagonal of the pressure operator at `position`."""
+        walls, count = self.walls, position.shape[1]
+        with self.stage("gradients"):
+            self.team.run(
+                cache_gradients, count, position, walls.position, walls.volume, *self._geometry,
+                self.gradient, self.wall_gradient, self.density,
+            )  # fmt: skip
+            self.team.run(
+                gradient_sums, count, self.fluid_pairs, self.wall_pairs, self.gradient, self.wall_gradient, self.weight,
+                self.gradient_sum, self.diagonal,
+            )  # fmt: skip
+            self.contacts: Contacts = walls.contacts(self.touching, self.wall_pairs, self.wall_gradient)
+
+    def adhere(self, state: FluidState, time_step: float) -> None:
+        """Kick velocities by adhesion to walls; moving bodies receive the opposite impulse."""
+        if self._adhesion is None:
+            return
+        walls, config = self.walls, self.config
+        with self.stage("adhesion"):
+            pull = np.zeros_like(state.velocity)
+            area = walls.volume * np.float32(area_per_volume(config.dimension) / config.particle_spacing)
+            self.team.run(
+                adhesion_acceleration, state.count, state.position, walls.position, area,
+                state.phase, self._adhesion, self.period, self.wall_pairs, self.support, pull,
+            )  # fmt: skip
+            state.velocity += np.float32(time_step) * pull
+            if self.touching.size:
+                force = walls.zero_forces()
+                adhesion_reaction(
+                    self.touching, state.position, walls.position, area, state.phase, self._adhesion,
+                    self.rest_density, self.period, self.wall_pairs, self.support, self.volume, walls.resting, walls.owner,
+                    walls.arm, force,
+                )  # fmt: skip
+                walls.receive(time_step * force)
+
+    def resist(self, state: FluidState, time_step: float) -> int:
+        """Viscosity on velocities; returns the iterations of the implicit solve, 0 for an explicit step."""
+        config = self.config
+        if not any(self.viscosities) or state.count == 0:
+            return 0
+        with self.stage("viscosity"):
+            viscous = np.array([mu > 0.0 for mu in self.viscosities])
+            chosen = np.arange(state.count) if viscous.all() else np.flatnonzero(viscous[state.phase])
+            system = ViscousSystem(self.team, chosen.astype(np.uint32), self.fluid_pairs, self.gradient, self.plane)
+            system.assemble(
+                state.position, self.walls.position, state.phase, self._viscosity, self.walls.no_slip, self.period,
+                self.wall_pairs, self.wall_gradient, config.particle_spacing, config.dimension,
+            )  # fmt: skip
+            number = largest_number(self.viscosities, list(self.densities), time_step, config.particle_spacing)
+            used = 0
+            if config.explicit_viscosity or is_mild(number):
+                system.explicit(state.velocity, self.rest_density, time_step, self.walls.velocity)
+            else:
+                used = system.solve(
+                    state.velocity, self.rest_density, time_step, self.walls.velocity,
+                    config.viscosity_tolerance, config.viscosity_iterations,
+                )  # fmt: skip
+            if self.walls.velocity is not None and self.touching.size:
+                force = self.walls.zero_forces()
+                viscous_reaction(
+                    self.touching, state.velocity, self.walls.velocity, self.wall_pairs, self.wall_gradient,
+                    system.wall_stiffness, self.volume, self.walls.resting, self.walls.owner, self.walls.arm, force,
+                )  # fmt: skip
+                self.walls.receive(time_step * force)
+        return used
+
+
+def _reserved(kept: Real, pairs: Pairs) -> Real:
+    """Storage (3, P) for a value per pair, reused while it is large enough."""
+    return kept if kept.shape[1] >= pairs.index.size else np.empty((3, pairs.index.size), np.float32)
