@@ -53,7 +53,7 @@ def hydrostatics(mesh: trimesh.Trimesh, waterline: float) -> Hydrostatics:
     triangles[:, :, 2] -= waterline
     wetted = _clip_below_zero(triangles)
     if len(wetted) == 0:
-        raise ValueError(f"waterline {waterline:g} m lies below the mesh, whose lowest point is {mesh.bounds[0, 2]:g} m")
+        raise ValueError(f"waterline {waterline:g} m lies below the mesh, lowest point {mesh.bounds[0, 2]:g} m")
     vertical_area = 0.5 * np.cross(wetted[:, 1] - wetted[:, 0], wetted[:, 2] - wetted[:, 0])[:, 2]
     x, y, z = np.moveaxis(0.5 * (wetted + np.roll(wetted, 1, axis=1)), 2, 0)
 
@@ -78,7 +78,7 @@ def waterline_for_volume(mesh: trimesh.Trimesh, displaced_volume: float) -> floa
     """Height z [m] of the waterplane at which the upright mesh displaces `displaced_volume` [m3], by bisection."""
     if not 0.0 < displaced_volume < mesh.volume:
         raise ValueError(
-            f"displaced volume {displaced_volume:g} m3 must lie between 0 and the volume of the mesh, {mesh.volume:g} m3"
+            f"displaced volume {displaced_volume:g} m3 must lie between 0 and the mesh's {mesh.volume:g} m3"
         )
     low, high = (float(z) for z in mesh.bounds[:, 2])
     for _ in range(60):

@@ -1,0 +1,236 @@
+"""The helmsman: speed, heading and lane control of one vessel as a participant of the coupled run.
+
+All forces are horizontal and act at the height of the centre of mass, so that orders never heave, heel or trim the
+hull; only the wind on the superstructure heels it. Loops are proportional, integral and, for position-like errors, with
+rate damping; an integral stops growing where it would push a saturated actuator further (conditional integration).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from coupling.participant import Causality, Status, StepResult, Variable, checked_value, variable_table
+from vessels.course import wrap_angle
+from vessels.vessel import Vessel
+
+Array = NDArray[np.float64]
+_SavedState = tuple[dict[str, Any], dict[str, Array]]
+
+
+@dataclass
+class _ControlState:
+    """What the controller remembers from step to step."""
+
+    leg: int = -1
+    speed_order: float = 0.0
+    heading_order: float = 0.0
+    ramped_speed: float = 0.0
+    speed_integral: float = 0.0
+    heading_integral: float = 0.0
+    lane_integral: float = 0.0
+
+
+class VesselControl:
+    """Speed and heading control of `vessel`; keeps the contract of `coupling.participant.Participant`.
+
+    Inputs: <vessel>.pose, <vessel>.twist; <vessel>.wind (3,) [m/s]; and the orders <vessel>.speed_order [m/s] and
+    <vessel>.heading_order [rad], which replace those of the course from when they are set until the next leg begins
+    (set at every step, as by an autopilot, they always rule). Outputs: <vessel>.applied_wrench, and for the record
+    <vessel>.thrust [N], <vessel>.side_thrust [N], <vessel>.yaw_moment [N m], <vessel>.speed [m/s], <vessel>.heading.
+
+    Control laws, with m the mass, I the yaw inertia, w the bandwidth of each loop, errors order - actual:
+    thrust   F = m (2 w e + w^2 int e dt), e the error of the speed along the heading;
+    steering M = I (w^2 e - 2 w r + w^3 / 10 int e dt), e the heading error, r the rate of turn;
+    lane, with side thrusters: G = m (w^2 e - 2 w v + w^3 / 10 int e dt), e the distance to the line, v the drift;
+    lane, without: the bow is pointed at the line, off the course by
+    atan((e + U / (6 s) int e dt) / s), s the lookahead and U the ordered speed: damped 1.2 times critically;
+    the integrand is faded by cos^2 of the angle against wind-up (Borhaug, Pavlov and Pettersen 2008).
+    """
+
+    def __init__(self, vessel: Vessel) -> None:
+        self.name = f"{vessel.name}-control"
+        self.vessel = vessel
+        self._variables = variable_table(_variables(vessel.name))
+        self._values = {name: np.zeros(variable.shape) for name, variable in self._variables.items()}
+        self._values[f"{vessel.name}.pose"][6] = 1.0
+        self._state = _ControlState()
+
+    @property
+    def variables(self) -> Mapping[str, Variable]:
+        """Every variable by its name."""
+        return self._variables
+
+    def enter_initialization_mode(self, start_time: float) -> None:
+        """Take up the orders of the first leg; the speed is approached from rest."""
+        self._state = _ControlState()
+        self._take_orders(start_time)
+
+    def exit_initialization_mode(self) -> None:
+        """Start the speed ramp from the speed at which the vessel is under way."""
+        self._state.ramped_speed = float(self._motion()[2])
+
+    def get(self, name: str) -> Array:
+        """Value of the variable `name`."""
+        return self._values[name].copy()
+
+    def set(self, name: str, value: Array) -> None:
+        """Give an input its value; an order holds until the next leg begins."""
+        array = checked_value(self.name, self._variables, name, value)
+        self._values[name] = array
+        if name == f"{self.vessel.name}.speed_order":
+            self._state.speed_order = float(array)
+        elif name == f"{self.vessel.name}.heading_order":
+            self._state.heading_order = float(array)
+
+    def do_step(self, time: float, step_size: float) -> StepResult:
+        """Choose the wrench that acts from `time` to `time + step_size` [s]."""
+        self._take_orders(time)
+        position, heading, surge, sway, turn_rate = self._motion()
+        offset = self._lane_offset(position)
+        thrust = self._thrust(surge, step_size)
+        side = self._side_thrust(offset, sway, step_size)
+        moment = self._yaw_moment(heading, turn_rate, self._bow_correction(offset, step_size), step_size)
+        c, s = math.cos(heading), math.sin(heading)
+        wrench = np.array([thrust * c - side * s, thrust * s + side * c, 0.0, 0.0, 0.0, moment]) + self._wind_wrench()
+        outputs = {"thrust": thrust, "side_thrust": side, "yaw_moment": moment, "speed": surge, "heading": heading}
+        for name, value in outputs.items():
+            self._values[f"{self.vessel.name}.{name}"] = np.array(value)
+        self._values[f"{self.vessel.name}.applied_wrench"] = wrench
+        return StepResult(Status.OK, time + step_size)
+
+    def save_state(self) -> object:
+        """Copies of the controller's memory and of every variable."""
+        return asdict(self._state), {name: value.copy() for name, value in self._values.items()}
+
+    def restore_state(self, state: object) -> None:
+        """Go back to what `save_state` returned."""
+        memory, values = cast(_SavedState, state)
+        self._state = _ControlState(**memory)
+        self._values = {name: value.copy() for name, value in values.items()}
+
+    def terminate(self) -> None:
+        """Nothing is held."""
+
+    def _take_orders(self, time: float) -> None:
+        """At the beginning of a leg its orders replace the ones in force."""
+        state, course = self._state, self.vessel.course
+        leg = course.leg_index(time)
+        if leg != state.leg:
+            state.leg = leg
+            state.speed_order, state.heading_order = course.legs[leg].speed, course.legs[leg].heading
+            state.lane_integral = 0.0
+            self._values[f"{self.vessel.name}.speed_order"] = np.array(state.speed_order)
+            self._values[f"{self.vessel.name}.heading_order"] = np.array(state.heading_order)
+
+    def _motion(self) -> tuple[Array, float, float, float, float]:
+        """Position (2,), heading, speed ahead, speed to port, rate of turn."""
+        pose, twist = self._values[f"{self.vessel.name}.pose"], self._values[f"{self.vessel.name}.twist"]
+        heading = heading_of(pose[3:])
+        c, s = math.cos(heading), math.sin(heading)
+        return pose[:2], heading, c * twist[0] + s * twist[1], c * twist[1] - s * twist[0], float(twist[5])
+
+    def _lane_offset(self, position: Array) -> float:
+        """Distance [m] to port that the vessel must go to be on its line; 0 without one."""
+        through = self.vessel.course.legs[self._state.leg].through
+        if through is None:
+            return 0.0
+        direction = self._state.heading_order
+        return math.sin(direction) * (position[0] - through[0]) - math.cos(direction) * (position[1] - through[1])
+
+    def _thrust(self, surge: float, step_size: float) -> float:
+        """Thrust ahead [N] from the speed error."""
+        state, gains, mass = self._state, self.vessel.gains, self.vessel.hull.mass_properties.mass
+        change = gains.acceleration * step_size
+        state.ramped_speed += min(max(state.speed_order - state.ramped_speed, -change), change)
+        error, w = state.ramped_speed - surge, gains.speed_bandwidth
+        wanted = mass * (2.0 * w * error + w**2 * state.speed_integral)
+        propulsion = self.vessel.propulsion
+        thrust = min(max(wanted, -propulsion.astern_pull), propulsion.bollard_pull)
+        state.speed_integral += _integrand(error, wanted, thrust) * step_size
+        return thrust
+
+    def _yaw_moment(self, heading: float, turn_rate: float, correction: float, step_size: float) -> float:
+        """Steering moment [N m], positive counter-clockwise, from the heading error."""
+        state, w, limit = self._state, self.vessel.gains.heading_bandwidth, self.vessel.propulsion.yaw_moment
+        inertia = float(self.vessel.hull.mass_properties.inertia[2, 2])
+        error = wrap_angle(state.heading_order + correction - heading)
+        wanted = inertia * (w**2 * error - 2.0 * w * turn_rate + 0.1 * w**3 * state.heading_integral)
+        moment = min(max(wanted, -limit), limit)
+        if correction == 0.0:  # the line's integral also takes up a steady moment; two integrals would hunt each other
+            state.heading_integral += _integrand(error, wanted, moment) * step_size
+        return moment
+
+    def _side_thrust(self, offset: float, sway: float, step_size: float) -> float:
+        """Thrust to port [N] that brings the vessel to its line; 0 without side thrusters or without a line."""
+        state, w, limit = self._state, self.vessel.gains.lane_bandwidth, self.vessel.propulsion.side_thrust
+        if limit == 0.0 or self.vessel.course.legs[state.leg].through is None:
+            return 0.0
+        mass = self.vessel.hull.mass_properties.mass
+        wanted = mass * (w**2 * offset - 2.0 * w * sway + 0.1 * w**3 * state.lane_integral)
+        thrust = min(max(wanted, -limit), limit)
+        state.lane_integral += _integrand(offset, wanted, thrust) * step_size
+        return thrust
+
+    def _bow_correction(self, offset: float, step_size: float) -> float:
+        """Angle [rad] by which the bow is pointed at the line (integral line-of-sight guidance); at most 60 degrees."""
+        if self.vessel.propulsion.side_thrust > 0.0 or offset == 0.0:
+            return 0.0
+        state, lookahead = self._state, self.vessel.gains.lookahead or 2.0 * self.vessel.hull.length
+        rate = abs(state.ramped_speed) / (6.0 * lookahead)
+        wanted = math.atan((offset + rate * state.lane_integral) / lookahead)
+        correction = min(max(wanted, -math.pi / 3.0), math.pi / 3.0)
+        state.lane_integral += _integrand(offset, wanted, correction) * math.cos(correction) ** 2 * step_size
+        return correction
+
+    def _wind_wrench(self) -> Array:
+        """Force and moment of the wind on the superstructure about the centre of mass, world frame."""
+        superstructure = self.vessel.superstructure
+        if superstructure is None:
+            return np.zeros(6)
+        pose, twist = self._values[f"{self.vessel.name}.pose"], self._values[f"{self.vessel.name}.twist"]
+        arm = _rotate(pose[3:], np.array(superstructure.center))
+        velocity = twist[:3] + np.cross(twist[3:], arm)
+        force = superstructure.wind_force(self._values[f"{self.vessel.name}.wind"], velocity)
+        force[2] = 0.0
+        return np.concatenate([force, np.cross(arm, force)])
+
+
+def heading_of(orientation: Array) -> float:
+    """Heading [rad] of the x axis of a body with orientation xyzw: counter-clockwise about z from the world's +x."""
+    x, y, z, w = (float(component) for component in orientation)
+    return math.atan2(2.0 * (x * y + w * z), 1.0 - 2.0 * (y * y + z * z))
+
+
+def _rotate(orientation: Array, vector: Array) -> Array:
+    """A body vector (3,) in the world frame: v + 2 q x (q x v + w v)."""
+    axis, w = orientation[:3], orientation[3]
+    return vector + 2.0 * np.cross(axis, np.cross(axis, vector) + w * vector)
+
+
+def _integrand(error: float, wanted: float, limited: float) -> float:
+    """The error, or 0 where integrating it would push a saturated actuator further (conditional integration)."""
+    return 0.0 if (wanted - limited) * error > 0.0 else error
+
+
+def _variables(vessel: str) -> list[Variable]:
+    """Variables of the controller of the vessel of that name."""
+    given, taken = Causality.INPUT, Causality.OUTPUT
+    return [
+        Variable(f"{vessel}.pose", "m, 1", (7,), given),
+        Variable(f"{vessel}.twist", "m/s, rad/s", (6,), given),
+        Variable(f"{vessel}.wind", "m/s", (3,), given),
+        Variable(f"{vessel}.speed_order", "m/s", (), given),
+        Variable(f"{vessel}.heading_order", "rad", (), given),
+        Variable(f"{vessel}.applied_wrench", "N, N m", (6,), taken),
+        Variable(f"{vessel}.thrust", "N", (), taken),
+        Variable(f"{vessel}.side_thrust", "N", (), taken),
+        Variable(f"{vessel}.yaw_moment", "N m", (), taken),
+        Variable(f"{vessel}.speed", "m/s", (), taken),
+        Variable(f"{vessel}.heading", "rad", (), taken),
+    ]

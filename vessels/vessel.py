@@ -1,0 +1,112 @@
+"""A vessel: a hull with propulsion, steering, a tow point and a superstructure that catches the wind."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vessels.course import Course
+from vessels.hull import Hull
+
+Array = NDArray[np.float64]
+
+AIR_DENSITY = 1.225
+"""Density of air at 15 C and sea level [kg/m3] (International Standard Atmosphere)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Propulsion:
+    """Limits of what the machinery can push.
+
+    bollard_pull [N]: largest ahead thrust; astern_pull [N]: largest astern thrust; yaw_moment [N m]: largest steering
+    moment, of rudder or azimuth drives; side_thrust [N]: largest thrust of transverse thrusters, 0 without any.
+    """
+
+    bollard_pull: float
+    astern_pull: float
+    yaw_moment: float
+    side_thrust: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("bollard_pull", "astern_pull", "yaw_moment", "side_thrust"):
+            if not getattr(self, name) >= 0.0:
+                raise ValueError(f"{name} {getattr(self, name):g} must be at least 0")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Superstructure:
+    """What stands in the wind: F = 0.5 rho_air Cd A V |V|, at `center` (3,) [m] in the body frame.
+
+    area [m2]: projected on the wind, taken the same from every side; drag_coefficient Cd [-].
+    """
+
+    area: float
+    drag_coefficient: float = 1.0
+    center: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def wind_force(self, wind: Array, velocity: Array, air_density: float = AIR_DENSITY) -> Array:
+        """Force (3,) [N], along the wind as the vessel feels it: V = wind - velocity [m/s], both (3,)."""
+        relative = np.asarray(wind, dtype=np.float64) - velocity
+        return 0.5 * air_density * self.drag_coefficient * self.area * float(np.linalg.norm(relative)) * relative
+
+
+@dataclass(frozen=True, kw_only=True)
+class ControlGains:
+    """How briskly the vessel follows its orders; every gain is then a multiple of its mass or inertia.
+
+    speed_bandwidth, heading_bandwidth, lane_bandwidth [rad/s]: natural frequencies of the loops of thrust, steering and
+    side thrusters, each critically damped; lookahead [m]: distance ahead on the line at which a vessel without side
+    thrusters points its bow to come back to it, 0 meaning twice the hull's length; acceleration [m/s2]: at which an
+    ordered speed is approached.
+    """
+
+    speed_bandwidth: float = 1.0
+    heading_bandwidth: float = 1.0
+    lane_bandwidth: float = 0.5
+    lookahead: float = 0.0
+    acceleration: float = math.inf
+
+    def __post_init__(self) -> None:
+        for name in ("speed_bandwidth", "heading_bandwidth", "lane_bandwidth", "acceleration"):
+            if not getattr(self, name) > 0.0:
+                raise ValueError(f"{name} {getattr(self, name):g} must be greater than 0")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Vessel:
+    """A vessel under orders.
+
+    position (x, y) [m]: of midships at the start; heading [rad], counter-clockwise about z from +x; tow_point (3,) [m]
+    in the body frame, where a tow line is made fast.
+    """
+
+    name: str
+    hull: Hull
+    propulsion: Propulsion
+    course: Course
+    position: tuple[float, float]
+    heading: float
+    tow_point: tuple[float, float, float]
+    gains: ControlGains = field(default_factory=ControlGains)
+    superstructure: Superstructure | None = None
+
+    def initial_pose(self, water_level: float) -> tuple[Array, Array]:
+        """Position (3,) of the centre of mass and orientation xyzw (4,), afloat at the design draft."""
+        midships = rotated(self.hull.deck_point(0.0), self.heading)
+        x, y = np.array(self.position) - midships[:2]
+        half = 0.5 * self.heading
+        position = np.array([x, y, water_level - self.hull.waterline])
+        return position, np.array([0.0, 0.0, math.sin(half), math.cos(half)])
+
+    def initial_tow_point(self, water_level: float) -> Array:
+        """The tow point (3,) [m] in the world at the start."""
+        return self.initial_pose(water_level)[0] + rotated(np.array(self.tow_point), self.heading)
+
+
+def rotated(vector: Array, heading: float) -> Array:
+    """A vector (3,) turned by `heading` [rad] about z."""
+    c, s = math.cos(heading), math.sin(heading)
+    return np.array([c * vector[0] - s * vector[1], s * vector[0] + c * vector[1], vector[2]])
