@@ -32,8 +32,9 @@ class Quantity:
         low = f"above {self.above:g}" if self.above is not None else ""
         low = f"{self.at_least:g} or more" if self.at_least is not None else low
         high = f"at most {self.at_most:g}" if self.at_most is not None else ""
-        kind = "whole numbers" if self.whole else "numbers"
-        return " ".join(part for part in (" and ".join(filter(None, (low, high))) or f"finite {kind}", self.unit) if part)
+        limits = " and ".join(filter(None, (low, high)))
+        unit = self.unit if limits or not self.unit else f"in {self.unit}"
+        return " ".join(filter(None, (limits or "finite", unit))).replace("finite in", "finite, in")
 
     def accepts(self, number: float) -> bool:
         """Whether ``number`` is finite and within the limits."""

@@ -1,0 +1,210 @@
+"""Checks between the tables of a scenario: names, references, places and sizes.
+
+They work on whatever parts are sound, so that a file with a mistyped number still has its wrong references reported in
+the same breath: a part that could not be read is None, a named entry that could not be read is missing from its table
+but still in `names`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scenarios.bodies import Body, MeshBody
+from scenarios.exercise import BoomSettings, TowSettings, VesselSettings
+from scenarios.fields import Vector
+from scenarios.liquid import (
+    BlockFill,
+    CylinderFill,
+    Fill,
+    FluidSettings,
+    PhaseSettings,
+    PipeEmitterSettings,
+    SlabFill,
+    SphereFill,
+    Tank,
+)
+from scenarios.probes import BodyProbe, Probe
+from scenarios.problems import Problem, unknown
+from scenarios.weather import ForcingSettings, ZoneSettings
+
+if TYPE_CHECKING:
+    from scenarios.scenario import RunSettings, Scenario
+
+NAME = r"[A-Za-z0-9][A-Za-z0-9_-]*"
+NAME_ALLOWED = "letters, digits, '-' and '_', beginning with a letter or digit"
+MESH_SUFFIXES = (".stl", ".obj", ".ply", ".glb")
+NAMED_TABLES = ("phases", "fill", "emitters", "bodies", "vessels", "booms", "probes")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Parts:
+    """The sound parts of a scenario, and all names that it defines, table by table."""
+
+    names: Mapping[str, tuple[str, ...]]
+    run: RunSettings | None = None
+    fluid: FluidSettings | None = None
+    tank: Tank | None = None
+    phases: Mapping[str, PhaseSettings] = field(default_factory=dict)
+    fill: Mapping[str, Fill] = field(default_factory=dict)
+    emitters: Mapping[str, PipeEmitterSettings] = field(default_factory=dict)
+    forcing: ForcingSettings | None = None
+    bodies: Mapping[str, Body] = field(default_factory=dict)
+    vessels: Mapping[str, VesselSettings] = field(default_factory=dict)
+    booms: Mapping[str, BoomSettings] = field(default_factory=dict)
+    tow: TowSettings | None = None
+    probes: Mapping[str, Probe] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, scenario: Scenario) -> Parts:
+        """All parts of a complete scenario."""
+        names = {table: tuple(getattr(scenario, table)) for table in NAMED_TABLES}
+        return cls(
+            names=names, **{name: getattr(scenario, name) for name in cls.__dataclass_fields__ if name != "names"}
+        )
+
+
+def problems_between(parts: Parts) -> Iterator[Problem]:
+    """Every problem that concerns more than one table."""
+    yield from _names(parts)
+    yield from _references(parts)
+    yield from _orders(parts)
+    yield from _meshes(parts)
+    if parts.tank is not None:
+        yield from _places(parts, parts.tank)
+    if parts.fluid is not None:
+        yield from _sizes(parts, parts.fluid)
+
+
+def body_names(parts: Parts) -> tuple[str, ...]:
+    """What a probe may call a body: ``rock``, ``vessels/port``, ``boom/main-03``."""
+    vessels = tuple(f"vessels/{name}" for name in parts.names["vessels"])
+    segments = tuple(segment for name, boom in parts.booms.items() for segment in segment_names(name, boom.segments))
+    return (*parts.names["bodies"], *vessels, *segments)
+
+
+def segment_names(boom: str, count: int) -> tuple[str, ...]:
+    """Body names of a boom's segments, from its first end to its second."""
+    return tuple(f"boom/{boom}-{index:02d}" for index in range(count))
+
+
+def _names(parts: Parts) -> Iterator[Problem]:
+    for table, names in parts.names.items():
+        for name in names:
+            if not re.fullmatch(NAME, name):
+                yield Problem(table, f"has an entry {name!r}, allowed: {NAME_ALLOWED}")
+    if not parts.names["phases"]:
+        yield Problem("phases", "is empty, allowed: one phase or more")
+    if not parts.names["fill"] and not parts.names["emitters"]:
+        yield Problem("fill", "is empty and so is emitters, allowed: liquid in one of them")
+
+
+def _references(parts: Parts) -> Iterator[Problem]:
+    for table, entries in (("fill", parts.fill), ("emitters", parts.emitters)):
+        for name, entry in entries.items():
+            if entry.phase not in parts.names["phases"]:
+                text = unknown(entry.phase, parts.names["phases"], "phase")
+                yield Problem(f"{table}.{name}.phase", f"is {entry.phase!r}, which {text}")
+    bodies = body_names(parts)
+    for name, probe in parts.probes.items():
+        if isinstance(probe, BodyProbe) and probe.body not in bodies:
+            yield Problem(f"probes.{name}.body", f"is {probe.body!r}, which {unknown(probe.body, bodies, 'body')}")
+    for name, boom in parts.booms.items():
+        for end in boom.ends:
+            if isinstance(end, str) and end not in parts.names["vessels"]:
+                yield Problem(
+                    f"booms.{name}.ends", f"holds {end!r}, which {unknown(end, parts.names['vessels'], 'vessel')}"
+                )
+
+
+def _orders(parts: Parts) -> Iterator[Problem]:
+    for name, vessel in parts.vessels.items():
+        if not vessel.legs and parts.tow is None:
+            yield Problem(f"vessels.{name}.legs", "is missing, allowed: give legs, or a [tow] table for all vessels")
+
+
+def _meshes(parts: Parts) -> Iterator[Problem]:
+    for name, body in parts.bodies.items():
+        if isinstance(body, MeshBody):
+            suffix = Path(body.file).suffix.lower()
+            if suffix not in MESH_SUFFIXES:
+                text = f"is {body.file!r}, allowed: a file of the kind {', '.join(MESH_SUFFIXES)}"
+                yield Problem(f"bodies.{name}.file", text)
+            elif not Path(body.file).is_file():
+                yield Problem(f"bodies.{name}.file", f"is {body.file!r}, which does not exist")
+
+
+def _places(parts: Parts, tank: Tank) -> Iterator[Problem]:
+    """Liquid, pipes, gauges and zones lie inside the tank."""
+    for name, fill in parts.fill.items():
+        yield from _inside(f"fill.{name}", _extent(fill, tank), tank)
+    for name, emitter in parts.emitters.items():
+        yield from _inside(f"emitters.{name}.mouth", (emitter.mouth, emitter.mouth), tank)
+    for name, probe in parts.probes.items():
+        if not isinstance(probe, BodyProbe):
+            point = (*probe.point, tank.lower[2]) if len(probe.point) == 2 else probe.point
+            yield from _inside(f"probes.{name}.point", (point, point), tank)
+    for name, vessel in parts.vessels.items():
+        point = (*vessel.position, tank.lower[2])
+        yield from _inside(f"vessels.{name}.position", (point, point), tank)
+    for kind in ("waves", "current"):
+        zone: ZoneSettings | None = getattr(parts.forcing, kind, None)
+        if zone is not None and zone.lower is not None and zone.upper is not None:
+            yield from _inside(f"forcing.{kind}", (zone.lower, zone.upper), tank)
+
+
+def _extent(fill: Fill, tank: Tank) -> tuple[Vector, Vector]:
+    """Lower and upper corner of a region [m]; of a tilted cylinder, of the ball around it."""
+    if isinstance(fill, BlockFill):
+        return fill.lower, fill.upper
+    if isinstance(fill, SlabFill):
+        return (*tank.lower[:2], fill.bottom), (*tank.upper[:2], fill.top)
+    if isinstance(fill, SphereFill):
+        return _around(fill.center, (fill.radius,) * 3)
+    return _cylinder_extent(fill)
+
+
+def _cylinder_extent(fill: CylinderFill) -> tuple[Vector, Vector]:
+    """Exact box around a cylinder: half extents |a| h / 2 + r sqrt(1 - a^2) along each axis, a the unit axis."""
+    length = sum(part * part for part in fill.axis) ** 0.5
+    axis = [part / length for part in fill.axis]
+    middle = [base + 0.5 * fill.height * part for base, part in zip(fill.base, axis, strict=True)]
+    half = [0.5 * fill.height * abs(part) + fill.radius * max(0.0, 1.0 - part * part) ** 0.5 for part in axis]
+    return _around(middle, half)
+
+
+def _around(middle: Iterable[float], half: Iterable[float]) -> tuple[Vector, Vector]:
+    pairs = list(zip(middle, half, strict=True))
+    low, high = [m - h for m, h in pairs], [m + h for m, h in pairs]
+    return (low[0], low[1], low[2]), (high[0], high[1], high[2])
+
+
+def _inside(path: str, extent: tuple[Vector, Vector], tank: Tank) -> Iterator[Problem]:
+    """A problem where an extent reaches out of the tank by more than rounding."""
+    slack = 1e-9 * max(high - low for low, high in zip(tank.lower, tank.upper, strict=True))
+    for axis, low, high, bottom, top in zip("xyz", *extent, tank.lower, tank.upper, strict=True):
+        if low < bottom - slack or high > top + slack:
+            reach = f"{low:g}" if low == high else f"{low:g} to {high:g}"
+            yield Problem(path, f"has {axis} = {reach} m, allowed: inside the tank, {bottom:g} to {top:g} m")
+
+
+def _sizes(parts: Parts, fluid: FluidSettings) -> Iterator[Problem]:
+    """Nothing is smaller than the particles that must resolve it."""
+    d = fluid.particle_spacing
+    for name, emitter in parts.emitters.items():
+        if emitter.radius < 0.5 * d:
+            text = f"is {emitter.radius:g}, allowed: {0.5 * d:g} m or more, half of fluid.particle_spacing"
+            yield Problem(f"emitters.{name}.radius", text)
+    for name, fill in parts.fill.items():
+        if isinstance(fill, SlabFill) and fill.top - fill.bottom < 0.5 * d:
+            text = f"is {fill.top - fill.bottom:g} m above bottom, allowed: {0.5 * d:g} m or more, half of fluid.particle_spacing"
+            yield Problem(f"fill.{name}.top", text)
+        if isinstance(fill, BlockFill):
+            for axis, low, high in zip("xyz", fill.lower, fill.upper, strict=True):
+                flat = fluid.dimension == 2 and axis == "y"
+                if high - low < 0.5 * d and not flat:
+                    text = f"is {high - low:g} m above lower {axis}, allowed: {0.5 * d:g} m or more, half of fluid.particle_spacing"
+                    yield Problem(f"fill.{name}.upper", text)

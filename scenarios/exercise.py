@@ -1,0 +1,102 @@
+"""Vessels, booms and the orders they are given: the response exercise of a scenario.
+
+Headings are counter-clockwise about z from +x. Booms and vessels float at the level of the water in the tank.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Literal
+
+from scenarios.fields import Point2, Section, quantity
+from scenarios.problems import Problem
+
+
+@dataclass(frozen=True, kw_only=True)
+class LegSettings(Section):
+    """Orders that hold from `start` [s] until the next leg: speed [m/s] through the ground, and heading [rad].
+
+    through  a point (x, y) [m] of the line to keep to; None: only the heading is kept
+    """
+
+    start: float = quantity("s", default=0.0, at_least=0.0)
+    speed: float = quantity("m/s", at_least=-20.0, at_most=20.0)
+    heading: float = quantity("rad")
+    through: Point2 | None = quantity("m", default=None)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TowSettings(Section):
+    """Orders to every vessel without orders of its own: abreast along one heading, each on its own line.
+
+    speed    [m/s] through the ground
+    heading  [rad]
+    start    [s] when they get under way; before, they keep their places
+    """
+
+    speed: float = quantity("m/s", at_least=0.0, at_most=20.0)
+    heading: float = quantity("rad")
+    start: float = quantity("s", default=0.0, at_least=0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class VesselSettings(Section):
+    """A vessel that floats at its draft, with thrust and steering under orders.
+
+    length, beam, draft, depth  [m] of the hull
+    shape         "wigley" (a ship's lines) or "barge" (raked ends)
+    position      [m] (x, y) of midships at the start
+    heading       [rad] at the start
+    legs          orders over time; without any, those of [tow]
+    bollard_pull  [N] largest thrust ahead; astern it has half of it
+    yaw_moment    [N m] largest steering moment
+    side_thrust   [N] of transverse thrusters
+    acceleration  [m/s2] at which an ordered speed is approached
+    """
+
+    shape: Literal["wigley", "barge"] = "barge"
+    length: float = quantity("m", above=0.0)
+    beam: float = quantity("m", above=0.0)
+    draft: float = quantity("m", above=0.0)
+    depth: float = quantity("m", above=0.0)
+    position: Point2 = quantity("m")
+    heading: float = quantity("rad", default=0.0)
+    legs: tuple[LegSettings, ...] = ()
+    bollard_pull: float = quantity("N", at_least=0.0)
+    yaw_moment: float = quantity("N m", at_least=0.0)
+    side_thrust: float = quantity("N", default=0.0, at_least=0.0)
+    acceleration: float = quantity("m/s2", default=0.1, above=0.0)
+
+    def problems(self) -> Iterator[Problem]:
+        """The deck must lie above the water, and the legs in order of time."""
+        if self.depth <= self.draft:
+            yield Problem("depth", f"is {self.depth:g}, allowed: above draft = {self.draft:g} m")
+        starts = [leg.start for leg in self.legs]
+        if any(later <= earlier for earlier, later in pairwise(starts)):
+            yield Problem("legs", f"start at {starts} s, allowed: each after the one before")
+
+
+@dataclass(frozen=True, kw_only=True)
+class BoomSettings(Section):
+    """A boom of jointed segments, laid in a U or along a line between two ends.
+
+    ends                each the name of a vessel, or a fixed point (x, y) [m]
+    length              [m] of the boom along its skirt
+    segments            into which it is divided
+    skirt_depth         [m] below the water, and
+    freeboard           [m] above it
+    thickness           [m] of a segment; thinner than two particle spacings, water feels it from both sides at once
+    buoyancy_to_weight  reserve buoyancy: displacement of the whole segment over its weight
+    tow_line            [m] of line between each end and its vessel or point
+    """
+
+    ends: tuple[str | Point2, str | Point2]
+    length: float = quantity("m", above=0.0)
+    segments: int = quantity("", default=20, at_least=2, at_most=500, whole=True)
+    skirt_depth: float = quantity("m", above=0.0)
+    freeboard: float = quantity("m", above=0.0)
+    thickness: float = quantity("m", above=0.0)
+    buoyancy_to_weight: float = quantity("", default=5.0, above=1.0)
+    tow_line: float = quantity("m", default=0.0, at_least=0.0)

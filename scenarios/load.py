@@ -1,0 +1,167 @@
+"""Scenario files: found by name or path, changed by overrides, read strictly; every problem is reported at once."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import MISSING, dataclass, fields
+from importlib import resources
+from pathlib import Path
+from typing import Any, get_args, get_origin
+
+from scenarios.checks import NAMED_TABLES, Parts, problems_between
+from scenarios.overrides import merged, parse_override, with_override
+from scenarios.problems import Problem, ScenarioError, suggestion
+from scenarios.scenario import Scenario
+from scenarios.structuring import field_kinds, structure
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoadedScenario:
+    """A scenario and the text of the file it was read from."""
+
+    scenario: Scenario
+    text: str
+    path: Path
+
+
+def library_paths() -> dict[str, Path]:
+    """The shipped scenarios by name."""
+    folder = Path(str(resources.files("scenarios.library")))
+    return {path.stem: path for path in sorted(folder.glob("*.toml"))}
+
+
+def find_scenario(source: str | Path) -> Path:
+    """The file meant by a path or by the name of a shipped scenario; ScenarioError if there is none."""
+    path = Path(source)
+    shipped = library_paths()
+    if path.suffix != ".toml" and str(source) in shipped:
+        return shipped[str(source)]
+    if path.is_file():
+        return path
+    hint = suggestion(str(source), shipped) or ","
+    text = f"is neither a file nor a shipped scenario{hint} allowed: a .toml file, {', '.join(shipped)}"
+    raise ScenarioError([Problem(f"scenario {str(source)!r}", text)], "oilsim")
+
+
+def load_scenario(source: str | Path, *, overrides: Iterable[str] = (), demo: bool = False) -> LoadedScenario:
+    """Read, change and check a scenario.
+
+    `overrides` are texts such as ``phases.oil.dynamic_viscosity=0.1``; `demo` applies the file's [demo] table first.
+    Raises ScenarioError with every problem found.
+    """
+    path = find_scenario(source)
+    try:
+        text = path.read_text(encoding="utf-8")
+        data = tomllib.loads(text)
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as cause:
+        raise ScenarioError([Problem("", f"cannot be read: {cause}")], str(path)) from cause
+    try:
+        scenario = scenario_from(_changed(data, overrides, demo), folder=path.parent)
+    except ScenarioError as error:
+        raise ScenarioError([*error.problems, *_demo_problems(data, path, demo)], str(path)) from error
+    demo_problems = _demo_problems(data, path, demo)
+    if demo_problems:
+        raise ScenarioError(demo_problems, str(path))
+    return LoadedScenario(scenario=scenario, text=text, path=path)
+
+
+def scenario_from(data: Mapping[str, Any], folder: Path | None = None) -> Scenario:
+    """A scenario from plain data; relative mesh files are looked for in `folder`."""
+    sound, problems = _structured(_with_mesh_paths(data, folder or Path.cwd()))
+    if not problems:
+        return Scenario(**sound)
+    names = {table: tuple(data[table]) if isinstance(data.get(table), Mapping) else () for table in NAMED_TABLES}
+    parts = {name: sound[name] for name in Parts.__dataclass_fields__ if name in sound}
+    raise ScenarioError([*problems, *problems_between(Parts(names=names, **parts))])
+
+
+def _changed(data: dict[str, Any], overrides: Iterable[str], demo: bool) -> dict[str, Any]:
+    """The data after the [demo] table and the overrides, in this order."""
+    if demo and isinstance(data.get("demo"), Mapping):
+        data = merged(data, data["demo"])
+    problems: list[Problem] = []
+    for override in overrides:
+        try:
+            data = with_override(data, *parse_override(override))
+        except ScenarioError as error:
+            problems.extend(error.problems)
+    if problems:
+        raise ScenarioError(problems)
+    return data
+
+
+def _demo_problems(data: Mapping[str, Any], path: Path, applied: bool) -> list[Problem]:
+    """What would be wrong with the scenario after its [demo] table but is right without it."""
+    demo = data.get("demo")
+    if applied or not isinstance(demo, Mapping):
+        return []
+    plain = _all_problems(data, path.parent)
+    return [problem.below("demo") for problem in _all_problems(merged(data, demo), path.parent) if problem not in plain]
+
+
+def _all_problems(data: Mapping[str, Any], folder: Path) -> tuple[Problem, ...]:
+    try:
+        scenario_from(data, folder)
+    except ScenarioError as error:
+        return error.problems
+    return ()
+
+
+def _structured(data: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
+    """The sound fields of a scenario, named entries one by one, and the problems of all others."""
+    kinds = field_kinds(Scenario)
+    sound: dict[str, Any] = {}
+    problems: list[Problem] = []
+    for item in fields(Scenario):
+        if item.name not in data:
+            if item.default is MISSING and item.default_factory is MISSING:
+                problems.append(Problem(item.name, "is missing, it must be given"))
+        elif item.name in NAMED_TABLES:
+            sound[item.name] = _entries(item.name, data[item.name], get_args(kinds[item.name])[1], problems)
+        elif get_origin(kinds[item.name]) is not None and item.name == "demo":
+            _keep(sound, problems, item.name, data[item.name], dict)
+        else:
+            _keep(sound, problems, item.name, data[item.name], kinds[item.name])
+    for key in data:
+        if key not in kinds:
+            hint = suggestion(key, kinds) or ","
+            problems.append(
+                Problem(key, f"is unknown{hint} allowed: {', '.join(item.name for item in fields(Scenario))}")
+            )
+    return sound, problems
+
+
+def _entries(table: str, data: Any, kind: Any, problems: list[Problem]) -> dict[str, Any]:
+    """The sound entries of a table of named things."""
+    sound: dict[str, Any] = {}
+    if not isinstance(data, Mapping):
+        problems.append(Problem(table, f"is {data!r}, allowed: tables [{table}.NAME]"))
+        return sound
+    for name, entry in data.items():
+        try:
+            sound[name] = structure(entry, kind)
+        except ScenarioError as error:
+            problems.extend(problem.below(f"{table}.{name}") for problem in error.problems)
+    return sound
+
+
+def _keep(sound: dict[str, Any], problems: list[Problem], name: str, data: Any, kind: Any) -> None:
+    try:
+        sound[name] = structure(data, kind)
+    except ScenarioError as error:
+        problems.extend(problem.below(name) for problem in error.problems)
+
+
+def _with_mesh_paths(data: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
+    """The data with mesh files as absolute paths."""
+    bodies = data.get("bodies")
+    if not isinstance(bodies, Mapping):
+        return data
+    placed = {
+        name: {**body, "file": str(folder / body["file"])}
+        if isinstance(body, Mapping) and isinstance(body.get("file"), str)
+        else body
+        for name, body in bodies.items()
+    }
+    return {**data, "bodies": placed}

@@ -1,0 +1,46 @@
+"""A small table of oils that a scenario may name: density and dynamic viscosity of fresh oil at a stated temperature.
+
+The figures are rounded laboratory values from the public-domain ADIOS oil library of the United States' NOAA (the
+number is the record's), most of them measured by Environment Canada. An exercise may name one; a study of a real
+spill states its own oil's figures in the scenario file, for they change from cargo to cargo and with weathering.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+
+@dataclass(frozen=True, kw_only=True)
+class Oil:
+    """One oil: density [kg/m3] and dynamic viscosity [Pa s], both at `temperature` [degrees C], and their source."""
+
+    density: float
+    dynamic_viscosity: float
+    description: str
+    source: str
+    temperature: float = 15.0
+
+
+def _adios(record: str, density: float, dynamic_viscosity: float, description: str) -> Oil:
+    source = f"ADIOS oil library, record {record}"
+    return Oil(density=density, dynamic_viscosity=dynamic_viscosity, description=description, source=source)
+
+
+OILS: Mapping[str, Oil] = MappingProxyType(
+    {
+        "gasoline": _adios("AD00466", 739.0, 6.0e-4, "motor gasoline"),
+        "diesel": _adios("AD02084", 836.0, 4.0e-3, "diesel fuel"),
+        "brent": _adios("AD00192", 835.0, 6.0e-3, "light North Sea crude"),
+        "statfjord": _adios("AD01040", 835.0, 7.0e-3, "light North Sea crude"),
+        "gullfaks": _adios("AD00515", 870.0, 1.3e-2, "medium North Sea crude"),
+        "arabian-light": _adios("AD00051", 866.0, 1.4e-2, "light Gulf crude"),
+        "alaska-north-slope": _adios("AD02574", 875.0, 1.54e-2, "medium Alaskan crude"),
+        "arabian-medium": _adios("AD00059", 878.0, 2.9e-2, "medium Gulf crude"),
+        "maya": _adios("AD00730", 926.0, 0.28, "heavy Mexican crude"),
+        "heavy-fuel-300": _adios("AD02184", 986.0, 14.5, "intermediate fuel oil 300, a ship's bunker"),
+        "bunker-c": _adios("AD02051", 983.0, 45.0, "heavy fuel oil number 6"),
+        "boscan": _adios("AD02042", 993.0, 486.0, "extra-heavy Venezuelan crude"),
+    }
+)

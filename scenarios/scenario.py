@@ -1,0 +1,97 @@
+"""A scenario: everything that a run is made of, as frozen keyword-only dataclasses that refuse impossible values.
+
+The dataclasses are the Python API; a scenario file is the same, table by table and key by key, and is read by
+`scenarios.load`. Conventions: SI units, world frame with z up, angles counter-clockwise. In a file a key for a speed may
+carry the suffix ``_kn`` (knots) and one for an angle ``_deg`` (degrees).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+
+from scenarios import checks
+from scenarios.bodies import Body
+from scenarios.exercise import BoomSettings, TowSettings, VesselSettings
+from scenarios.fields import Section, Vector, quantity
+from scenarios.liquid import Fill, FluidSettings, PhaseSettings, PipeEmitterSettings, Tank
+from scenarios.probes import Probe
+from scenarios.problems import Problem
+from scenarios.weather import ForcingSettings
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunSettings(Section):
+    """How long and in what steps.
+
+    duration            [s] simulated
+    communication_step  [s] after which fluid, bodies and controllers meet; the fluid's own steps are not longer
+    threads             of the fluid; None: all cores
+    seed                of everything random: gusts
+    """
+
+    duration: float = quantity("s", above=0.0)
+    communication_step: float = quantity("s", default=0.01, above=0.0, at_most=1.0)
+    threads: int | None = quantity("", default=None, at_least=1, whole=True)
+    seed: int = quantity("", default=1, at_least=0, whole=True)
+
+    def problems(self) -> Iterator[Problem]:
+        """A run takes one step or more."""
+        if self.communication_step > self.duration:
+            yield Problem("communication_step", f"is {self.communication_step:g}, allowed: up to duration s")
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecordingSettings(Section):
+    """What goes into the recording: `frame_rate` frames a simulated second [1/s]."""
+
+    frame_rate: float = quantity("1/s", default=30.0, above=0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class CameraSettings(Section):
+    """The opening view: `eye` looks at `target` [m]."""
+
+    eye: Vector = quantity("m")
+    target: Vector = quantity("m")
+
+    def problems(self) -> Iterator[Problem]:
+        """The camera must look somewhere."""
+        if self.eye == self.target:
+            yield Problem("target", f"is {self.target}, allowed: another point than eye")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scenario(Section):
+    """The whole of a run. Tables of named things (`phases`, `fill`, ...) are mappings from name to settings.
+
+    name    of the scenario; title: one line; text: what it shows and where it comes from
+    fill    liquid at the start, in order
+    demo    overrides, nested like the file, that make a run short: applied by ``oilsim run NAME --demo``
+    """
+
+    name: str
+    title: str = ""
+    text: str = ""
+    run: RunSettings
+    fluid: FluidSettings
+    phases: Mapping[str, PhaseSettings]
+    tank: Tank
+    fill: Mapping[str, Fill] = field(default_factory=dict)
+    emitters: Mapping[str, PipeEmitterSettings] = field(default_factory=dict)
+    forcing: ForcingSettings = field(default_factory=ForcingSettings)
+    bodies: Mapping[str, Body] = field(default_factory=dict)
+    vessels: Mapping[str, VesselSettings] = field(default_factory=dict)
+    booms: Mapping[str, BoomSettings] = field(default_factory=dict)
+    tow: TowSettings | None = None
+    probes: Mapping[str, Probe] = field(default_factory=dict)
+    recording: RecordingSettings = field(default_factory=RecordingSettings)
+    camera: CameraSettings | None = None
+    demo: Mapping[str, object] = field(default_factory=dict)
+
+    def problems(self) -> Iterator[Problem]:
+        """Problems between the tables: references, places, sizes."""
+        if not re.fullmatch(checks.NAME, self.name):
+            yield Problem("name", f"is {self.name!r}, allowed: {checks.NAME_ALLOWED}")
+        yield from checks.problems_between(checks.Parts.of(self))

@@ -1,0 +1,254 @@
+"""Plain data, as read from a file, becomes the dataclasses of a scenario: strictly, and with every fault at its path.
+
+Nothing is guessed: a number in quotes is no number, true is not 1, an unknown key is refused. A key for a speed may end
+in ``_kn`` and one for an angle in ``_deg``; its value is converted to SI here, so that nobody else meets the suffixes.
+"""
+
+from __future__ import annotations
+
+import math
+import types
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, fields
+from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+
+from cattrs import Converter
+from cattrs.errors import (
+    AttributeValidationNote,
+    BaseValidationError,
+    ForbiddenExtraKeysError,
+    IterableValidationNote,
+)
+from cattrs.gen import make_dict_structure_fn, override
+
+from scenarios.fields import Point2, Quantity, Section, quantities
+from scenarios.problems import Problem, ScenarioError, suggestion
+
+SUFFIXES: Mapping[str, tuple[str, float]] = {"_kn": ("m/s", 1852.0 / 3600.0), "_deg": ("rad", math.pi / 180.0)}
+
+
+class Fault(ValueError):
+    """A value that cannot be taken; `key` is how its key was spelled where that is not the field's name."""
+
+    def __init__(self, text: str, key: str = "") -> None:
+        super().__init__(text)
+        self.text = text
+        self.key = key
+
+
+@dataclass(frozen=True)
+class _Suffixed:
+    """A value that was written with a unit suffix, and the factor that makes it SI."""
+
+    value: Any
+    key: str
+    factor: float
+
+
+def structure(data: object, kind: Any) -> Any:
+    """`data` as a `kind`; ScenarioError with every problem at once."""
+    try:
+        return _CONVERTER.structure(data, kind)
+    except Exception as error:
+        raise ScenarioError(_problems(error)) from error
+
+
+def spellings(key: str) -> tuple[str, ...]:
+    """All keys that mean the same field: ``speed_kn`` gives speed, speed_kn and speed_deg."""
+    base = next((key.removesuffix(suffix) for suffix in SUFFIXES if key.endswith(suffix)), key)
+    return (base, *(base + suffix for suffix in SUFFIXES))
+
+
+def _problems(error: BaseException, path: tuple[str, ...] = ()) -> Iterator[Problem]:
+    """The leaves of cattrs' tree of errors, each with its path."""
+    if isinstance(error, BaseValidationError):
+        for inner in error.exceptions:
+            step = next(_steps(inner), None)
+            yield from _problems(inner, path if step is None else (*path, step))
+    elif isinstance(error, ScenarioError):
+        yield from (problem.below(".".join(path)) for problem in error.problems)
+    elif isinstance(error, ForbiddenExtraKeysError):
+        allowed = _written_names(error.cl)
+        for key in sorted(error.extra_fields):
+            hint = suggestion(key, allowed) or ","
+            yield Problem(".".join((*path, key)), f"is unknown{hint} allowed: {', '.join(allowed)}")
+    elif isinstance(error, KeyError):
+        yield Problem(".".join(path), "is missing, it must be given")
+    elif isinstance(error, Fault):
+        place = (*path[:-1], error.key) if error.key else path
+        yield Problem(".".join(place), error.text)
+    else:
+        yield Problem(".".join(path), str(error))
+
+
+def _steps(error: BaseException) -> Iterator[str]:
+    """The key or index at which an error arose, from the notes that cattrs leaves on it."""
+    for note in getattr(error, "__notes__", ()):
+        if isinstance(note, AttributeValidationNote):
+            yield note.name
+        elif isinstance(note, IterableValidationNote):
+            yield str(note.index)
+
+
+def _written_names(section: type[Section]) -> list[str]:
+    """Keys of a section as they may be written, the tag first."""
+    names = [item.name for item in fields(section)]  # type: ignore[arg-type]
+    return [section.TAG[0], *names] if section.TAG else names
+
+
+def _number(value: object, _: object) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise Fault(f"is {value!r}, allowed: a number")
+    return float(value)
+
+
+def _whole_number(value: object, _: object) -> int:
+    if isinstance(value, bool) or not isinstance(value, int):
+        raise Fault(f"is {value!r}, allowed: a whole number")
+    return value
+
+
+def _text(value: object, _: object) -> str:
+    if not isinstance(value, str):
+        raise Fault(f"is {value!r}, allowed: text in quotes")
+    return value
+
+
+def _truth(value: object, _: object) -> bool:
+    if not isinstance(value, bool):
+        raise Fault(f"is {value!r}, allowed: true or false")
+    return value
+
+
+def _choice(value: object, kind: Any) -> object:
+    choices = get_args(kind)
+    if value in choices and not isinstance(value, bool):
+        return value
+    hint = suggestion(value, map(str, choices)) if isinstance(value, str) else ""
+    raise Fault(f"is {value!r}{hint or ','} allowed: {', '.join(repr(choice) for choice in choices)}")
+
+
+def _boom_end(value: object, _: object) -> str | Point2:
+    if isinstance(value, str):
+        return value
+    try:
+        point: Point2 = _CONVERTER.structure(value, _POINT)
+        return point
+    except Exception as cause:
+        raise Fault(f"is {value!r}, allowed: a vessel's name or a point [x, y] in m") from cause
+
+
+def _shape_of(kind: Any) -> str:
+    """What a quantity's type looks like in a file, in words."""
+    arguments = [part for part in get_args(kind) if part is not types.NoneType]
+    if get_origin(kind) in (Union, types.UnionType):
+        return _shape_of(arguments[0])
+    if get_origin(kind) is not tuple:
+        return "a whole number" if kind is int else "a number"
+    if arguments[-1] is Ellipsis:
+        inner = _shape_of(arguments[0])
+        return "a list of numbers" if inner == "a number" else f"a list of entries, each {inner}"
+    return f"a list of {len(arguments)} {'whole ' if arguments[0] is int else ''}numbers"
+
+
+def _scaled(value: Any, factor: float) -> Any:
+    if isinstance(value, list | tuple):
+        return [_scaled(part, factor) for part in value]
+    return value * factor if isinstance(value, int | float) and not isinstance(value, bool) else value
+
+
+def _quantity_hook(limits: Quantity) -> Callable[[Any, Any], Any]:
+    def hook(given: Any, kind: Any) -> Any:
+        suffixed = given if isinstance(given, _Suffixed) else _Suffixed(given, "", 1.0)
+        value = _scaled(suffixed.value, suffixed.factor) if suffixed.key else given
+        try:
+            result = _CONVERTER.structure(value, kind)
+        except Exception as cause:
+            text = f"is {suffixed.value!r}, allowed: {_shape_of(kind)}, {limits.allowed}"
+            raise Fault(text, suffixed.key) from cause
+        fault = limits.fault(result)
+        if fault:
+            given_as = f"is {suffixed.value!r}, that " if suffixed.key else ""
+            raise Fault(given_as + fault, suffixed.key)
+        return result
+
+    return hook
+
+
+def _in_si_units(section: type[Section], data: Mapping[str, Any]) -> dict[str, Any]:
+    """Suffixed keys become their fields, marked with how they were written."""
+    known = quantities(section)
+    result = dict(data)
+    for key in data:
+        for suffix, (unit, factor) in SUFFIXES.items():
+            base = key.removesuffix(suffix)
+            if base == key or base not in known or known[base].unit not in (unit, f"{unit}/s"):
+                continue
+            if base in data:
+                raise ScenarioError([Problem(key, f"is given beside {base}, allowed: one of the two")])
+            result[base] = _Suffixed(result.pop(key), key, factor)
+    return result
+
+
+def _section_factory(section: type[Section], converter: Converter) -> Callable[[Any, Any], Any]:
+    hooks: Any = {name: override(struct_hook=_quantity_hook(limits)) for name, limits in quantities(section).items()}
+    generated = make_dict_structure_fn(section, converter, _cattrs_forbid_extra_keys=True, **hooks)
+
+    def hook(data: Any, _: Any) -> Any:
+        if not isinstance(data, Mapping):
+            raise Fault(f"is {data!r}, allowed: a table")
+        return generated(_in_si_units(section, data), section)
+
+    return hook
+
+
+def _is_section(kind: Any) -> bool:
+    return isinstance(kind, type) and issubclass(kind, Section)
+
+
+def _is_tagged_union(kind: Any) -> bool:
+    members = get_args(kind) if get_origin(kind) in (Union, types.UnionType) else ()
+    return bool(members) and all(_is_section(member) and member.TAG for member in members)
+
+
+def _tagged_factory(union: Any, converter: Converter) -> Callable[[Any, Any], Any]:
+    """A table chooses its class by its tag, as in shape = "box"; a bare word is a table with only the tag."""
+    by_tag = {member.TAG[1]: member for member in get_args(union)}
+    key = get_args(union)[0].TAG[0]
+    allowed = ", ".join(repr(tag) for tag in by_tag)
+
+    def hook(data: Any, _: Any) -> Any:
+        table = {key: data} if isinstance(data, str) else data
+        if not isinstance(table, Mapping):
+            raise Fault(f"is {data!r}, allowed: a table with {key} = one of {allowed}")
+        tag = table.get(key)
+        if tag is None:
+            raise ScenarioError([Problem(key, f"is missing, allowed: {allowed}")])
+        if not isinstance(tag, str) or tag not in by_tag:
+            hint = suggestion(tag, by_tag) if isinstance(tag, str) else ""
+            raise ScenarioError([Problem(key, f"is {tag!r}{hint or ','} allowed: {allowed}")])
+        return converter.structure({k: v for k, v in table.items() if k != key}, by_tag[tag])
+
+    return hook
+
+
+def _strict_converter() -> Converter:
+    converter = Converter(detailed_validation=True, forbid_extra_keys=True)
+    converter.register_structure_hook(float, _number)
+    converter.register_structure_hook(int, _whole_number)
+    converter.register_structure_hook(str, _text)
+    converter.register_structure_hook(bool, _truth)
+    converter.register_structure_hook_func(lambda kind: get_origin(kind) is Literal, _choice)
+    converter.register_structure_hook_func(lambda kind: kind == str | Point2, _boom_end)
+    converter.register_structure_hook_factory(_is_section, _section_factory)
+    converter.register_structure_hook_factory(_is_tagged_union, _tagged_factory)
+    return converter
+
+
+_POINT: Any = Point2
+_CONVERTER = _strict_converter()
+
+
+def field_kinds(section: type[Section]) -> dict[str, Any]:
+    """The type of each field of a section, resolved."""
+    return get_type_hints(section)
