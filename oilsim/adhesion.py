@@ -20,9 +20,8 @@ from functools import lru_cache
 import numpy as np
 from numba import njit
 
-from oilsim.boundary import half_space_integral, lattice_wall_factor
 from oilsim.neighbors import nearest_images
-from oilsim.smoothing_kernels import FAST, kernel, normalisation
+from oilsim.smoothing_kernels import FAST
 from oilsim.walls import add_wrench
 
 
@@ -38,17 +37,6 @@ def adhesion_scale(dimension: int) -> float:
     return 1.0 / float(np.trapezoid(np.trapezoid(shape * around, across, axis=1), heights))
 
 
-@lru_cache
-def area_per_volume(dimension: int) -> float:
-    """Wall area that a boundary volume stands for on a plane, times the spacing [1]."""
-    sigma = normalisation(2.0, dimension)
-    across = np.linspace(0.0, 2.0, 601)
-    around = 2.0 * math.pi * across if dimension == 3 else np.full_like(across, 2.0)
-    values = np.array([kernel(min(q, 1.0), sigma) for q in np.hypot(1.0, across) / 2.0])
-    plane = float(np.trapezoid(values * around, across))
-    return plane / (lattice_wall_factor(dimension) * half_space_integral(0.5, dimension))
-
-
 @njit(**FAST)
 def adhesion_acceleration(begin, end, position, wall, wall_area, phase, strength, period, walls, support, pull):
     """Add the acceleration [m/s2] of adhesion to `pull` (3, N).
@@ -61,8 +49,8 @@ def adhesion_acceleration(begin, end, position, wall, wall_area, phase, strength
         if w == np.float32(0.0):
             continue
         xi, yi, zi = position[0, i], position[1, i], position[2, i]
-        for k in range(walls.start[i], walls.start[i] + np.int64(walls.count[i])):
-            b = walls.index[k]
+        for k in range(walls.start[i], walls.start[i] + np.int64(walls.number[i])):
+            b = walls.neighbor[k]
             dx, dy, dz = nearest_images(xi - wall[0, b], yi - wall[1, b], zi - wall[2, b], period)
             q = math.sqrt(dx * dx + dy * dy + dz * dz) * inverse_support
             if q < np.float32(1.0):
@@ -75,14 +63,28 @@ def adhesion_acceleration(begin, end, position, wall, wall_area, phase, strength
 
 @njit(**FAST)
 def adhesion_reaction(
-    particles, position, wall, wall_area, phase, strength, rest_density, period, walls, support, volume, resting, owner, arm, force
+    particles,
+    position,
+    wall,
+    wall_area,
+    phase,
+    strength,
+    rest_density,
+    period,
+    walls,
+    support,
+    volume,
+    resting,
+    owner,
+    arm,
+    force,
 ):
     """Add to `force` (bodies, 6) what `particles` that touch moving bodies pull on them by adhesion [N, N m]."""
     inverse_support = np.float32(1.0) / support
     for i in particles:
         w = strength[phase[i]]
-        for k in range(walls.start[i], walls.start[i] + np.int64(walls.count[i])):
-            b = walls.index[k]
+        for k in range(walls.start[i], walls.start[i] + np.int64(walls.number[i])):
+            b = walls.neighbor[k]
             if b < resting or w == np.float32(0.0):
                 continue
             dx, dy, dz = nearest_images(

@@ -81,6 +81,32 @@ def half_space_integral(distance: float, dimension: int) -> float:
     return _kernel_sum(beyond, normalisation(2.0, dimension)) * step**dimension
 
 
+@lru_cache
+def wall_coverage(distance: float, dimension: int) -> float:
+    """sum_b V_b W of a flat calibrated wall at `distance` spacings from it."""
+    return (
+        lattice_wall_factor(dimension)
+        * half_space_integral(0.5, dimension)
+        * _plane(distance + 0.5, dimension)
+        / _plane(1.0, dimension)
+    )
+
+
+@lru_cache
+def wall_area_per_volume(dimension: int) -> float:
+    """Wall area that a boundary volume stands for on a flat wall, times the spacing."""
+    return _plane(1.0, dimension) / (lattice_wall_factor(dimension) * half_space_integral(0.5, dimension))
+
+
+def _plane(distance: float, dimension: int) -> float:
+    """Integral of the kernel (spacing 1, support 2) over a plane `distance` away; over a line in two dimensions."""
+    across = np.linspace(0.0, 2.0, 601)
+    around = 2.0 * np.pi * across if dimension == 3 else np.full_like(across, 2.0)
+    sigma = normalisation(2.0, dimension)
+    values = np.array([kernel(min(q, 1.0), sigma) for q in np.hypot(distance, across) / 2.0])
+    return float(np.trapezoid(values * around, across))
+
+
 @njit(**FAST)
 def _probe_ratio(begin, end, probe, point, volume, start, count, index, sigma, inverse_support, target, ratio):
     """ratio = target / sum_k V_k W(probe_b - point_k) for the probes begin to end."""
@@ -105,9 +131,9 @@ def calibrate_volumes(
     count = points.shape[1]
     support = 2.0 * spacing
     everything = np.concatenate([points, probes], axis=1)
-    low = tuple(float(v) for v in everything.min(axis=1) - support)
-    high = tuple(float(v) for v in everything.max(axis=1) + support)
-    search = NeighborSearch(make_grid(low, high, (False, False, False), support, dimension), Team(1), None)
+    low, high = everything.min(axis=1) - support, everything.max(axis=1) + support
+    grid = make_grid(_vector(low), _vector(high), (False, False, False), support, dimension)
+    search = NeighborSearch(grid, Team(1), None)
     order, cell_start = search.order_by_cell(points)
     points = np.ascontiguousarray(points[:, order])
     probes = np.ascontiguousarray(probes[:, order])
@@ -126,8 +152,17 @@ def calibrate_volumes(
     return result
 
 
+def _vector(values: ArrayLike) -> tuple[float, float, float]:
+    x, y, z = (float(value) for value in np.asarray(values))
+    return x, y, z
+
+
 def _surface_points(
-    lower: NDArray[np.float64], upper: NDArray[np.float64], spacing: float, sides: tuple[str, ...], periodic: tuple[bool, ...]
+    lower: NDArray[np.float64],
+    upper: NDArray[np.float64],
+    spacing: float,
+    sides: tuple[str, ...],
+    periodic: tuple[bool, ...],
 ) -> NDArray[np.float64]:
     """Points (M, 3) about SAMPLING spacings apart on the closed sides of a box, each edge and corner once."""
     axes, ends = [], []
@@ -151,7 +186,9 @@ def _surface_points(
     return np.stack([axes[axis][places[:, axis]] for axis in range(3)], axis=1)
 
 
-def _outside_box(probe: NDArray[np.float64], lower: NDArray[np.float64], upper: NDArray[np.float64], dimension: int) -> NDArray[np.float64]:
+def _outside_box(
+    probe: NDArray[np.float64], lower: NDArray[np.float64], upper: NDArray[np.float64], dimension: int
+) -> NDArray[np.float64]:
     """gamma (M,): share of the kernel around each probe that lies outside the box; all in particle spacings."""
     step = 1.0 / 8.0
     shift = np.array([0.5, 0.5 if dimension == 3 else 0.0, 0.5]) * step

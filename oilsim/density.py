@@ -40,8 +40,8 @@ def density_and_diagonal(
         xi, yi, zi = position[0, i], position[1, i], position[2, i]
         total = sigma
         gx = gy = gz = square = np.float32(0.0)
-        for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.count[i])):
-            j = fluid.index[k]
+        for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
+            j = fluid.neighbor[k]
             dx, dy, dz = nearest_images(xi - position[0, j], yi - position[1, j], zi - position[2, j], period)
             r = math.sqrt(dx * dx + dy * dy + dz * dz + TINY)
             q = r * inverse_support
@@ -56,8 +56,8 @@ def density_and_diagonal(
         gx *= volume
         gy *= volume
         gz *= volume
-        for k in range(walls.start[i], walls.start[i] + np.int64(walls.count[i])):
-            b = walls.index[k]
+        for k in range(walls.start[i], walls.start[i] + np.int64(walls.number[i])):
+            b = walls.neighbor[k]
             dx, dy, dz = nearest_images(xi - wall[0, b], yi - wall[1, b], zi - wall[2, b], period)
             r = math.sqrt(dx * dx + dy * dy + dz * dz + TINY)
             q = r * inverse_support
@@ -80,13 +80,13 @@ def density_constraint(
     for i in range(begin, end):
         xi, yi, zi = position[0, i], position[1, i], position[2, i]
         total = sigma
-        for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.count[i])):
-            j = fluid.index[k]
+        for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
+            j = fluid.neighbor[k]
             dx, dy, dz = nearest_images(xi - position[0, j], yi - position[1, j], zi - position[2, j], period)
             total += kernel(math.sqrt(dx * dx + dy * dy + dz * dz) * inverse_support, sigma)
         total *= volume
-        for k in range(walls.start[i], walls.start[i] + np.int64(walls.count[i])):
-            b = walls.index[k]
+        for k in range(walls.start[i], walls.start[i] + np.int64(walls.number[i])):
+            b = walls.neighbor[k]
             dx, dy, dz = nearest_images(xi - wall[0, b], yi - wall[1, b], zi - wall[2, b], period)
             total += wall_volume[b] * kernel(math.sqrt(dx * dx + dy * dy + dz * dz) * inverse_support, sigma)
         compression[i] = total - np.float32(1.0)
@@ -106,7 +106,21 @@ def density_multiplier(begin, end, compression, diagonal, relaxation, multiplier
 
 @njit(**FAST)
 def density_push(
-    begin, end, position, wall, wall_volume, weight, multiplier, period, fluid, walls, sigma, support, volume, spacing, push
+    begin,
+    end,
+    position,
+    wall,
+    wall_volume,
+    weight,
+    multiplier,
+    period,
+    fluid,
+    walls,
+    sigma,
+    support,
+    volume,
+    spacing,
+    push,
 ):
     """Fill `push` (3, N) with the position correction dx_i of Eq. 22 [m], at most LARGEST_PUSH spacings long."""
     inverse_support = np.float32(1.0) / support
@@ -114,8 +128,8 @@ def density_push(
         xi, yi, zi = position[0, i], position[1, i], position[2, i]
         own = multiplier[i]
         px = py = pz = np.float32(0.0)
-        for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.count[i])):
-            j = fluid.index[k]
+        for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
+            j = fluid.neighbor[k]
             dx, dy, dz = nearest_images(xi - position[0, j], yi - position[1, j], zi - position[2, j], period)
             r = math.sqrt(dx * dx + dy * dy + dz * dz + TINY)
             slope = kernel_slope(r * inverse_support, sigma) * inverse_support / r * (own + multiplier[j])
@@ -126,8 +140,8 @@ def density_push(
         py *= volume
         pz *= volume
         if own != np.float32(0.0):
-            for k in range(walls.start[i], walls.start[i] + np.int64(walls.count[i])):
-                b = walls.index[k]
+            for k in range(walls.start[i], walls.start[i] + np.int64(walls.number[i])):
+                b = walls.neighbor[k]
                 dx, dy, dz = nearest_images(xi - wall[0, b], yi - wall[1, b], zi - wall[2, b], period)
                 r = math.sqrt(dx * dx + dy * dy + dz * dz + TINY)
                 slope = wall_volume[b] * kernel_slope(r * inverse_support, sigma) * inverse_support / r * own
@@ -154,8 +168,8 @@ def push_reaction(
     """Add to `reaction` (bodies, 6) the opposite of mass times push that moving bodies give to `particles` [kg m, kg m2]."""
     inverse_support = np.float32(1.0) / support
     for i in particles:
-        for k in range(walls.start[i], walls.start[i] + np.int64(walls.count[i])):
-            b = walls.index[k]
+        for k in range(walls.start[i], walls.start[i] + np.int64(walls.number[i])):
+            b = walls.neighbor[k]
             if b < resting:
                 continue
             dx, dy, dz = nearest_images(

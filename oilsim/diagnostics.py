@@ -52,5 +52,7 @@ def outside(position: NDArray[np.float32], config: FluidConfig) -> NDArray[np.bo
     result = np.zeros(position.shape[1], bool)
     for axis in range(3):
         if not config.periodic[axis]:
-            result |= (position[axis] < np.float32(config.lower[axis])) | (position[axis] > np.float32(config.upper[axis]))
+            result |= (position[axis] < np.float32(config.lower[axis])) | (
+                position[axis] > np.float32(config.upper[axis])
+            )
     return result

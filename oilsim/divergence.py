@@ -50,15 +50,19 @@ def corrected_divergence(m, b, plane):
 
 @njit(**FAST)
 def cache_gradients(
-    begin, end, position, wall, wall_volume, period, fluid, walls, sigma, support, volume, gradient, wall_gradient, density
-):
-    """Cache V grad W_ij per fluid pair in `gradient` (3, P), V_b grad W_ib in `wall_gradient`; fill `density` ratios."""
+    begin, end, position, wall, wall_volume, period, fluid, walls, sigma, support, volume,
+    gradient, wall_gradient, density, coverage,
+):  # fmt: skip
+    """Cache V grad W_ij per fluid pair in `gradient` (3, P), V_b grad W_ib in `wall_gradient`.
+
+    Fills `density` with rho_i / rho_i0 and `coverage` with the walls' part of it.
+    """
     inverse_support = np.float32(1.0) / support
     for i in range(begin, end):
         xi, yi, zi = position[0, i], position[1, i], position[2, i]
         total = sigma
-        for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.count[i])):
-            j = fluid.index[k]
+        for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
+            j = fluid.neighbor[k]
             dx, dy, dz = nearest_images(xi - position[0, j], yi - position[1, j], zi - position[2, j], period)
             r = math.sqrt(dx * dx + dy * dy + dz * dz + TINY)
             total += kernel(r * inverse_support, sigma)
@@ -66,17 +70,18 @@ def cache_gradients(
             gradient[0, k] = slope * dx
             gradient[1, k] = slope * dy
             gradient[2, k] = slope * dz
-        total *= volume
-        for k in range(walls.start[i], walls.start[i] + np.int64(walls.count[i])):
-            b = walls.index[k]
+        covered = np.float32(0.0)
+        for k in range(walls.start[i], walls.start[i] + np.int64(walls.number[i])):
+            b = walls.neighbor[k]
             dx, dy, dz = nearest_images(xi - wall[0, b], yi - wall[1, b], zi - wall[2, b], period)
             r = math.sqrt(dx * dx + dy * dy + dz * dz + TINY)
-            total += wall_volume[b] * kernel(r * inverse_support, sigma)
+            covered += wall_volume[b] * kernel(r * inverse_support, sigma)
             slope = wall_volume[b] * kernel_slope(r * inverse_support, sigma) * inverse_support / r
             wall_gradient[0, k] = slope * dx
             wall_gradient[1, k] = slope * dy
             wall_gradient[2, k] = slope * dz
-        density[i] = total
+        density[i] = total * volume + covered
+        coverage[i] = covered
 
 
 @njit(**FAST)
@@ -84,14 +89,14 @@ def gradient_sums(begin, end, fluid, walls, gradient, wall_gradient, weight, gra
     """Fill g_i (3, N) [1/m] and the diagonal of A times rho_ref [1/m2] from cached gradients."""
     for i in range(begin, end):
         gx = gy = gz = square = np.float32(0.0)
-        for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.count[i])):
+        for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
             ax, ay, az = gradient[0, k], gradient[1, k], gradient[2, k]
             gx += ax
             gy += ay
             gz += az
             share = ax * ax + ay * ay + az * az
-            square += share if weight is None else share * weight[fluid.index[k]]
-        for k in range(walls.start[i], walls.start[i] + np.int64(walls.count[i])):
+            square += share if weight is None else share * weight[fluid.neighbor[k]]
+        for k in range(walls.start[i], walls.start[i] + np.int64(walls.number[i])):
             gx += wall_gradient[0, k]
             gy += wall_gradient[1, k]
             gz += wall_gradient[2, k]
@@ -104,7 +109,19 @@ def gradient_sums(begin, end, fluid, walls, gradient, wall_gradient, weight, gra
 
 @njit(**FAST)
 def divergence_source(
-    begin, end, position, velocity, period, fluid, walls, gradient, gradient_sum, density, inverse_time_step, plane, source
+    begin,
+    end,
+    position,
+    velocity,
+    period,
+    fluid,
+    walls,
+    gradient,
+    gradient_sum,
+    density,
+    inverse_time_step,
+    plane,
+    source,
 ):
     """Fill `source` [1/s] with C_i(v*) for the split scheme, walls at rest (moving ones are added as contacts).
 
@@ -114,16 +131,18 @@ def divergence_source(
     for i in range(begin, end):
         xi, yi, zi = position[0, i], position[1, i], position[2, i]
         ui, vi, wi = velocity[0, i], velocity[1, i], velocity[2, i]
-        if walls.count[i] > 0:
+        if walls.number[i] > 0:
             plain = gradient_sum[0, i] * ui + gradient_sum[1, i] * vi + gradient_sum[2, i] * wi
-            for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.count[i])):
-                j = fluid.index[k]
-                plain -= gradient[0, k] * velocity[0, j] + gradient[1, k] * velocity[1, j] + gradient[2, k] * velocity[2, j]
+            for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
+                j = fluid.neighbor[k]
+                plain -= (
+                    gradient[0, k] * velocity[0, j] + gradient[1, k] * velocity[1, j] + gradient[2, k] * velocity[2, j]
+                )
         else:
             bxx = bxy = bxz = byx = byy = byz = bzx = bzy = bzz = np.float32(0.0)
             mxx = mxy = mxz = myy = myz = mzz = np.float32(0.0)
-            for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.count[i])):
-                j = fluid.index[k]
+            for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
+                j = fluid.neighbor[k]
                 ax, ay, az = gradient[0, k], gradient[1, k], gradient[2, k]
                 dx, dy, dz = nearest_images(xi - position[0, j], yi - position[1, j], zi - position[2, j], period)
                 du, dv, dw = ui - velocity[0, j], vi - velocity[1, j], wi - velocity[2, j]
@@ -154,8 +173,8 @@ def pressure_velocity(begin, end, fluid, gradient, gradient_sum, weight, kappa, 
     for i in range(begin, end):
         own = kappa[i]
         ux, uy, uz = own * gradient_sum[0, i], own * gradient_sum[1, i], own * gradient_sum[2, i]
-        for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.count[i])):
-            other = kappa[fluid.index[k]]
+        for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
+            other = kappa[fluid.neighbor[k]]
             ux += gradient[0, k] * other
             uy += gradient[1, k] * other
             uz += gradient[2, k] * other
@@ -174,8 +193,8 @@ def velocity_divergence(begin, end, fluid, gradient, gradient_sum, velocity, rat
     for i in range(begin, end):
         value = gradient_sum[0, i] * velocity[0, i] + gradient_sum[1, i] * velocity[1, i]
         value += gradient_sum[2, i] * velocity[2, i]
-        for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.count[i])):
-            j = fluid.index[k]
+        for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
+            j = fluid.neighbor[k]
             value -= gradient[0, k] * velocity[0, j] + gradient[1, k] * velocity[1, j] + gradient[2, k] * velocity[2, j]
         rate[i] = value
 
@@ -189,7 +208,7 @@ def divergence_multiplier(begin, end, rate, diagonal, fluid, time_step, kappa, c
     for i in range(begin, end):
         if i % BLOCK == 0 or i == begin:
             error[i // BLOCK] = 0.0
-        excess = max(rate[i], np.float32(0.0)) if fluid.count[i] >= 8 else np.float32(0.0)
+        excess = max(rate[i], np.float32(0.0)) if fluid.number[i] >= 8 else np.float32(0.0)
         correction[i] = excess / diagonal[i]
         kappa[i] += correction[i]
         error[i // BLOCK] += excess * time_step

@@ -19,9 +19,9 @@ HOLD = 3.0  # spacings before the mouth over which the jet is held at its speed
 class PipeEmitter:
     """Pours `phase` out of a round pipe mouth at a constant speed.
 
-    mouth [m], direction (made a unit vector), radius [m], speed [m/s], spacing d [m]; start and volume [s, m3] bound it (volume
-    None pours for ever). A layer of particles enters HOLD spacings before the mouth whenever the jet has moved one spacing, so that the rate is
-    (particles of a layer) d^2 speed [m3/s]; on the way to the mouth particles keep the jet's velocity.
+    mouth [m], direction (made a unit vector), radius [m], speed [m/s], spacing d [m]; start [s] and volume [m3] bound it,
+    volume None pours for ever. A layer of particles enters HOLD spacings before the mouth whenever the jet has moved one
+    spacing, a rate of (particles of a layer) d^2 speed [m3/s]; on the way to the mouth particles keep the jet's velocity.
     """
 
     def __init__(

@@ -135,7 +135,11 @@ class AiryWaves:
         chosen = self.zone.members(view.position)
         x, y, z = view.position[:, chosen]
         along, up = self.velocity(x, y, z, view.time)
-        target = (along * math.cos(self.direction) + self.drift[0], along * math.sin(self.direction) + self.drift[1], up)
+        target = (
+            along * math.cos(self.direction) + self.drift[0],
+            along * math.sin(self.direction) + self.drift[1],
+            up,
+        )
         share = self.zone.share(view.time_step)
         for axis, value in enumerate(target):
             view.velocity[axis, chosen] += share * (value - view.velocity[axis, chosen])

@@ -26,7 +26,9 @@ def block(lower: ArrayLike, upper: ArrayLike, spacing: float, dimension: int = 3
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
 
 
-def cylinder(base_center: ArrayLike, axis: ArrayLike, radius: float, height: float, spacing: float) -> NDArray[np.float64]:
+def cylinder(
+    base_center: ArrayLike, axis: ArrayLike, radius: float, height: float, spacing: float
+) -> NDArray[np.float64]:
     """Positions (N, 3) of a lattice inside a cylinder that stands on `base_center` and points along `axis` [m]."""
     direction = np.asarray(axis, np.float64)
     length = np.linalg.norm(direction)

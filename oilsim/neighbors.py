@@ -29,22 +29,22 @@ class Grid(NamedTuple):
 
     lower: tuple[float, float, float]
     inverse_width: tuple[float, float, float]
-    count: tuple[int, int, int]
+    cells: tuple[int, int, int]
     periodic: tuple[bool, bool, bool]
     reach: tuple[int, int, int]
     support_radius: float
 
     @property
     def cell_count(self) -> int:
-        return self.count[0] * self.count[1] * self.count[2]
+        return self.cells[0] * self.cells[1] * self.cells[2]
 
 
 class Pairs(NamedTuple):
-    """Neighbour lists: neighbours of particle i are index[start[i] : start[i] + count[i]]."""
+    """Neighbour lists: neighbours of particle i are neighbor[start[i] : start[i] + number[i]]."""
 
     start: NDArray[np.int64]
-    count: Index
-    index: Index
+    number: Index
+    neighbor: Index
 
 
 def make_grid(
@@ -60,7 +60,9 @@ def make_grid(
         per_radius = CELLS_ALONG if axis == 0 else CELLS_ACROSS
         extent = high - low
         if repeats and extent < 3.0 * support_radius:
-            raise ValueError(f"periodic axis {'xyz'[axis]} is {extent} m long, allowed: {3.0 * support_radius} m or more")
+            raise ValueError(
+                f"periodic axis {'xyz'[axis]} is {extent} m long, allowed: {3.0 * support_radius} m or more"
+            )
         count = max(1, math.floor(extent * per_radius / support_radius))
         if dimension == 2 and axis == 1:
             count, per_radius = 1, 0
@@ -80,17 +82,17 @@ def make_grid(
 @njit(inline="always", **FAST)
 def cell_coordinate(value, lower, inverse_width, count):
     """Cell along one axis; what lies outside counts as the border cell."""
-    return min(max(int(math.floor((value - lower) * inverse_width)), 0), count - 1)
+    return min(max(np.int64(math.floor((value - lower) * inverse_width)), 0), count - 1)
 
 
 @njit(**FAST)
 def assign_cells(begin, end, position, grid, cell):
     """Fill `cell` with the linear cell of each particle, x fastest."""
     for i in range(begin, end):
-        cx = cell_coordinate(position[0, i], grid.lower[0], grid.inverse_width[0], grid.count[0])
-        cy = cell_coordinate(position[1, i], grid.lower[1], grid.inverse_width[1], grid.count[1])
-        cz = cell_coordinate(position[2, i], grid.lower[2], grid.inverse_width[2], grid.count[2])
-        cell[i] = (cz * grid.count[1] + cy) * grid.count[0] + cx
+        cx = cell_coordinate(position[0, i], grid.lower[0], grid.inverse_width[0], grid.cells[0])
+        cy = cell_coordinate(position[1, i], grid.lower[1], grid.inverse_width[1], grid.cells[1])
+        cz = cell_coordinate(position[2, i], grid.lower[2], grid.inverse_width[2], grid.cells[2])
+        cell[i] = (cz * grid.cells[1] + cy) * grid.cells[0] + cx
 
 
 @njit(**FAST)
@@ -147,7 +149,21 @@ def scan_range(i, first, last, xi, yi, zi, other, other_order, period, reach_squ
 
 @njit(**FAST)
 def build_lists(
-    begin, end, position, other, cell_start, moving_order, moving_start, grid, period, same, share, start, count, index, full
+    begin,
+    end,
+    position,
+    other,
+    cell_start,
+    moving_order,
+    moving_start,
+    grid,
+    period,
+    same,
+    share,
+    start,
+    count,
+    index,
+    full,
 ):
     """List the neighbours in `other` of the particles begin to end.
 
@@ -158,7 +174,7 @@ def build_lists(
     full          set to 1 where a block ran out of places
     """
     reach_squared = np.float32(grid.support_radius * grid.support_radius)
-    nx, ny, nz = grid.count
+    nx, ny, nz = grid.cells
     rx, ry, rz = grid.reach
     for i in range(begin, end):
         if i % BLOCK == 0 or i == begin:
@@ -233,7 +249,7 @@ class NeighborSearch:
             full[0] = 0
             self._team.run(
                 build_lists, count, position, other, cell_start, moving_order, moving_start, self.grid, self.period,
-                other is position, share, pairs.start, pairs.count, pairs.index, full,
+                other is position, share, pairs.start, pairs.number, pairs.neighbor, full,
             )  # fmt: skip
             if not full[0]:
                 return pairs
@@ -242,7 +258,7 @@ class NeighborSearch:
     def _reserve(self, name: str, count: int, share: int) -> Pairs:
         places = block_count(max(count, 1)) * BLOCK * share
         kept = self._storage.get(name)
-        if kept is None or kept.start.size < count or kept.index.size < places:
+        if kept is None or kept.start.size < count or kept.neighbor.size < places:
             room = block_count(max(count, 1)) * BLOCK
             kept = Pairs(np.empty(room, np.int64), np.empty(room, np.uint32), np.empty(places, np.uint32))
             self._storage[name] = kept

@@ -145,5 +145,3 @@ class BoundConstrainedSolver:
             used += 1
             run(split_gradient, count, kappa, gradient, diagonal, free, sums)
             direction[:] = free
-
-

@@ -1,6 +1,6 @@
 """Point measurements: pressure and velocity by the kernel mean of nearby particles, the free surface by its highest one.
 
-    f(x) = sum_j V f_j W(x - x_j) / sum_j V W(x - x_j)   (Shepard), pressure with its mean gradient carried along below.
+f(x) = sum_j V f_j W(x - x_j) / sum_j V W(x - x_j)   (Shepard), pressure with its mean gradient carried along below.
 """
 
 from __future__ import annotations

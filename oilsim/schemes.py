@@ -43,7 +43,9 @@ class StepResult:
     density_error: float
 
 
-def split_step(work: Workspace, state: FluidState, solver: BoundConstrainedSolver, time_step: float, drive: Drive) -> StepResult:
+def split_step(
+    work: Workspace, state: FluidState, solver: BoundConstrainedSolver, time_step: float, drive: Drive
+) -> StepResult:
     """Advance `state` in place; `drive(state, dt)` adds currents, waves and wind to the velocities."""
     state.position += np.float32(time_step) * state.velocity
     work.wrap(state)
@@ -55,6 +57,7 @@ def split_step(work: Workspace, state: FluidState, solver: BoundConstrainedSolve
     work.adhere(state, time_step)
     viscosity_iterations = work.resist(state, time_step)
     divergence_iterations = project_velocity(work, state, solver, time_step)
+    work.touch_walls(state, time_step)
     return StepResult(density_iterations, divergence_iterations, viscosity_iterations, density_error)
 
 
@@ -105,6 +108,7 @@ def paper_step(work: Workspace, state: FluidState, time_step: float, drive: Driv
     work.adhere(state, time_step)
     divergence_iterations = correct_velocity(work, state, time_step)
     viscosity_iterations = work.resist(state, time_step)
+    work.touch_walls(state, time_step)
     return StepResult(density_iterations, divergence_iterations, viscosity_iterations, density_error)
 
 
@@ -128,7 +132,14 @@ def correct_velocity(work: Workspace, state: FluidState, time_step: float) -> in
             if settled or iteration == config.divergence_iterations:
                 return iteration
             run(
-                pressure_velocity, count, work.fluid_pairs, work.gradient, work.gradient_sum, work.weight, correction, change
+                pressure_velocity,
+                count,
+                work.fluid_pairs,
+                work.gradient,
+                work.gradient_sum,
+                work.weight,
+                correction,
+                change,
             )
             state.velocity -= change
             if response.present:

@@ -21,7 +21,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from oilsim.neighbors import Pairs, nearest_images
-from oilsim.parallel import BLOCK, Team, block_count, total
+from oilsim.parallel import Team, block_count, total
 from oilsim.pressure_projection import dot
 from oilsim.smoothing_kernels import FAST
 from oilsim.walls import add_wrench
@@ -54,8 +54,8 @@ def viscous_coefficients(
         xi, yi, zi = position[0, i], position[1, i], position[2, i]
         own = phase[i]
         bxx = bxy = bxz = byy = byz = bzz = np.float32(0.0)
-        for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.count[i])):
-            j = fluid.index[k]
+        for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
+            j = fluid.neighbor[k]
             ax, ay, az = gradient[0, k], gradient[1, k], gradient[2, k]
             dx, dy, dz = nearest_images(xi - position[0, j], yi - position[1, j], zi - position[2, j], period)
             s = viscosity[own, phase[j]] * stiffness(ax, ay, az, dx, dy, dz, regular, factor)
@@ -67,8 +67,8 @@ def viscous_coefficients(
             byz += s * ay * az
             bzz += s * az * az
         if wall_viscosity is not None:
-            for k in range(walls.start[i], walls.start[i] + np.int64(walls.count[i])):
-                b = walls.index[k]
+            for k in range(walls.start[i], walls.start[i] + np.int64(walls.number[i])):
+                b = walls.neighbor[k]
                 ax, ay, az = wall_gradient[0, k], wall_gradient[1, k], wall_gradient[2, k]
                 dx, dy, dz = nearest_images(xi - wall[0, b], yi - wall[1, b], zi - wall[2, b], period)
                 s = viscosity[own, own] * wall_viscosity[b] * stiffness(ax, ay, az, dx, dy, dz, regular, factor)
@@ -92,8 +92,8 @@ def viscous_force(begin, end, active, fluid, gradient, pair_stiffness, block, ve
         fx = -(block[0, i] * ui + block[1, i] * vi + block[2, i] * wi)
         fy = -(block[1, i] * ui + block[3, i] * vi + block[4, i] * wi)
         fz = -(block[2, i] * ui + block[4, i] * vi + block[5, i] * wi)
-        for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.count[i])):
-            j = fluid.index[k]
+        for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
+            j = fluid.neighbor[k]
             ax, ay, az = gradient[0, k], gradient[1, k], gradient[2, k]
             s = pair_stiffness[k] * (ax * velocity[0, j] + ay * velocity[1, j] + az * velocity[2, j])
             fx += s * ax
@@ -107,12 +107,10 @@ def wall_drag(begin, end, active, walls, wall_gradient, wall_stiffness, wall_vel
     """Add sum_b K_ib v_b [N/m3], what moving no-slip walls pull, to `force` (3, N) of active particles."""
     for n in range(begin, end):
         i = active[n]
-        for k in range(walls.start[i], walls.start[i] + np.int64(walls.count[i])):
-            b = walls.index[k]
+        for k in range(walls.start[i], walls.start[i] + np.int64(walls.number[i])):
+            b = walls.neighbor[k]
             ax, ay, az = wall_gradient[0, k], wall_gradient[1, k], wall_gradient[2, k]
-            s = wall_stiffness[k] * (
-                ax * wall_velocity[0, b] + ay * wall_velocity[1, b] + az * wall_velocity[2, b]
-            )
+            s = wall_stiffness[k] * (ax * wall_velocity[0, b] + ay * wall_velocity[1, b] + az * wall_velocity[2, b])
             force[0, i] += s * ax
             force[1, i] += s * ay
             force[2, i] += s * az
@@ -124,8 +122,8 @@ def viscous_reaction(
 ):
     """Add to `force` (bodies, 6) what `particles` that touch moving no-slip bodies drag on them, V K_ib (v_i - v_b) [N, N m]."""
     for i in particles:
-        for k in range(walls.start[i], walls.start[i] + np.int64(walls.count[i])):
-            b = walls.index[k]
+        for k in range(walls.start[i], walls.start[i] + np.int64(walls.number[i])):
+            b = walls.neighbor[k]
             if b < resting:
                 continue
             ax, ay, az = wall_gradient[0, k], wall_gradient[1, k], wall_gradient[2, k]
@@ -198,7 +196,13 @@ class ViscousSystem:
         velocity += np.float32(time_step) / rest_density * self.force(velocity, wall_velocity)
 
     def solve(
-        self, velocity: Real, rest_density: Real, time_step: float, wall_velocity: Real | None, tolerance: float, iterations: int
+        self,
+        velocity: Real,
+        rest_density: Real,
+        time_step: float,
+        wall_velocity: Real | None,
+        tolerance: float,
+        iterations: int,
     ) -> int:
         """Backward Euler (Eq. 26, 27), in place; stops at `tolerance` times the explicit change; returns iterations."""
         dt = np.float32(time_step)

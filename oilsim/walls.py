@@ -45,8 +45,8 @@ def find_touching(walls, count, resting, touches):
     """Mark the particles that have a moving wall particle within reach."""
     for i in range(count):
         touches[i] = False
-        for k in range(walls.start[i], walls.start[i] + np.int64(walls.count[i])):
-            if walls.index[k] >= resting:
+        for k in range(walls.start[i], walls.start[i] + np.int64(walls.number[i])):
+            if walls.neighbor[k] >= resting:
                 touches[i] = True
 
 
@@ -56,8 +56,8 @@ def find_contacts(touching, walls, wall_gradient, resting, owner, arm, particle,
     found = 0
     for i in touching:
         first = found
-        for k in range(walls.start[i], walls.start[i] + np.int64(walls.count[i])):
-            b = walls.index[k]
+        for k in range(walls.start[i], walls.start[i] + np.int64(walls.number[i])):
+            b = walls.neighbor[k]
             if b < resting:
                 continue
             c = first
@@ -89,7 +89,8 @@ def rotated(orientation: Double, turn: Double) -> Double:
     angle = float(np.linalg.norm(turn))
     half = 0.5 * angle
     factor = 0.5 if angle < 1e-8 else np.sin(half) / angle
-    ax, ay, az, aw = *(factor * turn), np.cos(half)
+    ax, ay, az = factor * turn
+    aw = float(np.cos(half))
     x, y, z, w = orientation
     result = np.array(
         [
@@ -138,6 +139,10 @@ class Walls:
         self.volume: Real = np.empty(0, np.float32)
         self.no_slip: Real | None = None
         self.resting = 0
+        self.arm: Real = np.empty((3, 0), np.float32)
+        self.owner: NDArray[np.uint16] = np.empty(0, np.uint16)
+        self.moving_order: NDArray[np.uint32] | None = None
+        self.moving_start: NDArray[np.uint32] | None = None
 
     def add(self, boundary: BoundaryParticles) -> int:
         """Add a boundary at rest; returns its handle."""
@@ -199,7 +204,7 @@ class Walls:
 
     def contacts(self, touching: NDArray[np.uint32], walls: Pairs, wall_gradient: Real) -> Contacts:
         """Contacts of the touching particles with moving bodies, from cached wall gradients."""
-        room = int(walls.count[touching].sum())
+        room = int(walls.number[touching].sum())
         particle, body = np.empty(room, np.uint32), np.empty(room, np.uint16)
         jacobian = np.empty((room, 6), np.float32)
         found = 0
@@ -226,7 +231,8 @@ class Walls:
         volumes = [self.boundaries[h].volume.astype(np.float32) for h in (*resting, *self.moving)]
         self.volume = np.concatenate([np.empty(0, np.float32), *volumes])
         stick = [
-            np.full(len(self.boundaries[h].volume), self.boundaries[h].no_slip, np.float32) for h in (*resting, *self.moving)
+            np.full(len(self.boundaries[h].volume), self.boundaries[h].no_slip, np.float32)
+            for h in (*resting, *self.moving)
         ]
         no_slip = np.concatenate([np.empty(0, np.float32), *stick])
         self.resting = sum(len(self.boundaries[h].volume) for h in resting)

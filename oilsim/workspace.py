@@ -10,15 +10,18 @@ from contextlib import contextmanager
 import numpy as np
 from numpy.typing import NDArray
 
-from oilsim.adhesion import adhesion_acceleration, adhesion_reaction, adhesion_scale, area_per_volume
+from oilsim.adhesion import adhesion_acceleration, adhesion_reaction, adhesion_scale
+from oilsim.boundary import wall_area_per_volume, wall_coverage
 from oilsim.config import FluidConfig
 from oilsim.density import density_and_diagonal, density_constraint, density_multiplier, density_push, push_reaction
 from oilsim.divergence import cache_gradients, gradient_sums
 from oilsim.neighbors import NeighborSearch, Pairs, make_grid
 from oilsim.parallel import Team, block_count, total
+from oilsim.rigid_response import RigidResponse
 from oilsim.smoothing_kernels import normalisation
 from oilsim.state import FluidState
 from oilsim.viscosity import ViscousSystem, is_mild, largest_number, viscosity_matrix, viscous_reaction
+from oilsim.wall_contact import NEAREST, wall_approach, wall_contact, wall_push
 from oilsim.walls import Contacts, Walls
 
 Real = NDArray[np.float32]
@@ -29,7 +32,10 @@ class Workspace:
 
     def __init__(self, config: FluidConfig, team: Team) -> None:
         self.config, self.team = config, team
-        periods = [h - l if p else 0.0 for l, h, p in zip(config.lower, config.upper, config.periodic, strict=True)]
+        periods = [
+            high - low if repeats else 0.0
+            for low, high, repeats in zip(config.lower, config.upper, config.periodic, strict=True)
+        ]
         period = (periods[0], periods[1], periods[2]) if any(config.periodic) else None
         self.period = None if period is None else tuple(np.float32(p) for p in period)
         self.support = np.float32(config.support_radius)
@@ -47,6 +53,7 @@ class Workspace:
         scale = adhesion_scale(config.dimension) / config.particle_spacing**config.dimension
         strength = [phase.adhesion * scale / phase.rest_density for phase in config.phases]
         self._adhesion = np.array(strength, np.float32) if any(strength) else None
+        self._nearest = np.float32(wall_coverage(NEAREST, config.dimension))
         self.seconds: defaultdict[str, float] = defaultdict(float)
         self.gradient: Real = np.empty((3, 0), np.float32)
         self.wall_gradient: Real = np.empty((3, 0), np.float32)
@@ -73,7 +80,7 @@ class Workspace:
             count = state.count
             self.weight = None if (self._weights == 1.0).all() else self._weights[state.phase]
             self.rest_density = self.densities.astype(np.float32)[state.phase]
-            self.density, self.compression, self.diagonal = np.empty((3, count), np.float32)
+            self.density, self.coverage, self.compression, self.diagonal = np.empty((4, count), np.float32)
             self.gradient_sum = np.empty((3, count), np.float32)
             self.gradient = _reserved(self.gradient, self.fluid_pairs)
             self.wall_gradient = _reserved(self.wall_gradient, self.wall_pairs)
@@ -132,7 +139,9 @@ class Workspace:
                     )  # fmt: skip
                     walls.receive(impulse / reaction_time)
                 position += push
-                run(density_constraint, count, position, walls.position, walls.volume, *self._geometry, self.compression)
+                run(
+                    density_constraint, count, position, walls.position, walls.volume, *self._geometry, self.compression
+                )
         raise AssertionError("the loop returns")
 
     def linearise(self, position: Real) -> None:
@@ -141,7 +150,7 @@ class Workspace:
         with self.stage("gradients"):
             self.team.run(
                 cache_gradients, count, position, walls.position, walls.volume, *self._geometry,
-                self.gradient, self.wall_gradient, self.density,
+                self.gradient, self.wall_gradient, self.density, self.coverage,
             )  # fmt: skip
             self.team.run(
                 gradient_sums, count, self.fluid_pairs, self.wall_pairs, self.gradient, self.wall_gradient, self.weight,
@@ -156,7 +165,7 @@ class Workspace:
         walls, config = self.walls, self.config
         with self.stage("adhesion"):
             pull = np.zeros_like(state.velocity)
-            area = walls.volume * np.float32(area_per_volume(config.dimension) / config.particle_spacing)
+            area = walls.volume * np.float32(wall_area_per_volume(config.dimension) / config.particle_spacing)
             self.team.run(
                 adhesion_acceleration, state.count, state.position, walls.position, area,
                 state.phase, self._adhesion, self.period, self.wall_pairs, self.support, pull,
@@ -202,7 +211,41 @@ class Workspace:
                 self.walls.receive(time_step * force)
         return used
 
+    def touch_walls(self, state: FluidState, time_step: float) -> None:
+        """Inelastic contact of single particles with walls (see `wall_contact`)."""
+        if not self.walls.count:
+            return
+        count, run, contacts = state.count, self.team.run, self.contacts
+        slope, (rate, strength) = np.empty((3, count), np.float32), np.empty((2, count), np.float32)
+        with self.stage("contact"):
+            run(wall_approach, count, self.wall_pairs, self.wall_gradient, state.velocity, slope, rate)
+            response = RigidResponse(self.walls, contacts, float(self.volume))
+            if response.present:
+                response.add_motion(rate)
+            run(
+                wall_contact,
+                count,
+                self.coverage,
+                slope,
+                rate,
+                self._nearest,
+                np.float32(time_step),
+                state.velocity,
+                strength,
+            )
+            run(
+                wall_push,
+                count,
+                self.coverage,
+                slope,
+                self._nearest,
+                np.float32(self.config.particle_spacing),
+                state.position,
+            )
+            if response.present:
+                response.accept(strength * self.rest_density)
+
 
 def _reserved(kept: Real, pairs: Pairs) -> Real:
     """Storage (3, P) for a value per pair, reused while it is large enough."""
-    return kept if kept.shape[1] >= pairs.index.size else np.empty((3, pairs.index.size), np.float32)
+    return kept if kept.shape[1] >= pairs.neighbor.size else np.empty((3, pairs.neighbor.size), np.float32)
