@@ -99,6 +99,18 @@ def about_center_of_mass(mesh: trimesh.Trimesh, properties: MassProperties) -> t
     return moved
 
 
+def convex_vertices(points: Array, count: int = 200) -> Array:
+    """Corners of the convex hull of `points`: all of them, or those that lie outermost in `count` even directions."""
+    corners = np.asarray(trimesh.convex.convex_hull(points).vertices, dtype=np.float64)
+    if len(corners) <= count:
+        return corners
+    turn = np.arange(count) * math.pi * (3.0 - math.sqrt(5.0))  # golden angle: even on the sphere
+    height = 1.0 - (2.0 * np.arange(count) + 1.0) / count
+    ring = np.sqrt(1.0 - height**2)
+    directions = np.column_stack([ring * np.cos(turn), ring * np.sin(turn), height])
+    return corners[np.unique(np.argmax(corners @ directions.T, axis=0))]
+
+
 def load_mesh(path: str | Path, scale: float = 1.0) -> trimesh.Trimesh:
     """The closed mesh in an STL, OBJ, PLY or GLB file, in metres after `scale`; parts of a scene are joined.
 

@@ -1,0 +1,104 @@
+"""Rigid bodies as a participant of a coupled run.
+
+Variables of every body <body>: inputs `<body>.wrench` (of the fluid) and `<body>.applied_wrench` (of anything else),
+outputs `<body>.pose`, `<body>.twist`, `<body>.inverse_mass`, `<body>.free_acceleration`; of every joint: output
+`<joint>.tension`. A body that is held takes wrenches and ignores them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+
+import numpy as np
+import numpy.typing as npt
+
+from coupling.participant import Causality, Status, StepResult, Variable, checked_value, variable_table
+from coupling.rigid_body_world import RigidBodyWorld
+
+__all__ = ["RigidBodyParticipant", "RigidBodyWorld"]
+
+Array = npt.NDArray[np.float64]
+
+BODY_VARIABLES = (
+    ("wrench", "N, N m", (6,), Causality.INPUT),
+    ("applied_wrench", "N, N m", (6,), Causality.INPUT),
+    ("pose", "m, 1", (7,), Causality.OUTPUT),
+    ("twist", "m/s, rad/s", (6,), Causality.OUTPUT),
+    ("inverse_mass", "1/kg, 1/(kg m2)", (6, 6), Causality.OUTPUT),
+    ("free_acceleration", "m/s2, rad/s2", (6,), Causality.OUTPUT),
+)
+
+
+class RigidBodyParticipant:
+    """Steps a `RigidBodyWorld`; bodies and joints are all added before."""
+
+    def __init__(self, name: str, world: RigidBodyWorld) -> None:
+        self._name = name
+        self._world = world
+        self._getters: dict[str, Callable[[], Array]] = {}
+        self._setters: dict[str, Callable[[Array], None]] = {}
+        declared = []
+        for body in world.body_names:
+            for quantity, unit, shape, causality in BODY_VARIABLES:
+                variable = Variable(f"{body}.{quantity}", unit, shape, causality)
+                declared.append(variable)
+                if causality is Causality.INPUT:
+                    self._setters[variable.name] = partial(getattr(world, f"set_{quantity}"), body)
+                else:
+                    self._getters[variable.name] = partial(getattr(world, quantity), body)
+        for joint in world.joint_names:
+            declared.append(Variable(f"{joint}.tension", "N", (1,), Causality.OUTPUT))
+            self._getters[declared[-1].name] = partial(self._tension, joint)
+        self._variables = variable_table(declared)
+
+    @property
+    def name(self) -> str:
+        """See `Participant`."""
+        return self._name
+
+    @property
+    def variables(self) -> Mapping[str, Variable]:
+        """See the module."""
+        return self._variables
+
+    def enter_initialization_mode(self, start_time: float) -> None:
+        """Prescribed motions begin at `start_time`."""
+        self._world.move_to_time(start_time)
+
+    def exit_initialization_mode(self) -> None:
+        """Nothing is left to do."""
+
+    def get(self, name: str) -> Array:
+        """A fresh copy of an output."""
+        if name not in self._getters:
+            raise ValueError(f"{self._name!r} has no output {name!r}, allowed: {', '.join(self._getters)}")
+        return self._getters[name]()
+
+    def set(self, name: str, value: Array) -> None:
+        """Set a wrench, which then acts until it is set again."""
+        checked = checked_value(self._name, self._variables, name, value)
+        self._setters[name](checked)
+
+    def do_step(self, time: float, step_size: float) -> StepResult:
+        """Sub-steps of equal length up to `time + step_size`."""
+        self._world.time = time
+        self._world.advance(step_size)
+        return StepResult(Status.OK, time + step_size)
+
+    def save_state(self) -> object:
+        """See `RigidBodyWorld.save_state`."""
+        return self._world.save_state()
+
+    def restore_state(self, state: object) -> None:
+        """See `RigidBodyWorld.restore_state`."""
+        if not isinstance(state, dict):
+            raise TypeError(f"{self._name!r}: restore_state wants what save_state returned, not {type(state).__name__}")
+        self._world.restore_state(state)
+
+    def terminate(self) -> None:
+        """Close the client."""
+        self._world.close()
+
+    def _tension(self, joint: str) -> Array:
+        return np.array([self._world.tension(joint)])

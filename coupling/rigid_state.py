@@ -1,0 +1,134 @@
+"""State of many rigid bodies as arrays with one row a body, and what follows from it: momentum, energy, compliance.
+
+Frames and reference points as in `coupling.participant`: centre of mass, world axes.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial.transform import Rotation
+
+from coupling.bodies import MassProperties
+from coupling.motion import Motion
+
+Array = npt.NDArray[np.float64]
+
+MOVING = ("pose", "twist", "wrench", "applied_wrench", "reaction")
+
+
+class RigidBodyState:
+    """Rows of bodies.
+
+    Attributes:
+        pose: (B, 7) position [m], orientation xyzw.
+        twist: (B, 6) linear [m/s] and angular velocity [rad/s].
+        wrench: (B, 6) of the fluid [N, N m].
+        applied_wrench: (B, 6) of anything else that is known, gravity apart [N, N m].
+        reaction: (B, 6) of joints and contacts, mean over the last step [N, N m].
+        mass: (B,) [kg]; inertia: (B, 3, 3) along the body's axes [kg m2].
+        is_free: (B,) whether the body moves by its forces.
+    """
+
+    def __init__(self) -> None:
+        self.pose = np.zeros((0, 7))
+        self.twist = np.zeros((0, 6))
+        self.wrench = np.zeros((0, 6))
+        self.applied_wrench = np.zeros((0, 6))
+        self.reaction = np.zeros((0, 6))
+        self.mass = np.zeros(0)
+        self.inertia = np.zeros((0, 3, 3))
+        self.is_free = np.zeros(0, dtype=bool)
+
+    def append(self, properties: MassProperties, start: Motion, *, is_free: bool) -> None:
+        """Add a row."""
+        self.pose = np.vstack([self.pose, pose_of(start)])
+        self.twist = np.vstack([self.twist, twist_of(start)])
+        for key in ("wrench", "applied_wrench", "reaction"):
+            setattr(self, key, np.vstack([getattr(self, key), np.zeros(6)]))
+        self.mass = np.append(self.mass, properties.mass)
+        self.inertia = np.concatenate([self.inertia, properties.inertia[None]])
+        self.is_free = np.append(self.is_free, is_free)
+
+    def world_inertia(self) -> Array:
+        """(B, 3, 3) R I R^T [kg m2]."""
+        if len(self.pose) == 0:
+            return self.inertia
+        rotation = Rotation.from_quat(self.pose[:, 3:]).as_matrix()
+        return rotation @ self.inertia @ rotation.transpose(0, 2, 1)
+
+    def momenta(self) -> Array:
+        """(B, 6) m v [kg m/s] and R I R^T omega about each centre of mass [kg m2/s]."""
+        angular = np.einsum("bij,bj->bi", self.world_inertia(), self.twist[:, 3:])
+        return np.hstack([self.mass[:, None] * self.twist[:, :3], angular])
+
+    def gyroscopic_torque(self) -> Array:
+        """(B, 3) omega x (I omega) [N m]."""
+        return np.cross(self.twist[:, 3:], self.momenta()[:, 3:])
+
+    def rates_for_midpoint(self, duration: float) -> Array:
+        """(B, 3) angular velocities [rad/s] from which one explicit gyroscopic step of `duration` leads to that of the
+        middle of a free turn, omega_m = I_m^-1 L with R_m = exp(duration omega / 2) R.
+
+        omega = omega_m + duration I^-1 (omega x I omega), by iteration (each round gains an order in duration).
+        """
+        if len(self.pose) == 0:
+            return np.zeros((0, 3))
+        inertia = self.world_inertia()
+        half_turn = Rotation.from_rotvec(0.5 * duration * self.twist[:, 3:]).as_matrix()
+        middle = half_turn @ inertia @ half_turn.transpose(0, 2, 1)
+        target = np.linalg.solve(middle, self.momenta()[:, 3:, None])[:, :, 0]
+        rate = target
+        for _ in range(2):
+            torque = np.cross(rate, np.einsum("bij,bj->bi", inertia, rate))
+            rate = target + duration * np.linalg.solve(inertia, torque[:, :, None])[:, :, 0]
+        return rate
+
+    def inverse_mass(self, row: int) -> Array:
+        """(6, 6) twist by impulse, diag(1 / m, (R I R^T)^-1); 0 for a body that is held."""
+        inverse = np.zeros((6, 6))
+        if self.is_free[row]:
+            rotation = Rotation.from_quat(self.pose[row, 3:]).as_matrix()
+            inverse[:3, :3] = np.eye(3) / self.mass[row]
+            inverse[3:, 3:] = rotation @ np.linalg.inv(self.inertia[row]) @ rotation.T
+        return inverse
+
+    def free_acceleration(self, row: int, gravity: Array) -> Array:
+        """(6,) d(twist)/dt of a free body from everything but the fluid [m/s2, rad/s2].
+
+        M^-1 (applied wrench + reaction of joints and contacts in the last step) + gravity, and - I^-1 omega x I omega.
+        """
+        wrench = self.applied_wrench[row] + self.reaction[row]
+        wrench[3:] -= self.gyroscopic_torque()[row]
+        acceleration = self.inverse_mass(row) @ wrench
+        acceleration[:3] += gravity
+        return acceleration
+
+    def settle_reaction(self, momenta_before: Array, duration: float, gravity: Array) -> None:
+        """Book what the known wrenches do not explain of the change of momentum as reaction of joints and contacts."""
+        known = self.wrench + self.applied_wrench
+        known[:, :3] += self.mass[:, None] * gravity
+        self.reaction = (self.momenta() - momenta_before) / duration - known
+        self.reaction[~self.is_free] = 0.0
+
+    def total_momentum(self) -> Array:
+        """(6,) of the free bodies: linear [kg m/s], angular about the world's origin [kg m2/s]."""
+        momenta = self.momenta()
+        momenta[:, 3:] += np.cross(self.pose[:, :3], momenta[:, :3])
+        return momenta[self.is_free].sum(axis=0)
+
+    def energy(self, gravity: Array) -> float:
+        """Kinetic and potential energy of the free bodies [J]; a centre of mass at the origin has no potential."""
+        kinetic = 0.5 * np.einsum("bi,bi->b", self.momenta(), self.twist)
+        potential = -self.mass * (self.pose[:, :3] @ gravity)
+        return float((kinetic + potential)[self.is_free].sum())
+
+
+def pose_of(motion: Motion) -> Array:
+    """(7,) position and orientation."""
+    return np.concatenate([motion.position, motion.orientation])
+
+
+def twist_of(motion: Motion) -> Array:
+    """(6,) linear and angular velocity."""
+    return np.concatenate([motion.linear_velocity, motion.angular_velocity])

@@ -1,0 +1,331 @@
+"""Rigid bodies against mechanics: flight, spin, pendulum, chains, contact, prescribed motion, repeatable states."""
+
+from __future__ import annotations
+
+import math
+import pickle
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from coupling.bodies import MassProperties, box, cylinder, mass_properties
+from coupling.co_simulation import CoSimulation
+from coupling.errors import CoSimulationError
+from coupling.motion import OscillatingMotion, UniformMotion, WaypointMotion
+from coupling.participant import Causality
+from coupling.participants.rigid_bodies import RigidBodyParticipant, RigidBodyWorld
+
+GRAVITY = 9.81
+
+
+@pytest.fixture
+def world() -> Iterator[RigidBodyWorld]:
+    made = RigidBodyWorld()
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def space() -> Iterator[RigidBodyWorld]:
+    made = RigidBodyWorld(gravity=(0.0, 0.0, 0.0))
+    yield made
+    made.close()
+
+
+def add_box(world: RigidBodyWorld, name: str, size: tuple[float, float, float] = (1.0, 0.6, 0.3), **options) -> None:
+    mesh = box(size)
+    world.add_body(name, mesh, mass_properties(mesh, density=options.pop("density", 500.0)), **options)
+
+
+def test_free_fall_is_exact(world: RigidBodyWorld) -> None:
+    # symplectic Euler with step h: v_n = -g n h, z_n = -g h^2 n (n + 1) / 2; no damping takes anything off
+    add_box(world, "stone", linear_velocity=(1.0, 0.0, 0.0))
+    world.advance(5.0)
+    step, count = 1.0 / 240.0, 1200
+    np.testing.assert_allclose(world.twist("stone"), (1.0, 0, -GRAVITY * 5.0, 0, 0, 0), rtol=1e-12, atol=1e-12)
+    drop = GRAVITY * step**2 * count * (count + 1) / 2.0
+    np.testing.assert_allclose(world.pose("stone")[:3], (5.0, 0.0, -drop), rtol=1e-12, atol=1e-12)
+
+
+def test_tumbling_keeps_momentum_exactly_and_energy_nearly(space: RigidBodyWorld) -> None:
+    # spin about the middle axis is unstable: the box turns over and over. L is constant; the turn is second order
+    # in h, so that 10 s at 5 rad/s cost (omega h)^2 ~ 4e-4 of the energy at most
+    turned = Rotation.from_euler("xyz", (0.4, 0.2, -0.9)).as_quat()
+    add_box(space, "box", orientation=tuple(turned), angular_velocity=(1.0, 5.0, 0.2), linear_velocity=(0.1, 0.2, 0.3))
+    momentum, energy = space.momentum(), space.energy()
+    space.advance(10.0)
+    np.testing.assert_allclose(space.momentum(), momentum, rtol=1e-12, atol=1e-9)
+    assert space.energy() == pytest.approx(energy, rel=4e-4)
+
+
+def test_axes_of_a_turned_inertia_are_respected(space: RigidBodyWorld) -> None:
+    # the same solid described in axes turned by Q against its principal ones moves the same way
+    mesh = box((1.0, 0.6, 0.3))
+    properties = mass_properties(mesh, density=500.0)
+    turn = Rotation.from_euler("xyz", (0.5, -0.3, 0.8))
+    tilted = mesh.copy()
+    tilted.apply_transform(np.block([[turn.as_matrix(), np.zeros((3, 1))], [np.zeros((1, 3)), np.ones((1, 1))]]))
+    inertia = turn.as_matrix() @ properties.inertia @ turn.as_matrix().T
+    other = MassProperties(mass=properties.mass, center_of_mass=np.zeros(3), inertia=inertia)
+    spin = (0.3, 2.0, -1.0)
+    space.add_body("straight", mesh, properties, angular_velocity=spin, contact=False)
+    back = tuple(turn.inv().as_quat())
+    space.add_body("tilted", tilted, other, orientation=back, angular_velocity=spin, contact=False)
+    space.advance(2.0)
+    np.testing.assert_allclose(space.twist("tilted"), space.twist("straight"), atol=1e-9)
+    straight, tilted_pose = (Rotation.from_quat(space.pose(name)[3:]) for name in ("straight", "tilted"))
+    np.testing.assert_allclose((tilted_pose * turn).as_matrix(), straight.as_matrix(), atol=1e-9)
+
+
+def test_collision_shape_lies_along_the_mesh_and_not_along_principal_axes(world: RigidBodyWorld) -> None:
+    # a long box at 45 degrees in its own frame stands with its lower corners on the ground
+    mesh = box((0.2, 0.2, 1.0))
+    mesh.apply_transform(np.block([[Rotation.from_euler("y", 90, True).as_matrix(), np.zeros((3, 1))], [np.eye(4)[3]]]))
+    world.add_body(
+        "ground", box((10.0, 10.0, 1.0)), mass_properties(box((10, 10, 1)), mass=1.0), (0, 0, -0.5), motion="fixed"
+    )
+    world.add_body("pole", mesh, mass_properties(mesh, density=500.0), (0.0, 0.0, 0.1))
+    world.advance(0.5)
+    np.testing.assert_allclose(world.pose("pole")[:3], (0.0, 0.0, 0.1), atol=3e-3)
+
+
+def test_wrench_adds_its_impulse_exactly(space: RigidBodyWorld) -> None:
+    # delta p = F H, delta L = T H, about a body that is spinning already; F is the mean over H and acts all through it
+    add_box(space, "hull", angular_velocity=(0.5, -1.0, 2.0), linear_velocity=(1.0, 0.0, 0.0))
+    before = space.momentum()
+    space.set_wrench("hull", np.array([10.0, -20.0, 30.0, 1.0, 2.0, -3.0]))
+    space.set_applied_wrench("hull", np.array([5.0, 0.0, 0.0, 0.0, 0.5, 0.0]))
+    origin_torque = np.zeros(3)
+    for _ in range(10):  # the force turns about the origin as the body moves: sum r x F h at the sub-step's start
+        origin_torque += np.cross(space.pose("hull")[:3], (15.0, -20.0, 30.0)) / 240.0
+        space.advance(1.0 / 240.0)
+    change = space.momentum() - before
+    np.testing.assert_allclose(change[:3], np.array((15.0, -20.0, 30.0)) * 10.0 / 240.0, rtol=1e-11)
+    # x_1 x p_1 = (x_0 + h v_1) x (p_0 + h F) = x_0 x p_0 + h x_0 x F, since v_1 x p_1 = 0
+    np.testing.assert_allclose(change[3:], np.array((1.0, 2.5, -3.0)) * 10.0 / 240.0 + origin_torque, rtol=1e-10)
+
+
+def test_inverse_mass_answers_an_impulse(space: RigidBodyWorld) -> None:
+    turned = Rotation.from_euler("xyz", (0.4, 0.2, -0.9)).as_quat()
+    add_box(space, "hull", orientation=tuple(turned))
+    impulse = np.array([10.0, -20.0, 30.0, 1.0, 2.0, -3.0])
+    expected = space.inverse_mass("hull") @ impulse
+    space.set_wrench("hull", impulse * 240.0)
+    space.advance(1.0 / 240.0)
+    # omega_1 = I_1^-1 L, and I_1 has turned by less than omega h
+    np.testing.assert_allclose(space.twist("hull"), expected, atol=2e-4)
+    np.testing.assert_allclose(space.inverse_mass("hull"), space.inverse_mass("hull").T, atol=1e-15)
+
+
+def test_free_acceleration_is_what_the_body_does_without_the_fluid(world: RigidBodyWorld) -> None:
+    add_box(world, "hull", angular_velocity=(0.5, -1.0, 2.0))
+    world.set_applied_wrench("hull", np.array([100.0, 0.0, 50.0, 3.0, 0.0, -7.0]))
+    expected, before = world.free_acceleration("hull"), world.twist("hull")
+    world.advance(1e-4)
+    np.testing.assert_allclose((world.twist("hull") - before) / 1e-4, expected, rtol=2e-3, atol=2e-3)
+
+
+def test_pendulum_period(world: RigidBodyWorld) -> None:
+    # physical pendulum, small swing: T = 2 pi sqrt((I + m l^2) / (m g l)) (1 + theta^2 / 16)
+    size, arm, swing = (0.1, 0.1, 0.4), 1.0, 0.1
+    inertia = (0.1**2 + 0.4**2) / 12.0
+    turned = Rotation.from_euler("y", -swing)
+    start = turned.apply((0.0, 0.0, -arm))
+    add_box(world, "bob", size, position=tuple(start), orientation=tuple(turned.as_quat()))
+    world.add_joint("pivot", "bob", None, (0.0, 0.0, 0.0))
+    period = 2.0 * math.pi * math.sqrt((inertia + arm**2) / (GRAVITY * arm)) * (1.0 + swing**2 / 16.0)
+    crossings = []
+    for index in range(3 * 480):
+        before = world.pose("bob")[0]
+        world.advance(1.0 / 240.0)
+        after = world.pose("bob")[0]
+        if before < 0.0 <= after or after < 0.0 <= before:
+            crossings.append((index + before / (before - after)) / 240.0)
+    assert (crossings[-1] - crossings[0]) * 2.0 / (len(crossings) - 1) == pytest.approx(period, rel=2e-3)
+
+
+def test_tension_of_a_hanging_chain(world: RigidBodyWorld) -> None:
+    # a joint carries the weight of all that hangs below it: T_i = (n - i) m g, far above pybullet's own 120 kN limit
+    count = 5
+    for index in range(count):
+        add_box(world, f"link{index}", (1.0, 1.0, 1.0), density=20000.0, position=(0.0, 0.0, -0.5 - index))
+        world.add_joint(f"joint{index}", f"link{index}", f"link{index - 1}" if index else None, (0.0, 0.0, -index))
+    for _ in range(240):
+        world.advance(1.0 / 60.0)
+    tensions = [world.tension(f"joint{index}") for index in range(count)]
+    np.testing.assert_allclose(tensions, [(count - i) * 20000.0 * GRAVITY for i in range(count)], rtol=1e-3)
+    # the reaction carries the weight, so that nothing is left to accelerate a link
+    assert np.abs(world.free_acceleration("link2")).max() < 0.02 * GRAVITY
+
+
+def test_tension_of_a_whirling_stone(space: RigidBodyWorld) -> None:
+    # T = m v^2 / r, whatever way the body has turned
+    add_box(space, "stone", (0.1, 0.1, 0.1), density=1000.0, position=(2.0, 0.0, 0.0),
+            linear_velocity=(0.0, 3.0, 0.0), angular_velocity=(0.0, 0.0, 1.5))  # fmt: skip
+    space.add_joint("string", "stone", None, (0.0, 0.0, 0.0))
+    space.advance(1.0)
+    speed = np.linalg.norm(space.twist("stone")[:3])
+    assert speed == pytest.approx(3.0, rel=1e-2)
+    assert space.tension("string") == pytest.approx(speed**2 / 2.0, rel=1e-2)
+
+
+@pytest.mark.parametrize("count", [20, 60])
+def test_long_chains_keep_together(count: int) -> None:
+    # a boom of one-metre segments laid out with slack between two held ends and dropped under half a weight
+    world = RigidBodyWorld(gravity=(0.0, 0.0, -0.5 * GRAVITY))
+    for index in range(count):
+        add_box(world, f"segment{index}", (0.9, 0.1, 0.5), density=100.0, position=(index + 0.5, 0.0, 0.0))
+        before = f"segment{index - 1}" if index else None
+        world.add_joint(f"joint{index}", f"segment{index}", before, (index, 0.0, 0.0))
+    for _ in range(120):
+        world.advance(1.0 / 60.0)
+    ends = [world.pose(f"segment{index}") for index in range(count)]
+    left = [pose[:3] + Rotation.from_quat(pose[3:]).apply((-0.5, 0.0, 0.0)) for pose in ends]
+    right = [pose[:3] + Rotation.from_quat(pose[3:]).apply((0.5, 0.0, 0.0)) for pose in ends]
+    gaps = np.linalg.norm(np.array(left[1:]) - np.array(right[:-1]), axis=1)
+    assert gaps.max() < 0.01
+    assert left[-1][2] < -1.0
+    world.close()
+
+
+def test_body_at_rest_on_the_ground(world: RigidBodyWorld) -> None:
+    add_box(world, "ground", (10.0, 10.0, 1.0), position=(0.0, 0.0, -0.5), motion="fixed")
+    add_box(world, "crate", (1.0, 1.0, 1.0), position=(0.0, 0.0, 0.5))
+    add_box(world, "ghost", (1.0, 1.0, 1.0), position=(3.0, 0.0, 0.5), contact=False)
+    for _ in range(60):
+        world.advance(1.0 / 60.0)
+    assert world.pose("crate")[2] == pytest.approx(0.5, abs=5e-3)
+    assert abs(world.free_acceleration("crate")[2]) < 0.01 * GRAVITY
+    assert world.pose("ghost")[2] < -3.0
+    np.testing.assert_array_equal(world.pose("ground")[:3], (0.0, 0.0, -0.5))
+    assert not world.inverse_mass("ground").any()
+    assert not world.free_acceleration("ground").any()
+
+
+def test_prescribed_motion_is_followed_exactly_and_tows(world: RigidBodyWorld) -> None:
+    motion = UniformMotion(position=(0.0, 0.0, 0.0), linear_velocity=(0.5, 0.0, 0.0), angular_velocity=(0.0, 0.0, 0.1))
+    add_box(world, "tug", motion=motion, contact=False)
+    add_box(world, "barge", (1.0, 1.0, 1.0), density=100.0, position=(0.0, 0.0, -2.0), linear_velocity=(0.5, 0.0, 0.0))
+    world.add_joint("line", "barge", "tug", (0.0, 0.0, 0.0))
+    for _ in range(120):
+        world.advance(1.0 / 60.0)
+    np.testing.assert_allclose(world.pose("tug")[:3], (1.0, 0.0, 0.0), atol=1e-12)
+    np.testing.assert_allclose(world.pose("tug")[3:], (0.0, 0.0, math.sin(0.1), math.cos(0.1)), atol=1e-12)
+    np.testing.assert_allclose(world.twist("tug"), (0.5, 0.0, 0.0, 0.0, 0.0, 0.1), atol=1e-12)
+    # the barge hangs below, carried along at the tug's speed without lag
+    np.testing.assert_allclose(world.pose("barge")[:3], (1.0, 0.0, -2.0), atol=1e-3)
+    assert world.tension("line") == pytest.approx(100.0 * GRAVITY, rel=1e-3)
+
+
+MOTIONS = [
+    UniformMotion(position=(1.0, 2.0, 3.0), linear_velocity=(0.3, 0.0, -0.1), angular_velocity=(0.2, 0.5, -0.4)),
+    OscillatingMotion(position=(0.0, 0.0, 1.0), direction=(1.0, 1.0, 0.0), amplitude=0.3, period=1.7, ramp_time=2.0),
+    WaypointMotion(times=(0.0, 1.5, 3.0), positions=((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 2.0, 0.0))),
+]
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("time", [-1.0, 0.7, 2.2, 4.0])
+def test_twist_of_a_motion_is_the_derivative_of_its_pose(motion: UniformMotion, time: float) -> None:
+    step = 1e-5
+    before, now, after = (motion.at(time + shift) for shift in (-step, 0.0, step))
+    np.testing.assert_allclose(now.linear_velocity, (after.position - before.position) / (2 * step), atol=1e-8)
+    turn = Rotation.from_quat(after.orientation) * Rotation.from_quat(before.orientation).inv()
+    np.testing.assert_allclose(now.angular_velocity, turn.as_rotvec() / (2 * step), atol=1e-8)
+
+
+def test_impossible_motions_are_refused() -> None:
+    with pytest.raises(ValueError, match=r"period is 0\.0 s, allowed: above 0"):
+        OscillatingMotion(position=(0, 0, 0), direction=(1, 0, 0), amplitude=1.0, period=0.0)
+    with pytest.raises(ValueError, match="allowed: increasing"):
+        WaypointMotion(times=(1.0, 1.0), positions=((0, 0, 0), (1, 0, 0)))
+    with pytest.raises(ValueError, match="2 times for 1 positions"):
+        WaypointMotion(times=(1.0, 2.0), positions=((0, 0, 0),))
+
+
+def test_state_repeats_bit_for_bit(world: RigidBodyWorld) -> None:
+    # a crate and a drum that land on a slope, and a chain: contacts, joints, spin
+    add_box(
+        world, "slope", (10.0, 10.0, 1.0), orientation=tuple(Rotation.from_euler("y", 0.2).as_quat()), motion="fixed"
+    )
+    add_box(world, "crate", (0.5, 0.4, 0.3), position=(0.0, 0.0, 0.9), angular_velocity=(1.0, 2.0, 3.0))
+    drum = cylinder(0.2, 0.5)
+    world.add_body("drum", drum, mass_properties(drum, density=300.0), (0.3, 0.1, 1.5))
+    add_box(world, "link", (1.0, 0.1, 0.1), position=(0.5, 3.0, 4.0))
+    world.add_joint("hook", "link", None, (0.0, 3.0, 4.0))
+    world.set_applied_wrench("drum", np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0]))
+    world.advance(0.3)
+    state = pickle.loads(pickle.dumps(world.save_state()))
+
+    def go_on() -> list[np.ndarray]:
+        for _ in range(30):
+            world.advance(1.0 / 60.0)
+        moved = [array for name in world.body_names for array in (world.pose(name), world.twist(name))]
+        return [*moved, np.array([world.tension("hook"), world.time])]
+
+    first = go_on()
+    world.restore_state(state)
+    for again, once in zip(go_on(), first, strict=True):
+        np.testing.assert_array_equal(again, once)
+
+
+def test_clipped_speed_is_an_error_with_a_name(space: RigidBodyWorld) -> None:
+    add_box(space, "calm", position=(5.0, 0.0, 0.0))
+    add_box(space, "shot")
+    participant = RigidBodyParticipant("bodies", space)
+    run = CoSimulation([participant], [], 0.01)
+    run.initialize()
+    space.set_wrench("shot", np.array([1e7, 0, 0, 0, 0, 0]))
+    with pytest.raises(CoSimulationError, match=r"'bodies' failed at 0 s: body 'shot' moves at .* allowed: below 100"):
+        run.step()
+
+
+def test_participant_offers_what_it_says(world: RigidBodyWorld) -> None:
+    add_box(world, "boom/segment-01", position=(0.0, 0.0, 2.0))
+    world.add_joint("boom/end", "boom/segment-01", None, (0.5, 0.0, 2.0))
+    participant = RigidBodyParticipant("bodies", world)
+    outputs = {name for name, variable in participant.variables.items() if variable.causality is Causality.OUTPUT}
+    body = "boom/segment-01"
+    assert outputs == {
+        *(f"{body}.{quantity}" for quantity in ("pose", "twist", "inverse_mass", "free_acceleration")),
+        "boom/end.tension",
+    }
+    for name in outputs:
+        assert participant.get(name).shape == participant.variables[name].shape
+    participant.set(f"{body}.wrench", np.arange(6.0))
+    np.testing.assert_array_equal(world.wrench(body), np.arange(6.0))
+    with pytest.raises(ValueError, match=r"has no output 'hull\.pose'"):
+        participant.get("hull.pose")
+    kept = participant.get(f"{body}.pose")
+    state = participant.save_state()
+    participant.do_step(0.0, 0.1)
+    np.testing.assert_array_equal(kept[:3], (0.0, 0.0, 2.0))
+    participant.restore_state(state)
+    np.testing.assert_array_equal(participant.get(f"{body}.pose"), kept)
+
+
+def test_wrong_descriptions_are_refused(world: RigidBodyWorld) -> None:
+    add_box(world, "hull")
+    with pytest.raises(ValueError, match="body 'hull' is added twice"):
+        add_box(world, "hull")
+    with pytest.raises(ValueError, match="motion of 'raft' is 'floating', allowed: 'free', 'fixed' or a motion"):
+        add_box(world, "raft", motion="floating")
+    with pytest.raises(ValueError, match="allowed: a unit quaternion"):
+        add_box(world, "raft", orientation=(0.0, 0.0, 0.0, 2.0))
+    with pytest.raises(ValueError, match="body 'ship' does not exist, allowed: hull"):
+        world.add_joint("line", "ship", "hull", (0.0, 0.0, 0.0))
+    with pytest.raises(ValueError, match="joint 'line' is of the kind 'rope', allowed: 'point'"):
+        world.add_joint("line", "hull", None, (0.0, 0.0, 0.0), kind="rope")  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match=r"sub_step is 0\.0 s, allowed: above 0"):
+        RigidBodyWorld(sub_step=0.0)
+
+
+def test_worlds_do_not_touch_each_other(world: RigidBodyWorld, space: RigidBodyWorld) -> None:
+    for each in (world, space):
+        add_box(each, "box")
+    world.advance(0.1)
+    assert space.pose("box")[2] == 0.0
+    space.advance(0.1)
+    assert space.pose("box")[2] == 0.0
