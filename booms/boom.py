@@ -1,0 +1,201 @@
+"""A boom: a chain of equal rigid segments, each a float over a skirt with ballast at its foot.
+
+Section, in the design frame of a segment (x along the boom, z up from the design waterline): the float from
+-float_draft to freeboard, the skirt plate from there down to -skirt_depth.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+FloatShape = Literal["cylinder", "box"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Boom:
+    """Dimensions of a boom; all lengths in m.
+
+    length, segment_count: the boom and how many rigid segments stand for it; skirt_depth: skirt below the waterline;
+    freeboard: above it; float_width, float_draft: breadth of the float and how deep it sits; skirt_thickness: as it is
+    simulated; design_skirt_thickness: as it is built (see `resolved_by`); float_shape: "cylinder" is round below and
+    above (an ellipse if its width is not its height), "box" is square. ballast_fraction: part of the mass that is a
+    chain along the skirt's foot. joint_height: where neighbours and tow lines are joined, above the waterline; by
+    default at half the skirt's depth, where the water's resistance attacks, so that towing does not heel the skirt.
+    maximum_turn [rad]: angle between neighbours up to which their ends, pointed in plan, do not overlap.
+    """
+
+    length: float
+    segment_count: int
+    skirt_depth: float
+    freeboard: float
+    float_width: float
+    float_draft: float
+    skirt_thickness: float
+    design_skirt_thickness: float
+    float_shape: FloatShape = "cylinder"
+    ballast_fraction: float = 0.35
+    joint_height: float | None = None
+    maximum_turn: float = math.radians(75.0)
+    water_density: float = 1027.0
+
+    def __post_init__(self) -> None:
+        lengths = (
+            "length",
+            "skirt_depth",
+            "freeboard",
+            "float_width",
+            "float_draft",
+            "skirt_thickness",
+            "water_density",
+        )
+        problems = [
+            f"{name} {getattr(self, name):g} must be above 0" for name in lengths if not getattr(self, name) > 0.0
+        ]
+        if self.segment_count < 1:
+            problems.append(f"segment_count {self.segment_count} must be 1 or more")
+        if self.float_draft >= self.skirt_depth:
+            problems.append(f"float_draft {self.float_draft:g} m must be less than skirt_depth {self.skirt_depth:g} m")
+        if self.skirt_thickness > self.float_width:
+            problems.append(
+                f"skirt_thickness {self.skirt_thickness:g} m must not exceed float_width {self.float_width:g} m"
+            )
+        if not 0.0 <= self.ballast_fraction < 1.0:
+            problems.append(f"ballast_fraction {self.ballast_fraction:g} must be at least 0 and less than 1")
+        if not 0.0 < self.maximum_turn < math.pi:
+            problems.append(f"maximum_turn {self.maximum_turn:g} rad must lie between 0 and pi")
+        if not problems and 2.0 * self.taper >= self.segment_length:
+            problems.append(
+                f"segment length {self.segment_length:g} m must exceed twice the taper of its ends, {2 * self.taper:g} m:"
+                " take fewer segments, a narrower float or a smaller maximum_turn"
+            )
+        if problems:
+            raise ValueError("boom: " + "; ".join(problems))
+
+    @property
+    def segment_length(self) -> float:
+        """From joint to joint [m]."""
+        return self.length / self.segment_count
+
+    @property
+    def taper(self) -> float:
+        """Length [m] over which each end narrows to its edge: w / 2 tan(maximum_turn / 2)."""
+        return 0.5 * self.float_width * math.tan(0.5 * self.maximum_turn)
+
+    @property
+    def height_of_joints(self) -> float:
+        """Height [m] of the joints above the design waterline."""
+        return -0.5 * self.skirt_depth if self.joint_height is None else self.joint_height
+
+    @property
+    def is_thickened(self) -> bool:
+        """Whether the skirt is simulated thicker than it is built."""
+        return self.skirt_thickness > self.design_skirt_thickness
+
+    def profile(self) -> Array:
+        """Starboard half of the section, from the top down: (K, 2) of half breadth and height [m]."""
+        bottom = np.array([[0.5 * self.skirt_thickness, -self.skirt_depth]])
+        return np.concatenate([self._float_profile(), bottom])
+
+    def _float_profile(self) -> Array:
+        """Half breadth and height of the float from its top to where the skirt leaves it."""
+        half_width, half_skirt = 0.5 * self.float_width, 0.5 * self.skirt_thickness
+        if self.float_shape == "box":
+            low = -self.float_draft
+            return np.array([[half_width, self.freeboard], [half_width, low], [half_skirt, low]])
+        half_height = 0.5 * (self.freeboard + self.float_draft)
+        last = math.pi - math.asin(min(1.0, half_skirt / half_width))
+        angle = np.linspace(0.0, last, 13)
+        breadth = half_width * np.sin(angle)
+        return np.stack([breadth, self.freeboard - half_height * (1.0 - np.cos(angle))], axis=1)
+
+    def resolved_by(self, particle_spacing: float) -> Boom:
+        """The boom that a fluid of this particle spacing [m] can feel: skirt and float at least one spacing thick.
+
+        Depth, freeboard and the waterline stay as built: the mass that the thicker skirt displaces is added to the
+        ballast at the foot, b' = 1 - (1 - b) m / m', and buoyancy_to_weight falls. `is_thickened` and
+        `design_skirt_thickness` tell.
+        """
+        thickness = max(self.skirt_thickness, minimum_thickness(particle_spacing))
+        thick = replace(self, skirt_thickness=thickness, float_width=max(self.float_width, thickness))
+        mass_ratio = section_area(self, 0.0) / section_area(thick, 0.0)
+        return replace(thick, ballast_fraction=1.0 - (1.0 - self.ballast_fraction) * mass_ratio)
+
+
+def minimum_thickness(particle_spacing: float) -> float:
+    """Thinnest plate [m] that keeps the fluid's two sides apart: one particle spacing."""
+    return particle_spacing
+
+
+def section_area(boom: Boom, height: float) -> float:
+    """Area [m2] of the section below `height` [m], by trapezoids between the points of the profile (exact)."""
+    profile = boom.profile()[::-1]
+    top = float(np.clip(height, profile[0, 1], profile[-1, 1]))
+    inside = profile[:, 1] < top
+    breadth = float(np.interp(top, profile[:, 1], profile[:, 0]))
+    points = np.concatenate([profile[inside], [[breadth, top]]])
+    return float(2.0 * np.trapezoid(points[:, 0], points[:, 1]))
+
+
+def section_buoyancy_to_weight(boom: Boom) -> float:
+    """Gross buoyancy over weight of the prismatic section: area of all of it / area below the waterline."""
+    return section_area(boom, boom.freeboard) / section_area(boom, 0.0)
+
+
+def boom_of_ratio(
+    *,
+    length: float,
+    segment_count: int,
+    skirt_depth: float,
+    freeboard: float,
+    buoyancy_to_weight: float,
+    skirt_thickness: float,
+    float_shape: FloatShape = "cylinder",
+    water_density: float = 1027.0,
+) -> Boom:
+    """Boom whose float is sized so that gross buoyancy / weight comes out as asked; the float is as wide as high.
+
+    The float's draft e solves A(all) / A(below the waterline) = buoyancy_to_weight, with the float's height and width
+    freeboard + e. The ratio falls from a largest value, at which the skirt alone displaces the weight, as e grows.
+    """
+
+    def boom_with(float_draft: float) -> Boom:
+        return Boom(
+            length=100.0 * (freeboard + skirt_depth),  # long enough for any float that is tried on the way
+            segment_count=1,
+            skirt_depth=skirt_depth,
+            freeboard=freeboard,
+            float_width=freeboard + float_draft,
+            float_draft=float_draft,
+            skirt_thickness=skirt_thickness,
+            design_skirt_thickness=skirt_thickness,
+            float_shape=float_shape,
+            water_density=water_density,
+        )
+
+    smallest, largest = 1e-3 * freeboard, 0.95 * skirt_depth
+    highest, lowest = (section_buoyancy_to_weight(boom_with(e)) for e in (smallest, largest))
+    if not lowest <= buoyancy_to_weight <= highest:
+        raise ValueError(
+            f"buoyancy_to_weight {buoyancy_to_weight:g} must lie between {lowest:.3g} and {highest:.3g} for this"
+            f" freeboard ({freeboard:g} m), skirt depth ({skirt_depth:g} m) and skirt thickness ({skirt_thickness:g} m)"
+        )
+    float_draft = _bisect(lambda e: buoyancy_to_weight - section_buoyancy_to_weight(boom_with(e)), smallest, largest)
+    return replace(boom_with(float_draft), length=length, segment_count=segment_count)
+
+
+def _bisect(function: Callable[[float], float], low: float, high: float) -> float:
+    """Root of an increasing function between low and high."""
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        if function(middle) < 0.0:
+            low = middle
+        else:
+            high = middle
+    return 0.5 * (low + high)

@@ -1,0 +1,208 @@
+"""Laying a boom out: poses of its segments, the joints between them and the tow lines to the vessels.
+
+A slack boom is laid in the shape that steady towing gives it. With drag normal to the skirt only, of 0.5 rho Cd d
+(V sin theta)^2 a length, tension T is the same everywhere and T d(theta)/ds = q d sin^2(theta): a catenary of parameter
+a = T / (q d), on which tan(psi) = s / a, psi the angle to the gap's direction and s the length from the apex.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+from booms.boom import Boom
+from booms.segments import BoomSegment, boom_segment
+from coupling.bodies import MassProperties, mass_properties
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PlacedBody:
+    """A rigid body and where it starts: position (3,) of the centre of mass [m], orientation xyzw."""
+
+    name: str
+    mesh: trimesh.Trimesh
+    mass_properties: MassProperties
+    position: Array
+    orientation: Array
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PlacedJoint:
+    """Two bodies held together at a point (3,) of the world [m], free to turn there; body_b None: held to the world."""
+
+    name: str
+    body_a: str
+    body_b: str | None
+    point: Array
+    kind: str = "point"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BoomLayout:
+    """A boom laid out: segments from the first end to the second, and the points (2, 3) [m] where tow lines go."""
+
+    boom: Boom
+    segment: BoomSegment
+    segments: tuple[PlacedBody, ...]
+    joints: tuple[PlacedJoint, ...]
+    end_points: Array
+
+    @property
+    def gap_ratio(self) -> float:
+        """Distance of the ends / length of the boom, as laid."""
+        return float(np.linalg.norm(self.end_points[1] - self.end_points[0])) / self.boom.length
+
+
+def catenary_chain(segment_count: int, gap_ratio: float) -> Array:
+    """Vertices (segment_count + 1, 2) of a chain of length 1 whose ends lie at (-+ gap_ratio / 2, 0), apex at y < 0.
+
+    Links have exactly the length 1 / segment_count and the slopes tan(psi) = s / a of the catenary at their middles; a
+    follows from the gap by bisection: gap = sum cos(psi) / segment_count, which grows with a. gap_ratio 1: straight.
+    """
+    if not 0.0 < gap_ratio <= 1.0 + 1e-9:
+        raise ValueError(
+            f"gap ratio {gap_ratio:g} must be above 0 and at most 1: the ends are no farther than the boom"
+        )
+    middle = (np.arange(segment_count) + 0.5) / segment_count - 0.5
+    if gap_ratio >= 1.0 - 1e-9:
+        angle = np.zeros(segment_count)
+    else:
+        low, high = 1e-9, 1e6
+        for _ in range(200):
+            parameter = math.sqrt(low * high)
+            if np.cos(np.arctan(middle / parameter)).mean() < gap_ratio:
+                low = parameter
+            else:
+                high = parameter
+        angle = np.arctan(middle / math.sqrt(low * high))
+        if not math.isclose(float(np.cos(angle).mean()), gap_ratio, rel_tol=1e-6):
+            raise ValueError(f"gap ratio {gap_ratio:g} is too narrow for {segment_count} segments: take an even number")
+    links = np.stack([np.cos(angle), np.sin(angle)], axis=1) / segment_count
+    chain = np.concatenate([np.zeros((1, 2)), np.cumsum(links, axis=0)])
+    return chain - [0.5 * chain[-1, 0], 0.0]
+
+
+def lay_between(
+    boom: Boom, start: tuple[float, float], end: tuple[float, float], *, water_level: float, name: str = "boom"
+) -> BoomLayout:
+    """Lay a boom from `start` to `end` (x, y) [m]: straight if they are its length apart, else slack to the right.
+
+    Right is the side of someone who looks from start to end.
+    """
+    begin, along = np.array(start), np.array(end) - np.array(start)
+    distance = float(np.linalg.norm(along))
+    if not 0.0 < distance <= boom.length * (1.0 + 1e-9):
+        raise ValueError(
+            f"ends of boom {name!r} are {distance:g} m apart, allowed: above 0 and at most its length {boom.length:g} m"
+        )
+    along = along / distance
+    left = np.array([-along[1], along[0]])
+    chain = boom.length * catenary_chain(boom.segment_count, distance / boom.length)
+    middle = begin + 0.5 * distance * along
+    return _layout(boom, middle + chain[:, :1] * along + chain[:, 1:] * left, water_level, name)
+
+
+def lay_u(
+    boom: Boom,
+    middle: tuple[float, float],
+    heading: float,
+    gap_ratio: float,
+    *,
+    water_level: float,
+    name: str = "boom",
+) -> BoomLayout:
+    """Lay a boom in a U that opens towards `heading` [rad], its ends gap_ratio x length apart about `middle` (x, y).
+
+    The first end is the one to port of the tow, the second the one to starboard.
+    """
+    port = 0.5 * gap_ratio * boom.length * np.array([-math.sin(heading), math.cos(heading)])
+    start, end = np.array(middle) + port, np.array(middle) - port
+    return lay_between(
+        boom, (float(start[0]), float(start[1])), (float(end[0]), float(end[1])), water_level=water_level, name=name
+    )
+
+
+def tow_line(
+    name: str,
+    vessel: str,
+    vessel_point: Array,
+    boom_end: str,
+    boom_point: Array,
+    *,
+    mass_per_meter: float,
+    diameter: float,
+) -> tuple[tuple[PlacedBody, ...], tuple[PlacedJoint, ...]]:
+    """A taut tow line (bridle included): a thin rigid link with a joint at either end, its bodies and joints.
+
+    Points (3,) in the world [m]. Where they coincide, the boom is made fast to the vessel by one joint. A rigid link
+    can push as well as pull, which a rope cannot: keep way on, or the tension that is reported is thrust.
+    """
+    span = np.asarray(boom_point, dtype=np.float64) - vessel_point
+    length = float(np.linalg.norm(span))
+    if length < 1e-6:
+        return (), (PlacedJoint(name=name, body_a=vessel, body_b=boom_end, point=np.array(vessel_point)),)
+    mesh = trimesh.creation.cylinder(radius=0.5 * diameter, height=length, sections=8)
+    mesh.apply_transform(trimesh.transformations.rotation_matrix(0.5 * math.pi, (0, 1, 0)))
+    body = PlacedBody(
+        name=f"{name}/line",
+        mesh=mesh,
+        mass_properties=mass_properties(mesh, mass=mass_per_meter * length),
+        position=vessel_point + 0.5 * span,
+        orientation=_along(span / length),
+    )
+    joints = (
+        PlacedJoint(name=f"{name}/vessel", body_a=vessel, body_b=body.name, point=np.array(vessel_point)),
+        PlacedJoint(name=f"{name}/boom", body_a=body.name, body_b=boom_end, point=np.array(boom_point)),
+    )
+    return (body,), joints
+
+
+def _layout(boom: Boom, line: Array, water_level: float, name: str) -> BoomLayout:
+    """Put a segment on every link of the line of joints (segment_count + 1, 2)."""
+    segment = boom_segment(boom)
+    links = np.diff(line, axis=0)
+    half = 0.5 * np.arctan2(links[:, 1], links[:, 0])
+    centers = 0.5 * (line[1:] + line[:-1])
+    _check_turns(boom, 2.0 * half)
+    names = [f"{name}/segment-{k:02d}" for k in range(boom.segment_count)]
+    points = np.column_stack([line, np.full(len(line), water_level + boom.height_of_joints)])
+    bodies = tuple(
+        PlacedBody(
+            name=names[k],
+            mesh=segment.mesh,
+            mass_properties=segment.mass_properties,
+            position=np.array([*centers[k], water_level - segment.waterline]),
+            orientation=np.array([0.0, 0.0, math.sin(half[k]), math.cos(half[k])]),
+        )
+        for k in range(boom.segment_count)
+    )
+    joints = tuple(
+        PlacedJoint(name=f"{name}/joint-{k:02d}", body_a=names[k - 1], body_b=names[k], point=points[k])
+        for k in range(1, boom.segment_count)
+    )
+    return BoomLayout(boom=boom, segment=segment, segments=bodies, joints=joints, end_points=points[[0, -1]])
+
+
+def _check_turns(boom: Boom, angle: Array) -> None:
+    """Refuse a layout whose neighbours turn so far that their ends would overlap."""
+    turn = np.abs(np.arctan2(np.sin(np.diff(angle)), np.cos(np.diff(angle))))
+    if turn.size and float(turn.max()) > boom.maximum_turn:
+        raise ValueError(
+            f"segments turn by {math.degrees(float(turn.max())):.1f} deg at the apex, allowed: at most"
+            f" {math.degrees(boom.maximum_turn):.1f} deg (maximum_turn): take more segments or a wider gap"
+        )
+
+
+def _along(direction: Array) -> Array:
+    """Quaternion xyzw that turns +x into a unit vector (3,) by the shortest way."""
+    x, y, z = (float(component) for component in direction)
+    if x < -1.0 + 1e-12:
+        return np.array([0.0, 0.0, 1.0, 0.0])
+    quaternion = np.array([0.0, -z, y, 1.0 + x])
+    return quaternion / np.linalg.norm(quaternion)

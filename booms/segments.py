@@ -1,0 +1,113 @@
+"""One boom segment as a rigid body: its closed mesh, mass properties and hydrostatics."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+from booms.boom import Boom
+from coupling.bodies import MassProperties, mass_properties
+from coupling.hydrostatics import Hydrostatics, hydrostatics
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class BoomSegment:
+    """A segment in the body frame: origin at the centre of mass, x along the boom, z up.
+
+    waterline [m]: height of the design waterplane above the centre of mass; joint_points (2, 3) [m]: where the
+    segment is joined at its -x and +x end.
+    """
+
+    mesh: trimesh.Trimesh
+    mass_properties: MassProperties
+    waterline: float
+    joint_points: Array
+    hydrostatics: Hydrostatics
+
+    @property
+    def metacentric_height(self) -> float:
+        """Transverse GM [m]: resistance of the skirt to leaning; positive for an upright boom."""
+        return self.hydrostatics.metacentric_height(0.0)
+
+    @property
+    def buoyancy_to_weight(self) -> float:
+        """Gross buoyancy over weight: whole volume / displaced volume."""
+        return float(self.mesh.volume) / self.hydrostatics.displaced_volume
+
+
+def boom_segment(boom: Boom) -> BoomSegment:
+    """The segment of a boom, afloat at its design waterline: mass = rho_water x displaced volume.
+
+    Mass is that of an even body, (1 - ballast_fraction) m over the whole volume, and of a thin straight chain of mass
+    ballast_fraction m along the skirt's foot (rod: I_y = I_z = m l^2 / 12). Parallel axes bring both to the common
+    centre of mass. GM = I_roll / V + z_B - z_G must come out positive.
+    """
+    mesh = segment_mesh(boom)
+    afloat = hydrostatics(mesh, 0.0)
+    mass = boom.water_density * afloat.displaced_volume
+    properties = _with_ballast(mesh, mass, boom)
+    if not afloat.metacentric_height(properties.center_of_mass[2]) > 0.0:
+        raise ValueError(
+            f"boom segment would capsize, GM {afloat.metacentric_height(properties.center_of_mass[2]):.3g} m must be"
+            f" above 0: raise ballast_fraction ({boom.ballast_fraction:g}) or float_width ({boom.float_width:g} m)"
+        )
+    body = mesh.copy()
+    body.apply_translation(-properties.center_of_mass)
+    half, joint_height = 0.5 * boom.segment_length, boom.height_of_joints
+    ends = np.array([[-half, 0.0, joint_height], [half, 0.0, joint_height]]) - properties.center_of_mass
+    waterline = -float(properties.center_of_mass[2])
+    return BoomSegment(
+        mesh=body,
+        mass_properties=MassProperties(mass=mass, center_of_mass=np.zeros(3), inertia=properties.inertia),
+        waterline=waterline,
+        joint_points=ends,
+        hydrostatics=hydrostatics(body, waterline),
+    )
+
+
+def segment_mesh(boom: Boom) -> trimesh.Trimesh:
+    """Closed mesh in the design frame: the section drawn out along x, its ends narrowed to a vertical edge.
+
+    The edges of neighbours meet on the joint's axis: no gap between segments, and no overlap until they turn by
+    maximum_turn.
+    """
+    profile = boom.profile()
+    loop = np.concatenate([profile * (-1.0, 1.0), profile[::-1]])
+    half, taper = 0.5 * boom.segment_length, boom.taper
+    stations = [(-half, 0.0), (taper - half, 1.0), (half - taper, 1.0), (half, 0.0)]
+    rings = np.array([[[x, scale * y, z] for y, z in loop] for x, scale in stations])
+    count = len(loop)
+    index = np.arange(len(stations) * count).reshape(len(stations), count)
+    a, b = index[:-1], index[1:]
+    c, e = np.roll(a, -1, axis=1), np.roll(b, -1, axis=1)
+    faces = np.concatenate([np.stack([a, b, c], axis=2).reshape(-1, 3), np.stack([c, b, e], axis=2).reshape(-1, 3)])
+    mesh = trimesh.Trimesh(rings.reshape(-1, 3), faces, process=False)
+    mesh.merge_vertices(digits_vertex=9)
+    corners = mesh.faces
+    distinct = (corners[:, 0] != corners[:, 1]) & (corners[:, 1] != corners[:, 2]) & (corners[:, 2] != corners[:, 0])
+    mesh.update_faces(distinct)
+    mesh.remove_unreferenced_vertices()
+    if mesh.volume < 0.0:
+        mesh.invert()
+    return mesh
+
+
+def _with_ballast(mesh: trimesh.Trimesh, mass: float, boom: Boom) -> MassProperties:
+    """Even body plus a rod along the foot; centre of mass in the design frame, inertia about it."""
+    even = mass_properties(mesh, mass=(1.0 - boom.ballast_fraction) * mass)
+    ballast = boom.ballast_fraction * mass
+    foot = np.array([0.0, 0.0, -boom.skirt_depth])
+    rod = ballast * boom.segment_length**2 / 12.0 * np.diag([0.0, 1.0, 1.0])
+    center = (even.mass * even.center_of_mass + ballast * foot) / mass
+    inertia = even.inertia + _shift(even.mass, even.center_of_mass - center) + rod + _shift(ballast, foot - center)
+    return MassProperties(mass=mass, center_of_mass=center, inertia=inertia)
+
+
+def _shift(mass: float, arm: Array) -> Array:
+    """Steiner's term m (|r|^2 1 - r r^T) [kg m2]."""
+    return mass * (float(arm @ arm) * np.eye(3) - np.outer(arm, arm))

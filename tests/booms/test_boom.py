@@ -1,0 +1,169 @@
+"""Boom sections, segments and classes: geometry against formulas, stability, what the fluid can resolve."""
+
+import math
+
+import numpy as np
+import pytest
+
+from booms.boom import Boom, boom_of_ratio, minimum_thickness, section_area, section_buoyancy_to_weight
+from booms.catalog import BOOM_CLASSES, INCH, KNOT, boom_class
+from booms.segments import boom_segment, segment_mesh
+from coupling.hydrostatics import waterline_for_volume
+
+
+def box_boom(**changes):
+    options = {
+        "length": 4.0,
+        "segment_count": 16,
+        "skirt_depth": 0.2,
+        "freeboard": 0.1,
+        "float_width": 0.12,
+        "float_draft": 0.03,
+        "skirt_thickness": 0.01,
+        "design_skirt_thickness": 0.01,
+        "float_shape": "box",
+        "maximum_turn": math.radians(60.0),
+        "water_density": 1000.0,
+    }
+    return Boom(**(options | changes))
+
+
+def test_box_section_area():
+    boom = box_boom()
+    below = 0.12 * 0.03 + 0.01 * 0.17  # float and skirt under water
+    assert section_area(boom, 0.0) == pytest.approx(below, rel=1e-12)
+    assert section_area(boom, 0.1) == pytest.approx(below + 0.12 * 0.1, rel=1e-12)
+    assert section_buoyancy_to_weight(boom) == pytest.approx((below + 0.012) / below, rel=1e-12)
+
+
+def test_segment_mesh_is_closed_and_has_the_volume_of_its_section():
+    boom = box_boom()
+    mesh = segment_mesh(boom)
+    assert mesh.is_watertight and mesh.is_winding_consistent
+    # breadth falls linearly to 0 over the taper at both ends: V = A (l - taper)
+    assert mesh.volume == pytest.approx(section_area(boom, 1.0) * (boom.segment_length - boom.taper), rel=1e-9)
+    assert mesh.bounds == pytest.approx(np.array([[-0.125, -0.06, -0.2], [0.125, 0.06, 0.1]]))
+
+
+def test_round_float_has_nearly_the_area_of_its_circle():
+    boom = box_boom(float_shape="cylinder", float_width=0.13, skirt_thickness=1e-3)
+    assert section_area(boom, 1.0) == pytest.approx(math.pi / 4 * 0.13**2 + 1e-3 * 0.17, rel=0.02)
+
+
+def test_segment_floats_at_its_design_waterline():
+    segment = boom_segment(box_boom())
+    volume = segment.mass_properties.mass / 1000.0
+    assert waterline_for_volume(segment.mesh, volume) == pytest.approx(segment.waterline, abs=1e-9)
+    assert segment.mesh.bounds[0, 2] == pytest.approx(segment.waterline - 0.2)  # skirt depth
+    assert segment.mesh.bounds[1, 2] == pytest.approx(segment.waterline + 0.1)  # freeboard
+
+
+def test_ballast_at_the_foot_lowers_the_centre_of_mass_by_its_lever():
+    light, heavy = (boom_segment(box_boom(ballast_fraction=share)) for share in (0.2, 0.5))
+    # z_G = (1 - b) z_even + b (-skirt depth): linear in the ballast's share b
+    even = (-light.waterline + 0.2 * 0.2) / 0.8
+    assert -heavy.waterline == pytest.approx(0.5 * even - 0.5 * 0.2, rel=1e-9)
+    assert heavy.metacentric_height > light.metacentric_height > 0.0
+
+
+def test_metacentric_height_of_a_segment():
+    boom = box_boom(maximum_turn=math.radians(1.0), ballast_fraction=0.4)  # nearly prismatic
+    segment = boom_segment(boom)
+    below = 0.12 * 0.03 + 0.01 * 0.17
+    buoyancy = -(0.12 * 0.03 * 0.015 + 0.01 * 0.17 * 0.115) / below
+    whole = below + 0.012
+    even = (-(0.12 * 0.03 * 0.015 + 0.01 * 0.17 * 0.115) + 0.12 * 0.1 * 0.05) / whole
+    gravity = 0.6 * even - 0.4 * 0.2
+    # GM = I / V + z_B - z_G, I = w^3 / 12 a length
+    assert segment.metacentric_height == pytest.approx(0.12**3 / 12 / below + buoyancy - gravity, rel=0.01)
+
+
+def test_top_heavy_boom_is_refused():
+    with pytest.raises(ValueError, match="capsize"):
+        boom_segment(box_boom(ballast_fraction=0.0, freeboard=0.6, float_width=0.05))
+
+
+def test_inertia_of_the_ballast_rod():
+    even = []
+    for share in (0.3, 0.5):
+        properties = boom_segment(box_boom(ballast_fraction=share)).mass_properties
+        # yaw: I = (1 - b) I_even + b m l^2 / 12; both lie on the axis, so no Steiner term
+        even.append((properties.inertia[2, 2] - share * properties.mass * 0.25**2 / 12) / (1.0 - share))
+    assert even[0] == pytest.approx(even[1], rel=1e-9)
+
+
+@pytest.mark.parametrize("shape", ["box", "cylinder"])
+@pytest.mark.parametrize("ratio", [3.0, 8.0])
+def test_float_is_sized_to_the_buoyancy_to_weight_ratio(shape, ratio):
+    boom = boom_of_ratio(
+        length=10.0,
+        segment_count=20,
+        skirt_depth=0.2,
+        freeboard=0.1,
+        buoyancy_to_weight=ratio,
+        skirt_thickness=0.004,
+        float_shape=shape,
+    )
+    segment = boom_segment(boom)
+    assert segment.buoyancy_to_weight == pytest.approx(ratio, rel=1e-6)
+    # reserve: all of the volume under water lifts ratio times the weight
+    lift = boom.water_density * segment.mesh.volume
+    assert lift == pytest.approx(ratio * segment.mass_properties.mass, rel=1e-6)
+
+
+def test_ratio_out_of_reach_is_refused_with_the_range():
+    with pytest.raises(ValueError, match="buoyancy_to_weight 50 must lie between"):
+        boom_of_ratio(
+            length=10.0,
+            segment_count=10,
+            skirt_depth=0.5,
+            freeboard=0.1,
+            buoyancy_to_weight=50.0,
+            skirt_thickness=0.02,
+        )
+
+
+@pytest.mark.parametrize("spacing", [0.005, 0.05])
+def test_boom_is_made_thick_enough_for_the_particles_and_says_so(spacing):
+    boom = box_boom()
+    resolved = boom.resolved_by(spacing)
+    assert resolved.skirt_thickness == max(0.01, minimum_thickness(spacing))
+    assert resolved.design_skirt_thickness == 0.01
+    assert resolved.is_thickened == (spacing > 0.01)
+    assert (resolved.skirt_depth, resolved.freeboard) == (boom.skirt_depth, boom.freeboard)
+    assert boom_segment(resolved).metacentric_height > 0.0
+    # what is not ballast keeps its mass
+    masses = [boom_segment(b).mass_properties.mass * (1.0 - b.ballast_fraction) for b in (boom, resolved)]
+    assert masses[0] == pytest.approx(masses[1], rel=1e-9)
+
+
+@pytest.mark.parametrize("name", BOOM_CLASSES)
+def test_every_class_makes_an_upright_boom_of_its_ratio(name):
+    entry = boom_class(name)
+    segment = boom_segment(entry.boom(80.0, 30))
+    assert segment.mesh.is_watertight
+    assert segment.metacentric_height > 0.0
+    assert segment.buoyancy_to_weight == pytest.approx(entry.buoyancy_to_weight, rel=1e-6)
+    assert entry.maximum_speed_at(0.25) == pytest.approx(0.5 * entry.maximum_speed)
+
+
+def test_harbour_classes_are_those_of_practice():
+    for name, skirt, freeboard, knots in (
+        ("harbour-light", 8, 4, 1.0),
+        ("harbour", 16, 8, 1.5),
+        ("harbour-heavy", 24, 12, 2.0),
+    ):
+        entry = boom_class(name)
+        assert (entry.skirt_depth / INCH, entry.freeboard / INCH) == pytest.approx((skirt, freeboard))
+        assert entry.maximum_speed / KNOT == pytest.approx(knots)
+    with pytest.raises(ValueError, match="allowed: harbour-light"):
+        boom_class("ocean")
+
+
+def test_all_impossible_dimensions_are_named_at_once():
+    with pytest.raises(ValueError) as caught:
+        box_boom(freeboard=-0.1, float_draft=0.3, ballast_fraction=1.0)
+    for name in ("freeboard", "float_draft", "ballast_fraction"):
+        assert name in str(caught.value)
+    with pytest.raises(ValueError, match="taper"):
+        box_boom(segment_count=80)
