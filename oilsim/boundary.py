@@ -52,7 +52,7 @@ class BoundaryParticles:
             raise ValueError(f"boundary {self.name!r}: positions and volumes must be finite, volumes 0 or more")
 
 
-def _offsets(step: float, dimension: int, reach: float = 2.0) -> NDArray[np.float64]:
+def lattice_offsets(step: float, dimension: int, reach: float = 2.0) -> NDArray[np.float64]:
     """Lattice points (K, 3) within `reach` of the origin, in particle spacings, spaced `step`."""
     axis = np.arange(-np.ceil(reach / step), np.ceil(reach / step) + 1) * step
     plane = axis if dimension == 3 else np.zeros(1)
@@ -63,7 +63,7 @@ def _offsets(step: float, dimension: int, reach: float = 2.0) -> NDArray[np.floa
 def lattice_wall_factor(dimension: int) -> float:
     """c: lattice sum over integral of the kernel beyond a plane half a spacing away (0.80 in three dimensions)."""
     sigma = normalisation(2.0, dimension)
-    lattice = _offsets(1.0, dimension)
+    lattice = lattice_offsets(1.0, dimension)
     beyond = lattice[lattice[:, 2] < -0.5]
     return _kernel_sum(beyond, sigma) / half_space_integral(0.5, dimension)
 
@@ -76,7 +76,7 @@ def _kernel_sum(points: NDArray[np.float64], sigma: float) -> float:
 def half_space_integral(distance: float, dimension: int) -> float:
     """Integral of the kernel (spacing 1, support 2) beyond a plane `distance` spacings away."""
     step = 1.0 / 16.0
-    points = _offsets(step, dimension) + np.array([0.5, 0.5 if dimension == 3 else 0.0, 0.5]) * step
+    points = lattice_offsets(step, dimension) + np.array([0.5, 0.5 if dimension == 3 else 0.0, 0.5]) * step
     beyond = points[points[:, 2] < -distance]
     return _kernel_sum(beyond, normalisation(2.0, dimension)) * step**dimension
 
@@ -192,7 +192,7 @@ def _outside_box(
     """gamma (M,): share of the kernel around each probe that lies outside the box; all in particle spacings."""
     step = 1.0 / 8.0
     shift = np.array([0.5, 0.5 if dimension == 3 else 0.0, 0.5]) * step
-    offsets = _offsets(step, dimension) + shift
+    offsets = lattice_offsets(step, dimension) + shift
     distance = np.linalg.norm(offsets, axis=1)
     offsets = offsets[distance < 2.0]
     sigma = normalisation(2.0, dimension)

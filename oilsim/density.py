@@ -23,7 +23,9 @@ from oilsim.smoothing_kernels import FAST, kernel, kernel_slope
 from oilsim.walls import add_wrench
 
 HEAVY_BALL = np.float32(0.6)
-LARGEST_PUSH = np.float32(0.1)  # spacings that one iteration may move a particle: a compressed blob must not explode
+LARGEST_MULTIPLIER = np.float32(
+    0.3
+)  # d^2 that |L| may reach: one pair then pushes at most a tenth of d, a blob cannot explode
 TINY = np.float32(1e-20)
 
 
@@ -93,14 +95,17 @@ def density_constraint(
 
 
 @njit(**FAST)
-def density_multiplier(begin, end, compression, diagonal, relaxation, multiplier, error):
-    """Heavy-ball update of the multiplier L_i (Eq. 21, 23), cut to push only; block sums of (C_i)+ go to `error`."""
+def density_multiplier(begin, end, compression, diagonal, relaxation, limit, multiplier, error):
+    """Heavy-ball update of the multiplier L_i (Eq. 21, 23), between -limit and 0; block sums of (C_i)+ go to `error`.
+
+    A limit on the multiplier, not on the push, keeps the momentum of every pair.
+    """
     for i in range(begin, end):
         if i % BLOCK == 0 or i == begin:
             error[i // BLOCK] = 0.0
         excess = max(compression[i], np.float32(0.0))
         step = -(np.float32(1.0) + relaxation) * compression[i] / (diagonal[i] + TINY)
-        multiplier[i] = min(step + HEAVY_BALL * multiplier[i], np.float32(0.0))
+        multiplier[i] = max(min(step + HEAVY_BALL * multiplier[i], np.float32(0.0)), -limit)
         error[i // BLOCK] += excess
 
 
@@ -119,10 +124,9 @@ def density_push(
     sigma,
     support,
     volume,
-    spacing,
     push,
 ):
-    """Fill `push` (3, N) with the position correction dx_i of Eq. 22 [m], at most LARGEST_PUSH spacings long."""
+    """Fill `push` (3, N) with the position correction dx_i of Eq. 22 [m]."""
     inverse_support = np.float32(1.0) / support
     for i in range(begin, end):
         xi, yi, zi = position[0, i], position[1, i], position[2, i]
@@ -152,12 +156,9 @@ def density_push(
             px *= weight[i]
             py *= weight[i]
             pz *= weight[i]
-        length = math.sqrt(px * px + py * py + pz * pz)
-        largest = LARGEST_PUSH * spacing
-        shrink = largest / length if length > largest else np.float32(1.0)
-        push[0, i] = px * shrink
-        push[1, i] = py * shrink
-        push[2, i] = pz * shrink
+        push[0, i] = px
+        push[1, i] = py
+        push[2, i] = pz
 
 
 @njit(**FAST)

@@ -158,7 +158,8 @@ class Wind:
 
     stress = rho_air C_D |U - v| (U - v) [Pa] (horizontal), U = mean (1 + gust), and gust an Ornstein-Uhlenbeck process of
     standard deviation `gustiness` and correlation time `gust_time` [s], advanced exactly. A surface particle carries the area
-    V |g_i|, |g_i| the jump of the smoothed water indicator, so that the areas of a column add up to its cross-section.
+    2 V |g_i|: |g_i| is the slope of the smoothed water indicator, half of whose jump lies within the water, so that the
+    areas of a column add up to its cross-section.
     """
 
     AIR_DENSITY = 1.225  # kg/m3, ISA sea level
@@ -188,7 +189,7 @@ class Wind:
         u = wind[0] - view.velocity[0, chosen]
         v = wind[1] - view.velocity[1, chosen]
         density = view.rest_density[view.phase[chosen]]
-        per_speed = self.AIR_DENSITY * self.drag_coefficient * np.hypot(u, v) * size[chosen] / density
+        per_speed = self.AIR_DENSITY * self.drag_coefficient * np.hypot(u, v) * 2.0 * size[chosen] / density
         rate = view.time_step * per_speed
         view.velocity[0, chosen] += (rate * u).astype(np.float32)
         view.velocity[1, chosen] += (rate * v).astype(np.float32)

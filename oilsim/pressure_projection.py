@@ -90,10 +90,12 @@ class BoundConstrainedSolver:
         kappa: Real,
         tolerance: float,
         iterations: int,
+        watched: NDArray[np.uint32] | None = None,
     ) -> tuple[int, float]:
         """Improve `kappa` in place until the mean residual is `tolerance` [1/s]; returns products used and that mean.
 
-        product(vector, result) writes A vector into result. source (N,) is b [1/s], diagonal (N,) that of A.
+        product(vector, result) writes A vector into result. source (N,) is b [1/s], diagonal (N,) that of A. The mean over the
+        `watched` particles, those that touch bodies, must meet the tolerance too: a small body would be lost in a large sea.
         """
         count = kappa.size
         if count == 0:
@@ -110,7 +112,8 @@ class BoundConstrainedSolver:
         direction[:] = free
         while True:
             chopped, reduced, residual = (float(s) for s in sums.sum(axis=0))
-            if residual <= tolerance * count or used >= iterations:
+            settled = residual <= tolerance * count and _watched_residual(kappa, gradient, watched) <= tolerance
+            if settled or used >= iterations:
                 return used, residual / count
             proportional = chopped <= reduced
             if not proportional:
@@ -145,3 +148,11 @@ class BoundConstrainedSolver:
             used += 1
             run(split_gradient, count, kappa, gradient, diagonal, free, sums)
             direction[:] = free
+
+
+def _watched_residual(kappa: Real, gradient: Real, watched: NDArray[np.uint32] | None) -> float:
+    """Mean residual [1/s] of some particles, as `split_gradient` counts it."""
+    if watched is None or watched.size == 0:
+        return 0.0
+    chosen = gradient[watched]
+    return float(np.where(kappa[watched] > 0.0, np.abs(chosen), np.maximum(-chosen, 0.0)).mean(dtype=np.float64))

@@ -85,7 +85,9 @@ def project_velocity(work: Workspace, state: FluidState, solver: BoundConstraine
 
         kappa = state.pressure_impulse
         tolerance = config.divergence_tolerance / time_step
-        used, _ = solver.solve(product, source, work.diagonal, kappa, tolerance, config.divergence_iterations)
+        used, _ = solver.solve(
+            product, source, work.diagonal, kappa, tolerance, config.divergence_iterations, work.touching
+        )
         run(pressure_velocity, count, work.fluid_pairs, work.gradient, work.gradient_sum, work.weight, kappa, change)
         state.velocity -= change
         if response.present:
@@ -107,6 +109,7 @@ def paper_step(work: Workspace, state: FluidState, time_step: float, drive: Driv
     drive(state, time_step)
     work.adhere(state, time_step)
     divergence_iterations = correct_velocity(work, state, time_step)
+    state.pressure_impulse += work.pushed
     viscosity_iterations = work.resist(state, time_step)
     work.touch_walls(state, time_step)
     return StepResult(density_iterations, divergence_iterations, viscosity_iterations, density_error)

@@ -10,25 +10,43 @@ mu_ij = 0 elsewhere. Walls with no slip take part as particles of given velocity
     (rho_i0 + dt sum_j K_ij) v_i - dt sum_j K_ij v_j = rho_i0 v*_i,
 
 solved matrix-free with 3x3 block Jacobi, for the particles of viscous phases only.
+
+A no-slip wall of rest velocity stands half a spacing behind its surface; its k is scaled so that the first layer of liquid, half a
+spacing before the surface, feels the stress mu v / (d / 2) of a linear profile.
 """
 
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from oilsim.boundary import wall_area_per_volume
 from oilsim.neighbors import Pairs, nearest_images
 from oilsim.parallel import Team, block_count, total
 from oilsim.pressure_projection import dot
-from oilsim.smoothing_kernels import FAST
+from oilsim.smoothing_kernels import FAST, kernel_slope, normalisation
 from oilsim.walls import add_wrench
 
 Real = NDArray[np.float32]
 
 EXPLICIT_BELOW = 1e-2  # nu dt / d^2 under which one explicit step equals the implicit one to the square of this
+
+
+@lru_cache
+def wall_factor(dimension: int) -> float:
+    """Scale of k for no-slip walls: stress of a linear profile over that of the calibrated wall points, spacing 1."""
+    sigma = normalisation(2.0, dimension)
+    across = np.linspace(0.0, 2.0, 601)
+    r = np.hypot(1.0, across)
+    slopes = np.array([-kernel_slope(min(q, 1.0), sigma) / 2.0 for q in r / 2.0])
+    # mean of x^2 over directions in the plane, times the measure of a ring; both sides of a line in two dimensions
+    ring = np.pi * across**3 if dimension == 3 else 2.0 * across**2
+    pull = np.trapezoid(slopes / r * ring / (r**2 + 0.01), across) / wall_area_per_volume(dimension)
+    return 2.0 / (2.0 * (dimension + 2.0) * float(pull))
 
 
 @njit(inline="always", **FAST)

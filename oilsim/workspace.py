@@ -13,14 +13,21 @@ from numpy.typing import NDArray
 from oilsim.adhesion import adhesion_acceleration, adhesion_reaction, adhesion_scale
 from oilsim.boundary import wall_area_per_volume, wall_coverage
 from oilsim.config import FluidConfig
-from oilsim.density import density_and_diagonal, density_constraint, density_multiplier, density_push, push_reaction
+from oilsim.density import (
+    LARGEST_MULTIPLIER,
+    density_and_diagonal,
+    density_constraint,
+    density_multiplier,
+    density_push,
+    push_reaction,
+)
 from oilsim.divergence import cache_gradients, gradient_sums
 from oilsim.neighbors import NeighborSearch, Pairs, make_grid
 from oilsim.parallel import Team, block_count, total
 from oilsim.rigid_response import RigidResponse
 from oilsim.smoothing_kernels import normalisation
 from oilsim.state import FluidState
-from oilsim.viscosity import ViscousSystem, is_mild, largest_number, viscosity_matrix, viscous_reaction
+from oilsim.viscosity import ViscousSystem, is_mild, largest_number, viscosity_matrix, viscous_reaction, wall_factor
 from oilsim.wall_contact import NEAREST, wall_approach, wall_contact, wall_push
 from oilsim.walls import Contacts, Walls
 
@@ -109,28 +116,33 @@ class Workspace:
     def constrain_density(self, position: Real, reaction_time: float | None = None) -> tuple[int, float]:
         """Alg. 2 on `position` (3, N) in place; returns iterations and the mean compression left.
 
-        With a `reaction_time` [s] (the paper's scheme, where pushes become velocities) moving bodies receive the opposite impulse.
+        With a `reaction_time` [s] (the paper's scheme, where pushes become velocities) moving bodies receive the opposite impulse,
+        and `pushed` (N,) holds what the pushes amount to in kappa / rho_ref [m2/s].
         """
         config, walls, run, count = self.config, self.walls, self.team.run, position.shape[1]
         if count == 0:
             return 0, 0.0
         multiplier, push = np.zeros(count, np.float32), np.empty_like(position)
         error = np.zeros(block_count(count))
-        relaxation, spacing = np.float32(config.relaxation), np.float32(config.particle_spacing)
+        self.pushed = np.zeros(count, np.float32)
+        relaxation = np.float32(config.relaxation)
+        limit = LARGEST_MULTIPLIER * np.float32(config.particle_spacing**2)
         with self.stage("density"):
             run(
                 density_and_diagonal, count, position, walls.position, walls.volume, self.weight, *self._geometry,
                 self.compression, self.diagonal,
             )  # fmt: skip
             for iteration in range(config.density_iterations + 1):
-                run(density_multiplier, count, self.compression, self.diagonal, relaxation, multiplier, error)
+                run(density_multiplier, count, self.compression, self.diagonal, relaxation, limit, multiplier, error)
                 mean = total(error) / count
                 if mean <= config.density_tolerance or iteration == config.density_iterations:
                     return iteration, mean
                 run(
                     density_push, count, position, walls.position, walls.volume, self.weight, multiplier,
-                    *self._geometry, spacing, push,
+                    *self._geometry, push,
                 )  # fmt: skip
+                if reaction_time is not None:
+                    self.pushed -= multiplier / np.float32(reaction_time)
                 if reaction_time is not None and self.touching.size:
                     impulse = walls.zero_forces()
                     push_reaction(
@@ -189,8 +201,11 @@ class Workspace:
             viscous = np.array([mu > 0.0 for mu in self.viscosities])
             chosen = np.arange(state.count) if viscous.all() else np.flatnonzero(viscous[state.phase])
             system = ViscousSystem(self.team, chosen.astype(np.uint32), self.fluid_pairs, self.gradient, self.plane)
+            no_slip = self.walls.no_slip
+            if no_slip is not None and config.scheme != "paper":
+                no_slip = no_slip * np.float32(wall_factor(config.dimension))
             system.assemble(
-                state.position, self.walls.position, state.phase, self._viscosity, self.walls.no_slip, self.period,
+                state.position, self.walls.position, state.phase, self._viscosity, no_slip, self.period,
                 self.wall_pairs, self.wall_gradient, config.particle_spacing, config.dimension,
             )  # fmt: skip
             number = largest_number(self.viscosities, list(self.densities), time_step, config.particle_spacing)

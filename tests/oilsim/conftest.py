@@ -1,0 +1,37 @@
+"""Small fluids for the core's tests."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from oilsim.config import FluidConfig
+from oilsim.phases import Phase
+from oilsim.solver import Fluid
+
+WATER = Phase(name="water", rest_density=1000.0)
+
+
+@pytest.fixture
+def make_fluid() -> Callable[..., Fluid]:
+    """Build a fluid of water with spacing 0.1 m in a box of 2 m; keywords change the configuration."""
+
+    def make(threads: int = 1, **options: Any) -> Fluid:
+        settings: dict[str, Any] = {
+            "particle_spacing": 0.1,
+            "phases": (WATER,),
+            "lower": (0.0, 0.0, 0.0),
+            "upper": (2.0, 2.0, 2.0),
+        }
+        return Fluid(FluidConfig(**(settings | options)), threads=threads)
+
+    return make
+
+
+def disturbed(positions: NDArray[np.float64], amount: float, seed: int) -> NDArray[np.float64]:
+    """Positions moved by a normal deviate of `amount` [m]."""
+    return positions + np.random.default_rng(seed).normal(0.0, amount, positions.shape)

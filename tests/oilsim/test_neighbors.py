@@ -1,0 +1,69 @@
+"""Lists equal brute force, wrapped or not, whatever the number of threads."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from oilsim.neighbors import NeighborSearch, make_grid
+from oilsim.parallel import Team
+
+SUPPORT = 0.2
+
+
+def brute_force(points, others, period):
+    delta = points[:, :, None] - others[:, None, :]
+    for axis, length in enumerate(period):
+        if length:
+            delta[axis] -= length * np.round(delta[axis] / length)
+    return (delta**2).sum(axis=0) < np.float32(SUPPORT) ** 2
+
+
+@pytest.mark.parametrize("periodic", [(False,) * 3, (True, False, False), (True, True, True)])
+@pytest.mark.parametrize("threads", [1, 2])
+def test_lists_equal_brute_force(periodic, threads):
+    lower, upper = (0.0, 0.0, 0.0), (1.0, 0.8, 1.3)
+    rng = np.random.default_rng(4)
+    points = (rng.random((3, 5000)) * np.array(upper)[:, None]).astype(np.float32)
+    period = tuple(high if repeats else 0.0 for high, repeats in zip(upper, periodic, strict=True))
+    grid = make_grid(lower, upper, periodic, SUPPORT, 3)
+    search = NeighborSearch(grid, Team(threads), period if any(periodic) else None)
+    order, start = search.order_by_cell(points)
+    points = np.ascontiguousarray(points[:, order])
+    pairs = search.list_neighbors("all", points, points, start)
+    near = brute_force(points[:, :500], points, period)
+    for i in range(500):
+        expected = set(np.flatnonzero(near[i])) - {i}
+        listed = pairs.neighbor[pairs.start[i] : pairs.start[i] + pairs.number[i]]
+        assert len(listed) == len(set(listed))
+        assert set(listed) == expected
+
+
+def test_moving_particles_are_found_beside_sorted_ones():
+    grid = make_grid((0, 0, 0), (1, 1, 1), (False,) * 3, SUPPORT, 3)
+    search = NeighborSearch(grid, Team(1), None)
+    rng = np.random.default_rng(1)
+    resting = rng.random((3, 200)).astype(np.float32)
+    order, start = search.order_by_cell(resting)
+    moving = rng.random((3, 60)).astype(np.float32)
+    moving_order, moving_start = search.order_by_cell(moving)
+    walls = np.concatenate([resting[:, order], moving], axis=1)
+    points = rng.random((3, 50)).astype(np.float32)
+    pairs = search.list_neighbors("walls", points, walls, start, moving_order + np.uint32(200), moving_start)
+    near = brute_force(points, walls, (0, 0, 0))
+    for i in range(50):
+        assert set(pairs.neighbor[pairs.start[i] : pairs.start[i] + pairs.number[i]]) == set(np.flatnonzero(near[i]))
+
+
+def test_crowded_block_grows_its_lists():
+    grid = make_grid((0, 0, 0), (1, 1, 1), (False,) * 3, SUPPORT, 3)
+    search = NeighborSearch(grid, Team(1), None)
+    points = (0.5 + 0.01 * np.random.default_rng(0).random((3, 300))).astype(np.float32)
+    _, start = search.order_by_cell(points)
+    pairs = search.list_neighbors("all", points, points, start)
+    assert (pairs.number[:300] == 299).all()
+
+
+def test_short_periodic_axis_is_refused():
+    with pytest.raises(ValueError, match=r"periodic axis x is 0\.5 m long, allowed: 0\.6"):
+        make_grid((0, 0, 0), (0.5, 1, 1), (True, False, False), SUPPORT, 3)
