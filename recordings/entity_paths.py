@@ -4,6 +4,7 @@ from __future__ import annotations
 
 FLUID = "fluid"
 BOUNDARY = "boundary"
+OUTLINES = "outlines"
 METRICS = "metrics"
 PROBES = "probes"
 FORCES = "forces"
@@ -42,6 +43,11 @@ def boundary(name: str) -> str:
     return _path(BOUNDARY, name)
 
 
+def outline(name: str) -> str:
+    """Path of the box drawn round static boundary particles."""
+    return _path(OUTLINES, name)
+
+
 def body(name: str) -> str:
     """Path of a body: its group comes from its name, ``vessels/port`` lies at ``vessels/port/hull``."""
     group, _, rest = name.partition("/")
@@ -75,3 +81,8 @@ def scalar(name: str) -> str:
     """Path of a scalar series: its own name, under ``metrics`` unless it is already placed there or with probes."""
     root = name.partition("/")[0]
     return _path(name) if root in (METRICS, PROBES) else _path(METRICS, name)
+
+
+def scalar_name(path: str) -> str:
+    """The name of the series that lies at ``path``; the inverse of `scalar`."""
+    return path.strip("/").removeprefix(f"{METRICS}/")

@@ -1,0 +1,105 @@
+"""Shows a run in a viewer while it is being recorded, and never makes the run wait.
+
+A viewer that stops reading stops whoever writes to it. So the viewer has a stream of its own, in a thread of its own,
+behind a queue of two frames; a frame that finds the queue full is not shown. The file knows nothing of this.
+"""
+
+from __future__ import annotations
+
+import logging
+import queue
+import subprocess
+import threading
+from collections import deque
+from urllib.parse import urlsplit
+
+from recordings.frame import Event, RunDescription
+from recordings.sample import Sample
+from recordings.viewer import LOOPBACK, free_port, start_viewer, viewer_executable, wait_for_port
+
+QUEUE_FRAMES = 2
+_STOP_SECONDS = 3.0
+_LOCAL_HOSTS = (LOOPBACK, "localhost", "::1")
+_LOG = logging.getLogger(__name__)
+
+
+class LiveView:
+    """A viewer on this machine, started here or already running at ``address``."""
+
+    def __init__(self, address: str | None = None, *, headless: bool = False) -> None:
+        """Choose the viewer.
+
+        Args:
+            address: of a running viewer, such as "rerun+http://127.0.0.1:9876/proxy"; None starts one.
+            headless: start it without a window.
+        """
+        if address is not None and urlsplit(address).hostname not in _LOCAL_HOSTS:
+            raise ValueError(f"live view address is {address!r}, expected a viewer on this machine ({LOOPBACK})")
+        self.shown_frames = 0
+        self.dropped_frames = 0
+        self.problem = ""
+        self.viewer: subprocess.Popen[bytes] | None = None
+        self._address = address
+        self._headless = headless
+        self._samples: queue.Queue[Sample] = queue.Queue(QUEUE_FRAMES)
+        self._events: deque[tuple[Event, int]] = deque(maxlen=100)
+        self._stopping = threading.Event()
+        self._thread: threading.Thread | None = None
+
+    def start(self, run: RunDescription, recording_id: str) -> None:
+        """Begin to show ``run``; returns at once, the viewer starts meanwhile."""
+        arguments = (run, recording_id)
+        self._thread = threading.Thread(target=self._work, args=arguments, name="live view", daemon=True)
+        self._thread.start()
+
+    def show(self, sample: Sample) -> None:
+        """Show a frame if the viewer has shown the ones before."""
+        try:
+            self._samples.put_nowait(sample)
+        except queue.Full:
+            self.dropped_frames += 1
+
+    def tell(self, event: Event, frame_index: int) -> None:
+        """Show a line of the log, with the next frame."""
+        self._events.append((event, frame_index))
+
+    def stop(self) -> None:
+        """Show what is waiting, unless the viewer does not take it soon; the viewer stays open."""
+        self._stopping.set()
+        if self._thread is not None:
+            self._thread.join(_STOP_SECONDS)
+
+    def _work(self, run: RunDescription, recording_id: str) -> None:
+        """The thread: a viewer that fails is a note in the log, never the end of the run."""
+        try:
+            self._show_all(run, recording_id)
+        except (RuntimeError, OSError) as error:
+            self.problem = str(error)
+            _LOG.warning("live view ended: %s; the recording goes on", error)
+
+    def _show_all(self, run: RunDescription, recording_id: str) -> None:
+        """Connect, and pass on one frame after another until told to stop."""
+        from recordings.rerun_sink import RerunWriter, connect_stream
+
+        stream = connect_stream(self._address or self._start_viewer(), recording_id, run)
+        writer = RerunWriter(stream)
+        writer.write_run(run, {})
+        while not (self._stopping.is_set() and self._samples.empty()):
+            try:
+                sample = self._samples.get(timeout=0.1)
+            except queue.Empty:
+                continue
+            writer.write_samples([sample])
+            self.shown_frames += 1
+            while self._events:
+                writer.write_event(*self._events.popleft())
+            stream.flush(timeout_sec=1e9)
+        stream.disconnect()
+
+    def _start_viewer(self) -> str:
+        """Start a viewer that listens on this machine only; returns its address."""
+        port = free_port()
+        command = [viewer_executable(), "--bind", LOOPBACK, "--port", str(port), "--expect-data-soon"]
+        self.viewer = start_viewer([*command, "--headless"] if self._headless else command)
+        wait_for_port(port, self.viewer)
+        return f"rerun+http://{LOOPBACK}:{port}/proxy"

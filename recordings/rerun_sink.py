@@ -1,0 +1,295 @@
+"""Writes runs to Rerun streams: the one place that knows how a sample becomes chunks.
+
+Five habits of Rerun 0.41 are met here. It keeps a reference to the arrays it is given, so samples are never written to
+again. Its batcher holds small series back until the end, so columns are sent block by block. One stream to a file and a
+viewer stalls with the viewer, so a viewer gets its own (`live`). A file without a footer loads slowly and a cut one not
+at all, so files are closed in order where possible (`replay` repairs the rest). A partial update keeps static
+colours and radii, so a frame holds positions only.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import threading
+import uuid
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import rerun as rr
+
+from recordings import entity_paths, palette
+from recordings.blueprint import run_blueprint
+from recordings.errors import RecordingError
+from recordings.force_arrows import ForceArrows
+from recordings.frame import BodyFrame, Event, MeshDescription, PhaseDescription, RunDescription
+from recordings.sample import Block, Sample, id_ranges
+
+APPLICATION = "oilsim"
+FORMAT_VERSION = 1
+RESERVED_BYTES = 32 << 20  # disk space left for the footer, the log and the other programs
+_FLUSH_SECONDS = 60.0
+_LEVELS = {"info": rr.TextLogLevel.INFO, "warning": rr.TextLogLevel.WARN, "error": rr.TextLogLevel.ERROR}
+_WATER_RADIUS = 0.17  # in particle spacings
+_WALL_CLASS = 100
+_ARROW_RADIUS = -1.5  # negative: in points on the screen
+
+
+class RerunWriter:
+    """Turns descriptions, samples and events into entities of one recording stream."""
+
+    def __init__(self, stream: rr.RecordingStream) -> None:
+        """Write to ``stream``, which the caller has connected to a file or a viewer."""
+        self._stream = stream
+        self._arrows = ForceArrows()
+        self._last_ids: dict[str, npt.NDArray[np.uint32]] = {}
+
+    def write_run(self, run: RunDescription, terms: Mapping[str, float]) -> None:
+        """Write what does not change: properties, colours, boundaries and meshes."""
+        density = max((phase.rest_density for phase in run.phases), default=1000.0)
+        self._arrows = ForceArrows(run.meshes, density)
+        self._write_properties(run, terms)
+        self._static("/", rr.ViewCoordinates.RIGHT_HAND_Z_UP, _annotations(run.phases))
+        for index, phase in enumerate(run.phases):
+            look = rr.Points3D.from_fields(class_ids=[index], radii=[_radius(phase.name, run.particle_spacing)])
+            self._static(entity_paths.phase(phase.name), look, rr.AnyValues(description=json.dumps(asdict(phase))))
+        for name, points in run.boundaries.items():
+            self._write_boundary(name, np.array(points, dtype=np.float32), run.particle_spacing)
+        for name, mesh in run.meshes.items():
+            self._write_mesh(name, mesh)
+        self._write_arrow_looks()
+
+    def write_samples(self, samples: Sequence[Sample]) -> None:
+        """Write a block of samples, one chunk per entity."""
+        for name in _names(sample.phases for sample in samples):
+            self._write_phase(name, [sample for sample in samples if name in sample.phases])
+        for name in _names(sample.bodies for sample in samples):
+            self._write_body(name, [sample for sample in samples if name in sample.bodies])
+        for name in _names(sample.scalars for sample in samples):
+            having = [sample for sample in samples if name in sample.scalars]
+            values = np.array([sample.scalars[name] for sample in having], dtype=np.float64)
+            self._columns(entity_paths.scalar(name), having, rr.Scalars.columns(scalars=values))
+
+    def write_event(self, event: Event, frame_index: int) -> None:
+        """Write one line of the log."""
+        text = f"{event.source}: {event.text}" if event.source else event.text
+        times = [
+            rr.TimeColumn(entity_paths.TIMELINE_TIME, duration=[event.time]),
+            rr.TimeColumn(entity_paths.TIMELINE_FRAME, sequence=[frame_index]),
+        ]
+        line = rr.TextLog.columns(text=[text], level=[_LEVELS[event.level]])
+        origin = rr.AnyValues.columns(source=[event.source])
+        self._stream.send_columns(entity_paths.EVENTS, times, [*line, *origin], strict=True)
+
+    def write_end(self, reason: str) -> None:
+        """Write why the run ended."""
+        self._stream.send_property("end", rr.AnyValues(reason=reason))
+
+    def _write_properties(self, run: RunDescription, terms: Mapping[str, float]) -> None:
+        """Write scenario, versions and the terms of this recording where the viewer and `replay` look for them."""
+        self._stream.send_recording_name(run.name)
+        camera = json.dumps(asdict(run.camera)) if run.camera else ""
+        plots = json.dumps(run.plots)
+        self._stream.send_property("scenario", rr.AnyValues(name=run.name, text=run.text, camera=camera, plots=plots))
+        fixed = {"format_version": FORMAT_VERSION, "particle_spacing": run.particle_spacing}
+        self._stream.send_property("recording", rr.AnyValues(**fixed, **terms))
+        if run.properties:
+            self._stream.send_property("run", rr.AnyValues(**{key: [value] for key, value in run.properties.items()}))
+
+    def _write_boundary(self, name: str, points: npt.NDArray[np.float32], spacing: float) -> None:
+        """Write boundary particles once, and their bounding box as an outline that hides nothing."""
+        look = rr.Points3D(points, class_ids=[_WALL_CLASS], radii=[0.25 * spacing])
+        self._static(entity_paths.boundary(name), look)
+        if len(points):
+            lower, upper = points.min(axis=0), points.max(axis=0)
+            box = rr.Boxes3D(mins=[lower], sizes=[upper - lower], colors=[palette.WALL], radii=[0.15 * spacing])
+            self._static(entity_paths.outline(name), box)
+
+    def _write_mesh(self, name: str, mesh: MeshDescription) -> None:
+        """Write a body's triangles; its pose follows frame by frame."""
+        shape = rr.Mesh3D(
+            vertex_positions=mesh.vertices,
+            triangle_indices=mesh.faces,
+            albedo_factor=palette.body_color(name, mesh),
+            face_rendering="DoubleSided",
+        )
+        self._static(entity_paths.body(name), shape)
+
+    def _write_arrow_looks(self) -> None:
+        """Write colour, thickness and scale of the force arrows."""
+        for name, scale in self._arrows.metres_per_newton.items():
+            look = rr.Arrows3D.from_fields(colors=[palette.FORCE], radii=[_ARROW_RADIUS])
+            self._static(entity_paths.force(name), look, rr.AnyValues(metres_per_newton=scale))
+
+    def _write_phase(self, name: str, samples: Sequence[Sample]) -> None:
+        """Write positions of one phase, and its ids where they differ from the ones before."""
+        positions = [sample.phases[name].position for sample in samples]
+        together = positions[0] if len(positions) == 1 else np.concatenate(positions)
+        column = rr.Points3D.columns(positions=together).partition([len(position) for position in positions])
+        self._columns(entity_paths.phase(name), samples, column)
+        changed, ranges = [], []
+        for sample in samples:
+            ids = sample.phases[name].id
+            before = self._last_ids.get(name)
+            if before is None or not np.array_equal(ids, before):
+                self._last_ids[name] = ids
+                changed.append(sample)
+                ranges.append(id_ranges(ids))
+        if changed:
+            values = rr.AnyValues.columns(ranges=np.concatenate(ranges)).partition([len(item) for item in ranges])
+            self._columns(entity_paths.phase_ids(name), changed, values)
+
+    def _write_body(self, name: str, samples: Sequence[Sample]) -> None:
+        """Write pose, twist and wrench of one body at full precision, and the pose and force that the viewer draws."""
+        bodies = [sample.bodies[name] for sample in samples]
+        drawn = rr.Transform3D.columns(
+            translation=np.array([body.position for body in bodies]),
+            quaternion=np.array([body.orientation for body in bodies]),
+        )
+        exact = rr.AnyValues.columns(**_stacked(bodies))
+        rows = [column.partition([length] * len(bodies)) for column, length in zip(exact, (7, 6, 6), strict=True)]
+        self._columns(entity_paths.body(name), samples, [*drawn, *rows])
+        vectors = self._arrows.vectors(name, bodies)
+        if vectors is not None:
+            origins = np.array([body.position for body in bodies])
+            self._columns(entity_paths.force(name), samples, rr.Arrows3D.columns(origins=origins, vectors=vectors))
+
+    def _static(self, path: str, *components: rr.AsComponents) -> None:
+        self._stream.log(path, *components, static=True, strict=True)
+
+    def _columns(self, path: str, samples: Sequence[Sample], columns: Iterable[rr.ComponentColumn]) -> None:
+        """Send one chunk: one row per sample."""
+        times = [
+            rr.TimeColumn(entity_paths.TIMELINE_TIME, duration=[sample.time for sample in samples]),
+            rr.TimeColumn(entity_paths.TIMELINE_FRAME, sequence=[sample.index for sample in samples]),
+        ]
+        self._stream.send_columns(path, times, columns, strict=True)
+
+
+class RerunFile:
+    """A recording on disk, written block by block, closed with a footer."""
+
+    def __init__(self, path: Path, run: RunDescription, terms: Mapping[str, float]) -> None:
+        """Create the file with everything that does not change."""
+        self.path = path
+        self.recording_id = str(uuid.uuid4())
+        self.closed = False
+        self._block = Block()
+        self._stream = open_stream(self.recording_id)
+        try:
+            self._stream.save(path, default_blueprint=run_blueprint(run))
+        except RuntimeError as error:
+            raise RecordingError(path, f"cannot be written: {error}") from error
+        self._writer = RerunWriter(self._stream)
+        self._writer.write_run(run, terms)
+        self._flush()
+
+    def add(self, sample: Sample) -> None:
+        """Take one sample; it reaches the disk with its block."""
+        self._block.add(sample)
+        if self._block.full:
+            self._write_block()
+
+    def add_event(self, event: Event, frame_index: int) -> None:
+        """Write one line of the log at once: it is often the last one."""
+        self._writer.write_event(event, frame_index)
+
+    def set_end(self, reason: str) -> None:
+        """Say why the run ended, in the file's properties."""
+        self._writer.write_end(reason)
+
+    def close(self) -> None:
+        """Write the rest and the footer; safe to call twice."""
+        if self.closed:
+            return
+        self.closed = True
+        if self._block.samples:
+            self._write_block()
+        self._flush()
+        self._stream.disconnect()
+
+    def _write_block(self) -> None:
+        """Hand one block to Rerun and learn whether the block before it reached the disk."""
+        self._require_space(self._block.byte_count)
+        self._writer.write_samples(self._block.take())
+        self._flush()
+
+    def _require_space(self, wanted: int) -> None:
+        """Stop in order while there still is room for a footer."""
+        free = shutil.disk_usage(self.path.parent).free
+        if free < wanted + RESERVED_BYTES:
+            self.closed = True
+            self._block.take()
+            self._stream.disconnect()
+            raise RecordingError(self.path, f"disk is full: {free >> 20} MiB left; what was written can be replayed")
+
+    def _flush(self) -> None:
+        """Wait until all is on disk; a writer that has died is one clear error and is not asked again.
+
+        Rerun's flush may wait for ever for a writer that has died, hence the time limit, and so may its disconnect,
+        hence the thread that is left behind.
+        """
+        try:
+            self._stream.flush(timeout_sec=_FLUSH_SECONDS)
+        except RuntimeError as error:
+            self.closed = True
+            self._block.take()
+            threading.Thread(target=self._stream.disconnect, daemon=True).start()
+            raise RecordingError(self.path, f"cannot be written any more: {_why(self.path, error)}") from error
+
+
+def open_stream(recording_id: str) -> rr.RecordingStream:
+    """A stream that is connected to nothing yet; streams with one id show as one recording."""
+    batching = rr.ChunkBatcherConfig(flush_tick=0.1, flush_num_bytes=1 << 40)
+    stream = rr.RecordingStream(APPLICATION, recording_id=recording_id, batcher_config=batching)
+    stream.set_log_tick_enabled(False)
+    stream.set_log_time_enabled(False)
+    return stream
+
+
+def connect_stream(address: str, recording_id: str, run: RunDescription) -> rr.RecordingStream:
+    """A stream to the viewer at ``address``."""
+    stream = open_stream(recording_id)
+    stream.connect_grpc(address, default_blueprint=run_blueprint(run))
+    return stream
+
+
+def _why(path: Path, error: RuntimeError) -> str:
+    """The operating system's word for a failed write, which Rerun does not pass on: try to write a little oneself."""
+    try:
+        with path.open("ab") as file:
+            file.write(b"\0")
+    except OSError as refused:
+        return refused.strerror or str(refused)
+    return str(error)
+
+
+def _names(mappings: Iterable[Mapping[str, object]]) -> list[str]:
+    """Every name in any of the mappings, in order of first appearance."""
+    return list(dict.fromkeys(name for mapping in mappings for name in mapping))
+
+
+def _stacked(bodies: Sequence[BodyFrame]) -> dict[str, npt.NDArray[np.float64]]:
+    """Pose, twist and wrench of one body at many instants, each in one flat column."""
+    return {
+        "pose": np.concatenate([part for body in bodies for part in (body.position, body.orientation)]),
+        "twist": np.concatenate([part for body in bodies for part in (body.linear_velocity, body.angular_velocity)]),
+        "wrench": np.concatenate([body.wrench for body in bodies]),
+    }
+
+
+def _annotations(phases: Sequence[PhaseDescription]) -> rr.AnnotationContext:
+    """Name and colour of every class of points."""
+    classes = [
+        rr.AnnotationInfo(id=index, label=phase.name, color=palette.phase_color(phase, index))
+        for index, phase in enumerate(phases)
+    ]
+    return rr.AnnotationContext([*classes, rr.AnnotationInfo(id=_WALL_CLASS, label="wall", color=palette.WALL)])
+
+
+def _radius(name: str, spacing: float) -> float:
+    """Half the spacing, but small for water: the viewer draws no translucent points, and oil under water must show."""
+    return spacing * (_WATER_RADIUS if palette.is_water(name) else 0.5)

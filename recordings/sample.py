@@ -1,0 +1,123 @@
+"""The part of a frame that goes to the recording, taken and rounded once for every stream that writes it."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from recordings.frame import BodyFrame, Frame, PhaseFrame
+
+MAXIMUM_BLOCK_FRAMES = 10
+MAXIMUM_BLOCK_SECONDS = 0.5  # of wall time: what a killed run may lose
+MAXIMUM_BLOCK_BYTES = 8 << 20
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Sample:
+    """One recorded frame: nothing in it is written to by anybody afterwards."""
+
+    index: int
+    time: float
+    phases: Mapping[str, PhaseFrame]
+    bodies: Mapping[str, BodyFrame]
+    scalars: Mapping[str, float]
+
+    @property
+    def byte_count(self) -> int:
+        """Size of the particle arrays, which is nearly all of it."""
+        return sum(phase.position.nbytes for phase in self.phases.values())
+
+
+class Block:
+    """Samples on their way to the file: full when it holds enough frames, bytes or wall time."""
+
+    def __init__(self) -> None:
+        self.samples: list[Sample] = []
+        self._byte_count = 0
+        self._started = 0.0
+
+    def add(self, sample: Sample) -> None:
+        """Take one more sample."""
+        if not self.samples:
+            self._started = time.monotonic()
+        self.samples.append(sample)
+        self._byte_count += sample.byte_count
+
+    @property
+    def byte_count(self) -> int:
+        """Bytes of particles it holds."""
+        return self._byte_count
+
+    @property
+    def full(self) -> bool:
+        """Whether it is time to write."""
+        return (
+            len(self.samples) >= MAXIMUM_BLOCK_FRAMES
+            or self._byte_count >= MAXIMUM_BLOCK_BYTES
+            or (bool(self.samples) and time.monotonic() - self._started >= MAXIMUM_BLOCK_SECONDS)
+        )
+
+    def take(self) -> list[Sample]:
+        """Hand over the samples and start anew."""
+        samples, self.samples, self._byte_count = self.samples, [], 0
+        return samples
+
+
+def take_sample(frame: Frame, *, precision: float | None, phases: Collection[str] | None) -> Sample:
+    """Read out of ``frame`` what is to be recorded; particles of ``phases`` only (None: of all)."""
+    wanted = frame.phases if phases is None or phases else {}
+    return Sample(
+        index=frame.index,
+        time=frame.time,
+        phases={
+            name: PhaseFrame(rounded(phase.position, precision), phase.id)
+            for name, phase in wanted.items()
+            if phases is None or name in phases
+        },
+        bodies=dict(frame.bodies),
+        scalars=dict(frame.scalars),
+    )
+
+
+def rounded(position: npt.NDArray[np.float32], precision: float | None) -> npt.NDArray[np.float32]:
+    """Positions on a grid of spacing ``precision`` [m], a power of two, or unchanged when it is None.
+
+    Scaling by a power of two is exact in binary floating point, so that the only error is the rounding itself, at most
+    half of ``precision``. The zero bits it leaves at the end of each number are what the file's compression finds.
+    """
+    if precision is None:
+        return position
+    scaled = position * np.float32(1.0 / precision)
+    np.rint(scaled, out=scaled)
+    scaled *= np.float32(precision)
+    return scaled
+
+
+def require_power_of_two(precision: float | None) -> None:
+    """Refuse a precision whose grid binary numbers cannot hold."""
+    if precision is None:
+        return
+    if not (math.isfinite(precision) and precision > 0.0 and math.frexp(precision)[0] == 0.5):
+        raise ValueError(f"recording precision is {precision} m, expected a power of two such as 1/1024, or None")
+
+
+def id_ranges(ids: npt.NDArray[np.uint32]) -> npt.NDArray[np.uint32]:
+    """Increasing ids as runs: first id, count, first id, count, ...; a handful of numbers for a million particles."""
+    if len(ids) == 0:
+        return np.empty(0, dtype=np.uint32)
+    starts = np.concatenate(([0], np.flatnonzero(np.diff(ids.astype(np.int64)) != 1) + 1))
+    counts = np.diff(np.concatenate((starts, [len(ids)])))
+    return np.column_stack((ids[starts], counts)).astype(np.uint32).ravel()
+
+
+def ids_of_ranges(ranges: npt.NDArray[np.uint32]) -> npt.NDArray[np.uint32]:
+    """The ids that `id_ranges` wrote down."""
+    pairs = np.asarray(ranges, dtype=np.uint32).reshape(-1, 2)
+    if len(pairs) == 0:
+        return np.empty(0, dtype=np.uint32)
+    return np.concatenate([np.arange(first, first + count, dtype=np.uint32) for first, count in pairs.tolist()])

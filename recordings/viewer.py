@@ -1,0 +1,146 @@
+"""Starts the Rerun viewer that came with the package: on a screen, or without one to take pictures.
+
+It listens on this machine only, and is told not to report its use to anybody.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from recordings.errors import RecordingError
+
+if TYPE_CHECKING:
+    from rerun.experimental import ViewerClient
+
+LOOPBACK = "127.0.0.1"
+_START_SECONDS = 30.0
+_STOP_SECONDS = 5.0
+_LOAD_SECONDS = 2.0
+
+
+class ViewerError(RuntimeError):
+    """The viewer could not be started or did not answer."""
+
+
+def viewer_executable() -> str:
+    """Path of the `rerun` program, the one of this Python environment first."""
+    beside = Path(sys.executable).parent / "rerun"
+    found = shutil.which(str(beside)) or shutil.which("rerun")
+    if found is None:
+        raise ViewerError("rerun program not found beside Python or on PATH; install rerun-sdk")
+    return found
+
+
+def viewer_environment() -> dict[str, str]:
+    """This environment with usage reports switched off.
+
+    The viewer sends none when it believes it runs in continuous integration, which it takes from this variable; it has
+    no other switch that would leave the user's own settings file alone.
+    """
+    return os.environ | {"CI": "true", "RERUN_APP_ONLY": "true"}
+
+
+def open_viewer(path: str | Path, *, port: int = 0) -> subprocess.Popen[bytes]:
+    """Open a recording in a viewer on the screen; returns its process, which outlives this one."""
+    command = [viewer_executable(), str(_readable(path)), "--bind", LOOPBACK, "--port", str(port or free_port())]
+    return start_viewer(command)
+
+
+def start_viewer(command: list[str]) -> subprocess.Popen[bytes]:
+    """Run a viewer in a session of its own, so that Ctrl-C in the simulation does not close it."""
+    return subprocess.Popen(
+        command,
+        env=viewer_environment(),
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    )
+
+
+def free_port() -> int:
+    """A port on this machine that nobody listens on."""
+    with socket.socket() as probe:
+        probe.bind((LOOPBACK, 0))
+        return int(probe.getsockname()[1])
+
+
+def wait_for_port(port: int, viewer: subprocess.Popen[bytes]) -> None:
+    """Wait until the viewer listens; say so if it ends instead, as it does without a screen or a driver."""
+    deadline = time.monotonic() + _START_SECONDS
+    while time.monotonic() < deadline:
+        if viewer.poll() is not None:
+            raise ViewerError(f"rerun viewer ended at once with code {viewer.returncode}; no screen or graphics driver")
+        with socket.socket() as probe:
+            probe.settimeout(0.2)
+            if probe.connect_ex((LOOPBACK, port)) == 0:
+                return
+        time.sleep(0.05)
+    raise ViewerError(f"rerun viewer did not listen on port {port} within {_START_SECONDS:.0f} s")
+
+
+def render_viewer_screenshot(
+    recording: str | Path, pictures: dict[float, str | Path], *, width: int = 1600, height: int = 900
+) -> None:
+    """Draw what the viewer shows of a recording, without a screen; needs a Vulkan driver, software or hardware.
+
+    Args:
+        recording: the file.
+        pictures: PNG files to write, by simulated time [s].
+        width: of the window [points]; the picture may have more pixels.
+        height: of the window [points].
+    """
+    source = _readable(recording).resolve()
+    with _headless_viewer(width, height) as client:
+        client.open(str(source))
+        time.sleep(_LOAD_SECONDS)
+        for at, target in sorted(pictures.items()):
+            client.set_time("sim_time", duration=float(at), play_state="paused")
+            time.sleep(_LOAD_SECONDS)
+            _save(client, Path(target).resolve())
+
+
+def _save(client: ViewerClient, target: Path) -> None:
+    """Take one picture and put it in place when it is whole."""
+    with tempfile.TemporaryDirectory(dir=target.parent) as folder:
+        fresh = Path(folder) / "picture.png"
+        client.save_screenshot(str(fresh))
+        fresh.replace(target)
+
+
+@contextmanager
+def _headless_viewer(width: int, height: int) -> Iterator[ViewerClient]:
+    """A viewer without a window, ended when the block ends."""
+    from rerun.experimental import ViewerClient
+
+    port = free_port()
+    command = [viewer_executable(), "--headless", "--bind", LOOPBACK, "--port", str(port)]
+    viewer = start_viewer([*command, "--window-size", f"{width}x{height}"])
+    try:
+        wait_for_port(port, viewer)
+        yield ViewerClient.connect(f"rerun+http://{LOOPBACK}:{port}/proxy")
+    finally:
+        viewer.terminate()
+        try:
+            viewer.wait(_STOP_SECONDS)
+        except subprocess.TimeoutExpired:
+            viewer.kill()
+            viewer.wait()
+
+
+def _readable(path: str | Path) -> Path:
+    """The path, if there is a file."""
+    file = Path(path)
+    if not file.is_file():
+        raise RecordingError(file, "no such file")
+    return file
