@@ -50,56 +50,52 @@ def corrected_divergence(m, b, plane):
 
 @njit(**FAST)
 def cache_gradients(
-    begin, end, position, wall, wall_volume, period, fluid, walls, sigma, support, volume,
-    gradient, wall_gradient, density, coverage,
+    begin, end, position, wall, wall_volume, weight, period, fluid, walls, sigma, support, volume,
+    gradient, wall_gradient, gradient_sum, diagonal, density, coverage,
 ):  # fmt: skip
-    """Cache V grad W_ij per fluid pair in `gradient` (3, P), V_b grad W_ib in `wall_gradient`.
+    """Cache V grad W_ij per fluid pair in `gradient` (3, P) and V_b grad W_ib in `wall_gradient`, and sum them up.
 
-    Fills `density` with rho_i / rho_i0 and `coverage` with the walls' part of it.
+    Fills g_i (3, N) [1/m], the diagonal of A times rho_ref [1/m2], `density` with rho_i / rho_i0 and `coverage` with the walls'
+    part of it.
     """
     inverse_support = np.float32(1.0) / support
     for i in range(begin, end):
         xi, yi, zi = position[0, i], position[1, i], position[2, i]
         total = sigma
+        gx = gy = gz = square = np.float32(0.0)
         for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
             j = fluid.neighbor[k]
             dx, dy, dz = nearest_images(xi - position[0, j], yi - position[1, j], zi - position[2, j], period)
             r = math.sqrt(dx * dx + dy * dy + dz * dz + TINY)
-            total += kernel(r * inverse_support, sigma)
-            slope = volume * kernel_slope(r * inverse_support, sigma) * inverse_support / r
-            gradient[0, k] = slope * dx
-            gradient[1, k] = slope * dy
-            gradient[2, k] = slope * dz
+            q = r * inverse_support
+            total += kernel(q, sigma)
+            slope = volume * kernel_slope(q, sigma) * inverse_support / r
+            ax, ay, az = slope * dx, slope * dy, slope * dz
+            gradient[0, k] = ax
+            gradient[1, k] = ay
+            gradient[2, k] = az
+            gx += ax
+            gy += ay
+            gz += az
+            share = ax * ax + ay * ay + az * az
+            square += share if weight is None else share * weight[j]
         covered = np.float32(0.0)
         for k in range(walls.start[i], walls.start[i] + np.int64(walls.number[i])):
             b = walls.neighbor[k]
             dx, dy, dz = nearest_images(xi - wall[0, b], yi - wall[1, b], zi - wall[2, b], period)
             r = math.sqrt(dx * dx + dy * dy + dz * dz + TINY)
-            covered += wall_volume[b] * kernel(r * inverse_support, sigma)
-            slope = wall_volume[b] * kernel_slope(r * inverse_support, sigma) * inverse_support / r
-            wall_gradient[0, k] = slope * dx
-            wall_gradient[1, k] = slope * dy
-            wall_gradient[2, k] = slope * dz
-        density[i] = total * volume + covered
-        coverage[i] = covered
-
-
-@njit(**FAST)
-def gradient_sums(begin, end, fluid, walls, gradient, wall_gradient, weight, gradient_sum, diagonal):
-    """Fill g_i (3, N) [1/m] and the diagonal of A times rho_ref [1/m2] from cached gradients."""
-    for i in range(begin, end):
-        gx = gy = gz = square = np.float32(0.0)
-        for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
-            ax, ay, az = gradient[0, k], gradient[1, k], gradient[2, k]
+            q = r * inverse_support
+            covered += wall_volume[b] * kernel(q, sigma)
+            slope = wall_volume[b] * kernel_slope(q, sigma) * inverse_support / r
+            ax, ay, az = slope * dx, slope * dy, slope * dz
+            wall_gradient[0, k] = ax
+            wall_gradient[1, k] = ay
+            wall_gradient[2, k] = az
             gx += ax
             gy += ay
             gz += az
-            share = ax * ax + ay * ay + az * az
-            square += share if weight is None else share * weight[fluid.neighbor[k]]
-        for k in range(walls.start[i], walls.start[i] + np.int64(walls.number[i])):
-            gx += wall_gradient[0, k]
-            gy += wall_gradient[1, k]
-            gz += wall_gradient[2, k]
+        density[i] = total * volume + covered
+        coverage[i] = covered
         gradient_sum[0, i] = gx
         gradient_sum[1, i] = gy
         gradient_sum[2, i] = gz

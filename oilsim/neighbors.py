@@ -148,11 +148,33 @@ def scan_range(i, first, last, xi, yi, zi, other, other_order, period, reach_squ
 
 
 @njit(**FAST)
+def mark_surroundings(position, grid, near):
+    """Set `near` (cells,) to 1 in every cell from which a particle could reach one of `position` (3, M)."""
+    nx, ny, nz = grid.cells
+    rx, ry, rz = grid.reach
+    for b in range(position.shape[1]):
+        cx = cell_coordinate(position[0, b], grid.lower[0], grid.inverse_width[0], nx)
+        cy = cell_coordinate(position[1, b], grid.lower[1], grid.inverse_width[1], ny)
+        cz = cell_coordinate(position[2, b], grid.lower[2], grid.inverse_width[2], nz)
+        ranges = x_ranges(cx, rx, nx, grid.periodic[0])
+        for sz in range(cz - rz, cz + rz + 1):
+            if not grid.periodic[2] and (sz < 0 or sz >= nz):
+                continue
+            for sy in range(cy - ry, cy + ry + 1):
+                if not grid.periodic[1] and (sy < 0 or sy >= ny):
+                    continue
+                row = (np.int64(sz % nz) * ny + np.int64(sy % ny)) * nx
+                for low, high in ranges:
+                    near[row + low : row + high] = 1
+
+
+@njit(**FAST)
 def build_lists(
     begin,
     end,
     position,
     other,
+    near,
     cell_start,
     moving_order,
     moving_start,
@@ -161,16 +183,17 @@ def build_lists(
     same,
     share,
     start,
-    count,
-    index,
+    number,
+    neighbor,
     full,
 ):
     """List the neighbours in `other` of the particles begin to end.
 
+    near          1 in the cells from which `other` can be reached, None to look from all
     cell_start    where each cell of `other` begins; these particles lie in cell order
     moving_order  indices in `other` of the particles that do not, by cell as moving_start tells; None if there are none
     same          `other` is `position` itself: a particle is not its own neighbour
-    share         places in `index` per particle; a block takes BLOCK * share of them
+    share         places in `neighbor` per particle; a block takes BLOCK * share of them
     full          set to 1 where a block ran out of places
     """
     reach_squared = np.float32(grid.support_radius * grid.support_radius)
@@ -186,6 +209,9 @@ def build_lists(
         cx = cell_coordinate(xi, grid.lower[0], grid.inverse_width[0], nx)
         cy = cell_coordinate(yi, grid.lower[1], grid.inverse_width[1], ny)
         cz = cell_coordinate(zi, grid.lower[2], grid.inverse_width[2], nz)
+        if near is not None and near[(np.int64(cz) * ny + cy) * nx + cx] == 0:
+            number[i] = 0
+            continue
         ranges = x_ranges(cx, rx, nx, grid.periodic[0])
         for sz in range(cz - rz, cz + rz + 1):
             if not grid.periodic[2] and (sz < 0 or sz >= nz):
@@ -199,16 +225,18 @@ def build_lists(
                     if cursor + (last - first) >= limit:
                         full[0] = 1
                         last = first
-                    cursor = scan_range(me, first, last, xi, yi, zi, other, None, period, reach_squared, index, cursor)
+                    cursor = scan_range(
+                        me, first, last, xi, yi, zi, other, None, period, reach_squared, neighbor, cursor
+                    )
                     if moving_order is not None:
                         first, last = np.int64(moving_start[row + low]), np.int64(moving_start[row + high])
                         if cursor + (last - first) >= limit:
                             full[0] = 1
                             last = first
                         cursor = scan_range(
-                            me, first, last, xi, yi, zi, other, moving_order, period, reach_squared, index, cursor
+                            me, first, last, xi, yi, zi, other, moving_order, period, reach_squared, neighbor, cursor
                         )
-        count[i] = cursor - start[i]
+        number[i] = cursor - start[i]
 
 
 class NeighborSearch:
@@ -231,16 +259,26 @@ class NeighborSearch:
         count_sort(cell, cell_start, order)
         return order, cell_start
 
+    def surroundings(self, position: Real, base: NDArray[np.uint8] | None = None) -> NDArray[np.uint8]:
+        """Cells (cells,) from which one of `position` (3, M) can be reached are 1, as are those of `base`."""
+        near = np.zeros(self.grid.cell_count, np.uint8) if base is None else base.copy()
+        mark_surroundings(position, self.grid, near)
+        return near
+
     def list_neighbors(
         self,
         name: str,
         position: Real,
         other: Real,
         cell_start: Index,
+        near: NDArray[np.uint8] | None = None,
         moving_order: Index | None = None,
         moving_start: Index | None = None,
     ) -> Pairs:
-        """Lists of the neighbours in `other` of every particle; `name` keeps storage apart over the steps."""
+        """Lists of the neighbours in `other` of every particle (see `build_lists`).
+
+        `name` keeps storage apart over the steps; `near` as from `surroundings` spares the particles far from `other`.
+        """
         count = position.shape[1]
         share = self._shares.setdefault(name, 48 if other is position else 16)
         full = np.zeros(1, np.uint8)
@@ -248,7 +286,7 @@ class NeighborSearch:
             pairs = self._reserve(name, count, share)
             full[0] = 0
             self._team.run(
-                build_lists, count, position, other, cell_start, moving_order, moving_start, self.grid, self.period,
+                build_lists, count, position, other, near, cell_start, moving_order, moving_start, self.grid, self.period,
                 other is position, share, pairs.start, pairs.number, pairs.neighbor, full,
             )  # fmt: skip
             if not full[0]:

@@ -139,6 +139,7 @@ class Walls:
         self.volume: Real = np.empty(0, np.float32)
         self.no_slip: Real | None = None
         self.resting = 0
+        self.near: NDArray[np.uint8] = np.empty(0, np.uint8)
         self.arm: Real = np.empty((3, 0), np.float32)
         self.owner: NDArray[np.uint16] = np.empty(0, np.uint16)
         self.moving_order: NDArray[np.uint32] | None = None
@@ -184,7 +185,9 @@ class Walls:
             if self.velocity is not None:
                 self.velocity[:, at:end] = body.twist[:3, None] + np.cross(body.twist[3:], arm.T).T
             at = end
-        order, self.moving_start = self._search.order_by_cell(np.ascontiguousarray(self.position[:, self.resting :]))
+        moving = np.ascontiguousarray(self.position[:, self.resting :])
+        order, self.moving_start = self._search.order_by_cell(moving)
+        self.near = self._search.surroundings(moving, self._near_resting)
         self.moving_order = order + np.uint32(self.resting)
 
     def positions(self, handle: int) -> Real:
@@ -243,6 +246,9 @@ class Walls:
         no_slip[: self.resting] = no_slip[order]
         self.no_slip = no_slip if no_slip.any() else None
         self.velocity = np.zeros_like(self.position) if self.no_slip is not None and self.moving else None
+        self.near = self._near_resting = self._search.surroundings(
+            np.ascontiguousarray(self.position[:, : self.resting])
+        )
         self._local = {h: self.boundaries[h].position.T.copy() for h in self.moving}
         sizes = [len(self.boundaries[h].volume) for h in self.moving]
         self.owner = np.repeat(np.arange(len(sizes), dtype=np.uint16), sizes)

@@ -21,7 +21,7 @@ from oilsim.density import (
     density_push,
     push_reaction,
 )
-from oilsim.divergence import cache_gradients, gradient_sums
+from oilsim.divergence import cache_gradients
 from oilsim.neighbors import NeighborSearch, Pairs, make_grid
 from oilsim.parallel import Team, block_count, total
 from oilsim.rigid_response import RigidResponse
@@ -82,7 +82,13 @@ class Workspace:
             walls = self.walls
             self.fluid_pairs = self._search.list_neighbors("fluid", state.position, state.position, cell_start)
             self.wall_pairs = self._search.list_neighbors(
-                "walls", state.position, walls.position, walls.cell_start, walls.moving_order, walls.moving_start
+                "walls",
+                state.position,
+                walls.position,
+                walls.cell_start,
+                walls.near,
+                walls.moving_order,
+                walls.moving_start,
             )
             count = state.count
             self.weight = None if (self._weights == 1.0).all() else self._weights[state.phase]
@@ -161,12 +167,8 @@ class Workspace:
         walls, count = self.walls, position.shape[1]
         with self.stage("gradients"):
             self.team.run(
-                cache_gradients, count, position, walls.position, walls.volume, *self._geometry,
-                self.gradient, self.wall_gradient, self.density, self.coverage,
-            )  # fmt: skip
-            self.team.run(
-                gradient_sums, count, self.fluid_pairs, self.wall_pairs, self.gradient, self.wall_gradient, self.weight,
-                self.gradient_sum, self.diagonal,
+                cache_gradients, count, position, walls.position, walls.volume, self.weight, *self._geometry,
+                self.gradient, self.wall_gradient, self.gradient_sum, self.diagonal, self.density, self.coverage,
             )  # fmt: skip
             self.contacts: Contacts = walls.contacts(self.touching, self.wall_pairs, self.wall_gradient)
 

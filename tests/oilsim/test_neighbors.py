@@ -49,7 +49,7 @@ def test_moving_particles_are_found_beside_sorted_ones():
     moving_order, moving_start = search.order_by_cell(moving)
     walls = np.concatenate([resting[:, order], moving], axis=1)
     points = rng.random((3, 50)).astype(np.float32)
-    pairs = search.list_neighbors("walls", points, walls, start, moving_order + np.uint32(200), moving_start)
+    pairs = search.list_neighbors("walls", points, walls, start, None, moving_order + np.uint32(200), moving_start)
     near = brute_force(points, walls, (0, 0, 0))
     for i in range(50):
         assert set(pairs.neighbor[pairs.start[i] : pairs.start[i] + pairs.number[i]]) == set(np.flatnonzero(near[i]))
