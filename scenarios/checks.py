@@ -42,9 +42,10 @@ NAMED_TABLES = ("phases", "fill", "emitters", "bodies", "vessels", "booms", "pro
 
 @dataclass(frozen=True, kw_only=True)
 class Parts:
-    """The sound parts of a scenario, and all names that it defines, table by table."""
+    """The sound parts of a scenario, all names that it defines, table by table, and which tables are given at all."""
 
     names: Mapping[str, tuple[str, ...]]
+    given: frozenset[str]
     run: RunSettings | None = None
     fluid: FluidSettings | None = None
     tank: Tank | None = None
@@ -62,9 +63,8 @@ class Parts:
     def of(cls, scenario: Scenario) -> Parts:
         """All parts of a complete scenario."""
         names = {table: tuple(getattr(scenario, table)) for table in NAMED_TABLES}
-        return cls(
-            names=names, **{name: getattr(scenario, name) for name in cls.__dataclass_fields__ if name != "names"}
-        )
+        parts = {name: getattr(scenario, name) for name in cls.__dataclass_fields__ if name not in ("names", "given")}
+        return cls(names=names, given=frozenset(name for name, part in parts.items() if part is not None), **parts)
 
 
 def problems_between(parts: Parts) -> Iterator[Problem]:
@@ -73,6 +73,7 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
     yield from _references(parts)
     yield from _orders(parts)
     yield from _meshes(parts)
+    yield from _plane(parts)
     if parts.tank is not None:
         yield from _places(parts, parts.tank)
     if parts.fluid is not None:
@@ -80,7 +81,7 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
 
 
 def body_names(parts: Parts) -> tuple[str, ...]:
-    """What a probe may call a body: ``rock``, ``vessels/port``, ``boom/main-03``."""
+    """What a probe may call a body: ``rock``, ``vessels/port``, ``boom/main/segment-03``."""
     vessels = tuple(f"vessels/{name}" for name in parts.names["vessels"])
     segments = tuple(segment for name, boom in parts.booms.items() for segment in segment_names(name, boom.segments))
     return (*parts.names["bodies"], *vessels, *segments)
@@ -88,7 +89,7 @@ def body_names(parts: Parts) -> tuple[str, ...]:
 
 def segment_names(boom: str, count: int) -> tuple[str, ...]:
     """Body names of a boom's segments, from its first end to its second."""
-    return tuple(f"boom/{boom}-{index:02d}" for index in range(count))
+    return tuple(f"boom/{boom}/segment-{index:02d}" for index in range(count))
 
 
 def _names(parts: Parts) -> Iterator[Problem]:
@@ -122,8 +123,17 @@ def _references(parts: Parts) -> Iterator[Problem]:
 
 def _orders(parts: Parts) -> Iterator[Problem]:
     for name, vessel in parts.vessels.items():
-        if not vessel.legs and parts.tow is None:
+        if not vessel.legs and "tow" not in parts.given:
             yield Problem(f"vessels.{name}.legs", "is missing, allowed: give legs, or a [tow] table for all vessels")
+
+
+def _plane(parts: Parts) -> Iterator[Problem]:
+    """In two dimensions there is liquid only: solids are sampled in three."""
+    if parts.fluid is None or parts.fluid.dimension == 3:
+        return
+    for table in ("bodies", "vessels", "booms", "emitters"):
+        if parts.names[table]:
+            yield Problem(table, "is given, allowed: only with fluid.dimension = 3")
 
 
 def _meshes(parts: Parts) -> Iterator[Problem]:

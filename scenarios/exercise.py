@@ -84,11 +84,11 @@ class BoomSettings(Section):
 
     ends                each the name of a vessel, or a fixed point (x, y) [m]
     length              [m] of the boom along its skirt
-    segments            into which it is divided
+    segments            rigid ones into which it is divided
     skirt_depth         [m] below the water, and
     freeboard           [m] above it
-    thickness           [m] of a segment; thinner than two particle spacings, water feels it from both sides at once
-    buoyancy_to_weight  reserve buoyancy: displacement of the whole segment over its weight
+    buoyancy_to_weight  gross: displacement of the whole boom over its weight; the float is sized for it
+    skirt_thickness     [m] as built; it is simulated at least one particle spacing thick
     tow_line            [m] of line between each end and its vessel or point
     """
 
@@ -97,6 +97,6 @@ class BoomSettings(Section):
     segments: int = quantity("", default=20, at_least=2, at_most=500, whole=True)
     skirt_depth: float = quantity("m", above=0.0)
     freeboard: float = quantity("m", above=0.0)
-    thickness: float = quantity("m", above=0.0)
     buoyancy_to_weight: float = quantity("", default=5.0, above=1.0)
+    skirt_thickness: float = quantity("m", default=0.005, above=0.0)
     tow_line: float = quantity("m", default=0.0, at_least=0.0)

@@ -73,7 +73,7 @@ def scenario_from(data: Mapping[str, Any], folder: Path | None = None) -> Scenar
         return Scenario(**sound)
     names = {table: tuple(data[table]) if isinstance(data.get(table), Mapping) else () for table in NAMED_TABLES}
     parts = {name: sound[name] for name in Parts.__dataclass_fields__ if name in sound}
-    raise ScenarioError([*problems, *problems_between(Parts(names=names, **parts))])
+    raise ScenarioError([*problems, *problems_between(Parts(names=names, given=frozenset(data), **parts))])
 
 
 def _changed(data: dict[str, Any], overrides: Iterable[str], demo: bool) -> dict[str, Any]:

@@ -56,11 +56,13 @@ class WaveSettings(ZoneSettings):
     height     [m] crest to trough
     period     [s]
     direction  [rad] it runs to
+    level      [m] height of the still water; None: that of the water at the start
     """
 
     height: float = quantity("m", above=0.0)
     period: float = quantity("s", above=0.0)
     direction: float = quantity("rad", default=0.0)
+    level: float | None = quantity("m", default=None)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,0 +1,234 @@
+"""A scenario becomes a coupled run: fluid, bodies, controllers, and the connections between them.
+
+Order within a communication step: controllers give their orders from where the bodies are, the fluid answers to the bodies'
+motion with wrenches, and the bodies move under both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from coupling.participants.fluid import FluidParticipant
+from scipy.spatial.transform import Rotation
+
+from coupling.bodies import box, mass_properties
+from coupling.co_simulation import CoSimulation, FrameSource
+from coupling.connection import Connection
+from coupling.observer import Observer
+from coupling.participant import Participant
+from coupling.participants.rigid_bodies import RigidBodyParticipant
+from coupling.rigid_body_world import RigidBodyWorld
+from coupling.surface_sampling import SurfaceSampling, particles_of, sample_surface
+from oilsim.solver import AdvanceReport, Fluid
+from recordings.frame import RunDescription
+from scenarios.build_fluid import build_fluid, fill_positions, horizontal, water_level
+from scenarios.fleet import Fleet, body_of, place_fleet
+from scenarios.portrayal import FramePainter, Wrench, describe_run
+from scenarios.probes import BodyProbe
+from scenarios.scenario import Scenario
+from scenarios.solids import Solid, own_solids, vector
+from vessels.control import VesselControl
+
+FLUID, BODIES = "fluid", "bodies"
+TO_FLUID = ("pose", "twist", "inverse_mass", "free_acceleration")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Assembly:
+    """A run that is ready to start: its parts, and what observers are shown.
+
+    fluid, world: the simulators themselves, for whoever wants more than the participants' variables; coupled: names of the
+    bodies that exchange motion and wrench with the fluid; fleet: vessels and booms.
+    """
+
+    scenario: Scenario
+    fluid: Fluid
+    world: RigidBodyWorld | None
+    fluid_participant: FluidParticipant
+    coupled: tuple[str, ...]
+    fleet: Fleet
+    participants: tuple[Participant, ...]
+    connections: tuple[Connection, ...]
+    description: RunDescription
+    frame_source: FrameSource
+
+    @property
+    def body_names(self) -> tuple[str, ...]:
+        """All rigid bodies but the tank's sides."""
+        return tuple(self.description.meshes)
+
+    def report(self) -> AdvanceReport | None:
+        """The fluid's report on its last step; None before the first."""
+        return self.fluid_participant.report
+
+    def particle_counts(self) -> dict[str, int]:
+        """Particles now, by phase, and of all boundaries."""
+        counts = {name: len(self.fluid.phase_ids(name)) for name in self.scenario.phases}
+        return counts | {"boundary": self.fluid.boundary_count}
+
+    def co_simulation(self, observers: Sequence[Observer] = ()) -> CoSimulation:
+        """The coupled run, watched by `observers`."""
+        return CoSimulation(
+            self.participants,
+            self.connections,
+            self.scenario.run.communication_step,
+            observers=observers,
+            frame_source=self.frame_source,
+            run_description=self.description,
+        )
+
+
+def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) -> Assembly:
+    """Make everything a run needs; ScenarioError for what cannot be made.
+
+    `text` is the scenario file's, `overrides` the changes made to it; both only go into the recording.
+    """
+    level = water_level(scenario, fill_positions(scenario))
+    fleet = place_fleet(scenario, level)
+    solids = (*own_solids(scenario), *fleet.solids)
+    positions = fill_positions(scenario, [solid.world_mesh() for solid in solids if solid.wetted])
+    fluid, tank = build_fluid(scenario, positions)
+    coupled = _coupled(scenario, solids)
+    handles = _wet(fluid, solids, coupled)
+    world = _world(scenario, solids, fleet) if coupled else None
+    fluid_participant = FluidParticipant(FLUID, fluid, {name: handles[name] for name in coupled})
+    controls = tuple(VesselControl(vessel) for vessel in fleet.vessels)
+    _set_wind(scenario, controls)
+    bodies = (RigidBodyParticipant(BODIES, world),) if world is not None else ()
+    return Assembly(
+        scenario=scenario,
+        fluid=fluid,
+        world=world,
+        fluid_participant=fluid_participant,
+        coupled=coupled,
+        fleet=fleet,
+        participants=(*controls, fluid_participant, *bodies),
+        connections=(*_body_connections(coupled), *_vessel_connections(controls)),
+        description=describe_run(scenario, fluid, tank, solids, text=text, overrides=overrides),
+        frame_source=FramePainter(
+            scenario,
+            fluid,
+            world,
+            solids,
+            _wrench_reading(fluid_participant, coupled),
+            fleet,
+            lambda: fluid_participant.report,
+        ),
+    )
+
+
+def _coupled(scenario: Scenario, solids: Sequence[Solid]) -> tuple[str, ...]:
+    """Bodies that exchange motion and wrench with the fluid: those that move, and held ones whose force is asked for."""
+    probed = {probe.body for probe in scenario.probes.values() if isinstance(probe, BodyProbe)}
+    return tuple(solid.name for solid in solids if solid.wetted and (solid.motion != "fixed" or solid.name in probed))
+
+
+def _wrench_reading(fluid: FluidParticipant, coupled: Sequence[str]) -> Wrench:
+    """The fluid's wrench (6,) on a body; 0 on one that is not coupled."""
+    return lambda name: fluid.get(f"{name}.wrench") if name in coupled else np.zeros(6)
+
+
+def _wet(fluid: Fluid, solids: Sequence[Solid], coupled: Sequence[str]) -> dict[str, int]:
+    """Give the fluid the surfaces of all wetted solids; returns their handles by name.
+
+    A coupled one is placed about its centre of mass, another where it stands for good. Bodies of one mesh, such as a boom's
+    segments, share its sampling.
+    """
+    samplings: dict[int, SurfaceSampling] = {}
+    handles = {}
+    for solid in solids:
+        if not solid.wetted:
+            continue
+        mesh = solid.placed.mesh
+        if id(mesh) not in samplings:
+            samplings[id(mesh)] = sample_surface(mesh, fluid.config.particle_spacing)
+        surface = particles_of(solid.name, samplings[id(mesh)], no_slip=solid.no_slip)
+        if solid.name not in coupled:
+            rotation = Rotation.from_quat(solid.placed.orientation)
+            surface = replace(surface, position=rotation.apply(surface.position) + solid.placed.position)
+        handles[solid.name] = fluid.add_boundary(surface)
+    return handles
+
+
+def _world(scenario: Scenario, solids: Sequence[Solid], fleet: Fleet) -> RigidBodyWorld:
+    """All solids and joints in one rigid body world; the tank's walls too, if anything could run into them."""
+    world = RigidBodyWorld(gravity=scenario.fluid.gravity)
+    for solid in solids:
+        placed = solid.placed
+        x, y, z, w = (float(part) for part in placed.orientation)
+        world.add_body(
+            placed.name,
+            placed.mesh,
+            placed.mass_properties,
+            vector(placed.position),
+            (x, y, z, w),
+            motion=solid.motion,
+            linear_velocity=solid.linear_velocity,
+            angular_velocity=solid.angular_velocity,
+            contact=solid.contact,
+        )
+    if any(solid.motion == "free" and solid.contact for solid in solids):
+        _add_tank_sides(world, scenario)
+    for joint in fleet.joints:
+        world.add_joint(joint.name, joint.body_a, joint.body_b, vector(joint.point))
+    return world
+
+
+def _add_tank_sides(world: RigidBodyWorld, scenario: Scenario) -> None:
+    """A slab behind each closed side of the tank, a tenth of the tank thick, for bodies to run into."""
+    lower, upper = np.array(scenario.tank.lower), np.array(scenario.tank.upper)
+    thickness = 0.1 * float((upper - lower).max())
+    for side in scenario.tank.closed_sides:
+        axis, outward = "xyz".index(side[1]), 1.0 if side[0] == "+" else -1.0
+        size = upper - lower + 2.0 * thickness
+        size[axis] = thickness
+        center = 0.5 * (lower + upper)
+        center[axis] = (upper if outward > 0.0 else lower)[axis] + 0.5 * outward * thickness
+        slab = box(vector(size))
+        world.add_body(f"tank/{side}", slab, mass_properties(slab, mass=1.0), vector(center), motion="fixed")
+
+
+def _set_wind(scenario: Scenario, controls: Sequence[VesselControl]) -> None:
+    """Vessels feel the mean wind; gusts are felt by the liquid only."""
+    wind = scenario.forcing.wind
+    if wind is not None:
+        for control in controls:
+            control.set(f"{control.vessel.name}.wind", np.array(horizontal(wind.speed, wind.direction)))
+
+
+def _body_connections(coupled: Sequence[str]) -> list[Connection]:
+    """Motion to the fluid, wrench to the bodies."""
+    motion = [
+        Connection(source=BODIES, source_variable=f"{name}.{what}", target=FLUID, target_variable=f"{name}.{what}")
+        for name in coupled
+        for what in TO_FLUID
+    ]
+    wrenches = [
+        Connection(source=FLUID, source_variable=f"{name}.wrench", target=BODIES, target_variable=f"{name}.wrench")
+        for name in coupled
+    ]
+    return [*motion, *wrenches]
+
+
+def _vessel_connections(controls: Sequence[VesselControl]) -> list[Connection]:
+    """Each helmsman sees the vessel's motion and pushes it."""
+    connections = []
+    for control in controls:
+        vessel, body = control.vessel.name, body_of(control.vessel.name)
+        connections += [
+            Connection(
+                source=BODIES, source_variable=f"{body}.{what}", target=control.name, target_variable=f"{vessel}.{what}"
+            )
+            for what in ("pose", "twist")
+        ]
+        connections.append(
+            Connection(
+                source=control.name,
+                source_variable=f"{vessel}.applied_wrench",
+                target=BODIES,
+                target_variable=f"{body}.applied_wrench",
+            )
+        )
+    return connections

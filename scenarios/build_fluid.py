@@ -1,0 +1,171 @@
+"""A scenario's liquid: tank walls, particles where it starts, pipes and what drives it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+from oilsim.boundary import tank_walls
+from oilsim.config import FluidConfig
+from oilsim.emitter import PipeEmitter
+from oilsim.forcing import AiryWaves, Current, Wind, Zone
+from oilsim.phases import Phase
+from oilsim.solver import Fluid
+from scenarios.fields import Vector
+from scenarios.lattice import starting_positions
+from scenarios.scenario import Scenario
+from scenarios.weather import ForcingSettings, ZoneSettings
+
+Array = NDArray[np.float64]
+
+LEAK_MARGIN = 1.0  # spacings behind a closed side after which a particle counts as lost
+CLEARANCE = 0.5  # spacings between a body's surface and the nearest particle at the start
+
+
+def fluid_config(scenario: Scenario) -> FluidConfig:
+    """The fluid core's description of a scenario's liquid.
+
+    Behind a closed side the domain goes on for one spacing, so that a particle pressed onto the wall is not taken for lost.
+    """
+    tank, settings = scenario.tank, scenario.fluid
+    margin = LEAK_MARGIN * settings.particle_spacing
+    lower = [low - margin * (f"-{axis}" in tank.closed_sides) for axis, low in zip("xyz", tank.lower, strict=True)]
+    upper = [high + margin * (f"+{axis}" in tank.closed_sides) for axis, high in zip("xyz", tank.upper, strict=True)]
+    return FluidConfig(
+        phases=tuple(
+            Phase(
+                name=name,
+                rest_density=phase.rest_density,
+                dynamic_viscosity=phase.viscosity,
+                adhesion=phase.adhesion,
+            )
+            for name, phase in scenario.phases.items()
+        ),
+        lower=(lower[0], lower[1], lower[2]),
+        upper=(upper[0], upper[1], upper[2]),
+        periodic=("x" in tank.periodic, "y" in tank.periodic, False),
+        **{name: getattr(settings, name) for name in type(settings).__dataclass_fields__},
+    )
+
+
+def fill_positions(scenario: Scenario, solids: Iterable[trimesh.Trimesh] = ()) -> dict[str, Array]:
+    """Particles (N, 3) [m] by region, none of them inside a solid (meshes in the world frame) or right at its surface."""
+    spacing, dimension = scenario.fluid.particle_spacing, scenario.fluid.dimension
+    positions = starting_positions(scenario.fill, scenario.tank, spacing, dimension)
+    for solid in solids:
+        positions = {name: _outside(points, solid, CLEARANCE * spacing) for name, points in positions.items()}
+    return positions
+
+
+def _outside(points: Array, solid: trimesh.Trimesh, clearance: float) -> Array:
+    """The points that are further than `clearance` [m] from a closed mesh, on its outside."""
+    low, high = solid.bounds
+    near = np.flatnonzero(((points > low - clearance) & (points < high + clearance)).all(axis=1))
+    if near.size == 0:
+        return points
+    depth = trimesh.proximity.signed_distance(solid, points[near])  # positive inside
+    return np.delete(points, near[depth > -clearance * (1.0 - 1e-6)], axis=0)
+
+
+def water_level(scenario: Scenario, positions: Mapping[str, Array]) -> float:
+    """Height [m] of the still water: the top of the liquid that is not oil, at the start; else of any liquid."""
+    half = 0.5 * scenario.fluid.particle_spacing
+    tops = {name: float(points[:, 2].max()) + half for name, points in positions.items() if len(points)}
+    water = [top for name, top in tops.items() if not scenario.phases[scenario.fill[name].phase].is_oil]
+    return max(water or tops.values(), default=scenario.tank.lower[2])
+
+
+def build_fluid(scenario: Scenario, positions: Mapping[str, Array]) -> tuple[Fluid, int | None]:
+    """The fluid with its particles, pipes and forcings; and the handle of its tank walls, if it has any."""
+    settings, tank = scenario.fluid, scenario.tank
+    config = fluid_config(scenario)
+    fluid = Fluid(config, threads=scenario.run.threads)
+    sides = tuple(side for side in tank.closed_sides if settings.dimension == 3 or side[1] != "y")
+    handle = None
+    if sides:
+        walls = tank_walls(
+            tank.lower,
+            tank.upper,
+            settings.particle_spacing,
+            sides=sides,
+            periodic=config.periodic,
+            dimension=settings.dimension,
+            no_slip=tank.no_slip,
+        )
+        handle = fluid.add_boundary(walls)
+    for name, fill in scenario.fill.items():
+        fluid.add_particles(positions[name], phase=fill.phase, velocity=fill.velocity)
+    _add_emitters(fluid, scenario)
+    _add_forcings(fluid, scenario, water_level(scenario, positions))
+    return fluid, handle
+
+
+def _add_emitters(fluid: Fluid, scenario: Scenario) -> None:
+    for pipe in scenario.emitters.values():
+        fluid.add_emitter(
+            PipeEmitter(
+                phase=pipe.phase,
+                mouth=pipe.mouth,
+                direction=pipe.direction,
+                radius=pipe.radius,
+                speed=pipe.speed,
+                spacing=scenario.fluid.particle_spacing,
+                start=pipe.start,
+                volume=pipe.volume,
+            )
+        )
+
+
+def horizontal(speed: float, direction: float) -> Vector:
+    """Velocity [m/s] of something that goes to `direction` [rad from +x]."""
+    return speed * math.cos(direction), speed * math.sin(direction), 0.0
+
+
+def _add_forcings(fluid: Fluid, scenario: Scenario, level: float) -> None:
+    """Current first, then waves, whose zone has the last word on velocities, then wind."""
+    forcing = scenario.forcing
+    if forcing.current is not None:
+        velocity = horizontal(forcing.current.speed, forcing.current.direction)
+        fluid.add_forcing(Current(velocity, _zone(forcing.current, scenario)))
+    if forcing.waves is not None:
+        fluid.add_forcing(_waves(forcing, scenario, level))
+    if forcing.wind is not None:
+        wind = forcing.wind
+        fluid.add_forcing(
+            Wind(
+                speed=wind.speed,
+                direction=wind.direction,
+                spacing=scenario.fluid.particle_spacing,
+                seed=scenario.run.seed,
+                gustiness=wind.gustiness,
+                gust_time=wind.gust_time,
+                drag_coefficient=wind.drag_coefficient,
+            )
+        )
+
+
+def _waves(forcing: ForcingSettings, scenario: Scenario, level: float) -> AiryWaves:
+    """Waves on the still water of the scenario, carried by its current."""
+    waves, current = forcing.waves, forcing.current
+    assert waves is not None
+    drift = horizontal(current.speed, current.direction) if current is not None else (0.0, 0.0, 0.0)
+    return AiryWaves(
+        height=waves.height,
+        period=waves.period,
+        direction=waves.direction,
+        bottom=scenario.tank.lower[2],
+        level=level if waves.level is None else waves.level,
+        zone=_zone(waves, scenario),
+        drift=drift[:2],
+        gravity=float(np.linalg.norm(scenario.fluid.gravity)),
+    )
+
+
+def _zone(settings: ZoneSettings, scenario: Scenario) -> Zone:
+    lower = scenario.tank.lower if settings.lower is None else settings.lower
+    upper = scenario.tank.upper if settings.upper is None else settings.upper
+    return Zone(lower, upper, settings.relaxation_time)

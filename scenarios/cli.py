@@ -1,0 +1,183 @@
+"""The `oilsim` command: list, check, run and replay scenarios.
+
+Exit codes: 0 done, 2 bad input (what, where, what is allowed), 1 failed run (the recording so far is kept).
+What a subcommand needs is imported when it runs, so that listing and checking start fast.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scenarios.problems import Problem, ScenarioError
+
+if TYPE_CHECKING:
+    from scenarios.cost import Cost
+    from scenarios.scenario import Scenario
+
+DONE, FAILED, BAD_INPUT = 0, 1, 2
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; returns its exit code."""
+    options = _parser().parse_args(arguments)
+    try:
+        return int(options.command(options))
+    except ScenarioError as error:
+        print(error, file=sys.stderr)
+        return BAD_INPUT
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="oilsim",
+        description="Oil and sea water around rocks, booms and vessels: scenario files in, recordings out.",
+    )
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    listing = commands.add_parser("list", help="the scenarios that come with the program, and the oils they may name")
+    listing.set_defaults(command=_list)
+    check = commands.add_parser("check", help="read a scenario and say what a run of it would cost")
+    _add_scenario(check)
+    check.set_defaults(command=_check)
+    run = commands.add_parser("run", help="run a scenario and record it")
+    _add_scenario(run)
+    _add_run_options(run)
+    run.set_defaults(command=_run)
+    replay = commands.add_parser("replay", help="open a recording in the viewer")
+    replay.add_argument("recording", type=Path, metavar="FILE", help="a recording (.rrd)")
+    replay.set_defaults(command=_replay)
+    return parser
+
+
+def _add_scenario(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("scenario", metavar="NAME-or-FILE", help="a shipped scenario's name, or a .toml file")
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="change an entry, as in fluid.particle_spacing=0.06 or phases.oil.dynamic_viscosity=0.1; may be repeated",
+    )
+    parser.add_argument("--demo", action="store_true", help="shorten the scenario by its [demo] table first")
+    parser.add_argument("--threads", type=int, metavar="N", help="threads of the fluid; all cores by default")
+    parser.add_argument("--until", type=float, metavar="S", help="simulated seconds, instead of the scenario's")
+
+
+def _add_run_options(parser: argparse.ArgumentParser) -> None:
+    recording = parser.add_mutually_exclusive_group()
+    recording.add_argument("--record", type=Path, metavar="FILE", help="recording to write; NAME.rrd by default")
+    recording.add_argument("--no-record", action="store_true", help="record nothing")
+    parser.add_argument("--summary", type=Path, metavar="FILE.json", help="write what the run came to")
+    parser.add_argument("--picture", type=Path, metavar="FILE.png", help="draw a picture from the recording")
+    parser.add_argument("--live", action="store_true", help="show the run in the viewer while it goes on")
+
+
+def _overrides(options: argparse.Namespace) -> tuple[str, ...]:
+    """The --set texts and those that --threads and --until stand for."""
+    extra = []
+    if options.threads is not None:
+        extra.append(f"run.threads={options.threads}")
+    if options.until is not None:
+        extra.append(f"run.duration={options.until!r}")
+    return (*options.set, *extra)
+
+
+def _list(_: argparse.Namespace) -> int:
+    from rich.console import Console
+    from rich.table import Table
+
+    from scenarios.load import library_paths, load_scenario
+    from scenarios.oils import OILS
+
+    console = Console()
+    table = Table("scenario", "what it shows", "simulated", title="oilsim run NAME", title_justify="left")
+    for name in library_paths():
+        scenario = load_scenario(name).scenario
+        table.add_row(name, scenario.title, f"{scenario.run.duration:g} s")
+    console.print(table)
+    oils = Table("oil", "kg/m3", "Pa s", "what it is", "source", title='oil = "NAME", at 15 C', title_justify="left")
+    for name, oil in OILS.items():
+        oils.add_row(name, f"{oil.density:g}", f"{oil.dynamic_viscosity:g}", oil.description, oil.source)
+    console.print(oils)
+    return DONE
+
+
+def _check(options: argparse.Namespace) -> int:
+    from rich.console import Console
+
+    from scenarios.cost import estimate
+    from scenarios.load import load_scenario
+
+    loaded = load_scenario(options.scenario, overrides=_overrides(options), demo=options.demo)
+    _print_cost(Console(), loaded.scenario, estimate(loaded.scenario))
+    return DONE
+
+
+def _print_cost(console: object, scenario: Scenario, cost: Cost) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    assert isinstance(console, Console)
+    table = Table(title=f"{scenario.name}: {scenario.title}", title_justify="left", show_header=False)
+    table.add_column(style="bold")
+    table.add_column(justify="right")
+    for phase, count in cost.particles.items():
+        poured = cost.emitted.get(phase, 0)
+        table.add_row(f"{phase} particles", f"{count:,}" + (f", up to {poured:,} from pipes" if poured else ""))
+    for name, count in cost.boundary.items():
+        table.add_row(f"{name} surface particles", f"about {count:,}")
+    table.add_row("simulated", f"{scenario.run.duration:g} s in about {cost.steps:,} steps")
+    table.add_row("memory", f"about {cost.memory / 1e9:.1f} GB")
+    table.add_row(f"time on {cost.threads} threads", f"about {_duration(cost.seconds)}")
+    console.print(table)
+    console.print(
+        "The time is an estimate from a measured cost per particle and step on two cores of 2024.", style="dim"
+    )
+
+
+def _duration(seconds: float) -> str:
+    """A time in words, to two figures."""
+    if seconds < 90.0:
+        return f"{seconds:.0f} s"
+    minutes = seconds / 60.0
+    return f"{minutes:.0f} min" if minutes < 90.0 else f"{minutes / 60.0:.1f} h"
+
+
+def _run(options: argparse.Namespace) -> int:
+    if options.picture is not None and options.no_record:
+        raise ScenarioError(
+            [Problem("--picture", "is drawn from the recording, allowed: without --no-record")], "oilsim"
+        )
+    if options.until is not None and not (math.isfinite(options.until) and options.until > 0.0):
+        raise ScenarioError([Problem("--until", f"is {options.until}, allowed: above 0 s")], "oilsim")
+    from scenarios.load import load_scenario
+    from scenarios.run import RunOptions, run_scenario
+
+    loaded = load_scenario(options.scenario, overrides=_overrides(options), demo=options.demo)
+    record = None if options.no_record else options.record or Path(f"{loaded.scenario.name}.rrd")
+    return run_scenario(
+        loaded.scenario,
+        text=loaded.text,
+        options=RunOptions(
+            record=record,
+            summary=options.summary,
+            picture=options.picture,
+            live=options.live,
+            overrides=_overrides(options),
+        ),
+    )
+
+
+def _replay(options: argparse.Namespace) -> int:
+    from recordings.replay import open_viewer
+
+    open_viewer(options.recording)
+    return DONE
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,129 @@
+"""What a scenario would cost before it is run: particles, memory and time.
+
+Particles at the start are counted exactly. Time and memory are estimates from constants measured on a 2-core machine
+(`SECONDS_PER_PARTICLE_STEP`, `BYTES_PER_PARTICLE`, ...); splashing liquids take longer and calm ones less.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from scenarios.lattice import starting_positions
+from scenarios.liquid import Tank
+from scenarios.scenario import Scenario
+
+SECONDS_PER_PARTICLE_STEP = 1.5e-6  # of the fluid, on 2 threads, mean over falling, splashing and calm water
+REFERENCE_THREADS = 2
+SERIAL_SHARE = 0.15  # of the reference time, that more threads do not shorten
+BYTES_PER_PARTICLE = 1100.0  # fluid: state and neighbour lists
+BYTES_PER_BOUNDARY_PARTICLE = 120.0
+BYTES_AT_REST = 220e6  # the program and its libraries
+START_SECONDS = 4.0  # imports, compiled kernels from the cache, building
+BOUNDARY_SPACING = 0.64  # of the particle spacing, between wall particles
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cost:
+    """Particles at the start by phase, particles that pipes add by phase, wall and surface particles; memory [bytes];
+    fluid steps; wall time [s] on `threads` threads."""
+
+    particles: Mapping[str, int]
+    emitted: Mapping[str, int]
+    boundary: Mapping[str, int]
+    steps: int
+    threads: int
+    memory: float
+    seconds: float
+
+
+def estimate(scenario: Scenario) -> Cost:
+    """The cost of a run; ScenarioError where a region or body cannot be made at this spacing."""
+    positions = starting_positions(
+        scenario.fill, scenario.tank, scenario.fluid.particle_spacing, scenario.fluid.dimension
+    )
+    particles = dict.fromkeys(scenario.phases, 0)
+    for name, points in positions.items():
+        particles[scenario.fill[name].phase] += len(points)
+    emitted = _emitted(scenario)
+    boundary = _boundary(scenario)
+    threads = scenario.run.threads or os.cpu_count() or 1
+    steps = _steps(scenario)
+    alive = sum(particles.values()) + 0.5 * sum(emitted.values())
+    most, walls = sum(particles.values()) + sum(emitted.values()), sum(boundary.values())
+    share = SERIAL_SHARE + (1.0 - SERIAL_SHARE) * REFERENCE_THREADS / threads
+    return Cost(
+        particles=particles,
+        emitted=emitted,
+        boundary=boundary,
+        steps=steps,
+        threads=threads,
+        memory=BYTES_AT_REST + BYTES_PER_PARTICLE * most + BYTES_PER_BOUNDARY_PARTICLE * walls,
+        seconds=START_SECONDS + SECONDS_PER_PARTICLE_STEP * share * alive * steps,
+    )
+
+
+def _emitted(scenario: Scenario) -> dict[str, int]:
+    """Particles that pipes let in until the end, by phase: pi r^2 speed for as long as the pipe is open."""
+    d = scenario.fluid.particle_spacing
+    emitted: dict[str, int] = {}
+    for pipe in scenario.emitters.values():
+        poured = math.pi * pipe.radius**2 * pipe.speed * max(0.0, scenario.run.duration - pipe.start)
+        volume = poured if pipe.volume is None else min(poured, pipe.volume)
+        emitted[pipe.phase] = emitted.get(pipe.phase, 0) + round(volume / d**3)
+    return emitted
+
+
+def _boundary(scenario: Scenario) -> dict[str, int]:
+    """Wall and surface particles: area over the area of each; in a plane, length over the length of each."""
+    pitch = BOUNDARY_SPACING * scenario.fluid.particle_spacing
+    plane = scenario.fluid.dimension == 2
+    counts = {"tank": round(_wall_measure(scenario.tank, plane) / pitch ** (1 if plane else 2))}
+    if scenario.bodies or scenario.vessels or scenario.booms:
+        counts |= _surface_counts(scenario, pitch)
+    return counts
+
+
+def _wall_measure(tank: Tank, plane: bool) -> float:
+    """Area of the closed sides [m2]; in two dimensions their length in x and z [m]."""
+    extent = np.array(tank.upper) - np.array(tank.lower)
+    if plane:
+        extent[1] = 1.0
+    sides = [side for side in tank.closed_sides if not (plane and side[1] == "y")]
+    return float(sum(np.prod(np.delete(extent, "xyz".index(side[1]))) for side in sides))
+
+
+def _surface_counts(scenario: Scenario, pitch: float) -> dict[str, int]:
+    """Surface particles of bodies, vessels and booms; meshes are made only here, for they take time to import."""
+    from scenarios.fleet import place_fleet
+    from scenarios.solids import own_solids
+
+    counts: dict[str, int] = {}
+    for solid in (*own_solids(scenario), *place_fleet(scenario, 0.0).solids):
+        if solid.wetted:
+            group = solid.name.split("/")[0]
+            counts[group] = counts.get(group, 0) + round(float(solid.placed.mesh.area) / pitch**2)
+    return counts
+
+
+def _steps(scenario: Scenario) -> int:
+    """Steps of the fluid: by the communication step, the largest step, and a falling particle's speed sqrt(2 g h).
+
+    h is half of the height from the tank's floor to the highest liquid at the start, for liquid that lies still soon moves
+    slower than what falls freely.
+    """
+    settings, run = scenario.fluid, scenario.run
+    positions = starting_positions(scenario.fill, scenario.tank, settings.particle_spacing, settings.dimension)
+    tops = [float(points[:, 2].max()) for points in positions.values()] + [
+        pipe.mouth[2] for pipe in scenario.emitters.values()
+    ]
+    gravity = float(np.linalg.norm(settings.gravity))
+    speed = math.sqrt(gravity * max(0.0, max(tops) - scenario.tank.lower[2]))
+    free = settings.cfl * settings.particle_spacing / speed if speed > 0.0 else math.inf
+    step = max(settings.minimum_time_step, min(settings.maximum_time_step, run.communication_step, free))
+    per_communication = math.ceil(run.communication_step / step - 1e-9)
+    return math.ceil(run.duration / run.communication_step - 1e-9) * per_communication

@@ -1,0 +1,200 @@
+"""Vessels and booms of a scenario, afloat in their places, with the joints and lines between them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from booms.boom import Boom, boom_of_ratio
+from booms.deployment import BoomLayout, PlacedBody, PlacedJoint, lay_between, tow_line
+from scenarios.exercise import BoomSettings, VesselSettings
+from scenarios.fields import Point2
+from scenarios.problems import Problem, ScenarioError
+from scenarios.scenario import Scenario
+from scenarios.solids import Solid
+from vessels.course import Course, CourseLeg
+from vessels.hull import float_hull, raked_barge, wigley_hull
+from vessels.vessel import ControlGains, Propulsion, Vessel
+
+Array = NDArray[np.float64]
+
+LINE_MASS = 0.1  # [kg/m] of a tow line
+LINE_DIAMETER = 0.02  # [m]
+RAKE = 0.15  # of a barge's length, at each end
+TOW_POINT = -0.4  # of the vessel's length from midships, in the waterline
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Fleet:
+    """Vessels, booms and what holds them together.
+
+    tension_joints: by boom and end, such as ``main/port``, the joint whose tension is the tow tension.
+    """
+
+    vessels: tuple[Vessel, ...] = ()
+    booms: Mapping[str, BoomLayout] = field(default_factory=dict)
+    solids: tuple[Solid, ...] = ()
+    joints: tuple[PlacedJoint, ...] = ()
+    tension_joints: Mapping[str, str] = field(default_factory=dict)
+
+
+def body_of(vessel: str) -> str:
+    """A vessel's name as a body."""
+    return f"vessels/{vessel}"
+
+
+def place_fleet(scenario: Scenario, water_level: float) -> Fleet:
+    """Vessels and booms afloat at `water_level` [m]; ScenarioError for every one that cannot float or be laid."""
+    problems: list[Problem] = []
+    vessels: dict[str, Vessel] = {}
+    for name, settings in scenario.vessels.items():
+        try:
+            vessels[name] = _vessel(name, settings, scenario)
+        except ValueError as error:
+            problems.append(Problem(f"vessels.{name}", f"cannot float: {error}"))
+    solids = [_afloat(vessel, water_level) for vessel in vessels.values()]
+    joints: list[PlacedJoint] = []
+    booms: dict[str, BoomLayout] = {}
+    tensions: dict[str, str] = {}
+    for name, boom in scenario.booms.items() if not problems else ():
+        try:
+            layout, ends = _laid(name, boom, scenario, vessels, water_level)
+        except ValueError as error:
+            problems.append(Problem(f"booms.{name}", f"cannot be laid: {error}"))
+            continue
+        booms[name] = layout
+        solids += [*(Solid(placed=segment) for segment in layout.segments), *ends.lines]
+        joints += [*layout.joints, *ends.joints]
+        tensions |= ends.tensions
+    if problems:
+        raise ScenarioError(problems)
+    return Fleet(
+        vessels=tuple(vessels.values()),
+        booms=booms,
+        solids=tuple(solids),
+        joints=tuple(joints),
+        tension_joints=tensions,
+    )
+
+
+def water_density(scenario: Scenario) -> float:
+    """Density [kg/m3] of what vessels and booms float in: the first phase that is not oil, else the first."""
+    waters = [phase for phase in scenario.phases.values() if not phase.is_oil]
+    return (waters or list(scenario.phases.values()))[0].rest_density
+
+
+def _vessel(name: str, settings: VesselSettings, scenario: Scenario) -> Vessel:
+    size = (settings.length, settings.beam, settings.draft, settings.depth)
+    mesh = wigley_hull(*size) if settings.shape == "wigley" else raked_barge(*size, rake=RAKE * settings.length)
+    hull = float_hull(mesh, settings.draft, water_density=water_density(scenario))
+    x, y, z = hull.deck_point(TOW_POINT * settings.length, 0.0)
+    return Vessel(
+        name=name,
+        hull=hull,
+        propulsion=Propulsion(
+            bollard_pull=settings.bollard_pull,
+            astern_pull=0.5 * settings.bollard_pull,
+            yaw_moment=settings.yaw_moment,
+            side_thrust=settings.side_thrust,
+        ),
+        course=_course(settings, scenario),
+        position=settings.position,
+        heading=settings.heading,
+        tow_point=(float(x), float(y), float(z)),
+        gains=ControlGains(acceleration=settings.acceleration),
+    )
+
+
+def _course(settings: VesselSettings, scenario: Scenario) -> Course:
+    """A vessel's own legs, or those of the tow: it waits in its place, then keeps to the line that begins there."""
+    legs = [
+        CourseLeg(start_time=leg.start, speed=leg.speed, heading=leg.heading, through=leg.through)
+        for leg in settings.legs
+    ]
+    tow = scenario.tow
+    if not legs and tow is not None:
+        if tow.start > 0.0:
+            legs.append(CourseLeg(start_time=0.0, speed=0.0, heading=tow.heading, through=settings.position))
+        legs.append(CourseLeg(start_time=tow.start, speed=tow.speed, heading=tow.heading, through=settings.position))
+    return Course(legs=tuple(legs))
+
+
+def _afloat(vessel: Vessel, water_level: float) -> Solid:
+    position, orientation = vessel.initial_pose(water_level)
+    placed = PlacedBody(
+        name=body_of(vessel.name),
+        mesh=vessel.hull.mesh,
+        mass_properties=vessel.hull.mass_properties,
+        position=position,
+        orientation=orientation,
+    )
+    return Solid(placed=placed)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Ends:
+    """How a boom's two ends are held."""
+
+    lines: tuple[Solid, ...]
+    joints: tuple[PlacedJoint, ...]
+    tensions: Mapping[str, str]
+
+
+def _laid(
+    name: str, settings: BoomSettings, scenario: Scenario, vessels: Mapping[str, Vessel], water_level: float
+) -> tuple[BoomLayout, _Ends]:
+    """Lay a boom between its ends and make it fast there."""
+    boom = _boom(settings, scenario)
+    places = [_boom_end(end, settings, vessels, water_level) for end in settings.ends]
+    layout = lay_between(boom, places[0], places[1], water_level=water_level, name=f"boom/{name}")
+    lines: list[PlacedBody] = []
+    joints: list[PlacedJoint] = []
+    tensions: dict[str, str] = {}
+    for index, end in enumerate(settings.ends):
+        segment, point = layout.segments[-index].name, layout.end_points[index]
+        label = end if isinstance(end, str) else f"end-{index}"
+        joint_name = f"boom/{name}/tow-{label}"
+        if isinstance(end, str):
+            tow_point = vessels[end].initial_tow_point(water_level)
+            bodies, fast = tow_line(
+                joint_name, body_of(end), tow_point, segment, point, mass_per_meter=LINE_MASS, diameter=LINE_DIAMETER
+            )
+            lines += bodies
+        else:
+            fast = (PlacedJoint(name=joint_name, body_a=segment, body_b=None, point=point),)
+        joints += fast
+        tensions[f"{name}/{label}"] = fast[-1].name
+    return layout, _Ends(
+        lines=tuple(Solid(placed=line, contact=False, wetted=False) for line in lines),
+        joints=tuple(joints),
+        tensions=tensions,
+    )
+
+
+def _boom(settings: BoomSettings, scenario: Scenario) -> Boom:
+    built = boom_of_ratio(
+        length=settings.length,
+        segment_count=settings.segments,
+        skirt_depth=settings.skirt_depth,
+        freeboard=settings.freeboard,
+        buoyancy_to_weight=settings.buoyancy_to_weight,
+        skirt_thickness=settings.skirt_thickness,
+        water_density=water_density(scenario),
+    )
+    return built.resolved_by(scenario.fluid.particle_spacing)
+
+
+def _boom_end(end: str | Point2, settings: BoomSettings, vessels: Mapping[str, Vessel], water_level: float) -> Point2:
+    """Where an end of the boom lies: at its point, or a tow line behind its vessel's tow point [m]."""
+    if not isinstance(end, str):
+        return end
+    vessel = vessels[end]
+    x, y, _ = vessel.initial_tow_point(water_level)
+    return (
+        float(x) - settings.tow_line * math.cos(vessel.heading),
+        float(y) - settings.tow_line * math.sin(vessel.heading),
+    )

@@ -1,0 +1,148 @@
+"""What a run came to, as one JSON object with stable keys; what was not measured is null, never left out."""
+
+from __future__ import annotations
+
+import json
+import time as wall_clock
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from oilsim.solver import AdvanceReport
+from recordings.frame import Event, Frame, RunDescription
+from scenarios.build import Assembly
+from scenarios.versions import versions
+
+LARGEST_SERIES = 2000  # values of a probe's series; longer ones are thinned evenly
+
+
+class SummaryObserver:
+    """Watches a run and adds up what its summary needs; the Observer protocol by shape."""
+
+    def __init__(self, assembly: Assembly) -> None:
+        """`assembly` is the run that is watched; it is only read."""
+        self._assembly = assembly
+        self._started = wall_clock.perf_counter()
+        self._last = self._started
+        self._step_seconds: list[float] = []
+        self._stage_seconds: dict[str, float] = {}
+        self._reports: list[tuple[float, float, dict[str, float]]] = []
+        self._removed: dict[str, int] = {}
+        self._emitted: dict[str, int] = {}
+        self._series: dict[str, list[float]] = {}
+        self._times: list[float] = []
+        self.events: list[Event] = []
+        self.reason = "not started"
+
+    def initialized(self, run: RunDescription) -> None:
+        """The clock of the run starts."""
+        self._started = self._last = wall_clock.perf_counter()
+        self.reason = "running"
+
+    def step_completed(self, frame: Frame) -> None:
+        """Take what the step cost and what the probes read."""
+        now = wall_clock.perf_counter()
+        report = self._assembly.report()
+        if frame.index > 0 and report is not None:
+            self._step_seconds.append(now - self._last)
+            self._add(report)
+        self._last = now
+        self._times.append(frame.time)
+        for name, value in frame.scalars.items():
+            if name.startswith("probes/"):
+                self._series.setdefault(name.removeprefix("probes/"), []).append(value)
+
+    def event(self, event: Event) -> None:
+        """Keep it."""
+        self.events.append(event)
+
+    def terminated(self, reason: str) -> None:
+        """Keep why the run ended."""
+        self.reason = reason
+
+    def _add(self, report: AdvanceReport) -> None:
+        self._reports.append((report.density_error, report.density_error_max, report.iterations))
+        for stage, seconds in report.stage_seconds.items():
+            self._stage_seconds[stage] = self._stage_seconds.get(stage, 0.0) + seconds
+        for total, counts in ((self._removed, report.removed), (self._emitted, report.emitted)):
+            for phase, count in counts.items():
+                total[phase] = total.get(phase, 0) + count
+
+    def summary(self, simulated: float, overrides: tuple[str, ...] = ()) -> dict[str, Any]:
+        """The whole summary after `simulated` seconds."""
+        wall = self._last - self._started
+        return {
+            "format": 1,
+            "scenario": self._assembly.scenario.name,
+            "overrides": list(overrides),
+            "versions": versions(),
+            "ended": self.reason,
+            "simulated_s": simulated,
+            "wall_s": wall,
+            "real_time_factor": simulated / wall if wall > 0.0 else None,
+            "steps": len(self._step_seconds),
+            "step_ms": self._step_milliseconds(),
+            "stage_ms": {stage: 1e3 * total / len(self._reports) for stage, total in self._stage_seconds.items()},
+            "particles": self._assembly.particle_counts(),
+            "bodies": list(self._assembly.body_names),
+            "density_error": self._density_error(),
+            "iterations": self._iterations(),
+            "momentum_residual": None,
+            "energy_residual": None,
+            "oil_m3": self._oil_volumes(),
+            "scores": {},
+            "probes": self._probe_series(),
+            "events": [
+                {"time_s": event.time, "level": event.level, "source": event.source, "text": event.text}
+                for event in self.events
+            ],
+        }
+
+    def _step_milliseconds(self) -> dict[str, float | None]:
+        if not self._step_seconds:
+            return {"median": None, "p95": None, "max": None}
+        median, p95, largest = np.percentile(1e3 * np.array(self._step_seconds), [50.0, 95.0, 100.0])
+        return {"median": float(median), "p95": float(p95), "max": float(largest)}
+
+    def _density_error(self) -> dict[str, float | None]:
+        """Mean over the steps of the mean compression, and the largest compression of any particle at a step's end."""
+        if not self._reports:
+            return {"mean": None, "max": None}
+        mean, largest, _ = zip(*self._reports, strict=True)
+        return {"mean": float(np.mean(mean)), "max": float(np.max(largest))}
+
+    def _iterations(self) -> dict[str, float | None]:
+        kinds = ("density", "divergence", "viscosity")
+        if not self._reports:
+            return dict.fromkeys(kinds)
+        return {kind: float(np.mean([iterations[kind] for *_, iterations in self._reports])) for kind in kinds}
+
+    def _oil_volumes(self) -> dict[str, Any]:
+        """Oil [m3] let into the run, still in it, and gone through the sides; what is not scored is null."""
+        assembly = self._assembly
+        volume = assembly.fluid.config.rest_volume
+        oils = [name for name, phase in assembly.scenario.phases.items() if phase.is_oil]
+        counts = assembly.particle_counts()
+        here = sum(counts[name] for name in oils)
+        gone = sum(self._removed.get(name, 0) for name in oils)
+        return {
+            "released": (here + gone) * volume,
+            "afloat": here * volume,
+            "retained": None,
+            "lost": {"left the domain": gone * volume},
+            "recovered": None,
+            "ashore": None,
+        }
+
+    def _probe_series(self) -> dict[str, dict[str, list[float]]]:
+        stride = max(1, -(-len(self._times) // LARGEST_SERIES))
+        return {
+            name: {"time_s": self._times[::stride], "value": values[::stride]} for name, values in self._series.items()
+        }
+
+
+def write_summary(summary: Mapping[str, Any], path: Path) -> None:
+    """Write it as indented JSON; numbers that are not finite would be no JSON and are refused."""
+    path.write_text(json.dumps(summary, indent=1, allow_nan=False) + "\n", encoding="utf-8")

@@ -1,0 +1,286 @@
+"""Scenario files: what they may say, and that every mistake is found, placed and explained, all at once."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from scenarios.bodies import MeshBody
+from scenarios.load import library_paths, load_scenario, scenario_from
+from scenarios.problems import ScenarioError
+
+SMALL = """
+name = "small"
+[run]
+duration = 0.1
+[fluid]
+particle_spacing = 0.1
+[phases.water]
+density = 1000.0
+dynamic_viscosity = 1.0e-3
+[phases.oil]
+oil = "brent"
+[tank]
+lower = [0.0, 0.0, 0.0]
+upper = [1.0, 1.0, 1.0]
+[fill.sea]
+shape = "slab"
+phase = "water"
+bottom = 0.0
+top = 0.3
+"""
+
+
+def problems_of(extra: str, *, instead: dict[str, str] | None = None) -> dict[str, str]:
+    """Problems, by path, of the small scenario with lines changed and a text added."""
+    text = SMALL
+    for old, new in (instead or {}).items():
+        assert old in text
+        text = text.replace(old, new)
+    with pytest.raises(ScenarioError) as caught:
+        scenario_from(tomllib.loads(text + extra))
+    return {problem.path: problem.text for problem in caught.value.problems}
+
+
+def test_small_scenario_is_sound() -> None:
+    scenario = scenario_from(tomllib.loads(SMALL))
+    assert scenario.phases["oil"].rest_density == 835.0
+    assert scenario.phases["oil"].is_oil
+    assert not scenario.phases["water"].is_oil
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "path", "part"),
+    [
+        ("particle_spacing = 0.1", "particle_spacing = -0.1", "fluid.particle_spacing", "is -0.1, allowed: above 0 m"),
+        ("particle_spacing = 0.1", "particle_spacing = true", "fluid.particle_spacing", "allowed: a number"),
+        ("particle_spacing = 0.1", 'particle_spacing = "0.1"', "fluid.particle_spacing", "is '0.1', allowed: a number"),
+        ("particle_spacing = 0.1", "particle_spacing = nan", "fluid.particle_spacing", "is nan"),
+        ("particle_spacing = 0.1", "particle_spcing = 0.1", "fluid.particle_spcing", "did you mean 'particle_spacing'?"),
+        ("particle_spacing = 0.1", "", "fluid.particle_spacing", "is missing"),
+        ("particle_spacing = 0.1", "particle_spacing = 0.1\ndimension = 2.0", "fluid.dimension", "a whole number"),
+        ("particle_spacing = 0.1", "particle_spacing = 0.1\ndimension = 4", "fluid.dimension", "at most 3"),
+        ("particle_spacing = 0.1", 'particle_spacing = 0.1\nscheme = "papr"', "fluid.scheme", "did you mean 'paper'?"),
+        ("particle_spacing = 0.1", "particle_spacing = 0.1\nexplicit_viscosity = 1", "fluid.explicit_viscosity", "true or false"),
+        ("duration = 0.1", "duration = 0.0", "run.duration", "above 0 s"),
+        ("duration = 0.1", "duration = 0.001", "run.communication_step", "up to duration"),
+        ("duration = 0.1", "duration = 0.1\nthreads = 0", "run.threads", "1 or more"),
+        ('oil = "brent"', 'oil = "brnt"', "phases.oil.oil", "did you mean 'brent'?"),
+        ('oil = "brent"', "density = 850.0", "phases.oil.dynamic_viscosity", "is missing"),
+        ("density = 1000.0", 'density = "1000"', "phases.water.density", "a number, above 0 kg/m3"),
+        ("[phases.oil]", '["phases"."the oil"]', "phases", "has an entry 'the oil'"),
+        ("upper = [1.0, 1.0, 1.0]", "upper = [1.0, 1.0]", "tank.upper", "a list of 3 numbers"),
+        ("upper = [1.0, 1.0, 1.0]", "upper = [1.0, -1.0, 1.0]", "tank.upper", "has y = -1 m"),
+        ("upper = [1.0, 1.0, 1.0]", 'upper = [1.0, 1.0, 1.0]\nopen = ["z"]', "tank.open.0", "did you mean '-z'?"),
+        (
+            "upper = [1.0, 1.0, 1.0]",
+            'upper = [1.0, 1.0, 1.0]\nopen = ["-x"]\nperiodic = ["x"]',
+            "tank.open",
+            "allowed: one of the two",
+        ),
+        ('shape = "slab"', 'shape = "slap"', "fill.sea.shape", "did you mean 'slab'?"),
+        ('shape = "slab"', "", "fill.sea.shape", "is missing, allowed: 'block'"),
+        ('phase = "water"', 'phase = "watr"', "fill.sea.phase", "did you mean 'water'?"),
+        ("top = 0.3", "top = 1.3", "fill.sea", "has z = 0 to 1.3 m, allowed: inside the tank"),
+        ("top = 0.3", "top = 0.01", "fill.sea.top", "half of fluid.particle_spacing"),
+        ("[run]", "[runs]", "runs", "did you mean 'run'?"),
+        ('name = "small"', 'name = "../small"', "name", "letters, digits"),
+    ],
+)  # fmt: skip
+def test_mistake_is_found_and_explained(old: str, new: str, path: str, part: str) -> None:
+    found = problems_of("", instead={old: new})
+    assert path in found, found
+    assert part in found[path]
+
+
+@pytest.mark.parametrize(
+    ("extra", "path", "part"),
+    [
+        ('[bodies.b]\nshape = "box"\nsize = [0.1, 0.1, 0.1]\nposition = [0.5, 0.5, 0.5]', "bodies.b.density", "is missing"),
+        (
+            '[bodies.b]\nshape = "box"\nsize = [0.1, 0.0, 0.1]\nposition = [0.5, 0.5, 0.5]\nmass = 1.0',
+            "bodies.b.size",
+            "above 0 m",
+        ),
+        (
+            '[bodies.b]\nshape = "sphere"\nradius = 0.1\nposition = [0.5, 0.5, 0.5]\nmass = 1.0\ndensity = 1.0',
+            "bodies.b.density",
+            "one of mass or density",
+        ),
+        (
+            '[bodies.b]\nshape = "mesh"\nfile = "nowhere.stl"\nposition = [0.0, 0.0, 0.0]\nmotion = "fixed"',
+            "bodies.b.file",
+            "does not exist",
+        ),
+        (
+            '[bodies.b]\nshape = "mesh"\nfile = "b.step"\nposition = [0.0, 0.0, 0.0]\nmotion = "fixed"',
+            "bodies.b.file",
+            ".stl, .obj, .ply, .glb",
+        ),
+        (
+            '[bodies.b]\nshape = "sphere"\nradius = 0.1\nposition = [0.5, 0.5, 0.5]\nmotion = "fxed"',
+            "bodies.b.motion.kind",
+            "did you mean 'fixed'?",
+        ),
+        (
+            '[bodies.b]\nshape = "sphere"\nradius = 0.1\nposition = [0.5, 0.5, 0.5]\nmotion = "fixed"\nvelocity = [1.0, 0.0, 0.0]',
+            "bodies.b.velocity",
+            "only for a free body",
+        ),
+        ('[probes.p]\nkind = "pressure"\npoint = [2.0, 0.5, 0.0]', "probes.p.point", "inside the tank"),
+        ('[probes.p]\nkind = "body"\nbody = "rock"', "probes.p.body", "is no body"),
+        ('[emitters.e]\nphase = "oil"\nmouth = [0.5, 0.5, 0.9]\nradius = 0.01\nspeed = 1.0', "emitters.e.radius", "0.05 m or more"),
+        (
+            '[emitters.e]\nphase = "oil"\nmouth = [0.5, 0.5, 0.9]\nradius = 0.1\nspeed = 1.0\ndirection = [0, 0, 0]',
+            "emitters.e.direction",
+            "not all zero",
+        ),
+        ("[forcing.wind]\nspeed_kn = 300", "forcing.wind.speed_kn", "is 300, that is 154.33"),
+        ("[forcing.wind]\nspeed_kn = 3\nspeed = 1", "forcing.wind.speed_kn", "is given beside speed"),
+        ("[forcing.waves]\nheight = 0.1\nperiod = 1.0\nlower = [0.0, 0.0, 0.0]", "forcing.waves.upper", "is missing"),
+        ('[booms.b]\nends = ["tug", [0.5, 0.5]]\nlength = 1.0\nskirt_depth = 0.1\nfreeboard = 0.1', "booms.b.ends", "is no vessel"),
+        (
+            "[vessels.v]\nlength = 0.5\nbeam = 0.2\ndraft = 0.1\ndepth = 0.3\nposition = [0.5, 0.5]\nbollard_pull = 1\nyaw_moment = 1",
+            "vessels.v.legs",
+            "[tow] table",
+        ),
+        ("[demo]\nfluid.particle_spacing = -1.0", "", ""),
+    ],
+)  # fmt: skip
+def test_mistake_in_a_table_is_found_and_explained(extra: str, path: str, part: str, tmp_path: Path) -> None:
+    if path:
+        found = problems_of(extra)
+        assert path in found, found
+        assert part in found[path]
+        return
+    file = tmp_path / "bad-demo.toml"
+    file.write_text(SMALL + extra)
+    with pytest.raises(ScenarioError, match=r"demo\.fluid\.particle_spacing is -1"):
+        load_scenario(file)
+
+
+def test_all_mistakes_are_reported_at_once() -> None:
+    """One of each kind: unknown key, wrong type, impossible value, wrong reference, outside the tank."""
+    found = problems_of(
+        '[probes.p]\nkind = "body"\nbody = "rock"',
+        instead={
+            "duration = 0.1": "duration = 0.1\nseeds = 3",
+            "particle_spacing = 0.1": 'particle_spacing = "small"',
+            "density = 1000.0": "density = -1.0",
+            'phase = "water"': 'phase = "milk"',
+            "top = 0.3": "top = 3.0",
+        },
+    )
+    assert set(found) == {
+        "run.seeds",
+        "fluid.particle_spacing",
+        "phases.water.density",
+        "fill.sea.phase",
+        "fill.sea",
+        "probes.p.body",
+    }
+
+
+def test_suffixes_convert_to_si() -> None:
+    """1 kn = 1852 / 3600 m/s, 180 deg = pi rad."""
+    scenario = scenario_from(tomllib.loads(SMALL + "[forcing.wind]\nspeed_kn = 10\ndirection_deg = 180"))
+    assert scenario.forcing.wind is not None
+    assert scenario.forcing.wind.speed == pytest.approx(18520.0 / 3600.0, rel=1e-12)
+    assert scenario.forcing.wind.direction == pytest.approx(math.pi, rel=1e-12)
+
+
+def test_overrides_reach_tables_lists_and_new_entries(tmp_path: Path) -> None:
+    file = tmp_path / "small.toml"
+    file.write_text(SMALL)
+    scenario = load_scenario(
+        file,
+        overrides=[
+            "phases.oil.dynamic_viscosity=0.1",
+            "tank.upper.2=2",
+            "fluid.scheme=paper",
+            "forcing.wind.speed_kn=2",
+            "fluid.gravity=[0, 0, -1.62]",
+        ],
+    ).scenario
+    assert scenario.phases["oil"].viscosity == 0.1
+    assert scenario.phases["oil"].rest_density == 835.0
+    assert scenario.tank.upper == (1.0, 1.0, 2.0)
+    assert scenario.fluid.scheme == "paper"
+    assert scenario.fluid.gravity == (0.0, 0.0, -1.62)
+    assert scenario.forcing.wind is not None
+
+
+def test_override_replaces_the_other_spellings(tmp_path: Path) -> None:
+    file = tmp_path / "small.toml"
+    file.write_text(
+        SMALL + "[forcing.current]\nspeed = 0.1\n[bodies.b]\nshape='sphere'\nradius=0.1\nposition=[0,0,0]\nmass=1.0\n"
+    )
+    scenario = load_scenario(
+        file, overrides=["forcing.current.speed_kn=1", "phases.water.oil=maya", "bodies.b.density=500"]
+    ).scenario
+    assert scenario.forcing.current is not None
+    assert scenario.forcing.current.speed == pytest.approx(1852.0 / 3600.0)
+    assert scenario.phases["water"].rest_density == 926.0
+    assert scenario.bodies["b"].mass is None
+
+
+@pytest.mark.parametrize(
+    ("override", "part"),
+    [
+        ("fluid.particle_spacing", "allowed: key=value"),
+        ("=3", "allowed: key=value"),
+        ("tank.upper.7=3", "allowed: 0 to 2"),
+        ("tank.upper.0.1=3", "holds no entry"),
+        ("fluid.particle_spacng=3", "did you mean 'particle_spacing'?"),
+    ],
+)
+def test_override_that_leads_nowhere_is_refused(override: str, part: str, tmp_path: Path) -> None:
+    file = tmp_path / "small.toml"
+    file.write_text(SMALL)
+    with pytest.raises(ScenarioError) as caught:
+        load_scenario(file, overrides=[override])
+    assert part in str(caught.value)
+
+
+def test_lists_of_tables_are_reached_by_name(tmp_path: Path) -> None:
+    legs = "legs = [{start = 0, speed = 1, heading = 0}, {start = 5, speed = 0, heading = 0}]"
+    vessel = f"length=0.5\nbeam=0.2\ndraft=0.1\ndepth=0.3\nposition=[0.5, 0.5]\nbollard_pull=1\nyaw_moment=1\n{legs}"
+    file = tmp_path / "small.toml"
+    file.write_text(f"{SMALL}[vessels.v]\n{vessel}")
+    scenario = load_scenario(file, overrides=["vessels.v.legs.1.speed_kn=2"]).scenario
+    assert scenario.vessels["v"].legs[1].speed == pytest.approx(2 * 1852.0 / 3600.0)
+    assert scenario.vessels["v"].legs[0].speed == 1.0
+
+
+def test_missing_file_names_the_shipped_scenarios() -> None:
+    with pytest.raises(ScenarioError, match="did you mean 'calm-spread'"):
+        load_scenario("calm-sprad")
+
+
+def test_broken_toml_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "broken.toml"
+    file.write_text("[run\n")
+    with pytest.raises(ScenarioError, match="cannot be read"):
+        load_scenario(file)
+
+
+def test_mesh_path_starts_at_the_scenario_file(tmp_path: Path) -> None:
+    (tmp_path / "rock.stl").write_text("solid\nendsolid\n")
+    file = tmp_path / "small.toml"
+    file.write_text(
+        SMALL + '[bodies.b]\nshape = "mesh"\nfile = "rock.stl"\nposition = [0.0, 0.0, 0.0]\nmotion = "fixed"'
+    )
+    body = load_scenario(file).scenario.bodies["b"]
+    assert isinstance(body, MeshBody)
+    assert body.file == str(tmp_path / "rock.stl")
+
+
+@pytest.mark.parametrize("name", sorted(library_paths()))
+@pytest.mark.parametrize("demo", [False, True])
+def test_shipped_scenarios_are_sound(name: str, demo: bool) -> None:
+    scenario = load_scenario(name, demo=demo).scenario
+    assert scenario.name == name
+    assert scenario.title
