@@ -1,0 +1,376 @@
+"""Which oil a towed boom holds, and by which way the rest was lost.
+
+Resolved by the particles, and only classified here: what flows under the skirt, over the top, around the ends or
+through the line of the boom, for parcels of at least one particle. Modelled, and given as numbers only: droplets torn
+off the oil's head wave, whose critical wavelength 2 pi sqrt(sigma / (g delta rho)) of 21-41 mm is finer than the
+particles; `droplet_onset_speed` tells from which speed on they are to be expected, and no volume is removed for them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+PRACTICE_SPEED = 0.7 * 1852.0 / 3600.0
+"""Speed normal to a boom, 0.7 knots [m/s], above which oil is lost in practice."""
+
+
+class Cause(IntEnum):
+    """How oil left the boom; see `ContainmentTracker`."""
+
+    ENTRAINMENT = 0
+    DRAINAGE = 1
+    CRITICAL_ACCUMULATION = 2
+    PLANING = 3
+    SUBMERGENCE = 4
+    SPLASH_OVER = 5
+    AROUND_ENDS = 6
+    THROUGH = 7
+
+
+RESOLVED = (
+    "drainage, critical accumulation, planing, submergence, splash-over, leakage: flow of parcels of a particle or more"
+)
+MODELLED = "droplet entrainment: onset speed only, no volume"
+
+
+class _Fate(IntEnum):
+    """Where a particle stands in the account."""
+
+    FREE = 0
+    RETAINED = 1
+    LOST = 2
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContainmentOptions:
+    """What the account goes by.
+
+    skirt_depth, freeboard [m] of the boom at its design waterline; particle_volume [m3]; hysteresis [m]: how far past
+    the boom's line a particle must be to count as lost, or as back inside; one particle spacing is sensible.
+    entrainment_speed [m/s] normal to the boom: 0.7 knots in practice; at a model scale, sqrt(scale) times that.
+    viscous_limit [m2/s]: kinematic viscosity above which oil fails by critical accumulation (3000 cSt).
+    planing_angle [rad]: lean of the skirt from which the boom is said to plane.
+    """
+
+    skirt_depth: float
+    freeboard: float
+    particle_volume: float
+    hysteresis: float
+    kinematic_viscosity: float = 0.0
+    entrainment_speed: float = PRACTICE_SPEED
+    viscous_limit: float = 3000e-6
+    planing_angle: float = math.radians(45.0)
+
+    def __post_init__(self) -> None:
+        for name in ("skirt_depth", "freeboard", "particle_volume", "hysteresis", "entrainment_speed"):
+            if not getattr(self, name) > 0.0:
+                raise ValueError(f"containment: {name} is {getattr(self, name):g}, allowed: above 0")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BoomState:
+    """Where the boom is: S segments from the first end to the second.
+
+    position (S, 3) of the centres of mass [m], orientation (S, 4) xyzw, velocity (S, 3) [m/s]; joint_points (2, 3):
+    ends of a segment in its body frame [m]; waterline [m]: of the design waterplane above the centre of mass.
+    """
+
+    position: Array
+    orientation: Array
+    velocity: Array
+    joint_points: Array
+    waterline: float
+
+    def line(self) -> Array:
+        """The boom's line in plan, (S + 1, 2): its ends and its joints, each the mean of the two that meet there."""
+        first, last = (_rotate(self.orientation, point) + self.position for point in self.joint_points)
+        inner = 0.5 * (last[:-1] + first[1:])
+        return np.concatenate([first[:1], inner, last[-1:]])[:, :2]
+
+    def normal(self) -> Array:
+        """Horizontal unit normals (S, 2) of the segments, to the right of their direction: out of the U."""
+        along = np.diff(self.line(), axis=0)
+        along /= np.linalg.norm(along, axis=1)[:, None]
+        return np.stack([along[:, 1], -along[:, 0]], axis=1)
+
+    def normal_speed(self, current: Array) -> Array:
+        """Speed (S,) [m/s] at which water meets each segment along its normal: |(v - current) . n|; current (2,)."""
+        relative = self.velocity[:, :2] - np.asarray(current)[:2]
+        return np.abs((relative * self.normal()).sum(axis=1))
+
+    def skirt_angle(self) -> Array:
+        """Lean (S,) [rad] of the skirt from the vertical: angle between the body's z axis and the world's."""
+        x, y = self.orientation[:, 0], self.orientation[:, 1]
+        return np.arccos(np.clip(1.0 - 2.0 * (x * x + y * y), -1.0, 1.0))
+
+    def heights(self, freeboard: float, skirt_depth: float) -> tuple[Array, Array]:
+        """Heights (S,) [m] in the world of the top of the float and of the skirt's foot, at the segments' middles."""
+        up = np.cos(self.skirt_angle())
+        return (
+            self.position[:, 2] + up * (self.waterline + freeboard),
+            self.position[:, 2] + up * (self.waterline - skirt_depth),
+        )
+
+    @property
+    def gap_ratio(self) -> float:
+        """Distance of the ends / length of the boom."""
+        line = self.line()
+        length = np.linalg.norm(np.diff(line, axis=0), axis=1).sum()
+        return float(np.linalg.norm(line[-1] - line[0]) / length)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContainmentReport:
+    """The account at one time; volumes in m3.
+
+    inside, outside: of all oil in the water, by plan view; retained, free, lost: by history (free oil never was
+    inside); removed: left the simulated water since it was first seen; recovered: lost once and taken back, summed
+    over time; lost_by_cause: of the oil that is lost now. normal_speed, skirt_angle: largest over the boom;
+    effective_draft: smallest [m].
+    """
+
+    time: float
+    inside: float
+    outside: float
+    retained: float
+    free: float
+    lost: float
+    removed: float
+    recovered: float
+    lost_by_cause: Mapping[str, float]
+    gap_ratio: float
+    normal_speed: float
+    effective_draft: float
+    skirt_angle: float
+
+    def scalars(self) -> dict[str, float]:
+        """The account by name, for a recording."""
+        names = ("retained", "free", "lost", "removed", "recovered", "inside", "outside")
+        values = {f"metrics/oil_{name}": float(getattr(self, name)) for name in names}
+        values |= {f"metrics/oil_lost/{cause}": volume for cause, volume in self.lost_by_cause.items()}
+        shape = ("gap_ratio", "normal_speed", "effective_draft", "skirt_angle")
+        return values | {f"metrics/{name}": float(getattr(self, name)) for name in shape}
+
+
+class ContainmentTracker:
+    """Keeps the account of every oil particle by its id, from update to update.
+
+    A particle is inside if it lies in the polygon of the boom's line closed across the gap. It is retained once it is
+    inside, lost once it is outside by more than the hysteresis, retained again once it is back by as much. The cause is
+    settled when it crosses the line, by the edge it is nearest to then, and stands when it gets far enough away:
+
+    - across the gap: AROUND_ENDS;
+    - under the skirt's foot, by the first that applies: PLANING, the skirt leans beyond planing_angle;
+      CRITICAL_ACCUMULATION, oil beyond viscous_limit; DRAINAGE, retained oil reaches down to the foot or the speed
+      normal to the segment is below the entrainment speed; else ENTRAINMENT;
+    - higher up: SUBMERGENCE, the segment's top is below the still-water level; SPLASH_OVER, above the top; else THROUGH
+      (a leak at a joint).
+
+    Half a hysteresis is granted at the foot and the top, since a particle has a size.
+    """
+
+    def __init__(self, options: ContainmentOptions) -> None:
+        self.options = options
+        self._fate = np.zeros(0, dtype=np.int8)
+        self._was_inside = np.zeros(0, dtype=np.bool_)
+        self._cause = np.zeros(0, dtype=np.int8)
+        self._known = np.zeros(0, dtype=np.bool_)
+        self._recovered = 0
+
+    def update(
+        self,
+        time: float,
+        boom: BoomState,
+        position: NDArray[np.floating],
+        ids: NDArray[np.integer],
+        *,
+        water_level: float,
+        current: tuple[float, float] = (0.0, 0.0),
+    ) -> ContainmentReport:
+        """Take oil particles (N, 3) [m] with their ids (N,) into the account at `time` [s]."""
+        index = ids.astype(np.int64)
+        self._make_room(index)
+        points = np.asarray(position, dtype=np.float64)
+        signed, edge = signed_distance(points[:, :2], boom.line())
+        inside = signed > 0.0
+        self._settle_causes(index, points, inside, edge, boom, water_level, np.array(current))
+        self._settle_fates(index, signed, inside)
+        self._was_inside[index] = inside
+        return self._report(time, index, inside, boom, water_level, np.array(current))
+
+    def save_state(self) -> dict[str, object]:
+        """Everything needed to go on from here."""
+        arrays = {name: getattr(self, name).copy() for name in ("_fate", "_was_inside", "_cause", "_known")}
+        return {**arrays, "_recovered": self._recovered}
+
+    def restore_state(self, state: Mapping[str, object]) -> None:
+        """Go back to what `save_state` returned."""
+        for name, value in state.items():
+            setattr(self, name, value.copy() if isinstance(value, np.ndarray) else value)
+
+    def _make_room(self, index: NDArray[np.int64]) -> None:
+        """Let the account reach up to the largest id."""
+        missing = (int(index.max()) + 1 if len(index) else 0) - len(self._fate)
+        if missing > 0:
+            for name in ("_fate", "_was_inside", "_cause", "_known"):
+                old = getattr(self, name)
+                setattr(self, name, np.concatenate([old, np.zeros(missing, dtype=old.dtype)]))
+
+    def _settle_causes(
+        self,
+        index: NDArray[np.int64],
+        points: Array,
+        inside: NDArray[np.bool_],
+        edge: NDArray[np.int64],
+        boom: BoomState,
+        water_level: float,
+        current: Array,
+    ) -> None:
+        """Note the cause for every retained particle that has crossed the line outward since the last update."""
+        retained = self._fate[index] == _Fate.RETAINED
+        crossed = self._was_inside[index] & ~inside & retained
+        if not crossed.any():
+            return
+        pool = points[retained & inside]
+        crossings = _Crossings(
+            height=points[crossed, 2],
+            edge=edge[crossed],
+            pool_bottom=self._pool_bottom(pool, boom, water_level)[np.minimum(edge[crossed], len(boom.position) - 1)],
+        )
+        self._cause[index[crossed]] = _causes(crossings, boom, water_level, current, self.options)
+
+    def _pool_bottom(self, pool: Array, boom: BoomState, water_level: float) -> Array:
+        """Height (S,) [m] down to which retained oil reaches at each segment: 5 % of what is near lies lower."""
+        bottom = np.full(len(boom.position), water_level)
+        reach = 2.0 * self.options.hysteresis + 0.5 * np.linalg.norm(boom.joint_points[1] - boom.joint_points[0])
+        for k, center in enumerate(boom.position[:, :2]):
+            near = pool[((pool[:, :2] - center) ** 2).sum(axis=1) < reach**2, 2]
+            if len(near):
+                bottom[k] = np.quantile(near, 0.05)
+        return bottom
+
+    def _settle_fates(self, index: NDArray[np.int64], signed: Array, inside: NDArray[np.bool_]) -> None:
+        """Move particles between free, retained and lost."""
+        fate, margin = self._fate[index], self.options.hysteresis
+        back = (fate == _Fate.LOST) & (signed > margin)
+        gathered = (fate == _Fate.FREE) & ((signed > margin) | (inside & ~self._known[index]))
+        gone = (fate == _Fate.RETAINED) & (signed < -margin)
+        self._recovered += int(back.sum())
+        fate[back | gathered] = _Fate.RETAINED
+        fate[gone] = _Fate.LOST
+        self._fate[index] = fate
+        self._known[index] = True
+
+    def _report(
+        self,
+        time: float,
+        index: NDArray[np.int64],
+        inside: NDArray[np.bool_],
+        boom: BoomState,
+        water_level: float,
+        current: Array,
+    ) -> ContainmentReport:
+        """Volumes and the boom's shape now; lost particles stay in the account when they leave the water."""
+        volume, options = self.options.particle_volume, self.options
+        lost = self._known & (self._fate == _Fate.LOST)
+        present = np.zeros(len(self._fate), dtype=np.bool_)
+        present[index] = True
+        count = np.bincount(self._cause[lost], minlength=len(Cause))
+        foot = boom.heights(options.freeboard, options.skirt_depth)[1]
+        return ContainmentReport(
+            time=time,
+            inside=float(inside.sum()) * volume,
+            outside=float((~inside).sum()) * volume,
+            retained=float((present & (self._fate == _Fate.RETAINED)).sum()) * volume,
+            free=float((present & (self._fate == _Fate.FREE)).sum()) * volume,
+            lost=float(lost.sum()) * volume,
+            removed=float((self._known & ~present & ~lost).sum()) * volume,
+            recovered=self._recovered * volume,
+            lost_by_cause={cause.name.lower(): float(count[cause]) * volume for cause in Cause},
+            gap_ratio=boom.gap_ratio,
+            normal_speed=float(boom.normal_speed(current).max()),
+            effective_draft=float((water_level - foot).min()),
+            skirt_angle=float(boom.skirt_angle().max()),
+        )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Crossings:
+    """Particles that have just crossed the line: height [m], edge they crossed, bottom of the pool there [m]."""
+
+    height: Array
+    edge: NDArray[np.int64]
+    pool_bottom: Array
+
+
+def _causes(
+    crossings: _Crossings, boom: BoomState, water_level: float, current: Array, options: ContainmentOptions
+) -> NDArray[np.int8]:
+    """Cause of each crossing, by the rules of `ContainmentTracker`."""
+    segment = np.minimum(crossings.edge, len(boom.position) - 1)
+    top, foot = (height[segment] for height in boom.heights(options.freeboard, options.skirt_depth))
+    grace = 0.5 * options.hysteresis
+    drains = (crossings.pool_bottom <= foot + grace) | (boom.normal_speed(current)[segment] < options.entrainment_speed)
+    under = crossings.height <= foot + grace
+    viscous = options.kinematic_viscosity > options.viscous_limit
+    rules = [
+        (crossings.edge >= len(boom.position), Cause.AROUND_ENDS),
+        (under & (boom.skirt_angle()[segment] > options.planing_angle), Cause.PLANING),
+        (under & viscous, Cause.CRITICAL_ACCUMULATION),
+        (under & drains, Cause.DRAINAGE),
+        (under, Cause.ENTRAINMENT),
+        (top < water_level, Cause.SUBMERGENCE),
+        (crossings.height > top - grace, Cause.SPLASH_OVER),
+    ]
+    choice = np.select([rule for rule, _ in rules], [int(cause) for _, cause in rules], int(Cause.THROUGH))
+    return choice.astype(np.int8)
+
+
+def signed_distance(points: Array, line: Array) -> tuple[Array, NDArray[np.int64]]:
+    """Distance (N,) [m] of points (N, 2) to the polygon of `line` (K, 2), closed; positive inside; and nearest edge.
+
+    Edge k runs from vertex k to k + 1; the last, K - 1, closes the polygon across the gap. Inside by the crossing
+    number. Of two edges at the same distance (a corner) the later one is taken, so that ends belong to the gap.
+    """
+    distance = np.empty(len(points))
+    edge = np.empty(len(points), dtype=np.int64)
+    _signed_distance(np.ascontiguousarray(points), np.ascontiguousarray(line), distance, edge)
+    return distance, edge
+
+
+@njit(nogil=True, cache=True, fastmath=True, error_model="numpy")
+def _signed_distance(points: Array, line: Array, distance: Array, edge: NDArray[np.int64]) -> None:
+    """Fill distance (N,) and edge (N,); see `signed_distance`."""
+    count = len(line)
+    for i in range(len(points)):
+        x, y = points[i, 0], points[i, 1]
+        nearest, which, inside = 1e300, 0, False
+        for k in range(count):
+            ax, ay = line[k, 0], line[k, 1]
+            bx, by = line[(k + 1) % count, 0], line[(k + 1) % count, 1]
+            dx, dy = bx - ax, by - ay
+            t = ((x - ax) * dx + (y - ay) * dy) / max(dx * dx + dy * dy, 1e-30)
+            t = min(max(t, 0.0), 1.0)
+            gap_x, gap_y = x - ax - t * dx, y - ay - t * dy
+            squared = gap_x * gap_x + gap_y * gap_y
+            if squared <= nearest * (1.0 + 1e-9):
+                nearest, which = min(squared, nearest), k
+            if (ay > y) != (by > y) and x < ax + (y - ay) * dx / dy:
+                inside = not inside
+        distance[i] = math.sqrt(nearest) if inside else -math.sqrt(nearest)
+        edge[i] = which
+
+
+def _rotate(orientation: Array, vector: Array) -> Array:
+    """A body vector (3,) in the world for orientations (S, 4): v + 2 q x (q x v + w v)."""
+    axis, w = orientation[:, :3], orientation[:, 3:]
+    return vector + 2.0 * np.cross(axis, np.cross(axis, vector) + w * vector)

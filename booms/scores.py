@@ -1,0 +1,122 @@
+"""Scores that boom crews train to, each with its formula."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+
+def encounter_rate(boom_length: float, gap_ratio: float, speed: float, slick_thickness: float) -> float:
+    """Oil met a second [m3/s] by a boom swept through a slick: Q = L (gap / L) V h.
+
+    boom_length [m], speed through the water [m/s], slick_thickness [m]. 200 m of boom at a gap ratio of 0.3 and 0.7
+    knots meet 77.8 m3/h a millimetre of slick.
+    """
+    return boom_length * gap_ratio * speed * slick_thickness
+
+
+def skirt_drag_coefficient() -> float:
+    """Cd [-] of the rule F = 26 A V^2 (kgf, m2, knots) for the skirt: 2 x 26 g0 / (1025 kn^2) = 1.88.
+
+    The rule is the one responders are taught; g0 = 9.80665 m/s2, sea water of 1025 kg/m3.
+    """
+    knot = 1852.0 / 3600.0
+    return 2.0 * 26.0 * 9.80665 / (1025.0 * knot**2)
+
+
+def catenary_parameter(boom_length: float, gap_ratio: float) -> float:
+    """Parameter a [m] of the catenary of a towed boom: L = 2 a sinh(gap / (2 a)), gap = gap_ratio L.
+
+    By bisection of sinh(u) / u = 1 / gap_ratio, u = gap / (2 a).
+    """
+    if not 0.0 < gap_ratio < 1.0:
+        raise ValueError(f"gap ratio {gap_ratio:g} must lie between 0 and 1")
+    low, high = 1e-9, 700.0
+    for _ in range(200):
+        middle = 0.5 * (low + high)
+        if math.sinh(middle) / middle < 1.0 / gap_ratio:
+            low = middle
+        else:
+            high = middle
+    return gap_ratio * boom_length / (low + high)
+
+
+def tow_force(
+    boom_length: float, gap_ratio: float, skirt_depth: float, speed: float, *, drag_coefficient: float, density: float
+) -> tuple[float, float]:
+    """Tension at each end and drag on both ends together [N] of a boom that is towed steadily.
+
+    Drag normal to the skirt only, q = 0.5 rho Cd V^2: T = q d a everywhere, a the catenary's parameter, and the tow
+    feels 2 T sin(psi) with tan(psi) = L / (2 a).
+    """
+    parameter = catenary_parameter(boom_length, gap_ratio)
+    tension = 0.5 * density * drag_coefficient * speed**2 * skirt_depth * parameter
+    slope = boom_length / (2.0 * parameter)
+    return tension, 2.0 * tension * slope / math.hypot(1.0, slope)
+
+
+def droplet_onset_speed(oil_density: float, water_density: float, interfacial_tension: float) -> float:
+    """Speed of oil over water [m/s] from which waves on their interface grow (Kelvin-Helmholtz, inviscid, deep).
+
+    U^2 = 2 (rho_w + rho_o) / (rho_w rho_o) sqrt(sigma g (rho_w - rho_o)); sigma [N/m]. Modelled, not resolved.
+    Lamb, Hydrodynamics, chapter IX.
+    """
+    if not 0.0 < oil_density < water_density:
+        raise ValueError(f"oil density {oil_density:g} kg/m3 must lie between 0 and that of water, {water_density:g}")
+    stiffness = math.sqrt(interfacial_tension * 9.81 * (water_density - oil_density))
+    return math.sqrt(2.0 * (water_density + oil_density) / (water_density * oil_density) * stiffness)
+
+
+def drainage_speed(oil_density: float, water_density: float, depth: float, critical_froude: float = 0.5) -> float:
+    """Tow speed [m/s] at which a boom stops holding oil by gravity: U = Fr sqrt(g (1 - rho_o / rho_w) d), Fr about 0.5.
+
+    depth [m]: of the skirt. Densimetric Froude number of containment in flumes.
+    """
+    return critical_froude * math.sqrt(9.81 * (1.0 - oil_density / water_density) * depth)
+
+
+@dataclass
+class TensionRecord:
+    """Mean and peak of a tension [N] over the samples taken, each weighted with the time [s] it stood for."""
+
+    peak: float = 0.0
+    _impulse: float = 0.0
+    _duration: float = 0.0
+
+    def add(self, tension: float, duration: float) -> None:
+        """Take a tension that acted for `duration`."""
+        self.peak = max(self.peak, tension)
+        self._impulse += tension * duration
+        self._duration += duration
+
+    @property
+    def mean(self) -> float:
+        """Impulse / time; 0 before the first sample."""
+        return self._impulse / self._duration if self._duration > 0.0 else 0.0
+
+
+@dataclass(kw_only=True)
+class LossSpeeds:
+    """First-loss and gross-loss tow speed [m/s] of a run in which the speed is raised; None until they happen.
+
+    First loss: the lost share of all oil taken in first exceeds `first_share`. Gross loss: oil is lost faster than
+    `gross_rate` of it a second, by the loss since the last sample. After ASTM F2084, whose observers judge by eye.
+    """
+
+    first_share: float = 0.005
+    gross_rate: float = 0.02
+    first_loss: float | None = None
+    gross_loss: float | None = None
+    _lost: float = 0.0
+    _time: float | None = None
+
+    def add(self, time: float, tow_speed: float, lost: float, taken_in: float) -> None:
+        """Sample at `time` [s]: volume lost so far and volume taken in so far [m3], recovered oil not deducted."""
+        if taken_in > 0.0:
+            if self.first_loss is None and lost / taken_in > self.first_share:
+                self.first_loss = tow_speed
+            if self._time is not None and time > self._time:
+                rate = (lost - self._lost) / (taken_in * (time - self._time))
+                if self.gross_loss is None and rate > self.gross_rate:
+                    self.gross_loss = tow_speed
+        self._lost, self._time = lost, time

@@ -1,0 +1,189 @@
+"""The oil account: inside and outside, every cause once, hysteresis, recovery, the boom's own figures."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from booms.boom import Boom
+from booms.containment import BoomState, Cause, ContainmentOptions, ContainmentTracker, signed_distance
+from booms.deployment import lay_u
+
+WATER = 0.5
+BOOM = Boom(
+    length=6.0,
+    segment_count=24,
+    skirt_depth=0.2,
+    freeboard=0.1,
+    float_width=0.08,
+    float_draft=0.03,
+    skirt_thickness=0.06,
+    design_skirt_thickness=0.005,
+)
+LAYOUT = lay_u(BOOM, (0.0, 0.0), 0.0, 0.35, water_level=WATER)
+APEX = min(float(joint.point[0]) for joint in LAYOUT.joints)
+VOLUME = 0.04**3
+
+
+def boom_state(velocity=(0.0, 0.0, 0.0), sink=0.0, heel=0.0):
+    orientation = np.array([body.orientation for body in LAYOUT.segments])
+    orientation = (Rotation.from_quat(orientation) * Rotation.from_rotvec([heel, 0.0, 0.0])).as_quat()
+    return BoomState(
+        position=np.array([body.position for body in LAYOUT.segments]) - [0.0, 0.0, sink],
+        orientation=orientation,
+        velocity=np.tile(velocity, (len(LAYOUT.segments), 1)),
+        joint_points=LAYOUT.segment.joint_points,
+        waterline=LAYOUT.segment.waterline,
+    )
+
+
+def make_tracker(**changes):
+    options = {"skirt_depth": 0.2, "freeboard": 0.1, "particle_volume": VOLUME, "hysteresis": 0.05}
+    return ContainmentTracker(ContainmentOptions(**(options | changes)))
+
+
+def follow(tracker, path, boom=None, pool=()):
+    """Report after one particle went along `path`, with a resting pool of others."""
+    others = np.array(pool).reshape(-1, 3)
+    for time, point in enumerate(path):
+        points = np.concatenate([[point], others])
+        report = tracker.update(float(time), boom or boom_state(), points, np.arange(len(points)), water_level=WATER)
+    return report
+
+
+def test_signed_distance_to_a_square_without_its_last_side():
+    line = np.array([[0.0, 1.0], [0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])
+    points = np.array([[0.5, 0.3], [0.1, 0.5], [0.5, 0.9], [0.5, 1.2], [-0.3, -0.4], [1.0, 2.0]])
+    distance, edge = signed_distance(points, line)
+    assert distance == pytest.approx([0.3, 0.1, 0.1, -0.2, -0.5, -1.0])
+    assert list(edge) == [1, 0, 3, 3, 1, 3]  # the last edge, 3, is the gap; it wins the corner at (1, 1)
+
+
+def test_area_inside_the_u_by_counting_points():
+    random = np.random.default_rng(3)
+    line = boom_state().line()
+    low, high = line.min(axis=0), line.max(axis=0)
+    points = random.uniform(low, high, (50_000, 2))
+    share = float((signed_distance(points, line)[0] > 0.0).mean())
+    x, y = line.T
+    area = 0.5 * abs(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))  # shoelace formula
+    expected = area / float(np.prod(high - low))
+    assert share == pytest.approx(expected, abs=4.0 * math.sqrt(expected * (1 - expected) / 50_000))
+
+
+def test_line_goes_through_ends_and_joints():
+    line = boom_state().line()
+    expected = [LAYOUT.end_points[0], *(joint.point for joint in LAYOUT.joints), LAYOUT.end_points[1]]
+    assert line == pytest.approx(np.array(expected)[:, :2], abs=1e-9)
+    assert boom_state().gap_ratio == pytest.approx(0.35, rel=1e-9)
+
+
+def test_normal_speed_is_that_across_the_segment():
+    state = boom_state(velocity=(0.4, 0.0, 0.0))
+    along = np.diff(state.line(), axis=0) / BOOM.segment_length
+    assert state.normal_speed(np.zeros(2)) == pytest.approx(0.4 * np.abs(along[:, 1]))
+    # a boom held still in the same stream feels the same; one that drifts with it feels nothing
+    assert boom_state().normal_speed(np.array([-0.4, 0.0])) == pytest.approx(0.4 * np.abs(along[:, 1]))
+    assert state.normal_speed(np.array([0.4, 0.0])) == pytest.approx(0.0)
+    assert (state.normal() @ [1.0, 0.0])[11] < -0.9  # at the apex the normal points astern, out of the U
+
+
+@pytest.mark.parametrize(
+    ("through", "boom", "options", "cause"),
+    [
+        ((APEX, 0.0, WATER - 0.25), {"velocity": (0.5, 0, 0)}, {}, Cause.ENTRAINMENT),
+        ((APEX, 0.0, WATER - 0.25), {"velocity": (0.2, 0, 0)}, {}, Cause.DRAINAGE),
+        ((APEX, 0.0, WATER - 0.25), {"velocity": (0.2, 0, 0)}, {"entrainment_speed": 0.15}, Cause.ENTRAINMENT),
+        ((APEX, 0.0, WATER - 0.25), {}, {"kinematic_viscosity": 4e-3}, Cause.CRITICAL_ACCUMULATION),
+        ((APEX, 0.0, WATER - 0.25), {"heel": math.radians(60)}, {}, Cause.PLANING),
+        ((APEX, 0.0, WATER + 0.02), {"sink": 0.15}, {}, Cause.SUBMERGENCE),
+        ((APEX, 0.0, WATER + 0.14), {}, {}, Cause.SPLASH_OVER),
+        ((APEX, 0.0, WATER - 0.05), {}, {}, Cause.THROUGH),
+        ((0.0, 0.3, WATER), {}, {}, Cause.AROUND_ENDS),
+    ],
+)
+def test_each_way_out_has_its_cause(through, boom, options, cause):
+    outward = 1.0 if cause is Cause.AROUND_ENDS else -1.0
+    path = [np.add(through, (outward * step, 0.0, 0.0)) for step in (-0.2, -0.03, 0.03, 0.2)]
+    report = follow(make_tracker(**options), path, boom_state(**boom))
+    assert report.lost == pytest.approx(VOLUME)
+    assert report.lost_by_cause == {c.name.lower(): VOLUME if c is cause else 0.0 for c in Cause}
+
+
+def test_oil_down_to_the_foot_of_the_skirt_drains_even_when_towed_fast():
+    pool = [(APEX + 0.1, 0.02 * (k % 3 - 1), WATER - 0.02 * k) for k in range(12)]  # reaches 0.22 m down
+    path = [(APEX + step, 0.0, WATER - 0.25) for step in (0.2, 0.03, -0.03, -0.2)]
+    report = follow(make_tracker(), path, boom_state(velocity=(0.5, 0, 0)), pool)
+    assert report.lost_by_cause["drainage"] == pytest.approx(VOLUME)
+    assert report.retained == pytest.approx(12 * VOLUME)
+
+
+def test_oil_at_the_line_is_not_counted_back_and_forth():
+    tracker = make_tracker()
+    wiggle = [(APEX + step, 0.0, WATER) for step in (0.3, -0.04, 0.04, -0.04, 0.04, -0.04)]
+    report = follow(tracker, wiggle)
+    assert (report.lost, report.recovered, report.retained) == (0.0, 0.0, pytest.approx(VOLUME))
+    assert report.outside == pytest.approx(VOLUME)  # by plan view it is outside at this moment
+
+
+def test_lost_oil_can_be_recovered_and_lost_again():
+    tracker = make_tracker()
+    under, over = WATER - 0.25, WATER + 0.14
+    report = follow(tracker, [(APEX + 0.2, 0.0, under), (APEX - 0.2, 0.0, under)])
+    assert (report.lost, report.recovered) == (pytest.approx(VOLUME), 0.0)
+    report = follow(tracker, [(APEX - 0.02, 0.0, over), (APEX + 0.02, 0.0, over)])
+    assert report.lost == pytest.approx(VOLUME)  # not yet far enough inside
+    report = follow(tracker, [(APEX + 0.2, 0.0, over)])
+    assert (report.lost, report.recovered, report.retained) == (0.0, pytest.approx(VOLUME), pytest.approx(VOLUME))
+    report = follow(tracker, [(APEX - 0.2, 0.0, over)])
+    assert report.lost_by_cause["splash_over"] == pytest.approx(VOLUME)
+    assert report.lost == pytest.approx(VOLUME)  # one particle, counted once
+
+
+def test_every_particle_is_in_one_account():
+    tracker, random = make_tracker(), np.random.default_rng(5)
+    points = random.uniform((-3.0, -2.0, WATER - 0.3), (1.0, 2.0, WATER + 0.2), (400, 3))
+    ids = np.arange(400)
+    for step in range(20):
+        present = ids[step:]  # one particle leaves the water at every step
+        report = tracker.update(float(step), boom_state(), points[present], present, water_level=WATER)
+        total = report.retained + report.free + report.lost + report.removed
+        assert total == pytest.approx(400 * VOLUME, rel=1e-9)
+        assert report.inside + report.outside == pytest.approx(len(present) * VOLUME, rel=1e-9)
+        assert sum(report.lost_by_cause.values()) == pytest.approx(report.lost)
+        points = points + random.normal(0.0, 0.08, points.shape)
+    assert report.lost > 0.0 and report.retained > 0.0
+
+
+def test_oil_outside_is_free_until_it_is_gathered():
+    tracker = make_tracker()
+    report = follow(tracker, [(0.5, 0.0, WATER)])
+    assert (report.free, report.retained, report.lost) == (pytest.approx(VOLUME), 0.0, 0.0)
+    assert follow(tracker, [(-0.5, 0.0, WATER)]).retained == pytest.approx(VOLUME)
+
+
+def test_account_restored_goes_on_from_there():
+    tracker = make_tracker()
+    follow(tracker, [(APEX + 0.2, 0.0, WATER - 0.25)])
+    saved = tracker.save_state()
+    first = follow(tracker, [(APEX - 0.2, 0.0, WATER - 0.25)])
+    tracker.restore_state(saved)
+    assert follow(tracker, [(APEX - 0.2, 0.0, WATER - 0.25)]) == first
+    assert first.lost > 0.0
+
+
+def test_lean_and_effective_draft():
+    heel = math.radians(30.0)
+    report = follow(make_tracker(), [(0.5, 0.0, WATER)], boom_state(heel=heel))
+    assert report.skirt_angle == pytest.approx(heel)
+    waterline = LAYOUT.segment.waterline
+    # the foot lies (skirt depth - waterline) below the centre of mass along the leaning skirt
+    assert report.effective_draft == pytest.approx(waterline + math.cos(heel) * (0.2 - waterline), rel=1e-9)
+
+
+def test_scalars_carry_the_account_by_name():
+    scalars = follow(make_tracker(), [(-0.5, 0.0, WATER)]).scalars()
+    assert scalars["metrics/oil_inside"] == pytest.approx(VOLUME)
+    assert scalars["metrics/gap_ratio"] == pytest.approx(0.35)
+    assert scalars["metrics/oil_lost/drainage"] == 0.0

@@ -1,0 +1,79 @@
+"""Scores against worked examples and closed formulas."""
+
+import math
+
+import pytest
+
+from booms.scores import (
+    LossSpeeds,
+    TensionRecord,
+    catenary_parameter,
+    drainage_speed,
+    droplet_onset_speed,
+    encounter_rate,
+    skirt_drag_coefficient,
+    tow_force,
+)
+
+KNOT = 1852.0 / 3600.0
+
+
+def test_encounter_rate_of_the_textbook_sweep():
+    assert encounter_rate(200.0, 0.3, 0.7 * KNOT, 1e-3) * 3600.0 == pytest.approx(77.8, abs=0.05)
+
+
+def test_rule_of_thumb_drag_as_a_coefficient():
+    assert skirt_drag_coefficient() == pytest.approx(1.88, abs=0.005)
+
+
+def test_catenary_parameter_satisfies_its_equation():
+    for gap in (0.05, 0.3, 0.9, 0.999):
+        a = catenary_parameter(6.0, gap)
+        assert 2.0 * a * math.sinh(gap * 6.0 / (2.0 * a)) == pytest.approx(6.0, rel=1e-9)
+
+
+def test_kelvin_helmholtz_onset_is_where_the_most_unstable_wave_turns():
+    oil, water, sigma, g = 840.0, 1027.0, 0.022, 9.81
+    # neutral: rho_w rho_o / (rho_w + rho_o)^2 U^2 = (g / k delta rho + sigma k) / (rho_w + rho_o), least over k
+    least = min((g * (water - oil) / k + sigma * k) for k in (10.0 * 1.001**n for n in range(6000)))
+    onset = math.sqrt(least * (water + oil) / (water * oil))
+    assert droplet_onset_speed(oil, water, sigma) == pytest.approx(onset, rel=1e-5)
+    with pytest.raises(ValueError, match="oil density"):
+        droplet_onset_speed(1100.0, 1027.0, 0.02)
+
+
+def test_containment_limits_of_three_oils():
+    for density, speed in ((840.0, 0.473), (900.0, 0.389), (950.0, 0.303)):
+        # water of 1027 kg/m3, skirt 0.5 m, critical Froude number 0.5
+        assert drainage_speed(density, 1027.0, 0.5) == pytest.approx(speed, abs=1e-3)
+
+
+def test_tow_force_balances_the_drag_over_the_gap():
+    # normal drag on an arc, resolved along the tow: int q d sin^2(theta) sin(theta) ds, by midpoint sums
+    length, gap, depth, speed = 6.0, 0.4, 0.2, 0.35
+    a, count = catenary_parameter(length, gap), 200000
+    drag = 0.0
+    for k in range(count):
+        s = (k + 0.5) / count * length - 0.5 * length
+        drag += (a / math.hypot(a, s)) ** 3 * length / count
+    tension, force = tow_force(length, gap, depth, speed, drag_coefficient=1.9, density=1027.0)
+    pressure = 0.5 * 1027.0 * 1.9 * speed**2
+    assert force == pytest.approx(pressure * depth * drag, rel=1e-4)
+    assert tension == pytest.approx(pressure * depth * a, rel=1e-9)
+
+
+def test_mean_tension_is_weighted_with_time():
+    record = TensionRecord()
+    assert record.mean == 0.0
+    record.add(10.0, 1.0)
+    record.add(40.0, 0.5)
+    assert (record.mean, record.peak) == (pytest.approx(20.0), 40.0)
+
+
+def test_loss_speeds_are_those_at_which_loss_begins_and_gets_gross():
+    speeds = LossSpeeds(first_share=0.01, gross_rate=0.05)
+    lost = [0.0, 0.005, 0.02, 0.05, 0.20, 0.40]
+    for k, volume in enumerate(lost):
+        speeds.add(float(k), 0.1 * k, volume, 1.0)
+    assert speeds.first_loss == pytest.approx(0.2)  # 2 % of the oil, the first sample above 1 %
+    assert speeds.gross_loss == pytest.approx(0.4)  # 15 % a second, the first rate above 5 %
