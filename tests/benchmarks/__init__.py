@@ -1,0 +1,1 @@
+"""Measured speed: scripts that print tables, not tests."""
