@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from recordings.errors import RecordingError
 from scenarios.problems import Problem, ScenarioError
 
 if TYPE_CHECKING:
@@ -29,6 +30,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return int(options.command(options))
     except ScenarioError as error:
         print(error, file=sys.stderr)
+        return BAD_INPUT
+    except RecordingError as error:
+        print(f"oilsim: {error}", file=sys.stderr)
         return BAD_INPUT
 
 
@@ -94,14 +98,16 @@ def _list(_: argparse.Namespace) -> int:
     from scenarios.oils import OILS
 
     console = Console()
-    table = Table("scenario", "what it shows", "simulated", title="oilsim run NAME", title_justify="left")
+    console.print("[bold]Scenarios[/bold]: oilsim run NAME")
+    table = Table("name", "what it shows", "simulated")
     for name in library_paths():
         scenario = load_scenario(name).scenario
         table.add_row(name, scenario.title, f"{scenario.run.duration:g} s")
     console.print(table)
-    oils = Table("oil", "kg/m3", "Pa s", "what it is", "source", title='oil = "NAME", at 15 C', title_justify="left")
+    console.print('[bold]Oils[/bold] at 15 C: oil = "NAME" in a phase; figures from the ADIOS oil library')
+    oils = Table("name", "kg/m3", "Pa s", "what it is")
     for name, oil in OILS.items():
-        oils.add_row(name, f"{oil.density:g}", f"{oil.dynamic_viscosity:g}", oil.description, oil.source)
+        oils.add_row(name, f"{oil.density:g}", f"{oil.dynamic_viscosity:g}", oil.description)
     console.print(oils)
     return DONE
 
@@ -122,7 +128,8 @@ def _print_cost(console: object, scenario: Scenario, cost: Cost) -> None:
     from rich.table import Table
 
     assert isinstance(console, Console)
-    table = Table(title=f"{scenario.name}: {scenario.title}", title_justify="left", show_header=False)
+    console.print(f"[bold]{scenario.name}[/bold]: {scenario.title}")
+    table = Table(show_header=False)
     table.add_column(style="bold")
     table.add_column(justify="right")
     for phase, count in cost.particles.items():
@@ -135,7 +142,7 @@ def _print_cost(console: object, scenario: Scenario, cost: Cost) -> None:
     table.add_row(f"time on {cost.threads} threads", f"about {_duration(cost.seconds)}")
     console.print(table)
     console.print(
-        "The time is an estimate from a measured cost per particle and step on two cores of 2024.", style="dim"
+        "Estimated from the cost per particle and step measured on two x86 cores; splashing takes longer.", style="dim"
     )
 
 
@@ -152,6 +159,8 @@ def _run(options: argparse.Namespace) -> int:
         raise ScenarioError(
             [Problem("--picture", "is drawn from the recording, allowed: without --no-record")], "oilsim"
         )
+    if options.live and options.no_record:
+        raise ScenarioError([Problem("--live", "shows what is recorded, allowed: without --no-record")], "oilsim")
     if options.until is not None and not (math.isfinite(options.until) and options.until > 0.0):
         raise ScenarioError([Problem("--until", f"is {options.until}, allowed: above 0 s")], "oilsim")
     from scenarios.load import load_scenario
@@ -173,9 +182,18 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _replay(options: argparse.Namespace) -> int:
-    from recordings.replay import open_viewer
+    from recordings.repair import is_whole, repair
+    from recordings.viewer import ViewerError, open_viewer
 
-    open_viewer(options.recording)
+    recording: Path = options.recording
+    if recording.is_file() and not is_whole(recording):
+        recording = repair(recording)
+        print(f"oilsim: {options.recording} was cut off; what could be saved is in {recording}", file=sys.stderr)
+    try:
+        open_viewer(recording)
+    except ViewerError as error:
+        print(f"oilsim: {error}", file=sys.stderr)
+        return FAILED
     return DONE
 
 

@@ -84,17 +84,19 @@ def run_scenario(
 ) -> int:
     """Run a scenario to its end; returns the exit code of the `oilsim` command.
 
-    ScenarioError for what cannot be built or written. A failed or stopped run keeps its recording and its summary.
+    ScenarioError for what cannot be built, RecordingError for a recording that cannot be begun.
+    A failed or stopped run keeps its recording and its summary.
     """
     options = options or RunOptions()
     console = console or Console(stderr=True)
     _require_writable(options)
+    recorders = _recorders(scenario, options)
     with stop_requests() as request:
         console.print(f"building {scenario.name}", highlight=False)
         assembly = build(scenario, text=text, overrides=options.overrides)
         summary = SummaryObserver(assembly)
         with ProgressDisplay(scenario.name, scenario.run.duration, console) as progress:
-            observers: list[Observer] = [summary, progress, *_recorders(scenario, options)]
+            observers: list[Observer] = [summary, progress, *recorders]
             simulation = assembly.co_simulation(observers)
             error = _advance(simulation, scenario.run.duration, request)
     result = summary.summary(simulation.communication_point.time, options.overrides)
