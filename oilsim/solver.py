@@ -211,6 +211,10 @@ class Fluid:
             emitted=self._counts["emitted"],
         )
 
+    def close(self) -> None:
+        """End the fluid's threads; what it tells stays available."""
+        self.work.team.close()
+
     # what it tells
 
     def boundary_wrench(self, handle: int) -> Double:

@@ -1,0 +1,120 @@
+"""The fluid as a participant of a coupled run.
+
+Variables of every coupled body <body>: inputs `<body>.pose`, `<body>.twist`, `<body>.inverse_mass`, `<body>.free_acceleration`, the
+body's motion at the start of a step and how it answers an impulse; output `<body>.wrench`, the mean over the step. Within the step the
+fluid lets the body answer inside its pressure solve (see `oilsim.rigid_response`); the rigid engine then makes the same motion
+from the wrench, so that momentum passes without loss.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import numpy.typing as npt
+
+from coupling.participant import Causality, Status, StepResult, Variable, checked_value, variable_table
+from oilsim.solver import AdvanceReport, Fluid, FluidError
+
+Array = npt.NDArray[np.float64]
+
+MOTION_VARIABLES = (
+    ("pose", "m, 1", (7,)),
+    ("twist", "m/s, rad/s", (6,)),
+    ("inverse_mass", "1/kg, 1/(kg m2)", (6, 6)),
+    ("free_acceleration", "m/s2, rad/s2", (6,)),
+)
+
+
+class FluidParticipant:
+    """Steps a `Fluid`; `boundaries` names the moving bodies it exchanges motion and wrench with, by their handles."""
+
+    def __init__(self, name: str, fluid: Fluid, boundaries: Mapping[str, int]) -> None:
+        self._name = name
+        self._fluid = fluid
+        self._boundaries = dict(boundaries)
+        self._inputs = {
+            f"{body}.{quantity}": np.zeros(shape)
+            for body in self._boundaries
+            for quantity, _, shape in MOTION_VARIABLES
+        }
+        self._wrenches = {body: np.zeros(6) for body in self._boundaries}
+        inputs = [
+            Variable(f"{body}.{quantity}", unit, shape, Causality.INPUT)
+            for body in self._boundaries
+            for quantity, unit, shape in MOTION_VARIABLES
+        ]
+        outputs = [Variable(f"{body}.wrench", "N, N m", (6,), Causality.OUTPUT) for body in self._boundaries]
+        self._variables = variable_table([*inputs, *outputs])
+        self.report: AdvanceReport | None = None
+
+    @property
+    def name(self) -> str:
+        """See `Participant`."""
+        return self._name
+
+    @property
+    def variables(self) -> Mapping[str, Variable]:
+        """See the module."""
+        return self._variables
+
+    def enter_initialization_mode(self, start_time: float) -> None:
+        """The fluid's clock starts here."""
+        self._fluid.time = start_time
+
+    def exit_initialization_mode(self) -> None:
+        """Nothing is left to do."""
+
+    def get(self, name: str) -> Array:
+        """A fresh copy of a body's wrench [N, N m]."""
+        body = name.removesuffix(".wrench")
+        if body == name or body not in self._wrenches:
+            allowed = ", ".join(f"{body}.wrench" for body in self._wrenches)
+            raise ValueError(f"{self._name!r} has no output {name!r}, allowed: {allowed}")
+        return self._wrenches[body].copy()
+
+    def set(self, name: str, value: Array) -> None:
+        """Set a body's motion; it is used at the next step."""
+        self._inputs[name] = checked_value(self._name, self._variables, name, value)
+
+    def do_step(self, time: float, step_size: float) -> StepResult:
+        """CFL sub-steps up to `time + step_size`; ERROR when the fluid's state has become unusable."""
+        self._fluid.time = time
+        for body, handle in self._boundaries.items():
+            pose, twist = self._inputs[f"{body}.pose"], self._inputs[f"{body}.twist"]
+            self._fluid.set_boundary_motion(
+                handle,
+                pose[:3],
+                pose[3:],
+                twist[:3],
+                twist[3:],
+                self._inputs[f"{body}.inverse_mass"],
+                self._inputs[f"{body}.free_acceleration"],
+            )
+        try:
+            self.report = self._fluid.advance(step_size)
+        except FluidError as error:
+            return StepResult(Status.ERROR, time, str(error))
+        for body, handle in self._boundaries.items():
+            self._wrenches[body] = self._fluid.boundary_wrench(handle)
+        return StepResult(Status.OK, time + step_size)
+
+    def save_state(self) -> object:
+        """The fluid's state with the last wrenches and inputs."""
+        return {
+            "fluid": self._fluid.save_state(),
+            "inputs": {name: value.copy() for name, value in self._inputs.items()},
+            "wrenches": {name: value.copy() for name, value in self._wrenches.items()},
+        }
+
+    def restore_state(self, state: object) -> None:
+        """Back to what `save_state` returned; TypeError for anything else."""
+        if not isinstance(state, dict):
+            raise TypeError(f"{self._name!r}: restore_state wants what save_state returned, not {type(state).__name__}")
+        self._fluid.restore_state(state["fluid"])
+        self._inputs = {name: value.copy() for name, value in state["inputs"].items()}
+        self._wrenches = {name: value.copy() for name, value in state["wrenches"].items()}
+
+    def terminate(self) -> None:
+        """End the fluid's threads."""
+        self._fluid.close()
