@@ -125,11 +125,7 @@ class RerunWriter:
             self._static(entity_paths.force(name), look, rr.AnyValues(metres_per_newton=scale))
 
     def _write_phase(self, name: str, samples: Sequence[Sample]) -> None:
-        """Write positions of one phase, and its ids where they differ from the ones before."""
-        positions = [sample.phases[name].position for sample in samples]
-        together = positions[0] if len(positions) == 1 else np.concatenate(positions)
-        column = rr.Points3D.columns(positions=together).partition([len(position) for position in positions])
-        self._columns(entity_paths.phase(name), samples, column)
+        """Write positions of one phase, and before them its ids where they differ from the ones before."""
         changed, ranges = [], []
         for sample in samples:
             ids = sample.phases[name].id
@@ -141,6 +137,10 @@ class RerunWriter:
         if changed:
             values = rr.AnyValues.columns(ranges=np.concatenate(ranges)).partition([len(item) for item in ranges])
             self._columns(entity_paths.phase_ids(name), changed, values)
+        positions = [sample.phases[name].position for sample in samples]
+        together = positions[0] if len(positions) == 1 else np.concatenate(positions)
+        column = rr.Points3D.columns(positions=together).partition([len(position) for position in positions])
+        self._columns(entity_paths.phase(name), samples, column)
 
     def _write_body(self, name: str, samples: Sequence[Sample]) -> None:
         """Write pose, twist and wrench of one body at full precision, and the pose and force that the viewer draws."""
