@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from coupling.participants.fluid import FluidParticipant
 from scipy.spatial.transform import Rotation
 
 from coupling.bodies import box, mass_properties
@@ -18,6 +17,7 @@ from coupling.co_simulation import CoSimulation, FrameSource
 from coupling.connection import Connection
 from coupling.observer import Observer
 from coupling.participant import Participant
+from coupling.participants.fluid import FluidParticipant
 from coupling.participants.rigid_bodies import RigidBodyParticipant
 from coupling.rigid_body_world import RigidBodyWorld
 from coupling.surface_sampling import SurfaceSampling, particles_of, sample_surface
@@ -28,6 +28,7 @@ from scenarios.fleet import Fleet, body_of, place_fleet
 from scenarios.portrayal import FramePainter, Wrench, describe_run
 from scenarios.probes import BodyProbe
 from scenarios.scenario import Scenario
+from scenarios.scoring import Scoring
 from scenarios.solids import Solid, own_solids, vector
 from vessels.control import VesselControl
 
@@ -40,7 +41,7 @@ class Assembly:
     """A run that is ready to start: its parts, and what observers are shown.
 
     fluid, world: the simulators themselves, for whoever wants more than the participants' variables; coupled: names of the
-    bodies that exchange motion and wrench with the fluid; fleet: vessels and booms.
+    bodies that exchange motion and wrench with the fluid; fleet: vessels and booms; scoring: their accounts.
     """
 
     scenario: Scenario
@@ -49,6 +50,7 @@ class Assembly:
     fluid_participant: FluidParticipant
     coupled: tuple[str, ...]
     fleet: Fleet
+    scoring: Scoring
     participants: tuple[Participant, ...]
     connections: tuple[Connection, ...]
     description: RunDescription
@@ -94,6 +96,7 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
     handles = _wet(fluid, solids, coupled)
     world = _world(scenario, solids, fleet) if coupled else None
     fluid_participant = FluidParticipant(FLUID, fluid, {name: handles[name] for name in coupled})
+    scoring = Scoring(scenario, fluid, world, fleet, level)
     controls = tuple(VesselControl(vessel) for vessel in fleet.vessels)
     _set_wind(scenario, controls)
     bodies = (RigidBodyParticipant(BODIES, world),) if world is not None else ()
@@ -104,6 +107,7 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
         fluid_participant=fluid_participant,
         coupled=coupled,
         fleet=fleet,
+        scoring=scoring,
         participants=(*controls, fluid_participant, *bodies),
         connections=(*_body_connections(coupled), *_vessel_connections(controls)),
         description=describe_run(scenario, fluid, tank, solids, text=text, overrides=overrides),
@@ -113,7 +117,7 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
             world,
             solids,
             _wrench_reading(fluid_participant, coupled),
-            fleet,
+            scoring,
             lambda: fluid_participant.report,
         ),
     )

@@ -32,14 +32,18 @@ TOW_POINT = -0.4  # of the vessel's length from midships, in the waterline
 class Fleet:
     """Vessels, booms and what holds them together.
 
-    tension_joints: by boom and end, such as ``main/port``, the joint whose tension is the tow tension.
+    tension_joints: by boom and end, such as ``("main", "port")``, the joint whose tension is the tow tension.
     """
 
     vessels: tuple[Vessel, ...] = ()
     booms: Mapping[str, BoomLayout] = field(default_factory=dict)
     solids: tuple[Solid, ...] = ()
     joints: tuple[PlacedJoint, ...] = ()
-    tension_joints: Mapping[str, str] = field(default_factory=dict)
+    tension_joints: Mapping[tuple[str, str], str] = field(default_factory=dict)
+
+    def tensions_of(self, boom: str) -> dict[str, str]:
+        """The joints that carry a boom's tow tension, by its ends."""
+        return {end: joint for (name, end), joint in self.tension_joints.items() if name == boom}
 
 
 def body_of(vessel: str) -> str:
@@ -59,7 +63,7 @@ def place_fleet(scenario: Scenario, water_level: float) -> Fleet:
     solids = [_afloat(vessel, water_level) for vessel in vessels.values()]
     joints: list[PlacedJoint] = []
     booms: dict[str, BoomLayout] = {}
-    tensions: dict[str, str] = {}
+    tensions: dict[tuple[str, str], str] = {}
     for name, boom in scenario.booms.items() if not problems else ():
         try:
             layout, ends = _laid(name, boom, scenario, vessels, water_level)
@@ -69,7 +73,7 @@ def place_fleet(scenario: Scenario, water_level: float) -> Fleet:
         booms[name] = layout
         solids += [*(Solid(placed=segment) for segment in layout.segments), *ends.lines]
         joints += [*layout.joints, *ends.joints]
-        tensions |= ends.tensions
+        tensions |= {(name, end): joint for end, joint in ends.tensions.items()}
     if problems:
         raise ScenarioError(problems)
     return Fleet(
@@ -167,7 +171,7 @@ def _laid(
         else:
             fast = (PlacedJoint(name=joint_name, body_a=segment, body_b=None, point=point),)
         joints += fast
-        tensions[f"{name}/{label}"] = fast[-1].name
+        tensions[label] = fast[-1].name
     return layout, _Ends(
         lines=tuple(Solid(placed=line, contact=False, wetted=False) for line in lines),
         joints=tuple(joints),

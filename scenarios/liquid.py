@@ -16,6 +16,7 @@ from scenarios.problems import Problem, unknown
 
 Axis = Literal["x", "y"]
 Side = Literal["-x", "+x", "-y", "+y", "-z", "+z"]
+LIGHTEST_WATER = 990.0  # [kg/m3]; fresh water at 20 C has 998
 SIDES: tuple[Side, ...] = ("-x", "+x", "-y", "+y", "-z", "+z")
 
 
@@ -63,7 +64,7 @@ class PhaseSettings(Section):
     density            [kg/m3] at rest
     dynamic_viscosity  [Pa s]
     adhesion           [J/m2] work of adhesion to walls and bodies; 0 does not stick
-    role               what the scores count it as; by default oil if it is a named oil or lighter than 1000 kg/m3
+    role               what the scores count it as; by default oil if it is a named oil or lighter than 990 kg/m3
     color              red, green, blue, opacity, each 0 to 255
     """
 
@@ -100,7 +101,7 @@ class PhaseSettings(Section):
         """Whether the scores count this phase as oil."""
         if self.role is not None:
             return self.role == "oil"
-        return self.oil is not None or self.rest_density < 1000.0
+        return self.oil is not None or self.rest_density < LIGHTEST_WATER
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -19,9 +19,9 @@ from recordings.frame import (
     PhaseFrame,
     RunDescription,
 )
-from scenarios.fleet import Fleet
 from scenarios.instruments import RunFigures, probe_readings
 from scenarios.scenario import Scenario
+from scenarios.scoring import Scoring
 from scenarios.solids import Solid
 from scenarios.versions import versions
 
@@ -68,7 +68,7 @@ class FramePainter:
         world: RigidBodyWorld | None,
         solids: Sequence[Solid],
         wrench: Wrench,
-        fleet: Fleet,
+        scoring: Scoring,
         report: Callable[[], AdvanceReport | None],
     ) -> None:
         """`wrench` gives the fluid's wrench (6,) on a body, `report` the fluid's report on its last step."""
@@ -77,13 +77,13 @@ class FramePainter:
         self._world = world
         self._solids = solids
         self._wrench = wrench
-        self._tension_joints = fleet.tension_joints
+        self._scoring = scoring
         self._figures = RunFigures(fluid, report)
         self._probes = probe_readings(scenario.probes, fluid, self._pose_and_wrench)
 
     def __call__(self, point: CommunicationPoint) -> Frame:
         """The frame at a communication point; its particles must be asked for before the run goes on."""
-        scalars = self._figures(point.time) | dict(self._probes()) | self._tensions()
+        scalars = self._figures(point.time) | dict(self._probes()) | self._scoring(point.time)
         return Frame(
             index=point.index,
             time=point.time,
@@ -114,8 +114,3 @@ class FramePainter:
     def _pose_and_wrench(self, name: str) -> tuple[Array, Array]:
         assert self._world is not None  # a probed body is coupled
         return self._world.pose(name), self._wrench(name)
-
-    def _tensions(self) -> dict[str, float]:
-        if self._world is None:
-            return {}
-        return {f"metrics/tow_tension/{end}": self._world.tension(joint) for end, joint in self._tension_joints.items()}

@@ -18,7 +18,7 @@ from coupling.co_simulation import CoSimulation
 from coupling.errors import CoSimulationError
 from coupling.observer import Observer
 from recordings.errors import RecordingError
-from scenarios.build import build
+from scenarios.build import Assembly, build
 from scenarios.problems import Problem, ScenarioError
 from scenarios.progress import ProgressDisplay
 from scenarios.scenario import Scenario
@@ -98,7 +98,7 @@ def run_scenario(
         with ProgressDisplay(scenario.name, scenario.run.duration, console) as progress:
             observers: list[Observer] = [summary, progress, *recorders]
             simulation = assembly.co_simulation(observers)
-            error = _advance(simulation, scenario.run.duration, request)
+            error = _advance(simulation, assembly, request)
     result = summary.summary(simulation.communication_point.time, options.overrides)
     if options.summary is not None:
         write_summary(result, options.summary)
@@ -111,13 +111,16 @@ def run_scenario(
     return request.exit_code
 
 
-def _advance(simulation: CoSimulation, duration: float, request: StopRequest) -> Exception | None:
+def _advance(simulation: CoSimulation, assembly: Assembly, request: StopRequest) -> Exception | None:
     """Step until the end, a stop or a failure; the simulation is terminated in each case."""
     try:
         simulation.initialize()
-        step_size = simulation.communication_point.step_size
-        while request.signal is None and simulation.communication_point.time < duration - 1e-6 * step_size:
+        run = assembly.scenario.run
+        almost = run.duration - 1e-6 * run.communication_step
+        while request.signal is None and simulation.communication_point.time < almost:
             simulation.step()
+            for text in assembly.scoring.take_events():
+                simulation.emit(text, level="warning", source="boom")
         simulation.terminate("completed" if request.signal is None else f"stopped by signal {request.signal}")
     except (CoSimulationError, RecordingError) as error:
         return error
@@ -171,6 +174,10 @@ def _print_result(console: Console, result: dict[str, Any], options: RunOptions)
         table.add_row("a step", f"median {times['median']:.1f} ms, 95 % under {times['p95']:.1f} ms")
         table.add_row("density error", f"mean {100 * result['density_error']['mean']:.3f} %")
     table.add_row("particles", ", ".join(f"{name} {count:,}" for name, count in result["particles"].items()))
+    if result["left_the_tank"]:
+        table.add_row(
+            "left the tank", ", ".join(f"{name} {count:,}" for name, count in result["left_the_tank"].items())
+        )
     lost = result["oil_m3"]["lost"]
     if result["oil_m3"]["released"]:
         gone = ", ".join(f"{cause} {1e3 * volume:.1f} l" for cause, volume in lost.items() if volume)

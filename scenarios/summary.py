@@ -87,12 +87,13 @@ class SummaryObserver:
             "stage_ms": {stage: 1e3 * total / len(self._reports) for stage, total in self._stage_seconds.items()},
             "particles": self._assembly.particle_counts(),
             "bodies": list(self._assembly.body_names),
+            "left_the_tank": dict(self._removed),
             "density_error": self._density_error(),
             "iterations": self._iterations(),
             "momentum_residual": None,
             "energy_residual": None,
             "oil_m3": self._oil_volumes(),
-            "scores": {},
+            "scores": self._assembly.scoring.summary(),
             "probes": self._probe_series(),
             "events": [
                 {"time_s": event.time, "level": event.level, "source": event.source, "text": event.text}
@@ -120,7 +121,7 @@ class SummaryObserver:
         return {kind: float(np.mean([iterations[kind] for *_, iterations in self._reports])) for kind in kinds}
 
     def _oil_volumes(self) -> dict[str, Any]:
-        """Oil [m3] let into the run, still in it, and gone through the sides; what is not scored is null."""
+        """Oil [m3] let into the run, still in it, held by booms, and lost by cause; what nothing accounts for is null."""
         assembly = self._assembly
         volume = assembly.fluid.config.rest_volume
         oils = [name for name, phase in assembly.scenario.phases.items() if phase.is_oil]
@@ -130,8 +131,8 @@ class SummaryObserver:
         return {
             "released": (here + gone) * volume,
             "afloat": here * volume,
-            "retained": None,
-            "lost": {"left the domain": gone * volume},
+            "retained": assembly.scoring.volume(lambda report: report.retained),
+            "lost": assembly.scoring.lost_by_cause() | {"left_the_tank": gone * volume},
             "recovered": None,
             "ashore": None,
         }

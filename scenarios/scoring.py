@@ -1,0 +1,195 @@
+"""What a boom exercise is scored by: where the oil is, how fast and how hard the boom was towed, and when it first leaked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from booms.containment import BoomState, ContainmentOptions, ContainmentReport, ContainmentTracker
+from booms.deployment import BoomLayout
+from booms.scores import LossSpeeds, TensionRecord
+from coupling.rigid_body_world import RigidBodyWorld
+from oilsim.solver import Fluid
+from scenarios.build_fluid import horizontal
+from scenarios.fleet import Fleet, body_of
+from scenarios.scenario import Scenario
+
+Array = NDArray[np.float64]
+
+KNOT = 1852.0 / 3600.0  # [m/s]
+
+
+class BoomScore:
+    """One boom's account, kept from communication point to communication point."""
+
+    def __init__(self, name: str, scenario: Scenario, layout: BoomLayout, tensions: Mapping[str, str]) -> None:
+        """`tensions`: by end, the joint that carries the tow tension."""
+        settings = scenario.booms[name]
+        self.name = name
+        self.report: ContainmentReport | None = None
+        self._layout = layout
+        self._tension_joints = dict(tensions)
+        self._tensions = {end: TensionRecord() for end in tensions}
+        self._losses = LossSpeeds()
+        self._vessels = [body_of(end) for end in settings.ends if isinstance(end, str)]
+        self._time: float | None = None
+        self._worst: dict[str, float] = {}
+        spacing = scenario.fluid.particle_spacing
+        self._tracker = ContainmentTracker(
+            ContainmentOptions(
+                skirt_depth=settings.skirt_depth,
+                freeboard=settings.freeboard,
+                particle_volume=spacing**3,
+                hysteresis=spacing,
+                kinematic_viscosity=max(
+                    (phase.viscosity / phase.rest_density for phase in scenario.phases.values() if phase.is_oil),
+                    default=0.0,
+                ),
+            )
+        )
+
+    def update(
+        self, time: float, world: RigidBodyWorld, oil: tuple[Array, NDArray[np.uint32]], level: float, current: Array
+    ) -> dict[str, float]:
+        """Take the state at `time` [s] into the account; oil is positions (N, 3) [m] and ids (N,), current (3,) [m/s]."""
+        report = self._tracker.update(
+            time, self._state(world), *oil, water_level=level, current=(float(current[0]), float(current[1]))
+        )
+        self.report = report
+        step = 0.0 if self._time is None else time - self._time
+        self._time = time
+        scalars = report.scalars()
+        for end, joint in self._tension_joints.items():
+            tension = world.tension(joint)
+            self._tensions[end].add(tension, step)
+            scalars[f"metrics/tow_tension/{end}"] = tension
+        self._losses.add(time, self._tow_speed(world, current), report.lost, report.retained + report.lost)
+        self._remember(report)
+        return scalars
+
+    def _state(self, world: RigidBodyWorld) -> BoomState:
+        names = [segment.name for segment in self._layout.segments]
+        poses = np.array([world.pose(name) for name in names])
+        return BoomState(
+            position=poses[:, :3],
+            orientation=poses[:, 3:],
+            velocity=np.array([world.twist(name)[:3] for name in names]),
+            joint_points=self._layout.segment.joint_points,
+            waterline=self._layout.segment.waterline,
+        )
+
+    def _tow_speed(self, world: RigidBodyWorld, current: Array) -> float:
+        """Speed of the towing vessels through the water [m/s], their mean."""
+        speeds = [float(np.linalg.norm(world.twist(name)[:2] - current[:2])) for name in self._vessels]
+        return float(np.mean(speeds)) if speeds else float(np.linalg.norm(current[:2]))
+
+    def _remember(self, report: ContainmentReport) -> None:
+        for key in ("normal_speed", "skirt_angle"):
+            self._worst[key] = max(self._worst.get(key, 0.0), getattr(report, key))
+        draft = report.effective_draft
+        self._worst["effective_draft"] = min(self._worst.get("effective_draft", draft), draft)
+
+    def first_loss_speed(self) -> float | None:
+        """Tow speed [m/s] at the first loss, None before it."""
+        return self._losses.first_loss
+
+    def summary(self) -> dict[str, Any]:
+        """The boom's scores; speeds in knots and angles in degrees where the key says so."""
+        report = self.report
+        if report is None:
+            return {}
+        taken_in = report.retained + report.lost
+        return {
+            "retained_share": report.retained / taken_in if taken_in > 0.0 else None,
+            "gap_ratio": report.gap_ratio,
+            "largest_normal_speed_kn": self._worst["normal_speed"] / KNOT,
+            "largest_skirt_angle_deg": float(np.degrees(self._worst["skirt_angle"])),
+            "smallest_effective_draft_m": self._worst["effective_draft"],
+            "first_loss_speed_kn": _knots(self._losses.first_loss),
+            "gross_loss_speed_kn": _knots(self._losses.gross_loss),
+            "taken_back_m3": report.recovered,
+            "tow_tension_n": {end: {"mean": t.mean, "peak": t.peak} for end, t in self._tensions.items()},
+        }
+
+
+def _knots(speed: float | None) -> float | None:
+    return None if speed is None else speed / KNOT
+
+
+class Scoring:
+    """The accounts of all booms of a run, and what happened to them that is worth a line in the log."""
+
+    def __init__(
+        self, scenario: Scenario, fluid: Fluid, world: RigidBodyWorld | None, fleet: Fleet, level: float
+    ) -> None:
+        """`level` [m] is that of the still water."""
+        self._fluid = fluid
+        self._world = world
+        self._level = level
+        self._oils = [name for name, phase in scenario.phases.items() if phase.is_oil]
+        current = scenario.forcing.current
+        self._current = np.zeros(3) if current is None else np.array(horizontal(current.speed, current.direction))
+        self._events: list[str] = []
+        self._leaked: set[str] = set()
+        self.booms = tuple(
+            BoomScore(name, scenario, layout, fleet.tensions_of(name)) for name, layout in fleet.booms.items()
+        )
+
+    def __call__(self, time: float) -> dict[str, float]:
+        """Update all accounts; with several booms, each one's series carry its name."""
+        if not self.booms or self._world is None:
+            return {}
+        oil = self._oil()
+        scalars: dict[str, float] = {}
+        for boom in self.booms:
+            values = boom.update(time, self._world, oil, self._level, self._current)
+            several = len(self.booms) > 1
+            scalars |= {_of_boom(key, boom.name) if several else key: value for key, value in values.items()}
+            self._note_first_loss(boom)
+        return scalars
+
+    def take_events(self) -> Sequence[str]:
+        """What happened since the last call."""
+        events, self._events = self._events, []
+        return events
+
+    def summary(self) -> dict[str, Any]:
+        """Scores by boom."""
+        return {boom.name: boom.summary() for boom in self.booms}
+
+    def volume(self, of: Callable[[ContainmentReport], float]) -> float | None:
+        """Sum over the booms of a volume [m3] in their reports; None without booms."""
+        reports = [boom.report for boom in self.booms if boom.report is not None]
+        return sum(of(report) for report in reports) if reports else None
+
+    def lost_by_cause(self) -> dict[str, float]:
+        """Oil [m3] that booms lost, by cause; causes that took nothing are left out."""
+        causes: dict[str, float] = {}
+        for boom in self.booms:
+            for cause, volume in (boom.report.lost_by_cause if boom.report else {}).items():
+                if volume > 0.0:
+                    causes[cause] = causes.get(cause, 0.0) + volume
+        return causes
+
+    def _oil(self) -> tuple[Array, NDArray[np.uint32]]:
+        if not self._oils:
+            return np.zeros((0, 3)), np.zeros(0, np.uint32)
+        positions = [self._fluid.phase_positions(name) for name in self._oils]
+        ids = [self._fluid.phase_ids(name) for name in self._oils]
+        return np.concatenate(positions).astype(np.float64), np.concatenate(ids)
+
+    def _note_first_loss(self, boom: BoomScore) -> None:
+        speed = boom.first_loss_speed()
+        if speed is not None and boom.name not in self._leaked:
+            self._leaked.add(boom.name)
+            self._events.append(
+                f"boom {boom.name} loses oil for the first time, at {speed / KNOT:.2f} kn through the water"
+            )
+
+
+def _of_boom(key: str, boom: str) -> str:
+    """``metrics/oil_inside`` of one boom of several: ``metrics/main/oil_inside``."""
+    return key.replace("metrics/", f"metrics/{boom}/", 1)
