@@ -1,7 +1,8 @@
 """What can go wrong in a coupled run, as one exception a kind.
 
-`CouplingSetupError` is raised before anything moves and lists every problem at once. `CoSimulationError` is raised
-while the run goes on and names the participant and the simulated time; it is chained from its cause.
+`UnresolvedSolidError` tells of a solid that particles cannot see. `CouplingSetupError` is raised before anything moves and
+lists every problem at once. `CoSimulationError` is raised while the run goes on and names the participant and the simulated
+time; it is chained from its cause.
 """
 
 from __future__ import annotations
@@ -15,6 +16,10 @@ class CouplingSetupError(ValueError):
     def __init__(self, problems: Sequence[str]) -> None:
         self.problems = tuple(problems)
         super().__init__("; ".join(self.problems))
+
+
+class UnresolvedSolidError(ValueError):
+    """A solid too small for the fluid's particles to see."""
 
 
 class CoSimulationError(RuntimeError):

@@ -14,7 +14,7 @@ from coupling.motion import Motion
 
 Array = npt.NDArray[np.float64]
 
-MOVING = ("pose", "twist", "wrench", "applied_wrench", "reaction")
+MOVING = ("pose", "twist", "wrench", "applied_wrench", "reaction", "earlier_reaction")
 
 
 class RigidBodyState:
@@ -25,7 +25,7 @@ class RigidBodyState:
         twist: (B, 6) linear [m/s] and angular velocity [rad/s].
         wrench: (B, 6) of the fluid [N, N m].
         applied_wrench: (B, 6) of anything else that is known, gravity apart [N, N m].
-        reaction: (B, 6) of joints and contacts, mean over the last step [N, N m].
+        reaction: (B, 6) of joints and contacts, mean over the last step [N, N m]; earlier_reaction: over the one before.
         mass: (B,) [kg]; inertia: (B, 3, 3) along the body's axes [kg m2].
         is_free: (B,) whether the body moves by its forces.
     """
@@ -36,6 +36,7 @@ class RigidBodyState:
         self.wrench = np.zeros((0, 6))
         self.applied_wrench = np.zeros((0, 6))
         self.reaction = np.zeros((0, 6))
+        self.earlier_reaction = np.zeros((0, 6))
         self.mass = np.zeros(0)
         self.inertia = np.zeros((0, 3, 3))
         self.is_free = np.zeros(0, dtype=bool)
@@ -44,7 +45,7 @@ class RigidBodyState:
         """Add a row."""
         self.pose = np.vstack([self.pose, pose_of(start)])
         self.twist = np.vstack([self.twist, twist_of(start)])
-        for key in ("wrench", "applied_wrench", "reaction"):
+        for key in ("wrench", "applied_wrench", "reaction", "earlier_reaction"):
             setattr(self, key, np.vstack([getattr(self, key), np.zeros(6)]))
         self.mass = np.append(self.mass, properties.mass)
         self.inertia = np.concatenate([self.inertia, properties.inertia[None]])
@@ -96,9 +97,9 @@ class RigidBodyState:
     def free_acceleration(self, row: int, gravity: Array) -> Array:
         """(6,) d(twist)/dt of a free body from everything but the fluid [m/s2, rad/s2].
 
-        M^-1 (applied wrench + reaction of joints and contacts in the last step) + gravity, and - I^-1 omega x I omega.
+        M^-1 (applied wrench + lasting reaction of joints and contacts) + gravity, and - I^-1 omega x I omega.
         """
-        wrench = self.applied_wrench[row] + self.reaction[row]
+        wrench = self.applied_wrench[row] + steady(self.earlier_reaction[row], self.reaction[row])
         wrench[3:] -= self.gyroscopic_torque()[row]
         acceleration = self.inverse_mass(row) @ wrench
         acceleration[:3] += gravity
@@ -106,6 +107,7 @@ class RigidBodyState:
 
     def settle_reaction(self, momenta_before: Array, duration: float, gravity: Array) -> None:
         """Book what the known wrenches do not explain of the change of momentum as reaction of joints and contacts."""
+        self.earlier_reaction = self.reaction
         known = self.wrench + self.applied_wrench
         known[:, :3] += self.mass[:, None] * gravity
         self.reaction = (self.momenta() - momenta_before) / duration - known
@@ -122,6 +124,14 @@ class RigidBodyState:
         kinetic = 0.5 * np.einsum("bi,bi->b", self.momenta(), self.twist)
         potential = -self.mass * (self.pose[:, :3] @ gravity)
         return float((kinetic + potential)[self.is_free].sum())
+
+
+def steady(earlier: Array, later: Array) -> Array:
+    """What two successive values have in common: the smaller where they agree in sign, else 0.
+
+    A rope's pull passes; a blow that lasts one step does not, which the fluid would otherwise take for a lasting force.
+    """
+    return np.where(earlier * later > 0.0, np.sign(later) * np.minimum(np.abs(earlier), np.abs(later)), 0.0)
 
 
 def pose_of(motion: Motion) -> Array:

@@ -23,6 +23,7 @@ import trimesh
 from numba import njit
 from scipy.spatial import cKDTree
 
+from coupling.errors import UnresolvedSolidError
 from coupling.even_points import choose_evenly, push_apart
 from coupling.signed_distance import SignedDistance
 from oilsim.boundary import SAMPLING, BoundaryParticles, calibrate_volumes, lattice_wall_factor
@@ -89,7 +90,7 @@ def sample_surface(
 ) -> SurfaceSampling:
     """Sample a closed mesh for particles of spacing d [m]; parts thinner than `minimum_thickness` (d) count as that thick.
 
-    ValueError for a spacing or thickness that is not above 0, or a solid smaller than a particle.
+    ValueError for an impossible spacing or thickness, UnresolvedSolidError for a solid smaller than a particle.
     """
     spacing = particle_spacing
     thickness = spacing if minimum_thickness is None else minimum_thickness
@@ -101,7 +102,7 @@ def sample_surface(
     layer = _find_layer(mesh, solid, spacing)
     count = round(layer.area / (SAMPLING * spacing) ** 2)
     if count < 4:
-        raise ValueError(f"mesh of size {mesh.extents} m is too small for particles of {spacing} m")
+        raise UnresolvedSolidError(f"mesh of size {mesh.extents} m is too small for particles of {spacing} m")
     position = _spread(solid, layer, count, spacing)
     swollen = _SwollenSolid(solid, layer.middle, 0.5 * thickness)
     probe = _probes(swollen, position, spacing)

@@ -1,0 +1,223 @@
+"""The fluid in pybullet worlds that know nothing of it: shapes read right, impulses exact, settings untouched."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Iterator
+
+import numpy as np
+import pybullet
+import pybullet_data
+import pytest
+from scipy.spatial.transform import Rotation
+
+from coupling.plugin import FluidWorld, attach_fluid
+from coupling.pybullet_shapes import link_mesh
+from oilsim.boundary import tank_walls
+from oilsim.config import FluidConfig
+from oilsim.initial_conditions import block
+from oilsim.phases import Phase
+from oilsim.solver import Fluid
+
+GRAVITY = 9.81
+
+
+@pytest.fixture
+def client() -> Iterator[int]:
+    identifier = pybullet.connect(pybullet.DIRECT)
+    pybullet.setAdditionalSearchPath(pybullet_data.getDataPath(), physicsClientId=identifier)
+    yield identifier
+    pybullet.disconnect(identifier)
+
+
+def pool(spacing: float, side: float, depth: float) -> Fluid:
+    """A square tank of water on the ground, centred on the z axis."""
+    half = 0.5 * side
+    config = FluidConfig(
+        particle_spacing=spacing,
+        phases=(Phase(name="water", rest_density=1000.0),),
+        lower=(-side, -side, -side),
+        upper=(side, side, 3.0 * side),
+    )
+    fluid = Fluid(config, threads=1)
+    sides = ("-x", "+x", "-y", "+y", "-z")
+    fluid.add_boundary(tank_walls((-half, -half, 0.0), (half, half, 2.0 * side), spacing, sides=sides))
+    fluid.add_particles(block((-half, -half, 0.0), (half, half, depth), spacing), phase="water")
+    return fluid
+
+
+def links(body: int, client: int) -> range:
+    return range(-1, pybullet.getNumJoints(body, physicsClientId=client))
+
+
+@pytest.mark.parametrize(
+    "urdf", ["cube_small.urdf", "sphere2.urdf", "duck_vhacd.urdf", "teddy_vhacd.urdf", "r2d2.urdf", "block.urdf"]
+)
+def test_solids_of_urdf_links_fill_their_bounding_boxes(client: int, urdf: str) -> None:
+    # an axis-aligned box that pybullet reports about each link, plus its collision margins
+    body = pybullet.loadURDF(urdf, physicsClientId=client)
+    found = 0
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        meshes = {link: link_mesh(client, body, link) for link in links(body, client)}
+    for link, mesh in meshes.items():
+        if mesh is None:
+            continue
+        found += 1
+        if link < 0:
+            position, orientation = pybullet.getBasePositionAndOrientation(body, physicsClientId=client)
+        else:
+            position, orientation = pybullet.getLinkState(body, link, physicsClientId=client)[:2]
+        vertices = Rotation.from_quat(orientation).apply(mesh.vertices) + position
+        low, high = pybullet.getAABB(body, link, physicsClientId=client)
+        size = float(np.max(mesh.extents))
+        # pybullet's box is loose for turned compounds: ours lies within, and touches it where the link is not turned
+        slack = 0.02 * size + 0.005
+        assert (vertices.min(axis=0) > np.array(low) - slack).all() and (
+            vertices.max(axis=0) < np.array(high) + slack
+        ).all()
+        if np.allclose(np.abs(orientation), (0, 0, 0, 1), atol=1e-6):
+            tight = 0.12 * size + 0.005
+            np.testing.assert_allclose(vertices.min(axis=0), low, atol=tight)
+            np.testing.assert_allclose(vertices.max(axis=0), high, atol=tight)
+    assert found >= (10 if urdf == "r2d2.urdf" else 1)
+
+
+def test_primitives_keep_size_and_place_about_the_centre_of_mass(client: int) -> None:
+    shapes = {
+        "cylinder": (
+            pybullet.createCollisionShape(pybullet.GEOM_CYLINDER, radius=0.2, height=0.6, physicsClientId=client),
+            math.pi * 0.04 * 0.6,
+        ),
+        "capsule": (
+            pybullet.createCollisionShape(pybullet.GEOM_CAPSULE, radius=0.2, height=0.6, physicsClientId=client),
+            math.pi * 0.04 * (0.6 + 0.8 / 3.0),
+        ),
+        "box": (
+            pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=[0.1, 0.2, 0.3], physicsClientId=client),
+            0.048,
+        ),
+        "hull": (
+            pybullet.createCollisionShape(
+                pybullet.GEOM_MESH,
+                vertices=[[x, y, z] for x in (-0.1, 0.1) for y in (-0.2, 0.2) for z in (-0.3, 0.3)],
+                physicsClientId=client,
+            ),
+            0.048,
+        ),
+    }
+    for name, (shape, volume) in shapes.items():
+        body = pybullet.createMultiBody(1.0, shape, baseInertialFramePosition=[0.05, 0.0, -0.1], physicsClientId=client)
+        mesh = link_mesh(client, body, -1)
+        assert mesh is not None
+        assert float(mesh.volume) == pytest.approx(volume, rel=1e-3), name
+        np.testing.assert_allclose(mesh.center_mass, (-0.05, 0.0, 0.1), atol=2e-3, err_msg=name)
+
+
+def test_mesh_file_is_scaled(client: int) -> None:
+    whole = link_mesh(client, pybullet.loadURDF("duck_vhacd.urdf", physicsClientId=client), -1)
+    twice = link_mesh(client, pybullet.loadURDF("duck_vhacd.urdf", globalScaling=2.0, physicsClientId=client), -1)
+    assert whole is not None and twice is not None
+    np.testing.assert_allclose(twice.extents, 2.0 * np.asarray(whole.extents), rtol=1e-6)
+
+
+def floating_cube(client: int, fluid: Fluid, height: float) -> tuple[FluidWorld, int]:
+    body = pybullet.loadURDF("cube_small.urdf", [0.0, 0.0, height], physicsClientId=client)
+    pybullet.changeDynamics(body, -1, linearDamping=0.0, angularDamping=0.0, physicsClientId=client)
+    pybullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=client)
+    return attach_fluid(client, fluid, [body]), body
+
+
+@pytest.mark.parametrize("sub_steps", [0, 4])
+def test_impulse_of_the_fluid_reaches_the_body_whole(client: int, sub_steps: int) -> None:
+    # m (v_1 - v_0) = (F + m g) H for every step, however many sub-steps pybullet takes
+    pybullet.setPhysicsEngineParameter(numSubSteps=sub_steps, physicsClientId=client)
+    world, body = floating_cube(client, pool(0.0125, 0.15, 0.075), 0.102)
+    mass = pybullet.getDynamicsInfo(body, -1, physicsClientId=client)[0]
+    lifted = False
+    for _ in range(20):
+        before = np.array(pybullet.getBaseVelocity(body, physicsClientId=client)[0])
+        world.step()
+        after = np.array(pybullet.getBaseVelocity(body, physicsClientId=client)[0])
+        force = world.wrench(body)[:3]
+        expected = (force + np.array((0.0, 0.0, -mass * GRAVITY))) / 240.0
+        np.testing.assert_allclose(mass * (after - before), expected, atol=1e-9)
+        lifted |= force[2] > 0.2 * mass * GRAVITY
+    assert lifted
+    assert world.fluid.time == pytest.approx(20.0 / 240.0)
+
+
+def test_settings_of_the_client_stay_as_they_are(client: int) -> None:
+    world, body = floating_cube(client, pool(0.0125, 0.15, 0.05), 0.2)
+    pybullet.setTimeStep(1.0 / 120.0, physicsClientId=client)
+    before = pybullet.getPhysicsEngineParameters(physicsClientId=client)
+    dynamics = pybullet.getDynamicsInfo(body, -1, physicsClientId=client)
+    world.step()
+    assert pybullet.getPhysicsEngineParameters(physicsClientId=client) == before
+    assert pybullet.getDynamicsInfo(body, -1, physicsClientId=client) == dynamics
+    assert world.fluid.time == pytest.approx(1.0 / 120.0)
+
+
+def test_dry_bodies_move_as_without_a_fluid_in_two_clients_at_once(client: int) -> None:
+    other = pybullet.connect(pybullet.DIRECT)
+    pybullet.setAdditionalSearchPath(pybullet_data.getDataPath(), physicsClientId=other)
+    try:
+        worlds = [floating_cube(each, pool(0.0125, 0.1, 0.025), 1.0) for each in (client, other)]
+        for _ in range(12):
+            worlds[0][0].step()
+        fallen, still = (
+            pybullet.getBasePositionAndOrientation(body, physicsClientId=each)[0][2]
+            for each, (_, body) in zip((client, other), worlds, strict=True)
+        )
+        assert fallen == pytest.approx(1.0 - GRAVITY / 240.0**2 * 78.0)
+        assert still == 1.0
+    finally:
+        pybullet.disconnect(other)
+
+
+def test_default_damping_is_told_once_with_its_mending(client: int) -> None:
+    body = pybullet.loadURDF("cube_small.urdf", [0.0, 0.0, 3.0], physicsClientId=client)
+    pybullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=client)
+    world = attach_fluid(client, pool(0.0125, 0.1, 0.025), [body])
+    with pytest.warns(UserWarning, match=r"default damping .* changeDynamics\(0, link, linearDamping=0") as told:
+        for _ in range(10):
+            world.step()
+    assert len(told) == 1
+
+
+def test_inertia_of_a_bounding_box_is_told(client: int) -> None:
+    points = np.random.default_rng(0).normal(size=(60, 3))
+    points *= 0.1 / np.linalg.norm(points, axis=1, keepdims=True)
+    shape = pybullet.createCollisionShape(pybullet.GEOM_MESH, vertices=points.tolist(), physicsClientId=client)
+    body = pybullet.createMultiBody(2.0, shape, physicsClientId=client)
+    with pytest.warns(UserWarning, match="inertia of its bounding box"):
+        attach_fluid(client, pool(0.04, 0.2, 0.08), [body])
+
+
+def test_many_links_and_bodies_that_come_and_go(client: int) -> None:
+    fluid = pool(0.05, 0.4, 0.1)
+    robot = pybullet.loadURDF("r2d2.urdf", [0.0, 0.0, 2.0], useFixedBase=True, physicsClientId=client)
+    world = attach_fluid(client, fluid, [])
+    before = fluid.boundary_count
+    with pytest.warns(UserWarning, match="link 9 does not meet the fluid: .* too small for particles"):
+        world.add_body(robot)
+    assert fluid.boundary_count > before + 200
+    world.step()
+    assert not world.wrench(robot).any()
+    world.remove_body(robot)
+    pybullet.removeBody(robot, physicsClientId=client)
+    assert fluid.boundary_count == before
+    world.step()
+
+
+def test_bodies_without_a_solid_are_refused(client: int) -> None:
+    nothing = pybullet.createMultiBody(1.0, physicsClientId=client)
+    world = attach_fluid(client, pool(0.05, 0.2, 0.05), [])
+    with pytest.raises(ValueError, match=f"body {nothing} has no collision shape"):
+        world.add_body(nothing)
+    ground = pybullet.createMultiBody(
+        0.0, pybullet.createCollisionShape(pybullet.GEOM_PLANE, physicsClientId=client), physicsClientId=client
+    )
+    with pytest.raises(ValueError, match=rf"body {ground} .* of kind {pybullet.GEOM_PLANE}, allowed: box, sphere"):
+        world.add_body(ground)
