@@ -2,48 +2,40 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import rerun.blueprint as rrb
 
 from recordings import entity_paths
 from recordings.frame import CameraView, RunDescription
+from recordings.plots import WORKINGS, plots_with_series
 
-USUAL_PLOTS: dict[str, tuple[str, ...]] = {
-    "Oil [m³]": ("oil_inside", "oil_outside", "oil_lost/**"),
-    "Tow tension [N]": ("tow_tension/**",),
-    "Probes": ("probes/**",),
-    "Kinetic energy [J]": ("kinetic_energy",),
-    "Iterations per step": ("iterations_density", "iterations_divergence", "iterations_viscosity"),
-    "Density error [-]": ("density_error",),
-    "Time step [s]": ("time_step",),
-    "Real-time factor [-]": ("real_time_factor",),
-}
-_STORY_PLOTS = 3
 _BACKGROUND = (224, 233, 240)
 
 
-def run_blueprint(run: RunDescription) -> rrb.Blueprint:
-    """The opening layout of a recording of ``run``."""
-    plots = [
-        rrb.TimeSeriesView(origin="/", contents=[f"/{entity_paths.scalar(name)}" for name in names], name=title)
-        for title, names in (run.plots or USUAL_PLOTS).items()
-    ]
-    story, workings = (plots, []) if run.plots else (plots[:_STORY_PLOTS], plots[_STORY_PLOTS:])
-    tabs = [rrb.Vertical(*story, name="Exercise")]
-    if workings:
-        tabs.append(rrb.Vertical(*workings, name="Solver"))
+def run_blueprint(run: RunDescription, scalars: Collection[str]) -> rrb.Blueprint:
+    """The opening layout of a recording of ``run``, with diagrams of those series that are recorded."""
+    tabs = []
+    chosen = plots_with_series(run.plots, [entity_paths.scalar_name(entity_paths.scalar(name)) for name in scalars])
+    for title, workings in (("Exercise", False), ("Solver", True)):
+        views = [_plot(plot, names) for plot, names in chosen.items() if (plot in WORKINGS) == workings]
+        if views:
+            tabs.append(rrb.Vertical(*views, name=title))
     events = rrb.TextLogView(origin=f"/{entity_paths.EVENTS}", name="Events")
+    beside = rrb.Vertical(rrb.Tabs(*tabs), events, row_shares=[3, 1]) if tabs else events
     return rrb.Blueprint(
-        rrb.Horizontal(
-            _scene(run),
-            rrb.Vertical(rrb.Tabs(*tabs), events, row_shares=[3, 1]),
-            column_shares=[5, 2],
-        ),
+        rrb.Horizontal(_scene(run), beside, column_shares=[5, 2]),
         rrb.TimePanel(timeline=entity_paths.TIMELINE_TIME, state="collapsed", playback_speed=1.0, play_state="paused"),
         rrb.BlueprintPanel(state="collapsed"),
         rrb.SelectionPanel(state="collapsed"),
         auto_views=False,
         auto_layout=False,
     )
+
+
+def _plot(title: str, names: Collection[str]) -> rrb.TimeSeriesView:
+    """One diagram of some series."""
+    return rrb.TimeSeriesView(origin="/", contents=[f"/{entity_paths.scalar(name)}" for name in names], name=title)
 
 
 def _scene(run: RunDescription) -> rrb.Spatial3DView:

@@ -81,7 +81,7 @@ class LiveView:
         """Connect, and pass on one frame after another until told to stop."""
         from recordings.rerun_sink import RerunWriter, connect_stream
 
-        stream = connect_stream(self._address or self._start_viewer(), recording_id, run)
+        stream = connect_stream(self._address or self._start_viewer(), recording_id)
         writer = RerunWriter(stream)
         writer.write_run(run, {})
         while not (self._stopping.is_set() and self._samples.empty()):

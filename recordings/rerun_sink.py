@@ -44,11 +44,14 @@ class RerunWriter:
     def __init__(self, stream: rr.RecordingStream) -> None:
         """Write to ``stream``, which the caller has connected to a file or a viewer."""
         self._stream = stream
+        self._run: RunDescription | None = None
+        self._shown_scalars: set[str] = set()
         self._arrows = ForceArrows()
         self._last_ids: dict[str, npt.NDArray[np.uint32]] = {}
 
     def write_run(self, run: RunDescription, terms: Mapping[str, float]) -> None:
         """Write what does not change: properties, colours, boundaries and meshes."""
+        self._run = run
         density = max((phase.rest_density for phase in run.phases), default=1000.0)
         self._arrows = ForceArrows(run.meshes, density)
         self._write_properties(run, terms)
@@ -68,6 +71,7 @@ class RerunWriter:
             self._write_phase(name, [sample for sample in samples if name in sample.phases])
         for name in _names(sample.bodies for sample in samples):
             self._write_body(name, [sample for sample in samples if name in sample.bodies])
+        self._lay_out(set(_names(sample.scalars for sample in samples)))
         for name in _names(sample.scalars for sample in samples):
             having = [sample for sample in samples if name in sample.scalars]
             values = np.array([sample.scalars[name] for sample in having], dtype=np.float64)
@@ -88,6 +92,12 @@ class RerunWriter:
         """Write why the run ended."""
         self._stream.send_property("end", rr.AnyValues(reason=reason))
 
+    def _lay_out(self, scalars: set[str]) -> None:
+        """Tell the viewer how to open the recording, as soon as it is known which series there are."""
+        if self._run is not None and (not self._shown_scalars or scalars - self._shown_scalars):
+            self._shown_scalars |= scalars
+            self._stream.send_blueprint(run_blueprint(self._run, sorted(self._shown_scalars)))
+
     def _write_properties(self, run: RunDescription, terms: Mapping[str, float]) -> None:
         """Write scenario, versions and the terms of this recording where the viewer and `replay` look for them."""
         self._stream.send_recording_name(run.name)
@@ -105,8 +115,8 @@ class RerunWriter:
         self._static(entity_paths.boundary(name), look)
         if len(points):
             lower, upper = points.min(axis=0), points.max(axis=0)
-            box = rr.Boxes3D(mins=[lower], sizes=[upper - lower], colors=[palette.WALL], radii=[0.15 * spacing])
-            self._static(entity_paths.outline(name), box)
+            edges = rr.LineStrips3D(_box_edges(lower, upper), colors=[palette.WALL], radii=[0.12 * spacing])
+            self._static(entity_paths.outline(name), edges)
 
     def _write_mesh(self, name: str, mesh: MeshDescription) -> None:
         """Write a body's triangles; its pose follows frame by frame."""
@@ -180,7 +190,7 @@ class RerunFile:
         self._block = Block()
         self._stream = open_stream(self.recording_id)
         try:
-            self._stream.save(path, default_blueprint=run_blueprint(run))
+            self._stream.save(path)
         except RuntimeError as error:
             raise RecordingError(path, f"cannot be written: {error}") from error
         self._writer = RerunWriter(self._stream)
@@ -250,10 +260,10 @@ def open_stream(recording_id: str) -> rr.RecordingStream:
     return stream
 
 
-def connect_stream(address: str, recording_id: str, run: RunDescription) -> rr.RecordingStream:
+def connect_stream(address: str, recording_id: str) -> rr.RecordingStream:
     """A stream to the viewer at ``address``."""
     stream = open_stream(recording_id)
-    stream.connect_grpc(address, default_blueprint=run_blueprint(run))
+    stream.connect_grpc(address)
     return stream
 
 
@@ -265,6 +275,16 @@ def _why(path: Path, error: RuntimeError) -> str:
     except OSError as refused:
         return refused.strerror or str(refused)
     return str(error)
+
+
+def _box_edges(lower: npt.NDArray[np.float32], upper: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+    """The twelve edges of a box, (12, 2, 3)."""
+    bits = [(first, second, axis) for axis in range(3) for first in (0, 1) for second in (0, 1)]
+    edges = []
+    for first, second, axis in bits:
+        corner = np.insert(np.array([first, second], dtype=np.float32), axis, 0.0)
+        edges.append([corner, np.insert(np.array([first, second], dtype=np.float32), axis, 1.0)])
+    return np.array(lower + (upper - lower) * np.array(edges), dtype=np.float32)
 
 
 def _names(mappings: Iterable[Mapping[str, object]]) -> list[str]:
