@@ -27,9 +27,10 @@ from scenarios.build_fluid import build_fluid, fill_positions, horizontal, water
 from scenarios.fleet import Fleet, body_of, place_fleet
 from scenarios.portrayal import FramePainter, Wrench, describe_run
 from scenarios.probes import BodyProbe
+from scenarios.problems import problems_of
 from scenarios.scenario import Scenario
 from scenarios.scoring import Scoring
-from scenarios.solids import Solid, own_solids, vector
+from scenarios.solids import Solid, own_solids, table_entry, vector
 from vessels.control import VesselControl
 
 FLUID, BODIES = "fluid", "bodies"
@@ -91,7 +92,8 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
     fleet = place_fleet(scenario, level)
     solids = (*own_solids(scenario), *fleet.solids)
     positions = fill_positions(scenario, [solid.world_mesh() for solid in solids if solid.wetted])
-    fluid, tank = build_fluid(scenario, positions)
+    with problems_of("fluid", "cannot be made"):
+        fluid, tank = build_fluid(scenario, positions)
     coupled = _coupled(scenario, solids)
     handles = _wet(fluid, solids, coupled)
     world = _world(scenario, solids, fleet) if coupled else None
@@ -147,7 +149,8 @@ def _wet(fluid: Fluid, solids: Sequence[Solid], coupled: Sequence[str]) -> dict[
             continue
         mesh = solid.placed.mesh
         if id(mesh) not in samplings:
-            samplings[id(mesh)] = sample_surface(mesh, fluid.config.particle_spacing)
+            with problems_of(table_entry(solid.name), "cannot be sampled with particles"):
+                samplings[id(mesh)] = sample_surface(mesh, fluid.config.particle_spacing)
         surface = particles_of(solid.name, samplings[id(mesh)], no_slip=solid.no_slip)
         if solid.name not in coupled:
             rotation = Rotation.from_quat(solid.placed.orientation)

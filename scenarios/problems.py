@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 
@@ -48,3 +49,14 @@ def unknown(word: str, allowed: Iterable[str], what: str) -> str:
     words = list(allowed)
     hint = suggestion(word, words)
     return f"is no {what}{hint}{' ' if hint else ', '}allowed: {', '.join(words) if words else 'none is defined'}"
+
+
+@contextmanager
+def problems_of(path: str, failing: str) -> Iterator[None]:
+    """Turn a refusal by what a scenario is built from into a problem at `path`: ``bodies.rock cannot be sampled: ...``."""
+    try:
+        yield
+    except ScenarioError:
+        raise
+    except (ValueError, OSError) as cause:
+        raise ScenarioError([Problem(path, f"{failing}: {cause}")]) from cause

@@ -60,6 +60,13 @@ def vector(array: Array) -> Vector:
     return x, y, z
 
 
+def table_entry(body: str) -> str:
+    """Where a body of the run stands in the scenario: ``bodies.rock``, ``vessels.port``, ``booms.main``."""
+    group, _, rest = body.partition("/")
+    tables = {"vessels": "vessels", "boom": "booms"}
+    return f"{tables[group]}.{rest.partition('/')[0]}" if group in tables and rest else f"bodies.{body}"
+
+
 def own_solids(scenario: Scenario) -> tuple[Solid, ...]:
     """The bodies of the [bodies] table; ScenarioError names each mesh that cannot be used."""
     solids: list[Solid] = []

@@ -1,0 +1,98 @@
+"""The `oilsim` command: what it prints, its exit codes, and what it does not import."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from scenarios.cli import main
+from scenarios.load import library_paths
+
+QUICK = ["--set", "fluid.particle_spacing=0.1", "--set", "run.duration=0.02", "--threads", "1"]
+
+
+def test_list_names_every_scenario_and_oil(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["list"]) == 0
+    text = capsys.readouterr().out
+    assert all(name in text for name in library_paths())
+    assert "bunker-c" in text
+
+
+@pytest.mark.parametrize("name", sorted(library_paths()))
+def test_check_says_what_a_scenario_costs(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["check", name, "--demo"]) == 0
+    text = capsys.readouterr().out
+    assert "memory" in text
+    assert "threads" in text
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["check", "no-such-scenario"],
+        ["check", "calm-spread", "--set", "fluid.particle_spacing=-1"],
+        ["run", "calm-spread", "--no-record", "--until", "-1"],
+        ["run", "calm-spread", "--no-record", "--threads", "0"],
+        ["run", "calm-spread", "--no-record", "--picture", "x.png"],
+        ["run", "calm-spread", "--no-record", "--live"],
+        ["run", "calm-spread", "--record", "no/such/folder/x.rrd"],
+        ["replay", "no-such-file.rrd"],
+    ],
+)
+def test_bad_input_ends_with_2_and_says_what_is_allowed(
+    arguments: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(arguments) == 2
+    said = capsys.readouterr().err
+    assert "allowed" in said or "no such file" in said
+
+
+def test_unknown_option_ends_with_2() -> None:
+    with pytest.raises(SystemExit) as caught:
+        main(["run", "calm-spread", "--recrod", "x.rrd"])
+    assert caught.value.code == 2
+
+
+def test_all_problems_of_a_file_are_printed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "bad.toml"
+    file.write_text('name = "bad"\n[run]\nduration = -1\n[fluid]\nparticle_spacing = "x"\n[phases]\n[tank]\n')
+    assert main(["check", str(file)]) == 2
+    said = capsys.readouterr().err
+    for path in ("run.duration", "fluid.particle_spacing", "tank.lower", "tank.upper", "phases"):
+        assert path in said
+
+
+def test_run_leaves_recording_summary_and_picture(tmp_path: Path) -> None:
+    record, summary, picture = (tmp_path / f"run.{suffix}" for suffix in ("rrd", "json", "png"))
+    files = ["--record", str(record), "--summary", str(summary), "--picture", str(picture)]
+    assert main(["run", "two-layer", *QUICK, *files]) == 0
+    result = json.loads(summary.read_text())
+    assert result["ended"] == "completed"
+    assert result["simulated_s"] == pytest.approx(0.02)
+    assert result["overrides"] == ["fluid.particle_spacing=0.1", "run.duration=0.02", "run.threads=1"]
+    assert record.stat().st_size > 10_000
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_recording_is_named_after_the_scenario(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["run", "two-layer", *QUICK]) == 0
+    assert (tmp_path / "two-layer.rrd").is_file()
+
+
+def test_run_without_recording_imports_no_rerun_and_check_no_solver() -> None:
+    """In a fresh interpreter: listing and checking load neither numba nor pybullet, and an unrecorded run no rerun."""
+    code = f"""
+import sys
+from scenarios.cli import main
+assert main(["check", "calm-spread"]) == 0
+assert not {{"rerun", "numba", "pybullet", "trimesh"}} & set(sys.modules), "check loads what it does not need"
+assert main(["run", "two-layer", "--no-record", *{QUICK!r}]) == 0
+assert "rerun" not in sys.modules, "an unrecorded run loads rerun"
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
