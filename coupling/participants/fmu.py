@@ -1,0 +1,277 @@
+"""An FMU for co-simulation, FMI 2 or 3, as a participant.
+
+Its inputs, outputs and parameters keep their names. A number is an array of shape (1,), so that it connects to a joint's
+tension; the elements of an FMI 2 array, named `wrench[1]` to `wrench[6]`, are one variable `wrench` of shape (6,); an FMI 3
+array has its own shape. Units are those of the model description with the dot of a product written as a space ("N m"), "1"
+where it names none; elements of mixed units name each once ("N, N m"). Integers and booleans travel as numbers.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import shutil
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import numpy.typing as npt
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import FMU2Slave, fmi2LastSuccessfulTime
+from fmpy.fmi3 import FMU3Slave
+from fmpy.model_description import ModelDescription, ModelVariable, read_model_description
+
+from coupling.participant import Causality, Status, StepResult, Variable, checked_value, variable_table
+
+Array = npt.NDArray[np.float64]
+
+DISCARD_STATUS = 2  # fmi2Discard, fmi3Discard
+ELEMENT = re.compile(r"^(?P<name>.+)\[(?P<index>\d+)\]$")
+NUMBERS = {"Real", "Integer", "Enumeration", "Boolean", "Float64", "Float32"} | {
+    f"{sign}Int{bits}" for sign in ("", "U") for bits in (8, 16, 32, 64)
+}
+ACCESS = {"Enumeration": "Integer"}  # kinds read and written as another kind in FMI 2
+
+
+class FmuParticipant:
+    """Runs one FMU; it is unpacked when the run begins and thrown away when it ends."""
+
+    def __init__(self, name: str, path: str | Path, start_values: Mapping[str, float | bool] | None = None) -> None:
+        """`start_values` sets parameters and initial inputs by name.
+
+        FileNotFoundError for a missing file; ValueError, with every problem at once, for one that is no FMU, has no
+        co-simulation or no binary for this platform, or for start values that it does not know.
+        """
+        self._name = name
+        self._path = Path(path)
+        self._description = _read(self._path)
+        self._members = _group(self._description)
+        self._variables = variable_table(_declare(key, members) for key, members in self._members.items())
+        self._start_values = {
+            key: checked_value(
+                name, self._variables, key, np.resize(np.asarray(value, dtype=np.float64), self._variables[key].shape)
+            )
+            for key, value in self._checked_start_values(start_values or {}).items()
+        }
+        self._folder: str | None = None
+        self._fmu: FMU2Slave | FMU3Slave | None = None
+        self._is_initialized = False
+        self._handles: list[object] = []
+
+    @property
+    def name(self) -> str:
+        """See `Participant`."""
+        return self._name
+
+    @property
+    def variables(self) -> Mapping[str, Variable]:
+        """See the module."""
+        return self._variables
+
+    def enter_initialization_mode(self, start_time: float) -> None:
+        """Unpack, instantiate, set start values, and compute initial outputs."""
+        description = self._description
+        self._folder = tempfile.mkdtemp(prefix="oilsim-fmu-")
+        fmpy.extract(str(self._path), self._folder)
+        kind = FMU2Slave if description.fmiVersion.startswith("2") else FMU3Slave
+        self._fmu = kind(
+            guid=description.guid,
+            unzipDirectory=self._folder,
+            modelIdentifier=description.coSimulation.modelIdentifier,
+            instanceName=self._name,
+        )
+        if isinstance(self._fmu, FMU3Slave):
+            self._fmu.instantiate(earlyReturnAllowed=True)
+        else:
+            self._fmu.instantiate()
+            self._fmu.setupExperiment(startTime=start_time)
+        for key, value in self._start_values.items():
+            self._write(key, value)
+        if isinstance(self._fmu, FMU3Slave):
+            self._fmu.enterInitializationMode(startTime=start_time)
+        else:
+            self._fmu.enterInitializationMode()
+
+    def exit_initialization_mode(self) -> None:
+        """Initial inputs are set."""
+        self._running().exitInitializationMode()
+        self._is_initialized = True
+
+    def get(self, name: str) -> Array:
+        """A fresh copy of a variable."""
+        if name not in self._variables:
+            raise ValueError(f"{self._name!r} has no variable {name!r}, allowed: {', '.join(self._variables)}")
+        members = self._members[name]
+        values = getattr(self._running(), f"get{_kind(members[0])}")(
+            [member.valueReference for member in members], **self._count(name)
+        )
+        return np.array(values, dtype=np.float64).reshape(self._variables[name].shape)
+
+    def set(self, name: str, value: Array) -> None:
+        """Set an input, or a parameter before the run."""
+        self._write(name, checked_value(self._name, self._variables, name, value))
+
+    def do_step(self, time: float, step_size: float) -> StepResult:
+        """One `doStep`; early return, discard and a wish to end are passed on."""
+        fmu = self._running()
+        try:
+            result = fmu.doStep(time, step_size)
+        except FMICallException as failure:
+            if failure.status != DISCARD_STATUS:
+                self._forget()  # the standard forbids any further call after a fatal error
+                return StepResult(Status.ERROR, time, str(failure))
+            reached = time if isinstance(fmu, FMU3Slave) else fmu.getRealStatus(fmi2LastSuccessfulTime)
+            return StepResult(Status.DISCARD, float(reached), str(failure))
+        if result is None:
+            return StepResult(Status.OK, time + step_size)
+        _, wants_end, is_early, reached = result
+        if wants_end:
+            return StepResult(Status.ERROR, reached, f"{self._path.name} asked to end the run")
+        return StepResult(Status.EARLY_RETURN if is_early else Status.OK, reached if is_early else time + step_size)
+
+    def save_state(self) -> object:
+        """The FMU's state: bytes if it can be serialised, else a handle that is good until the run ends.
+
+        NotImplementedError if the FMU cannot save its state.
+        """
+        interface = self._description.coSimulation
+        if not interface.canGetAndSetFMUstate:
+            raise NotImplementedError(f"{self._name!r}: {self._path.name} cannot save its state")
+        fmu = self._running()
+        handle = fmu.getFMUState()
+        if not interface.canSerializeFMUstate:
+            self._handles.append(handle)
+            return handle
+        try:
+            return bytes(fmu.serializeFMUState(handle))
+        finally:
+            fmu.freeFMUState(handle)
+
+    def restore_state(self, state: object) -> None:
+        """Back to what `save_state` returned."""
+        fmu = self._running()
+        if any(state is handle for handle in self._handles):
+            fmu.setFMUState(state)
+            return
+        if not isinstance(state, bytes):
+            raise TypeError(f"{self._name!r}: restore_state wants what save_state returned, not {type(state).__name__}")
+        handle = fmu.deserializeFMUState(state)
+        try:
+            fmu.setFMUState(handle)
+        finally:
+            fmu.freeFMUState(handle)
+
+    def terminate(self) -> None:
+        """Terminate and free the instance, and remove what was unpacked."""
+        try:
+            if self._fmu is not None:
+                for handle in self._handles:
+                    self._fmu.freeFMUState(handle)
+                if self._is_initialized:
+                    self._fmu.terminate()
+                self._fmu.freeInstance()
+        finally:
+            self._forget()
+
+    def _forget(self) -> None:
+        """Let go of the instance without a further call to it, and remove what was unpacked."""
+        if self._folder is not None:
+            shutil.rmtree(self._folder, ignore_errors=True)
+        self._fmu, self._folder, self._is_initialized = None, None, False
+        self._handles.clear()
+
+    def _running(self) -> FMU2Slave | FMU3Slave:
+        if self._fmu is None:
+            raise RuntimeError(
+                f"{self._name!r} is not running, allowed: between enter_initialization_mode and terminate"
+            )
+        return self._fmu
+
+    def _count(self, name: str) -> dict[str, int]:
+        """FMI 3 wants to know how many numbers an array holds."""
+        is_three = isinstance(self._fmu, FMU3Slave)
+        return {"nValues": int(np.prod(self._variables[name].shape))} if is_three else {}
+
+    def _write(self, name: str, value: Array) -> None:
+        members = self._members[name]
+        kind = _kind(members[0])
+        numbers = value.ravel().tolist()
+        if kind not in ("Real", "Float64", "Float32"):
+            numbers = [bool(number) if kind == "Boolean" else round(number) for number in numbers]
+        getattr(self._running(), f"set{kind}")([member.valueReference for member in members], numbers)
+
+    def _checked_start_values(self, start_values: Mapping[str, float | bool]) -> Mapping[str, float | bool]:
+        allowed = [key for key, variable in self._variables.items() if variable.causality is not Causality.OUTPUT]
+        problems = [
+            f"{self._name!r} has no parameter or input {key!r}, allowed: {', '.join(allowed) or 'none'}"
+            for key in start_values
+            if key not in allowed
+        ]
+        if problems:
+            raise ValueError("; ".join(problems))
+        return start_values
+
+
+def _read(path: Path) -> ModelDescription:
+    """The model description of an FMU that can run here."""
+    if not path.is_file():
+        raise FileNotFoundError(f"FMU {path} does not exist")
+    try:
+        description = read_model_description(str(path), validate=False)
+    except Exception as cause:
+        raise ValueError(f"{path} is no FMU: {cause}") from cause
+    problems = []
+    if description.fmiVersion.split(".")[0] not in ("2", "3"):
+        problems.append(f"is of FMI {description.fmiVersion}, allowed: 2 or 3")
+    if description.coSimulation is None:
+        problems.append("has no co-simulation interface")
+    platforms = fmpy.supported_platforms(str(path))
+    if fmpy.platform not in platforms:
+        problems.append(f"has binaries for {', '.join(platforms) or 'no platform'}, needed: {fmpy.platform}")
+    if problems:
+        raise ValueError(f"FMU {path} " + "; ".join(problems))
+    return description
+
+
+def _kind(variable: ModelVariable) -> str:
+    """What comes after `get` and `set` in the interface's calls."""
+    return str(ACCESS.get(variable.type, variable.type))
+
+
+def _group(description: ModelDescription) -> dict[str, list[ModelVariable]]:
+    """Numeric inputs, outputs and parameters by name, elements of one FMI 2 array together and in order."""
+    offered = [
+        variable
+        for variable in description.modelVariables
+        if variable.causality in ("input", "output", "parameter") and variable.type in NUMBERS
+    ]
+
+    def place(variable: ModelVariable) -> tuple[str, int]:
+        match = ELEMENT.match(variable.name)
+        return (match["name"], int(match["index"])) if match else (variable.name, 0)
+
+    groups: dict[str, list[ModelVariable]] = {}
+    for variable in offered:
+        groups.setdefault(place(variable)[0], []).append(variable)
+    result: dict[str, list[ModelVariable]] = {}
+    for name, members in groups.items():
+        members.sort(key=lambda member: place(member)[1])
+        alike = len({(member.type, member.causality) for member in members}) == 1
+        indices = [place(member)[1] for member in members]
+        if alike and indices == list(range(indices[0], indices[0] + len(members))):
+            result[name] = members
+        else:
+            result |= {member.name: [member] for member in members}
+    return result
+
+
+def _declare(name: str, members: list[ModelVariable]) -> Variable:
+    """The variable that stands for these members."""
+    units = list(dict.fromkeys((member.unit or "1").replace(".", " ") for member in members))
+    dimensions = [int(dimension.start) for dimension in members[0].dimensions or [] if dimension.start is not None]
+    shape = tuple(dimensions) if dimensions else (len(members),)
+    if math.prod(shape) == 0:
+        shape = (1,)
+    return Variable(name, ", ".join(units), shape, Causality(members[0].causality))

@@ -1,0 +1,184 @@
+"""Real FMUs, built here from Python sources, as participants: FMI 2 and FMI 3."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from coupling.co_simulation import CoSimulation
+from coupling.connection import Connection
+from coupling.errors import CoSimulationError, CouplingSetupError
+from coupling.participant import Causality
+from coupling.participants.fmu import FmuParticipant
+
+# A tow winch: it reels in at a commanded speed, and its brake slips in proportion to the pull beyond what it holds.
+# length' = -speed + max(tension - holding, 0) / slip
+WINCH_2 = """
+from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Real, Boolean
+
+class Winch(Fmi2Slave):
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        self.tension, self.speed, self.holding, self.slip, self.length, self.locked = 0.0, 0.0, 1000.0, 500.0, 50.0, False
+        self.force = [0.0, 0.0, 0.0]
+        for name in ("tension", "speed"):
+            self.register_variable(Real(name, causality=Fmi2Causality.input))
+        self.register_variable(Boolean("locked", causality=Fmi2Causality.input))
+        for name in ("holding", "slip"):
+            self.register_variable(Real(name, causality=Fmi2Causality.parameter, variability=Fmi2Variability.tunable))
+        self.register_variable(Real("length", causality=Fmi2Causality.output))
+        for k in range(3):
+            self.register_variable(Real(f"force[{k + 1}]", causality=Fmi2Causality.output,
+                                        getter=lambda k=k: self.force[k], setter=lambda v, k=k: None))
+
+    def do_step(self, current_time, step_size):
+        if self.tension > 1e6:
+            raise RuntimeError("rope parted")
+        if not self.locked:
+            self.length += step_size * (-self.speed + max(self.tension - self.holding, 0.0) / self.slip)
+        self.force = [self.tension, 2.0 * self.tension, -self.tension]
+        return True
+"""
+
+WINCH_3 = """
+from pythonfmu3 import Fmi3Slave, Fmi3Causality, Fmi3Variability, Float64, Fmi3StepResult, Fmi3Status
+
+class WinchThree(Fmi3Slave):
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        self.time, self.tension, self.speed, self.holding, self.slip, self.length = 0.0, 0.0, 0.0, 1000.0, 500.0, 50.0
+        self.register_variable(Float64("time", causality=Fmi3Causality.independent, variability=Fmi3Variability.continuous))
+        for name in ("tension", "speed"):
+            self.register_variable(Float64(name, causality=Fmi3Causality.input))
+        for name in ("holding", "slip"):
+            self.register_variable(Float64(name, causality=Fmi3Causality.parameter, variability=Fmi3Variability.tunable))
+        self.register_variable(Float64("length", causality=Fmi3Causality.output))
+
+    def do_step(self, current_time, step_size):
+        self.length += step_size * (-self.speed + max(self.tension - self.holding, 0.0) / self.slip)
+        return Fmi3StepResult(status=Fmi3Status.ok)
+"""
+
+Build = Callable[[int], Path]
+
+
+@pytest.fixture(scope="module")
+def build(tmp_path_factory: pytest.TempPathFactory) -> Build:
+    """Builds the winch for FMI 2 or 3, once each."""
+    folder = tmp_path_factory.mktemp("fmus")
+
+    def make(version: int) -> Path:
+        package, source = ("pythonfmu", WINCH_2) if version == 2 else ("pythonfmu3", WINCH_3)
+        target = folder / str(version)
+        if not target.is_dir():
+            target.mkdir()
+            script = target / f"winch_{version}.py"  # Python keeps one module of a name in a process
+            script.write_text(source)
+            handling = ["--handle-state", "--serialize-state"] if version == 2 else ["--handle-state"]
+            command = [sys.executable, "-m", package, "build", "-f", str(script), "-d", str(target), *handling]
+            subprocess.run(command, check=True, capture_output=True)
+        return next(target.glob("*.fmu"))
+
+    return make
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_winch_pays_out_and_reels_in(build: Build, version: int) -> None:
+    # length = 50 - 0.5 t + (1800 - 1000) / 400 t
+    winch = FmuParticipant("winch", build(version), {"slip": 400.0})
+    run = CoSimulation([winch], [], 0.1)
+    run.initialize()
+    assert winch.get("length") == pytest.approx(50.0)
+    winch.set("speed", np.array([0.5]))
+    winch.set("tension", np.array([1800.0]))
+    run.run(2.0)
+    assert winch.get("length") == pytest.approx(50.0 - 1.0 + 4.0, abs=1e-9)
+    run.terminate()
+    with pytest.raises(RuntimeError, match="'winch' is not running"):
+        winch.get("length")
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_state_of_an_fmu_repeats(build: Build, version: int) -> None:
+    winch = FmuParticipant("winch", build(version))
+    winch.enter_initialization_mode(0.0)
+    winch.exit_initialization_mode()
+    winch.set("speed", np.array([0.37]))
+    winch.do_step(0.0, 0.1)
+    state = winch.save_state()
+    winch.do_step(0.1, 0.1)
+    after = winch.get("length")
+    winch.restore_state(state)
+    assert winch.get("length") == pytest.approx(50.0 - 0.037)
+    winch.do_step(0.1, 0.1)
+    np.testing.assert_array_equal(winch.get("length"), after)
+    with pytest.raises(TypeError, match="wants what save_state returned"):
+        winch.restore_state("yesterday")
+    winch.terminate()
+
+
+def test_variables_are_those_of_the_model(build: Build) -> None:
+    variables = FmuParticipant("winch", build(2)).variables
+    assert {name: (v.shape, v.causality) for name, v in variables.items()} == {
+        "tension": ((1,), Causality.INPUT),
+        "speed": ((1,), Causality.INPUT),
+        "locked": ((1,), Causality.INPUT),
+        "holding": ((1,), Causality.PARAMETER),
+        "slip": ((1,), Causality.PARAMETER),
+        "length": ((1,), Causality.OUTPUT),
+        "force": ((3,), Causality.OUTPUT),
+    }
+
+
+def test_two_fmus_and_a_boolean_in_one_run(build: Build) -> None:
+    first, second = FmuParticipant("first", build(2)), FmuParticipant("second", build(3))
+    connections = [Connection("first", "length", "second", "tension"), Connection("second", "length", "first", "speed")]
+    run = CoSimulation([first, second], connections, 0.5)
+    run.initialize()
+    run.step()
+    # first reels in at 50 m/s for half a second, second sees a pull of 25 N and stays
+    assert first.get("length") == pytest.approx(25.0)
+    assert second.get("length") == pytest.approx(50.0)
+    np.testing.assert_array_equal(first.get("force"), np.zeros(3))
+    first.set("tension", np.array([3.0]))
+    first.set("locked", np.array([1.0]))
+    run.step()
+    assert first.get("length") == pytest.approx(25.0)
+    np.testing.assert_allclose(first.get("force"), (3.0, 6.0, -3.0))
+    run.terminate()
+    with pytest.raises(CouplingSetupError, match=r"shape \(3,\) feeds shape \(1,\)"):
+        CoSimulation([first, second], [Connection("first", "force", "second", "tension")], 0.5)
+
+
+def test_failing_fmu_is_named(build: Build) -> None:
+    winch = FmuParticipant("winch", build(2))
+    run = CoSimulation([winch], [], 0.1)
+    run.initialize()
+    winch.set("tension", np.array([2e6]))
+    with pytest.raises(CoSimulationError, match=r"'winch' failed at 0 s: error: .*DoStep failed"):
+        run.step()
+    winch.terminate()
+
+
+def test_bad_fmus_are_refused(build: Build, tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError, match=r"FMU .*nowhere\.fmu does not exist"):
+        FmuParticipant("winch", tmp_path / "nowhere.fmu")
+    (tmp_path / "noise.fmu").write_text("no archive")
+    with pytest.raises(ValueError, match=r"noise\.fmu is no FMU"):
+        FmuParticipant("winch", tmp_path / "noise.fmu")
+    with pytest.raises(
+        ValueError, match="no parameter or input 'sleep', allowed: tension, speed, locked, holding, slip"
+    ):
+        FmuParticipant("winch", build(2), {"sleep": 1.0})
+    with zipfile.ZipFile(build(2)) as whole, zipfile.ZipFile(tmp_path / "bare.fmu", "w") as bare:
+        for item in whole.namelist():
+            if not item.startswith("binaries"):
+                bare.writestr(item, whole.read(item))
+    with pytest.raises(ValueError, match=r"bare\.fmu has binaries for no platform, needed: "):
+        FmuParticipant("winch", tmp_path / "bare.fmu")
