@@ -101,7 +101,7 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
     scoring = Scoring(scenario, fluid, world, fleet, level)
     controls = tuple(VesselControl(vessel) for vessel in fleet.vessels)
     _set_wind(scenario, controls)
-    bodies = (RigidBodyParticipant(BODIES, world),) if world is not None else ()
+    bodies = (RigidBodyParticipant(BODIES, world, coupled),) if world is not None else ()
     return Assembly(
         scenario=scenario,
         fluid=fluid,
@@ -216,7 +216,8 @@ def _body_connections(coupled: Sequence[str]) -> list[Connection]:
         Connection(source=FLUID, source_variable=f"{name}.wrench", target=BODIES, target_variable=f"{name}.wrench")
         for name in coupled
     ]
-    return [*motion, *wrenches]
+    together = Connection(source=BODIES, source_variable="inverse_mass", target=FLUID, target_variable="inverse_mass")
+    return [*motion, *wrenches, *([together] if coupled else [])]
 
 
 def _vessel_connections(controls: Sequence[VesselControl]) -> list[Connection]:

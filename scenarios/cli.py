@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -25,6 +26,9 @@ DONE, FAILED, BAD_INPUT = 0, 1, 2
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit code."""
+    for library in ("OPENBLAS", "OMP", "MKL"):
+        # The matrices here are small; a linear algebra library that spins threads of its own takes the cores from the fluid.
+        os.environ.setdefault(f"{library}_NUM_THREADS", "1")
     options = _parser().parse_args(arguments)
     try:
         return int(options.command(options))

@@ -109,7 +109,7 @@ def _vessel(name: str, settings: VesselSettings, scenario: Scenario) -> Vessel:
         position=settings.position,
         heading=settings.heading,
         tow_point=(float(x), float(y), float(z)),
-        gains=ControlGains(acceleration=settings.acceleration),
+        gains=ControlGains(acceleration=settings.acceleration, speed_bandwidth=3.0),
     )
 
 
