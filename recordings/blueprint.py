@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from typing import Literal
 
 import rerun.blueprint as rrb
 
@@ -13,8 +14,15 @@ from recordings.plots import WORKINGS, plots_with_series
 _BACKGROUND = (224, 233, 240)
 
 
-def run_blueprint(run: RunDescription, scalars: Collection[str]) -> rrb.Blueprint:
-    """The opening layout of a recording of ``run``, with diagrams of those series that are recorded."""
+def run_blueprint(run: RunDescription, scalars: Collection[str], *, live: bool = False) -> rrb.Blueprint:
+    """The opening layout of a recording of ``run``, with diagrams of those series that are recorded.
+
+    ``live`` shows the newest frame, otherwise the viewer waits at the first one.
+    """
+    play: Literal["following", "paused"] = "following" if live else "paused"
+    time_panel = rrb.TimePanel(
+        timeline=entity_paths.TIMELINE_TIME, state="collapsed", playback_speed=1.0, play_state=play
+    )
     tabs = []
     chosen = plots_with_series(run.plots, [entity_paths.scalar_name(entity_paths.scalar(name)) for name in scalars])
     for title, workings in (("Exercise", False), ("Solver", True)):
@@ -25,7 +33,7 @@ def run_blueprint(run: RunDescription, scalars: Collection[str]) -> rrb.Blueprin
     beside = rrb.Vertical(rrb.Tabs(*tabs), events, row_shares=[3, 1]) if tabs else events
     return rrb.Blueprint(
         rrb.Horizontal(_scene(run), beside, column_shares=[5, 2]),
-        rrb.TimePanel(timeline=entity_paths.TIMELINE_TIME, state="collapsed", playback_speed=1.0, play_state="paused"),
+        time_panel,
         rrb.BlueprintPanel(state="collapsed"),
         rrb.SelectionPanel(state="collapsed"),
         auto_views=False,

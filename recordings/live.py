@@ -1,21 +1,25 @@
 """Shows a run in a viewer while it is being recorded, and never makes the run wait.
 
-A viewer that stops reading stops whoever writes to it. So the viewer has a stream of its own, in a thread of its own,
-behind a queue of two frames; a frame that finds the queue full is not shown. The file knows nothing of this.
+A viewer that stops reading stops whoever writes to it. So a program of its own writes to the viewer (`live_feed`), a
+thread writes to that program, and a queue of two frames leads to the thread; a frame that finds the queue full is not
+shown. The file knows nothing of this.
 """
 
 from __future__ import annotations
 
 import logging
+import pickle
 import queue
 import subprocess
+import sys
 import threading
 from collections import deque
+from typing import IO
 from urllib.parse import urlsplit
 
 from recordings.frame import Event, RunDescription
 from recordings.sample import Sample
-from recordings.viewer import LOOPBACK, free_port, start_viewer, viewer_executable, wait_for_port
+from recordings.viewer import LOOPBACK, ViewerError, free_port, start_viewer, viewer_executable, wait_for_port
 
 QUEUE_FRAMES = 2
 _STOP_SECONDS = 3.0
@@ -45,6 +49,7 @@ class LiveView:
         self._events: deque[tuple[Event, int]] = deque(maxlen=100)
         self._stopping = threading.Event()
         self._thread: threading.Thread | None = None
+        self._feed: subprocess.Popen[bytes] | None = None
 
     def start(self, run: RunDescription, recording_id: str) -> None:
         """Begin to show ``run``; returns at once, the viewer starts meanwhile."""
@@ -68,33 +73,40 @@ class LiveView:
         self._stopping.set()
         if self._thread is not None:
             self._thread.join(_STOP_SECONDS)
+        if self._feed is not None:
+            self._feed.kill()
+            self._feed.wait()
 
     def _work(self, run: RunDescription, recording_id: str) -> None:
         """The thread: a viewer that fails is a note in the log, never the end of the run."""
         try:
-            self._show_all(run, recording_id)
-        except (RuntimeError, OSError) as error:
-            self.problem = str(error)
-            _LOG.warning("live view ended: %s; the recording goes on", error)
+            address = self._address or self._start_viewer()
+            command = [sys.executable, "-m", "recordings.live_feed", address, recording_id]
+            quiet = subprocess.DEVNULL
+            self._feed = subprocess.Popen(
+                command, stdin=subprocess.PIPE, stdout=quiet, stderr=quiet, start_new_session=True
+            )
+            assert self._feed.stdin is not None  # a pipe was asked for
+            with self._feed.stdin as pipe:
+                self._show_all(pipe, run)
+            self._feed.wait()
+        except (ViewerError, OSError) as error:
+            if not self._stopping.is_set():
+                self.problem = "the viewer was closed" if isinstance(error, BrokenPipeError) else str(error)
+                _LOG.warning("live view ended: %s; the recording goes on", self.problem)
 
-    def _show_all(self, run: RunDescription, recording_id: str) -> None:
-        """Connect, and pass on one frame after another until told to stop."""
-        from recordings.rerun_sink import RerunWriter, connect_stream
-
-        stream = connect_stream(self._address or self._start_viewer(), recording_id)
-        writer = RerunWriter(stream)
-        writer.write_run(run, {})
+    def _show_all(self, pipe: IO[bytes], run: RunDescription) -> None:
+        """Pass on one frame after another until told to stop."""
+        _send(pipe, "write_run", run, {})
         while not (self._stopping.is_set() and self._samples.empty()):
+            while self._events:
+                _send(pipe, "write_event", *self._events.popleft())
             try:
                 sample = self._samples.get(timeout=0.1)
             except queue.Empty:
                 continue
-            writer.write_samples([sample])
+            _send(pipe, "write_samples", [sample])
             self.shown_frames += 1
-            while self._events:
-                writer.write_event(*self._events.popleft())
-            stream.flush(timeout_sec=1e9)
-        stream.disconnect()
 
     def _start_viewer(self) -> str:
         """Start a viewer that listens on this machine only; returns its address."""
@@ -103,3 +115,9 @@ class LiveView:
         self.viewer = start_viewer([*command, "--headless"] if self._headless else command)
         wait_for_port(port, self.viewer)
         return f"rerun+http://{LOOPBACK}:{port}/proxy"
+
+
+def _send(pipe: IO[bytes], verb: str, *arguments: object) -> None:
+    """Say one thing to the feed; waits while the viewer does not read."""
+    pickle.dump((verb, arguments), pipe, protocol=pickle.HIGHEST_PROTOCOL)
+    pipe.flush()

@@ -41,9 +41,10 @@ _ARROW_RADIUS = -1.5  # negative: in points on the screen
 class RerunWriter:
     """Turns descriptions, samples and events into entities of one recording stream."""
 
-    def __init__(self, stream: rr.RecordingStream) -> None:
-        """Write to ``stream``, which the caller has connected to a file or a viewer."""
+    def __init__(self, stream: rr.RecordingStream, *, live: bool = False) -> None:
+        """Write to ``stream``, which the caller has connected to a file or, if ``live``, to a viewer."""
         self._stream = stream
+        self._live = live
         self._run: RunDescription | None = None
         self._shown_scalars: set[str] = set()
         self._arrows = ForceArrows()
@@ -96,7 +97,7 @@ class RerunWriter:
         """Tell the viewer how to open the recording, as soon as it is known which series there are."""
         if self._run is not None and (not self._shown_scalars or scalars - self._shown_scalars):
             self._shown_scalars |= scalars
-            self._stream.send_blueprint(run_blueprint(self._run, sorted(self._shown_scalars)))
+            self._stream.send_blueprint(run_blueprint(self._run, sorted(self._shown_scalars), live=self._live))
 
     def _write_properties(self, run: RunDescription, terms: Mapping[str, float]) -> None:
         """Write scenario, versions and the terms of this recording where the viewer and `replay` look for them."""

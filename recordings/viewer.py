@@ -5,11 +5,11 @@ It listens on this machine only, and is told not to report its use to anybody.
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import shutil
 import socket
 import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Iterator
@@ -33,11 +33,19 @@ class ViewerError(RuntimeError):
 
 
 def viewer_executable() -> str:
-    """Path of the `rerun` program, the one of this Python environment first."""
-    beside = Path(sys.executable).parent / "rerun"
-    found = shutil.which(str(beside)) or shutil.which("rerun")
+    """Path of the viewer itself.
+
+    The `rerun` command is a Python program that starts the viewer as its child; whoever stops that command leaves the
+    child running. So the child is started here at once, if it is where rerun-sdk puts it.
+    """
+    package = importlib.util.find_spec("rerun_cli")
+    for folder in (package.submodule_search_locations or []) if package else []:
+        found = shutil.which("rerun", path=folder)
+        if found is not None:
+            return found
+    found = shutil.which("rerun")
     if found is None:
-        raise ViewerError("rerun program not found beside Python or on PATH; install rerun-sdk")
+        raise ViewerError("rerun program not found; install rerun-sdk")
     return found
 
 

@@ -1,0 +1,167 @@
+"""Files that hold the whole state of a run, so that it can go on later as if it had never stopped.
+
+A state is a nested dict of arrays and plain values. Its arrays lie in one .npz file, bit for bit; its structure is a
+JSON text in the same file. Nothing in it is a program: a checkpoint from a stranger can be wrong but cannot do anything.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from recordings.errors import RecordingError
+
+FORMAT_VERSION = 1
+_STRUCTURE = "structure"
+_ARRAY, _TUPLE, _BYTES, _HUGE, _REAL = "__array__", "__tuple__", "__bytes__", "__int__", "__float__"
+_MARKS = (_ARRAY, _TUPLE, _BYTES, _HUGE, _REAL)
+_EXACT_INTEGERS = 2**63
+
+
+class CheckpointError(RecordingError):
+    """A checkpoint cannot be written, read or used for this run."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Checkpoint:
+    """A state and what it belongs to: scenario hash, communication step and time [s]."""
+
+    scenario_hash: str
+    index: int
+    time: float
+    state: dict[str, Any]
+
+
+def scenario_hash(text: str, overrides: tuple[str, ...] = ()) -> str:
+    """What tells one scenario from another: its text and the overrides, in order."""
+    return hashlib.sha256(json.dumps([text, list(overrides)]).encode()).hexdigest()
+
+
+def state_hash(state: Mapping[str, Any]) -> str:
+    """One number for a whole state: equal for equal states, bit for bit."""
+    arrays: dict[str, np.ndarray] = {}
+    digest = hashlib.sha256(json.dumps(_take_apart(state, "state", arrays), sort_keys=True).encode())
+    for name in sorted(arrays):
+        array = arrays[name]
+        digest.update(f"{name} {array.dtype.str} {array.shape}".encode())
+        digest.update(np.ascontiguousarray(array).tobytes())
+    return digest.hexdigest()
+
+
+def save_checkpoint(path: str | Path, checkpoint: Checkpoint) -> None:
+    """Write a checkpoint; a run killed meanwhile leaves the one before untouched."""
+    target = Path(path)
+    arrays: dict[str, np.ndarray] = {}
+    structure = {
+        "format_version": FORMAT_VERSION,
+        "scenario_hash": checkpoint.scenario_hash,
+        "index": checkpoint.index,
+        "time": checkpoint.time.hex(),
+        "state": _take_apart(checkpoint.state, "state", arrays),
+    }
+    arrays[_STRUCTURE] = np.frombuffer(json.dumps(structure).encode(), dtype=np.uint8)
+    unfinished = target.with_name(f".{target.name}.{os.getpid()}")
+    try:
+        with unfinished.open("wb") as file:
+            np.savez(file, **arrays)  # type: ignore[arg-type]
+            file.flush()
+            os.fsync(file.fileno())
+        unfinished.replace(target)
+        _sync_folder(target.parent)
+    except OSError as error:
+        unfinished.unlink(missing_ok=True)
+        raise CheckpointError(target, f"cannot be written: {error.strerror or error}") from error
+
+
+def load_checkpoint(path: str | Path, *, scenario_hash: str | None = None) -> Checkpoint:
+    """Read a checkpoint, and refuse one of another format or, unless None, of another scenario."""
+    source = Path(path)
+    try:
+        with np.load(source, allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+        structure = json.loads(arrays.pop(_STRUCTURE).tobytes())
+    except OSError as error:
+        raise CheckpointError(source, f"cannot be read: {error.strerror or error}") from error
+    except (ValueError, KeyError, EOFError, AttributeError, zipfile.BadZipFile) as error:
+        raise CheckpointError(source, f"is no checkpoint, or was cut off: {error}") from error
+    version = structure.get("format_version")
+    if version != FORMAT_VERSION:
+        raise CheckpointError(source, f"has format version {version}, this program reads {FORMAT_VERSION}")
+    stored = structure["scenario_hash"]
+    if scenario_hash is not None and stored != scenario_hash:
+        raise CheckpointError(source, f"belongs to scenario {stored[:12]}, this one is {scenario_hash[:12]}")
+    return Checkpoint(
+        scenario_hash=stored,
+        index=structure["index"],
+        time=float.fromhex(structure["time"]),
+        state=_put_together(structure["state"], arrays),
+    )
+
+
+def _take_apart(value: Any, where: str, arrays: dict[str, np.ndarray]) -> Any:
+    """The value as JSON with its arrays moved to ``arrays``; numbers keep every bit, keys must be texts."""
+    if isinstance(value, np.ndarray | np.generic):
+        return _take_array(np.asarray(value), isinstance(value, np.generic), where, arrays)
+    if isinstance(value, Mapping):
+        for key in value:
+            if not isinstance(key, str) or key in _MARKS:
+                raise TypeError(f"checkpoint {where} has the key {key!r}, expected a text other than {_MARKS}")
+        return {key: _take_apart(item, f"{where}/{key}", arrays) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        items = [_take_apart(item, f"{where}/{place}", arrays) for place, item in enumerate(value)]
+        return {_TUPLE: items} if isinstance(value, tuple) else items
+    if isinstance(value, bytes):
+        return {_BYTES: value.hex()}
+    if isinstance(value, float):
+        return {_REAL: value.hex()}
+    if isinstance(value, int) and abs(value) >= _EXACT_INTEGERS:
+        return {_HUGE: str(value)}
+    if value is None or isinstance(value, bool | int | str):
+        return value
+    raise TypeError(f"checkpoint {where} is a {type(value).__name__}, expected arrays and plain values")
+
+
+def _take_array(array: np.ndarray, scalar: bool, where: str, arrays: dict[str, np.ndarray]) -> dict[str, Any]:
+    """Move one array away and leave its name."""
+    if array.dtype.hasobject:
+        raise TypeError(f"checkpoint {where} is an array of Python objects, expected numbers")
+    name = f"array-{len(arrays)}"
+    arrays[name] = array
+    return {_ARRAY: name, "scalar": scalar}
+
+
+def _put_together(value: Any, arrays: Mapping[str, np.ndarray]) -> Any:
+    """The inverse of `_take_apart`."""
+    if isinstance(value, list):
+        return [_put_together(item, arrays) for item in value]
+    if not isinstance(value, dict):
+        return value
+    if _ARRAY in value:
+        array = arrays[value[_ARRAY]]
+        return array[()] if value["scalar"] else array
+    if _TUPLE in value:
+        return tuple(_put_together(item, arrays) for item in value[_TUPLE])
+    if _BYTES in value:
+        return bytes.fromhex(value[_BYTES])
+    if _REAL in value:
+        return float.fromhex(value[_REAL])
+    if _HUGE in value:
+        return int(value[_HUGE])
+    return {key: _put_together(item, arrays) for key, item in value.items()}
+
+
+def _sync_folder(folder: Path) -> None:
+    """Make the new name itself survive a power failure."""
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
