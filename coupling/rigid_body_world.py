@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import math
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -31,6 +31,7 @@ import pybullet
 import trimesh
 from scipy.spatial.transform import Rotation
 
+from coupling.articulation import Articulation, PointJoint
 from coupling.bodies import MassProperties, convex_vertices
 from coupling.motion import STILL, UPRIGHT, Motion, PrescribedMotion, Quaternion, Vector
 from coupling.rigid_state import MOVING, RigidBodyState, pose_of, twist_of
@@ -71,6 +72,10 @@ class RigidBodyWorld:
         self._bodies: dict[str, _Body] = {}
         self._joints: dict[str, int] = {}
         self._tensions: dict[str, float] = {}
+        self._point_joints: list[PointJoint] = []
+        self._articulation: Articulation | None = None
+        self._accelerations: Array | None = None
+        self._last_duration = sub_step
         self._state = RigidBodyState()
         self._client: int = pybullet.connect(pybullet.DIRECT)
         self._call(pybullet.setGravity, *gravity)
@@ -158,6 +163,15 @@ class RigidBodyWorld:
             self._call(pybullet.setCollisionFilterPair, first.unique_id, second_id, -1, -1, 0)
         self._joints[name] = joint
         self._tensions[name] = 0.0
+        self._point_joints.append(
+            PointJoint(
+                first.row,
+                -1 if second is None else second.row,
+                self._own_point(first, point),
+                np.array(point) if second is None else self._own_point(second, point),
+            )
+        )
+        self._articulation = None
 
     def set_wrench(self, name: str, wrench: Array) -> None:
         """Wrench (6,) of the fluid on a body [N, N m], held until it is set again."""
@@ -166,6 +180,7 @@ class RigidBodyWorld:
     def set_applied_wrench(self, name: str, wrench: Array) -> None:
         """Wrench (6,) of anything else, such as thrust [N, N m], held until it is set again."""
         self._state.applied_wrench[self._body(name).row] = wrench
+        self._accelerations = None
 
     def pose(self, name: str) -> Array:
         """(7,) position [m] and orientation xyzw."""
@@ -183,11 +198,21 @@ class RigidBodyWorld:
         """(6, 6) twist by impulse, world frame; 0 for a body that is held."""
         return self._state.inverse_mass(self._body(name).row)
 
+    def coupled_inverse_mass(self, names: Sequence[str]) -> Array:
+        """(6 n, 6 n) twists of the named bodies by impulses on them, joints included; 0 for those that are held."""
+        columns = [6 * self._body(name).row + axis for name in names for axis in range(6)]
+        return self._articulated().inverse_mass()[np.ix_(columns, columns)]
+
     def free_acceleration(self, name: str) -> Array:
-        """(6,) d(twist)/dt from everything but the fluid [m/s2, rad/s2]; of a held body, that of its motion."""
+        """(6,) d(twist)/dt from everything but the fluid [m/s2, rad/s2]; of a held body, that of its motion.
+
+        Joints answer the known forces at once (see `coupling.articulation`); contacts enter as they lasted in the last steps.
+        """
         body = self._body(name)
         if body.motion == "free":
-            return self._state.free_acceleration(body.row, self._gravity)
+            if not body.is_jointed:
+                return self._state.free_acceleration(body.row, self._gravity)
+            return self._jointed_accelerations()[body.row]
         if isinstance(body.motion, str):
             return np.zeros(6)
         now, later = body.motion.at(self.time), body.motion.at(self.time + self._sub_step)
@@ -226,6 +251,8 @@ class RigidBodyWorld:
             for name, joint in self._joints.items():
                 tensions[name] += math.hypot(*self._call(pybullet.getConstraintState, joint)) / count
         self._tensions = tensions
+        self._last_duration = duration
+        self._articulation = None
         self._state.settle_reaction(momenta_before, duration, self._gravity)
 
     def save_state(self) -> dict[str, object]:
@@ -249,6 +276,7 @@ class RigidBodyWorld:
         for key, value in arrays.items():
             setattr(self._state, key, value.copy())
         self._tensions = dict(tensions)
+        self._articulation = None
         self.time = float(time)  # type: ignore[arg-type]
 
     def close(self) -> None:
@@ -296,8 +324,32 @@ class RigidBodyWorld:
         orientation = (Rotation.from_quat(motion.orientation) * body.principal_axes).as_quat()
         self._call(pybullet.resetBasePositionAndOrientation, body.unique_id, motion.position, orientation)
         self._call(pybullet.resetBaseVelocity, body.unique_id, motion.linear_velocity, motion.angular_velocity)
+        self._articulation = None
         self._state.pose[body.row] = pose_of(motion)
         self._state.twist[body.row] = twist_of(motion)
+
+    def _articulated(self) -> Articulation:
+        """The joints at the present instant."""
+        if self._articulation is None:
+            state = self._state
+            inverse_mass = np.array([state.inverse_mass(row) for row in range(len(state.pose))]).reshape(-1, 6, 6)
+            self._articulation = Articulation(self._point_joints, state.pose, state.twist, inverse_mass)
+            self._accelerations = None
+        return self._articulation
+
+    def _jointed_accelerations(self) -> Array:
+        """(B, 6) accelerations with the joints' answer to gravity, applied wrenches and turning."""
+        articulation = self._articulated()
+        if self._accelerations is None:
+            state = self._state
+            free = np.array([state.known_acceleration(row, self._gravity) for row in range(len(state.pose))])
+            self._accelerations = articulation.acceleration(free, self._last_duration)
+        return self._accelerations
+
+    def _own_point(self, body: _Body, point: Vector) -> Array:
+        """A world point along the body's axes, from its centre of mass."""
+        pose = self._state.pose[body.row]
+        return Rotation.from_quat(pose[3:]).inv().apply(np.array(point) - pose[:3])
 
     def _pivot(self, body: _Body, point: Vector) -> list[float]:
         """A world point in pybullet's frame of the body."""

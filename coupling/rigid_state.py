@@ -99,7 +99,14 @@ class RigidBodyState:
 
         M^-1 (applied wrench + lasting reaction of joints and contacts) + gravity, and - I^-1 omega x I omega.
         """
-        wrench = self.applied_wrench[row] + steady(self.earlier_reaction[row], self.reaction[row])
+        lasting = steady(self.earlier_reaction[row], self.reaction[row])
+        return self.known_acceleration(row, gravity) + self.inverse_mass(row) @ lasting
+
+    def known_acceleration(self, row: int, gravity: Array) -> Array:
+        """(6,) as `free_acceleration`, without joints and contacts; 0 for a body that is held."""
+        if not self.is_free[row]:
+            return np.zeros(6)
+        wrench = self.applied_wrench[row].copy()
         wrench[3:] -= self.gyroscopic_torque()[row]
         acceleration = self.inverse_mass(row) @ wrench
         acceleration[:3] += gravity

@@ -5,7 +5,8 @@ A body of free twist V* and inverse mass M^-1 that receives P = V rho_ref sum_i 
     source:    C_i(v*)     - J_i . V*,
     operator:  (A kappa)_i + J_i . M^-1 V rho_ref sum_k J_k kappa_k,       diagonal + V rho_ref J_i . M^-1 J_i,
 
-which keeps the system symmetric. Lagged forces diverge once the added mass exceeds the body's; this has no such limit.
+which keeps the system symmetric; bodies tied by joints share one M^-1.
+Lagged forces diverge once the added mass exceeds the body's; this has no such limit.
 """
 
 from __future__ import annotations
@@ -59,9 +60,9 @@ class RigidResponse:
     def __init__(self, walls: Walls, contacts: Contacts, scale: float) -> None:
         """scale: V rho_ref [kg], what turns kappa / rho_ref times J into an impulse."""
         self._walls, self._contacts, self._scale = walls, contacts, scale
-        bodies = list(walls.moving.values())
-        self._inverse_mass = np.array([body.inverse_mass for body in bodies]).reshape(-1, 6, 6)
-        self._impulse = np.zeros((len(bodies), 6))
+        count = len(walls.moving)
+        self._inverse_mass = walls.inverse_mass()
+        self._impulse = np.zeros((count, 6))
 
     @property
     def present(self) -> bool:
@@ -75,12 +76,15 @@ class RigidResponse:
 
     def add_compliance(self, diagonal: Real) -> None:
         """Add the bodies' part to the diagonal."""
-        add_compliance(self._contacts, self._inverse_mass, self._scale, diagonal)
+        count = len(self._impulse)
+        blocks = self._inverse_mass.reshape(count, 6, count, 6)[np.arange(count), :, np.arange(count), :]
+        add_compliance(self._contacts, np.ascontiguousarray(blocks), self._scale, diagonal)
 
     def add_answer(self, kappa: Real, rate: Real) -> None:
         """Add the bodies' part of the operator's product with kappa."""
         gather_impulses(self._contacts, kappa, self._scale, self._impulse)
-        scatter_twists(self._contacts, np.einsum("bij,bj->bi", self._inverse_mass, self._impulse), 1.0, rate)
+        answer = self._inverse_mass @ self._impulse.ravel()
+        scatter_twists(self._contacts, answer.reshape(self._impulse.shape), 1.0, rate)
 
     def accept(self, kappa: Real) -> None:
         """Hand the impulses of `kappa` to the bodies."""

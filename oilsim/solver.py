@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -104,6 +105,13 @@ class Fluid:
             np.zeros(6) if free_acceleration is None else np.array(free_acceleration, np.float64),
         )
         self.work.walls.set_motion(handle, motion)
+
+    def set_joint_inverse_mass(self, handles: Sequence[int], inverse_mass: ArrayLike) -> None:
+        """How bodies tied by joints answer impulses together, (6 n, 6 n) in the order of `handles`, all the moving ones.
+
+        To be set after their motions, before each advance; it takes the place of their own inverse masses.
+        """
+        self.work.walls.tie(handles, np.asarray(inverse_mass, np.float64))
 
     def add_forcing(self, forcing: Forcing) -> None:
         """Add a current, waves or wind."""

@@ -6,6 +6,7 @@ the opposite, P = V rho_ref sum_i kappa_i J_i with J_i = sum_b V_b (grad W_ib, r
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -114,11 +115,6 @@ class MovingBody:
     free_acceleration: Double  # (6,) d(twist)/dt from everything but the fluid
     impulse: Double = field(default_factory=lambda: np.zeros(6))  # [N s, N m s] since the advance began
 
-    def receive(self, impulse: Double) -> None:
-        """Take an impulse (6,) and answer it."""
-        self.impulse = self.impulse + impulse
-        self.twist = self.twist + self.inverse_mass @ impulse
-
     def drift(self, time_step: float) -> None:
         """Move the pose by the twist."""
         self.position = self.position + time_step * self.twist[:3]
@@ -133,6 +129,7 @@ class Walls:
         self.boundaries: dict[int, BoundaryParticles] = {}
         self.moving: dict[int, MovingBody] = {}
         self._next = 0
+        self._tied: Double | None = None
         self._stale = True
         self.position: Real = np.empty((3, 0), np.float32)
         self.velocity: Real | None = None
@@ -157,11 +154,13 @@ class Walls:
         """Remove a boundary; KeyError for a handle that does not exist."""
         del self.boundaries[handle]
         self.moving.pop(handle, None)
+        self._tied = None
         self._stale = True
 
     def set_motion(self, handle: int, body: MovingBody) -> None:
         """From now on the boundary moves as `body`."""
         self._stale |= handle not in self.moving
+        self._tied = None
         self.moving[handle] = body
 
     @property
@@ -222,9 +221,33 @@ class Walls:
         return np.zeros((len(self.moving), 6))
 
     def receive(self, impulses: Double) -> None:
-        """Hand impulses (bodies, 6) to the moving bodies."""
-        for body, impulse in zip(self.moving.values(), impulses, strict=True):
-            body.receive(impulse)
+        """Hand impulses (bodies, 6) to the moving bodies, which answer them."""
+        if not self.moving:
+            return
+        answers = (self.inverse_mass() @ impulses.ravel()).reshape(impulses.shape)
+        for body, impulse, answer in zip(self.moving.values(), impulses, answers, strict=True):
+            body.impulse = body.impulse + impulse
+            body.twist = body.twist + answer
+
+    def tie(self, handles: Sequence[int], inverse_mass: Double) -> None:
+        """The moving bodies answer together, by `inverse_mass` (6 n, 6 n) in the order of `handles`; ValueError for others."""
+        if set(handles) != set(self.moving) or inverse_mass.shape != (6 * len(handles),) * 2:
+            raise ValueError(
+                f"inverse mass of shape {inverse_mass.shape} for boundaries {list(handles)}, "
+                f"allowed: (6 n, 6 n) for all that move, {list(self.moving)}"
+            )
+        rows = [6 * list(handles).index(handle) + axis for handle in self.moving for axis in range(6)]
+        self._tied = inverse_mass[np.ix_(rows, rows)]
+
+    def inverse_mass(self) -> Double:
+        """Twists by impulses of all moving bodies (6 n, 6 n)."""
+        if self._tied is not None:
+            return self._tied
+        count = len(self.moving)
+        matrix = np.zeros((count, 6, count, 6))
+        for n, body in enumerate(self.moving.values()):
+            matrix[n, :, n, :] = body.inverse_mass
+        return matrix.reshape(6 * count, 6 * count)
 
     def _arrange(self) -> None:
         """Lay out storage after a boundary came, went or began to move."""

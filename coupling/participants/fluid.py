@@ -1,9 +1,10 @@
 """The fluid as a participant of a coupled run.
 
 Variables of every coupled body <body>: inputs `<body>.pose`, `<body>.twist`, `<body>.inverse_mass`, `<body>.free_acceleration`, the
-body's motion at the start of a step and how it answers an impulse; output `<body>.wrench`, the mean over the step. Within the step the
-fluid lets the body answer inside its pressure solve (see `oilsim.rigid_response`); the rigid engine then makes the same motion
-from the wrench, so that momentum passes without loss.
+body's motion at the start of a step and how it answers an impulse; output `<body>.wrench`, the mean over the step. Input
+`inverse_mass` (6 n, 6 n), where it is connected, is how all coupled bodies answer together, tied by joints, in place of their own.
+Within the step the fluid lets the bodies answer inside its pressure solve (see `oilsim.rigid_response`); the rigid engine then makes
+the same motion from the wrenches, so that momentum passes without loss.
 """
 
 from __future__ import annotations
@@ -44,6 +45,10 @@ class FluidParticipant:
             for body in self._boundaries
             for quantity, unit, shape in MOTION_VARIABLES
         ]
+        self._joint_inverse_mass: Array | None = None
+        if self._boundaries:
+            size = 6 * len(self._boundaries)
+            inputs.append(Variable("inverse_mass", "1/kg, 1/(kg m), 1/(kg m2)", (size, size), Causality.INPUT))
         outputs = [Variable(f"{body}.wrench", "N, N m", (6,), Causality.OUTPUT) for body in self._boundaries]
         self._variables = variable_table([*inputs, *outputs])
         self.report: AdvanceReport | None = None
@@ -75,7 +80,11 @@ class FluidParticipant:
 
     def set(self, name: str, value: Array) -> None:
         """Set a body's motion; it is used at the next step."""
-        self._inputs[name] = checked_value(self._name, self._variables, name, value)
+        checked = checked_value(self._name, self._variables, name, value)
+        if name == "inverse_mass":
+            self._joint_inverse_mass = checked
+        else:
+            self._inputs[name] = checked
 
     def do_step(self, time: float, step_size: float) -> StepResult:
         """CFL sub-steps up to `time + step_size`; ERROR when the fluid's state has become unusable."""
@@ -91,6 +100,8 @@ class FluidParticipant:
                 self._inputs[f"{body}.inverse_mass"],
                 self._inputs[f"{body}.free_acceleration"],
             )
+        if self._joint_inverse_mass is not None:
+            self._fluid.set_joint_inverse_mass(tuple(self._boundaries.values()), self._joint_inverse_mass)
         try:
             self.report = self._fluid.advance(step_size)
         except FluidError as error:

@@ -2,12 +2,12 @@
 
 Variables of every body <body>: inputs `<body>.wrench` (of the fluid) and `<body>.applied_wrench` (of anything else),
 outputs `<body>.pose`, `<body>.twist`, `<body>.inverse_mass`, `<body>.free_acceleration`; of every joint: output
-`<joint>.tension`. A body that is held takes wrenches and ignores them.
+`<joint>.tension`; of the coupled bodies together: output `inverse_mass`. A body that is held takes wrenches and ignores them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 import numpy as np
@@ -31,9 +31,12 @@ BODY_VARIABLES = (
 
 
 class RigidBodyParticipant:
-    """Steps a `RigidBodyWorld`; bodies and joints are all added before."""
+    """Steps a `RigidBodyWorld`; bodies and joints are all added before.
 
-    def __init__(self, name: str, world: RigidBodyWorld) -> None:
+    `coupled` names the bodies whose common `inverse_mass` (6 n, 6 n), joints included, is an output.
+    """
+
+    def __init__(self, name: str, world: RigidBodyWorld, coupled: Sequence[str] = ()) -> None:
         self._name = name
         self._world = world
         self._getters: dict[str, Callable[[], Array]] = {}
@@ -50,6 +53,10 @@ class RigidBodyParticipant:
         for joint in world.joint_names:
             declared.append(Variable(f"{joint}.tension", "N", (1,), Causality.OUTPUT))
             self._getters[declared[-1].name] = partial(self._tension, joint)
+        if coupled:
+            size = 6 * len(coupled)
+            declared.append(Variable("inverse_mass", "1/kg, 1/(kg m), 1/(kg m2)", (size, size), Causality.OUTPUT))
+            self._getters["inverse_mass"] = partial(world.coupled_inverse_mass, tuple(coupled))
         self._variables = variable_table(declared)
 
     @property
