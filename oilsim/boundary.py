@@ -26,7 +26,7 @@ from oilsim.smoothing_kernels import FAST, kernel, normalisation
 
 SAMPLING = 0.64  # mean distance of wall points in particle spacings
 SIDES = ("-x", "+x", "-y", "+y", "-z", "+z")
-CALIBRATIONS = 6  # rounds; more fit the probes at the price of weak edges: after 60 a tank leaked along its vertical edges
+CALIBRATIONS = 6  # rounds; more weaken edges to please their probes: after 60 a tank leaked along its edges
 
 
 @dataclass(frozen=True, kw_only=True)
