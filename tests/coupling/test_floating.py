@@ -130,11 +130,6 @@ def test_box_of_half_the_density_floats_half_under() -> None:
     draft = 0.5 * size[2]
     level = (fluid.particle_count * spacing**3 + size[0] * size[1] * draft) / tank**2
     assert fluid.particle_count == np.count_nonzero(beside)
-    print(
-        "DRAFT",
-        (level - (np.mean(heights) - 0.5 * size[2]) - draft) / spacing,
-        np.mean(lifts) / (9.81 * 0.5 * WATER * np.prod(size)),
-    )
     assert level - (np.mean(heights) - 0.5 * size[2]) == pytest.approx(draft, abs=spacing)
     # in the mean it is carried: the lift is its weight, within what its bobbing leaves
     assert np.mean(lifts) == pytest.approx(9.81 * 0.5 * WATER * np.prod(size), rel=0.1)

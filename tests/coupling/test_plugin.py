@@ -195,6 +195,7 @@ def test_inertia_of_a_bounding_box_is_told(client: int) -> None:
         attach_fluid(client, pool(0.04, 0.2, 0.08), [body])
 
 
+@pytest.mark.filterwarnings("ignore:body")
 def test_many_links_and_bodies_that_come_and_go(client: int) -> None:
     fluid = pool(0.05, 0.4, 0.1)
     robot = pybullet.loadURDF("r2d2.urdf", [0.0, 0.0, 2.0], useFixedBase=True, physicsClientId=client)
