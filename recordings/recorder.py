@@ -96,6 +96,7 @@ class Recorder:
         self._last_index = frame.index
         slot = int(frame.time * self.frame_rate + _TIME_SLACK)
         if slot <= self._last_slot:
+            file.write_if_full()
             return
         self._last_slot = slot
         sample = take_sample(frame, precision=self.precision, phases=self._due_phases(frame))

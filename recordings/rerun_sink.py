@@ -201,7 +201,11 @@ class RerunFile:
     def add(self, sample: Sample) -> None:
         """Take one sample; it reaches the disk with its block."""
         self._block.add(sample)
-        if self._block.full:
+        self.write_if_full()
+
+    def write_if_full(self) -> None:
+        """Write the block if it is full or has waited long enough."""
+        if self._block.samples and self._block.full:
             self._write_block()
 
     def add_event(self, event: Event, frame_index: int) -> None:

@@ -34,17 +34,25 @@ class Sample:
 
 
 class Block:
-    """Samples on their way to the file: full when it holds enough frames, bytes or wall time."""
+    """Samples on their way to the file: full when it holds enough frames, bytes or wall time.
+
+    Frames that come slower than the wall time of a block are not made to wait for others at all.
+    """
 
     def __init__(self) -> None:
         self.samples: list[Sample] = []
         self._byte_count = 0
         self._started = 0.0
+        self._last_added = -math.inf
+        self._slow = False
 
     def add(self, sample: Sample) -> None:
         """Take one more sample."""
+        now = time.monotonic()
         if not self.samples:
-            self._started = time.monotonic()
+            self._started = now
+        self._slow = now - self._last_added >= MAXIMUM_BLOCK_SECONDS
+        self._last_added = now
         self.samples.append(sample)
         self._byte_count += sample.byte_count
 
@@ -57,7 +65,8 @@ class Block:
     def full(self) -> bool:
         """Whether it is time to write."""
         return (
-            len(self.samples) >= MAXIMUM_BLOCK_FRAMES
+            self._slow
+            or len(self.samples) >= MAXIMUM_BLOCK_FRAMES
             or self._byte_count >= MAXIMUM_BLOCK_BYTES
             or (bool(self.samples) and time.monotonic() - self._started >= MAXIMUM_BLOCK_SECONDS)
         )
@@ -122,9 +131,12 @@ def require_power_of_two(precision: float | None) -> None:
 
 
 def id_ranges(ids: npt.NDArray[np.uint32]) -> npt.NDArray[np.uint32]:
-    """Increasing ids as runs: first id, count, first id, count, ...; a handful of numbers for a million particles."""
+    """Increasing ids as runs: first id, count, first id, count, ...; a handful of numbers for a million particles.
+
+    No ids are one run of none, because Rerun cannot keep a column of empty rows.
+    """
     if len(ids) == 0:
-        return np.empty(0, dtype=np.uint32)
+        return np.zeros(2, dtype=np.uint32)
     starts = np.concatenate(([0], np.flatnonzero(np.diff(ids.astype(np.int64)) != 1) + 1))
     counts = np.diff(np.concatenate((starts, [len(ids)])))
     return np.column_stack((ids[starts], counts)).astype(np.uint32).ravel()
@@ -133,6 +145,4 @@ def id_ranges(ids: npt.NDArray[np.uint32]) -> npt.NDArray[np.uint32]:
 def ids_of_ranges(ranges: npt.NDArray[np.uint32]) -> npt.NDArray[np.uint32]:
     """The ids that `id_ranges` wrote down."""
     pairs = np.asarray(ranges, dtype=np.uint32).reshape(-1, 2)
-    if len(pairs) == 0:
-        return np.empty(0, dtype=np.uint32)
     return np.concatenate([np.arange(first, first + count, dtype=np.uint32) for first, count in pairs.tolist()])

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from recordings import entity_paths
 from recordings.force_arrows import STANDARD_GRAVITY, ForceArrows, enclosed_volume
 from recordings.frame import BodyFrame, Event, Frame, MeshDescription, PhaseFrame, RunDescription
-from recordings.sample import id_ranges, ids_of_ranges
+from recordings.sample import Block, Sample, id_ranges, ids_of_ranges
 
 BOX_SIZE = np.array([2.0, 3.0, 5.0])
 
@@ -99,3 +99,23 @@ def test_an_arrow_is_as_long_as_the_body_at_full_displacement() -> None:
     arrow = ForceArrows({"box": _box()}, density).vectors("box", [body])
     assert arrow is not None
     np.testing.assert_allclose(arrow, [[0.0, 0.0, np.linalg.norm(BOX_SIZE)]], rtol=1e-6)
+
+
+def _fill(monkeypatch: pytest.MonkeyPatch, moments: list[float], count: int = 1) -> list[int]:
+    """Sizes of the blocks that samples of ``count`` particles make when they arrive at ``moments`` [s]."""
+    block, sizes = Block(), []
+    for index, moment in enumerate(moments):
+        monkeypatch.setattr("recordings.sample.time.monotonic", lambda now=moment: now)
+        phase = PhaseFrame(np.zeros((count, 3), np.float32), np.arange(count, dtype=np.uint32))
+        block.add(Sample(index=index, time=0.0, phases={"oil": phase}, bodies={}, scalars={}))
+        if block.full:
+            sizes.append(len(block.take()))
+    return sizes
+
+
+def test_blocks_are_bounded_by_frames_time_and_bytes(monkeypatch: pytest.MonkeyPatch) -> None:
+    fast = [0.001 * index for index in range(31)]
+    assert _fill(monkeypatch, fast) == [1, 10, 10, 10]  # the first is written at once
+    assert _fill(monkeypatch, [0.2 * index for index in range(9)]) == [1, 4, 4]  # the fourth waits 0.6 s
+    assert _fill(monkeypatch, [0.6 * index for index in range(4)]) == [1, 1, 1, 1]
+    assert _fill(monkeypatch, fast[:5], count=400_000) == [1, 2, 2]  # 4.8 MB each

@@ -50,8 +50,8 @@ def positions(phase: str, index: int, count: int) -> np.ndarray:
 
 
 def oil_ids(index: int) -> np.ndarray:
-    """Oil is emitted, one particle a step, and particle 1002 is lost at step 10."""
-    ids = np.arange(1000, 1020 + index, dtype=np.uint32)
+    """Oil is emitted from step 2 on, one particle a step, and particle 1002 is lost at step 10."""
+    ids = np.arange(1000, 1020 + index if index >= 2 else 1000, dtype=np.uint32)
     return ids[ids != 1002] if index >= 10 else ids
 
 
