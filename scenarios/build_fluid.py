@@ -98,10 +98,18 @@ def build_fluid(scenario: Scenario, positions: Mapping[str, Array]) -> tuple[Flu
         )
         handle = fluid.add_boundary(walls)
     for name, fill in scenario.fill.items():
-        fluid.add_particles(positions[name], phase=fill.phase, velocity=fill.velocity)
+        velocity = starting_velocity(scenario) if fill.velocity is None else fill.velocity
+        fluid.add_particles(positions[name], phase=fill.phase, velocity=velocity)
     _add_emitters(fluid, scenario)
     _add_forcings(fluid, scenario, water_level(scenario, positions))
     return fluid, handle
+
+
+def starting_velocity(scenario: Scenario) -> Vector:
+    """Velocity [m/s] of liquid that states none: the current's where it runs everywhere, else 0."""
+    current = scenario.forcing.current
+    everywhere = current is not None and current.lower is None
+    return horizontal(current.speed, current.direction) if current is not None and everywhere else (0.0, 0.0, 0.0)
 
 
 def _add_emitters(fluid: Fluid, scenario: Scenario) -> None:

@@ -137,11 +137,11 @@ class FillSettings(Section):
     """Liquid that is there at the start; a later region replaces earlier ones where they overlap.
 
     phase     which liquid
-    velocity  [m/s] at the start
+    velocity  [m/s] at the start; None: that of a current that runs through the whole tank, else at rest
     """
 
     phase: str
-    velocity: Vector = quantity("m/s", default=(0.0, 0.0, 0.0))
+    velocity: Vector | None = quantity("m/s", default=None)
 
 
 @dataclass(frozen=True, kw_only=True)
