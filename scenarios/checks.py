@@ -202,19 +202,9 @@ def _inside(path: str, extent: tuple[Vector, Vector], tank: Tank) -> Iterator[Pr
 
 
 def _sizes(parts: Parts, fluid: FluidSettings) -> Iterator[Problem]:
-    """Nothing is smaller than the particles that must resolve it."""
+    """A pipe is no thinner than a particle; a thin region of liquid keeps one layer all the same."""
     d = fluid.particle_spacing
     for name, emitter in parts.emitters.items():
         if emitter.radius < 0.5 * d:
             text = f"is {emitter.radius:g}, allowed: {0.5 * d:g} m or more, half of fluid.particle_spacing"
             yield Problem(f"emitters.{name}.radius", text)
-    for name, fill in parts.fill.items():
-        if isinstance(fill, SlabFill) and fill.top - fill.bottom < 0.5 * d:
-            text = f"is {fill.top - fill.bottom:g} m above bottom, allowed: {0.5 * d:g} m or more, half of fluid.particle_spacing"
-            yield Problem(f"fill.{name}.top", text)
-        if isinstance(fill, BlockFill):
-            for axis, low, high in zip("xyz", fill.lower, fill.upper, strict=True):
-                flat = fluid.dimension == 2 and axis == "y"
-                if high - low < 0.5 * d and not flat:
-                    text = f"is {high - low:g} m above lower {axis}, allowed: {0.5 * d:g} m or more, half of fluid.particle_spacing"
-                    yield Problem(f"fill.{name}.upper", text)

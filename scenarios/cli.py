@@ -138,7 +138,8 @@ def _print_cost(console: object, scenario: Scenario, cost: Cost) -> None:
     table.add_column(justify="right")
     for phase, count in cost.particles.items():
         poured = cost.emitted.get(phase, 0)
-        table.add_row(f"{phase} particles", f"{count:,}" + (f", up to {poured:,} from pipes" if poured else ""))
+        volume = f" ({_volume(count * scenario.fluid.particle_spacing**3)})" if scenario.fluid.dimension == 3 else ""
+        table.add_row(f"{phase} particles", f"{count:,}{volume}" + (f", up to {poured:,} from pipes" if poured else ""))
     for name, count in cost.boundary.items():
         table.add_row(f"{name} surface particles", f"about {count:,}")
     table.add_row("simulated", f"{scenario.run.duration:g} s in about {cost.steps:,} steps")
@@ -148,6 +149,11 @@ def _print_cost(console: object, scenario: Scenario, cost: Cost) -> None:
     console.print(
         "Estimated from the cost per particle and step measured on two x86 cores; splashing takes longer.", style="dim"
     )
+
+
+def _volume(volume: float) -> str:
+    """A volume [m3] in words, to three figures."""
+    return f"{volume:.3g} m3" if volume >= 1.0 or volume == 0.0 else f"{1e3 * volume:.3g} l"
 
 
 def _duration(seconds: float) -> str:

@@ -85,7 +85,7 @@ def test_small_scenario_is_sound() -> None:
         ('shape = "slab"', "", "fill.sea.shape", "is missing, allowed: 'block'"),
         ('phase = "water"', 'phase = "watr"', "fill.sea.phase", "did you mean 'water'?"),
         ("top = 0.3", "top = 1.3", "fill.sea", "has z = 0 to 1.3 m, allowed: inside the tank"),
-        ("top = 0.3", "top = 0.01", "fill.sea.top", "half of fluid.particle_spacing"),
+        ("top = 0.3", "top = 0.0", "fill.sea.top", "above bottom = 0 m"),
         ("[run]", "[runs]", "runs", "did you mean 'run'?"),
         ('name = "small"', 'name = "../small"', "name", "letters, digits"),
     ],
