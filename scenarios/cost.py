@@ -13,11 +13,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from scenarios.bodies import Fixed
 from scenarios.lattice import starting_positions
 from scenarios.liquid import Tank
 from scenarios.scenario import Scenario
 
-SECONDS_PER_PARTICLE_STEP = 1.4e-6  # of the fluid, on 2 threads: falling and splashing water of calm-spread
+SECONDS_PER_PARTICLE_STEP = 2.0e-6  # of the fluid, on 2 threads: falling, splashing and calm water of calm-spread
+SECONDS_PER_BODY_STEP = 5e-4  # of each body that moves, for a communication step of u-sweep
+TYPICAL_SPEED = 0.75  # of sqrt(g h), the fastest particle over a whole run
 REFERENCE_THREADS = 2
 SERIAL_SHARE = 0.15  # of the reference time, that more threads do not shorten
 BYTES_PER_PARTICLE = 1300.0  # fluid: state and neighbour lists
@@ -52,7 +55,7 @@ def estimate(scenario: Scenario) -> Cost:
     emitted = _emitted(scenario)
     boundary = _boundary(scenario)
     threads = scenario.run.threads or os.cpu_count() or 1
-    steps = _steps(scenario)
+    steps = _steps(scenario, [float(points[:, 2].max()) for points in positions.values()])
     alive = sum(particles.values()) + 0.5 * sum(emitted.values())
     most, walls = sum(particles.values()) + sum(emitted.values()), sum(boundary.values())
     share = SERIAL_SHARE + (1.0 - SERIAL_SHARE) * REFERENCE_THREADS / threads
@@ -63,8 +66,15 @@ def estimate(scenario: Scenario) -> Cost:
         steps=steps,
         threads=threads,
         memory=BYTES_AT_REST + BYTES_PER_PARTICLE * most + BYTES_PER_BOUNDARY_PARTICLE * walls,
-        seconds=START_SECONDS + SECONDS_PER_PARTICLE_STEP * share * alive * steps,
+        seconds=START_SECONDS + SECONDS_PER_PARTICLE_STEP * share * alive * steps + _body_seconds(scenario),
     )
+
+
+def _body_seconds(scenario: Scenario) -> float:
+    """Time [s] that moving bodies take: in the fluid's pressure solve, with their joints, and in the rigid solver."""
+    moving = sum(not isinstance(body.motion, Fixed) for body in scenario.bodies.values())
+    moving += len(scenario.vessels) + sum(boom.segments for boom in scenario.booms.values())
+    return SECONDS_PER_BODY_STEP * moving * scenario.run.duration / scenario.run.communication_step
 
 
 def _emitted(scenario: Scenario) -> dict[str, int]:
@@ -110,19 +120,16 @@ def _surface_counts(scenario: Scenario, pitch: float) -> dict[str, int]:
     return counts
 
 
-def _steps(scenario: Scenario) -> int:
+def _steps(scenario: Scenario, tops: list[float]) -> int:
     """Steps of the fluid: by the communication step, the largest step, and how far the fastest particle may move.
 
-    Its speed, over the whole run, is taken as half of sqrt(g h), h the height from the tank's floor to the highest liquid at
-    the start: less than what a fall or a dam break reaches, more than what water at rest does.
+    Its speed, over the whole run, is taken as `TYPICAL_SPEED` sqrt(g h), h the height from the tank's floor to the highest
+    liquid at the start (`tops` of the regions [m], and pipes): less than what a dam break reaches, more than water at rest.
     """
     settings, run = scenario.fluid, scenario.run
-    positions = starting_positions(scenario.fill, scenario.tank, settings.particle_spacing, settings.dimension)
-    tops = [float(points[:, 2].max()) for points in positions.values()] + [
-        pipe.mouth[2] for pipe in scenario.emitters.values()
-    ]
+    tops = tops + [pipe.mouth[2] for pipe in scenario.emitters.values()]
     gravity = float(np.linalg.norm(settings.gravity))
-    speed = 0.5 * math.sqrt(gravity * max(0.0, max(tops) - scenario.tank.lower[2]))
+    speed = TYPICAL_SPEED * math.sqrt(gravity * max(0.0, max(tops) - scenario.tank.lower[2]))
     free = settings.cfl * settings.particle_spacing / speed if speed > 0.0 else math.inf
     step = max(settings.minimum_time_step, min(settings.maximum_time_step, run.communication_step, free))
     per_communication = math.ceil(run.communication_step / step - 1e-9)

@@ -138,15 +138,15 @@ def _boom_end(value: object, _: object) -> str | Point2:
         raise Fault(f"is {value!r}, allowed: a vessel's name or a point [x, y] in m") from cause
 
 
-def _shape_of(kind: Any) -> str:
+def shape_of(kind: Any) -> str:
     """What a quantity's type looks like in a file, in words."""
     arguments = [part for part in get_args(kind) if part is not types.NoneType]
     if get_origin(kind) in (Union, types.UnionType):
-        return _shape_of(arguments[0])
+        return shape_of(arguments[0])
     if get_origin(kind) is not tuple:
         return "a whole number" if kind is int else "a number"
     if arguments[-1] is Ellipsis:
-        inner = _shape_of(arguments[0])
+        inner = shape_of(arguments[0])
         return "a list of numbers" if inner == "a number" else f"a list of entries, each {inner}"
     return f"a list of {len(arguments)} {'whole ' if arguments[0] is int else ''}numbers"
 
@@ -164,7 +164,7 @@ def _quantity_hook(limits: Quantity) -> Callable[[Any, Any], Any]:
         try:
             result = _CONVERTER.structure(value, kind)
         except Exception as cause:
-            text = f"is {suffixed.value!r}, allowed: {_shape_of(kind)}, {limits.allowed}"
+            text = f"is {suffixed.value!r}, allowed: {shape_of(kind)}, {limits.allowed}"
             raise Fault(text, suffixed.key) from cause
         fault = limits.fault(result)
         if fault:

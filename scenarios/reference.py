@@ -1,0 +1,191 @@
+"""The reference of the scenario format, written from the dataclasses themselves: ``python -m scenarios.reference``."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Iterator
+from dataclasses import MISSING, Field, fields
+from typing import Any, Literal, get_args, get_origin
+
+from scenarios import bodies, exercise, liquid, probes, scenario, weather
+from scenarios.fields import Section, quantities
+from scenarios.structuring import SUFFIXES, field_kinds, shape_of
+
+INTRODUCTION = """# Scenario files
+
+A scenario is a TOML file of tables; the same can be said in Python with the dataclasses of `scenarios`, key by key. Units are SI,
+z points up, angles are counter-clockwise. A key in m/s may be written with the suffix `_kn` (knots), a key in rad with `_deg`.
+Named things stand in tables of their own, such as `[phases.oil]` or `[bodies.rock]`; the name is yours.
+
+`oilsim check FILE` reads a file, tells every problem at once, and says what a run would cost. `--set KEY=VALUE` changes an entry for one
+run: `--set phases.oil.dynamic_viscosity=0.1`, `--set tank.upper.2=2.0`, `--set vessels.port.legs.1.speed_kn=0.5`.
+The `[demo]` table holds such changes for `--demo`.
+
+A key without a default must be given. This page is written by `python -m scenarios.reference`.
+
+## A first scenario
+```toml
+name = "my-tank"
+title = "A wooden ball falls into water"
+
+[run]
+duration = 2.0
+
+[fluid]
+particle_spacing = 0.05
+
+[phases.water]
+density = 998.0
+dynamic_viscosity = 1.0e-3
+
+[tank]
+lower = [0.0, 0.0, 0.0]
+upper = [1.0, 1.0, 1.0]
+open = ["+z"]
+
+[fill.pool]
+shape = "slab"
+phase = "water"
+bottom = 0.0
+top = 0.4
+
+[bodies.ball]
+shape = "sphere"
+radius = 0.15
+density = 600.0
+position = [0.5, 0.5, 0.7]
+
+[probes.ball]
+kind = "body"
+body = "ball"
+```
+The same in Python, with a run of it that leaves a recording and a summary:
+```python
+from pathlib import Path
+
+from scenarios.bodies import SphereBody
+from scenarios.liquid import FluidSettings, PhaseSettings, SlabFill, Tank
+from scenarios.probes import BodyProbe
+from scenarios.run import RunOptions, run_scenario
+from scenarios.scenario import RunSettings, Scenario
+
+scenario = Scenario(
+    name="my-tank",
+    title="A wooden ball falls into water",
+    run=RunSettings(duration=2.0),
+    fluid=FluidSettings(particle_spacing=0.05),
+    phases={"water": PhaseSettings(density=998.0, dynamic_viscosity=1.0e-3)},
+    tank=Tank(lower=(0.0, 0.0, 0.0), upper=(1.0, 1.0, 1.0), open=("+z",)),
+    fill={"pool": SlabFill(phase="water", bottom=0.0, top=0.4)},
+    bodies={"ball": SphereBody(radius=0.15, density=600.0, position=(0.5, 0.5, 0.7))},
+    probes={"ball": BodyProbe(body="ball")},
+)
+if __name__ == "__main__":
+    run_scenario(scenario, options=RunOptions(record=Path("my-tank.rrd"), summary=Path("my-tank.json")))
+```
+For a loop of your own, `scenarios.build.build(scenario)` gives the parts: `assembly.fluid`, `assembly.world`, and
+`assembly.co_simulation(observers)` with `initialize()`, `step()` and `terminate()`.
+"""
+
+CHAPTERS: tuple[tuple[str, tuple[type[Section], ...]], ...] = (
+    ("run", (scenario.RunSettings,)),
+    ("fluid", (liquid.FluidSettings,)),
+    ("phases.NAME", (liquid.PhaseSettings,)),
+    ("tank", (liquid.Tank,)),
+    ("fill.NAME", get_args(liquid.Fill)),
+    ("emitters.NAME", (liquid.PipeEmitterSettings,)),
+    ("forcing.wind", (weather.WindSettings,)),
+    ("forcing.waves", (weather.WaveSettings,)),
+    ("forcing.current", (weather.CurrentSettings,)),
+    ("bodies.NAME", get_args(bodies.Body)),
+    ("bodies.NAME.motion", get_args(bodies.Motion)),
+    ("vessels.NAME", (exercise.VesselSettings,)),
+    ("vessels.NAME.legs", (exercise.LegSettings,)),
+    ("tow", (exercise.TowSettings,)),
+    ("booms.NAME", (exercise.BoomSettings,)),
+    ("probes.NAME", get_args(probes.Probe)),
+    ("recording", (scenario.RecordingSettings,)),
+    ("camera", (scenario.CameraSettings,)),
+)
+
+
+def reference() -> str:
+    """The whole page as Markdown."""
+    return "\n".join([INTRODUCTION, *(line for table, sections in CHAPTERS for line in _chapter(table, sections))])
+
+
+def _chapter(table: str, sections: tuple[type[Section], ...]) -> Iterator[str]:
+    """One table of the file: the keys all its kinds share first, then each kind."""
+    yield f"## [{table}]"
+    shared = _shared(sections)
+    if shared is not None:
+        yield from _section(shared, set())
+    for section in sections:
+        if section.TAG is not None:
+            yield f'### {section.TAG[0]} = "{section.TAG[1]}"'
+        known = {item.name for item in fields(shared)} if shared is not None else set()  # type: ignore[arg-type]
+        yield from _section(section, known)
+
+
+def _shared(sections: tuple[type[Section], ...]) -> type[Section] | None:
+    """The class whose keys all kinds have, if there are several kinds."""
+    parents = {section.__mro__[1] for section in sections}
+    parent = parents.pop()
+    return parent if len(sections) > 1 and not parents and parent is not Section else None
+
+
+def _section(section: type[Section], known: set[str]) -> Iterator[str]:
+    """What a section is, and a row for each key that is not known from above."""
+    yield "```text"
+    yield inspect.cleandoc(section.__doc__ or "")
+    yield "```"
+    rows = [item for item in fields(section) if item.name not in known]  # type: ignore[arg-type]
+    if rows:
+        yield "| key | value | default |"
+        yield "|---|---|---|"
+        yield from (_row(section, item) for item in rows)
+    yield ""
+
+
+def _row(section: type[Section], item: Field[Any]) -> str:
+    limits = quantities(section).get(item.name)
+    kind = field_kinds(section)[item.name]
+    value = _value(kind) if limits is None else f"{shape_of(kind)}, {limits.allowed}"
+    names = [item.name]
+    if limits is not None:
+        names += [item.name + suffix for suffix, (unit, _) in SUFFIXES.items() if limits.unit in (unit, f"{unit}/s")]
+    return f"| {', '.join(f'`{name}`' for name in names)} | {value} | {_default(item)} |"
+
+
+def _value(kind: Any) -> str:
+    """The allowed values of a key that is no quantity."""
+    if get_origin(kind) is Literal:
+        return ", ".join(f'`"{choice}"`' for choice in get_args(kind))
+    if kind is bool:
+        return "`true` or `false`"
+    choices = [choice for part in get_args(kind) for choice in (get_args(part) if get_origin(part) is Literal else ())]
+    if choices:
+        listed = ", ".join(f'`"{choice}"`' for choice in choices)
+        return f"a list of {listed}" if get_origin(kind) is tuple else listed
+    if kind is str or (str in get_args(kind) and get_origin(kind) is not tuple):
+        return "text"
+    return "see above"
+
+
+def _default(item: Field[Any]) -> str:
+    if item.default_factory is not MISSING:
+        made = item.default_factory()
+        tag = getattr(made, "TAG", None)
+        return f'`"{tag[1]}"`' if tag else ""
+    if item.default is MISSING:
+        return "**must be given**"
+    if item.default is None or item.default == ():
+        return ""
+    if isinstance(item.default, bool):
+        return f"`{str(item.default).lower()}`"
+    default = list(item.default) if isinstance(item.default, tuple) else item.default
+    return f'`"{default}"`' if isinstance(default, str) else f"`{default}`"
+
+
+if __name__ == "__main__":
+    print(reference())
