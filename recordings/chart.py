@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
 from matplotlib.patches import Polygon
 from scipy.ndimage import gaussian_filter
 from scipy.spatial import ConvexHull, QhullError
@@ -21,6 +22,7 @@ _FLAT = 0.2  # a scene whose width is less than this part of its length is seen 
 _FEWEST = 10  # particles worth an outline
 _OUTLINE_CELLS = 2.0  # cells of the outline's grid, in particle spacings
 _FAINT = 0.35
+_DISC = np.column_stack([wave(np.linspace(0.0, 2.0 * np.pi, 9)[:-1]) for wave in (np.cos, np.sin)])
 
 
 def draw_map(axes: Axes, replay: Replay, moments: Sequence[Moment]) -> None:
@@ -49,11 +51,18 @@ def draw_map(axes: Axes, replay: Replay, moments: Sequence[Moment]) -> None:
     axes.set_ylabel("z [m]" if side else "y [m]")
     view = "from the side" if side else "from above"
     axes.set_title(f"{view} at {last.time:.1f} s", loc="left", fontsize=10.5)
-    if last.time > first.time:
+    if last.time > first.time and _has_past(moments):
         past = f"dashed outline and faint bodies: {first.time:.1f} s"
         axes.set_title(past, loc="right", fontsize=9.0, color="#5c6b76", fontweight="normal")
     axes.set_axisbelow(True)
     axes.grid(color="#e3e8ec", linewidth=0.8)
+
+
+def _has_past(moments: Sequence[Moment]) -> bool:
+    """Whether the first moment left something on the map: oil, or a body that has moved since."""
+    first, last = moments[0], moments[-1]
+    oil = any(palette.is_oil(name) and len(position) for name, position in first.positions.items())
+    return oil or any(_moves(body, last.bodies[name]) for name, body in first.bodies.items())
 
 
 def _seen_from_the_side(moment: Moment) -> bool:
@@ -70,9 +79,8 @@ def _draw_particles(axes: Axes, points: Points, spacing: float, color: Color, st
     """Oil as dots, everything else as a faint ground."""
     tint = np.array(color[:3]) / 255.0
     if strong:
-        axes.scatter(
-            points[:, 0], points[:, 1], s=5.0, color=tint, alpha=0.55, linewidths=0.0, zorder=3, rasterized=True
-        )
+        discs = points[:, None, :] + 0.5 * spacing * _DISC
+        axes.add_collection(PolyCollection([*discs], facecolors=[(*tint, 0.75)], linewidths=0.0, zorder=3))
         return
     amount, x_edges, y_edges = _density(points, 2.0 * spacing)
     full = np.percentile(amount[amount > 0.0], 90.0)

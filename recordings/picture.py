@@ -15,7 +15,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 
-from recordings import entity_paths, palette
+from recordings import palette
 from recordings.chart import draw_map
 from recordings.frame import CameraView, Event, MeshDescription, PhaseDescription, RunDescription
 from recordings.moments import Moment, key_steps, placed_vertices, read_moments, recorded_steps
@@ -182,14 +182,18 @@ def _draw_series(figure: Figure, place: SubplotSpec, replay: Replay, moments: Se
     """The events, and up to three diagrams over simulated time."""
     told = [name for name, series in replay.scalars.items() if "/" not in name or np.any(series.value != 0.0)]
     chosen = list(plots_with_series(replay.run.plots, told).items())[:_DIAGRAMS]
-    heights = [_EVENT_ROW if replay.events else 0.01, *([1.0] * len(chosen))]
+    heights = [_EVENT_ROW] * bool(replay.events) + [1.0] * len(chosen)
+    if not heights:
+        return
     grid = place.subgridspec(len(heights), 1, hspace=0.42, height_ratios=heights)
     rows = [figure.add_subplot(grid[row]) for row in range(len(heights))]
-    _draw_events(rows[0], replay.events)
-    for axes, (title, names) in zip(rows[1:], chosen, strict=True):
-        for name in names:
+    diagrams = rows[-len(chosen) :] if chosen else []
+    if replay.events:
+        _draw_events(rows[0], replay.events)
+    for axes, (title, names) in zip(diagrams, chosen, strict=True):
+        for name, label in zip(names, _labels(names), strict=True):
             series = replay.scalars[name]
-            axes.plot(series.time, series.value, linewidth=1.6, label=_label(name))
+            axes.plot(series.time, series.value, linewidth=1.6, label=label)
         axes.set_title(title, loc="left", fontsize=10.5)
         axes.margins(x=0.0, y=0.12)
         axes.grid(axis="y", color="#e3e8ec", linewidth=0.8)
@@ -200,7 +204,7 @@ def _draw_series(figure: Figure, place: SubplotSpec, replay: Replay, moments: Se
         axes.set_xlim(moments[0].time, max(moments[-1].time, moments[0].time + 1e-3))
         for moment in moments:
             axes.axvline(moment.time, color="#c8d1d8", linewidth=0.8, zorder=0)
-        for event in replay.events if axes is not rows[0] else ():
+        for event in replay.events if axes in diagrams else ():
             axes.axvline(event.time, color=_EVENT_COLORS[event.level], linewidth=0.9, linestyle=":")
     rows[-1].set_xlabel("simulated time [s]")
 
@@ -221,11 +225,9 @@ def _draw_events(axes: Axes, events: Sequence[Event]) -> None:
         axes.annotate(text, where, shift, textcoords="offset points", ha=side, va="center", fontsize=9, color=color)
 
 
-def _label(name: str) -> str:
-    """A series' name as a legend says it."""
-    return (
-        name.removeprefix(f"{entity_paths.PROBES}/")
-        .removeprefix("tow_tension/")
-        .removeprefix("oil_lost/")
-        .replace("_", " ")
-    )
+def _labels(names: Sequence[str]) -> list[str]:
+    """What a legend calls some series: their names less what they have in common."""
+    first, last = min(names), max(names)  # in alphabetical order, hence what these two share all share
+    alike = next((place for place, pair in enumerate(zip(first, last, strict=False)) if pair[0] != pair[1]), len(first))
+    start = max(first.rfind("/", 0, alike), first.rfind("_", 0, alike)) + 1
+    return [name[start:].replace("_", " ") for name in names]

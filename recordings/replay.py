@@ -213,13 +213,14 @@ class Replay:
         """The triangles of every body that has some."""
         found = {}
         for chunk in self._chunks(*_body_paths(), static=True):
-            vertices, faces = read_rows(chunk, "Mesh3D:vertex_positions"), read_rows(chunk, "Mesh3D:triangle_indices")
+            vertices, faces = read_rows(chunk, "vertices"), read_rows(chunk, "faces")
             factor = read_rows(chunk, "Mesh3D:albedo_factor")
             if vertices is not None and faces is not None:
                 packed = int(factor.values[0]) if factor is not None else 0xFFFFFFFF
                 color = ((packed >> 24) & 255, (packed >> 16) & 255, (packed >> 8) & 255, packed & 255)
                 name = entity_paths.body_name(chunk.entity_path)
-                corners, triangles = vertices.values.astype(np.float32), faces.values.astype(np.uint32)
+                corners = vertices.values.astype(np.float32).reshape(-1, 3)
+                triangles = faces.values.astype(np.uint32).reshape(-1, 3)
                 found[name] = MeshDescription(vertices=corners, faces=triangles, color=color)
         return dict(sorted(found.items()))
 

@@ -120,14 +120,22 @@ class RerunWriter:
             self._static(entity_paths.outline(name), edges)
 
     def _write_mesh(self, name: str, mesh: MeshDescription) -> None:
-        """Write a body's triangles; its pose follows frame by frame."""
+        """Write a body's triangles; its pose follows frame by frame.
+
+        The viewer shades by the normals of vertices, so it gets every triangle with vertices of its own; the mesh as it
+        was described lies beside them.
+        """
+        corners = mesh.vertices[mesh.faces]
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.float32(1e-30))
         shape = rr.Mesh3D(
-            vertex_positions=mesh.vertices,
-            triangle_indices=mesh.faces,
+            vertex_positions=corners.reshape(-1, 3),
+            vertex_normals=np.repeat(normal, 3, axis=0),
             albedo_factor=palette.body_color(name, mesh),
             face_rendering="DoubleSided",
         )
-        self._static(entity_paths.body(name), shape)
+        described = rr.AnyValues(vertices=mesh.vertices.ravel(), faces=mesh.faces.ravel())
+        self._static(entity_paths.body(name), shape, described)
 
     def _write_arrow_looks(self) -> None:
         """Write colour, thickness and scale of the force arrows."""

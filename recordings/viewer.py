@@ -26,6 +26,7 @@ LOOPBACK = "127.0.0.1"
 _START_SECONDS = 30.0
 _STOP_SECONDS = 5.0
 _LOAD_SECONDS = 2.0
+_SETTLE_SECONDS = 1.0
 
 
 class ViewerError(RuntimeError):
@@ -58,10 +59,16 @@ def viewer_environment() -> dict[str, str]:
     return os.environ | {"CI": "true", "RERUN_APP_ONLY": "true"}
 
 
-def open_viewer(path: str | Path, *, port: int = 0) -> subprocess.Popen[bytes]:
+def open_viewer(path: str | Path) -> subprocess.Popen[bytes]:
     """Open a recording in a viewer on the screen; returns its process, which outlives this one."""
-    command = [viewer_executable(), str(_readable(path)), "--bind", LOOPBACK, "--port", str(port or free_port())]
-    return start_viewer(command)
+    source, port = _readable(path), free_port()
+    viewer = start_viewer([viewer_executable(), str(source), "--bind", LOOPBACK, "--port", str(port)])
+    wait_for_port(port, viewer)
+    try:
+        viewer.wait(_SETTLE_SECONDS)  # it listens before it looks for a screen
+    except subprocess.TimeoutExpired:
+        return viewer
+    raise _ended(viewer)
 
 
 def start_viewer(command: list[str]) -> subprocess.Popen[bytes]:
@@ -88,13 +95,17 @@ def wait_for_port(port: int, viewer: subprocess.Popen[bytes]) -> None:
     deadline = time.monotonic() + _START_SECONDS
     while time.monotonic() < deadline:
         if viewer.poll() is not None:
-            raise ViewerError(f"rerun viewer ended at once with code {viewer.returncode}; no screen or graphics driver")
+            raise _ended(viewer)
         with socket.socket() as probe:
             probe.settimeout(0.2)
             if probe.connect_ex((LOOPBACK, port)) == 0:
                 return
         time.sleep(0.05)
     raise ViewerError(f"rerun viewer did not listen on port {port} within {_START_SECONDS:.0f} s")
+
+
+def _ended(viewer: subprocess.Popen[bytes]) -> ViewerError:
+    return ViewerError(f"rerun viewer ended at once with code {viewer.returncode}; no screen or no graphics driver")
 
 
 def render_viewer_screenshot(
