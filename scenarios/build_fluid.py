@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from dataclasses import fields
 
 import numpy as np
 import trimesh
@@ -48,7 +49,7 @@ def fluid_config(scenario: Scenario) -> FluidConfig:
         lower=(lower[0], lower[1], lower[2]),
         upper=(upper[0], upper[1], upper[2]),
         periodic=("x" in tank.periodic, "y" in tank.periodic, False),
-        **{name: getattr(settings, name) for name in type(settings).__dataclass_fields__},
+        **{item.name: getattr(settings, item.name) for item in fields(settings)},
     )
 
 

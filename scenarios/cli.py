@@ -18,6 +18,8 @@ from recordings.errors import RecordingError
 from scenarios.problems import Problem, ScenarioError
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from scenarios.cost import Cost
     from scenarios.scenario import Scenario
 
@@ -127,11 +129,9 @@ def _check(options: argparse.Namespace) -> int:
     return DONE
 
 
-def _print_cost(console: object, scenario: Scenario, cost: Cost) -> None:
-    from rich.console import Console
+def _print_cost(console: Console, scenario: Scenario, cost: Cost) -> None:
     from rich.table import Table
 
-    assert isinstance(console, Console)
     console.print(f"[bold]{scenario.name}[/bold]: {scenario.title}")
     table = Table(show_header=False)
     table.add_column(style="bold")

@@ -74,6 +74,7 @@ def quantities(section: type) -> dict[str, Quantity]:
     return {item.name: item.metadata[_QUANTITY] for item in fields(section) if _QUANTITY in item.metadata}
 
 
+@dataclass(frozen=True, kw_only=True)
 class Section:
     """A part of a scenario that refuses impossible values when it is made.
 

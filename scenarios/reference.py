@@ -123,7 +123,7 @@ def _chapter(table: str, sections: tuple[type[Section], ...]) -> Iterator[str]:
     for section in sections:
         if section.TAG is not None:
             yield f'### {section.TAG[0]} = "{section.TAG[1]}"'
-        known = {item.name for item in fields(shared)} if shared is not None else set()  # type: ignore[arg-type]
+        known = {item.name for item in fields(shared)} if shared is not None else set()
         yield from _section(section, known)
 
 
@@ -139,7 +139,7 @@ def _section(section: type[Section], known: set[str]) -> Iterator[str]:
     yield "```text"
     yield inspect.cleandoc(section.__doc__ or "")
     yield "```"
-    rows = [item for item in fields(section) if item.name not in known]  # type: ignore[arg-type]
+    rows = [item for item in fields(section) if item.name not in known]
     if rows:
         yield "| key | value | default |"
         yield "|---|---|---|"

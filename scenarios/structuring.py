@@ -92,7 +92,7 @@ def _steps(error: BaseException) -> Iterator[str]:
 
 def _written_names(section: type[Section]) -> list[str]:
     """Keys of a section as they may be written, the tag first."""
-    names = [item.name for item in fields(section)]  # type: ignore[arg-type]
+    names = [item.name for item in fields(section)]
     return [section.TAG[0], *names] if section.TAG else names
 
 
