@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 import numpy.typing as npt
 
-from recordings.frame import BodyFrame, MeshDescription
+from recordings.frame import MeshDescription
 
 STANDARD_GRAVITY = 9.81  # [m/s2]
 
@@ -34,9 +34,7 @@ class ForceArrows:
                 size = float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
                 self.metres_per_newton[name] = size / (rest_density * STANDARD_GRAVITY * volume)
 
-    def vectors(self, name: str, bodies: Sequence[BodyFrame]) -> npt.NDArray[np.float64] | None:
-        """Arrows (N, 3) [m] of the forces on one body at N instants, or None for a body that has no scale."""
+    def vectors(self, name: str, forces: npt.NDArray[np.float64]) -> npt.NDArray[np.float64] | None:
+        """Arrows (N, 3) [m] of the forces (N, 3) [N] on one body, or None for a body that has no scale."""
         scale = self.metres_per_newton.get(name)
-        if scale is None:
-            return None
-        return scale * np.array([body.wrench[:3] for body in bodies])
+        return None if scale is None else scale * forces

@@ -20,6 +20,7 @@ Color = tuple[int, int, int, int]  # red, green, blue, opacity, each 0 to 255
 EventLevel = Literal["info", "warning", "error"]
 EVENT_LEVELS: tuple[EventLevel, ...] = ("info", "warning", "error")
 
+_BODY_LENGTHS = (("position", 3), ("orientation", 4), ("linear_velocity", 3), ("angular_velocity", 3), ("wrench", 6))
 _NOTHING: Mapping[str, object] = MappingProxyType({})
 
 
@@ -67,11 +68,17 @@ class BodyFrame:
     wrench: npt.NDArray[np.float64] = field(default_factory=lambda: np.zeros(6))
 
     def __post_init__(self) -> None:
-        lengths = {"position": 3, "orientation": 4, "linear_velocity": 3, "angular_velocity": 3, "wrench": 6}
-        for name, length in lengths.items():
+        for name, length in _BODY_LENGTHS:
             value = np.asarray(getattr(self, name), dtype=np.float64)
-            _require_shape(f"body {name}", value, (length,))
+            if value.shape != (length,):
+                raise ValueError(f"body {name} has shape {value.shape}, expected ({length},)")
             object.__setattr__(self, name, value)
+
+    @property
+    def motion(self) -> npt.NDArray[np.float64]:
+        """A copy of it all in one array (19,): pose (7), twist (6), wrench (6)."""
+        parts = (self.position, self.orientation, self.linear_velocity, self.angular_velocity, self.wrench)
+        return np.concatenate(parts)
 
 
 class Frame:

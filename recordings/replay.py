@@ -134,16 +134,15 @@ class Replay:
     @cached_property
     def bodies(self) -> Mapping[str, BodySeries]:
         """Every body's motion by its name."""
-        parts = {name: self._rows(_body_paths(), name) for name in ("pose", "twist", "wrench")}
         bodies = {}
-        for path, poses in parts["pose"].items():
-            pose = _series(poses, 7)
+        for path, parts in self._rows(_body_paths(), "motion").items():
+            motion = _series(parts, 19)
             bodies[entity_paths.body_name(path)] = BodySeries(
-                index=pose.index,
-                time=pose.time,
-                pose=pose.value,
-                twist=_series(parts["twist"][path], 6).value,
-                wrench=_series(parts["wrench"][path], 6).value,
+                index=motion.index,
+                time=motion.time,
+                pose=motion.value[:, :7],
+                twist=motion.value[:, 7:13],
+                wrench=motion.value[:, 13:],
             )
         return bodies
 

@@ -25,7 +25,7 @@ from recordings import entity_paths, palette
 from recordings.blueprint import run_blueprint
 from recordings.errors import RecordingError
 from recordings.force_arrows import ForceArrows
-from recordings.frame import BodyFrame, Event, MeshDescription, PhaseDescription, RunDescription
+from recordings.frame import Event, MeshDescription, PhaseDescription, RunDescription
 from recordings.sample import Block, Sample, id_ranges
 
 APPLICATION = "oilsim"
@@ -48,6 +48,8 @@ class RerunWriter:
         self._run: RunDescription | None = None
         self._shown_scalars: set[str] = set()
         self._arrows = ForceArrows()
+        self._last_instants: tuple[int, ...] = ()
+        self._last_times: list[rr.TimeColumn] = []
         self._last_ids: dict[str, npt.NDArray[np.uint32]] = {}
 
     def write_run(self, run: RunDescription, terms: Mapping[str, float]) -> None:
@@ -162,30 +164,29 @@ class RerunWriter:
         self._columns(entity_paths.phase(name), samples, column)
 
     def _write_body(self, name: str, samples: Sequence[Sample]) -> None:
-        """Write pose, twist and wrench of one body at full precision, and the pose and force that the viewer draws."""
-        bodies = [sample.bodies[name] for sample in samples]
-        drawn = rr.Transform3D.columns(
-            translation=np.array([body.position for body in bodies]),
-            quaternion=np.array([body.orientation for body in bodies]),
-        )
-        exact = rr.AnyValues.columns(**_stacked(bodies))
-        rows = [column.partition([length] * len(bodies)) for column, length in zip(exact, (7, 6, 6), strict=True)]
-        self._columns(entity_paths.body(name), samples, [*drawn, *rows])
-        vectors = self._arrows.vectors(name, bodies)
+        """Write the motion of one body at full precision, and the pose and force that the viewer draws."""
+        motion = np.array([sample.bodies[name] for sample in samples])
+        position, orientation, force = motion[:, :3], motion[:, 3:7], motion[:, 13:16]
+        drawn = rr.Transform3D.columns(translation=position, quaternion=orientation)
+        exact = rr.AnyValues.columns(motion=motion.ravel()).partition([motion.shape[1]] * len(motion))
+        self._columns(entity_paths.body(name), samples, [*drawn, *exact])
+        vectors = self._arrows.vectors(name, force)
         if vectors is not None:
-            origins = np.array([body.position for body in bodies])
-            self._columns(entity_paths.force(name), samples, rr.Arrows3D.columns(origins=origins, vectors=vectors))
+            self._columns(entity_paths.force(name), samples, rr.Arrows3D.columns(origins=position, vectors=vectors))
 
     def _static(self, path: str, *components: rr.AsComponents) -> None:
         self._stream.log(path, *components, static=True, strict=True)
 
     def _columns(self, path: str, samples: Sequence[Sample], columns: Iterable[rr.ComponentColumn]) -> None:
         """Send one chunk: one row per sample."""
-        times = [
-            rr.TimeColumn(entity_paths.TIMELINE_TIME, duration=[sample.time for sample in samples]),
-            rr.TimeColumn(entity_paths.TIMELINE_FRAME, sequence=[sample.index for sample in samples]),
-        ]
-        self._stream.send_columns(path, times, columns, strict=True)
+        instants = tuple(sample.index for sample in samples)
+        if instants != self._last_instants:
+            self._last_instants = instants
+            self._last_times = [
+                rr.TimeColumn(entity_paths.TIMELINE_TIME, duration=[sample.time for sample in samples]),
+                rr.TimeColumn(entity_paths.TIMELINE_FRAME, sequence=instants),
+            ]
+        self._stream.send_columns(path, self._last_times, columns, strict=True)
 
 
 class RerunFile:
@@ -303,15 +304,6 @@ def _box_edges(lower: npt.NDArray[np.float32], upper: npt.NDArray[np.float32]) -
 def _names(mappings: Iterable[Mapping[str, object]]) -> list[str]:
     """Every name in any of the mappings, in order of first appearance."""
     return list(dict.fromkeys(name for mapping in mappings for name in mapping))
-
-
-def _stacked(bodies: Sequence[BodyFrame]) -> dict[str, npt.NDArray[np.float64]]:
-    """Pose, twist and wrench of one body at many instants, each in one flat column."""
-    return {
-        "pose": np.concatenate([part for body in bodies for part in (body.position, body.orientation)]),
-        "twist": np.concatenate([part for body in bodies for part in (body.linear_velocity, body.angular_velocity)]),
-        "wrench": np.concatenate([body.wrench for body in bodies]),
-    }
 
 
 def _annotations(phases: Sequence[PhaseDescription]) -> rr.AnnotationContext:

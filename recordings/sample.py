@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from recordings.frame import BodyFrame, Frame, PhaseFrame
+from recordings.frame import Frame, PhaseFrame
 
 MAXIMUM_BLOCK_FRAMES = 10
 MAXIMUM_BLOCK_SECONDS = 0.5  # of wall time: what a killed run may lose
@@ -19,12 +19,12 @@ MAXIMUM_BLOCK_BYTES = 8 << 20
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Sample:
-    """One recorded frame: nothing in it is written to by anybody afterwards."""
+    """One recorded frame: nothing in it is written to by anybody afterwards. Bodies are their motions (19,)."""
 
     index: int
     time: float
     phases: Mapping[str, PhaseFrame]
-    bodies: Mapping[str, BodyFrame]
+    bodies: Mapping[str, npt.NDArray[np.float64]]
     scalars: Mapping[str, float]
 
     @property
@@ -92,19 +92,8 @@ def take_sample(frame: Frame, *, precision: float | None, phases: Collection[str
             for name, phase in wanted.items()
             if phases is None or name in phases
         },
-        bodies={name: _copy(body) for name, body in frame.bodies.items()},
+        bodies={name: body.motion for name, body in frame.bodies.items()},
         scalars=dict(frame.scalars),
-    )
-
-
-def _copy(body: BodyFrame) -> BodyFrame:
-    """The same body in arrays of its own."""
-    return BodyFrame(
-        position=body.position.copy(),
-        orientation=body.orientation.copy(),
-        linear_velocity=body.linear_velocity.copy(),
-        angular_velocity=body.angular_velocity.copy(),
-        wrench=body.wrench.copy(),
     )
 
 

@@ -39,7 +39,7 @@ def test_phases_are_read_once_and_only_when_asked_for() -> None:
         (lambda: PhaseFrame(np.zeros((2, 3), np.float32), np.zeros(3, np.uint32)), r"phase id has shape \(3,\)"),
         (
             lambda: BodyFrame(position=np.zeros(3), orientation=np.zeros(3)),
-            r"orientation has shape \(3,\), expected \(4\)",
+            r"orientation has shape \(3,\), expected \(4,\)",
         ),
         (lambda: MeshDescription(vertices=np.zeros((3, 3)), faces=np.array([[0, 1, 3]])), "face refers to vertex 3"),
         (lambda: RunDescription(name="x", particle_spacing=0.0), "particle_spacing is 0.0 m, expected more than 0"),
@@ -94,9 +94,8 @@ def test_enclosed_volume_of_a_box_anywhere() -> None:
 
 def test_an_arrow_is_as_long_as_the_body_at_full_displacement() -> None:
     density = 1027.0
-    lift = np.array([0.0, 0.0, density * STANDARD_GRAVITY * BOX_SIZE.prod(), 0.0, 0.0, 0.0])
-    body = BodyFrame(position=np.zeros(3), orientation=np.array([0.0, 0.0, 0.0, 1.0]), wrench=lift)
-    arrow = ForceArrows({"box": _box()}, density).vectors("box", [body])
+    lift = np.array([[0.0, 0.0, density * STANDARD_GRAVITY * BOX_SIZE.prod()]])
+    arrow = ForceArrows({"box": _box()}, density).vectors("box", lift)
     assert arrow is not None
     np.testing.assert_allclose(arrow, [[0.0, 0.0, np.linalg.norm(BOX_SIZE)]], rtol=1e-6)
 
