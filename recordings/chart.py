@@ -9,6 +9,7 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.patches import Polygon
+from matplotlib.patheffects import withStroke
 from scipy.ndimage import gaussian_filter
 from scipy.spatial import ConvexHull, QhullError
 
@@ -125,7 +126,8 @@ def _draw_body(
     if opacity == 1.0 and entity_paths.body_group(name) == entity_paths.VESSELS:
         label = name.partition("/")[2]
         place = (float(body.position[across[0]]), float(body.position[across[1]]))
-        axes.annotate(label, place, (0, 12), textcoords="offset points", ha="center", zorder=7)
+        text = axes.annotate(label, place, color="white", fontsize=9.5, fontweight="bold", ha="center", va="center")
+        text.set(zorder=7, path_effects=[withStroke(linewidth=2.2, foreground=tuple(0.45 * tint))])
 
 
 def _draw_tracks(axes: Axes, replay: Replay, across: tuple[int, int]) -> None:
