@@ -18,6 +18,8 @@ from oilsim.smoothing_kernels import FAST
 
 Real = NDArray[np.float32]
 
+Product = Callable[[Real, Real], None]
+
 EXPANSION = np.float32(0.6)
 
 
@@ -76,15 +78,21 @@ def dot(begin, end, left, right, sums):
 
 
 class BoundConstrainedSolver:
-    """MPRGP on vectors of one size; keeps its work vectors over the steps."""
+    """MPRGP on vectors of one size; keeps its work vectors over the steps.
+
+    Each round takes one of three steps: along conjugate directions while particles under pressure dominate the error
+    (proportional); to the bound and on by the projected gradient where such a step would make a pressure negative (expansion); or along
+    the chopped gradient, which brings particles under pressure (proportioning).
+    """
 
     def __init__(self, team: Team) -> None:
         self._team = team
-        self._vectors = np.empty((4, 0), np.float32)
+        self._gradient, self._free, self._direction, self._image = np.empty((4, 0), np.float32)
+        self._sums = np.empty((0, 3))
 
     def solve(
         self,
-        product: Callable[[Real, Real], None],
+        product: Product,
         source: Real,
         diagonal: Real,
         kappa: Real,
@@ -100,54 +108,71 @@ class BoundConstrainedSolver:
         count = kappa.size
         if count == 0:
             return 0, 0.0
-        if self._vectors.shape[1] != count:
-            self._vectors = np.empty((4, count), np.float32)
-        gradient, free, direction, image = self._vectors
-        sums = np.zeros((block_count(count), 3))
-        run = self._team.run
-        product(kappa, gradient)
-        gradient -= source
-        used = 1
-        run(split_gradient, count, kappa, gradient, diagonal, free, sums)
-        direction[:] = free
-        while True:
-            chopped, reduced, residual = (float(s) for s in sums.sum(axis=0))
-            settled = residual <= tolerance * count and _watched_residual(kappa, gradient, watched) <= tolerance
-            if settled or used >= iterations:
-                return used, residual / count
+        if self._gradient.size != count:
+            self._gradient, self._free, self._direction, self._image = np.empty((4, count), np.float32)
+            self._sums = np.empty((block_count(count), 3))
+        used = self._evaluate(product, source, kappa)
+        chopped, reduced, residual = self._split(kappa, diagonal)
+        self._direction[:] = self._free
+        while used < iterations:
+            near_bodies = _watched_residual(kappa, self._gradient, watched)
+            if residual <= tolerance * count and near_bodies <= tolerance:
+                break
             proportional = chopped <= reduced
             if not proportional:
-                np.minimum(gradient, 0.0, out=direction)
-                direction[kappa > 0.0] = 0.0
-                direction /= diagonal
-            product(direction, image)
+                self._direction[:] = np.where(kappa > 0.0, 0.0, np.minimum(self._gradient, 0.0) / diagonal)
+            product(self._direction, self._image)
             used += 1
-            run(step_lengths, count, kappa, gradient, direction, image, sums)
-            along, curvature = float(sums[:, 0].sum()), float(sums[:, 1].sum())
-            feasible = float(sums[:, 2].min())
+            step, feasible, curvature = self._step_lengths(kappa)
             if not curvature > 0.0:
-                return used, residual / count
-            step = along / curvature
-            if not proportional or step <= feasible:
-                run(advance, count, kappa, gradient, direction, image, np.float32(step))
-                run(split_gradient, count, kappa, gradient, diagonal, free, sums)
-                if proportional:
-                    partial = np.zeros(block_count(count))
-                    run(dot, count, free, image, partial)
-                    direction *= np.float32(-total(partial) / curvature)
-                    direction += free
-                else:
-                    direction[:] = free
-                continue
-            run(advance, count, kappa, gradient, direction, image, np.float32(feasible))
-            run(split_gradient, count, kappa, gradient, diagonal, free, sums)
-            kappa -= EXPANSION * free
-            np.maximum(kappa, 0.0, out=kappa)
-            product(kappa, gradient)
-            gradient -= source
-            used += 1
-            run(split_gradient, count, kappa, gradient, diagonal, free, sums)
-            direction[:] = free
+                break
+            if proportional and step > feasible:
+                used += self._expand(product, source, diagonal, kappa, feasible)
+                chopped, reduced, residual = self._split(kappa, diagonal)
+                self._direction[:] = self._free
+            else:
+                self._team.run(advance, count, kappa, self._gradient, self._direction, self._image, np.float32(step))
+                chopped, reduced, residual = self._split(kappa, diagonal)
+                self._conjugate(curvature if proportional else None)
+        return used, residual / count
+
+    def _evaluate(self, product: Product, source: Real, kappa: Real) -> int:
+        """Gradient A kappa - b, afresh; one product."""
+        product(kappa, self._gradient)
+        self._gradient -= source
+        return 1
+
+    def _split(self, kappa: Real, diagonal: Real) -> tuple[float, float, float]:
+        """See `split_gradient`; sums over all particles."""
+        self._team.run(split_gradient, kappa.size, kappa, self._gradient, diagonal, self._free, self._sums)
+        chopped, reduced, residual = (float(value) for value in self._sums.sum(axis=0))
+        return chopped, reduced, residual
+
+    def _step_lengths(self, kappa: Real) -> tuple[float, float, float]:
+        """Length of the minimising step, of the longest feasible one, and the curvature along the direction."""
+        arguments = (kappa, self._gradient, self._direction, self._image, self._sums)
+        self._team.run(step_lengths, kappa.size, *arguments)
+        along, curvature = (float(value) for value in self._sums[:, :2].sum(axis=0))
+        return along / curvature if curvature > 0.0 else 0.0, float(self._sums[:, 2].min()), curvature
+
+    def _expand(self, product: Product, source: Real, diagonal: Real, kappa: Real, feasible: float) -> int:
+        """Go to the bound, then a projected gradient step from there; returns the products used."""
+        length = np.float32(feasible)
+        self._team.run(advance, kappa.size, kappa, self._gradient, self._direction, self._image, length)
+        self._split(kappa, diagonal)
+        kappa -= EXPANSION * self._free
+        np.maximum(kappa, 0.0, out=kappa)
+        return self._evaluate(product, source, kappa)
+
+    def _conjugate(self, curvature: float | None) -> None:
+        """The next direction: the free gradient, made conjugate to the last direction if `curvature` is given."""
+        if curvature is None:
+            self._direction[:] = self._free
+            return
+        partial = np.zeros(len(self._sums))
+        self._team.run(dot, self._free.size, self._free, self._image, partial)
+        self._direction *= np.float32(-total(partial) / curvature)
+        self._direction += self._free
 
 
 def _watched_residual(kappa: Real, gradient: Real, watched: NDArray[np.uint32] | None) -> float:
