@@ -3,7 +3,7 @@ BIN := .venv/bin
 READY := .venv/.ready
 export NUMBA_CACHE_DIR ?= $(CURDIR)/.numba_cache
 
-.PHONY: demo test lint bench validate clean
+.PHONY: demo test lint bench clean
 
 demo: $(READY)  ## run the U-sweep exercise: recording, summary and picture
 	$(BIN)/oilsim run u-sweep --demo --record u-sweep.rrd --summary u-sweep.json --picture u-sweep.png
@@ -17,8 +17,9 @@ lint: $(READY)
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-bench: $(READY)  ## print the tables of measured speed
+bench: $(READY)  ## print the tables of measured speed: fluid, recording
 	$(BIN)/python -m tests.benchmarks.calm_spread
+	$(BIN)/python -m tests.benchmarks.recording
 
 clean:
 	rm -rf .venv .numba_cache build dist *.egg-info
