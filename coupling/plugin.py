@@ -20,12 +20,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
-import pybullet
 import trimesh
 from scipy.spatial.transform import Rotation
 
 from coupling.errors import UnresolvedSolidError
 from coupling.pybullet_shapes import link_mesh
+from coupling.quiet_pybullet import pybullet
 from coupling.rigid_state import steady
 from coupling.surface_sampling import particles_of, sample_surface
 from oilsim.solver import AdvanceReport, Fluid

@@ -8,11 +8,11 @@ import warnings
 from pathlib import Path
 
 import numpy as np
-import pybullet
 import trimesh
 from scipy.spatial.transform import Rotation
 
 from coupling.bodies import box, capsule, cylinder, load_mesh, sphere
+from coupling.quiet_pybullet import pybullet
 
 KINDS = "box, sphere, cylinder, capsule, mesh"
 

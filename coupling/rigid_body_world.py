@@ -27,13 +27,13 @@ from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
-import pybullet
 import trimesh
 from scipy.spatial.transform import Rotation
 
 from coupling.articulation import Articulation, PointJoint
 from coupling.bodies import MassProperties, convex_vertices
 from coupling.motion import STILL, UPRIGHT, Motion, PrescribedMotion, Quaternion, Vector
+from coupling.quiet_pybullet import pybullet
 from coupling.rigid_state import MOVING, RigidBodyState, pose_of, twist_of
 
 Array = npt.NDArray[np.float64]

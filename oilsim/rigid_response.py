@@ -33,6 +33,17 @@ def gather_impulses(contacts, kappa, scale, impulse):
 
 
 @njit(**FAST)
+def answer_impulses(inverse_mass, impulse, twist):
+    """twist (bodies, 6) = M^-1 impulse; too small for a linear algebra library, whose threads would take the fluid's cores."""
+    count = impulse.shape[0]
+    for row in range(6 * count):
+        value = 0.0
+        for column in range(6 * count):
+            value += inverse_mass[row, column] * impulse[column // 6, column % 6]
+        twist[row // 6, row % 6] = value
+
+
+@njit(**FAST)
 def scatter_twists(contacts, twist, sign, rate):
     """rate_i += sign J_i . twist of the body, over all contacts."""
     for c in range(contacts.particle.size):
@@ -62,7 +73,7 @@ class RigidResponse:
         self._walls, self._contacts, self._scale = walls, contacts, scale
         count = len(walls.moving)
         self._inverse_mass = walls.inverse_mass()
-        self._impulse = np.zeros((count, 6))
+        self._impulse, self._answer = np.zeros((2, count, 6))
 
     @property
     def present(self) -> bool:
@@ -83,8 +94,8 @@ class RigidResponse:
     def add_answer(self, kappa: Real, rate: Real) -> None:
         """Add the bodies' part of the operator's product with kappa."""
         gather_impulses(self._contacts, kappa, self._scale, self._impulse)
-        answer = self._inverse_mass @ self._impulse.ravel()
-        scatter_twists(self._contacts, answer.reshape(self._impulse.shape), 1.0, rate)
+        answer_impulses(self._inverse_mass, self._impulse, self._answer)
+        scatter_twists(self._contacts, self._answer, 1.0, rate)
 
     def accept(self, kappa: Real) -> None:
         """Hand the impulses of `kappa` to the bodies."""
