@@ -17,7 +17,8 @@ lint: $(READY)
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-bench: $(READY)  ## print the tables of measured speed: fluid, recording
+bench: $(READY)  ## print the tables of measured accuracy and speed
+	$(BIN)/python -m tests.benchmarks.accuracy
 	$(BIN)/python -m tests.benchmarks.calm_spread
 	$(BIN)/python -m tests.benchmarks.recording
 
