@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from textwrap import shorten
 from typing import Any
 
 import matplotlib as mpl
@@ -32,7 +33,7 @@ _MARGIN = 0.04  # round a scene, in widths
 _OIL_RADIUS = 0.6  # in particle spacings: a film one particle thick should look closed
 _CLEAR_DEPTHS = 0.9  # one sees this many water depths far
 _NAMED_EVENTS = 4
-_EVENT_LETTERS = 60
+_EVENT_LETTERS = 92  # as many as fit over a diagram
 _EVENT_ROW = 0.85  # height of the events, in diagrams
 _INK = "#26323b"
 _EVENT_COLORS = {"info": "#6b7a86", "warning": "#d9822b", "error": "#c23030"}
@@ -210,19 +211,14 @@ def _draw_series(figure: Figure, place: SubplotSpec, replay: Replay, moments: Se
 
 
 def _draw_events(axes: Axes, events: Sequence[Event]) -> None:
-    """The last few events where they happened, with what they say in the room beside them."""
+    """The last few events: what they say over the width of the diagrams, and a mark where they happened."""
     axes.set_ylim(-0.5, _NAMED_EVENTS - 0.5)
     axes.set_axis_off()
-    latest = max((event.time for event in events), default=0.0)
     for row, event in enumerate(reversed(events[-_NAMED_EVENTS:])):
         color = _EVENT_COLORS[event.level]
-        axes.plot([event.time], [row], marker="o", markersize=4.5, color=color, clip_on=False)
-        late = event.time > 0.5 * latest > 0.0
-        text = f"{event.time:.1f} s  {event.text[:_EVENT_LETTERS]}"
-        shift = (-7, 0) if late else (7, 0)
-        side = "right" if late else "left"
-        where = (event.time, float(row))
-        axes.annotate(text, where, shift, textcoords="offset points", ha=side, va="center", fontsize=9, color=color)
+        text = shorten(f"{event.time:.1f} s  {event.text}", _EVENT_LETTERS, placeholder=" ...")
+        axes.text(0.0, row, text, transform=axes.get_yaxis_transform(), va="center", fontsize=9, color=color)
+        axes.plot([event.time], [row - 0.4], marker="v", markersize=4.5, color=color, clip_on=False)
 
 
 def _labels(names: Sequence[str]) -> list[str]:
