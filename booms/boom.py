@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 FloatShape = Literal["cylinder", "box"]
 
+END_TAPER = 0.01  # of a segment's length
+
 
 @dataclass(frozen=True, kw_only=True)
 class Boom:
@@ -28,7 +30,7 @@ class Boom:
     above (an ellipse if its width is not its height), "box" is square. ballast_fraction: part of the mass that is a
     chain along the skirt's foot. joint_height: where neighbours and tow lines are joined, above the waterline; by
     default at half the skirt's depth, where the water's resistance attacks, so that towing does not heel the skirt.
-    maximum_turn [rad]: angle between neighbours up to which their ends, pointed in plan, do not overlap.
+    maximum_turn [rad]: largest angle between neighbours at which a boom is laid.
     """
 
     length: float
@@ -70,11 +72,6 @@ class Boom:
             problems.append(f"ballast_fraction {self.ballast_fraction:g} must be at least 0 and less than 1")
         if not 0.0 < self.maximum_turn < math.pi:
             problems.append(f"maximum_turn {self.maximum_turn:g} rad must lie between 0 and pi")
-        if not problems and 2.0 * self.taper >= self.segment_length:
-            problems.append(
-                f"segment length {self.segment_length:g} m must exceed twice the taper of its ends, {2 * self.taper:g} m:"
-                " take fewer segments, a narrower float or a smaller maximum_turn"
-            )
         if problems:
             raise ValueError("boom: " + "; ".join(problems))
 
@@ -85,8 +82,12 @@ class Boom:
 
     @property
     def taper(self) -> float:
-        """Length [m] over which each end narrows to its edge: w / 2 tan(maximum_turn / 2)."""
-        return 0.5 * self.float_width * math.tan(0.5 * self.maximum_turn)
+        """Length [m] over which each end narrows to its edge, a hundredth of the segment: nearly flat ends.
+
+        A skirt is one sheet. Neighbours abut when the boom is straight and overlap where it bends; ends pointed so as never to
+        overlap leave wedges as wide as the float, and oil leaks through them before it goes under the skirt.
+        """
+        return END_TAPER * self.segment_length
 
     @property
     def height_of_joints(self) -> float:

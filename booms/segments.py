@@ -73,8 +73,7 @@ def boom_segment(boom: Boom) -> BoomSegment:
 def segment_mesh(boom: Boom) -> trimesh.Trimesh:
     """Closed mesh in the design frame: the section drawn out along x, its ends narrowed to a vertical edge.
 
-    The edges of neighbours meet on the joint's axis: no gap between segments, and no overlap until they turn by
-    maximum_turn.
+    The edges of neighbours meet on the joint's axis, and the narrowing is short (see `Boom.taper`): no gap for oil to pass.
     """
     profile = boom.profile()
     loop = np.concatenate([profile * (-1.0, 1.0), profile[::-1]])

@@ -1,4 +1,4 @@
-"""Booms laid in a U or a line: shape, closed joints, no overlap; and tow lines."""
+"""Booms laid in a U or a line: shape, closed joints, no gaps; and tow lines."""
 
 import math
 
@@ -70,15 +70,19 @@ def test_joints_are_closed_at_the_start():
     assert world_points(layout.segments[0], first) == pytest.approx(layout.end_points[0], abs=1e-9)
 
 
-def test_segments_do_not_overlap():
-    layout = lay_u(make_boom(), (0.0, 0.0), 0.0, 0.3, water_level=0.5)
+def test_segments_leave_no_gap_and_overlap_only_where_they_turn():
+    boom = make_boom()
+    layout = lay_u(boom, (0.0, 0.0), 0.0, 0.3, water_level=0.5)
     for joint, before, after in zip(layout.joints, layout.segments[:-1], layout.segments[1:], strict=True):
-        # the vertical plane through the joint that halves the turn has one segment on either side
+        # seen from the vertical plane through the joint that halves the turn, each segment reaches to its edge and a little over
         axes = [Rotation.from_quat(body.orientation).apply([1.0, 0.0, 0.0]) for body in (before, after)]
-        normal = axes[0] + axes[1]
+        normal = (axes[0] + axes[1]) / np.linalg.norm(axes[0] + axes[1])
+        half_turn = 0.5 * math.acos(min(axes[0] @ axes[1], 1.0))
         behind = (world_points(before, before.mesh.vertices) - joint.point) @ normal
         ahead = (world_points(after, after.mesh.vertices) - joint.point) @ normal
-        assert behind.max() < 1e-9 and ahead.min() > -1e-9
+        largest = 0.5 * boom.float_width * math.sin(half_turn) + 1e-9
+        assert -1e-9 < behind.max() < largest
+        assert -1e-9 < -ahead.min() < largest
 
 
 def test_segments_float_at_the_water_level():
