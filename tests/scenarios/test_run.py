@@ -35,7 +35,7 @@ SPACINGS = {
     "rock-coating": 0.03,
     "still-column": 0.1,
     "two-layer": 0.1,
-    "u-sweep": 0.3,
+    "u-sweep": 0.125,
     "wave-flume": 0.1,
     "wind-drift": 0.2,
 }
@@ -126,7 +126,7 @@ def test_u_sweep_has_vessels_and_a_jointed_boom() -> None:
     assert watch.frame is not None
     scalars = watch.frame.scalars
     assert {"metrics/oil_inside", "metrics/oil_outside", "metrics/tow_tension/port"} <= set(scalars)
-    oil = len(watch.frame.phases["oil"].position) * 0.3**3
+    oil = len(watch.frame.phases["oil"].position) * 0.125**3
     assert scalars["metrics/oil_inside"] + scalars["metrics/oil_outside"] == pytest.approx(oil)
     assert set(summary.summary(0.015)["scores"]["main"]["tow_tension_n"]) == {"port", "starboard"}
 
