@@ -28,6 +28,7 @@ from scenarios.load import load_scenario
 STEP = 0.01
 PHASES = (("fall", 0.0, 0.25), ("splash", 0.25, 3.0), ("calm", 8.0, 10.0))
 SIZES = ((10_000, 0.0615), (40_000, 0.0388), (87_000, 0.03), (300_000, 0.0199))
+WHOLE_RUN_UP_TO = 100_000  # particles; a larger run is measured in the fall and the first splash
 STAGES = ("search", "density", "gradients", "viscosity", "divergence", "contact")
 
 FIRST_STEP = """
@@ -147,8 +148,10 @@ def main() -> None:
     quick = parser.parse_args().quick
     console = Console(width=190)
     first_step_table(console)
+    for particles, spacing in SIZES[:1] if quick else SIZES:
+        whole = 10.0 if particles <= WHOLE_RUN_UP_TO else 0.5
+        phases_table(console, (f"fluid.particle_spacing={spacing}",), until=1.0 if quick else whole)
     coarse = ("fluid.particle_spacing=0.06",) if quick else ()
-    phases_table(console, coarse, until=1.0 if quick else 10.0)
     phases_table(console, (*coarse, "fluid.scheme=paper"), until=0.5 if quick else 3.0)
     sizes_table(console, steps=2 if quick else 10)
     threads_table(console, steps=2 if quick else 10)
