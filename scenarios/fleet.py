@@ -25,6 +25,9 @@ Array = NDArray[np.float64]
 LINE_MASS = 0.1  # [kg/m] of a tow line
 LINE_DIAMETER = 0.02  # [m]
 RAKE = 0.15  # of a barge's length, at each end
+TOWING_BANDWIDTH = (
+    3.0  # [rad/s] of the speed loop, three times a free vessel's: boom and entrained water outweigh the vessel
+)
 TOW_POINT = -0.4  # of the vessel's length from midships, in the waterline
 
 
@@ -109,7 +112,7 @@ def _vessel(name: str, settings: VesselSettings, scenario: Scenario) -> Vessel:
         position=settings.position,
         heading=settings.heading,
         tow_point=(float(x), float(y), float(z)),
-        gains=ControlGains(acceleration=settings.acceleration, speed_bandwidth=3.0),
+        gains=ControlGains(acceleration=settings.acceleration, speed_bandwidth=TOWING_BANDWIDTH),
     )
 
 
