@@ -5,9 +5,9 @@ spacing outside. A volume is what the layer must stand for: with probes half a s
 
     sum_b V_b W(probe - b) = c gamma(probe),    gamma = integral of W over the solid,
 
-approached by a few rounds of V_b <- V_b [c gamma / sum]^(1/2) (Akinci et al. 2012 take V_b from the points' own spacing, which puts the wall 0.1 to
-0.6 spacings too far out). c is the ratio of a lattice sum to the integral for a half space: a lattice against a flat wall then
-has density error 0.
+approached by a few rounds of V_b <- V_b [c gamma / sum]^(1/2). (Akinci et al. 2012 take V_b from the points' own spacing, which
+puts the wall 0.1 to 0.6 spacings too far out.) c is the ratio of a lattice sum to the integral for a half space: a lattice against
+a flat wall then has density error 0.
 """
 
 from __future__ import annotations
