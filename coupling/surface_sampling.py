@@ -26,8 +26,8 @@ from scipy.spatial import cKDTree
 from coupling.errors import UnresolvedSolidError
 from coupling.even_points import choose_evenly, push_apart
 from coupling.signed_distance import SignedDistance
-from oilsim.boundary import SAMPLING, BoundaryParticles, calibrate_volumes, lattice_wall_factor
-from oilsim.smoothing_kernels import kernel, normalisation
+from oilsim.boundary import SAMPLING, BoundaryParticles, area_per_volume, calibrate_volumes, lattice_wall_factor
+from oilsim.smoothing_kernels import SUPPORT, kernel, normalisation
 
 Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
@@ -82,7 +82,8 @@ def particles_of(name: str, sampling: SurfaceSampling, *, no_slip: bool = False)
     """Wall particles from a sampling; bodies of one shape share the sampling."""
     target = lattice_wall_factor(3) * sampling.share
     volume = calibrate_volumes(sampling.position, target, sampling.probe, sampling.particle_spacing, 3)
-    return BoundaryParticles(name=name, position=sampling.position, volume=volume, no_slip=no_slip)
+    area = volume * (area_per_volume(3) / sampling.particle_spacing)
+    return BoundaryParticles(name=name, position=sampling.position, volume=volume, area=area, no_slip=no_slip)
 
 
 def sample_surface(
@@ -290,8 +291,8 @@ def _shares(swollen: _SwollenSolid, probe: Array, spacing: float) -> tuple[Array
 
     A cell counts by how much of it is solid, clip(1/2 - phi / step, 0, 1); only depths that a probe can see are filled.
     """
-    step, support = QUADRATURE_STEP * spacing, 2.0 * spacing
-    points, phi = swollen.lattice(step, -1.6 * spacing, 0.5 * step)
+    step, support = QUADRATURE_STEP * spacing, SUPPORT * spacing
+    points, phi = swollen.lattice(step, -(SUPPORT - 0.4) * spacing, 0.5 * step)
     fraction = np.clip(0.5 - phi / step, 0.0, 1.0)
     excess = 0.0
     if swollen.is_swollen:
@@ -301,5 +302,5 @@ def _shares(swollen: _SwollenSolid, probe: Array, spacing: float) -> tuple[Array
     filled = np.zeros(place.max(axis=0) + 1, dtype=np.float32)
     filled[tuple(place.T)] = fraction
     share = np.empty(len(probe))
-    _kernel_integral(probe, origin, step, filled, support, normalisation(support, 3), share)
+    _kernel_integral(probe, origin, step, filled, support, normalisation(spacing, 3), share)
     return share * step**3, excess

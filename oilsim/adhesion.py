@@ -21,17 +21,17 @@ import numpy as np
 from numba import njit
 
 from oilsim.neighbors import nearest_images
-from oilsim.smoothing_kernels import FAST
+from oilsim.smoothing_kernels import FAST, SUPPORT
 from oilsim.walls import add_wrench
 
 
 @lru_cache
 def adhesion_scale(dimension: int) -> float:
-    """A for spacing 1 and support 2; divide by d^dimension for other spacings."""
-    heights = np.linspace(0.5, 2.0, 601)
-    across = np.linspace(0.0, 2.0, 601)
+    """A for spacing 1; divide by d^dimension for other spacings."""
+    heights = np.linspace(0.5, SUPPORT, 601)
+    across = np.linspace(0.0, SUPPORT, 601)
     z, r = np.meshgrid(heights, across, indexing="ij")
-    q = np.minimum(np.hypot(z, r) / 2.0, 1.0)
+    q = np.minimum(np.hypot(z, r) / SUPPORT, 1.0)
     shape = (1.0 - q) ** 2 * (1.0 + 2.0 * q)
     around = 2.0 * math.pi * r if dimension == 3 else np.full_like(r, 2.0)
     return 1.0 / float(np.trapezoid(np.trapezoid(shape * around, across, axis=1), heights))

@@ -1,7 +1,8 @@
-"""Walls and solid surfaces as one layer of particles whose volumes make their surface act where the geometry has it.
+"""Walls and solid surfaces as particles whose volumes make their surface act where the geometry has it.
 
-The points lie half a spacing inside the solid, so that the wall itself is midway between them and a lattice of fluid half a
-spacing outside. A volume is what the layer must stand for: with probes half a spacing outside the wall,
+Tanks have two layers that continue a lattice of liquid into the wall, half a spacing and one and a half behind it: as far as the kernel
+reaches, so that liquid at a wall has what it has inside. Bodies, which may be thin or curved, have one layer half a spacing inside the
+solid whose volumes stand for all that lies behind it. With probes half a spacing outside the wall,
 
     sum_b V_b W(probe - b) = c gamma(probe),    gamma = integral of W over the solid,
 
@@ -22,10 +23,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from oilsim.neighbors import NeighborSearch, make_grid
 from oilsim.parallel import Team
-from oilsim.smoothing_kernels import FAST, kernel, normalisation
+from oilsim.smoothing_kernels import FAST, SUPPORT, kernel, lattice, normalisation
 
 SAMPLING = 0.64  # mean distance of wall points in particle spacings
 SIDES = ("-x", "+x", "-y", "+y", "-z", "+z")
+LAYERS = 2  # of tank walls
 CALIBRATIONS = 6  # rounds; more weaken edges to please their probes: after 60 a tank leaked along its edges
 
 
@@ -35,75 +37,68 @@ class BoundaryParticles:
 
     position  (M, 3) [m]  in the body's frame about its centre of mass; in the world frame for what never moves
     volume    (M,)  [m3; m2 in two dimensions]
+    area      (M,)  wall that a particle stands for [m2; m in two dimensions]: what liquids adhere and stick to
     no_slip   viscous liquids stick to this surface; otherwise they slide along it without friction
     """
 
     name: str
     position: NDArray[np.float64]
     volume: NDArray[np.float64]
+    area: NDArray[np.float64]
     no_slip: bool = False
 
     def __post_init__(self) -> None:
         if self.position.ndim != 2 or self.position.shape[1] != 3:
             raise ValueError(f"boundary {self.name!r}: position has shape {self.position.shape}, allowed: (M, 3)")
-        if self.volume.shape != self.position.shape[:1]:
-            raise ValueError(f"boundary {self.name!r}: volume has shape {self.volume.shape}, allowed: (M,) as position")
-        if not (np.isfinite(self.position).all() and np.isfinite(self.volume).all() and (self.volume >= 0.0).all()):
-            raise ValueError(f"boundary {self.name!r}: positions and volumes must be finite, volumes 0 or more")
-
-
-def lattice_offsets(step: float, dimension: int, reach: float = 2.0) -> NDArray[np.float64]:
-    """Lattice points (K, 3) within `reach` of the origin, in particle spacings, spaced `step`."""
-    axis = np.arange(-np.ceil(reach / step), np.ceil(reach / step) + 1) * step
-    plane = axis if dimension == 3 else np.zeros(1)
-    return np.stack(np.meshgrid(axis, plane, axis, indexing="ij"), axis=-1).reshape(-1, 3)
+        for what in ("volume", "area"):
+            values = getattr(self, what)
+            if values.shape != self.position.shape[:1]:
+                raise ValueError(f"boundary {self.name!r}: {what} has shape {values.shape}, allowed: (M,) as position")
+            if not (np.isfinite(values).all() and (values >= 0.0).all()):
+                raise ValueError(f"boundary {self.name!r}: {what} must be finite, 0 or more")
+        if not np.isfinite(self.position).all():
+            raise ValueError(f"boundary {self.name!r}: position must be finite")
 
 
 @lru_cache
 def lattice_wall_factor(dimension: int) -> float:
-    """c: lattice sum over integral of the kernel beyond a plane half a spacing away (0.80 in three dimensions)."""
-    sigma = normalisation(2.0, dimension)
-    lattice = lattice_offsets(1.0, dimension)
-    beyond = lattice[lattice[:, 2] < -0.5]
-    return _kernel_sum(beyond, sigma) / half_space_integral(0.5, dimension)
+    """c: lattice sum over integral of the kernel beyond a plane half a spacing away."""
+    points = lattice(1.0, dimension)
+    return _kernel_sum(points[points[:, 2] < -0.5], dimension) / half_space_integral(0.5, dimension)
 
 
-def _kernel_sum(points: NDArray[np.float64], sigma: float) -> float:
-    return float(sum(kernel(q, sigma) for q in np.linalg.norm(points, axis=1) / 2.0))
+def _kernel_sum(points: NDArray[np.float64], dimension: int) -> float:
+    sigma = normalisation(1.0, dimension)
+    return float(sum(kernel(q, sigma) for q in np.linalg.norm(points, axis=1) / SUPPORT))
 
 
 @lru_cache
 def half_space_integral(distance: float, dimension: int) -> float:
-    """Integral of the kernel (spacing 1, support 2) beyond a plane `distance` spacings away."""
+    """Integral of the kernel (spacing 1) beyond a plane `distance` spacings away."""
     step = 1.0 / 16.0
-    points = lattice_offsets(step, dimension) + np.array([0.5, 0.5 if dimension == 3 else 0.0, 0.5]) * step
-    beyond = points[points[:, 2] < -distance]
-    return _kernel_sum(beyond, normalisation(2.0, dimension)) * step**dimension
+    points = lattice(step, dimension) + np.array([0.5, 0.5 if dimension == 3 else 0.0, 0.5]) * step
+    return _kernel_sum(points[points[:, 2] < -distance], dimension) * step**dimension
 
 
 @lru_cache
 def wall_coverage(distance: float, dimension: int) -> float:
     """sum_b V_b W of a flat calibrated wall at `distance` spacings from it."""
-    return (
-        lattice_wall_factor(dimension)
-        * half_space_integral(0.5, dimension)
-        * _plane(distance + 0.5, dimension)
-        / _plane(1.0, dimension)
-    )
+    covered = lattice_wall_factor(dimension) * half_space_integral(0.5, dimension)
+    return covered * _plane(distance + 0.5, dimension) / _plane(1.0, dimension)
 
 
 @lru_cache
-def wall_area_per_volume(dimension: int) -> float:
-    """Wall area that a boundary volume stands for on a flat wall, times the spacing."""
+def area_per_volume(dimension: int) -> float:
+    """Wall area over volume of the single layer of a flat wall, spacing 1."""
     return _plane(1.0, dimension) / (lattice_wall_factor(dimension) * half_space_integral(0.5, dimension))
 
 
 def _plane(distance: float, dimension: int) -> float:
-    """Integral of the kernel (spacing 1, support 2) over a plane `distance` away; over a line in two dimensions."""
-    across = np.linspace(0.0, 2.0, 601)
+    """Integral of the kernel (spacing 1) over a plane `distance` away; over a line in two dimensions."""
+    across = np.linspace(0.0, SUPPORT, 601)
     around = 2.0 * np.pi * across if dimension == 3 else np.full_like(across, 2.0)
-    sigma = normalisation(2.0, dimension)
-    values = np.array([kernel(min(q, 1.0), sigma) for q in np.hypot(distance, across) / 2.0])
+    sigma = normalisation(1.0, dimension)
+    values = np.array([kernel(min(q, 1.0), sigma) for q in np.hypot(distance, across) / SUPPORT])
     return float(np.trapezoid(values * around, across))
 
 
@@ -129,7 +124,7 @@ def calibrate_volumes(
     points = np.ascontiguousarray(np.asarray(point, np.float64).T, dtype=np.float32)
     probes = np.asarray(probe, np.float64).T.astype(np.float32)
     count = points.shape[1]
-    support = 2.0 * spacing
+    support = SUPPORT * spacing
     everything = np.concatenate([points, probes], axis=1)
     low, high = everything.min(axis=1) - support, everything.max(axis=1) + support
     grid = make_grid(_vector(low), _vector(high), (False, False, False), support, dimension)
@@ -141,7 +136,7 @@ def calibrate_volumes(
     pairs = search.list_neighbors("walls", probes, points, cell_start)
     volume = np.full(count, (SAMPLING * spacing) ** (dimension - 1) * spacing)
     ratio = np.empty(count)
-    sigma = normalisation(support, dimension)
+    sigma = normalisation(spacing, dimension)
     for _ in range(CALIBRATIONS):
         _probe_ratio(0, count, probes, points, volume, *pairs, sigma, 1.0 / support, targets, ratio)
         volume *= np.sqrt(ratio)
@@ -157,54 +152,21 @@ def _vector(values: ArrayLike) -> tuple[float, float, float]:
     return x, y, z
 
 
-def _surface_points(
-    lower: NDArray[np.float64],
-    upper: NDArray[np.float64],
-    spacing: float,
-    sides: tuple[str, ...],
-    periodic: tuple[bool, ...],
-) -> NDArray[np.float64]:
-    """Points (M, 3) about SAMPLING spacings apart on the closed sides of a box, each edge and corner once."""
-    axes, ends = [], []
-    for axis in range(3):
-        length = upper[axis] - lower[axis]
-        intervals = max(1, round(length / (SAMPLING * spacing)))
-        if length == 0.0:
-            axes.append(lower[axis : axis + 1])
-        elif periodic[axis]:
-            axes.append(lower[axis] + (np.arange(intervals) + 0.5) * length / intervals)
-        else:
-            axes.append(np.linspace(lower[axis], upper[axis], intervals + 1))
-        ends.append(len(axes[axis]) - 1)
-    faces = []
-    for side in sides:
-        axis = "xyz".index(side[1])
-        chosen = [np.arange(len(values)) for values in axes]
-        chosen[axis] = np.array([0 if side[0] == "-" else ends[axis]])
-        faces.append(np.stack(np.meshgrid(*chosen, indexing="ij"), axis=-1).reshape(-1, 3))
-    places = np.unique(np.concatenate(faces), axis=0)
-    return np.stack([axes[axis][places[:, axis]] for axis in range(3)], axis=1)
-
-
-def _outside_box(
-    probe: NDArray[np.float64], lower: NDArray[np.float64], upper: NDArray[np.float64], dimension: int
-) -> NDArray[np.float64]:
-    """gamma (M,): share of the kernel around each probe that lies outside the box; all in particle spacings."""
-    step = 1.0 / 8.0
-    shift = np.array([0.5, 0.5 if dimension == 3 else 0.0, 0.5]) * step
-    offsets = lattice_offsets(step, dimension) + shift
-    distance = np.linalg.norm(offsets, axis=1)
-    offsets = offsets[distance < 2.0]
-    sigma = normalisation(2.0, dimension)
-    weights = np.array([kernel(q, sigma) for q in distance[distance < 2.0] / 2.0])
-    weights /= weights.sum()
-    room = np.minimum(np.stack([probe - lower, upper - probe], axis=-1), 2.0).round(6)
-    unique, inverse = np.unique(room.reshape(len(probe), 6), axis=0, return_inverse=True)
-    gamma = np.empty(len(unique))
-    for n, (xl, xh, yl, yh, zl, zh) in enumerate(unique):
-        inside = (offsets > (-xl, -yl, -zl)).all(axis=1) & (offsets < (xh, yh, zh)).all(axis=1)
-        gamma[n] = 1.0 - weights[inside].sum()
-    return gamma[inverse.ravel()]
+def _axis_places(
+    low: float, high: float, spacing: float, closed: tuple[bool, bool], periodic: bool
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Coordinates across a tank from low to high and the length each stands for, LAYERS more beyond each closed end."""
+    if low == high:
+        return np.array([low]), np.ones(1)
+    count = max(1, round((high - low) / spacing))
+    step = (high - low) / count
+    inside = low + (np.arange(count) + 0.5) * step
+    beyond = (np.arange(LAYERS) + 0.5) * spacing
+    before = low - beyond[::-1] if closed[0] else np.empty(0)
+    after = high + beyond if closed[1] else np.empty(0)
+    places = np.concatenate([before, inside, after])
+    lengths = np.concatenate([np.full(before.size, spacing), np.full(count, step), np.full(after.size, spacing)])
+    return places, lengths
 
 
 def tank_walls(
@@ -230,17 +192,21 @@ def tank_walls(
     low, high = np.asarray(lower, np.float64).copy(), np.asarray(upper, np.float64).copy()
     if dimension == 2:
         low[1] = high[1] = 0.0
-    closed_low = np.array([f"-{axis}" in sides for axis in "xyz"])
-    closed_high = np.array([f"+{axis}" in sides for axis in "xyz"])
-    half = 0.5 * spacing
-    points = _surface_points(low - half * closed_low, high + half * closed_high, spacing, sides, periodic)
-    room_low = np.where(closed_low, low, -np.inf)
-    room_high = np.where(closed_high, high, np.inf)
-    probes = np.clip(points, room_low + half, room_high - half)
-    gamma = _outside_box(probes / spacing, room_low / spacing, room_high / spacing, dimension)
-    target = lattice_wall_factor(dimension) * gamma
-    volume = calibrate_volumes(points, target, probes, spacing, dimension)
-    return BoundaryParticles(name=name, position=points, volume=volume, no_slip=no_slip)
+    axes = [
+        _axis_places(low[n], high[n], spacing, (f"-{axis}" in sides, f"+{axis}" in sides), periodic[n])
+        for n, axis in enumerate("xyz")
+    ]
+    position = np.stack(np.meshgrid(*(places for places, _ in axes), indexing="ij"), axis=-1).reshape(-1, 3)
+    lengths = np.stack(np.meshgrid(*(length for _, length in axes), indexing="ij"), axis=-1).reshape(-1, 3)
+    depth = np.maximum(low - position, position - high)
+    walls = (depth > 0.0).any(axis=1)
+    position, lengths, depth = position[walls], lengths[walls], depth[walls]
+    volume = lengths.prod(axis=1)
+    # the first layer faces the liquid; edges, which lie behind two sides at once, face none
+    facing = ((depth > 0.0).sum(axis=1) == 1) & (depth.max(axis=1) < spacing)
+    return BoundaryParticles(
+        name=name, position=position, volume=volume, area=np.where(facing, volume / spacing, 0.0), no_slip=no_slip
+    )
 
 
 def sides_of(periodic: tuple[bool, bool, bool], dimension: int = 3) -> tuple[str, ...]:

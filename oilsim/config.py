@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from oilsim.phases import Phase
+from oilsim.smoothing_kernels import SUPPORT
 
 Vector = tuple[float, float, float]
 Scheme = Literal["split", "paper"]
@@ -98,7 +99,7 @@ class FluidConfig:
     @property
     def support_radius(self) -> float:
         """Distance beyond which particles do not see each other [m]."""
-        return 2.0 * self.particle_spacing
+        return SUPPORT * self.particle_spacing
 
     def phase_index(self, name: str) -> int:
         """Index of the phase called `name`; ValueError names the phases there are."""

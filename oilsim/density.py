@@ -19,7 +19,7 @@ from numba import njit
 
 from oilsim.neighbors import nearest_images
 from oilsim.parallel import BLOCK
-from oilsim.smoothing_kernels import FAST, kernel, kernel_slope
+from oilsim.smoothing_kernels import FAST, kernel, kernel_slope_over_q
 from oilsim.walls import add_wrench
 
 HEAVY_BALL = np.float32(0.6)
@@ -31,9 +31,10 @@ TINY = np.float32(1e-20)
 
 @njit(**FAST)
 def density_and_diagonal(
-    begin, end, position, wall, wall_volume, weight, period, fluid, walls, sigma, support, volume, compression, diagonal
-):
-    """Fill `compression` with C_i and `diagonal` with a_i rho_ref [1/m2] for the particles begin to end.
+    begin, end, position, wall, wall_volume, weight, period, fluid, walls, sigma, support, volume, compression, diagonal,
+    gradient_sum,
+):  # fmt: skip
+    """Fill `compression` with C_i, `diagonal` with a_i rho_ref [1/m2] and `gradient_sum` (3, N) with g_i [1/m].
 
     position (3, N) [m], wall (3, M) [m], wall_volume (M,) [m3], weight (N,) or None, fluid and walls: neighbour lists.
     """
@@ -48,7 +49,7 @@ def density_and_diagonal(
             r = math.sqrt(dx * dx + dy * dy + dz * dz + TINY)
             q = r * inverse_support
             total += kernel(q, sigma)
-            slope = kernel_slope(q, sigma) * inverse_support / r
+            slope = kernel_slope_over_q(q, sigma) * inverse_support * inverse_support
             gx += slope * dx
             gy += slope * dy
             gz += slope * dz
@@ -64,10 +65,11 @@ def density_and_diagonal(
             r = math.sqrt(dx * dx + dy * dy + dz * dz + TINY)
             q = r * inverse_support
             total += wall_volume[b] * kernel(q, sigma)
-            slope = wall_volume[b] * kernel_slope(q, sigma) * inverse_support / r
+            slope = wall_volume[b] * kernel_slope_over_q(q, sigma) * inverse_support * inverse_support
             gx += slope * dx
             gy += slope * dy
             gz += slope * dz
+        gradient_sum[0, i], gradient_sum[1, i], gradient_sum[2, i] = gx, gy, gz
         own = gx * gx + gy * gy + gz * gz
         compression[i] = total - np.float32(1.0)
         diagonal[i] = volume * volume * square + (own if weight is None else own * weight[i])
@@ -136,7 +138,12 @@ def density_push(
             j = fluid.neighbor[k]
             dx, dy, dz = nearest_images(xi - position[0, j], yi - position[1, j], zi - position[2, j], period)
             r = math.sqrt(dx * dx + dy * dy + dz * dz + TINY)
-            slope = kernel_slope(r * inverse_support, sigma) * inverse_support / r * (own + multiplier[j])
+            slope = (
+                kernel_slope_over_q(r * inverse_support, sigma)
+                * inverse_support
+                * inverse_support
+                * (own + multiplier[j])
+            )
             px += slope * dx
             py += slope * dy
             pz += slope * dz
@@ -148,7 +155,13 @@ def density_push(
                 b = walls.neighbor[k]
                 dx, dy, dz = nearest_images(xi - wall[0, b], yi - wall[1, b], zi - wall[2, b], period)
                 r = math.sqrt(dx * dx + dy * dy + dz * dz + TINY)
-                slope = wall_volume[b] * kernel_slope(r * inverse_support, sigma) * inverse_support / r * own
+                slope = (
+                    wall_volume[b]
+                    * kernel_slope_over_q(r * inverse_support, sigma)
+                    * inverse_support
+                    * inverse_support
+                    * own
+                )
                 px += slope * dx
                 py += slope * dy
                 pz += slope * dz
@@ -177,6 +190,6 @@ def push_reaction(
                 position[0, i] - wall[0, b], position[1, i] - wall[1, b], position[2, i] - wall[2, b], period
             )
             r = math.sqrt(dx * dx + dy * dy + dz * dz + TINY)
-            slope = wall_volume[b] * kernel_slope(r * inverse_support, sigma) * inverse_support / r
+            slope = wall_volume[b] * kernel_slope_over_q(r * inverse_support, sigma) * inverse_support * inverse_support
             slope *= -volume * reference_density * multiplier[i]
             add_wrench(reaction, owner[b - resting], arm, b - resting, slope * dx, slope * dy, slope * dz)

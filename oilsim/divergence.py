@@ -1,12 +1,24 @@
-"""Divergence-free velocity (Qiu et al. 2021, Eq. 7-14), its linear operator, and the gradients that both schemes share.
+"""Divergence-free velocity (Qiu et al. 2021, Eq. 7-14): the pressure's force on velocities and its adjoint, the divergence.
 
-    C_i(v) = (1 / rho) D rho / Dt = sum_j V_j (v_i - v_j) . grad W_ij                          (Eq. 7 with its sign mended)
-    u_i = (1 / rho_i0) sum_j V_j (kappa_i + kappa_j) grad W_ij,   v = v* - u                     (Eq. 14)
-    (A kappa)_i = C_i(u),   kappa >= 0,   A kappa - C(v*) >= 0,   complementary
+    u_i = (rho_ref / rho_i0) (H kappa)_i,   v = v* - u,   (A kappa)_i = (H^T u)_i,   kappa >= 0,  A kappa - H^T v* >= 0, complementary.
 
-kappa = pressure x time step [Pa s]; here divided by rho_ref [m2/s]. A is symmetric and positive semi-definite, u conserves the
-momentum of every pair, and wall particles take the impulse -V kappa_i V_b grad W_ib. With the gradients of all pairs cached,
-walls appear only in g_i = sum_j V_j grad W_ij, so that a product visits fluid pairs alone.
+kappa = pressure x time step / rho_ref [m2/s]. Both schemes share the form, with pair vectors G_ij = -G_ji [1/m]:
+
+    (H kappa)_i = sum_j G_ij (kappa_i + kappa_j) + sum_b G_ib (w kappa_i + c_i x_ib . grad kappa_i)
+    (H^T v)_i   = sum_j G_ij . (v_i - v_j) + ...    the exact transpose, the rate of compression [1/s]
+
+paper   G_ij = V grad W_ij, G_ib = V_b grad W_ib, w = 1, c = 0                                          (Eq. 7 and 14, sign mended)
+split   G_ij = (Y_i + Y_j) / 2 V grad W_ij, G_ib = Y_i V_b grad W_ib (Y: see `resolved_strain`), w = 2 and c = 1: a wall takes the pressure
+        that the liquid's gradient extrapolates to it. A linear pressure is then balanced near walls as it is inside, and water lies still.
+        c fades to 0 where liquid neighbours are too few for a gradient, and at the free surface, where its transpose would hold the water's edge.
+
+The gradient at i comes from its liquid neighbours, B_i sum_j G_ij (kappa_j - kappa_i), B_i = (sum_j G_ij x_ij^T)^-1, so that the walls'
+part is K_i (sum_j G_ij kappa_j - kappa_i sum_j G_ij) with one matrix K_i = c_i sum_b G_ib x_ib^T B_i per particle:
+
+    (H kappa)_i = own_i kappa_i + (1 + K_i) sum_j G_ij kappa_j,     own_i = (1 - K_i) sum_j G_ij + w sum_b G_ib
+    (H^T v)_i   = own_i . v_i - sum_j G_ij . (1 + K_j)^T v_j        x_ij = x_j - x_i
+
+A = H^T (rho_ref / rho_0) H is symmetric and positive semi-definite, and what walls take is exactly what the liquid loses.
 """
 
 from __future__ import annotations
@@ -16,183 +28,219 @@ import math
 import numpy as np
 from numba import njit
 
+from oilsim.moments import inverse, smallest_eigenvalue
 from oilsim.neighbors import nearest_images
 from oilsim.parallel import BLOCK
-from oilsim.smoothing_kernels import FAST, kernel, kernel_slope
+from oilsim.smoothing_kernels import FAST, kernel, kernel_slope_over_q
 
 TINY = np.float32(1e-20)
-REGULAR = np.float32(0.3)  # smallest determinant of the moment matrix that is still inverted
+ZERO, ONE, TWO, THREE = np.float32(0.0), np.float32(1.0), np.float32(2.0), np.float32(3.0)
 SPRAY = np.float32(0.6)  # density ratio below which particles may spread freely
+THIN, FULL = (
+    np.float32(0.1),
+    np.float32(0.2),
+)  # smallest eigenvalue of the liquid's moment between which c rises from 0 to 1
+RETURN_TIME = np.float32(0.5)  # s
+LARGEST_RETURN = np.float32(0.05)
+OPEN, COVERED = (
+    np.float32(0.7),
+    np.float32(0.95),
+)  # the same for that of liquid and walls together: 1 inside, a half at a free surface
 
 
 @njit(inline="always", **FAST)
-def corrected_divergence(m, b, plane):
-    """Contraction of the inverse of the symmetric moment matrix m (xx, xy, xz, yy, yz, zz) with b (3x3 row by row).
+def moment_of(i, position, other, period, pairs, gradient):
+    """sum_k G_ik x_ik^T over the pairs of i, row by row (9)."""
+    txx = txy = txz = tyx = tyy = tyz = tzx = tzy = tzz = ZERO
+    for k in range(pairs.start[i], pairs.start[i] + np.int64(pairs.number[i])):
+        j = pairs.neighbor[k]
+        dx, dy, dz = nearest_images(
+            other[0, j] - position[0, i], other[1, j] - position[1, i], other[2, j] - position[2, i], period
+        )
+        ax, ay, az = gradient[0, k], gradient[1, k], gradient[2, k]
+        txx += ax * dx
+        txy += ax * dy
+        txz += ax * dz
+        tyx += ay * dx
+        tyy += ay * dy
+        tyz += ay * dz
+        tzx += az * dx
+        tzy += az * dy
+        tzz += az * dz
+    return txx, txy, txz, tyx, tyy, tyz, tzx, tzy, tzz
 
-    Returns sum_ab (m^-1)_ab b_ab, or the trace of b where m is near-singular. `plane`: y is absent.
-    """
-    xx, xy, xz, yy, yz, zz = m
-    if plane:
-        yy = np.float32(1.0)
-    cxx = yy * zz - yz * yz
-    cxy = xz * yz - xy * zz
-    cxz = xy * yz - xz * yy
-    determinant = xx * cxx + xy * cxy + xz * cxz
-    if determinant < REGULAR:
-        return b[0] + b[4] + b[8]
-    cyy = xx * zz - xz * xz
-    cyz = xy * xz - xx * yz
-    czz = xx * yy - xy * xy
-    contraction = cxx * b[0] + cyy * b[4] + czz * b[8]
-    contraction += cxy * (b[1] + b[3]) + cxz * (b[2] + b[6]) + cyz * (b[5] + b[7])
-    return contraction / determinant
+
+@njit(inline="always", **FAST)
+def extrapolation_matrix(liquid, solid, plane):
+    """c B from the moments of liquid and walls; `plane`: y is absent."""
+    unit = ONE if plane else ZERO
+    half = ONE / TWO
+    own = (
+        liquid[0], half * (liquid[1] + liquid[3]), half * (liquid[2] + liquid[6]),
+        liquid[4] + unit, half * (liquid[5] + liquid[7]), liquid[8],
+    )  # fmt: skip
+    whole = (
+        own[0] + solid[0], own[1] + half * (solid[1] + solid[3]), own[2] + half * (solid[2] + solid[6]),
+        own[3] + solid[4], own[4] + half * (solid[5] + solid[7]), own[5] + solid[8],
+    )  # fmt: skip
+    spanned = min((smallest_eigenvalue(own) - THIN) / (FULL - THIN), ONE)
+    covered = min((smallest_eigenvalue(whole) - OPEN) / (COVERED - OPEN), ONE)
+    if spanned <= ZERO or covered <= ZERO:
+        return ZERO, ZERO, ZERO, ZERO, ZERO, ZERO
+    trust = spanned * covered * covered * (THREE - TWO * covered)
+    xx, xy, xz, yy, yz, zz = inverse(own)
+    return trust * xx, trust * xy, trust * xz, trust * yy, trust * yz, trust * zz
+
+
+@njit(inline="always", **FAST)
+def times_symmetric(vx, vy, vz, m):
+    """m v for symmetric m, which is also the row vector v m."""
+    return (
+        vx * m[0] + vy * m[1] + vz * m[2],
+        vx * m[1] + vy * m[3] + vz * m[4],
+        vx * m[2] + vy * m[4] + vz * m[5],
+    )
+
+
+@njit(inline="always", **FAST)
+def face_of(matrix, i, j, ax, ay, az):
+    """(Y_i + Y_j) / 2 a."""
+    half = ONE / TWO
+    mine, other = matrix[i], matrix[j]
+    xx, xy, xz = half * (mine[0] + other[0]), half * (mine[1] + other[1]), half * (mine[2] + other[2])
+    yy, yz, zz = half * (mine[3] + other[3]), half * (mine[4] + other[4]), half * (mine[5] + other[5])
+    return xx * ax + xy * ay + xz * az, xy * ax + yy * ay + yz * az, xz * ax + yz * ay + zz * az
 
 
 @njit(**FAST)
 def cache_gradients(
-    begin, end, position, wall, wall_volume, weight, period, fluid, walls, sigma, support, volume,
-    gradient, wall_gradient, gradient_sum, diagonal, density, coverage,
+    begin, end, position, wall, wall_volume, matrix, weight, period, fluid, walls, sigma, support, volume, wall_weight, plane,
+    gradient, wall_gradient, own, extrapolation, diagonal, coverage,
 ):  # fmt: skip
-    """Cache V grad W_ij per fluid pair in `gradient` (3, P) and V_b grad W_ib in `wall_gradient`, and sum them up.
+    """Cache G_ij per fluid pair in `gradient` (3, P), G_ib in `wall_gradient`, and what particles need of them.
 
-    Fills g_i (3, N) [1/m], the diagonal of A times rho_ref [1/m2], `density` with rho_i / rho_i0 and `coverage` with the walls'
-    part of it.
+    matrix (N, 7) Y_i or None for 1; weight (N,) rho_ref / rho_0 or None; wall_weight w. Fills own (3, N) [1/m],
+    `extrapolation` (9, N) K_i row by row where walls are near (None: c = 0), the diagonal of A [1/m2], `coverage` sum V_b W_ib.
     """
-    inverse_support = np.float32(1.0) / support
+    inverse_support = ONE / support
+    factor = inverse_support * inverse_support
     for i in range(begin, end):
         xi, yi, zi = position[0, i], position[1, i], position[2, i]
-        total = sigma
-        gx = gy = gz = square = np.float32(0.0)
+        fx = fy = fz = square = ZERO
         for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
             j = fluid.neighbor[k]
             dx, dy, dz = nearest_images(xi - position[0, j], yi - position[1, j], zi - position[2, j], period)
-            r = math.sqrt(dx * dx + dy * dy + dz * dz + TINY)
-            q = r * inverse_support
-            total += kernel(q, sigma)
-            slope = volume * kernel_slope(q, sigma) * inverse_support / r
+            q = math.sqrt(dx * dx + dy * dy + dz * dz) * inverse_support
+            slope = factor * volume * kernel_slope_over_q(q, sigma)
             ax, ay, az = slope * dx, slope * dy, slope * dz
+            if matrix is not None:
+                ax, ay, az = face_of(matrix, i, j, ax, ay, az)
             gradient[0, k] = ax
             gradient[1, k] = ay
             gradient[2, k] = az
-            gx += ax
-            gy += ay
-            gz += az
-            share = ax * ax + ay * ay + az * az
-            square += share if weight is None else share * weight[j]
-        covered = np.float32(0.0)
-        for k in range(walls.start[i], walls.start[i] + np.int64(walls.number[i])):
-            b = walls.neighbor[k]
-            dx, dy, dz = nearest_images(xi - wall[0, b], yi - wall[1, b], zi - wall[2, b], period)
-            r = math.sqrt(dx * dx + dy * dy + dz * dz + TINY)
-            q = r * inverse_support
-            covered += wall_volume[b] * kernel(q, sigma)
-            slope = wall_volume[b] * kernel_slope(q, sigma) * inverse_support / r
-            ax, ay, az = slope * dx, slope * dy, slope * dz
-            wall_gradient[0, k] = ax
-            wall_gradient[1, k] = ay
-            wall_gradient[2, k] = az
-            gx += ax
-            gy += ay
-            gz += az
-        density[i] = total * volume + covered
-        coverage[i] = covered
-        gradient_sum[0, i] = gx
-        gradient_sum[1, i] = gy
-        gradient_sum[2, i] = gz
-        own = gx * gx + gy * gy + gz * gz
-        diagonal[i] = square + (own if weight is None else own * weight[i]) + TINY
-
-
-@njit(**FAST)
-def divergence_source(
-    begin,
-    end,
-    position,
-    velocity,
-    period,
-    fluid,
-    walls,
-    gradient,
-    gradient_sum,
-    density,
-    inverse_time_step,
-    plane,
-    source,
-):
-    """Fill `source` [1/s] with C_i(v*) for the split scheme, walls at rest (moving ones are added as contacts).
-
-    Away from walls the gradients are corrected (kernel-gradient correction, Bonet & Lok 1999) so that a smooth shear on
-    disordered particles has no divergence; spray below SPRAY of the rest density may contract at will.
-    """
-    for i in range(begin, end):
-        xi, yi, zi = position[0, i], position[1, i], position[2, i]
-        ui, vi, wi = velocity[0, i], velocity[1, i], velocity[2, i]
+            fx += ax
+            fy += ay
+            fz += az
+            length = ax * ax + ay * ay + az * az
+            square += length if weight is None else length * weight[j]
+        gx, gy, gz = fx, fy, fz
+        covered = ZERO
         if walls.number[i] > 0:
-            plain = gradient_sum[0, i] * ui + gradient_sum[1, i] * vi + gradient_sum[2, i] * wi
-            for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
-                j = fluid.neighbor[k]
-                plain -= (
-                    gradient[0, k] * velocity[0, j] + gradient[1, k] * velocity[1, j] + gradient[2, k] * velocity[2, j]
-                )
-        else:
-            bxx = bxy = bxz = byx = byy = byz = bzx = bzy = bzz = np.float32(0.0)
-            mxx = mxy = mxz = myy = myz = mzz = np.float32(0.0)
-            for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
-                j = fluid.neighbor[k]
-                ax, ay, az = gradient[0, k], gradient[1, k], gradient[2, k]
-                dx, dy, dz = nearest_images(xi - position[0, j], yi - position[1, j], zi - position[2, j], period)
-                du, dv, dw = ui - velocity[0, j], vi - velocity[1, j], wi - velocity[2, j]
-                mxx -= ax * dx
-                mxy -= ax * dy
-                mxz -= ax * dz
-                myy -= ay * dy
-                myz -= ay * dz
-                mzz -= az * dz
-                bxx += ax * du
-                bxy += ax * dv
-                bxz += ax * dw
-                byx += ay * du
-                byy += ay * dv
-                byz += ay * dw
-                bzx += az * du
-                bzy += az * dv
-                bzz += az * dw
-            plain = corrected_divergence(
-                (mxx, mxy, mxz, myy, myz, mzz), (bxx, bxy, bxz, byx, byy, byz, bzx, bzy, bzz), plane
-            )
-        source[i] = plain + min(density[i] - SPRAY, np.float32(0.0)) * inverse_time_step
+            wx = wy = wz = ZERO
+            for k in range(walls.start[i], walls.start[i] + np.int64(walls.number[i])):
+                b = walls.neighbor[k]
+                dx, dy, dz = nearest_images(xi - wall[0, b], yi - wall[1, b], zi - wall[2, b], period)
+                q = math.sqrt(dx * dx + dy * dy + dz * dz) * inverse_support
+                covered += wall_volume[b] * kernel(q, sigma)
+                slope = factor * wall_volume[b] * kernel_slope_over_q(q, sigma)
+                ax, ay, az = slope * dx, slope * dy, slope * dz
+                if matrix is not None:
+                    ax, ay, az = face_of(matrix, i, i, ax, ay, az)
+                wall_gradient[0, k] = ax
+                wall_gradient[1, k] = ay
+                wall_gradient[2, k] = az
+                wx += ax
+                wy += ay
+                wz += az
+            gx += wall_weight * wx
+            gy += wall_weight * wy
+            gz += wall_weight * wz
+            if extrapolation is not None:
+                solid = moment_of(i, position, wall, period, walls, wall_gradient)
+                lever = extrapolation_matrix(moment_of(i, position, position, period, fluid, gradient), solid, plane)
+                kxx, kxy, kxz = times_symmetric(solid[0], solid[1], solid[2], lever)
+                kyx, kyy, kyz = times_symmetric(solid[3], solid[4], solid[5], lever)
+                kzx, kzy, kzz = times_symmetric(solid[6], solid[7], solid[8], lever)
+                extrapolation[0, i], extrapolation[1, i], extrapolation[2, i] = kxx, kxy, kxz
+                extrapolation[3, i], extrapolation[4, i], extrapolation[5, i] = kyx, kyy, kyz
+                extrapolation[6, i], extrapolation[7, i], extrapolation[8, i] = kzx, kzy, kzz
+                gx -= kxx * fx + kxy * fy + kxz * fz
+                gy -= kyx * fx + kyy * fy + kyz * fz
+                gz -= kzx * fx + kzy * fy + kzz * fz
+        coverage[i] = covered
+        own[0, i], own[1, i], own[2, i] = gx, gy, gz
+        length = gx * gx + gy * gy + gz * gz
+        diagonal[i] = square + (length if weight is None else length * weight[i]) + TINY
 
 
 @njit(**FAST)
-def pressure_velocity(begin, end, fluid, gradient, gradient_sum, weight, kappa, change):
-    """Fill `change` (3, N) with u_i of Eq. 14 [m/s] from kappa [m2/s]."""
+def pressure_velocity(begin, end, fluid, walls, gradient, own, extrapolation, weight, kappa, change):
+    """Fill `change` (3, N) with u_i [m/s] from kappa [m2/s] (Eq. 14)."""
     for i in range(begin, end):
-        own = kappa[i]
-        ux, uy, uz = own * gradient_sum[0, i], own * gradient_sum[1, i], own * gradient_sum[2, i]
+        sx = sy = sz = ZERO
         for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
             other = kappa[fluid.neighbor[k]]
-            ux += gradient[0, k] * other
-            uy += gradient[1, k] * other
-            uz += gradient[2, k] * other
-        if weight is not None:
-            ux *= weight[i]
-            uy *= weight[i]
-            uz *= weight[i]
-        change[0, i] = ux
-        change[1, i] = uy
-        change[2, i] = uz
+            sx += gradient[0, k] * other
+            sy += gradient[1, k] * other
+            sz += gradient[2, k] * other
+        ux, uy, uz = own[0, i] * kappa[i] + sx, own[1, i] * kappa[i] + sy, own[2, i] * kappa[i] + sz
+        if extrapolation is not None and walls.number[i] > 0:
+            ux += extrapolation[0, i] * sx + extrapolation[1, i] * sy + extrapolation[2, i] * sz
+            uy += extrapolation[3, i] * sx + extrapolation[4, i] * sy + extrapolation[5, i] * sz
+            uz += extrapolation[6, i] * sx + extrapolation[7, i] * sy + extrapolation[8, i] * sz
+        factor = ONE if weight is None else weight[i]
+        change[0, i] = factor * ux
+        change[1, i] = factor * uy
+        change[2, i] = factor * uz
 
 
 @njit(**FAST)
-def velocity_divergence(begin, end, fluid, gradient, gradient_sum, velocity, rate):
-    """Fill `rate` [1/s] with C_i of `velocity` (3, N), walls at rest (Eq. 7)."""
+def seen_velocity(begin, end, walls, extrapolation, velocity, seen):
+    """Fill `seen` (3, N) with (1 + K_i)^T v_i, the velocity that neighbours see."""
     for i in range(begin, end):
-        value = gradient_sum[0, i] * velocity[0, i] + gradient_sum[1, i] * velocity[1, i]
-        value += gradient_sum[2, i] * velocity[2, i]
+        vx, vy, vz = velocity[0, i], velocity[1, i], velocity[2, i]
+        if walls.number[i] > 0:
+            k = extrapolation[:, i]
+            seen[0, i] = vx + k[0] * vx + k[3] * vy + k[6] * vz
+            seen[1, i] = vy + k[1] * vx + k[4] * vy + k[7] * vz
+            seen[2, i] = vz + k[2] * vx + k[5] * vy + k[8] * vz
+        else:
+            seen[0, i], seen[1, i], seen[2, i] = vx, vy, vz
+
+
+@njit(**FAST)
+def velocity_divergence(begin, end, fluid, gradient, own, velocity, seen, rate):
+    """Fill `rate` [1/s] with (H^T v)_i, walls at rest; `seen` as from `seen_velocity` or the velocity itself (Eq. 7)."""
+    for i in range(begin, end):
+        value = own[0, i] * velocity[0, i] + own[1, i] * velocity[1, i] + own[2, i] * velocity[2, i]
         for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
             j = fluid.neighbor[k]
-            value -= gradient[0, k] * velocity[0, j] + gradient[1, k] * velocity[1, j] + gradient[2, k] * velocity[2, j]
+            value -= gradient[0, k] * seen[0, j] + gradient[1, k] * seen[1, j] + gradient[2, k] * seen[2, j]
         rate[i] = value
+
+
+@njit(**FAST)
+def add_density_feedback(begin, end, compression, near, time_step, rate):
+    """Let spray below SPRAY of the rest density contract at will, and the inside of the liquid return to its density in RETURN_TIME.
+
+    Position corrections even density out between neighbours, but a whole body of water that has swollen or shrunk by a little feels
+    none: the pressure must bring it back.
+    """
+    for i in range(begin, end):
+        error = compression[i]
+        rate[i] += min(ONE + error - SPRAY, ZERO) / time_step
+        if not near[i]:
+            rate[i] += max(min(error, LARGEST_RETURN), -LARGEST_RETURN) / RETURN_TIME
 
 
 @njit(**FAST)

@@ -24,7 +24,7 @@ EXPANSION = np.float32(0.6)
 
 
 @njit(**FAST)
-def split_gradient(begin, end, kappa, gradient, diagonal, free, sums):
+def split_gradient(begin, end, kappa, gradient, diagonal, closed, free, sums):
     """Split the gradient A kappa - b into its free and chopped parts, each over the diagonal.
 
     Fills `free` (gradient / diagonal where kappa > 0) and the block sums `sums` (blocks, 3): chopped^2, reduced free . free,
@@ -35,7 +35,11 @@ def split_gradient(begin, end, kappa, gradient, diagonal, free, sums):
             sums[i // BLOCK, 0] = sums[i // BLOCK, 1] = sums[i // BLOCK, 2] = 0.0
         g = gradient[i]
         scaled = g / diagonal[i]
-        if kappa[i] > np.float32(0.0):
+        if closed:
+            free[i] = scaled
+            sums[i // BLOCK, 1] += scaled * g
+            sums[i // BLOCK, 2] += abs(g)
+        elif kappa[i] > np.float32(0.0):
             free[i] = scaled
             sums[i // BLOCK, 1] += min(kappa[i] / EXPANSION, scaled) * g
             sums[i // BLOCK, 2] += abs(g)
@@ -47,7 +51,7 @@ def split_gradient(begin, end, kappa, gradient, diagonal, free, sums):
 
 
 @njit(**FAST)
-def step_lengths(begin, end, kappa, gradient, direction, image, sums):
+def step_lengths(begin, end, kappa, gradient, direction, image, closed, sums):
     """Block sums (blocks, 3): gradient . direction, direction . A direction, and the longest feasible step."""
     for i in range(begin, end):
         if i % BLOCK == 0 or i == begin:
@@ -56,15 +60,16 @@ def step_lengths(begin, end, kappa, gradient, direction, image, sums):
         p = direction[i]
         sums[i // BLOCK, 0] += gradient[i] * p
         sums[i // BLOCK, 1] += p * image[i]
-        if p > np.float32(0.0):
+        if p > np.float32(0.0) and not closed:
             sums[i // BLOCK, 2] = min(sums[i // BLOCK, 2], kappa[i] / p)
 
 
 @njit(**FAST)
-def advance(begin, end, kappa, gradient, direction, image, step):
+def advance(begin, end, kappa, gradient, direction, image, closed, step):
     """kappa -= step direction, gradient -= step A direction; kappa stays at or above 0."""
     for i in range(begin, end):
-        kappa[i] = max(kappa[i] - step * direction[i], np.float32(0.0))
+        value = kappa[i] - step * direction[i]
+        kappa[i] = value if closed else max(value, np.float32(0.0))
         gradient[i] -= step * image[i]
 
 
@@ -98,6 +103,7 @@ class BoundConstrainedSolver:
         kappa: Real,
         tolerance: float,
         iterations: int,
+        closed: bool,
         watched: NDArray[np.uint32] | None = None,
     ) -> tuple[int, float]:
         """Improve `kappa` in place until the mean residual is `tolerance` [1/s]; returns products used and that mean.
@@ -111,17 +117,22 @@ class BoundConstrainedSolver:
         if self._gradient.size != count:
             self._gradient, self._free, self._direction, self._image = np.empty((4, count), np.float32)
             self._sums = np.empty((block_count(count), 3))
+        self._closed = closed
+        if not closed:
+            np.maximum(kappa, 0.0, out=kappa)
         used = self._evaluate(product, source, kappa)
         chopped, reduced, residual = self._split(kappa, diagonal)
         self._direction[:] = self._free
         while used < iterations:
-            near_bodies = _watched_residual(kappa, self._gradient, watched)
+            near_bodies = _watched_residual(kappa, self._gradient, closed, watched)
             if residual <= tolerance * count and near_bodies <= tolerance:
                 break
             proportional = chopped <= reduced
             if not proportional:
-                self._direction[:] = np.where(kappa > 0.0, 0.0, np.minimum(self._gradient, 0.0) / diagonal)
+                self._direction[:] = np.where((kappa > 0.0) | closed, 0.0, np.minimum(self._gradient, 0.0) / diagonal)
             product(self._direction, self._image)
+            if self._closed:
+                _centre(self._image)
             used += 1
             step, feasible, curvature = self._step_lengths(kappa)
             if not curvature > 0.0:
@@ -131,26 +142,34 @@ class BoundConstrainedSolver:
                 chopped, reduced, residual = self._split(kappa, diagonal)
                 self._direction[:] = self._free
             else:
-                self._team.run(advance, count, kappa, self._gradient, self._direction, self._image, np.float32(step))
+                self._team.run(
+                    advance, count, kappa, self._gradient, self._direction, self._image, closed, np.float32(step)
+                )
                 chopped, reduced, residual = self._split(kappa, diagonal)
                 self._conjugate(curvature if proportional else None)
+        if self._closed:
+            _centre(kappa)
         return used, residual / count
 
     def _evaluate(self, product: Product, source: Real, kappa: Real) -> int:
         """Gradient A kappa - b, afresh; one product."""
         product(kappa, self._gradient)
         self._gradient -= source
+        if self._closed:
+            _centre(self._gradient)
         return 1
 
     def _split(self, kappa: Real, diagonal: Real) -> tuple[float, float, float]:
         """See `split_gradient`; sums over all particles."""
-        self._team.run(split_gradient, kappa.size, kappa, self._gradient, diagonal, self._free, self._sums)
+        self._team.run(
+            split_gradient, kappa.size, kappa, self._gradient, diagonal, self._closed, self._free, self._sums
+        )
         chopped, reduced, residual = (float(value) for value in self._sums.sum(axis=0))
         return chopped, reduced, residual
 
     def _step_lengths(self, kappa: Real) -> tuple[float, float, float]:
         """Length of the minimising step, of the longest feasible one, and the curvature along the direction."""
-        arguments = (kappa, self._gradient, self._direction, self._image, self._sums)
+        arguments = (kappa, self._gradient, self._direction, self._image, self._closed, self._sums)
         self._team.run(step_lengths, kappa.size, *arguments)
         along, curvature = (float(value) for value in self._sums[:, :2].sum(axis=0))
         return along / curvature if curvature > 0.0 else 0.0, float(self._sums[:, 2].min()), curvature
@@ -158,10 +177,11 @@ class BoundConstrainedSolver:
     def _expand(self, product: Product, source: Real, diagonal: Real, kappa: Real, feasible: float) -> int:
         """Go to the bound, then a projected gradient step from there; returns the products used."""
         length = np.float32(feasible)
-        self._team.run(advance, kappa.size, kappa, self._gradient, self._direction, self._image, length)
+        self._team.run(advance, kappa.size, kappa, self._gradient, self._direction, self._image, self._closed, length)
         self._split(kappa, diagonal)
         kappa -= EXPANSION * self._free
-        np.maximum(kappa, 0.0, out=kappa)
+        if not self._closed:
+            np.maximum(kappa, 0.0, out=kappa)
         return self._evaluate(product, source, kappa)
 
     def _conjugate(self, curvature: float | None) -> None:
@@ -175,9 +195,16 @@ class BoundConstrainedSolver:
         self._direction += self._free
 
 
-def _watched_residual(kappa: Real, gradient: Real, watched: NDArray[np.uint32] | None) -> float:
+def _centre(values: Real) -> None:
+    """Take the mean off."""
+    values -= np.float32(values.mean(dtype=np.float64))
+
+
+def _watched_residual(kappa: Real, gradient: Real, closed: bool, watched: NDArray[np.uint32] | None) -> float:
     """Mean residual [1/s] of some particles, as `split_gradient` counts it."""
     if watched is None or watched.size == 0:
         return 0.0
     chosen = gradient[watched]
-    return float(np.where(kappa[watched] > 0.0, np.abs(chosen), np.maximum(-chosen, 0.0)).mean(dtype=np.float64))
+    return float(
+        np.where((kappa[watched] > 0.0) | closed, np.abs(chosen), np.maximum(-chosen, 0.0)).mean(dtype=np.float64)
+    )

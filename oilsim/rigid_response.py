@@ -1,12 +1,17 @@
 """Bodies that answer inside the pressure solve: one system for fluid and bodies, stable for the lightest boom.
 
-A body of free twist V* and inverse mass M^-1 that receives P = V rho_ref sum_i kappa_i J_i moves with V = V* + M^-1 P. Seen by the fluid,
+A body of free twist V* and inverse mass M^-1 that receives the impulse P moves with V = V* + M^-1 P. The impulse is what the walls' part of H
+(see `divergence`) takes from the liquid,
 
-    source:    C_i(v*)     - J_i . V*,
-    operator:  (A kappa)_i + J_i . M^-1 V rho_ref sum_k J_k kappa_k,       diagonal + V rho_ref J_i . M^-1 J_i,
+    P = V rho_ref sum_i [J_i kappa_i + N_i sum_j G_ij kappa_j],
+    J_i = w sum_b (G_ib, r_b x G_ib) - N_i sum_j G_ij,     N_i = sum_b (G_ib, r_b x G_ib) x_ib^T (c B)_i,
 
-which keeps the system symmetric; bodies tied by joints share one M^-1.
-Lagged forces diverge once the added mass exceeds the body's; this has no such limit.
+N being the wrench that the extrapolated pressure adds. By the transpose of the same terms the liquid sees the body move:
+
+    (H^T v)_i -= J_i . V,   and neighbours see (1 + K_j)^T v_j - N_j^T V instead of (1 + K_j)^T v_j.
+
+The system stays symmetric; bodies tied by joints share one M^-1. Lagged forces diverge once the added mass exceeds the body's; this has
+no such limit.
 """
 
 from __future__ import annotations
@@ -15,21 +20,67 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from oilsim.divergence import extrapolation_matrix, moment_of, times_symmetric
+from oilsim.neighbors import Pairs, nearest_images
 from oilsim.smoothing_kernels import FAST
-from oilsim.walls import Contacts, Walls
+from oilsim.walls import Contacts, Walls, add_wrench
 
 Real = NDArray[np.float32]
 Double = NDArray[np.float64]
 
 
 @njit(**FAST)
-def gather_impulses(contacts, kappa, scale, impulse):
-    """impulse (bodies, 6) = scale sum over contacts of kappa J, in float64."""
+def extend_contacts(contacts, position, wall, period, fluid, walls, gradient, wall_gradient, wall_weight, resting, owner, arm,
+                    plane, jacobian, reach):  # fmt: skip
+    """Fill J (K, 6) and N (K, 6, 3) of the module's docstring from contacts whose jacobian is sum_b (G_ib, r_b x G_ib)."""
+    single = np.zeros((1, 6), np.float32)
+    for c in range(contacts.particle.size):
+        i = contacts.particle[c]
+        matrix = extrapolation_matrix(
+            moment_of(i, position, position, period, fluid, gradient),
+            moment_of(i, position, wall, period, walls, wall_gradient),
+            plane,
+        )
+        reach[c] = 0.0
+        for k in range(walls.start[i], walls.start[i] + np.int64(walls.number[i])):
+            b = walls.neighbor[k]
+            if b < resting or owner[b - resting] != contacts.body[c]:
+                continue
+            dx, dy, dz = nearest_images(
+                wall[0, b] - position[0, i], wall[1, b] - position[1, i], wall[2, b] - position[2, i], period
+            )
+            lever = times_symmetric(dx, dy, dz, matrix)
+            single[0] = 0.0
+            add_wrench(single, 0, arm, b - resting, wall_gradient[0, k], wall_gradient[1, k], wall_gradient[2, k])
+            for row in range(6):
+                for axis in range(3):
+                    reach[c, row, axis] += single[0, row] * lever[axis]
+        for row in range(6):
+            jacobian[c, row] = wall_weight * contacts.jacobian[c, row]
+            for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
+                for axis in range(3):
+                    jacobian[c, row] -= reach[c, row, axis] * gradient[axis, k]
+
+
+@njit(**FAST)
+def gather_impulses(contacts, fluid, gradient, kappa, scale, impulse):
+    """impulse (bodies, 6) = scale sum over contacts of kappa_i J_i + N_i sum_j G_ij kappa_j, in float64."""
     impulse[:] = 0.0
     for c in range(contacts.particle.size):
-        value = scale * kappa[contacts.particle[c]]
+        i = contacts.particle[c]
+        value = scale * kappa[i]
         for axis in range(6):
             impulse[contacts.body[c], axis] += value * contacts.jacobian[c, axis]
+        if contacts.reach.shape[0] > 0:
+            sx = sy = sz = 0.0
+            for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
+                other = scale * kappa[fluid.neighbor[k]]
+                sx += gradient[0, k] * other
+                sy += gradient[1, k] * other
+                sz += gradient[2, k] * other
+            for axis in range(6):
+                n = contacts.reach[c, axis]
+                impulse[contacts.body[c], axis] += n[0] * sx + n[1] * sy + n[2] * sz
 
 
 @njit(**FAST)
@@ -54,6 +105,17 @@ def scatter_twists(contacts, twist, sign, rate):
 
 
 @njit(**FAST)
+def scatter_seen(contacts, twist, sign, seen):
+    """seen_i += sign N_i^T twist of the body, over all contacts."""
+    for c in range(contacts.particle.size):
+        for axis in range(3):
+            value = 0.0
+            for row in range(6):
+                value += contacts.reach[c, row, axis] * twist[contacts.body[c], row]
+            seen[axis, contacts.particle[c]] += sign * value
+
+
+@njit(**FAST)
 def add_compliance(contacts, inverse_mass, scale, diagonal):
     """diagonal_i += scale J_i . M^-1 J_i, over all contacts."""
     for c in range(contacts.particle.size):
@@ -68,9 +130,10 @@ def add_compliance(contacts, inverse_mass, scale, diagonal):
 class RigidResponse:
     """The bodies' part of one pressure solve. Twists are the free ones until `accept` hands the impulses over."""
 
-    def __init__(self, walls: Walls, contacts: Contacts, scale: float) -> None:
+    def __init__(self, walls: Walls, contacts: Contacts, fluid: Pairs, gradient: Real, scale: float) -> None:
         """scale: V rho_ref [kg], what turns kappa / rho_ref times J into an impulse."""
         self._walls, self._contacts, self._scale = walls, contacts, scale
+        self._fluid, self._gradient = fluid, gradient
         count = len(walls.moving)
         self._inverse_mass = walls.inverse_mass()
         self._impulse, self._answer = np.zeros((2, count, 6))
@@ -80,10 +143,16 @@ class RigidResponse:
         """Whether any particle touches a moving body."""
         return bool(self._contacts.particle.size)
 
+    def _motion(self) -> Double:
+        return np.array([body.twist for body in self._walls.moving.values()])
+
+    def show_motion(self, seen: Real) -> None:
+        """What neighbours of touching particles see of the bodies' present motion; before the divergence is taken."""
+        scatter_seen(self._contacts, self._motion(), -1.0, seen)
+
     def add_motion(self, rate: Real) -> None:
         """rate -= J . V, the part of C_i that the bodies' present motion makes."""
-        twist = np.array([body.twist for body in self._walls.moving.values()])
-        scatter_twists(self._contacts, twist, -1.0, rate)
+        scatter_twists(self._contacts, self._motion(), -1.0, rate)
 
     def add_compliance(self, diagonal: Real) -> None:
         """Add the bodies' part to the diagonal."""
@@ -91,13 +160,23 @@ class RigidResponse:
         blocks = self._inverse_mass.reshape(count, 6, count, 6)[np.arange(count), :, np.arange(count), :]
         add_compliance(self._contacts, np.ascontiguousarray(blocks), self._scale, diagonal)
 
-    def add_answer(self, kappa: Real, rate: Real) -> None:
-        """Add the bodies' part of the operator's product with kappa."""
-        gather_impulses(self._contacts, kappa, self._scale, self._impulse)
+    def answer(self, kappa: Real) -> None:
+        """Let the bodies answer the impulses of `kappa`; `show_answer` and `add_answer` tell the liquid."""
+        self._gather(kappa)
         answer_impulses(self._inverse_mass, self._impulse, self._answer)
+
+    def show_answer(self, seen: Real) -> None:
+        """What neighbours of touching particles see of the answer; before the divergence is taken."""
+        scatter_seen(self._contacts, self._answer, 1.0, seen)
+
+    def add_answer(self, rate: Real) -> None:
+        """Add the answer's part to the operator's product."""
         scatter_twists(self._contacts, self._answer, 1.0, rate)
 
     def accept(self, kappa: Real) -> None:
         """Hand the impulses of `kappa` to the bodies."""
-        gather_impulses(self._contacts, kappa, self._scale, self._impulse)
+        self._gather(kappa)
         self._walls.receive(self._impulse)
+
+    def _gather(self, kappa: Real) -> None:
+        gather_impulses(self._contacts, self._fluid, self._gradient, kappa, self._scale, self._impulse)

@@ -1,9 +1,10 @@
 """Two ways to put the constraints together into a time step: ours ("split") and the paper's.
 
 split   1. x += dt v, neighbours
-        2. density constraint on positions; velocities are left alone
-        3. v* = v + dt (gravity, forcing, adhesion), viscosity implicitly
-        4. divergence of v* with corrected gradients; bounded pressure solve, bodies answering inside it; v = v* - u
+        2. what neighbours tell (`local_fields`), what of it is flow (`resolved_strain`)
+        3. density, order and quiet (`relaxation`): positions move, velocities only as the flow's field asks
+        4. v* = v + dt (gravity, forcing, adhesion), viscosity implicitly
+        5. bounded pressure solve for H^T v* (`divergence`), bodies answering inside it; v = v* - u
 paper   (Qiu et al. 2021, Alg. 3)
         1. v* = v + dt gravity, x* = x + dt v*, neighbours
         2. density constraint on positions, v* = (x_cd - x) / dt
@@ -22,10 +23,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from oilsim.divergence import divergence_multiplier, divergence_source, pressure_velocity, velocity_divergence
+from oilsim.divergence import add_density_feedback, divergence_multiplier
 from oilsim.parallel import block_count, total
+from oilsim.pressure_operator import PressureOperator
 from oilsim.pressure_projection import BoundConstrainedSolver
-from oilsim.rigid_response import RigidResponse
 from oilsim.state import FluidState
 from oilsim.workspace import Workspace
 
@@ -50,7 +51,7 @@ def split_step(
     state.position += np.float32(time_step) * state.velocity
     work.wrap(state)
     work.search(state)
-    density_iterations, density_error = work.constrain_density(state.position)
+    density_iterations, density_error = work.relax(state, time_step)
     work.linearise(state.position)
     work.accelerate(state, time_step)
     drive(state, time_step)
@@ -63,35 +64,24 @@ def split_step(
 
 def project_velocity(work: Workspace, state: FluidState, solver: BoundConstrainedSolver, time_step: float) -> int:
     """Make velocities and bodies free of compression by one bounded pressure solve; returns its products."""
-    config, run, count = work.config, work.team.run, state.count
-    response = RigidResponse(work.walls, work.contacts, float(work.volume) * work.reference_density)
-    source, change = np.empty(count, np.float32), np.empty_like(state.velocity)
+    config = work.config
+    kappa = state.pressure_impulse
     with work.stage("divergence"):
-        run(
-            divergence_source, count, state.position, state.velocity, work.period, work.fluid_pairs, work.wall_pairs,
-            work.gradient, work.gradient_sum, work.density, np.float32(1.0 / time_step), work.plane, source,
-        )  # fmt: skip
-        if response.present:
-            response.add_motion(source)
-            response.add_compliance(work.diagonal)
-
-        def product(kappa: Real, result: Real) -> None:
-            run(
-                pressure_velocity, count, work.fluid_pairs, work.gradient, work.gradient_sum, work.weight, kappa, change
-            )
-            run(velocity_divergence, count, work.fluid_pairs, work.gradient, work.gradient_sum, change, result)
-            if response.present:
-                response.add_answer(kappa, result)
-
-        kappa = state.pressure_impulse
+        operator = PressureOperator(work, state)
+        source = operator.compression_rate(state.velocity)
+        work.team.run(add_density_feedback, state.count, work.compression, work.near, np.float32(time_step), source)
         tolerance = config.divergence_tolerance / time_step
         used, _ = solver.solve(
-            product, source, work.diagonal, kappa, tolerance, config.divergence_iterations, work.touching
+            operator.product,
+            source,
+            work.diagonal,
+            kappa,
+            tolerance,
+            config.divergence_iterations,
+            work.closed,
+            work.touching,
         )
-        run(pressure_velocity, count, work.fluid_pairs, work.gradient, work.gradient_sum, work.weight, kappa, change)
-        state.velocity -= change
-        if response.present:
-            response.accept(kappa)
+        operator.apply(kappa, state.velocity)
     return used
 
 
@@ -118,15 +108,12 @@ def paper_step(work: Workspace, state: FluidState, time_step: float, drive: Driv
 def correct_velocity(work: Workspace, state: FluidState, time_step: float) -> int:
     """Alg. 1: Jacobi corrections of the velocity where density would rise; returns the iterations."""
     config, run, count = work.config, work.team.run, state.count
-    response = RigidResponse(work.walls, work.contacts, float(work.volume) * work.reference_density)
-    rate, correction = np.empty((2, count), np.float32)
-    change, error = np.empty_like(state.velocity), np.zeros(block_count(count))
+    correction, error = np.empty(count, np.float32), np.zeros(block_count(count))
     state.pressure_impulse[:] = 0.0
     with work.stage("divergence"):
+        operator = PressureOperator(work, state)
         for iteration in range(config.divergence_iterations + 1):
-            run(velocity_divergence, count, work.fluid_pairs, work.gradient, work.gradient_sum, state.velocity, rate)
-            if response.present:
-                response.add_motion(rate)
+            rate = operator.compression_rate(state.velocity)
             run(
                 divergence_multiplier, count, rate, work.diagonal, work.fluid_pairs, np.float32(time_step),
                 state.pressure_impulse, correction, error,
@@ -134,17 +121,5 @@ def correct_velocity(work: Workspace, state: FluidState, time_step: float) -> in
             settled = total(error) <= config.divergence_tolerance * count and iteration > 0
             if settled or iteration == config.divergence_iterations:
                 return iteration
-            run(
-                pressure_velocity,
-                count,
-                work.fluid_pairs,
-                work.gradient,
-                work.gradient_sum,
-                work.weight,
-                correction,
-                change,
-            )
-            state.velocity -= change
-            if response.present:
-                response.accept(correction)
+            operator.apply(correction, state.velocity)
     raise AssertionError("the loop returns")

@@ -1,39 +1,70 @@
-"""The smoothing kernel: cubic spline with compact support (Monaghan 1992), in two and three dimensions.
+"""The smoothing kernel: Wendland's C2 function (Wendland 1995) with compact support, in two and three dimensions.
 
-    W(r) = sigma [2 (1 - q)^3 - 8 (1/2 - q)^3],  q = r / H,  (.)^3 cut to 0 below 0,  H the support radius
+    W(r) = sigma (1 - q)^4 (1 + 4 q),   (dW/dq) / q = -20 sigma (1 - q)^3,   q = r / H,  H the support radius
 
-sigma = 8 / (pi H^3) in three dimensions and 40 / (7 pi H^2) in two, so that the integral of W is 1. The truncated powers
-need no branch, so that inner loops vectorise. On a square or cubic lattice of spacing H / 2 the sum of W d^dimension is 1
-to 1e-3.
+sigma is such that the sum of W d^dimension over a square or cubic lattice of spacing d is 1, so that water on a lattice has
+exactly its rest density; the integral of W is then 1 to 0.7 %. H = 2.75 d is the narrowest support at which water was found to come to
+rest: the noise left after 3 s in a column 24 particles deep is 0.5 % of sqrt(g H) at 2.5 d and 0.09 % at 2.75 d, and two layers of
+wall particles still fill it.
 """
 
 from __future__ import annotations
 
-import math
+from functools import lru_cache
 
+import numpy as np
 from numba import njit
 
 FAST = {"nogil": True, "cache": True, "fastmath": True, "error_model": "numpy"}
 
-
-def normalisation(support_radius: float, dimension: int) -> float:
-    """sigma of the kernel [1/m3; 1/m2 in two dimensions]."""
-    if dimension == 3:
-        return 8.0 / (math.pi * support_radius**3)
-    return 40.0 / (7.0 * math.pi * support_radius**2)
+SUPPORT = 2.75  # support radius in particle spacings
+ONE, FOUR, TWENTY = np.float32(1.0), np.float32(4.0), np.float32(20.0)
 
 
 @njit(inline="always", **FAST)
 def kernel(q, sigma):
     """W at q = r / H; zero from q = 1 on. sigma as from `normalisation`."""
-    outer = max(1.0 - q, 0.0)
-    inner = max(0.5 - q, 0.0)
-    return sigma * (2.0 * outer * outer * outer - 8.0 * inner * inner * inner)
+    outer = max(ONE - q, ONE - ONE)
+    square = outer * outer
+    return sigma * square * square * (ONE + FOUR * q)
 
 
 @njit(inline="always", **FAST)
-def kernel_slope(q, sigma):
-    """dW/dq at q = r / H, never positive; dW/dr is this over H."""
-    outer = max(1.0 - q, 0.0)
-    inner = max(0.5 - q, 0.0)
-    return sigma * (24.0 * inner * inner - 6.0 * outer * outer)
+def kernel_slope_over_q(q, sigma):
+    """(dW/dq) / q at q = r / H, never positive and finite at 0; grad W = x / H^2 times this."""
+    outer = max(ONE - q, ONE - ONE)
+    return -TWENTY * sigma * outer * outer * outer
+
+
+def lattice(step: float, dimension: int, reach: float = SUPPORT) -> np.ndarray:
+    """Lattice points (K, 3) within a cube of half width `reach` about the origin, in particle spacings, spaced `step`."""
+    axis = np.arange(-np.ceil(reach / step), np.ceil(reach / step) + 1) * step
+    plane = axis if dimension == 3 else np.zeros(1)
+    return np.stack(np.meshgrid(axis, plane, axis, indexing="ij"), axis=-1).reshape(-1, 3)
+
+
+@lru_cache
+def normalisation(spacing: float, dimension: int) -> float:
+    """sigma [1/m3; 1/m2 in two dimensions] for particle spacing d: the sum of W d^dimension over the lattice is 1."""
+    q = np.linalg.norm(lattice(1.0, dimension), axis=1) / SUPPORT
+    return float(1.0 / (sum(kernel(value, 1.0) for value in q) * spacing**dimension))
+
+
+@lru_cache
+def lattice_moment(dimension: int) -> float:
+    """Trace over dimension of M = sum_j V x_ij (x) grad W_ij on the lattice, what an exact gradient would make 1."""
+    points = lattice(1.0, dimension)
+    sigma = normalisation(1.0, dimension)
+    squares = (points**2).sum(axis=1)
+    slopes = np.array([-kernel_slope_over_q(q, sigma) for q in np.sqrt(squares) / SUPPORT]) / SUPPORT**2
+    return float((slopes * squares).sum() / dimension)
+
+
+@lru_cache
+def lattice_diagonal(dimension: int) -> float:
+    """V^2 sum |grad W|^2 on the lattice of spacing 1, the pairs' part of the diagonal of Eq. 13."""
+    points = lattice(1.0, dimension)
+    sigma = normalisation(1.0, dimension)
+    squares = (points**2).sum(axis=1)
+    slopes = np.array([-kernel_slope_over_q(q, sigma) for q in np.sqrt(squares) / SUPPORT]) / SUPPORT**2
+    return float((slopes**2 * squares).sum())

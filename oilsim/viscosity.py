@@ -24,11 +24,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from oilsim.boundary import wall_area_per_volume
 from oilsim.neighbors import Pairs, nearest_images
 from oilsim.parallel import Team, block_count, total
 from oilsim.pressure_projection import dot
-from oilsim.smoothing_kernels import FAST, kernel_slope, normalisation
+from oilsim.smoothing_kernels import FAST, SUPPORT, kernel_slope_over_q, normalisation
 from oilsim.walls import add_wrench
 
 Real = NDArray[np.float32]
@@ -38,14 +37,14 @@ EXPLICIT_BELOW = 1e-2  # nu dt / d^2 under which one explicit step equals the im
 
 @lru_cache
 def wall_factor(dimension: int) -> float:
-    """Scale of k for no-slip walls: stress of a linear profile over that of the calibrated wall points, spacing 1."""
-    sigma = normalisation(2.0, dimension)
-    across = np.linspace(0.0, 2.0, 601)
+    """Scale of k for no-slip walls: stress of a linear profile over that of a sheet of wall points, spacing 1."""
+    sigma = normalisation(1.0, dimension)
+    across = np.linspace(0.0, SUPPORT, 601)
     r = np.hypot(1.0, across)
-    slopes = np.array([-kernel_slope(min(q, 1.0), sigma) / 2.0 for q in r / 2.0])
+    slopes = np.array([-kernel_slope_over_q(min(q, 1.0), sigma) for q in r / SUPPORT]) * r / SUPPORT**2
     # mean of x^2 over directions in the plane, times the measure of a ring; both sides of a line in two dimensions
     ring = np.pi * across**3 if dimension == 3 else 2.0 * across**2
-    pull = np.trapezoid(slopes / r * ring / (r**2 + 0.01), across) / wall_area_per_volume(dimension)
+    pull = np.trapezoid(slopes / r * ring / (r**2 + 0.01), across)
     return 2.0 / (2.0 * (dimension + 2.0) * float(pull))
 
 

@@ -23,11 +23,15 @@ Double = NDArray[np.float64]
 
 
 class Contacts(NamedTuple):
-    """Fluid particles that touch moving bodies: particle (K,), body (K,) slot, jacobian (K, 6) J of the module's docstring [1/m, 1]."""
+    """Fluid particles that touch moving bodies: particle (K,), body (K,) slot, jacobian (K, 6) J of the module's docstring [1/m, 1].
+
+    reach (K, 6, 3): the part of the wrench that comes by the pressure of the particle's neighbours (see `rigid_response`); or (0, 6, 3).
+    """
 
     particle: NDArray[np.uint32]
     body: NDArray[np.uint16]
     jacobian: Real
+    reach: Real
 
 
 @njit(inline="always", **FAST)
@@ -134,6 +138,7 @@ class Walls:
         self.position: Real = np.empty((3, 0), np.float32)
         self.velocity: Real | None = None
         self.volume: Real = np.empty(0, np.float32)
+        self.area: Real = np.empty(0, np.float32)
         self.no_slip: Real | None = None
         self.resting = 0
         self.near: NDArray[np.uint8] = np.empty(0, np.uint8)
@@ -214,7 +219,7 @@ class Walls:
             found = find_contacts(
                 touching, walls, wall_gradient, self.resting, self.owner, self.arm, particle, body, jacobian
             )
-        return Contacts(particle[:found], body[:found], jacobian[:found])
+        return Contacts(particle[:found], body[:found], jacobian[:found], np.empty((0, 6, 3), np.float32))
 
     def zero_forces(self) -> Double:
         """An empty wrench (bodies, 6) in the order of the moving bodies."""
@@ -256,6 +261,8 @@ class Walls:
         self.position = np.concatenate([np.empty((3, 0), np.float32), *points], axis=1)
         volumes = [self.boundaries[h].volume.astype(np.float32) for h in (*resting, *self.moving)]
         self.volume = np.concatenate([np.empty(0, np.float32), *volumes])
+        areas = [self.boundaries[h].area.astype(np.float32) for h in (*resting, *self.moving)]
+        self.area = np.concatenate([np.empty(0, np.float32), *areas])
         stick = [
             np.full(len(self.boundaries[h].volume), self.boundaries[h].no_slip, np.float32)
             for h in (*resting, *self.moving)
@@ -266,6 +273,7 @@ class Walls:
         order, self.cell_start = self._search.order_by_cell(np.ascontiguousarray(still))
         self.position[:, : self.resting] = still[:, order]
         self.volume[: self.resting] = self.volume[order]
+        self.area[: self.resting] = self.area[order]
         no_slip[: self.resting] = no_slip[order]
         self.no_slip = no_slip if no_slip.any() else None
         self.velocity = np.zeros_like(self.position) if self.no_slip is not None and self.moving else None

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oilsim.adhesion import adhesion_acceleration, adhesion_reaction, adhesion_scale
-from oilsim.boundary import wall_area_per_volume, wall_coverage
+from oilsim.boundary import wall_coverage
 from oilsim.config import FluidConfig
 from oilsim.density import (
     LARGEST_MULTIPLIER,
@@ -22,10 +22,19 @@ from oilsim.density import (
     push_reaction,
 )
 from oilsim.divergence import cache_gradients
+from oilsim.local_fields import local_fields
 from oilsim.neighbors import NeighborSearch, Pairs, make_grid
 from oilsim.parallel import Team, block_count, total
-from oilsim.rigid_response import RigidResponse
-from oilsim.smoothing_kernels import normalisation
+from oilsim.rigid_response import RigidResponse, extend_contacts
+from oilsim.relaxation import (
+    OMEGA,
+    mark_near_surface,
+    mark_surface,
+    relax,
+    relaxation_multiplier,
+)
+from oilsim.resolved_strain import ResolvedStrain
+from oilsim.smoothing_kernels import lattice_diagonal, normalisation
 from oilsim.state import FluidState
 from oilsim.viscosity import ViscousSystem, is_mild, largest_number, viscosity_matrix, viscous_reaction, wall_factor
 from oilsim.wall_contact import NEAREST, wall_approach, wall_contact, wall_push
@@ -46,10 +55,13 @@ class Workspace:
         period = (periods[0], periods[1], periods[2]) if any(config.periodic) else None
         self.period = None if period is None else tuple(np.float32(p) for p in period)
         self.support = np.float32(config.support_radius)
-        self.sigma = np.float32(normalisation(config.support_radius, config.dimension))
+        self.sigma = np.float32(normalisation(config.particle_spacing, config.dimension))
         self.volume = np.float32(config.rest_volume)
         self.plane = config.dimension == 2
+        self.split = config.scheme == "split"
+        self._wall_weight = np.float32(2.0 if self.split else 1.0)
         grid = make_grid(config.lower, config.upper, config.periodic, config.support_radius, config.dimension)
+        self._resolved = ResolvedStrain(config, team)
         self._search = NeighborSearch(grid, team, period)
         self.walls = Walls(NeighborSearch(grid, team, period), config.lower, period)
         self.densities = np.array([phase.rest_density for phase in config.phases])
@@ -93,8 +105,11 @@ class Workspace:
             count = state.count
             self.weight = None if (self._weights == 1.0).all() else self._weights[state.phase]
             self.rest_density = self.densities.astype(np.float32)[state.phase]
-            self.density, self.coverage, self.compression, self.diagonal = np.empty((4, count), np.float32)
-            self.gradient_sum = np.empty((3, count), np.float32)
+            self.coverage, self.compression, self.diagonal = np.empty((3, count), np.float32)
+            self.own, self.gradient_sum = np.empty((2, 3, count), np.float32)
+            self.matrix = np.empty((count, 7), np.float32) if self.split else None
+            self.near = np.empty(count, np.uint8)
+            self.extrapolation = np.empty((9, count), np.float32) if self.split and walls.count else None
             self.gradient = _reserved(self.gradient, self.fluid_pairs)
             self.wall_gradient = _reserved(self.wall_gradient, self.wall_pairs)
             self.touching = walls.touching(self.wall_pairs, count)
@@ -136,7 +151,7 @@ class Workspace:
         with self.stage("density"):
             run(
                 density_and_diagonal, count, position, walls.position, walls.volume, self.weight, *self._geometry,
-                self.compression, self.diagonal,
+                self.compression, self.diagonal, self.gradient_sum,
             )  # fmt: skip
             for iteration in range(config.density_iterations + 1):
                 run(density_multiplier, count, self.compression, self.diagonal, relaxation, limit, multiplier, error)
@@ -162,33 +177,94 @@ class Workspace:
                 )
         raise AssertionError("the loop returns")
 
+    def relax(self, state: FluidState, time_step: float) -> tuple[int, float]:
+        """One step of `relaxation`, more while the mean compression is above the tolerance; returns passes and that mean."""
+        config, walls, run, count, position = self.config, self.walls, self.team.run, state.count, state.position
+        self.closed = True
+        if count == 0:
+            return 0, 0.0
+        spacing = np.float32(config.particle_spacing)
+        field, surface = np.empty((count, 16), np.float32), np.empty(count, np.uint8)
+        multiplier, push, change = np.empty(count, np.float32), np.empty_like(position), np.empty_like(position)
+        rate = np.float32(OMEGA / lattice_diagonal(config.dimension)) * spacing**2
+        limit = LARGEST_MULTIPLIER * spacing**2
+        with self.stage("density"):
+            run(
+                local_fields, count, position, state.velocity, walls.position, walls.volume, self.weight, *self._geometry,
+                self.plane, self.compression, self.gradient_sum, field, self.matrix,
+            )  # fmt: skip
+            run(mark_surface, count, self.gradient_sum, spacing, surface)
+            run(mark_near_surface, count, self.fluid_pairs, surface, self.near)
+            self.closed = not self.near.any()
+            self._resolved.judge(position, field, self.matrix, time_step)
+            mean = self._mean_compression()
+            for iteration in range(1, config.density_iterations + 1):
+                shift = np.float32(0.5) * spacing**2 if iteration == 1 else np.float32(0.0)
+                run(
+                    relaxation_multiplier, count, self.compression, self.near, field, rate, limit, shift,
+                    np.float32(time_step), multiplier,
+                )  # fmt: skip
+                run(
+                    relax, count, position, walls.position, walls.volume, field, multiplier, iteration == 1, *self._geometry,
+                    push, change,
+                )  # fmt: skip
+                position += push
+                state.velocity += change
+                if mean <= config.density_tolerance or iteration == config.density_iterations:
+                    return iteration, mean
+                run(
+                    density_constraint, count, position, walls.position, walls.volume, *self._geometry, self.compression
+                )
+                mean = self._mean_compression()
+        raise AssertionError("the loop returns")
+
+    def _mean_compression(self) -> float:
+        """Mean of (C_i)+; in a box without free surface, whose mean density is given, about the mean of C_i."""
+        if self.closed:
+            self.compression -= self.compression.mean(dtype=np.float64).astype(np.float32)
+        return float(np.maximum(self.compression, 0.0).mean(dtype=np.float64))
+
     def linearise(self, position: Real) -> None:
-        """Cache pair gradients, g_i, densities and the diagonal of the pressure operator at `position`."""
-        walls, count = self.walls, position.shape[1]
+        """Cache pair gradients and what the pressure operator needs of them at `position`."""
+        walls = self.walls
         with self.stage("gradients"):
             self.team.run(
-                cache_gradients, count, position, walls.position, walls.volume, self.weight, *self._geometry,
-                self.gradient, self.wall_gradient, self.gradient_sum, self.diagonal, self.density, self.coverage,
+                cache_gradients, position.shape[1], position, walls.position, walls.volume, self.matrix, self.weight,
+                *self._geometry, self._wall_weight, self.plane, self.gradient, self.wall_gradient, self.own, self.extrapolation,
+                self.diagonal, self.coverage,
             )  # fmt: skip
             self.contacts: Contacts = walls.contacts(self.touching, self.wall_pairs, self.wall_gradient)
+
+    def pressure_response(self, position: Real) -> RigidResponse:
+        """How bodies answer pressures: in the split scheme to extrapolated ones too."""
+        walls, contacts = self.walls, self.contacts
+        if self.split:
+            jacobian = np.empty_like(contacts.jacobian)
+            reach = np.empty((*jacobian.shape, 3), np.float32)
+            extend_contacts(
+                contacts, position, walls.position, self.period, self.fluid_pairs, self.wall_pairs, self.gradient,
+                self.wall_gradient, self._wall_weight, walls.resting, walls.owner, walls.arm, self.plane, jacobian, reach,
+            )  # fmt: skip
+            contacts = Contacts(contacts.particle, contacts.body, jacobian, reach)
+        scale = float(self.volume) * self.reference_density
+        return RigidResponse(walls, contacts, self.fluid_pairs, self.gradient, scale)
 
     def adhere(self, state: FluidState, time_step: float) -> None:
         """Kick velocities by adhesion to walls; moving bodies receive the opposite impulse."""
         if self._adhesion is None:
             return
-        walls, config = self.walls, self.config
+        walls = self.walls
         with self.stage("adhesion"):
             pull = np.zeros_like(state.velocity)
-            area = walls.volume * np.float32(wall_area_per_volume(config.dimension) / config.particle_spacing)
             self.team.run(
-                adhesion_acceleration, state.count, state.position, walls.position, area,
+                adhesion_acceleration, state.count, state.position, walls.position, walls.area,
                 state.phase, self._adhesion, self.period, self.wall_pairs, self.support, pull,
             )  # fmt: skip
             state.velocity += np.float32(time_step) * pull
             if self.touching.size:
                 force = walls.zero_forces()
                 adhesion_reaction(
-                    self.touching, state.position, walls.position, area, state.phase, self._adhesion,
+                    self.touching, state.position, walls.position, walls.area, state.phase, self._adhesion,
                     self.rest_density, self.period, self.wall_pairs, self.support, self.volume, walls.resting, walls.owner,
                     walls.arm, force,
                 )  # fmt: skip
@@ -204,8 +280,10 @@ class Workspace:
             chosen = np.arange(state.count) if viscous.all() else np.flatnonzero(viscous[state.phase])
             system = ViscousSystem(self.team, chosen.astype(np.uint32), self.fluid_pairs, self.gradient, self.plane)
             no_slip = self.walls.no_slip
-            if no_slip is not None and config.scheme != "paper":
-                no_slip = no_slip * np.float32(wall_factor(config.dimension))
+            if no_slip is not None:
+                # one sheet of walls, of whatever volume, holds the liquid
+                held = self.walls.area * np.float32(wall_factor(config.dimension) * config.particle_spacing)
+                no_slip = no_slip * held / self.walls.volume
             system.assemble(
                 state.position, self.walls.position, state.phase, self._viscosity, no_slip, self.period,
                 self.wall_pairs, self.wall_gradient, config.particle_spacing, config.dimension,
@@ -236,7 +314,7 @@ class Workspace:
         slope, (rate, strength) = np.empty((3, count), np.float32), np.empty((2, count), np.float32)
         with self.stage("contact"):
             run(wall_approach, count, self.wall_pairs, self.wall_gradient, state.velocity, slope, rate)
-            response = RigidResponse(self.walls, contacts, float(self.volume))
+            response = RigidResponse(self.walls, contacts, self.fluid_pairs, self.gradient, float(self.volume))
             if response.present:
                 response.add_motion(rate)
             run(

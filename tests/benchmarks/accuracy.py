@@ -75,12 +75,12 @@ def still_column(dimension: int, width: float, depth: float, spacing: float, dur
 
 
 def square(side: float, spacing: float) -> BoundaryParticles:
-    """Wall points of a square half a spacing inside its sides, with the volumes of flat walls."""
-    walls = tank_walls((0, 0, 0), (side - 2 * spacing,) * 3, spacing, sides=("-x", "+x", "-z", "+z"), dimension=2)
-    middle = 0.5 * (side - 2 * spacing)
-    flat = np.median(walls.volume)
+    """Wall points of a square: the two outer layers of the lattice that fills it."""
+    lattice = block((-side / 2, 0, -side / 2), (side / 2, 0, side / 2), spacing, 2)
+    depth = side / 2 - np.abs(lattice[:, [0, 2]]).max(axis=1)
+    points = lattice[depth < 2 * spacing]
     return BoundaryParticles(
-        name="square", position=walls.position - [middle, 0, middle], volume=np.full(len(walls.volume), flat)
+        name="square", position=points, volume=np.full(len(points), spacing**2), area=np.zeros(len(points))
     )
 
 

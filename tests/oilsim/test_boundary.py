@@ -56,6 +56,6 @@ def test_periodic_axis_cannot_be_closed():
 
 def test_unsound_boundary_is_refused():
     with pytest.raises(ValueError, match=r"volume has shape \(2,\), allowed: \(M,\)"):
-        BoundaryParticles(name="rock", position=np.zeros((3, 3)), volume=np.zeros(2))
+        BoundaryParticles(name="rock", position=np.zeros((3, 3)), volume=np.zeros(2), area=np.zeros(3))
     with pytest.raises(ValueError, match="must be finite"):
-        BoundaryParticles(name="rock", position=np.zeros((1, 3)), volume=np.array([np.nan]))
+        BoundaryParticles(name="rock", position=np.zeros((1, 3)), volume=np.array([np.nan]), area=np.zeros(1))

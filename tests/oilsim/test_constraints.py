@@ -101,7 +101,9 @@ def test_divergence_constraint_stops_compression(make_fluid, scheme):
 def test_body_that_answers_keeps_the_operator_symmetric_and_momentum(make_fluid):
     fluid = crowd(make_fluid, squeeze=1.0)
     points = block((-0.1, -0.1, -0.1), (0.1, 0.1, 0.1), 0.1)
-    handle = fluid.add_boundary(BoundaryParticles(name="ball", position=points, volume=np.full(len(points), 5e-4)))
+    handle = fluid.add_boundary(
+        BoundaryParticles(name="ball", position=points, volume=np.full(len(points), 5e-4), area=np.zeros(len(points)))
+    )
     inverse_mass = np.diag([1 / 2.0] * 3 + [1 / 0.1] * 3)
     fluid.set_boundary_motion(
         handle, (0.9, 0.9, 1.38), (0, 0, 0, 1), (0, 0, -1.0), (0.2, 0.1, 0), inverse_mass, np.zeros(6)

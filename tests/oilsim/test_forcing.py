@@ -132,7 +132,11 @@ def test_tearing_oil_off_a_plane_costs_the_work_of_adhesion(make_fluid):
 def test_adhesion_pulls_the_body_as_it_pulls_the_oil(make_fluid):
     fluid = adhesive_fluid(make_fluid, 0.07)
     points = block((-0.2, -0.2, -0.05), (0.2, 0.2, 0.05), 0.1)
-    handle = fluid.add_boundary(BoundaryParticles(name="plate", position=points, volume=np.full(len(points), 4e-4)))
+    handle = fluid.add_boundary(
+        BoundaryParticles(
+            name="plate", position=points, volume=np.full(len(points), 4e-4), area=np.full(len(points), 0.01)
+        )
+    )
     inverse_mass = np.diag([0.5] * 3 + [2.0] * 3)
     fluid.set_boundary_motion(handle, (0.5, 0.5, 0.72), (0, 0, 0, 1), (0, 0, 0), (0, 0, 0), inverse_mass)
     fluid.add_particles(block((0.2, 0.2, 0.4), (0.8, 0.8, 0.6), 0.1), phase="oil")

@@ -1,0 +1,72 @@
+"""The pressure operator of one step, liquid and bodies together: its product, the compression of a motion, and its effect."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from oilsim.divergence import pressure_velocity, seen_velocity, velocity_divergence
+from oilsim.state import FluidState
+from oilsim.workspace import Workspace
+
+Real = NDArray[np.float32]
+
+
+class PressureOperator:
+    """A = H^T (rho_ref / rho_0) H with the answers of moving bodies (see `divergence` and `rigid_response`)."""
+
+    def __init__(self, work: Workspace, state: FluidState) -> None:
+        self._work, self._count = work, state.count
+        self._response = work.pressure_response(state.position)
+        self._change = np.empty_like(state.velocity)
+        self._seen = np.empty_like(state.velocity)
+        if self._response.present:
+            self._response.add_compliance(work.diagonal)
+
+    def compression_rate(self, velocity: Real) -> Real:
+        """H^T v [1/s] of velocities (3, N) and the bodies' present motion."""
+        rate = np.empty(self._count, np.float32)
+        seen = self._see(velocity)
+        if self._response.present and seen is self._seen:
+            self._response.show_motion(seen)
+        self._diverge(velocity, seen, rate)
+        if self._response.present:
+            self._response.add_motion(rate)
+        return rate
+
+    def product(self, kappa: Real, result: Real) -> None:
+        """Write A kappa [1/s] into result."""
+        self._pressure_velocity(kappa)
+        seen = self._see(self._change)
+        if self._response.present:
+            self._response.answer(kappa)
+            if seen is self._seen:
+                self._response.show_answer(seen)
+        self._diverge(self._change, seen, result)
+        if self._response.present:
+            self._response.add_answer(result)
+
+    def apply(self, kappa: Real, velocity: Real) -> None:
+        """Take u off `velocity` and hand the bodies their impulses."""
+        self._pressure_velocity(kappa)
+        velocity -= self._change
+        if self._response.present:
+            self._response.accept(kappa)
+
+    def _pressure_velocity(self, kappa: Real) -> None:
+        work = self._work
+        work.team.run(
+            pressure_velocity, self._count, work.fluid_pairs, work.wall_pairs, work.gradient, work.own, work.extrapolation,
+            work.weight, kappa, self._change,
+        )  # fmt: skip
+
+    def _see(self, velocity: Real) -> Real:
+        work = self._work
+        if work.extrapolation is None:
+            return velocity
+        work.team.run(seen_velocity, self._count, work.wall_pairs, work.extrapolation, velocity, self._seen)
+        return self._seen
+
+    def _diverge(self, velocity: Real, seen: Real, rate: Real) -> None:
+        work = self._work
+        work.team.run(velocity_divergence, self._count, work.fluid_pairs, work.gradient, work.own, velocity, seen, rate)
