@@ -1,8 +1,9 @@
 """Neighbour search on a regular grid: particles in cell order, full lists of fluid and boundary neighbours.
 
-Cells are a support radius wide across and a quarter of it along x, the fastest axis, so that the candidates of a row of
-cells are one contiguous range and few of them miss. Lists are compact within each block of particles: one pass, no atomics;
-a block that overflows its share says so, and the lists are built again with a larger share.
+Cells are a support radius wide across and half of it along x, the fastest axis, so that the candidates of a row of cells
+are one contiguous range and few of them miss; the ranges around a cell are found once for all its particles. Lists are
+compact within each block of particles: one pass, no atomics; a block that overflows its share says so, and the lists are
+built again with a larger share.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from oilsim.compaction import LANES, append_near
 from oilsim.parallel import BLOCK, Team, block_count
 from oilsim.smoothing_kernels import FAST
 
@@ -21,7 +23,7 @@ Index = NDArray[np.uint32]
 Real = NDArray[np.float32]
 
 CELLS_ACROSS = 1  # cells per support radius in y and z
-CELLS_ALONG = 4  # cells per support radius in x
+CELLS_ALONG = 2  # cells per support radius in x
 
 
 class Grid(NamedTuple):
@@ -136,18 +138,6 @@ def x_ranges(cx, reach, count, periodic):
 
 
 @njit(**FAST)
-def scan_range(i, first, last, xi, yi, zi, other, other_order, period, reach_squared, index, cursor):
-    """Append to `index` the particles of one contiguous range of cells that lie within reach of (xi, yi, zi)."""
-    for k in range(first, last):
-        j = k if other_order is None else other_order[k]
-        dx, dy, dz = nearest_images(xi - other[0, j], yi - other[1, j], zi - other[2, j], period)
-        near = (dx * dx + dy * dy + dz * dz < reach_squared) and (j != i)
-        index[cursor] = j
-        cursor += np.int64(near)
-    return cursor
-
-
-@njit(**FAST)
 def mark_surroundings(position, grid, near):
     """Set `near` (cells,) to 1 in every cell from which a particle could reach one of `position` (3, M)."""
     nx, ny, nz = grid.cells
@@ -166,6 +156,35 @@ def mark_surroundings(position, grid, near):
                 row = (np.int64(sz % nz) * ny + np.int64(sy % ny)) * nx
                 for low, high in ranges:
                     near[row + low : row + high] = 1
+
+
+@njit(inline="always", **FAST)
+def wrapped(c, count):
+    """Cell c of an axis that repeats after `count` cells; c lies less than `count` outside."""
+    return c + count if c < 0 else (c - count if c >= count else c)
+
+
+@njit(**FAST)
+def find_ranges(cx, cy, cz, grid, cell_start, ranges):
+    """Fill `ranges` (R, 2) with the particles begin to end, by `cell_start`, of the rows of cells around a cell; their number.
+
+    Only rows that hold something are listed.
+    """
+    nx, ny, nz = grid.cells
+    rx, ry, rz = grid.reach
+    found = 0
+    along = x_ranges(cx, rx, nx, grid.periodic[0])
+    for sz in range(cz - rz, cz + rz + 1):
+        if not grid.periodic[2] and (sz < 0 or sz >= nz):
+            continue
+        for sy in range(cy - ry, cy + ry + 1):
+            if not grid.periodic[1] and (sy < 0 or sy >= ny):
+                continue
+            row = (np.int64(wrapped(sz, nz)) * ny + np.int64(wrapped(sy, ny))) * nx
+            for low, high in along:
+                ranges[found, 0], ranges[found, 1] = cell_start[row + low], cell_start[row + high]
+                found += np.int64(ranges[found, 1] > ranges[found, 0])
+    return found
 
 
 @njit(**FAST)
@@ -197,45 +216,43 @@ def build_lists(
     full          set to 1 where a block ran out of places
     """
     reach_squared = np.float32(grid.support_radius * grid.support_radius)
-    nx, ny, nz = grid.cells
-    rx, ry, rz = grid.reach
+    rows = 2 * (2 * grid.reach[1] + 1) * (2 * grid.reach[2] + 1)
+    ranges, moving_ranges = np.empty((rows + 1, 2), np.int64), np.empty((rows + 1, 2), np.int64)
+    found, moving_found, present_cell = 0, 0, np.int64(-1)
     for i in range(begin, end):
         if i % BLOCK == 0 or i == begin:
             cursor = np.int64(i // BLOCK * BLOCK) * share
             limit = np.int64((i // BLOCK + 1) * BLOCK) * share
         start[i] = cursor
+        number[i] = 0
         xi, yi, zi = position[0, i], position[1, i], position[2, i]
         me = i if same else -1
-        cx = cell_coordinate(xi, grid.lower[0], grid.inverse_width[0], nx)
-        cy = cell_coordinate(yi, grid.lower[1], grid.inverse_width[1], ny)
-        cz = cell_coordinate(zi, grid.lower[2], grid.inverse_width[2], nz)
-        if near is not None and near[(np.int64(cz) * ny + cy) * nx + cx] == 0:
-            number[i] = 0
+        cx = cell_coordinate(xi, grid.lower[0], grid.inverse_width[0], grid.cells[0])
+        cy = cell_coordinate(yi, grid.lower[1], grid.inverse_width[1], grid.cells[1])
+        cz = cell_coordinate(zi, grid.lower[2], grid.inverse_width[2], grid.cells[2])
+        cell = (cz * grid.cells[1] + cy) * grid.cells[0] + cx
+        if near is not None and near[cell] == 0:
             continue
-        ranges = x_ranges(cx, rx, nx, grid.periodic[0])
-        for sz in range(cz - rz, cz + rz + 1):
-            if not grid.periodic[2] and (sz < 0 or sz >= nz):
-                continue
-            for sy in range(cy - ry, cy + ry + 1):
-                if not grid.periodic[1] and (sy < 0 or sy >= ny):
-                    continue
-                row = (np.int64(sz % nz) * ny + np.int64(sy % ny)) * nx
-                for low, high in ranges:
-                    first, last = np.int64(cell_start[row + low]), np.int64(cell_start[row + high])
-                    if cursor + (last - first) >= limit:
-                        full[0] = 1
-                        last = first
-                    cursor = scan_range(
-                        me, first, last, xi, yi, zi, other, None, period, reach_squared, neighbor, cursor
-                    )
-                    if moving_order is not None:
-                        first, last = np.int64(moving_start[row + low]), np.int64(moving_start[row + high])
-                        if cursor + (last - first) >= limit:
-                            full[0] = 1
-                            last = first
-                        cursor = scan_range(
-                            me, first, last, xi, yi, zi, other, moving_order, period, reach_squared, neighbor, cursor
-                        )
+        if cell != present_cell:
+            present_cell = cell
+            found = find_ranges(cx, cy, cz, grid, cell_start, ranges)
+            if moving_order is not None:
+                moving_found = find_ranges(cx, cy, cz, grid, moving_start, moving_ranges)
+        for n in range(found):
+            first, last = ranges[n, 0], ranges[n, 1]
+            if cursor + (last - first) + LANES > limit:
+                full[0] = 1
+                break
+            cursor, _ = append_near(other, None, first, last, me, xi, yi, zi, period, reach_squared, neighbor, cursor)
+        if moving_order is not None:
+            for n in range(moving_found):
+                first, last = moving_ranges[n, 0], moving_ranges[n, 1]
+                if cursor + (last - first) + LANES > limit:
+                    full[0] = 1
+                    break
+                cursor, _ = append_near(
+                    other, moving_order, first, last, me, xi, yi, zi, period, reach_squared, neighbor, cursor
+                )
         number[i] = cursor - start[i]
 
 
