@@ -291,6 +291,7 @@ class Fluid:
             "duration": self._duration,
             "last_time_step": self.last_time_step,
             "state": self.state.save(),
+            "lists": self.work.lists.save(self.state, self.work.walls),
             "bodies": {h: {k: np.copy(v) for k, v in vars(b).items()} for h, b in self.work.walls.moving.items()},
             "forcings": [forcing.save() for forcing in self.forcings],
             "emitters": [emitter.save() for emitter in self.emitters],
@@ -300,6 +301,7 @@ class Fluid:
         """Back to what `save_state` returned; the fluid must hold the same boundaries, forcings and emitters."""
         self.time, self._duration, self.last_time_step = saved["time"], saved["duration"], saved["last_time_step"]
         self.state.restore(saved["state"])
+        self.work.lists.restore(saved["lists"])
         for handle, values in saved["bodies"].items():
             self.work.walls.set_motion(handle, MovingBody(**{k: np.copy(v) for k, v in values.items()}))
         for forcing, values in zip(self.forcings, saved["forcings"], strict=True):

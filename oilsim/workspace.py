@@ -22,6 +22,7 @@ from oilsim.density import (
     push_reaction,
 )
 from oilsim.divergence import cache_gradients
+from oilsim.kept_lists import KeptLists
 from oilsim.neighbors import NeighborSearch, Pairs, make_grid
 from oilsim.parallel import Team, block_count, total
 from oilsim.rigid_response import RigidResponse
@@ -50,7 +51,8 @@ class Workspace:
         self.volume = np.float32(config.rest_volume)
         self.plane = config.dimension == 2
         grid = make_grid(config.lower, config.upper, config.periodic, config.support_radius, config.dimension)
-        self._search = NeighborSearch(grid, team, period)
+        search = NeighborSearch(grid, team, period)
+        self.lists = KeptLists(search, team, config.particle_spacing, config.dimension)
         self.walls = Walls(NeighborSearch(grid, team, period), config.lower, period)
         self.densities = np.array([phase.rest_density for phase in config.phases])
         self.viscosities = [config.viscosity_correction * phase.dynamic_viscosity for phase in config.phases]
@@ -74,22 +76,10 @@ class Workspace:
         self.seconds[name] += time.perf_counter() - begin
 
     def search(self, state: FluidState) -> None:
-        """Sort the state by cell and list all neighbours at its present positions."""
+        """List all neighbours at the present positions, for which the state may be sorted by cell."""
         with self.stage("search"):
-            order, cell_start = self._search.order_by_cell(state.position)
-            state.take(order)
-            self.walls.place()
+            self.fluid_pairs, self.wall_pairs = self.lists.update(state, self.walls)
             walls = self.walls
-            self.fluid_pairs = self._search.list_neighbors("fluid", state.position, state.position, cell_start)
-            self.wall_pairs = self._search.list_neighbors(
-                "walls",
-                state.position,
-                walls.position,
-                walls.cell_start,
-                walls.near,
-                walls.moving_order,
-                walls.moving_start,
-            )
             count = state.count
             self.weight = None if (self._weights == 1.0).all() else self._weights[state.phase]
             self.rest_density = self.densities.astype(np.float32)[state.phase]
