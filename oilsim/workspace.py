@@ -28,6 +28,7 @@ from oilsim.parallel import Team, block_count, total
 from oilsim.rigid_response import RigidResponse
 from oilsim.smoothing_kernels import normalisation
 from oilsim.state import FluidState
+from oilsim.time_step import relative_speeds
 from oilsim.viscosity import ViscousSystem, is_mild, largest_number, viscosity_matrix, viscous_reaction, wall_factor
 from oilsim.wall_contact import NEAREST, wall_approach, wall_contact, wall_push
 from oilsim.walls import Contacts, Walls
@@ -88,6 +89,24 @@ class Workspace:
             self.gradient = _reserved(self.gradient, self.fluid_pairs)
             self.wall_gradient = _reserved(self.wall_gradient, self.wall_pairs)
             self.touching = walls.touching(self.wall_pairs, count)
+
+    def relative_speed(self, state: FluidState, fastest: float) -> float:
+        """Largest speed [m/s] relative to the neighbourhood (see `time_step`), 0 where it could not shorten a step.
+
+        `fastest` [m/s]: largest speed of all. Of a pair that matters one is faster than half their relative speed.
+        """
+        config, walls, spacing = self.config, self.walls, self.config.particle_spacing
+        if fastest * config.maximum_time_step <= config.cfl * spacing:
+            return 0.0
+        slow = 0.5 * config.cfl * max(fastest, spacing / config.maximum_time_step)
+        twist = np.array([body.twist for body in walls.moving.values()], np.float32).reshape(-1, 6)
+        largest = np.zeros(block_count(state.count), np.float32)
+        with self.stage("time step"):
+            self.team.run(
+                relative_speeds, state.count, state.position, state.velocity, walls.position, walls.resting, walls.owner,
+                walls.arm, twist, self.period, self.fluid_pairs, self.wall_pairs, np.float32(slow), np.float32(spacing), largest,
+            )  # fmt: skip
+        return float(np.sqrt(largest.max(initial=0.0)))
 
     @property
     def _geometry(self) -> tuple[object, ...]:
