@@ -145,7 +145,7 @@ def test_a_skin_is_chosen_where_motion_is_small(support):
 
 
 def calm_tank(make_fluid, threads=1):
-    """Oil on water in a closed tank, at rest on a lattice but for a slow swirl."""
+    """Oil on water in a closed tank, at rest on a lattice but for a slow swirl and a plate above that sinks slowly."""
     fluid = make_fluid(
         threads=threads,
         phases=OILY,
@@ -159,6 +159,9 @@ def calm_tank(make_fluid, threads=1):
         points = block((0, 0, low), (1.5, 1.5, high), 0.1)
         swirl = 1e-4 * np.cross(points - 0.75, (0.0, 0.0, 1.0))
         fluid.add_particles(points, phase=phase, velocity=swirl)
+    plate = np.stack(np.meshgrid(np.arange(-3, 4), np.arange(-3, 4), [0]), axis=-1).reshape(-1, 3) * 0.064
+    handle = fluid.add_boundary(BoundaryParticles(name="plate", position=plate, volume=np.full(len(plate), 4e-4)))
+    fluid.set_boundary_motion(handle, (0.75, 0.75, 1.02), STILL[1], (0.0, 0.0, -1e-3), STILL[0])
     return fluid
 
 
