@@ -1,8 +1,7 @@
-"""Neighbour search on a regular grid: particles in cell order, full lists of fluid and boundary neighbours.
+"""Neighbour search: particles in cell order, full lists of fluid and boundary neighbours.
 
-Cells are a support radius wide across and a quarter of it along x, the fastest axis, so that the candidates of a row of
-cells are one contiguous range and few of them miss. Lists are compact within each block of particles: one pass, no atomics;
-a block that overflows its share says so, and the lists are built again with a larger share.
+The ranges of candidates around a cell are found once for all its particles. Lists are compact within each block of particles:
+one pass, no atomics; a block that overflows its share says so, and the lists are built again with a larger share.
 """
 
 from __future__ import annotations
@@ -14,29 +13,24 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from oilsim.compaction import LANES, append_near
+from oilsim.grid import (
+    Grid,
+    assign_cells,
+    cell_coordinate,
+    count_sort,
+    find_ranges,
+    make_grid,
+    mark_surroundings,
+    widened,
+)
 from oilsim.parallel import BLOCK, Team, block_count
 from oilsim.smoothing_kernels import FAST
 
+__all__ = ["NeighborSearch", "Pairs", "make_grid", "nearest_image", "nearest_images"]
+
 Index = NDArray[np.uint32]
 Real = NDArray[np.float32]
-
-CELLS_ACROSS = 1  # cells per support radius in y and z
-CELLS_ALONG = 4  # cells per support radius in x
-
-
-class Grid(NamedTuple):
-    """Regular cells over the domain: lower corner [m], inverse widths [1/m], counts, and which axes repeat."""
-
-    lower: tuple[float, float, float]
-    inverse_width: tuple[float, float, float]
-    cells: tuple[int, int, int]
-    periodic: tuple[bool, bool, bool]
-    reach: tuple[int, int, int]
-    support_radius: float
-
-    @property
-    def cell_count(self) -> int:
-        return self.cells[0] * self.cells[1] * self.cells[2]
 
 
 class Pairs(NamedTuple):
@@ -45,70 +39,6 @@ class Pairs(NamedTuple):
     start: NDArray[np.int64]
     number: Index
     neighbor: Index
-
-
-def make_grid(
-    lower: tuple[float, float, float],
-    upper: tuple[float, float, float],
-    periodic: tuple[bool, bool, bool],
-    support_radius: float,
-    dimension: int,
-) -> Grid:
-    """Cells that cover the domain; a periodic axis must be at least three support radii long (ValueError)."""
-    counts, inverse, reach = [], [], []
-    for axis, (low, high, repeats) in enumerate(zip(lower, upper, periodic, strict=True)):
-        per_radius = CELLS_ALONG if axis == 0 else CELLS_ACROSS
-        extent = high - low
-        if repeats and extent < 3.0 * support_radius:
-            raise ValueError(
-                f"periodic axis {'xyz'[axis]} is {extent} m long, allowed: {3.0 * support_radius} m or more"
-            )
-        count = max(1, math.floor(extent * per_radius / support_radius))
-        if dimension == 2 and axis == 1:
-            count, per_radius = 1, 0
-        counts.append(count)
-        inverse.append(count / extent)
-        reach.append(per_radius)
-    return Grid(
-        lower,
-        (inverse[0], inverse[1], inverse[2]),
-        (counts[0], counts[1], counts[2]),
-        periodic,
-        (reach[0], reach[1], reach[2]),
-        support_radius,
-    )
-
-
-@njit(inline="always", **FAST)
-def cell_coordinate(value, lower, inverse_width, count):
-    """Cell along one axis; what lies outside counts as the border cell."""
-    return min(max(np.int64(math.floor((value - lower) * inverse_width)), 0), count - 1)
-
-
-@njit(**FAST)
-def assign_cells(begin, end, position, grid, cell):
-    """Fill `cell` with the linear cell of each particle, x fastest."""
-    for i in range(begin, end):
-        cx = cell_coordinate(position[0, i], grid.lower[0], grid.inverse_width[0], grid.cells[0])
-        cy = cell_coordinate(position[1, i], grid.lower[1], grid.inverse_width[1], grid.cells[1])
-        cz = cell_coordinate(position[2, i], grid.lower[2], grid.inverse_width[2], grid.cells[2])
-        cell[i] = (cz * grid.cells[1] + cy) * grid.cells[0] + cx
-
-
-@njit(**FAST)
-def count_sort(cell, cell_start, order):
-    """Stable counting sort: `order` lists particles by cell, `cell_start` (cells + 1) where each cell begins."""
-    cell_start[:] = 0
-    for i in range(cell.size):
-        cell_start[cell[i] + 1] += 1
-    for c in range(1, cell_start.size):
-        cell_start[c] += cell_start[c - 1]
-    for i in range(cell.size):
-        order[cell_start[cell[i]]] = i
-        cell_start[cell[i]] += 1
-    for c in range(cell_start.size - 1, 0, -1):
-        cell_start[c] = cell_start[c - 1]
-    cell_start[0] = 0
 
 
 @njit(inline="always", **FAST)
@@ -127,47 +57,6 @@ def nearest_images(dx, dy, dz, period):
     return nearest_image(dx, period[0]), nearest_image(dy, period[1]), nearest_image(dz, period[2])
 
 
-@njit(inline="always", **FAST)
-def x_ranges(cx, reach, count, periodic):
-    """The cells within reach of cell cx along x as two half-open ranges, the second empty unless the axis wraps."""
-    if periodic and (cx - reach < 0 or cx + reach >= count):
-        return ((cx - reach) % count, count), (0, (cx + reach) % count + 1)
-    return (max(cx - reach, 0), min(cx + reach + 1, count)), (0, 0)
-
-
-@njit(**FAST)
-def scan_range(i, first, last, xi, yi, zi, other, other_order, period, reach_squared, index, cursor):
-    """Append to `index` the particles of one contiguous range of cells that lie within reach of (xi, yi, zi)."""
-    for k in range(first, last):
-        j = k if other_order is None else other_order[k]
-        dx, dy, dz = nearest_images(xi - other[0, j], yi - other[1, j], zi - other[2, j], period)
-        near = (dx * dx + dy * dy + dz * dz < reach_squared) and (j != i)
-        index[cursor] = j
-        cursor += np.int64(near)
-    return cursor
-
-
-@njit(**FAST)
-def mark_surroundings(position, grid, near):
-    """Set `near` (cells,) to 1 in every cell from which a particle could reach one of `position` (3, M)."""
-    nx, ny, nz = grid.cells
-    rx, ry, rz = grid.reach
-    for b in range(position.shape[1]):
-        cx = cell_coordinate(position[0, b], grid.lower[0], grid.inverse_width[0], nx)
-        cy = cell_coordinate(position[1, b], grid.lower[1], grid.inverse_width[1], ny)
-        cz = cell_coordinate(position[2, b], grid.lower[2], grid.inverse_width[2], nz)
-        ranges = x_ranges(cx, rx, nx, grid.periodic[0])
-        for sz in range(cz - rz, cz + rz + 1):
-            if not grid.periodic[2] and (sz < 0 or sz >= nz):
-                continue
-            for sy in range(cy - ry, cy + ry + 1):
-                if not grid.periodic[1] and (sy < 0 or sy >= ny):
-                    continue
-                row = (np.int64(sz % nz) * ny + np.int64(sy % ny)) * nx
-                for low, high in ranges:
-                    near[row + low : row + high] = 1
-
-
 @njit(**FAST)
 def build_lists(
     begin,
@@ -181,6 +70,7 @@ def build_lists(
     grid,
     period,
     same,
+    padding,
     share,
     start,
     number,
@@ -193,49 +83,49 @@ def build_lists(
     cell_start    where each cell of `other` begins; these particles lie in cell order
     moving_order  indices in `other` of the particles that do not, by cell as moving_start tells; None if there are none
     same          `other` is `position` itself: a particle is not its own neighbour
+    padding       every list begins at a multiple of it
     share         places in `neighbor` per particle; a block takes BLOCK * share of them
     full          set to 1 where a block ran out of places
     """
     reach_squared = np.float32(grid.support_radius * grid.support_radius)
-    nx, ny, nz = grid.cells
-    rx, ry, rz = grid.reach
+    rows = 2 * (2 * grid.reach[1] + 1) * (2 * grid.reach[2] + 1)
+    ranges, moving_ranges = np.empty((rows + 1, 2), np.int64), np.empty((rows + 1, 2), np.int64)
+    found, moving_found, present_cell = 0, 0, np.int64(-1)
     for i in range(begin, end):
         if i % BLOCK == 0 or i == begin:
             cursor = np.int64(i // BLOCK * BLOCK) * share
             limit = np.int64((i // BLOCK + 1) * BLOCK) * share
+        cursor = (cursor + padding - 1) // padding * padding
         start[i] = cursor
+        number[i] = 0
         xi, yi, zi = position[0, i], position[1, i], position[2, i]
         me = i if same else -1
-        cx = cell_coordinate(xi, grid.lower[0], grid.inverse_width[0], nx)
-        cy = cell_coordinate(yi, grid.lower[1], grid.inverse_width[1], ny)
-        cz = cell_coordinate(zi, grid.lower[2], grid.inverse_width[2], nz)
-        if near is not None and near[(np.int64(cz) * ny + cy) * nx + cx] == 0:
-            number[i] = 0
+        cx = cell_coordinate(xi, grid.lower[0], grid.inverse_width[0], grid.cells[0])
+        cy = cell_coordinate(yi, grid.lower[1], grid.inverse_width[1], grid.cells[1])
+        cz = cell_coordinate(zi, grid.lower[2], grid.inverse_width[2], grid.cells[2])
+        cell = (cz * grid.cells[1] + cy) * grid.cells[0] + cx
+        if near is not None and near[cell] == 0:
             continue
-        ranges = x_ranges(cx, rx, nx, grid.periodic[0])
-        for sz in range(cz - rz, cz + rz + 1):
-            if not grid.periodic[2] and (sz < 0 or sz >= nz):
-                continue
-            for sy in range(cy - ry, cy + ry + 1):
-                if not grid.periodic[1] and (sy < 0 or sy >= ny):
-                    continue
-                row = (np.int64(sz % nz) * ny + np.int64(sy % ny)) * nx
-                for low, high in ranges:
-                    first, last = np.int64(cell_start[row + low]), np.int64(cell_start[row + high])
-                    if cursor + (last - first) >= limit:
-                        full[0] = 1
-                        last = first
-                    cursor = scan_range(
-                        me, first, last, xi, yi, zi, other, None, period, reach_squared, neighbor, cursor
-                    )
-                    if moving_order is not None:
-                        first, last = np.int64(moving_start[row + low]), np.int64(moving_start[row + high])
-                        if cursor + (last - first) >= limit:
-                            full[0] = 1
-                            last = first
-                        cursor = scan_range(
-                            me, first, last, xi, yi, zi, other, moving_order, period, reach_squared, neighbor, cursor
-                        )
+        if cell != present_cell:
+            present_cell = cell
+            found = find_ranges(cx, cy, cz, grid, cell_start, ranges)
+            if moving_order is not None:
+                moving_found = find_ranges(cx, cy, cz, grid, moving_start, moving_ranges)
+        for n in range(found):
+            first, last = ranges[n, 0], ranges[n, 1]
+            if cursor + (last - first) + 2 * LANES > limit:
+                full[0] = 1
+                break
+            cursor, _ = append_near(other, None, first, last, me, xi, yi, zi, period, reach_squared, neighbor, cursor)
+        if moving_order is not None:
+            for n in range(moving_found):
+                first, last = moving_ranges[n, 0], moving_ranges[n, 1]
+                if cursor + (last - first) + 2 * LANES > limit:
+                    full[0] = 1
+                    break
+                cursor, _ = append_near(
+                    other, moving_order, first, last, me, xi, yi, zi, period, reach_squared, neighbor, cursor
+                )
         number[i] = cursor - start[i]
 
 
@@ -265,6 +155,10 @@ class NeighborSearch:
         mark_surroundings(position, self.grid, near)
         return near
 
+    def allows(self, skin: float) -> bool:
+        """Whether the domain is long enough for lists that reach `skin` [m] beyond the support."""
+        return widened(self.grid, skin) is not None
+
     def list_neighbors(
         self,
         name: str,
@@ -274,30 +168,32 @@ class NeighborSearch:
         near: NDArray[np.uint8] | None = None,
         moving_order: Index | None = None,
         moving_start: Index | None = None,
+        skin: float = 0.0,
     ) -> Pairs:
         """Lists of the neighbours in `other` of every particle (see `build_lists`).
 
-        `name` keeps storage apart over the steps; `near` as from `surroundings` spares the particles far from `other`.
+        `name` keeps storage apart over the steps; `near` as from `surroundings` spares the particles far from `other`. With a
+        `skin` [m] the lists reach that much further and begin at multiples of LANES, so that they can be filtered in place.
         """
         count = position.shape[1]
         share = self._shares.setdefault(name, 48 if other is position else 16)
-        full = np.zeros(1, np.uint8)
+        grid, padding = (widened(self.grid, skin), LANES) if skin > 0.0 else (self.grid, 1)
+        room, full = block_count(max(count, 1)) * BLOCK, np.zeros(1, np.uint8)
         while True:
-            pairs = self._reserve(name, count, share)
+            pairs = self.reserve(name, room, room * share)
             full[0] = 0
             self._team.run(
-                build_lists, count, position, other, near, cell_start, moving_order, moving_start, self.grid, self.period,
-                other is position, share, pairs.start, pairs.number, pairs.neighbor, full,
+                build_lists, count, position, other, near, cell_start, moving_order, moving_start, grid, self.period,
+                other is position, padding, share, pairs.start, pairs.number, pairs.neighbor, full,
             )  # fmt: skip
             if not full[0]:
                 return pairs
-            share = self._shares[name] = 2 * share
+            share = self._shares[name] = share + max(share // 4, 4)
 
-    def _reserve(self, name: str, count: int, share: int) -> Pairs:
-        places = block_count(max(count, 1)) * BLOCK * share
+    def reserve(self, name: str, room: int, places: int) -> Pairs:
+        """Storage for lists of `room` particles with `places` neighbours in all."""
         kept = self._storage.get(name)
-        if kept is None or kept.start.size < count or kept.neighbor.size < places:
-            room = block_count(max(count, 1)) * BLOCK
+        if kept is None or kept.start.size < room or kept.neighbor.size < places:
             kept = Pairs(np.empty(room, np.int64), np.empty(room, np.uint32), np.empty(places, np.uint32))
             self._storage[name] = kept
         return kept

@@ -18,7 +18,7 @@ from oilsim.parallel import Team
 from oilsim.pressure_projection import BoundConstrainedSolver
 from oilsim.schemes import StepResult, paper_step, split_step
 from oilsim.state import FluidState
-from oilsim.time_step import cfl_time_step, equal_steps
+from oilsim.time_step import cfl_time_step, equal_steps, relative_time_step
 from oilsim.walls import MovingBody
 from oilsim.workspace import Workspace
 
@@ -62,6 +62,7 @@ class Fluid:
         self._duration = 0.0
         self._counts: dict[str, dict[str, int]] = {"removed": {}, "emitted": {}}
         self.last_time_step = config.maximum_time_step
+        self._relative_speed: float | None = None  # [m/s] at the end of the last step, None if that is not known
 
     # what it holds
 
@@ -79,6 +80,7 @@ class Fluid:
             raise ValueError(f"particles of phase {phase!r} have y other than 0, allowed: 0 in two dimensions")
         speeds = np.broadcast_to(np.asarray(velocity, np.float64), points.shape)
         self.state.append(points, speeds, self.config.phase_index(phase))
+        self._relative_speed = None
 
     def add_boundary(self, boundary: BoundaryParticles) -> int:
         """Add a solid surface at rest; returns the handle that the other calls take."""
@@ -135,7 +137,7 @@ class Fluid:
         results: list[StepResult] = []
         start, done = self.time, 0.0
         while done < duration * (1.0 - 1e-9):
-            time_step = equal_steps(duration - done, self._cfl_time_step())
+            time_step = equal_steps(duration - done, self._time_step())
             results.append(self._step(time_step))
             done += time_step
             self.time = start + done
@@ -143,15 +145,16 @@ class Fluid:
         self._check()
         return self._report(results)
 
-    def _cfl_time_step(self) -> float:
-        config = self.config
-        fastest = max(
-            [diagnostics.largest_speed(self.state)]
-            + [float(np.linalg.norm(body.twist[:3])) for body in self.work.walls.moving.values()]
-        )
-        return cfl_time_step(
-            config.particle_spacing, fastest, config.cfl, config.minimum_time_step, config.maximum_time_step
-        )
+    def _largest_speed(self) -> float:
+        bodies = [float(np.linalg.norm(body.twist[:3])) for body in self.work.walls.moving.values()]
+        return max([diagnostics.largest_speed(self.state), *bodies])
+
+    def _time_step(self) -> float:
+        config, fastest = self.config, self._largest_speed()
+        limits = (config.cfl, config.minimum_time_step, config.maximum_time_step)
+        if config.scheme == "paper" or self._relative_speed is None:
+            return cfl_time_step(config.particle_spacing, fastest, *limits)
+        return relative_time_step(config.particle_spacing, fastest, self._relative_speed, *limits)
 
     def _step(self, time_step: float) -> StepResult:
         self._emit(time_step)
@@ -159,6 +162,7 @@ class Fluid:
             result = paper_step(self.work, self.state, time_step, self._drive)
         else:
             result = split_step(self.work, self.state, self._solver, time_step, self._drive)
+            self._relative_speed = self.work.relative_speed(self.state, self._largest_speed())
         self._remove_outflow()
         for body in self.work.walls.moving.values():
             body.drift(time_step)
@@ -290,7 +294,9 @@ class Fluid:
             "time": self.time,
             "duration": self._duration,
             "last_time_step": self.last_time_step,
+            "relative_speed": self._relative_speed,
             "state": self.state.save(),
+            "lists": self.work.lists.save(self.state, self.work.walls),
             "bodies": {h: {k: np.copy(v) for k, v in vars(b).items()} for h, b in self.work.walls.moving.items()},
             "forcings": [forcing.save() for forcing in self.forcings],
             "emitters": [emitter.save() for emitter in self.emitters],
@@ -299,7 +305,9 @@ class Fluid:
     def restore_state(self, saved: dict[str, Any]) -> None:
         """Back to what `save_state` returned; the fluid must hold the same boundaries, forcings and emitters."""
         self.time, self._duration, self.last_time_step = saved["time"], saved["duration"], saved["last_time_step"]
+        self._relative_speed = saved["relative_speed"]
         self.state.restore(saved["state"])
+        self.work.lists.restore(saved["lists"])
         for handle, values in saved["bodies"].items():
             self.work.walls.set_motion(handle, MovingBody(**{k: np.copy(v) for k, v in values.items()}))
         for forcing, values in zip(self.forcings, saved["forcings"], strict=True):

@@ -20,6 +20,7 @@ from oilsim.smoothing_kernels import FAST
 
 Real = NDArray[np.float32]
 Double = NDArray[np.float64]
+Index = NDArray[np.uint32]
 
 
 class Contacts(NamedTuple):
@@ -141,11 +142,8 @@ class Walls:
         self.area: Real = np.empty(0, np.float32)
         self.no_slip: Real | None = None
         self.resting = 0
-        self.near: NDArray[np.uint8] = np.empty(0, np.uint8)
         self.arm: Real = np.empty((3, 0), np.float32)
         self.owner: NDArray[np.uint16] = np.empty(0, np.uint16)
-        self.moving_order: NDArray[np.uint32] | None = None
-        self.moving_start: NDArray[np.uint32] | None = None
 
     def add(self, boundary: BoundaryParticles) -> int:
         """Add a boundary at rest; returns its handle."""
@@ -173,6 +171,16 @@ class Walls:
         """Number of wall particles."""
         return sum(len(boundary.position) for boundary in self.boundaries.values())
 
+    @property
+    def layout(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
+        """Handles of the resting and of the moving boundaries, in the order of their particles."""
+        return tuple(h for h in self.boundaries if h not in self.moving), tuple(self.moving)
+
+    @property
+    def moving_position(self) -> Real:
+        """A copy of the positions (3, M) [m] of all moving wall particles."""
+        return self.position[:, self.resting :].copy()
+
     def place(self) -> None:
         """Bring all positions up to date with the bodies' poses."""
         if self._stale:
@@ -189,10 +197,13 @@ class Walls:
             if self.velocity is not None:
                 self.velocity[:, at:end] = body.twist[:3, None] + np.cross(body.twist[3:], arm.T).T
             at = end
-        moving = np.ascontiguousarray(self.position[:, self.resting :])
-        order, self.moving_start = self._search.order_by_cell(moving)
-        self.near = self._search.surroundings(moving, self._near_resting)
-        self.moving_order = order + np.uint32(self.resting)
+
+    def order_moving(self, moving: Real) -> tuple[NDArray[np.uint8], Index | None, Index | None]:
+        """Cells from which a wall can be reached with the moving ones at `moving` (3, M); their order and start by cell."""
+        if not self.moving:
+            return self._near_resting, None, None
+        order, start = self._search.order_by_cell(moving)
+        return self._search.surroundings(moving, self._near_resting), order + np.uint32(self.resting), start
 
     def positions(self, handle: int) -> Real:
         """World positions (M, 3) of one boundary."""
@@ -277,14 +288,11 @@ class Walls:
         no_slip[: self.resting] = no_slip[order]
         self.no_slip = no_slip if no_slip.any() else None
         self.velocity = np.zeros_like(self.position) if self.no_slip is not None and self.moving else None
-        self.near = self._near_resting = self._search.surroundings(
-            np.ascontiguousarray(self.position[:, : self.resting])
-        )
+        self._near_resting = self._search.surroundings(np.ascontiguousarray(self.position[:, : self.resting]))
         self._local = {h: self.boundaries[h].position.T.copy() for h in self.moving}
         sizes = [len(self.boundaries[h].volume) for h in self.moving]
         self.owner = np.repeat(np.arange(len(sizes), dtype=np.uint16), sizes)
         self.arm = np.zeros((3, sum(sizes)), np.float32)
-        self.moving_order = self.moving_start = None
         self._stale = False
 
     def _wrapped(self, points: NDArray[np.floating]) -> NDArray[np.floating]:

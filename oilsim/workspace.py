@@ -22,10 +22,10 @@ from oilsim.density import (
     push_reaction,
 )
 from oilsim.divergence import cache_gradients
+from oilsim.kept_lists import KeptLists
 from oilsim.local_fields import local_fields
 from oilsim.neighbors import NeighborSearch, Pairs, make_grid
 from oilsim.parallel import Team, block_count, total
-from oilsim.rigid_response import RigidResponse, extend_contacts
 from oilsim.relaxation import (
     OMEGA,
     mark_near_surface,
@@ -34,8 +34,10 @@ from oilsim.relaxation import (
     relaxation_multiplier,
 )
 from oilsim.resolved_strain import ResolvedStrain
+from oilsim.rigid_response import RigidResponse, extend_contacts
 from oilsim.smoothing_kernels import lattice_diagonal, normalisation
 from oilsim.state import FluidState
+from oilsim.time_step import relative_speeds
 from oilsim.viscosity import ViscousSystem, is_mild, largest_number, viscosity_matrix, viscous_reaction, wall_factor
 from oilsim.wall_contact import NEAREST, wall_approach, wall_contact, wall_push
 from oilsim.walls import Contacts, Walls
@@ -61,8 +63,9 @@ class Workspace:
         self.split = config.scheme == "split"
         self._wall_weight = np.float32(2.0 if self.split else 1.0)
         grid = make_grid(config.lower, config.upper, config.periodic, config.support_radius, config.dimension)
+        search = NeighborSearch(grid, team, period)
+        self.lists = KeptLists(search, team, config.particle_spacing, config.dimension)
         self._resolved = ResolvedStrain(config, team)
-        self._search = NeighborSearch(grid, team, period)
         self.walls = Walls(NeighborSearch(grid, team, period), config.lower, period)
         self.densities = np.array([phase.rest_density for phase in config.phases])
         self.viscosities = [config.viscosity_correction * phase.dynamic_viscosity for phase in config.phases]
@@ -86,22 +89,10 @@ class Workspace:
         self.seconds[name] += time.perf_counter() - begin
 
     def search(self, state: FluidState) -> None:
-        """Sort the state by cell and list all neighbours at its present positions."""
+        """List all neighbours at the present positions, for which the state may be sorted by cell."""
         with self.stage("search"):
-            order, cell_start = self._search.order_by_cell(state.position)
-            state.take(order)
-            self.walls.place()
+            self.fluid_pairs, self.wall_pairs = self.lists.update(state, self.walls)
             walls = self.walls
-            self.fluid_pairs = self._search.list_neighbors("fluid", state.position, state.position, cell_start)
-            self.wall_pairs = self._search.list_neighbors(
-                "walls",
-                state.position,
-                walls.position,
-                walls.cell_start,
-                walls.near,
-                walls.moving_order,
-                walls.moving_start,
-            )
             count = state.count
             self.weight = None if (self._weights == 1.0).all() else self._weights[state.phase]
             self.rest_density = self.densities.astype(np.float32)[state.phase]
@@ -113,6 +104,24 @@ class Workspace:
             self.gradient = _reserved(self.gradient, self.fluid_pairs)
             self.wall_gradient = _reserved(self.wall_gradient, self.wall_pairs)
             self.touching = walls.touching(self.wall_pairs, count)
+
+    def relative_speed(self, state: FluidState, fastest: float) -> float:
+        """Largest speed [m/s] relative to the neighbourhood (see `time_step`), 0 where it could not shorten a step.
+
+        `fastest` [m/s]: largest speed of all. Of a pair that matters one is faster than half their relative speed.
+        """
+        config, walls, spacing = self.config, self.walls, self.config.particle_spacing
+        if fastest * config.maximum_time_step <= config.cfl * spacing:
+            return 0.0
+        slow = 0.5 * config.cfl * max(fastest, spacing / config.maximum_time_step)
+        twist = np.array([body.twist for body in walls.moving.values()], np.float32).reshape(-1, 6)
+        largest = np.zeros(block_count(state.count), np.float32)
+        with self.stage("time step"):
+            self.team.run(
+                relative_speeds, state.count, state.position, state.velocity, walls.position, walls.resting, walls.owner,
+                walls.arm, twist, self.period, self.fluid_pairs, self.wall_pairs, np.float32(slow), np.float32(spacing), largest,
+            )  # fmt: skip
+        return float(np.sqrt(largest.max(initial=0.0)))
 
     @property
     def _geometry(self) -> tuple[object, ...]:

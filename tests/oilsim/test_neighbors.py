@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from oilsim.compaction import append_near, append_one_by_one
 from oilsim.neighbors import NeighborSearch, make_grid
 from oilsim.parallel import Team
 
@@ -62,6 +63,23 @@ def test_crowded_block_grows_its_lists():
     _, start = search.order_by_cell(points)
     pairs = search.list_neighbors("all", points, points, start)
     assert (pairs.number[:300] == 299).all()
+
+
+@pytest.mark.parametrize("period", [None, (np.float32(1.0), np.float32(0.0), np.float32(0.7))])
+@pytest.mark.parametrize("listed", [False, True])
+def test_compiled_append_equals_plain_python(period, listed):
+    rng = np.random.default_rng(2)
+    points = rng.random((3, 90)).astype(np.float32)
+    candidate = rng.permutation(90).astype(np.uint32) if listed else None
+    own, reach_squared = 40, np.float32(0.09)
+    arguments = (points, candidate, 3, 87, own, *points[:, own], period, reach_squared)
+    compiled = np.full(128, 999, np.uint32)
+    plain = compiled.copy()
+    cursor, margin = append_near(*arguments, compiled, 5)
+    expected, expected_margin = append_one_by_one(*arguments, plain, 5)
+    assert cursor == expected > 5
+    assert np.array_equal(compiled[:cursor], plain[:cursor])
+    assert margin == pytest.approx(expected_margin, abs=1e-7)
 
 
 def test_short_periodic_axis_is_refused():

@@ -1,0 +1,165 @@
+"""Regular cells over the domain: which particles lie in which, and which cells can be reached from which.
+
+Cells are a support radius wide across and half of it along x, the fastest axis, so that the candidates of a row of cells
+are one contiguous range and few of them miss.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from oilsim.smoothing_kernels import FAST
+
+CELLS_ACROSS = 1  # cells per support radius in y and z
+CELLS_ALONG = 2  # cells per support radius in x
+
+
+class Grid(NamedTuple):
+    """Regular cells over the domain: lower corner [m], inverse widths [1/m], counts, and which axes repeat."""
+
+    lower: tuple[float, float, float]
+    inverse_width: tuple[float, float, float]
+    cells: tuple[int, int, int]
+    periodic: tuple[bool, bool, bool]
+    reach: tuple[int, int, int]
+    support_radius: float
+
+    @property
+    def cell_count(self) -> int:
+        return self.cells[0] * self.cells[1] * self.cells[2]
+
+
+def make_grid(
+    lower: tuple[float, float, float],
+    upper: tuple[float, float, float],
+    periodic: tuple[bool, bool, bool],
+    support_radius: float,
+    dimension: int,
+) -> Grid:
+    """Cells that cover the domain; a periodic axis must be at least three support radii long (ValueError)."""
+    counts, inverse, reach = [], [], []
+    for axis, (low, high, repeats) in enumerate(zip(lower, upper, periodic, strict=True)):
+        per_radius = CELLS_ALONG if axis == 0 else CELLS_ACROSS
+        extent = high - low
+        if repeats and extent < 3.0 * support_radius:
+            raise ValueError(
+                f"periodic axis {'xyz'[axis]} is {extent} m long, allowed: {3.0 * support_radius} m or more"
+            )
+        count = max(1, math.floor(extent * per_radius / support_radius))
+        if dimension == 2 and axis == 1:
+            count, per_radius = 1, 0
+        counts.append(count)
+        inverse.append(count / extent)
+        reach.append(per_radius)
+    return Grid(
+        lower,
+        (inverse[0], inverse[1], inverse[2]),
+        (counts[0], counts[1], counts[2]),
+        periodic,
+        (reach[0], reach[1], reach[2]),
+        support_radius,
+    )
+
+
+def widened(grid: Grid, skin: float) -> Grid | None:
+    """The same cells, with a support radius longer by `skin` [m]; None if a periodic axis is too short for it."""
+    radius = grid.support_radius + skin
+    reach = [math.ceil(radius * w) if r else 0 for w, r in zip(grid.inverse_width, grid.reach, strict=True)]
+    for count, around, repeats in zip(grid.cells, reach, grid.periodic, strict=True):
+        if repeats and count < 2 * around + 1:
+            return None
+    return grid._replace(reach=(reach[0], reach[1], reach[2]), support_radius=radius)
+
+
+@njit(inline="always", **FAST)
+def cell_coordinate(value, lower, inverse_width, count):
+    """Cell along one axis; what lies outside counts as the border cell."""
+    return min(max(np.int64(math.floor((value - lower) * inverse_width)), 0), count - 1)
+
+
+@njit(**FAST)
+def assign_cells(begin, end, position, grid, cell):
+    """Fill `cell` with the linear cell of each particle, x fastest."""
+    for i in range(begin, end):
+        cx = cell_coordinate(position[0, i], grid.lower[0], grid.inverse_width[0], grid.cells[0])
+        cy = cell_coordinate(position[1, i], grid.lower[1], grid.inverse_width[1], grid.cells[1])
+        cz = cell_coordinate(position[2, i], grid.lower[2], grid.inverse_width[2], grid.cells[2])
+        cell[i] = (cz * grid.cells[1] + cy) * grid.cells[0] + cx
+
+
+@njit(**FAST)
+def count_sort(cell, cell_start, order):
+    """Stable counting sort: `order` lists particles by cell, `cell_start` (cells + 1) where each cell begins."""
+    cell_start[:] = 0
+    for i in range(cell.size):
+        cell_start[cell[i] + 1] += 1
+    for c in range(1, cell_start.size):
+        cell_start[c] += cell_start[c - 1]
+    for i in range(cell.size):
+        order[cell_start[cell[i]]] = i
+        cell_start[cell[i]] += 1
+    for c in range(cell_start.size - 1, 0, -1):
+        cell_start[c] = cell_start[c - 1]
+    cell_start[0] = 0
+
+
+@njit(inline="always", **FAST)
+def wrapped(c, count):
+    """Cell c of an axis that repeats after `count` cells; c lies less than `count` outside."""
+    return c + count if c < 0 else (c - count if c >= count else c)
+
+
+@njit(inline="always", **FAST)
+def x_ranges(cx, reach, count, periodic):
+    """The cells within reach of cell cx along x as two half-open ranges, the second empty unless the axis wraps."""
+    if periodic and (cx - reach < 0 or cx + reach >= count):
+        return ((cx - reach) % count, count), (0, (cx + reach) % count + 1)
+    return (max(cx - reach, 0), min(cx + reach + 1, count)), (0, 0)
+
+
+@njit(**FAST)
+def mark_surroundings(position, grid, near):
+    """Set `near` (cells,) to 1 in every cell from which a particle could reach one of `position` (3, M)."""
+    nx, ny, nz = grid.cells
+    rx, ry, rz = grid.reach
+    for b in range(position.shape[1]):
+        cx = cell_coordinate(position[0, b], grid.lower[0], grid.inverse_width[0], nx)
+        cy = cell_coordinate(position[1, b], grid.lower[1], grid.inverse_width[1], ny)
+        cz = cell_coordinate(position[2, b], grid.lower[2], grid.inverse_width[2], nz)
+        ranges = x_ranges(cx, rx, nx, grid.periodic[0])
+        for sz in range(cz - rz, cz + rz + 1):
+            if not grid.periodic[2] and (sz < 0 or sz >= nz):
+                continue
+            for sy in range(cy - ry, cy + ry + 1):
+                if not grid.periodic[1] and (sy < 0 or sy >= ny):
+                    continue
+                row = (np.int64(wrapped(sz, nz)) * ny + np.int64(wrapped(sy, ny))) * nx
+                for low, high in ranges:
+                    near[row + low : row + high] = 1
+
+
+@njit(**FAST)
+def find_ranges(cx, cy, cz, grid, cell_start, ranges):
+    """Fill `ranges` (R, 2) with the particles begin to end, by `cell_start`, of the rows of cells around a cell; their number.
+
+    Only rows that hold something are listed.
+    """
+    nx, ny, nz = grid.cells
+    rx, ry, rz = grid.reach
+    found = 0
+    along = x_ranges(cx, rx, nx, grid.periodic[0])
+    for sz in range(cz - rz, cz + rz + 1):
+        if not grid.periodic[2] and (sz < 0 or sz >= nz):
+            continue
+        for sy in range(cy - ry, cy + ry + 1):
+            if not grid.periodic[1] and (sy < 0 or sy >= ny):
+                continue
+            row = (np.int64(wrapped(sz, nz)) * ny + np.int64(wrapped(sy, ny))) * nx
+            for low, high in along:
+                ranges[found, 0], ranges[found, 1] = cell_start[row + low], cell_start[row + high]
+                found += np.int64(ranges[found, 1] > ranges[found, 0])
+    return found
