@@ -1,4 +1,4 @@
-"""Cases 1 and 2: liquids at rest. Bottom pressure, force on the floor, what motion and mixing is left."""
+"""Case 1: water at rest. Bottom pressure, force on the floor, what motion is left."""
 
 from __future__ import annotations
 
@@ -9,16 +9,12 @@ import numpy as np
 from oilsim.boundary import BoundaryParticles, tank_walls
 from oilsim.solver import Fluid
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
-from tests.validation.measure import profile_value
 from tests.validation.scenes import (
     GRAVITY,
-    OIL_DENSITY,
     SAMPLE,
-    WATER_DENSITY,
     fill,
     liquid,
     masses,
-    oil_and_water,
     open_tank,
     position,
     rms_speed,
@@ -26,25 +22,27 @@ from tests.validation.scenes import (
 
 DEPTH = WIDTH = 1.0  # m
 DURATION, LAST = 10.0, 1.0  # s: length of the run, and of its end over which means are taken
-GAUGES = np.linspace(0.25, 0.75, 9) * WIDTH
+GAUGES = np.linspace(0.25, 0.75, 9)  # of the width
 
 
-def gauge_pressure(fluid: Fluid, height: float) -> float:
+def gauge_pressure(fluid: Fluid, width: float, height: float) -> float:
     """Mean pressure [Pa] of nine gauges across the middle half of the tank at `height` [m]."""
-    return float(fluid.pressure_at([(x, 0.0, height) for x in GAUGES]).mean())
+    return float(fluid.pressure_at([(x * width, 0.0, height) for x in GAUGES]).mean())
 
 
-def settle(bench: Bench, fluid: Fluid, gauge: float, scale: float) -> tuple[np.ndarray, float, np.ndarray]:
+def settle(
+    bench: Bench, fluid: Fluid, width: float, gauge: float, scale: float
+) -> tuple[np.ndarray, float, np.ndarray]:
     """Run for DURATION; returns the rms speed over `scale` at each sample, the mean gauge pressure [Pa] and profile points."""
     speeds, pressures = [], []
-    heights = np.linspace(0.05, 0.95, 19) * DEPTH
+    heights = np.append(gauge, np.linspace(0.1, 0.95, 18) * DEPTH)
     profiles = []
     for step in range(round(DURATION / SAMPLE)):
         bench.advance(fluid, SAMPLE)
         speeds.append(rms_speed(fluid) / scale)
         if (step + 1) * SAMPLE > DURATION - LAST and step % 5 == 0:
-            pressures.append(gauge_pressure(fluid, gauge))
-            profiles.append(fluid.pressure_at([(0.5 * WIDTH, 0.0, z) for z in heights]))
+            pressures.append(gauge_pressure(fluid, width, gauge))
+            profiles.append(fluid.pressure_at([(0.5 * width, 0.0, z) for z in heights]))
     return np.array(speeds), float(np.mean(pressures)), np.stack([heights, np.mean(profiles, axis=0)])
 
 
@@ -81,7 +79,7 @@ def still_column(resolution: int, bench: Bench) -> Outcome:
     fill(fluid, (0, 0), (WIDTH, DEPTH))
     level = 2.0 * float(position(fluid)[2].mean())
     scale = math.sqrt(GRAVITY * DEPTH)
-    speeds, pressure, profile = settle(bench, fluid, spacing, scale)
+    speeds, pressure, profile = settle(bench, fluid, WIDTH, spacing, scale)
     drift = 2.0 * float(position(fluid)[2].mean()) / level - 1.0
     force = floor_force(bench, fluid, tank, spacing)
     hydrostatic = 1000.0 * GRAVITY
@@ -98,55 +96,6 @@ def still_column(resolution: int, bench: Bench) -> Outcome:
             trace("pressure", 1.0 - z / DEPTH, z, "rho g (H - z)", reference=True),
             trace("motion", SAMPLE * (1 + np.arange(len(speeds))), np.maximum(speeds, 1e-9)),
             trace("motion", (0.0, DURATION), (0.002, 0.002), "gate", reference=True),
-        ),
-    )
-
-
-OIL_DEPTH, WATER_DEPTH = 0.25, 0.5  # m
-
-
-def layer_boundaries(fluid: Fluid, spacing: float) -> tuple[float, float]:
-    """Heights [m] of interface and free surface from the layers' centres of mass: a flat layer's top is at twice its centre."""
-    z = position(fluid)[2]
-    water, oil = z[fluid.state.phase == 1], z[fluid.state.phase == 0]
-    interface = 2.0 * float(water.mean())
-    return interface, interface + 2.0 * (float(oil.mean()) - interface)
-
-
-def inverted_share(fluid: Fluid, spacing: float) -> float:
-    """Share of particles that lie more than one and a half spacings on the wrong side of the filled interface."""
-    z = position(fluid)[2] - WATER_DEPTH
-    wrong = np.where(fluid.state.phase == 0, -z, z) > 1.5 * spacing
-    return float(wrong.mean())
-
-
-def two_layers(resolution: int, bench: Bench) -> Outcome:
-    """Case 2: oil over water at rest for 10 s."""
-    spacing = WATER_DEPTH / resolution
-    bench.plan(DURATION)
-    fluid, _ = open_tank(bench, WIDTH, OIL_DEPTH + WATER_DEPTH, spacing, oil_and_water())
-    fill(fluid, (0, 0), (WIDTH, WATER_DEPTH))
-    fill(fluid, (0, WATER_DEPTH), (WIDTH, WATER_DEPTH + OIL_DEPTH), "oil")
-    scale = math.sqrt(GRAVITY * (OIL_DEPTH + WATER_DEPTH))
-    speeds, pressure, profile = settle(bench, fluid, spacing, scale)
-    interface, surface = layer_boundaries(fluid, spacing)
-    # p = g (rho_o h_o + rho_w h_w) at the floor
-    expected = GRAVITY * (OIL_DENSITY * OIL_DEPTH + WATER_DENSITY * (WATER_DEPTH - spacing))
-    jump = profile_value(profile[0], profile[1], WATER_DEPTH, 0.15, 1)
-    z = np.array([0.0, WATER_DEPTH, WATER_DEPTH + OIL_DEPTH])
-    exact = GRAVITY * np.array([OIL_DENSITY * OIL_DEPTH + WATER_DENSITY * WATER_DEPTH, OIL_DENSITY * OIL_DEPTH, 0.0])
-    return Outcome(
-        values={
-            "bottom pressure / g (rho_o h_o + rho_w h_w)": pressure / expected,
-            "interface pressure / rho_o g h_o": jump / (GRAVITY * OIL_DENSITY * OIL_DEPTH),
-            "oil thickness error / d": (surface - interface - OIL_DEPTH) / spacing,
-            "inverted particles": inverted_share(fluid, spacing),
-            "rms speed / sqrt(g H)": float(speeds[-round(LAST / SAMPLE) :].mean()),
-        },
-        traces=(
-            trace("pressure", profile[1] / 1000.0, profile[0]),
-            trace("pressure", exact / 1000.0, z, "g (rho_o h_o + rho_w h_w)", reference=True),
-            trace("motion", SAMPLE * (1 + np.arange(len(speeds))), np.maximum(speeds, 1e-9)),
         ),
     )
 
@@ -172,28 +121,4 @@ STILL_COLUMN = Case(
     ),
     run=still_column,
     note="pressure from gauges one spacing above the floor; the floor force is the wrench on the floor as a body that does not move.",
-)
-
-TWO_LAYERS = Case(
-    number=2,
-    name="two-layers",
-    title="Oil over water at rest",
-    source="hydrostatics, p = g (rho_o h_o + rho_w h_w)",
-    setup="0.25 m of oil (840) over 0.5 m of water (1027), 1 m wide, inviscid, at rest for 10 s",
-    length=WATER_DEPTH,
-    length_symbol="h_w",
-    resolutions=(16, 32, 64),
-    quantities=(
-        Quantity(name="bottom pressure / g (rho_o h_o + rho_w h_w)", unit="1", reference=1.0, gate=0.005),
-        Quantity(name="interface pressure / rho_o g h_o", unit="1", reference=1.0),
-        Quantity(name="oil thickness error / d", unit="1", reference=0.0, scale=1.0, gate=0.5),
-        Quantity(name="inverted particles", unit="1", reference=0.0, scale=1.0, gate=0.0),
-        Quantity(name="rms speed / sqrt(g H)", unit="1", reference=0.0, scale=1.0),
-    ),
-    panels=(
-        Panel("pressure", "p [kPa]", "z [m]"),
-        Panel("motion", "t [s]", "rms speed / sqrt(g H)", log_y=True),
-    ),
-    run=two_layers,
-    note="inverted: more than 1.5 spacings on the wrong side of the interface.",
 )

@@ -236,11 +236,14 @@ def draw_panel(axes: Axes, panel: Panel, result: CaseResult) -> None:
     """Every level's curves in blues, dark is fine; theory and experiment in black and orange."""
     chosen = [[each for each in level.outcome.traces if each.panel == panel.name] for level in result.levels]
     kinds = list(dict.fromkeys(each.label for level in chosen for each in level if not each.reference))
+    used: set[str] = set()
     first = 3 - len(chosen) if result.complete else 0
     for index, (level, traces) in enumerate(zip(result.levels, chosen, strict=True)):
         spacing = f"d = {result.case.length_symbol}/{level.resolution}"
         for each in (each for each in traces if not each.reference):
             label = f"{each.label}, {spacing}" if each.label else spacing
+            label = "_nolegend_" if label in used else label
+            used.add(label)
             style = STYLES[kinds.index(each.label) % len(STYLES)]
             _draw_trace(axes, each, COLORS[first + index], style, label, 1.4)
     named: set[str] = set()
@@ -255,7 +258,8 @@ def draw_panel(axes: Axes, panel: Panel, result: CaseResult) -> None:
     if panel.log_y:
         axes.set_yscale("log")
     axes.grid(color="0.9")
-    axes.legend(fontsize=7, frameon=False)
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(fontsize=7, framealpha=0.85, edgecolor="none")
 
 
 def draw(result: CaseResult, path: Path) -> None:
