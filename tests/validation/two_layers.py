@@ -70,9 +70,9 @@ def pool_levels(bench: Bench, spacing: float) -> np.ndarray:
     for step in range(round(POOL_RUN / SAMPLE)):
         bench.advance(fluid, SAMPLE)
         x, _, z = position(fluid)
-        above = z > GAP
-        left, right = above & (x < ARM + 0.5 * SKIRT), above & (x > ARM + 0.5 * SKIRT)
-        rows.append(((step + 1) * SAMPLE, area * (np.count_nonzero(left) - np.count_nonzero(right)) / OIL_DEPTH))
+        above = np.clip((z - GAP) / spacing + 0.5, 0.0, 1.0)  # share of each particle that is above the passage
+        left = x < ARM + 0.5 * SKIRT
+        rows.append(((step + 1) * SAMPLE, area * float(above[left].sum() - above[~left].sum()) / OIL_DEPTH))
     return np.array(rows).T
 
 
