@@ -76,13 +76,14 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Panel:
-    """One set of axes of a case's picture: labels with units, and whether they are logarithmic."""
+    """One set of axes of a case's picture: labels with units, whether they are logarithmic, and the ordinate's range if it is cut."""
 
     name: str
     x_label: str
     y_label: str
     log_x: bool = False
     log_y: bool = False
+    y_range: tuple[float, float] | None = None
 
 
 @dataclass

@@ -257,16 +257,20 @@ def draw_panel(axes: Axes, panel: Panel, result: CaseResult) -> None:
         axes.set_xscale("log")
     if panel.log_y:
         axes.set_yscale("log")
+    if panel.y_range:
+        axes.set_ylim(panel.y_range)
     axes.grid(color="0.9")
     if axes.get_legend_handles_labels()[0]:
-        axes.legend(fontsize=7, framealpha=0.85, edgecolor="none")
+        axes.legend(fontsize=7, frameon=False, loc="upper center", bbox_to_anchor=(0.5, -0.12), ncol=3)
 
 
 def draw(result: CaseResult, path: Path) -> None:
     """Write a case's picture."""
     panels = result.case.panels
-    figure, axes = plt.subplots(1, len(panels), figsize=(6.4 * len(panels), 4.4), squeeze=False, layout="constrained")
-    for panel, each in zip(panels, axes[0], strict=True):
+    columns = 2 if len(panels) == 4 else len(panels)
+    rows = len(panels) // columns
+    figure, axes = plt.subplots(rows, columns, figsize=(6.4 * columns, 5.0 * rows), squeeze=False, layout="constrained")
+    for panel, each in zip(panels, axes.ravel(), strict=True):
         draw_panel(each, panel, result)
     figure.suptitle(f"{result.case.number}. {result.case.title}", fontsize=12)
     figure.savefig(path, dpi=110)
