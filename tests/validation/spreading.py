@@ -107,11 +107,11 @@ def _surface(fluid: Fluid, spacing: float) -> tuple[Double, Double]:
 
 
 # oil slick, gravity against inertia
-VOLUME, START_RADIUS = 1.0, 0.6  # m3, m
-DEPTH, SIDE = 0.9, 2.4  # m
+VOLUME, START_RADIUS = 1.0, 0.8  # m3, m
+DEPTH, SIDE = 1.2, 2.6  # m
 REDUCED = 1.0 - OIL_DENSITY / WATER_DENSITY
 SLICK_RUN = 2.4  # s
-FITTED = 1.4 * START_RADIUS  # m, radius from which on the fit counts
+FITTED = 1.3 * START_RADIUS  # m, radius from which on the fit counts
 SHARE = 0.95  # of the oil inside the radius that is read
 
 
@@ -202,8 +202,8 @@ OIL_SLICK = Case(
     name="oil-slick",
     title="Oil slick, gravity against inertia",
     source="Fay 1969: R = 1.14 (Delta g V t^2)^(1/4)",
-    setup="1 m3 of oil 840 as a floating cylinder of radius 0.6 m in 0.9 m of sea water, inviscid; a quarter of it in a tank of "
-    "2.4 m x 2.4 m, three dimensions",
+    setup="1 m3 of oil 840 as a floating cylinder of radius 0.8 m in 1.2 m of sea water, inviscid; a quarter of it in a tank of "
+    "2.6 m x 2.6 m, three dimensions",
     length=VOLUME ** (1.0 / 3.0),
     length_symbol="V^(1/3)",
     resolutions=(10, 15, 20),
@@ -214,6 +214,7 @@ OIL_SLICK = Case(
     ),
     panels=(Panel("radius", "t [s]", "R^2 [m^2]"),),
     run=oil_slick,
-    note="C (t + t_0)^p fitted from 1.4 first radii on, where t_0 stands for the first radius; coefficient from the slope of R^2. Radius: "
-    "of an even disc with the same share of oil within the same distance. The slick is 2 to 4 spacings thin at the end.",
+    note="C (t + t_0)^p fitted from 1.3 first radii on, where t_0 stands for the first radius; coefficient from the slope of R^2. Radius: "
+    "of an even disc with the same share of oil within the same distance. The slick is 1 to 2 spacings "
+    "thin at the end, and a release is self-similar only below 0.075 of the water's depth (Huppert and Simpson 1980), at 1.9 m here.",
 )
