@@ -96,6 +96,12 @@ def front_position(x: ArrayLike, spacing: float, gap: float = 2.0) -> float:
     return float(ordered[torn[0] if torn.size else -1]) + 0.5 * spacing
 
 
+def steady_value(signal: ArrayLike) -> float:
+    """Mean of `signal` (n,) under a Hann window: what it swings about, whether or not whole periods are seen."""
+    y = np.asarray(signal, np.float64)
+    return float(np.average(y, weights=np.hanning(y.size + 2)[1:-1]))
+
+
 def profile_value(z: ArrayLike, value: ArrayLike, at: float, reach: float, degree: int = 2) -> float:
     """Polynomial fit of `value` (N,) over height z (N,) [m] within `reach` of `at`, read at `at`."""
     heights, values = np.asarray(z, np.float64) - at, np.asarray(value, np.float64)
