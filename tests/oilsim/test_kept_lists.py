@@ -45,7 +45,7 @@ def crowd(make_fluid, threads=1, **options):
     fluid.add_particles(rng.uniform(0.05, 1.95, (700, 3)), phase="water")
     plate = rng.uniform(-0.4, 0.4, (200, 3)) * (1, 1, 0)
     fluid.add_boundary(tank_walls((0.3, 0.3, 0.0), (1.7, 1.7, 1.5), 0.1, sides=("-z",)))
-    handle = fluid.add_boundary(BoundaryParticles(name="plate", position=plate, volume=np.full(200, 1e-3)))
+    handle = fluid.add_boundary(BoundaryParticles(name="plate", position=plate, volume=np.full(200, 1e-3), area=np.zeros(200)))
     fluid.set_boundary_motion(handle, (1.0, 1.0, 1.0), STILL[1], STILL[0], STILL[0])
     return fluid, handle
 
@@ -160,7 +160,7 @@ def calm_tank(make_fluid, threads=1):
         swirl = 1e-4 * np.cross(points - 0.75, (0.0, 0.0, 1.0))
         fluid.add_particles(points, phase=phase, velocity=swirl)
     plate = np.stack(np.meshgrid(np.arange(-3, 4), np.arange(-3, 4), [0]), axis=-1).reshape(-1, 3) * 0.064
-    handle = fluid.add_boundary(BoundaryParticles(name="plate", position=plate, volume=np.full(len(plate), 4e-4)))
+    handle = fluid.add_boundary(BoundaryParticles(name="plate", position=plate, volume=np.full(len(plate), 4e-4), area=np.zeros(len(plate))))
     fluid.set_boundary_motion(handle, (0.75, 0.75, 1.02), STILL[1], (0.0, 0.0, -1e-3), STILL[0])
     return fluid
 
