@@ -3,7 +3,10 @@
     python -m tests.benchmarks.pareto [--quick] [--scenes column dam ...] [--output pareto-report]
 
 Prints a table and writes pareto.json and pareto.png. Runs of the solvers alternate, so that a machine's other load meets all of
-them. A whole run takes about a quarter of an hour on two cores.
+them. A whole run takes five to ten minutes on two cores.
+
+How to read it: errors are magnitudes of one run each, so a point far below its neighbours may be an error on its way through 0,
+not a good setting; on a shared machine wall times differ by up to a factor of two from run to run.
 """
 
 from __future__ import annotations

@@ -12,6 +12,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
+from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from tests.benchmarks.pareto.measures import pareto_front
 from tests.benchmarks.pareto.results import Row, points
@@ -22,19 +23,35 @@ COLUMNS = 4
 
 
 def _panel(axes: Axes, rows: Sequence[Row], measure: str, looks: Mapping[str, Mapping[str, str]]) -> None:
-    for row in rows:
-        if measure in row.errors:
-            axes.plot(
-                row.wall_per_second, row.errors[measure], linestyle="none", color=looks["solver"][row.solver],
-                marker=looks["family"][row.family], markersize=7, alpha=0.75, markeredgecolor="white", markeredgewidth=0.6,
-            )  # fmt: skip
+    axes.set(xscale="log", yscale="log", ylabel=measure)
+    across = ["wall seconds a simulated second"]
     for solver, color in looks["solver"].items():
-        front = pareto_front(points(rows, solver, measure))
+        mine = [row for row in rows if row.solver == solver]
+        front = pareto_front(points(mine, solver, measure))
         if front:
             axes.plot(*zip(*front, strict=True), color=color, linewidth=1.6, zorder=1)
-    axes.set(xscale="log", yscale="log", xlabel="wall seconds a simulated second", ylabel=measure)
+        for row in mine:
+            _mark(axes, row, measure, color, looks["family"][row.family], front)
+        lost = [row for row in mine if measure not in row.errors]
+        if lost:
+            across.append(f"({solver}: {len(lost)} of {len(mine)} runs without a result)")
+    axes.set_xlabel("\n".join(across))
+    for axis in (axes.xaxis, axes.yaxis):
+        low, high = axis.get_view_interval()
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 100.0 * low else (1.0,)))
+        axis.set_major_formatter(StrMethodFormatter("{x:g}"))
+        axis.set_minor_formatter(NullFormatter())
     axes.grid(True, which="major", alpha=0.35)
-    axes.grid(True, which="minor", alpha=0.12)
+
+
+def _mark(axes: Axes, row: Row, measure: str, color: str, marker: str, front: Sequence[tuple[float, float]]) -> None:
+    """One point; a black rim tells that it lies on the front."""
+    if measure in row.errors:
+        best = (row.wall_per_second, row.errors[measure]) in front
+        axes.plot(
+            row.wall_per_second, row.errors[measure], linestyle="none", color=color, marker=marker, markersize=7,
+            markeredgecolor="black" if best else "white", markeredgewidth=0.9, alpha=0.95 if best else 0.6,
+        )  # fmt: skip
 
 
 def _legend(axes: Axes, looks: Mapping[str, Mapping[str, str]]) -> None:
@@ -66,6 +83,8 @@ def draw(rows: Sequence[Row], titles: Mapping[str, str], file: Path) -> None:
     _legend(places[len(panels)], looks)
     for axes in places[len(panels) + 1 :]:
         axes.axis("off")
-    figure.suptitle("run time against error: lower left is better")
+    figure.suptitle(
+        "run time against error: lower left is better; a black rim: no other run of that solver is both faster and better"
+    )
     figure.savefig(file, dpi=130)
     plt.close(figure)

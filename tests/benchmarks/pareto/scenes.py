@@ -100,7 +100,7 @@ class Scene:
 
 def column() -> Scene:
     """Water at rest, 1 m deep."""
-    depth, width, height = 1.0, 0.5, 0.1
+    depth, width, height = 1.0, 1.0, 0.1
     expected = DENSITY * GRAVITY * (depth - height)
     return Scene(
         name="column", title="still column", lower=(0.0, 0.0, 0.0), upper=(width, 0.0, 1.5), fill=(width, 0.0, depth),

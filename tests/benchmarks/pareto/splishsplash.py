@@ -8,7 +8,8 @@ What makes the comparison fair, all measured on a still column:
 - its y is up: (x, y, z) here is (x, z, -y) there;
 - the scene's own lattice goes in as a particle file, one rest volume d^dimension each;
 - its walls are sampled on their surface (Akinci et al. 2012), which holds the liquid about 0.6 spacings off; they are put that
-  far behind the scene's walls, and a body's mesh that far inside it at the same mass, else the first steps explode;
+  far behind the scene's walls (0.7 in a closed box: a vortex cell kept its speed best there), and a body's mesh that far inside
+  it at the same mass, else the first steps explode;
 - its threads wait for each other without spinning: spinning ones were up to 1.6 times faster on an idle machine, and 20 times
   slower on a shared one;
 - field "p / rho^2" holds p dt^2 / rho_0 after a step, and "p_v / rho^2" holds p_v dt / rho_0.

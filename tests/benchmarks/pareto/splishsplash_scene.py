@@ -14,6 +14,9 @@ from tests.benchmarks.pareto.measures import Double
 from tests.benchmarks.pareto.scenes import DENSITY, Body, Scene
 
 WALL_OFFSET = {0: 0.6, 2: 0.5}  # spacings between a surface and its mesh, by boundary method: Akinci 2012, Bender 2019
+CLOSED_OFFSET = (
+    0.7  # the same where the liquid has no surface to give way to: 0.6 overfills the box, and its motion dies
+)
 SOLVER_KEYS = ("minIterations", "maxIterations", "maxIterationsV", "maxError", "maxErrorV")
 DFSPH, WEILER = 4, 6
 QUADS = (
@@ -45,7 +48,8 @@ def write(scene: Scene, spacing: float, options: Mapping[str, Any], folder: Path
     }
     configuration["DFSPH"] |= {key: value for key, value in options.items() if key in SOLVER_KEYS}
     configuration["timeStepSize"] = min(configuration["timeStepSize"], configuration["cflMaxTimeStepSize"])
-    offset = WALL_OFFSET[configuration["boundaryHandlingMethod"]] * spacing
+    share = WALL_OFFSET[configuration["boundaryHandlingMethod"]] if scene.open_top else CLOSED_OFFSET
+    offset = share * spacing
     bodies = [_tank(scene, offset, folder)]
     if scene.body is not None:
         bodies.append(_body(scene.body, offset, folder))
