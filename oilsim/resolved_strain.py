@@ -1,7 +1,7 @@
 """Which part of the motion is flow and which is noise, and how exact the pressure's pair vectors may be.
 
-Noise of particles changes sign from one to the next, flow does not. Velocity gradients averaged over coarse cells about CELL
-spacings wide keep the flow's strain S and lose the noise. With everything as squared velocities over one spacing,
+Noise of particles changes sign from one to the next, flow does not. Velocity gradients averaged over coarse cells of about
+CELL particles keep the flow's strain S and lose the noise. With everything as squared velocities over one spacing,
 
     s = |S|^2 d^2,    n = |r_i|^2,    m = |G_i - S|^2 d^2 + n + (FLOOR^2 g d)
 
@@ -30,11 +30,11 @@ from oilsim.smoothing_kernels import FAST, lattice_moment
 
 Real = NDArray[np.float32]
 
-CELL = 2.5  # width of coarse cells in particle spacings
+CELL = 16.0  # particles that a coarse cell holds: noise of their mean is a quarter of theirs
 SETTLING = 1.5  # tau, in which pure noise fades, in units of `time_unit`
 WEIGHTLESS_UNIT = 0.065  # s: the unit of time without gravity; that of 4 cm of water with it
 EMPHASIS = np.float32(10.0)  # C, weight of noise against strain
-FLOOR = 0.01  # share of sqrt(g d) under which the change of velocity over a spacing counts as noise
+FLOOR = 0.02  # share of sqrt(g d) under which the change of velocity over a spacing counts as noise
 LN_NOISE, LN_FLOW = np.float32(math.log(0.1)), np.float32(math.log(0.5))
 THIN, FULL = np.float32(0.4), np.float32(0.8)
 TINY = np.float32(1e-14)
@@ -103,7 +103,8 @@ class ResolvedStrain:
 
     def __init__(self, config: FluidConfig, team: Team) -> None:
         extent = np.subtract(config.upper, config.lower)
-        cells = np.maximum(1, np.floor(extent / (CELL * config.particle_spacing))).astype(int)
+        width = CELL ** (1.0 / config.dimension) * config.particle_spacing
+        cells = np.maximum(1, np.floor(extent / width)).astype(int)
         if config.dimension == 2:
             cells[1] = 1
         self._cells = (int(cells[0]), int(cells[1]), int(cells[2]))
