@@ -3,7 +3,7 @@ BIN := .venv/bin
 READY := .venv/.ready
 export NUMBA_CACHE_DIR ?= $(CURDIR)/.numba_cache
 
-.PHONY: demo test lint bench clean
+.PHONY: demo test lint bench pareto validate clean
 
 demo: $(READY)  ## run the U-sweep exercise: recording, summary and picture
 	$(BIN)/oilsim run u-sweep --demo --record u-sweep.rrd --summary u-sweep.json --picture u-sweep.png
@@ -21,6 +21,12 @@ bench: $(READY)  ## print the tables of measured accuracy and speed
 	$(BIN)/python -m tests.benchmarks.accuracy
 	$(BIN)/python -m tests.benchmarks.calm_spread
 	$(BIN)/python -m tests.benchmarks.recording
+
+validate: $(READY)  ## compare with theory and experiment, under an hour; CASE=name[,name] runs only these
+	$(BIN)/python -m tests.validation $(CASE)
+
+pareto: $(READY)  ## run time against error, beside SPlisHSPlasH if installed: table, pareto-report/pareto.png and .json
+	$(BIN)/python -m tests.benchmarks.pareto
 
 clean:
 	rm -rf .venv .numba_cache build dist *.egg-info

@@ -9,8 +9,9 @@ kappa = pressure x time step / rho_ref [m2/s]. Both schemes share the form, with
 
 paper   G_ij = V grad W_ij, G_ib = V_b grad W_ib, w = 1, c = 0                                          (Eq. 7 and 14, sign mended)
 split   G_ij = (Y_i + Y_j) / 2 V grad W_ij, G_ib = Y_i V_b grad W_ib (Y: see `resolved_strain`), w = 2 and c = 1: a wall takes the pressure
-        that the liquid's gradient extrapolates to it. A linear pressure is then balanced near walls as it is inside, and water lies still.
-        c fades to 0 where liquid neighbours are too few for a gradient, and at the free surface, where its transpose would hold the water's edge.
+        that the liquid's gradient extrapolates to it. A linear pressure is then balanced near walls as it is inside, and water
+        lies still. c fades to 0 where liquid neighbours are too few for a gradient, and at the free surface, where its transpose
+        would hold the water's edge.
 
 The gradient at i comes from its liquid neighbours, B_i sum_j G_ij (kappa_j - kappa_i), B_i = (sum_j G_ij x_ij^T)^-1, so that the walls'
 part is K_i (sum_j G_ij kappa_j - kappa_i sum_j G_ij) with one matrix K_i = c_i sum_b G_ib x_ib^T B_i per particle:

@@ -1,14 +1,13 @@
-"""One gentle step towards constant density, even order and quiet velocities, without turning positions into velocity.
+"""One gentle step towards constant density, even order and quiet velocities; positions never become velocity.
 
     dx_i = sum_j V (L_i + L_j) grad W_ij + 2 L_i sum_b V_b grad W_ib,    L_i = -(omega e_i / a + beta_i d^2 / 2)
     v_i -= sum_j theta_ij V W_ij 2 rho_j / (rho_i + rho_j) [v_i - v_j + (G_i + G_j) x_ij / 2],    theta_ij = (theta_i + theta_j) / 2
-    v_i += G_i dx_i
 
-The density constraint of Qiu et al. 2021 (Eq. 15-22) mends a share omega of the error a pass, with the lattice's a = V^2 sum |grad W|^2 for the
-diagonal of Eq. 13: what is left is carried to the next step and never becomes velocity. Inside the liquid the error counts with both signs; within reach of a
-free surface only compression counts, and nothing is shifted. beta grows with the strain of the flow and keeps neighbours evenly spread
-(particle shifting; Lind et al. 2012). The filter takes off what linear flow cannot explain, so that shear and rotation pass (`resolved_strain`).
-Pair momentum is conserved; a particle that is moved takes the velocity of the place it comes to.
+The density constraint of Qiu et al. 2021 (Eq. 15-22) mends a share omega of the error a pass, with the lattice's
+a = V^2 sum |grad W|^2 for the diagonal of Eq. 13; what is left is carried to the next step. Inside the liquid the error counts with
+both signs; within reach of a free surface only compression counts, and nothing is shifted. beta grows with the strain of the flow
+and keeps neighbours evenly spread (particle shifting; Lind et al. 2012). The filter takes off what linear flow cannot explain, so that
+shear and rotation pass (`resolved_strain`). Both conserve the momentum of every pair of liquid particles.
 """
 
 from __future__ import annotations
@@ -118,6 +117,6 @@ def relax(
         bx, by, bz = wall_push(i, position, wall, wall_volume, own, period, walls, sigma, inverse_support)
         px, py, pz = weight * (factor * px + bx), weight * (factor * py + by), weight * (factor * pz + bz)
         push[0, i], push[1, i], push[2, i] = px, py, pz
-        change[0, i] = gxx * px + gxy * py + gxz * pz - volume * sx
-        change[1, i] = gyx * px + gyy * py + gyz * pz - volume * sy
-        change[2, i] = gzx * px + gzy * py + gzz * pz - volume * sz
+        change[0, i] = -volume * sx
+        change[1, i] = -volume * sy
+        change[2, i] = -volume * sz

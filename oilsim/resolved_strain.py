@@ -1,7 +1,7 @@
 """Which part of the motion is flow and which is noise, and how exact the pressure's pair vectors may be.
 
-Noise of particles changes sign from one to the next, flow does not. Velocity gradients averaged over coarse cells about CELL spacings wide keep the
-flow's strain S and lose the noise. With everything as squared velocities over one spacing,
+Noise of particles changes sign from one to the next, flow does not. Velocity gradients averaged over coarse cells about CELL
+spacings wide keep the flow's strain S and lose the noise. With everything as squared velocities over one spacing,
 
     s = |S|^2 d^2,    n = |r_i|^2,    m = |G_i - S|^2 d^2 + n + (FLOOR^2 g d)
 
@@ -9,9 +9,9 @@ flow's strain S and lose the noise. With everything as squared velocities over o
     beta_i  = smoothstep(ln(s / m); ln 0.1, ln 0.5)                  1 in resolved flow, 0 in water at rest
     Y_i     = (1 - z) / m_0 + z M_i^-1,  z = beta_i smoothstep(lambda_i; 0.4, 0.8)
 
-Y makes the pair vectors G_ij = (Y_i + Y_j) / 2 V grad W_ij of `divergence`. Exact gradients (Y = M^-1; Lanson & Vila 2008, Hopkins 2015) let
-vortices and waves live; but their force is not the gradient of an energy, so that water at rest would be stirred for ever. With plain ones it
-settles. lambda is the smallest eigenvalue of M, m_0 the moment of the lattice.
+Y makes the pair vectors G_ij = (Y_i + Y_j) / 2 V grad W_ij of `divergence`. Exact gradients (Y = M^-1; Lanson & Vila 2008,
+Hopkins 2015) let vortices and waves live; but their force is not the gradient of an energy, so that water at rest would be
+stirred for ever. With plain ones it settles. lambda is the smallest eigenvalue of M, m_0 the moment of the lattice.
 """
 
 from __future__ import annotations

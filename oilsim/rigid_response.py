@@ -1,7 +1,7 @@
 """Bodies that answer inside the pressure solve: one system for fluid and bodies, stable for the lightest boom.
 
-A body of free twist V* and inverse mass M^-1 that receives the impulse P moves with V = V* + M^-1 P. The impulse is what the walls' part of H
-(see `divergence`) takes from the liquid,
+A body of free twist V* and inverse mass M^-1 that receives the impulse P moves with V = V* + M^-1 P. The impulse is what the walls'
+part of H (see `divergence`) takes from the liquid,
 
     P = V rho_ref sum_i [J_i kappa_i + N_i sum_j G_ij kappa_j],
     J_i = w sum_b (G_ib, r_b x G_ib) - N_i sum_j G_ij,     N_i = sum_b (G_ib, r_b x G_ib) x_ib^T (c B)_i,

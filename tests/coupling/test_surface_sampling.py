@@ -14,7 +14,7 @@ from coupling.bodies import box, capsule, cylinder, sphere
 from coupling.signed_distance import SignedDistance
 from coupling.surface_sampling import SurfaceSampling, particles_of, sample_surface
 from oilsim.boundary import SAMPLING, half_space_integral, lattice_wall_factor
-from oilsim.smoothing_kernels import kernel, normalisation
+from oilsim.smoothing_kernels import SUPPORT, kernel, normalisation
 
 
 def moved(mesh: trimesh.Trimesh, angles: tuple[float, float, float]) -> trimesh.Trimesh:
@@ -120,13 +120,13 @@ def test_share_in_front_of_a_flat_wall_is_that_of_a_half_space() -> None:
 
 
 def sphere_share(radius: float) -> float:
-    """Kernel integral (spacing 1, support 2) over a sphere, from 1/2 outside: shells about the probe, the part of a shell
-    of radius s inside the sphere is a cap with cos(angle) >= (s^2 + D^2 - R^2) / (2 s D)."""
-    distance, sigma = radius + 0.5, normalisation(2.0, 3)
-    shell = (np.arange(4000) + 0.5) * 2.0 / 4000
+    """Kernel integral (spacing 1) over a sphere, from 1/2 outside: shells about the probe, the part of a shell of radius s
+    inside the sphere is a cap with cos(angle) >= (s^2 + D^2 - R^2) / (2 s D)."""
+    distance, sigma = radius + 0.5, normalisation(1.0, 3)
+    shell = (np.arange(4000) + 0.5) * SUPPORT / 4000
     cosine = np.clip((shell**2 + distance**2 - radius**2) / (2.0 * shell * distance), -1.0, 1.0)
-    weight = np.array([kernel(s / 2.0, sigma) for s in shell])
-    return float((weight * 2.0 * math.pi * (1.0 - cosine) * shell**2).sum() * 2.0 / 4000)
+    weight = np.array([kernel(s / SUPPORT, sigma) for s in shell])
+    return float((weight * 2.0 * math.pi * (1.0 - cosine) * shell**2).sum() * SUPPORT / 4000)
 
 
 @pytest.mark.parametrize("radius", [1.5, 3.0, 6.0])
@@ -189,10 +189,10 @@ def test_float_with_a_skirt_is_sampled_as_thick_and_thin() -> None:
 
 
 def coverage(sampling: SurfaceSampling, volume: np.ndarray, points: np.ndarray) -> np.ndarray:
-    support, sigma = 2.0 * sampling.particle_spacing, normalisation(2.0 * sampling.particle_spacing, 3)
+    support, sigma = SUPPORT * sampling.particle_spacing, normalisation(sampling.particle_spacing, 3)
     distance = np.linalg.norm(points[:, None] - sampling.position[None], axis=2)
     q = np.minimum(distance / support, 1.0)
-    weight = sigma * (2.0 * (1.0 - q) ** 3 - 8.0 * np.maximum(0.5 - q, 0.0) ** 3)
+    weight = sigma * (1.0 - q) ** 4 * (1.0 + 4.0 * q)
     return weight @ volume
 
 

@@ -83,7 +83,9 @@ def test_approach_of_a_body_that_turns_counts(make_fluid):
     fluid = make_fluid(maximum_time_step=1.0)
     fluid.add_particles([(1.2, 1.0, 1.1)], phase="water")
     plate = np.stack(np.meshgrid(np.arange(-8, 9), np.arange(-8, 9), [0]), axis=-1).reshape(-1, 3) * 0.06
-    handle = fluid.add_boundary(BoundaryParticles(name="plate", position=plate, volume=np.full(len(plate), 1e-4)))
+    handle = fluid.add_boundary(
+        BoundaryParticles(name="plate", position=plate, volume=np.full(len(plate), 1e-4), area=np.zeros(len(plate)))
+    )
     fluid.set_boundary_motion(handle, (1.0, 1.0, 1.0), (0, 0, 0, 1), STILL, (0.0, -4.0, 0.0))
     # 0.2 m from its axis, a plate that turns at 4 rad/s rises by 0.8 m/s
     assert relative_speed(fluid, 2.0) == pytest.approx(0.8, rel=0.05)

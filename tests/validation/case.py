@@ -1,0 +1,148 @@
+"""What a validation case is: the quantities it measures, their references and gates, and what one run of it gives."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from oilsim.config import FluidConfig
+from oilsim.solver import AdvanceReport, Fluid
+
+Double = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Quantity:
+    """One measured figure and what it should be.
+
+    reference  the value of theory or experiment, in `unit`
+    gate       largest error that passes; None for a figure that is only reported
+    scale      what the error |value - reference| is divided by; None takes |reference|
+    change     largest relative change from the middle to the finest run that passes; None asks for none
+    """
+
+    name: str
+    unit: str
+    reference: float
+    gate: float | None = None
+    scale: float | None = None
+    change: float | None = None
+
+    def error(self, value: float) -> float:
+        """|value - reference| / scale."""
+        return abs(value - self.reference) / (abs(self.reference) if self.scale is None else self.scale)
+
+    def passes(self, values: list[float]) -> bool | None:
+        """Whether the last of `values` (coarse to fine) keeps the gates; None where there is none."""
+        if self.gate is None and self.change is None:
+            return None
+        good = math.isfinite(values[-1]) and (self.gate is None or self.error(values[-1]) <= self.gate)
+        if self.change is not None:
+            good = good and len(values) > 1 and abs(values[-2] - values[-1]) <= self.change * abs(values[-1])
+        return good
+
+
+@dataclass(frozen=True)
+class Trace:
+    """A curve of a panel: abscissa and ordinate (n,), in the panel's units; `reference` marks theory and experiment."""
+
+    panel: str
+    x: Double
+    y: Double
+    label: str = ""
+    reference: bool = False
+    markers: bool = False
+
+
+def trace(
+    panel: str, x: ArrayLike, y: ArrayLike, label: str = "", reference: bool = False, markers: bool = False
+) -> Trace:
+    """A `Trace` from anything that becomes an array."""
+    return Trace(panel, np.asarray(x, np.float64), np.asarray(y, np.float64), label, reference, markers)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outcome:
+    """What one run measured: a value per quantity's name (NaN where it could not be had) and the curves to draw."""
+
+    values: dict[str, float]
+    traces: tuple[Trace, ...] = ()
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One set of axes of a case's picture: labels with units, whether they are logarithmic, and the ordinate's range if it is cut."""
+
+    name: str
+    x_label: str
+    y_label: str
+    log_x: bool = False
+    log_y: bool = False
+    y_range: tuple[float, float] | None = None
+
+
+@dataclass
+class Bench:
+    """Where a case runs: makes its fluids, advances them and keeps count of the work and of the wall time.
+
+    threads   threads of each fluid; None takes every core
+    progress  called with the share of the run that is done, 0 to 1
+    """
+
+    threads: int | None = None
+    progress: Callable[[float], None] = lambda share: None
+    particle_steps: int = 0
+    wall_seconds: float = 0.0
+    _planned: float = field(default=1.0, init=False)
+    _done: float = field(default=0.0, init=False)
+
+    def plan(self, duration: float) -> None:
+        """Announce how much time [s] the fluids of this run will simulate altogether."""
+        self._planned, self._done = duration, 0.0
+
+    def fluid(self, config: FluidConfig) -> Fluid:
+        """A fluid on this bench."""
+        return Fluid(config, threads=self.threads)
+
+    def advance(self, fluid: Fluid, duration: float) -> AdvanceReport:
+        """Advance `fluid` by `duration` [s] and count it."""
+        begin = time.perf_counter()
+        report = fluid.advance(duration)
+        self.wall_seconds += time.perf_counter() - begin
+        self.particle_steps += report.sub_steps * fluid.particle_count
+        self._done += duration
+        self.progress(min(1.0, self._done / self._planned))
+        return report
+
+
+@dataclass(frozen=True, kw_only=True)
+class Case:
+    """A validation case.
+
+    number       its number in the list of cases
+    name         what `CASE=` takes
+    source       formula or publication behind the reference
+    setup        one sentence on geometry, liquids and duration
+    length       reference length [m] and its symbol; a run of resolution n has the spacing length / n
+    resolutions  coarse, middle, reference
+    run          run(resolution, bench) -> Outcome
+    note         limits of the measurement, for the report
+    """
+
+    number: int
+    name: str
+    title: str
+    source: str
+    setup: str
+    length: float
+    length_symbol: str
+    resolutions: tuple[int, int, int]
+    quantities: tuple[Quantity, ...]
+    panels: tuple[Panel, ...]
+    run: Callable[[int, Bench], Outcome]
+    note: str = ""

@@ -1,0 +1,34 @@
+"""The registry of cases, by number."""
+
+from __future__ import annotations
+
+from tests.validation.case import Case
+from tests.validation.channel import LAYERED, START_UP
+from tests.validation.dam_break import DAM_FRONT, DAM_PRESSURE
+from tests.validation.drop import CONSERVATION, ELLIPTICAL_DROP
+from tests.validation.hydrostatics import STILL_COLUMN
+from tests.validation.interfaces import LOCK_EXCHANGE, RAYLEIGH_TAYLOR
+from tests.validation.spreading import OIL_SLICK, VISCOUS_CURRENT
+from tests.validation.two_layers import TWO_LAYERS
+from tests.validation.viscous import INVISCID_SHEAR, SHEAR_WAVE, TAYLOR_GREEN
+from tests.validation.waves import INTERFACE_WAVE, STANDING_WAVE
+
+CASES: tuple[Case, ...] = tuple(
+    sorted(
+        (
+            STILL_COLUMN, TWO_LAYERS, CONSERVATION, SHEAR_WAVE, INVISCID_SHEAR, START_UP, LAYERED, ELLIPTICAL_DROP, TAYLOR_GREEN,
+            STANDING_WAVE, DAM_FRONT, DAM_PRESSURE, INTERFACE_WAVE, RAYLEIGH_TAYLOR, LOCK_EXCHANGE, VISCOUS_CURRENT, OIL_SLICK,
+        ),
+        key=lambda case: case.number,
+    )
+)  # fmt: skip
+
+
+def select(names: str) -> list[Case]:
+    """The cases named or numbered in a comma-separated list, all for an empty one; ValueError for one that does not exist."""
+    wanted = [name.strip() for name in names.split(",") if name.strip()]
+    known = {case.name: case for case in CASES} | {str(case.number): case for case in CASES}
+    for name in wanted:
+        if name not in known:
+            raise ValueError(f"case {name!r} does not exist, allowed: {', '.join(case.name for case in CASES)}")
+    return [case for case in CASES if not wanted or case.name in wanted or str(case.number) in wanted]

@@ -1,0 +1,209 @@
+"""Cases 14 and 15: dam breaks. Front on a dry floor, pressure on the wall that it hits."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from oilsim.boundary import BoundaryParticles, tank_walls
+from oilsim.config import FluidConfig
+from oilsim.solver import Fluid
+from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
+from tests.validation.measure import best_time_shift, crossing_time, front_position
+from tests.validation.scenes import GRAVITY, fill, liquid, position, read_table
+
+Double = NDArray[np.float64]
+
+WATER = liquid(1000.0, 1e-6)
+
+
+def basin(bench: Bench, length: float, height: float, spacing: float) -> Fluid:
+    """A plane domain [m] open above, empty, without walls."""
+    room = 4.0 * spacing
+    return bench.fluid(
+        FluidConfig(
+            particle_spacing=spacing, phases=(WATER,), dimension=2, lower=(-room, -1.0, -room),
+            upper=(length + room, 1.0, height),
+        )
+    )  # fmt: skip
+
+
+def basin_walls(length: float, height: float, spacing: float) -> BoundaryParticles:
+    """The free-slip walls of a basin."""
+    return tank_walls((0, 0, 0), (length, 0, height), spacing, sides=("-x", "+x", "-z"), dimension=2)
+
+
+# front
+BASE = 0.05715  # m, Martin and Moyce's 2.25 inches
+COLUMN = 2.0 * BASE
+FRONT_LENGTH = 10.0 * BASE
+FRONT_END = 6.4  # t sqrt(2 g / a)
+FRONT_SAMPLES = 160
+EXPERIMENTS = {
+    "Martin and Moyce, a = 1.125 in": "dam_break_martin_moyce_a1125.csv",
+    "Martin and Moyce, a = 2.25 in": "dam_break_martin_moyce_a2250.csv",
+    "Koshizuka and Oka": "dam_break_koshizuka_oka.csv",
+}
+
+
+def front_history(bench: Bench, spacing: float) -> Double:
+    """t sqrt(2 g / a) and front over a (2, n) of the column's collapse."""
+    fluid = basin(bench, FRONT_LENGTH, 3.0 * COLUMN, spacing)
+    fluid.add_boundary(basin_walls(FRONT_LENGTH, 3.0 * COLUMN, spacing))
+    fill(fluid, (0, 0), (BASE, COLUMN))
+    unit = math.sqrt(BASE / (2.0 * GRAVITY))
+    step = FRONT_END * unit / FRONT_SAMPLES
+    bench.plan(FRONT_END * unit)
+    rows = [(0.0, 1.0)]
+    for index in range(FRONT_SAMPLES):
+        bench.advance(fluid, step)
+        x, _, z = position(fluid)
+        front = front_position(x[z < 3.0 * spacing], spacing) / BASE
+        rows.append(((index + 1) * step / unit, front))
+        if front > FRONT_LENGTH / BASE - 0.2:
+            break
+    return np.array(rows).T
+
+
+def dam_front(resolution: int, bench: Bench) -> Outcome:
+    """Case 14: rms difference from three experiments after one shift in time each."""
+    history = front_history(bench, BASE / resolution)
+    values = {}
+    traces = [trace("front", *history)]
+    for name, file in EXPERIMENTS.items():
+        time, front = read_table(file)
+        inside = front <= history[1].max()
+        shifted = best_time_shift(history[0], history[1], time[inside], front[inside], 1.0)
+        values[f"rms, {name}"] = shifted.rms
+        values[f"shift, {name}"] = shifted.shift
+        traces.append(trace("front", time - shifted.shift, front, f"{name}, shifted", reference=True, markers=True))
+    return Outcome(values=values, traces=tuple(traces))
+
+
+# pressure
+LOBOVSKY_DEPTH, LOBOVSKY_COLUMN, LOBOVSKY_TANK = 0.3, 0.6, 1.61  # m
+SENSORS = {"3 mm": (0.003, "p1"), "30 mm": (0.030, "p3"), "80 mm": (0.080, "p4")}
+PRESSURE_END = 6.0  # t sqrt(g / H)
+ARRIVED = 0.2  # p / (rho g H) that tells the arrival
+PLATE = 0.1  # m, height of the lowest part of the end wall whose force is read
+PLATE_NAME = "impulse of the force on the lowest 0.1 m / measured"
+READING = 0.002  # s between readings
+
+
+def add_plate(fluid: Fluid, spacing: float) -> tuple[int, float]:
+    """Add the basin's walls with the lowest PLATE of the end wall as a body; its handle and its height [m]."""
+    walls = basin_walls(LOBOVSKY_TANK, 3.0 * LOBOVSKY_DEPTH, spacing)
+    x, _, z = walls.position.T
+    end = (x > LOBOVSKY_TANK) & (z > 0.0)
+    plate = end & (z < PLATE)
+    for name, chosen in (("basin", ~plate), ("plate", plate)):
+        part = BoundaryParticles(name=name, position=walls.position[chosen], volume=walls.volume[chosen])
+        handle = fluid.add_boundary(part)
+    return handle, float(np.count_nonzero(plate) * np.diff(np.sort(z[end])).mean())
+
+
+def pressure_history(bench: Bench, spacing: float) -> Double:
+    """t sqrt(g / H), p / (rho g H) at the sensors and as the mean over the plate (2 + sensors, n)."""
+    unit, scale = math.sqrt(LOBOVSKY_DEPTH / GRAVITY), 1000.0 * GRAVITY * LOBOVSKY_DEPTH
+    bench.plan(PRESSURE_END * unit)
+    fluid = basin(bench, LOBOVSKY_TANK, 3.0 * LOBOVSKY_DEPTH, spacing)
+    plate, height = add_plate(fluid, spacing)
+    fill(fluid, (0, 0), (LOBOVSKY_COLUMN, LOBOVSKY_DEPTH))
+    places = [(LOBOVSKY_TANK, 0.0, height) for height, _ in SENSORS.values()]
+    rows = [np.zeros(2 + len(places))]
+    for step in range(math.ceil(PRESSURE_END * unit / READING)):
+        fluid.set_boundary_motion(plate, (0, 0, 0), (0, 0, 0, 1), (0, 0, 0), (0, 0, 0))
+        bench.advance(fluid, READING)
+        force = fluid.boundary_wrench(plate)[0] / height
+        rows.append(np.array([(step + 1) * READING / unit, *(fluid.pressure_at(places) / scale), force / scale]))
+    return np.array(rows).T
+
+
+def plate_measurement() -> tuple[Double, Double]:
+    """Mean measured p / (rho g H) over the plate: a trapezoid through the sensors, the lowest and highest carried to its edges."""
+    tables = [read_table(f"dam_break_lobovsky_{file}.csv") for _, file in SENSORS.values()]
+    time = np.linspace(0.1, PRESSURE_END, 400)
+    pressure = np.stack([np.interp(time, *table) for table in tables])
+    nodes = np.array([0.0, *(height for height, _ in SENSORS.values()), PLATE])
+    values = np.concatenate([pressure[:1], pressure, pressure[-1:]])
+    return time, np.trapezoid(values, nodes, axis=0) / PLATE
+
+
+def impulse(time: Double, pressure: Double, start: float) -> float:
+    """Integral of pressure over time from `start` to PRESSURE_END, both dimensionless, on 600 interpolated points."""
+    grid = np.linspace(start, PRESSURE_END, 600)
+    return float(np.trapezoid(np.interp(grid, time, pressure), grid))
+
+
+def dam_pressure(resolution: int, bench: Bench) -> Outcome:
+    """Case 15: arrival at the lowest sensor and impulse at three heights up to t* = 6."""
+    history = pressure_history(bench, LOBOVSKY_DEPTH / resolution)
+    values, traces = {}, []
+    for index, (name, (_, file)) in enumerate(SENSORS.items()):
+        time, measured = read_table(f"dam_break_lobovsky_{file}.csv")
+        if index == 0:
+            arrival = crossing_time(time, measured, ARRIVED)
+            values["arrival / measured"] = crossing_time(history[0], history[1], ARRIVED) / arrival
+        values[f"impulse / measured, {name}"] = impulse(history[0], history[1 + index], 2.0) / impulse(
+            time, measured, 2.0
+        )
+        traces.append(trace(name, history[0], history[1 + index]))
+        traces.append(trace(name, time, measured, "Lobovsky et al.", reference=True, markers=True))
+    measured_plate = plate_measurement()
+    values[PLATE_NAME] = impulse(history[0], history[-1], 2.0) / impulse(*measured_plate, 2.0)
+    traces.append(trace("plate", history[0], history[-1]))
+    traces.append(trace("plate", *measured_plate, "Lobovsky et al., between sensors", reference=True))
+    return Outcome(values=values, traces=tuple(traces))
+
+
+DAM_FRONT = Case(
+    number=14,
+    name="dam-break-front",
+    title="Dam break, front on a dry floor",
+    source="Martin and Moyce 1952; Koshizuka and Oka 1996",
+    setup="column 57.15 mm wide and twice as high, nu 1e-6 m2/s, free-slip floor, plane",
+    length=BASE,
+    length_symbol="a",
+    resolutions=(16, 32, 64),
+    quantities=tuple(
+        quantity
+        for name in EXPERIMENTS
+        for quantity in (
+            Quantity(name=f"rms, {name}", unit="1", reference=0.0, scale=1.0, gate=0.03),
+            Quantity(name=f"shift, {name}", unit="1", reference=0.0, scale=1.0),
+        )
+    ),
+    panels=(Panel("front", "t sqrt(2 g / a)", "front / a"),),
+    run=dam_front,
+    note="rms of the relative difference after the best shift in time, one per experiment. After such a shift the experiments themselves "
+    "differ from each other by 3 to 6 %: one curve cannot be within 3 % of all three.",
+)
+
+DAM_PRESSURE = Case(
+    number=15,
+    name="dam-break-pressure",
+    title="Dam break, pressure on the end wall",
+    source="Lobovsky et al. 2014",
+    setup="column 0.6 m wide and 0.3 m high in a tank 1.61 m long, nu 1e-6 m2/s, free-slip walls, plane",
+    length=LOBOVSKY_DEPTH,
+    length_symbol="H",
+    resolutions=(16, 32, 64),
+    quantities=(
+        Quantity(name="arrival / measured", unit="1", reference=1.0, gate=0.02),
+        *(
+            Quantity(name=f"impulse / measured, {name}", unit="1", reference=1.0, gate=0.05 if name == "3 mm" else None)
+            for name in SENSORS
+        ),
+        Quantity(name=PLATE_NAME, unit="1", reference=1.0),
+    ),
+    panels=(
+        *(Panel(name, "t sqrt(g / H)", f"p / (rho g H) at {name}", y_range=(-1.0, 5.0)) for name in SENSORS),
+        Panel("plate", "t sqrt(g / H)", "mean p / (rho g H) over 0 to 0.1 m", y_range=(-1.0, 5.0)),
+    ),
+    run=dam_pressure,
+    note="arrival: p first above 0.2 rho g H at the sensor 3 mm above the floor; impulse from t* = 2 to 6. The sensors are read by "
+    "Fluid.pressure_at; the force on the wall is its wrench and does not depend on how pressure is interpolated. Readings outside the "
+    "picture's range are cut off.",
+)
