@@ -101,8 +101,8 @@ class Kick(NamedTuple):
 class Budget:
     """Accounts of the latest advance, `last`, and of all advances since the fluid is watched, `total`; None before the first.
 
-    The fluid calls `open`, for every stage `enter` and `leave`, within the split scheme's density stage `add_strain` and `carry`,
-    and at last `close`. The state is only read. Within a step the velocities around every kick are kept, 24 bytes a particle each.
+    The fluid calls `open`, for every stage `enter` and `leave`, within the split scheme's density stage `add_strain`, and at last
+    `close`. The state is only read. Within a step the velocities around every kick are kept, 24 bytes a particle each.
     """
 
     def __init__(self, config: FluidConfig, team: Team, state: FluidState, walls: Walls) -> None:
@@ -113,7 +113,7 @@ class Budget:
         self._gravity = np.array(config.gravity, np.float64)
         self._parts: dict[str, Part] = {}
         self._kicks: list[Kick] = []
-        self._carried: Real | None = None
+        self._filters = config.scheme == "split"
 
     def open(self) -> None:
         """An advance begins."""
@@ -127,7 +127,7 @@ class Budget:
                 self._settle()
             self._before, self._received = self._totals(), self._impulses()
             if stage in KICKS:
-                self._velocity, self._carried = self._state.velocity.copy(), None
+                self._velocity = self._state.velocity.copy()
         elif stage == "search":
             self._id = self._state.id
 
@@ -146,7 +146,7 @@ class Budget:
             impulse_on_bodies=self._about_origin(impulse),
         )
         if stage in KICKS:
-            part -= self._keep(KICKS[stage], impulse)
+            part -= self._keep(stage, impulse)
         self._add(STAGES[stage], part)
         if stage == "emitters":
             self._first, self._twist = self._state.velocity.copy(), self._twists()
@@ -157,11 +157,6 @@ class Budget:
         sums = np.zeros(block_count(count))
         self._team.run(sum_strain, count, field, self._state.phase, self._mass, sums)
         self._strain += time_step * float(np.add.reduce(sums))
-
-    def carry(self, field: Real, push: Real) -> None:
-        """The density stage moves particles by `push` (3, N) [m] and gives them the velocity of the place they come to, G push."""
-        moved = np.einsum("nab,bn->an", field[:, 3:12].reshape(-1, 3, 3), push)
-        self._carried = moved if self._carried is None else self._carried + moved
 
     def close(self, duration: float, compression: Real, near: NDArray[np.uint8] | None) -> Ledger:
         """The advance of `duration` [s] has ended; compression (N,) and near (N,) as the density stage leaves them."""
@@ -188,16 +183,15 @@ class Budget:
     def _add(self, cause: str, part: Part) -> None:
         self._parts[cause] = self._parts.get(cause, Part()) + part
 
-    def _keep(self, cause: str, impulse: Double) -> Part:
-        """Keep a stage's kick; of the density stage's the filter's share goes to the filter and is returned, else nothing."""
-        after, filtered = self._state.velocity.copy(), Part()
-        if self._carried is not None:
-            carried = self._velocity + self._carried
-            self._kicks.append(Kick("filter", carried, after, np.zeros_like(impulse)))
-            filtered = Part(momentum=self._totals(after - carried)[2:])
-            self._add("filter", filtered)
-            after = carried
-        self._kicks.append(Kick(cause, self._velocity, after, impulse))
+    def _keep(self, stage: str, impulse: Double) -> Part:
+        """Keep a stage's kick. What the split scheme's density stage does to velocities is the filter's, and is returned."""
+        after = self._state.velocity.copy()
+        filters = self._filters and stage == "density"
+        self._kicks.append(Kick("filter" if filters else KICKS[stage], self._velocity, after, impulse))
+        if not filters:
+            return Part()
+        filtered = Part(momentum=self._totals(after - self._velocity)[2:])
+        self._add("filter", filtered)
         return filtered
 
     def _totals(self, velocity: Real | None = None) -> Double:

@@ -5,7 +5,7 @@ The cause of every change is a stage of the time step:
 emitters   liquid that pipes pour in, and hold at their speed
 gravity    kick and fall; see below
 periodic   change of m g . x where particles come back in at the other side
-positions  position corrections, and the velocity of the place that they bring a particle to: numerical
+positions  position corrections; in the paper's scheme the velocities too that they become: numerical
 filter     velocity filter: numerical
 forcing    current, waves, wind
 adhesion   pull of walls

@@ -234,8 +234,6 @@ class Workspace:
                     relax, count, position, walls.position, walls.volume, field, multiplier, iteration == 1, *self._geometry,
                     push, change,
                 )  # fmt: skip
-                if self.budget is not None:
-                    self.budget.carry(field, push)
                 position += push
                 state.velocity += change
                 if mean <= config.density_tolerance or iteration == config.density_iterations:

@@ -123,7 +123,10 @@ def filtered(fluid, theta):
 def test_filter_conserves_momentum(make_fluid, dimension, phases):
     rng = np.random.default_rng(2)
     fluid = blob(
-        make_fluid, dimension, lambda p: rng.normal(0.0, 0.3, p.shape) * ((1, 0, 1) if dimension == 2 else 1), phases=phases
+        make_fluid,
+        dimension,
+        lambda p: rng.normal(0.0, 0.3, p.shape) * ((1, 0, 1) if dimension == 2 else 1),
+        phases=phases,
     )
     change = filtered(fluid, rng.uniform(0.0, 1.0, fluid.particle_count))
     mass = fluid.work.rest_density.astype(np.float64)
