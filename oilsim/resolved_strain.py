@@ -17,6 +17,7 @@ stirred for ever. With plain ones it settles. lambda is the smallest eigenvalue 
 from __future__ import annotations
 
 import math
+from typing import Literal
 
 import numpy as np
 from numba import njit
@@ -130,7 +131,7 @@ class ResolvedStrain:
 
     def _smoothed(self, sums: Real, axis: int) -> Real:
         """Weights 1/4, 1/2, 1/4 along one axis (of z, y, x)."""
-        mode = "wrap" if self._periodic[2 - axis] else "edge"
+        mode: Literal["wrap", "edge"] = "wrap" if self._periodic[2 - axis] else "edge"
         width = [(1, 1) if n == axis else (0, 0) for n in range(4)]
         padded = np.pad(sums, width, mode=mode)
         before, after = (

@@ -207,6 +207,7 @@ class Workspace:
         self.closed = True
         if count == 0:
             return 0, 0.0
+        assert self.matrix is not None  # only the split scheme relaxes
         spacing = np.float32(config.particle_spacing)
         field, surface = np.empty((count, 16), np.float32), np.empty(count, np.uint8)
         multiplier, push, change = np.empty(count, np.float32), np.empty_like(position), np.empty_like(position)
@@ -309,7 +310,7 @@ class Workspace:
             if no_slip is not None:
                 # one sheet of walls, of whatever volume, holds the liquid
                 held = self.walls.area * np.float32(wall_factor(config.dimension) * config.particle_spacing)
-                no_slip = no_slip * held / self.walls.volume
+                no_slip = (no_slip * held / self.walls.volume).astype(np.float32, copy=False)
             system.assemble(
                 state.position, self.walls.position, state.phase, self._viscosity, no_slip, self.period,
                 self.wall_pairs, self.wall_gradient, config.particle_spacing, config.dimension,
