@@ -59,6 +59,16 @@ class BoundaryParticles:
         if not np.isfinite(self.position).all():
             raise ValueError(f"boundary {self.name!r}: position must be finite")
 
+    def part(self, name: str, chosen: NDArray[np.bool_]) -> BoundaryParticles:
+        """The `chosen` (M,) of these particles as a boundary of its own."""
+        return BoundaryParticles(
+            name=name,
+            position=self.position[chosen],
+            volume=self.volume[chosen],
+            area=self.area[chosen],
+            no_slip=self.no_slip,
+        )
+
 
 @lru_cache
 def lattice_wall_factor(dimension: int) -> float:
@@ -153,7 +163,7 @@ def _vector(values: ArrayLike) -> tuple[float, float, float]:
 
 
 def _axis_places(
-    low: float, high: float, spacing: float, closed: tuple[bool, bool], periodic: bool
+    low: float, high: float, spacing: float, closed: tuple[bool, bool]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Coordinates across a tank from low to high and the length each stands for, LAYERS more beyond each closed end."""
     if low == high:
@@ -193,7 +203,7 @@ def tank_walls(
     if dimension == 2:
         low[1] = high[1] = 0.0
     axes = [
-        _axis_places(low[n], high[n], spacing, (f"-{axis}" in sides, f"+{axis}" in sides), periodic[n])
+        _axis_places(low[n], high[n], spacing, (f"-{axis}" in sides, f"+{axis}" in sides))
         for n, axis in enumerate("xyz")
     ]
     position = np.stack(np.meshgrid(*(places for places, _ in axes), indexing="ij"), axis=-1).reshape(-1, 3)
@@ -207,6 +217,34 @@ def tank_walls(
     return BoundaryParticles(
         name=name, position=position, volume=volume, area=np.where(facing, volume / spacing, 0.0), no_slip=no_slip
     )
+
+
+def solid_box(
+    size: ArrayLike, spacing: float, *, dimension: int = 3, name: str = "box", no_slip: bool = False
+) -> BoundaryParticles:
+    """Wall particles of a box of `size` (3,) [m] about its centre: the outer layers of the lattice that fills it.
+
+    Sides that are no multiple of the spacing stretch the lattice a little. In two dimensions y counts for nothing.
+    """
+    extent = np.asarray(size, np.float64)
+    axes = [
+        _axis_places(
+            -0.5 * length, 0.5 * length if n != 1 or dimension == 3 else -0.5 * length, spacing, (False, False)
+        )
+        for n, length in enumerate(extent)
+    ]
+    position = np.stack(np.meshgrid(*(places for places, _ in axes), indexing="ij"), axis=-1).reshape(-1, 3)
+    lengths = np.stack(np.meshgrid(*(length for _, length in axes), indexing="ij"), axis=-1).reshape(-1, 3)
+    if dimension == 2:
+        position[:, 1] = 0.0
+    depth = 0.5 * extent - np.abs(position)
+    if dimension == 2:
+        depth[:, 1] = np.inf
+    chosen = depth.min(axis=1) < LAYERS * spacing
+    position, lengths, depth = position[chosen], lengths[chosen], depth[chosen]
+    # area: every side a particle faces, an edge faces two
+    facing = np.where(depth < spacing, lengths.prod(axis=1)[:, None] / lengths, 0.0).sum(axis=1)
+    return BoundaryParticles(name=name, position=position, volume=lengths.prod(axis=1), area=facing, no_slip=no_slip)
 
 
 def sides_of(periodic: tuple[bool, bool, bool], dimension: int = 3) -> tuple[str, ...]:

@@ -31,9 +31,14 @@ from oilsim.smoothing_kernels import FAST, lattice_moment
 Real = NDArray[np.float32]
 
 CELL = 2.5  # width of coarse cells in particle spacings
-SETTLING_TIME = 0.1  # tau [s], in which pure noise fades
+SETTLING = 1.5  # tau, in which pure noise fades, in units of `time_unit`
+WEIGHTLESS_UNIT = 0.065  # s: the unit of time without gravity; that of 4 cm of water with it
 EMPHASIS = np.float32(10.0)  # C, weight of noise against strain
-FLOOR = 0.02  # share of sqrt(g d) under which the change of velocity over a spacing counts as noise
+import os
+
+FLOOR = float(
+    os.environ.get("FLOOR", "0.02")
+)  # share of sqrt(g d) under which the change of velocity over a spacing counts as noise
 LN_NOISE, LN_FLOW = np.float32(math.log(0.1)), np.float32(math.log(0.5))
 THIN, FULL = np.float32(0.4), np.float32(0.8)
 TINY = np.float32(1e-14)
@@ -91,6 +96,12 @@ def judge(begin, end, position, field, matrix, lower, inverse_width, cells, sums
         matrix[i, 5] += plain
 
 
+def time_unit(config: FluidConfig) -> float:
+    """sqrt(d / g) [s], in which a particle falls half its spacing: scenes that are similar under Froude's law behave alike."""
+    gravity = math.hypot(*config.gravity)
+    return math.sqrt(config.particle_spacing / gravity) if gravity > 0.0 else WEIGHTLESS_UNIT
+
+
 class ResolvedStrain:
     """The coarse cells of a domain."""
 
@@ -105,6 +116,7 @@ class ResolvedStrain:
         self._periodic, self._team = config.periodic, team
         self._spacing = np.float32(config.particle_spacing)
         self._moment = np.float32(lattice_moment(config.dimension))
+        self._settling_time = SETTLING * time_unit(config)
         self._floor = np.float32(FLOOR**2 * math.hypot(*config.gravity) * config.particle_spacing)
 
     def judge(self, position: Real, field: Real, matrix: Real, time_step: float) -> None:
@@ -114,7 +126,7 @@ class ResolvedStrain:
         add_gradients(position, field, *grid, sums)
         for axis in range(3):
             sums = self._smoothed(sums, axis)
-        decay = np.float32(time_step / SETTLING_TIME)
+        decay = np.float32(time_step / self._settling_time)
         self._team.run(
             judge,
             position.shape[1],

@@ -302,7 +302,7 @@ class Fluid:
 
     def pressure_at(self, points: ArrayLike) -> Double:
         """Pressure (K,) [Pa] interpolated at points (K, 3) [m]; 0 where there is no liquid."""
-        return probes.pressure_at(self.state, self.work, np.asarray(points, np.float64), self.last_time_step)
+        return probes.pressure_at(self.state, self.work, np.asarray(points, np.float64))
 
     def velocity_at(self, points: ArrayLike) -> Double:
         """Velocity (K, 3) [m/s] interpolated at points (K, 3) [m]; 0 where there is no liquid."""

@@ -39,7 +39,15 @@ from oilsim.rigid_response import RigidResponse, extend_contacts
 from oilsim.smoothing_kernels import lattice_diagonal, normalisation
 from oilsim.state import FluidState
 from oilsim.time_step import relative_speeds
-from oilsim.viscosity import ViscousSystem, is_mild, largest_number, viscosity_matrix, viscous_reaction, wall_factor
+from oilsim.viscosity import (
+    NEGLIGIBLE,
+    ViscousSystem,
+    is_mild,
+    largest_number,
+    viscosity_matrix,
+    viscous_reaction,
+    wall_factor,
+)
 from oilsim.wall_contact import NEAREST, wall_approach, wall_contact, wall_push
 from oilsim.walls import Contacts, Walls
 
@@ -104,7 +112,7 @@ class Workspace:
             self.rest_density = self.densities.astype(np.float32)[state.phase]
             self.coverage, self.compression, self.diagonal = np.empty((3, count), np.float32)
             self.own, self.gradient_sum = np.empty((2, 3, count), np.float32)
-            self.matrix = np.empty((count, 7), np.float32) if self.split else None
+            self.matrix: Real = np.empty((count, 7), np.float32)
             self.near = np.empty(count, np.uint8)
             self.extrapolation = np.empty((9, count), np.float32) if self.split and walls.count else None
             self.gradient = _reserved(self.gradient, self.fluid_pairs)
@@ -207,7 +215,6 @@ class Workspace:
         self.closed = True
         if count == 0:
             return 0, 0.0
-        assert self.matrix is not None  # only the split scheme relaxes
         spacing = np.float32(config.particle_spacing)
         field, surface = np.empty((count, 16), np.float32), np.empty(count, np.uint8)
         multiplier, push, change = np.empty(count, np.float32), np.empty_like(position), np.empty_like(position)
@@ -256,7 +263,7 @@ class Workspace:
         walls = self.walls
         with self.stage("gradients"):
             self.team.run(
-                cache_gradients, position.shape[1], position, walls.position, walls.volume, self.matrix, self.weight,
+                cache_gradients, position.shape[1], position, walls.position, walls.volume, self.matrix if self.split else None, self.weight,
                 *self._geometry, self._wall_weight, self.plane, self.gradient, self.wall_gradient, self.own, self.extrapolation,
                 self.diagonal, self.coverage,
             )  # fmt: skip
@@ -298,30 +305,27 @@ class Workspace:
                 walls.receive(time_step * force)
 
     def resist(self, state: FluidState, time_step: float) -> int:
-        """Viscosity on velocities; returns the iterations of the implicit solve, 0 for an explicit step."""
+        """Viscosity on velocities; returns the iterations of the implicit solve, 0 for an explicit step.
+
+        Liquids so thin that a step changes nothing are owed their viscosity until NEGLIGIBLE is reached, and then get it at once.
+        """
         config = self.config
         if not any(self.viscosities) or state.count == 0:
             return 0
+        state.viscous_time += time_step
+        span = state.viscous_time
+        number = largest_number(self.viscosities, list(self.densities), span, config.particle_spacing)
+        if self.split and number < NEGLIGIBLE:
+            return 0
+        state.viscous_time = 0.0
         with self.stage("viscosity"):
-            viscous = np.array([mu > 0.0 for mu in self.viscosities])
-            chosen = np.arange(state.count) if viscous.all() else np.flatnonzero(viscous[state.phase])
-            system = ViscousSystem(self.team, chosen.astype(np.uint32), self.fluid_pairs, self.gradient, self.plane)
-            no_slip = self.walls.no_slip
-            if no_slip is not None:
-                # one sheet of walls, of whatever volume, holds the liquid
-                held = self.walls.area * np.float32(wall_factor(config.dimension) * config.particle_spacing)
-                no_slip = (no_slip * held / self.walls.volume).astype(np.float32, copy=False)
-            system.assemble(
-                state.position, self.walls.position, state.phase, self._viscosity, no_slip, self.period,
-                self.wall_pairs, self.wall_gradient, config.particle_spacing, config.dimension,
-            )  # fmt: skip
-            number = largest_number(self.viscosities, list(self.densities), time_step, config.particle_spacing)
+            system = self._viscous_system(state)
             used = 0
             if config.explicit_viscosity or is_mild(number):
-                system.explicit(state.velocity, self.rest_density, time_step, self.walls.velocity)
+                system.explicit(state.velocity, self.rest_density, span, self.walls.velocity)
             else:
                 used = system.solve(
-                    state.velocity, self.rest_density, time_step, self.walls.velocity,
+                    state.velocity, self.rest_density, span, self.walls.velocity,
                     config.viscosity_tolerance, config.viscosity_iterations,
                 )  # fmt: skip
             if self.walls.velocity is not None and self.touching.size:
@@ -330,8 +334,25 @@ class Workspace:
                     self.touching, state.velocity, self.walls.velocity, self.wall_pairs, self.wall_gradient,
                     system.wall_stiffness, self.volume, self.walls.resting, self.walls.owner, self.walls.arm, force,
                 )  # fmt: skip
-                self.walls.receive(time_step * force)
+                self.walls.receive(span * force)
         return used
+
+    def _viscous_system(self, state: FluidState) -> ViscousSystem:
+        """The viscous liquids' pairs and the walls that hold them, at the present positions."""
+        config, walls = self.config, self.walls
+        viscous = np.array([mu > 0.0 for mu in self.viscosities])
+        chosen = np.arange(state.count) if viscous.all() else np.flatnonzero(viscous[state.phase])
+        system = ViscousSystem(self.team, chosen.astype(np.uint32), self.fluid_pairs, self.gradient, self.plane)
+        no_slip = walls.no_slip
+        if no_slip is not None:
+            # one sheet of walls, of whatever volume, holds the liquid
+            held = walls.area * np.float32(wall_factor(config.dimension) * config.particle_spacing)
+            no_slip = (no_slip * held / walls.volume).astype(np.float32)
+        system.assemble(
+            state.position, walls.position, state.phase, self._viscosity, no_slip, self.period,
+            self.wall_pairs, self.wall_gradient, config.particle_spacing, config.dimension,
+        )  # fmt: skip
+        return system
 
     def touch_walls(self, state: FluidState, time_step: float) -> None:
         """Inelastic contact of single particles with walls (see `wall_contact`)."""

@@ -12,6 +12,7 @@ from oilsim.initial_conditions import block
 from oilsim.ledger import CAUSES
 from oilsim.phases import Phase
 from oilsim.smoothing_kernels import SUPPORT, kernel_slope_over_q, lattice_moment, normalisation
+from oilsim.viscosity import REGULAR
 
 OILY = (
     Phase(name="water", rest_density=1000.0),
@@ -68,7 +69,7 @@ def flying_at_a_cube(make_fluid, **motion):
 
 
 def lattice_rate(k):
-    """Eq. 25 for v_x = sin k z on a square lattice of spacing 1, sum_j 8 (-W' / r) x^2 / (r^2 + 0.01) (1 - cos k z), over k^2.
+    """Eq. 25 for v_x = sin k z on a square lattice of spacing 1, sum_j 8 (-W' / r) x^2 / (r^2 + REGULAR) (1 - cos k z), over k^2.
 
     Pair vectors are divided by the lattice's moment, which makes gradients exact there.
     """
@@ -76,7 +77,7 @@ def lattice_rate(k):
     r = np.hypot(x, z)
     slope = [-kernel_slope_over_q(q, normalisation(1.0, 2)) / SUPPORT**2 for q in r / SUPPORT]
     return (
-        float((8.0 * np.array(slope) * x**2 / (r**2 + 0.01) * (1.0 - np.cos(k * z))).sum()) / k**2 / lattice_moment(2)
+        float((8.0 * np.array(slope) * x**2 / (r**2 + REGULAR) * (1.0 - np.cos(k * z))).sum()) / k**2 / lattice_moment(2)
     )
 
 

@@ -1,4 +1,4 @@
-"""Noise is told from flow; the filter takes noise and leaves flow and momentum alone; shifts carry the flow's velocity along."""
+"""Noise is told from flow; the filter takes noise and leaves flow and momentum alone; shifts even out positions, not velocities."""
 
 from __future__ import annotations
 
@@ -162,20 +162,17 @@ def test_filter_takes_noise_and_leaves_linear_flow(make_fluid, dimension):
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
-def test_relaxed_particles_take_the_velocity_of_the_place_they_come_to(make_fluid, dimension):
+def test_relaxation_moves_particles_of_a_linear_flow_and_leaves_their_velocities(make_fluid, dimension):
     slope = linear_field(dimension, 6)
     fluid = blob(make_fluid, dimension, lambda p: (p - 1.0) @ slope.T, amount=0.02)
     work, state = fluid.work, fluid.state
     work.search(state)
-    before = state.position.copy()
-    work.relax(state, 0.005)
-    shift = np.linalg.norm(state.position - before, axis=0)
     core = inside(fluid, 3 * SPACING)
-    # they did move
-    assert shift[core].max() > 1e-3 * SPACING
-    expected = slope @ (state.position.astype(np.float64) - 1.0)
-    bound = 100 * EPSILON * np.abs(state.velocity).max()
-    assert np.abs(state.velocity[:, core] - expected[:, core]).max() < bound
+    before, velocity = state.position.copy(), state.velocity.copy()
+    work.relax(state, 0.005)
+    # positions do change, and never become velocity; a linear flow has no noise to filter but round-off
+    assert np.linalg.norm(state.position - before, axis=0)[core].max() > 1e-3 * SPACING
+    assert np.abs(state.velocity - velocity)[:, core].max() < 100 * EPSILON * np.abs(velocity).max()
 
 
 def test_shifts_even_out_neighbours(make_fluid):
@@ -196,7 +193,7 @@ def test_shifts_even_out_neighbours(make_fluid):
 
 
 def test_relaxation_conserves_momentum_of_a_flow(make_fluid):
-    # a vortex of a wavelength of 2 m on disordered particles: theta, shifts and G all differ from particle to particle
+    # a vortex of a wavelength of 2 m on disordered particles: theta and G differ from particle to particle
     def vortex(points):
         x, z = np.pi * points[:, 0], np.pi * points[:, 2]
         return np.stack([np.sin(x) * np.cos(z), 0.0 * x, -np.cos(x) * np.sin(z)], axis=1)
