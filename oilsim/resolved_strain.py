@@ -34,11 +34,7 @@ CELL = 2.5  # width of coarse cells in particle spacings
 SETTLING = 1.5  # tau, in which pure noise fades, in units of `time_unit`
 WEIGHTLESS_UNIT = 0.065  # s: the unit of time without gravity; that of 4 cm of water with it
 EMPHASIS = np.float32(10.0)  # C, weight of noise against strain
-import os
-
-FLOOR = float(
-    os.environ.get("FLOOR", "0.02")
-)  # share of sqrt(g d) under which the change of velocity over a spacing counts as noise
+FLOOR = 0.01  # share of sqrt(g d) under which the change of velocity over a spacing counts as noise
 LN_NOISE, LN_FLOW = np.float32(math.log(0.1)), np.float32(math.log(0.5))
 THIN, FULL = np.float32(0.4), np.float32(0.8)
 TINY = np.float32(1e-14)

@@ -260,12 +260,12 @@ class Workspace:
 
     def linearise(self, position: Real) -> None:
         """Cache pair gradients and what the pressure operator needs of them at `position`."""
-        walls = self.walls
+        walls, matrix = self.walls, self.matrix if self.split else None
         with self.stage("gradients"):
             self.team.run(
-                cache_gradients, position.shape[1], position, walls.position, walls.volume, self.matrix if self.split else None, self.weight,
-                *self._geometry, self._wall_weight, self.plane, self.gradient, self.wall_gradient, self.own, self.extrapolation,
-                self.diagonal, self.coverage,
+                cache_gradients, position.shape[1], position, walls.position, walls.volume, matrix, self.weight, *self._geometry,
+                self._wall_weight, self.plane, self.gradient, self.wall_gradient, self.own, self.extrapolation, self.diagonal,
+                self.coverage,
             )  # fmt: skip
             self.contacts: Contacts = walls.contacts(self.touching, self.wall_pairs, self.wall_gradient)
 
