@@ -75,10 +75,9 @@ def lattice_rate(k):
     """
     x, z = (axis.ravel() for axis in np.meshgrid(np.arange(-3, 4), np.arange(-3, 4)))
     r = np.hypot(x, z)
-    slope = [-kernel_slope_over_q(q, normalisation(1.0, 2)) / SUPPORT**2 for q in r / SUPPORT]
-    return (
-        float((8.0 * np.array(slope) * x**2 / (r**2 + REGULAR) * (1.0 - np.cos(k * z))).sum()) / k**2 / lattice_moment(2)
-    )
+    slope = np.array([-kernel_slope_over_q(q, normalisation(1.0, 2)) / SUPPORT**2 for q in r / SUPPORT])
+    pairs = 8.0 * slope * x**2 / (r**2 + REGULAR) * (1.0 - np.cos(k * z))
+    return float(pairs.sum()) / k**2 / lattice_moment(2)
 
 
 def energy_of_all(ledger):
