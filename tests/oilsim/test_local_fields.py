@@ -58,7 +58,7 @@ def test_gradient_of_a_linear_field_is_exact_and_has_no_noise(make_fluid, dimens
     fluid = make_fluid(dimension=dimension)
     points, slope = cloud(dimension, seed, arrangement), linear_field(dimension, seed)
     fluid.add_particles(points, phase="water", velocity=(points - 1.0) @ slope.T)
-    _, _, field, matrix = fields(fluid)
+    _, _, field, _ = fields(fluid)
     taken = np.abs(field[:, 3:12]).max(axis=1) > 0.0
     # all but lone particles and those on edges of the cloud, whose neighbours hardly span space
     assert taken.mean() > 0.85

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from oilsim.initial_conditions import block
-from oilsim.local_fields import NOISE, STRAIN, THETA, local_fields
+from oilsim.local_fields import NOISE, STRAIN, THETA
 from oilsim.phases import Phase
 from oilsim.relaxation import relax
-from oilsim.resolved_strain import SETTLING_TIME
+from oilsim.resolved_strain import SETTLING, time_unit
 from oilsim.smoothing_kernels import lattice_moment
 
 from .conftest import disturbed
@@ -61,7 +61,7 @@ def inside(fluid, margin):
 
 
 def test_smooth_shear_is_flow(make_fluid):
-    # 2 / s: 0.2 m/s a spacing, ten times FLOOR sqrt(g d) = 0.02 m/s, so that s / m = 100 > 0.5
+    # 2 / s: 0.2 m/s a spacing, ten times or more FLOOR sqrt(g d) = 0.01 to 0.02 m/s, so that s / m >= 100 > 0.5
     fluid = blob(make_fluid, 2, lambda p: np.stack([2.0 * (p[:, 2] - 1.0), 0 * p[:, 0], 0 * p[:, 0]], axis=1))
     field, matrix, inverse = judged(fluid)
     core = inside(fluid, 3 * SPACING)
@@ -91,7 +91,7 @@ def test_random_velocities_are_noise(make_fluid, dimension, speed):
     # the mean of the gradients over 40 particles or more keeps a fortieth of their square, below the tenth where z begins
     assert np.nanmax(z) < 0.05
     # C n >> s: nearly all of dt / tau
-    full = 1.0 - np.exp(-time_step / SETTLING_TIME)
+    full = 1.0 - np.exp(-time_step / (SETTLING * time_unit(fluid.config)))
     assert field[core, THETA].mean() > 0.9 * full
     assert field[:, THETA].max() <= full * (1.0 + 1e-6)
 
