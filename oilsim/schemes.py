@@ -49,8 +49,7 @@ def split_step(
     work: Workspace, state: FluidState, solver: BoundConstrainedSolver, time_step: float, drive: Drive
 ) -> StepResult:
     """Advance `state` in place; `drive(state, dt)` adds currents, waves and wind to the velocities."""
-    state.position += np.float32(time_step) * state.velocity
-    work.wrap(state)
+    work.fly(state, time_step)
     work.search(state)
     density_iterations, density_error = work.relax(state, time_step)
     work.linearise(state.position)
@@ -99,14 +98,13 @@ def project_velocity(work: Workspace, state: FluidState, solver: BoundConstraine
 
 def paper_step(work: Workspace, state: FluidState, time_step: float, drive: Drive) -> StepResult:
     """Advance `state` in place by Alg. 3."""
-    dt = np.float32(time_step)
     work.accelerate(state, time_step)
-    state.position += dt * state.velocity
-    work.wrap(state)
+    work.fly(state, time_step)
     work.search(state)
     predicted = state.position.copy()
     density_iterations, density_error = work.constrain_density(state.position, time_step)
-    state.velocity += (state.position - predicted) / dt
+    with work.stage("density"):
+        state.velocity += (state.position - predicted) / np.float32(time_step)
     work.linearise(state.position)
     drive(state, time_step)
     work.adhere(state, time_step)

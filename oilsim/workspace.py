@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from oilsim.adhesion import adhesion_acceleration, adhesion_reaction, adhesion_scale
 from oilsim.boundary import wall_coverage
+from oilsim.budget import Budget
 from oilsim.config import FluidConfig
 from oilsim.density import (
     LARGEST_MULTIPLIER,
@@ -85,16 +86,21 @@ class Workspace:
         self._adhesion = np.array(strength, np.float32) if any(strength) else None
         self._nearest = np.float32(wall_coverage(NEAREST, config.dimension))
         self.seconds: defaultdict[str, float] = defaultdict(float)
+        self.budget: Budget | None = None  # who keeps accounts of the stages; nobody unless asked for
         self.gradient: Real = np.empty((3, 0), np.float32)
         self.wall_gradient: Real = np.empty((3, 0), np.float32)
         self._density_multiplier: Real = np.empty(0, np.float32)
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
-        """Add the wall time of a block to the named stage."""
+        """Add the wall time of a block to the named stage, and its changes to the budget if one is kept."""
+        if self.budget is not None:
+            self.budget.enter(name)
         begin = time.perf_counter()
         yield
         self.seconds[name] += time.perf_counter() - begin
+        if self.budget is not None:
+            self.budget.leave(name)
 
     def search(self, state: FluidState) -> None:
         """List all neighbours at the present positions, for which the state may be sorted by cell."""
@@ -137,7 +143,9 @@ class Workspace:
 
     def wrap(self, state: FluidState) -> None:
         """Bring particles that crossed a periodic side back in at the other."""
-        if self.period is not None:
+        if self.period is None:
+            return
+        with self.stage("wrap"):
             for axis, length in enumerate(self.period):
                 if length > 0.0:
                     low = np.float32(self.config.lower[axis])
@@ -145,11 +153,18 @@ class Workspace:
 
     def accelerate(self, state: FluidState, time_step: float) -> None:
         """Gravity on the fluid; on the bodies everything but the fluid."""
-        for axis, g in enumerate(self.config.gravity):
-            if g != 0.0:
-                state.velocity[axis] += np.float32(time_step * g)
-        for body in self.walls.moving.values():
-            body.twist = body.twist + time_step * body.free_acceleration
+        with self.stage("gravity"):
+            for axis, g in enumerate(self.config.gravity):
+                if g != 0.0:
+                    state.velocity[axis] += np.float32(time_step * g)
+            for body in self.walls.moving.values():
+                body.twist = body.twist + time_step * body.free_acceleration
+
+    def fly(self, state: FluidState, time_step: float) -> None:
+        """Move the particles by their velocities."""
+        with self.stage("flight"):
+            state.position += np.float32(time_step) * state.velocity
+        self.wrap(state)
 
     def constrain_density(self, position: Real, reaction_time: float | None = None) -> tuple[int, float]:
         """Alg. 2 on `position` (3, N) in place; returns iterations and the mean compression left.
@@ -210,6 +225,8 @@ class Workspace:
                 local_fields, count, position, state.velocity, walls.position, walls.volume, self.weight, *self._geometry,
                 self.plane, self.compression, self.gradient_sum, field, self.matrix,
             )  # fmt: skip
+            if self.budget is not None:
+                self.budget.add_strain(field, time_step)
             run(mark_surface, count, self.gradient_sum, spacing, surface)
             run(mark_near_surface, count, self.fluid_pairs, surface, self.near)
             self.closed = not self.near.any()
