@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from oilsim.boundary import BoundaryParticles, lattice_wall_factor, tank_walls, wall_coverage
+from oilsim.boundary import BoundaryParticles, half_space_integral, lattice_wall_factor, tank_walls, wall_coverage
 from oilsim.initial_conditions import block
 
 
@@ -37,10 +37,10 @@ def test_lattice_at_rest_against_walls_keeps_its_density(make_fluid, dimension):
 def test_coverage_falls_with_distance_and_matches_the_missing_lattice(dimension):
     values = [wall_coverage(distance, dimension) for distance in (0.0, 0.25, 0.5, 1.0, 1.5)]
     assert values == sorted(values, reverse=True)
-    # at half a spacing the wall replaces the lattice layers it displaces: W at distances 1, sqrt 2, sqrt 3 of the layer below
-    layer = {2: 0.1594, 3: 0.1497}[dimension]
-    assert values[2] == pytest.approx(layer, abs=1e-3)
-    assert 0.7 < lattice_wall_factor(dimension) < 0.9
+    # at half a spacing two sheets cover what the lattice layers have that they displace
+    layers = lattice_wall_factor(dimension) * half_space_integral(0.5, dimension)
+    assert values[2] == pytest.approx(layers, abs=1e-3)
+    assert 0.9 < lattice_wall_factor(dimension) < 0.95
 
 
 def test_calm_spread_tank_has_the_papers_wall_particles():
