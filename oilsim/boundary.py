@@ -1,14 +1,13 @@
 """Walls and solid surfaces as particles whose volumes make their surface act where the geometry has it.
 
-Tanks have two layers that continue a lattice of liquid into the wall, half a spacing and one and a half behind it: as far as the kernel
-reaches, so that liquid at a wall has what it has inside. Bodies, which may be thin or curved, have one layer half a spacing inside the
-solid whose volumes stand for all that lies behind it. With probes half a spacing outside the wall,
+Two layers continue a lattice of liquid into the wall, half a spacing and one and a half behind it: as far as the kernel reaches, so that
+liquid at a wall has what it has inside. Each particle has the volume of the wall that it stands for. (Akinci et al. 2012 take one
+layer on the surface and volumes from the points' own spacing, which puts the wall 0.1 to 0.6 spacings too far out.) In front
+of a flat wall
 
-    sum_b V_b W(probe - b) = c gamma(probe),    gamma = integral of W over the solid,
+    sum_b V_b W = c gamma,    gamma = integral of W over the solid,
 
-approached by a few rounds of V_b <- V_b [c gamma / sum]^(1/2). (Akinci et al. 2012 take V_b from the points' own spacing, which
-puts the wall 0.1 to 0.6 spacings too far out.) c is the ratio of a lattice sum to the integral for a half space: a lattice against
-a flat wall then has density error 0.
+c being the ratio of a lattice sum to the integral for a half space. Bodies follow from their meshes in `coupling.surface_sampling`.
 """
 
 from __future__ import annotations
@@ -18,17 +17,12 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from oilsim.neighbors import NeighborSearch, make_grid
-from oilsim.parallel import Team
-from oilsim.smoothing_kernels import FAST, SUPPORT, kernel, lattice, normalisation
+from oilsim.smoothing_kernels import SUPPORT, kernel, lattice, normalisation
 
-SAMPLING = 0.64  # mean distance of wall points in particle spacings
 SIDES = ("-x", "+x", "-y", "+y", "-z", "+z")
-LAYERS = 2  # of tank walls
-CALIBRATIONS = 6  # rounds; more weaken edges to please their probes: after 60 a tank leaked along its edges
+LAYERS = 2  # of walls
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,15 +86,8 @@ def half_space_integral(distance: float, dimension: int) -> float:
 
 @lru_cache
 def wall_coverage(distance: float, dimension: int) -> float:
-    """sum_b V_b W of a flat calibrated wall at `distance` spacings from it."""
-    covered = lattice_wall_factor(dimension) * half_space_integral(0.5, dimension)
-    return covered * _plane(distance + 0.5, dimension) / _plane(1.0, dimension)
-
-
-@lru_cache
-def area_per_volume(dimension: int) -> float:
-    """Wall area over volume of the single layer of a flat wall, spacing 1."""
-    return _plane(1.0, dimension) / (lattice_wall_factor(dimension) * half_space_integral(0.5, dimension))
+    """sum_b V_b W of a flat wall at `distance` spacings from it."""
+    return sum(_plane(distance + layer + 0.5, dimension) for layer in range(LAYERS))
 
 
 def _plane(distance: float, dimension: int) -> float:
@@ -110,56 +97,6 @@ def _plane(distance: float, dimension: int) -> float:
     sigma = normalisation(1.0, dimension)
     values = np.array([kernel(min(q, 1.0), sigma) for q in np.hypot(distance, across) / SUPPORT])
     return float(np.trapezoid(values * around, across))
-
-
-@njit(**FAST)
-def _probe_ratio(begin, end, probe, point, volume, start, count, index, sigma, inverse_support, target, ratio):
-    """ratio = target / sum_k V_k W(probe_b - point_k) for the probes begin to end."""
-    for b in range(begin, end):
-        covered = 0.0
-        for n in range(start[b], start[b] + np.int64(count[b])):
-            k = index[n]
-            dx, dy, dz = probe[0, b] - point[0, k], probe[1, b] - point[1, k], probe[2, b] - point[2, k]
-            covered += volume[k] * kernel(np.sqrt(dx * dx + dy * dy + dz * dz) * inverse_support, sigma)
-        ratio[b] = target[b] / covered if covered > 0.0 else 1.0
-
-
-def calibrate_volumes(
-    point: ArrayLike, target: ArrayLike, probe: ArrayLike, spacing: float, dimension: int = 3
-) -> NDArray[np.float64]:
-    """Volumes (M,) with which the wall points cover each probe's target share of the kernel.
-
-    point (M, 3) [m], target (M,) = c gamma at each probe, probe (M, 3) [m], spacing d [m].
-    """
-    points = np.ascontiguousarray(np.asarray(point, np.float64).T, dtype=np.float32)
-    probes = np.asarray(probe, np.float64).T.astype(np.float32)
-    count = points.shape[1]
-    support = SUPPORT * spacing
-    everything = np.concatenate([points, probes], axis=1)
-    low, high = everything.min(axis=1) - support, everything.max(axis=1) + support
-    grid = make_grid(_vector(low), _vector(high), (False, False, False), support, dimension)
-    search = NeighborSearch(grid, Team(1), None)
-    order, cell_start = search.order_by_cell(points)
-    points = np.ascontiguousarray(points[:, order])
-    probes = np.ascontiguousarray(probes[:, order])
-    targets = np.asarray(target, np.float64)[order]
-    pairs = search.list_neighbors("walls", probes, points, cell_start)
-    volume = np.full(count, (SAMPLING * spacing) ** (dimension - 1) * spacing)
-    ratio = np.empty(count)
-    sigma = normalisation(spacing, dimension)
-    for _ in range(CALIBRATIONS):
-        _probe_ratio(0, count, probes, points, volume, *pairs, sigma, 1.0 / support, targets, ratio)
-        volume *= np.sqrt(ratio)
-        if np.abs(ratio - 1.0).max() < 1e-4:
-            break
-    result = np.empty(count)
-    result[order] = volume
-    return result
-
-
-def _vector(values: ArrayLike) -> tuple[float, float, float]:
-    x, y, z = (float(value) for value in np.asarray(values))
-    return x, y, z
 
 
 def _axis_places(
