@@ -100,7 +100,8 @@ def test_gravity_gives_a_falling_block_its_kinetic_energy(make_fluid):
     assert ledger.gravity_work == pytest.approx(0.5 * mass * G**2 * time * (time - step), rel=1e-5)
     assert gravity.momentum[:3] == pytest.approx([0.0, 0.0, -mass * G * time], rel=1e-5)
     assert ledger.energy_residual < 1e-6
-    assert ledger.numerical_dissipation == 0.0
+    # a block that falls as one meets only the round-off of its velocity gradients
+    assert abs(ledger.numerical_dissipation) < 1e-7 * ledger.change.kinetic
 
 
 def test_viscosity_takes_what_a_shear_wave_loses(make_fluid):
