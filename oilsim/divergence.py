@@ -29,6 +29,7 @@ import math
 import numpy as np
 from numba import njit
 
+from oilsim.lanes import LANES, below, gather, load, spread, total
 from oilsim.moments import inverse, smallest_eigenvalue
 from oilsim.neighbors import nearest_images
 from oilsim.parallel import BLOCK
@@ -187,13 +188,17 @@ def cache_gradients(
 @njit(**FAST)
 def pressure_velocity(begin, end, fluid, walls, gradient, own, extrapolation, weight, kappa, change):
     """Fill `change` (3, N) with u_i [m/s] from kappa [m2/s] (Eq. 14)."""
+    neighbor, gradient_x, gradient_y, gradient_z = fluid.neighbor, gradient[0], gradient[1], gradient[2]
     for i in range(begin, end):
-        sx = sy = sz = ZERO
-        for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
-            other = kappa[fluid.neighbor[k]]
-            sx += gradient[0, k] * other
-            sy += gradient[1, k] * other
-            sz += gradient[2, k] * other
+        tx = ty = tz = spread(ZERO)
+        first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
+        for k in range(first, last, LANES):
+            present = below(last, k)
+            other = gather(kappa, load(neighbor, k, present))
+            tx += load(gradient_x, k, present) * other
+            ty += load(gradient_y, k, present) * other
+            tz += load(gradient_z, k, present) * other
+        sx, sy, sz = total(tx), total(ty), total(tz)
         ux, uy, uz = own[0, i] * kappa[i] + sx, own[1, i] * kappa[i] + sy, own[2, i] * kappa[i] + sz
         if extrapolation is not None and walls.number[i] > 0:
             ux += extrapolation[0, i] * sx + extrapolation[1, i] * sy + extrapolation[2, i] * sz
@@ -222,12 +227,19 @@ def seen_velocity(begin, end, walls, extrapolation, velocity, seen):
 @njit(**FAST)
 def velocity_divergence(begin, end, fluid, gradient, own, velocity, seen, rate):
     """Fill `rate` [1/s] with (H^T v)_i, walls at rest; `seen` as from `seen_velocity` or the velocity itself (Eq. 7)."""
+    neighbor, gradient_x, gradient_y, gradient_z = fluid.neighbor, gradient[0], gradient[1], gradient[2]
+    seen_x, seen_y, seen_z = seen[0], seen[1], seen[2]
     for i in range(begin, end):
-        value = own[0, i] * velocity[0, i] + own[1, i] * velocity[1, i] + own[2, i] * velocity[2, i]
-        for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
-            j = fluid.neighbor[k]
-            value -= gradient[0, k] * seen[0, j] + gradient[1, k] * seen[1, j] + gradient[2, k] * seen[2, j]
-        rate[i] = value
+        inflow = spread(ZERO)
+        first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
+        for k in range(first, last, LANES):
+            present = below(last, k)
+            j = load(neighbor, k, present)
+            inflow += load(gradient_x, k, present) * gather(seen_x, j)
+            inflow += load(gradient_y, k, present) * gather(seen_y, j)
+            inflow += load(gradient_z, k, present) * gather(seen_z, j)
+        outflow = own[0, i] * velocity[0, i] + own[1, i] * velocity[1, i] + own[2, i] * velocity[2, i]
+        rate[i] = outflow - total(inflow)
 
 
 @njit(**FAST)
