@@ -29,7 +29,7 @@ def local_fields(
     begin, end, position, velocity, wall, wall_volume, weight, period, fluid, walls, sigma, support, volume, plane,
     compression, gradient_sum, field, matrix,
 ):  # fmt: skip
-    """Fill e (N,), g (3, N) [1/m], `field` (N, 16) and `matrix` (N, 7): M^-1 as xx, xy, xz, yy, yz, zz and M's smallest eigenvalue.
+    """Fill e (N,), g (3, N) [1/m], `field` (N, 16) and `matrix` (7, N): M^-1 as xx, xy, xz, yy, yz, zz and M's smallest eigenvalue.
 
     position, velocity (3, N) [m, m/s]; weight (N,) rho_ref / rho_0 or None; `plane`: y is absent. `field` gets v, G, |r|^2 and the
     weight; G and r are 0 where the liquid neighbours do not span space.
@@ -140,6 +140,5 @@ def local_fields(
         if plane:
             myy = ONE
         moment = (mxx, mxy, mxz, myy, myz, mzz)
-        own = matrix[i]
-        own[0], own[1], own[2], own[3], own[4], own[5] = inverse(moment)
-        own[6] = smallest_eigenvalue(moment)
+        matrix[0, i], matrix[1, i], matrix[2, i], matrix[3, i], matrix[4, i], matrix[5, i] = inverse(moment)
+        matrix[6, i] = smallest_eigenvalue(moment)

@@ -81,13 +81,13 @@ def judge(begin, end, position, field, matrix, lower, inverse_width, cells, sums
         field[i, THETA] = ONE - math.exp(-decay * weighted / (weighted + strain * square + TINY))
         field[i, STRAIN] = math.sqrt(strain)
         ratio = math.log((strain * square + TINY) / (local * square + noise + floor + TINY))
-        z = smoothstep(ratio, LN_NOISE, LN_FLOW) * smoothstep(matrix[i, 6], THIN, FULL)
+        z = smoothstep(ratio, LN_NOISE, LN_FLOW) * smoothstep(matrix[6, i], THIN, FULL)
         plain = (ONE - z) / moment
         for n in range(6):
-            matrix[i, n] = z * matrix[i, n] if z > ZERO else ZERO
-        matrix[i, 0] += plain
-        matrix[i, 3] += plain
-        matrix[i, 5] += plain
+            matrix[n, i] = z * matrix[n, i] if z > ZERO else ZERO
+        matrix[0, i] += plain
+        matrix[3, i] += plain
+        matrix[5, i] += plain
 
 
 class ResolvedStrain:

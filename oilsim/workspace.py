@@ -98,7 +98,7 @@ class Workspace:
             self.rest_density = self.densities.astype(np.float32)[state.phase]
             self.coverage, self.compression, self.diagonal = np.empty((3, count), np.float32)
             self.own, self.gradient_sum = np.empty((2, 3, count), np.float32)
-            self.matrix = np.empty((count, 7), np.float32) if self.split else None
+            self.matrix = np.empty((7, count), np.float32) if self.split else None
             self.near = np.empty(count, np.uint8)
             self.extrapolation = np.empty((9, count), np.float32) if self.split and walls.count else None
             self.gradient = _reserved(self.gradient, self.fluid_pairs)

@@ -11,7 +11,10 @@ import pytest
 from numba import njit
 from numba.core.errors import TypingError
 
+from oilsim.initial_conditions import block
 from oilsim.lanes import LANES, below, floor, gather, load, only, positive, root, spread, store, total
+
+from .conftest import disturbed, prepare
 
 ONE = np.float32(1.0)
 
@@ -78,3 +81,23 @@ def test_other_processors_and_plain_python(settings, tmp_path):
     environment = os.environ | settings | {"NUMBA_CACHE_DIR": str(tmp_path)}
     run = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
     assert run.returncode == 0, run.stdout
+
+
+@pytest.mark.parametrize(("dimension", "periodic"), [(2, True), (3, True), (3, False)])
+def test_vectors_of_a_pair_are_exactly_opposite(make_fluid, dimension, periodic):
+    fluid = make_fluid(
+        dimension=dimension, periodic=(periodic, periodic and dimension == 3, periodic), upper=(1.0, 1.0, 1.0)
+    )
+    points = disturbed(block((0, 0, 0), (1, 1, 1), 0.1, dimension), 0.01, 3) % 1.0
+    if dimension == 2:
+        points[:, 1] = 0.0
+    fluid.add_particles(points, phase="water")
+    fluid.state.velocity[:] = np.random.default_rng(4).normal(size=fluid.state.velocity.shape)
+    prepare(fluid, 1e-3)
+    pairs, count = fluid.work.fluid_pairs, fluid.particle_count
+    vectors = np.zeros((count, count, 3), np.float32)
+    for i in range(count):
+        listed = slice(pairs.start[i], pairs.start[i] + pairs.number[i])
+        vectors[i, pairs.neighbor[listed]] = fluid.work.gradient[:, listed].T
+    assert np.count_nonzero(vectors) > 20 * count
+    assert np.array_equal(vectors, -vectors.transpose(1, 0, 2))
