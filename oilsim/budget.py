@@ -83,8 +83,8 @@ def sum_strain(begin, end, field, phase, mass, sums):
     for block in range(begin // BLOCK, (end + BLOCK - 1) // BLOCK):
         strain = 0.0
         for i in range(block * BLOCK, min((block + 1) * BLOCK, end)):
-            xx, yy, zz = np.float64(field[i, 3]), np.float64(field[i, 7]), np.float64(field[i, 11])
-            xy, xz, yz = field[i, 4] + field[i, 6], field[i, 5] + field[i, 9], field[i, 8] + field[i, 10]
+            xx, yy, zz = np.float64(field[3, i]), np.float64(field[7, i]), np.float64(field[11, i])
+            xy, xz, yz = field[4, i] + field[6, i], field[5, i] + field[9, i], field[8, i] + field[10, i]
             strain += mass[phase[i]] * (2.0 * (xx * xx + yy * yy + zz * zz) + xy * xy + xz * xz + yz * yz)
         sums[block] = strain
 

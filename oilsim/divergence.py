@@ -24,13 +24,12 @@ A = H^T (rho_ref / rho_0) H is symmetric and positive semi-definite, and what wa
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numba import njit
 
+from oilsim.lanes import LANES, below, gather, load, only, root, spread, store, total
 from oilsim.moments import inverse, smallest_eigenvalue
-from oilsim.neighbors import nearest_images
+from oilsim.neighbors import rows, separations
 from oilsim.parallel import BLOCK
 from oilsim.smoothing_kernels import FAST, kernel, kernel_slope_over_q
 
@@ -52,23 +51,24 @@ OPEN, COVERED = (
 @njit(inline="always", **FAST)
 def moment_of(i, position, other, period, pairs, gradient):
     """sum_k G_ik x_ik^T over the pairs of i, row by row (9)."""
-    txx = txy = txz = tyx = tyy = tyz = tzx = tzy = tzz = ZERO
-    for k in range(pairs.start[i], pairs.start[i] + np.int64(pairs.number[i])):
-        j = pairs.neighbor[k]
-        dx, dy, dz = nearest_images(
-            other[0, j] - position[0, i], other[1, j] - position[1, i], other[2, j] - position[2, i], period
-        )
-        ax, ay, az = gradient[0, k], gradient[1, k], gradient[2, k]
-        txx += ax * dx
-        txy += ax * dy
-        txz += ax * dz
-        tyx += ay * dx
-        tyy += ay * dy
-        tyz += ay * dz
-        tzx += az * dx
-        tzy += az * dy
-        tzz += az * dz
-    return txx, txy, txz, tyx, tyy, tyz, tzx, tzy, tzz
+    xi, yi, zi = position[0, i], position[1, i], position[2, i]
+    coordinates, gradient_x, gradient_y, gradient_z = rows(other), gradient[0], gradient[1], gradient[2]
+    txx = txy = txz = tyx = tyy = tyz = tzx = tzy = tzz = spread(ZERO)
+    first, last = pairs.start[i], pairs.start[i] + np.int64(pairs.number[i])
+    for k in range(first, last, LANES):
+        present = below(last, k)
+        dx, dy, dz = separations(xi, yi, zi, coordinates, load(pairs.neighbor, k, present), period)
+        ax, ay, az = load(gradient_x, k, present), load(gradient_y, k, present), load(gradient_z, k, present)
+        txx -= ax * dx
+        txy -= ax * dy
+        txz -= ax * dz
+        tyx -= ay * dx
+        tyy -= ay * dy
+        tyz -= ay * dz
+        tzx -= az * dx
+        tzy -= az * dy
+        tzz -= az * dz
+    return total(txx), total(txy), total(txz), total(tyx), total(tyy), total(tyz), total(tzx), total(tzy), total(tzz)
 
 
 @njit(inline="always", **FAST)
@@ -104,13 +104,13 @@ def times_symmetric(vx, vy, vz, m):
 
 
 @njit(inline="always", **FAST)
-def face_of(matrix, i, j, ax, ay, az):
+def face_between(matrix, i, j, ax, ay, az):
     """(Y_i + Y_j) / 2 a."""
     half = ONE / TWO
-    mine, other = matrix[i], matrix[j]
-    xx, xy, xz = half * (mine[0] + other[0]), half * (mine[1] + other[1]), half * (mine[2] + other[2])
-    yy, yz, zz = half * (mine[3] + other[3]), half * (mine[4] + other[4]), half * (mine[5] + other[5])
-    return xx * ax + xy * ay + xz * az, xy * ax + yy * ay + yz * az, xz * ax + yz * ay + zz * az
+    xx, xy = half * (matrix[0, i] + gather(matrix[0], j)), half * (matrix[1, i] + gather(matrix[1], j))
+    xz, yy = half * (matrix[2, i] + gather(matrix[2], j)), half * (matrix[3, i] + gather(matrix[3], j))
+    yz, zz = half * (matrix[4, i] + gather(matrix[4], j)), half * (matrix[5, i] + gather(matrix[5], j))
+    return times_symmetric(ax, ay, az, (xx, xy, xz, yy, yz, zz))
 
 
 @njit(**FAST)
@@ -120,52 +120,60 @@ def cache_gradients(
 ):  # fmt: skip
     """Cache G_ij per fluid pair in `gradient` (3, P), G_ib in `wall_gradient`, and what particles need of them.
 
-    matrix (N, 7) Y_i or None for 1; weight (N,) rho_ref / rho_0 or None; wall_weight w. Fills own (3, N) [1/m],
+    matrix (7, N) Y_i or None for 1; weight (N,) rho_ref / rho_0 or None; wall_weight w. Fills own (3, N) [1/m],
     `extrapolation` (9, N) K_i row by row where walls are near (None: c = 0), the diagonal of A [1/m2], `coverage` sum V_b W_ib.
     """
     inverse_support = ONE / support
     factor = inverse_support * inverse_support
+    points, wall_points = rows(position), rows(wall)
     for i in range(begin, end):
         xi, yi, zi = position[0, i], position[1, i], position[2, i]
-        fx = fy = fz = square = ZERO
-        for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
-            j = fluid.neighbor[k]
-            dx, dy, dz = nearest_images(xi - position[0, j], yi - position[1, j], zi - position[2, j], period)
-            q = math.sqrt(dx * dx + dy * dy + dz * dz) * inverse_support
-            slope = factor * volume * kernel_slope_over_q(q, sigma)
+        fx = fy = fz = square = spread(ZERO)
+        first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
+        for k in range(first, last, LANES):
+            present = below(last, k)
+            j = load(fluid.neighbor, k, present)
+            dx, dy, dz = separations(xi, yi, zi, points, j, period)
+            q = root(dx * dx + dy * dy + dz * dz) * inverse_support
+            slope = only(present, factor * volume * kernel_slope_over_q(q, sigma), ZERO)
             ax, ay, az = slope * dx, slope * dy, slope * dz
             if matrix is not None:
-                ax, ay, az = face_of(matrix, i, j, ax, ay, az)
-            gradient[0, k] = ax
-            gradient[1, k] = ay
-            gradient[2, k] = az
+                ax, ay, az = face_between(matrix, i, j, ax, ay, az)
+            store(gradient[0], k, present, ax)
+            store(gradient[1], k, present, ay)
+            store(gradient[2], k, present, az)
             fx += ax
             fy += ay
             fz += az
             length = ax * ax + ay * ay + az * az
-            square += length if weight is None else length * weight[j]
-        gx, gy, gz = fx, fy, fz
+            square += length if weight is None else length * gather(weight, j)
+        sx, sy, sz = total(fx), total(fy), total(fz)
+        gx, gy, gz = sx, sy, sz
         covered = ZERO
         if walls.number[i] > 0:
-            wx = wy = wz = ZERO
-            for k in range(walls.start[i], walls.start[i] + np.int64(walls.number[i])):
-                b = walls.neighbor[k]
-                dx, dy, dz = nearest_images(xi - wall[0, b], yi - wall[1, b], zi - wall[2, b], period)
-                q = math.sqrt(dx * dx + dy * dy + dz * dz) * inverse_support
-                covered += wall_volume[b] * kernel(q, sigma)
-                slope = factor * wall_volume[b] * kernel_slope_over_q(q, sigma)
+            wx = wy = wz = cover = spread(ZERO)
+            first, last = walls.start[i], walls.start[i] + np.int64(walls.number[i])
+            for k in range(first, last, LANES):
+                present = below(last, k)
+                b = load(walls.neighbor, k, present)
+                dx, dy, dz = separations(xi, yi, zi, wall_points, b, period)
+                q = root(dx * dx + dy * dy + dz * dz) * inverse_support
+                content = only(present, gather(wall_volume, b), ZERO)
+                cover += content * kernel(q, sigma)
+                slope = factor * content * kernel_slope_over_q(q, sigma)
                 ax, ay, az = slope * dx, slope * dy, slope * dz
                 if matrix is not None:
-                    ax, ay, az = face_of(matrix, i, i, ax, ay, az)
-                wall_gradient[0, k] = ax
-                wall_gradient[1, k] = ay
-                wall_gradient[2, k] = az
+                    ax, ay, az = times_symmetric(ax, ay, az, matrix[:6, i])
+                store(wall_gradient[0], k, present, ax)
+                store(wall_gradient[1], k, present, ay)
+                store(wall_gradient[2], k, present, az)
                 wx += ax
                 wy += ay
                 wz += az
-            gx += wall_weight * wx
-            gy += wall_weight * wy
-            gz += wall_weight * wz
+            covered = total(cover)
+            gx += wall_weight * total(wx)
+            gy += wall_weight * total(wy)
+            gz += wall_weight * total(wz)
             if extrapolation is not None:
                 solid = moment_of(i, position, wall, period, walls, wall_gradient)
                 lever = extrapolation_matrix(moment_of(i, position, position, period, fluid, gradient), solid, plane)
@@ -175,25 +183,29 @@ def cache_gradients(
                 extrapolation[0, i], extrapolation[1, i], extrapolation[2, i] = kxx, kxy, kxz
                 extrapolation[3, i], extrapolation[4, i], extrapolation[5, i] = kyx, kyy, kyz
                 extrapolation[6, i], extrapolation[7, i], extrapolation[8, i] = kzx, kzy, kzz
-                gx -= kxx * fx + kxy * fy + kxz * fz
-                gy -= kyx * fx + kyy * fy + kyz * fz
-                gz -= kzx * fx + kzy * fy + kzz * fz
+                gx -= kxx * sx + kxy * sy + kxz * sz
+                gy -= kyx * sx + kyy * sy + kyz * sz
+                gz -= kzx * sx + kzy * sy + kzz * sz
         coverage[i] = covered
         own[0, i], own[1, i], own[2, i] = gx, gy, gz
-        length = gx * gx + gy * gy + gz * gz
-        diagonal[i] = square + (length if weight is None else length * weight[i]) + TINY
+        length_of_own = gx * gx + gy * gy + gz * gz
+        diagonal[i] = total(square) + (length_of_own if weight is None else length_of_own * weight[i]) + TINY
 
 
 @njit(**FAST)
 def pressure_velocity(begin, end, fluid, walls, gradient, own, extrapolation, weight, kappa, change):
     """Fill `change` (3, N) with u_i [m/s] from kappa [m2/s] (Eq. 14)."""
+    neighbor, gradient_x, gradient_y, gradient_z = fluid.neighbor, gradient[0], gradient[1], gradient[2]
     for i in range(begin, end):
-        sx = sy = sz = ZERO
-        for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
-            other = kappa[fluid.neighbor[k]]
-            sx += gradient[0, k] * other
-            sy += gradient[1, k] * other
-            sz += gradient[2, k] * other
+        tx = ty = tz = spread(ZERO)
+        first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
+        for k in range(first, last, LANES):
+            present = below(last, k)
+            other = gather(kappa, load(neighbor, k, present))
+            tx += load(gradient_x, k, present) * other
+            ty += load(gradient_y, k, present) * other
+            tz += load(gradient_z, k, present) * other
+        sx, sy, sz = total(tx), total(ty), total(tz)
         ux, uy, uz = own[0, i] * kappa[i] + sx, own[1, i] * kappa[i] + sy, own[2, i] * kappa[i] + sz
         if extrapolation is not None and walls.number[i] > 0:
             ux += extrapolation[0, i] * sx + extrapolation[1, i] * sy + extrapolation[2, i] * sz
@@ -222,12 +234,19 @@ def seen_velocity(begin, end, walls, extrapolation, velocity, seen):
 @njit(**FAST)
 def velocity_divergence(begin, end, fluid, gradient, own, velocity, seen, rate):
     """Fill `rate` [1/s] with (H^T v)_i, walls at rest; `seen` as from `seen_velocity` or the velocity itself (Eq. 7)."""
+    neighbor, gradient_x, gradient_y, gradient_z = fluid.neighbor, gradient[0], gradient[1], gradient[2]
+    seen_x, seen_y, seen_z = seen[0], seen[1], seen[2]
     for i in range(begin, end):
-        value = own[0, i] * velocity[0, i] + own[1, i] * velocity[1, i] + own[2, i] * velocity[2, i]
-        for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
-            j = fluid.neighbor[k]
-            value -= gradient[0, k] * seen[0, j] + gradient[1, k] * seen[1, j] + gradient[2, k] * seen[2, j]
-        rate[i] = value
+        inflow = spread(ZERO)
+        first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
+        for k in range(first, last, LANES):
+            present = below(last, k)
+            j = load(neighbor, k, present)
+            inflow += load(gradient_x, k, present) * gather(seen_x, j)
+            inflow += load(gradient_y, k, present) * gather(seen_y, j)
+            inflow += load(gradient_z, k, present) * gather(seen_z, j)
+        outflow = own[0, i] * velocity[0, i] + own[1, i] * velocity[1, i] + own[2, i] * velocity[2, i]
+        rate[i] = outflow - total(inflow)
 
 
 @njit(**FAST)

@@ -9,19 +9,67 @@ r_i   = sum_j V W_ij (v_i - v_j + G_i x_ij)                   what is left of th
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numba import njit
 
-from oilsim.moments import inverse, smallest_eigenvalue
-from oilsim.neighbors import nearest_images
+from oilsim.lanes import LANES, below, gather, load, only, root, spread, total
+from oilsim.moments import determinant, inverse, smallest_eigenvalue
+from oilsim.neighbors import rows, separations
 from oilsim.smoothing_kernels import FAST, kernel, kernel_slope_over_q
 
-# columns of `field` (N, 16): v 0-2, G 3-11 row by row, then
+# rows of `field` (16, N): v 0-2, G 3-11 row by row, then
 NOISE, WEIGHT, STRAIN, THETA = 12, 13, 14, 15
 REGULAR = np.float32(0.01)  # determinant of a moment matrix from which a gradient is taken
 ZERO, ONE = np.float32(0.0), np.float32(1.0)
+
+
+@njit(inline="always", **FAST)
+def add_walls(i, position, wall, wall_volume, period, walls, sigma, support):
+    """Walls' part of the particle's density, of g and of M: sum_b V_b W_ib, then 3 and 6 sums."""
+    inverse_support = ONE / support
+    scale = inverse_support * inverse_support
+    points = rows(wall)
+    content = gx = gy = gz = mxx = mxy = mxz = myy = myz = mzz = spread(ZERO)
+    first, last = walls.start[i], walls.start[i] + np.int64(walls.number[i])
+    for k in range(first, last, LANES):
+        present = below(last, k)
+        b = load(walls.neighbor, k, present)
+        dx, dy, dz = separations(position[0, i], position[1, i], position[2, i], points, b, period)
+        q = root(dx * dx + dy * dy + dz * dz) * inverse_support
+        share = only(present, gather(wall_volume, b), ZERO)
+        content += share * kernel(q, sigma)
+        slope = scale * share * kernel_slope_over_q(q, sigma)
+        ax, ay, az = slope * dx, slope * dy, slope * dz
+        gx += ax
+        gy += ay
+        gz += az
+        mxx -= ax * dx
+        mxy -= ax * dy
+        mxz -= ax * dz
+        myy -= ay * dy
+        myz -= ay * dz
+        mzz -= az * dz
+    moment = total(mxx), total(mxy), total(mxz), total(myy), total(myz), total(mzz)
+    return total(content), (total(gx), total(gy), total(gz)), moment
+
+
+@njit(inline="always", **FAST)
+def fill_flow(i, gradients, spans, differences, offsets, field):
+    """Fill G and |r|^2 of `field` from sums over liquid neighbours.
+
+    gradients    factor V times the sums of (v_i - v_j) grad W_ij^T, row by row (9)
+    spans        moment matrix of the liquid neighbours
+    differences  V W_ij (v_i - v_j);  offsets  V W_ij (x_i - x_j)
+    """
+    bxx, bxy, bxz, byy, byz, bzz = inverse(spans)
+    rest = ZERO
+    for axis in range(3):
+        ax, ay, az = gradients[3 * axis], gradients[3 * axis + 1], gradients[3 * axis + 2]
+        gx, gy, gz = ax * bxx + ay * bxy + az * bxz, ax * bxy + ay * byy + az * byz, ax * bxz + ay * byz + az * bzz
+        field[3 * axis + 3, i], field[3 * axis + 4, i], field[3 * axis + 5, i] = gx, gy, gz
+        noise = gx * offsets[0] + gy * offsets[1] + gz * offsets[2] - differences[axis]
+        rest += noise * noise
+    field[NOISE, i] = rest
 
 
 @njit(**FAST)
@@ -29,33 +77,34 @@ def local_fields(
     begin, end, position, velocity, wall, wall_volume, weight, period, fluid, walls, sigma, support, volume, plane,
     compression, gradient_sum, field, matrix,
 ):  # fmt: skip
-    """Fill e (N,), g (3, N) [1/m], `field` (N, 16) and `matrix` (N, 7): M^-1 as xx, xy, xz, yy, yz, zz and M's smallest eigenvalue.
+    """Fill e (N,), g (3, N) [1/m], `field` (16, N) and `matrix` (7, N): M^-1 as xx, xy, xz, yy, yz, zz and M's smallest eigenvalue.
 
     position, velocity (3, N) [m, m/s]; weight (N,) rho_ref / rho_0 or None; `plane`: y is absent. `field` gets v, G, |r|^2 and the
     weight; G and r are 0 where the liquid neighbours do not span space.
     """
     inverse_support = ONE / support
-    scale = -inverse_support * inverse_support
+    factor = -volume * inverse_support * inverse_support
+    points, velocities = rows(position), rows(velocity)
     for i in range(begin, end):
         xi, yi, zi = position[0, i], position[1, i], position[2, i]
         ui, vi, wi = velocity[0, i], velocity[1, i], velocity[2, i]
-        total = sigma
-        gx = gy = gz = ZERO
-        mxx = mxy = mxz = myy = myz = mzz = ZERO
-        axx = axy = axz = ayx = ayy = ayz = azx = azy = azz = ZERO
-        rx = ry = rz = cx = cy = cz = ZERO
-        for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
-            j = fluid.neighbor[k]
-            dx, dy, dz = nearest_images(position[0, j] - xi, position[1, j] - yi, position[2, j] - zi, period)
-            q = math.sqrt(dx * dx + dy * dy + dz * dz) * inverse_support
+        content = gx = gy = gz = mxx = mxy = mxz = myy = myz = mzz = spread(ZERO)
+        axx = axy = axz = ayx = ayy = ayz = azx = azy = azz = spread(ZERO)
+        rx = ry = rz = cx = cy = cz = spread(ZERO)
+        first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
+        for k in range(first, last, LANES):
+            present = below(last, k)
+            j = load(fluid.neighbor, k, present)
+            dx, dy, dz = separations(xi, yi, zi, points, j, period)
+            du, dv, dw = ui - gather(velocities[0], j), vi - gather(velocities[1], j), wi - gather(velocities[2], j)
+            q = only(present, root(dx * dx + dy * dy + dz * dz) * inverse_support, ONE)
             w = kernel(q, sigma)
             slope = kernel_slope_over_q(q, sigma)
             ax, ay, az = slope * dx, slope * dy, slope * dz
-            du, dv, dw = velocity[0, j] - ui, velocity[1, j] - vi, velocity[2, j] - wi
-            total += w
-            gx += ax
-            gy += ay
-            gz += az
+            content += w
+            gx -= ax
+            gy -= ay
+            gz -= az
             mxx += ax * dx
             mxy += ax * dy
             mxz += ax * dz
@@ -77,69 +126,33 @@ def local_fields(
             cx += w * dx
             cy += w * dy
             cz += w * dz
-        factor = volume * scale
-        total *= volume
-        gx, gy, gz = factor * gx, factor * gy, factor * gz
-        mxx, mxy, mxz, myy, myz, mzz = (
-            factor * mxx,
-            factor * mxy,
-            factor * mxz,
-            factor * myy,
-            factor * myz,
-            factor * mzz,
-        )
-        if plane:
-            myy = ONE
-        row = field[i]
-        row[0], row[1], row[2], row[WEIGHT] = ui, vi, wi, ONE if weight is None else weight[i]
-        determinant = mxx * (myy * mzz - myz * myz) - mxy * (mxy * mzz - myz * mxz) + mxz * (mxy * myz - myy * mxz)
-        if determinant > REGULAR:
-            bxx, bxy, bxz, byy, byz, bzz = inverse((mxx, mxy, mxz, myy, myz, mzz))
-            bxx, bxy, bxz, byy, byz, bzz = (
-                factor * bxx,
-                factor * bxy,
-                factor * bxz,
-                factor * byy,
-                factor * byz,
-                factor * bzz,
-            )
-            row[3] = axx * bxx + axy * bxy + axz * bxz
-            row[4] = axx * bxy + axy * byy + axz * byz
-            row[5] = axx * bxz + axy * byz + axz * bzz
-            row[6] = ayx * bxx + ayy * bxy + ayz * bxz
-            row[7] = ayx * bxy + ayy * byy + ayz * byz
-            row[8] = ayx * bxz + ayy * byz + ayz * bzz
-            row[9] = azx * bxx + azy * bxy + azz * bxz
-            row[10] = azx * bxy + azy * byy + azz * byz
-            row[11] = azx * bxz + azy * byz + azz * bzz
-            rx = volume * (row[3] * cx + row[4] * cy + row[5] * cz - rx)
-            ry = volume * (row[6] * cx + row[7] * cy + row[8] * cz - ry)
-            rz = volume * (row[9] * cx + row[10] * cy + row[11] * cz - rz)
-            row[NOISE] = rx * rx + ry * ry + rz * rz
+        moment = (
+            factor * total(mxx), factor * total(mxy), factor * total(mxz),
+            ONE if plane else factor * total(myy), factor * total(myz), factor * total(mzz),
+        )  # fmt: skip
+        field[0, i], field[1, i], field[2, i], field[WEIGHT, i] = ui, vi, wi, ONE if weight is None else weight[i]
+        if determinant(moment) > REGULAR:
+            gradients = (
+                factor * total(axx), factor * total(axy), factor * total(axz),
+                factor * total(ayx), factor * total(ayy), factor * total(ayz),
+                factor * total(azx), factor * total(azy), factor * total(azz),
+            )  # fmt: skip
+            differences = volume * total(rx), volume * total(ry), volume * total(rz)
+            offsets = volume * total(cx), volume * total(cy), volume * total(cz)
+            fill_flow(i, gradients, moment, differences, offsets, field)
         else:
             for n in range(3, 13):
-                row[n] = ZERO
-        for k in range(walls.start[i], walls.start[i] + np.int64(walls.number[i])):
-            b = walls.neighbor[k]
-            dx, dy, dz = nearest_images(wall[0, b] - xi, wall[1, b] - yi, wall[2, b] - zi, period)
-            q = math.sqrt(dx * dx + dy * dy + dz * dz) * inverse_support
-            total += wall_volume[b] * kernel(q, sigma)
-            slope = scale * wall_volume[b] * kernel_slope_over_q(q, sigma)
-            ax, ay, az = slope * dx, slope * dy, slope * dz
-            gx += ax
-            gy += ay
-            gz += az
-            mxx += ax * dx
-            mxy += ax * dy
-            mxz += ax * dz
-            myy += ay * dy
-            myz += ay * dz
-            mzz += az * dz
-        compression[i] = total - ONE
-        gradient_sum[0, i], gradient_sum[1, i], gradient_sum[2, i] = gx, gy, gz
-        if plane:
-            myy = ONE
-        moment = (mxx, mxy, mxz, myy, myz, mzz)
-        own = matrix[i]
-        own[0], own[1], own[2], own[3], own[4], own[5] = inverse(moment)
-        own[6] = smallest_eigenvalue(moment)
+                field[n, i] = ZERO
+        solid, push, more = ZERO, (ZERO, ZERO, ZERO), (ZERO, ZERO, ZERO, ZERO, ZERO, ZERO)
+        if walls.number[i] > 0:
+            solid, push, more = add_walls(i, position, wall, wall_volume, period, walls, sigma, support)
+        compression[i] = volume * (sigma + total(content)) + solid - ONE
+        gradient_sum[0, i] = factor * total(gx) + push[0]
+        gradient_sum[1, i] = factor * total(gy) + push[1]
+        gradient_sum[2, i] = factor * total(gz) + push[2]
+        whole = (
+            moment[0] + more[0], moment[1] + more[1], moment[2] + more[2],
+            ONE if plane else moment[3] + more[3], moment[4] + more[4], moment[5] + more[5],
+        )  # fmt: skip
+        matrix[0, i], matrix[1, i], matrix[2, i], matrix[3, i], matrix[4, i], matrix[5, i] = inverse(whole)
+        matrix[6, i] = smallest_eigenvalue(whole)

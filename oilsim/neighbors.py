@@ -6,7 +6,6 @@ one pass, no atomics; a block that overflows its share says so, and the lists ar
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +23,7 @@ from oilsim.grid import (
     mark_surroundings,
     widened,
 )
+from oilsim.lanes import floor, gather
 from oilsim.parallel import BLOCK, Team, block_count
 from oilsim.smoothing_kernels import FAST
 
@@ -44,8 +44,8 @@ class Pairs(NamedTuple):
 @njit(inline="always", **FAST)
 def nearest_image(delta, period):
     """Separation along one axis under the shortest of the periodic images; period 0 leaves it as it is."""
-    if period > 0.0:
-        return delta - period * math.floor(delta / period + np.float32(0.5))
+    if period > np.float32(0.0):
+        return delta - period * floor(delta / period + np.float32(0.5))
     return delta
 
 
@@ -55,6 +55,18 @@ def nearest_images(dx, dy, dz, period):
     if period is None:
         return dx, dy, dz
     return nearest_image(dx, period[0]), nearest_image(dy, period[1]), nearest_image(dz, period[2])
+
+
+@njit(inline="always", **FAST)
+def rows(vectors):
+    """The three components (N,) of vectors (3, N)."""
+    return vectors[0], vectors[1], vectors[2]
+
+
+@njit(inline="always", **FAST)
+def separations(x, y, z, points, j, period):
+    """(x, y, z) - x_j for lanes of indices j; `points` as from `rows`."""
+    return nearest_images(x - gather(points[0], j), y - gather(points[1], j), z - gather(points[2], j), period)
 
 
 @njit(**FAST)

@@ -12,13 +12,12 @@ shear and rotation pass (`resolved_strain`). Both conserve the momentum of every
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numba import njit
 
+from oilsim.lanes import LANES, below, gather, load, only, root, spread, total
 from oilsim.local_fields import ONE, STRAIN, THETA, WEIGHT, ZERO
-from oilsim.neighbors import nearest_images
+from oilsim.neighbors import rows, separations
 from oilsim.smoothing_kernels import FAST, kernel, kernel_slope_over_q
 
 OMEGA = 0.2  # share of the density error mended a pass
@@ -53,27 +52,38 @@ def relaxation_multiplier(begin, end, compression, near, field, rate, limit, shi
         if near[i]:
             multiplier[i] = -min(max(error, ZERO), limit)
         else:
-            beta = min(SHIFT_BY_STRAIN * time_step * field[i, STRAIN], LARGEST_SHIFT)
+            beta = min(SHIFT_BY_STRAIN * time_step * field[STRAIN, i], LARGEST_SHIFT)
             multiplier[i] = -max(min(error, limit), -limit) - beta * shift
+
+
+@njit(inline="always", **FAST)
+def linear(field, n, i, j, dx, dy, dz):
+    """(G_i + G_j) dx, one component: that of the row of G that begins with row n of `field`."""
+    gx, gy, gz = (
+        field[n, i] + gather(field[n], j),
+        field[n + 1, i] + gather(field[n + 1], j),
+        field[n + 2, i] + gather(field[n + 2], j),
+    )
+    return gx * dx + gy * dy + gz * dz
 
 
 @njit(inline="always", **FAST)
 def wall_push(i, position, wall, wall_volume, own, period, walls, sigma, inverse_support):
     """2 L_i sum_b V_b grad W_ib [m]."""
-    px = py = pz = ZERO
-    if own != ZERO:
-        factor = np.float32(2.0) * own * inverse_support * inverse_support
-        for k in range(walls.start[i], walls.start[i] + np.int64(walls.number[i])):
-            b = walls.neighbor[k]
-            dx, dy, dz = nearest_images(
-                position[0, i] - wall[0, b], position[1, i] - wall[1, b], position[2, i] - wall[2, b], period
-            )
-            q = math.sqrt(dx * dx + dy * dy + dz * dz) * inverse_support
-            slope = factor * wall_volume[b] * kernel_slope_over_q(q, sigma)
-            px += slope * dx
-            py += slope * dy
-            pz += slope * dz
-    return px, py, pz
+    points = rows(wall)
+    px = py = pz = spread(ZERO)
+    first, last = walls.start[i], walls.start[i] + np.int64(walls.number[i])
+    for k in range(first, last, LANES):
+        present = below(last, k)
+        b = load(walls.neighbor, k, present)
+        dx, dy, dz = separations(position[0, i], position[1, i], position[2, i], points, b, period)
+        q = root(dx * dx + dy * dy + dz * dz) * inverse_support
+        slope = only(present, gather(wall_volume, b) * kernel_slope_over_q(q, sigma), ZERO)
+        px += slope * dx
+        py += slope * dy
+        pz += slope * dz
+    factor = np.float32(2.0) * own * inverse_support * inverse_support
+    return factor * total(px), factor * total(py), factor * total(pz)
 
 
 @njit(**FAST)
@@ -84,39 +94,35 @@ def relax(
     """Fill `push` (3, N) with dx_i [m] and `change` (3, N) with what v_i gains [m/s]; `filtering` or only relaxing."""
     inverse_support = ONE / support
     half = np.float32(0.5)
+    points = rows(position)
     for i in range(begin, end):
         xi, yi, zi = position[0, i], position[1, i], position[2, i]
-        mine = field[i]
-        ui, vi, wi, theta, weight = mine[0], mine[1], mine[2], mine[THETA], mine[WEIGHT]
-        gxx, gxy, gxz, gyx, gyy, gyz, gzx, gzy, gzz = (
-            mine[3], mine[4], mine[5], mine[6], mine[7], mine[8], mine[9], mine[10], mine[11]
-        )  # fmt: skip
+        ui, vi, wi, theta, weight = field[0, i], field[1, i], field[2, i], field[THETA, i], field[WEIGHT, i]
         own = multiplier[i]
-        px = py = pz = sx = sy = sz = ZERO
-        for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
-            j = fluid.neighbor[k]
-            dx, dy, dz = nearest_images(position[0, j] - xi, position[1, j] - yi, position[2, j] - zi, period)
-            q = math.sqrt(dx * dx + dy * dy + dz * dz) * inverse_support
-            slope = (own + multiplier[j]) * kernel_slope_over_q(q, sigma)
-            px -= slope * dx
-            py -= slope * dy
-            pz -= slope * dz
+        px = py = pz = sx = sy = sz = spread(ZERO)
+        first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
+        for k in range(first, last, LANES):
+            present = below(last, k)
+            j = load(fluid.neighbor, k, present)
+            dx, dy, dz = separations(xi, yi, zi, points, j, period)
+            q = only(present, root(dx * dx + dy * dy + dz * dz) * inverse_support, ONE)
+            slope = (own + gather(multiplier, j)) * kernel_slope_over_q(q, sigma)
+            px += slope * dx
+            py += slope * dy
+            pz += slope * dz
             if filtering:
-                other = field[j]
-                w = kernel(q, sigma) * (theta + other[THETA]) * weight / (weight + other[WEIGHT])
-                sx += w * (
-                    ui - other[0] + half * ((gxx + other[3]) * dx + (gxy + other[4]) * dy + (gxz + other[5]) * dz)
-                )
-                sy += w * (
-                    vi - other[1] + half * ((gyx + other[6]) * dx + (gyy + other[7]) * dy + (gyz + other[8]) * dz)
-                )
-                sz += w * (
-                    wi - other[2] + half * ((gzx + other[9]) * dx + (gzy + other[10]) * dy + (gzz + other[11]) * dz)
-                )
+                w = kernel(q, sigma) * (theta + gather(field[THETA], j)) * weight / (weight + gather(field[WEIGHT], j))
+                hx, hy, hz = half * dx, half * dy, half * dz
+                sx += w * (ui - gather(field[0], j) - linear(field, 3, i, j, hx, hy, hz))
+                sy += w * (vi - gather(field[1], j) - linear(field, 6, i, j, hx, hy, hz))
+                sz += w * (wi - gather(field[2], j) - linear(field, 9, i, j, hx, hy, hz))
         factor = volume * inverse_support * inverse_support
-        bx, by, bz = wall_push(i, position, wall, wall_volume, own, period, walls, sigma, inverse_support)
-        px, py, pz = weight * (factor * px + bx), weight * (factor * py + by), weight * (factor * pz + bz)
-        push[0, i], push[1, i], push[2, i] = px, py, pz
-        change[0, i] = -volume * sx
-        change[1, i] = -volume * sy
-        change[2, i] = -volume * sz
+        bx = by = bz = ZERO
+        if walls.number[i] > 0 and own != ZERO:
+            bx, by, bz = wall_push(i, position, wall, wall_volume, own, period, walls, sigma, inverse_support)
+        push[0, i] = weight * (factor * total(px) + bx)
+        push[1, i] = weight * (factor * total(py) + by)
+        push[2, i] = weight * (factor * total(pz) + bz)
+        change[0, i] = -volume * total(sx)
+        change[1, i] = -volume * total(sy)
+        change[2, i] = -volume * total(sz)

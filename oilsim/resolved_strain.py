@@ -55,7 +55,7 @@ def add_gradients(position, field, lower, inverse_width, cells, sums):
     for i in range(position.shape[1]):
         cx, cy, cz = coarse_cell(position, i, lower, inverse_width, cells)
         for n in range(9):
-            sums[cz, cy, cx, n] += field[i, 3 + n]
+            sums[cz, cy, cx, n] += field[3 + n, i]
         sums[cz, cy, cx, 9] += ONE
 
 
@@ -77,19 +77,19 @@ def judge(begin, end, position, field, matrix, lower, inverse_width, cells, sums
         for n in range(9):
             mean = sums[cz, cy, cx, n] / number
             strain += mean * mean
-            local += (field[i, 3 + n] - mean) * (field[i, 3 + n] - mean)
-        noise = field[i, NOISE]
+            local += (field[3 + n, i] - mean) * (field[3 + n, i] - mean)
+        noise = field[NOISE, i]
         weighted = EMPHASIS * noise
-        field[i, THETA] = ONE - math.exp(-decay * weighted / (weighted + strain * square + TINY))
-        field[i, STRAIN] = math.sqrt(strain)
+        field[THETA, i] = ONE - math.exp(-decay * weighted / (weighted + strain * square + TINY))
+        field[STRAIN, i] = math.sqrt(strain)
         ratio = math.log((strain * square + TINY) / (local * square + noise + floor + TINY))
-        z = smoothstep(ratio, LN_NOISE, LN_FLOW) * smoothstep(matrix[i, 6], THIN, FULL)
+        z = smoothstep(ratio, LN_NOISE, LN_FLOW) * smoothstep(matrix[6, i], THIN, FULL)
         plain = (ONE - z) / moment
         for n in range(6):
-            matrix[i, n] = z * matrix[i, n] if z > ZERO else ZERO
-        matrix[i, 0] += plain
-        matrix[i, 3] += plain
-        matrix[i, 5] += plain
+            matrix[n, i] = z * matrix[n, i] if z > ZERO else ZERO
+        matrix[0, i] += plain
+        matrix[3, i] += plain
+        matrix[5, i] += plain
 
 
 def time_unit(config: FluidConfig) -> float:

@@ -15,6 +15,8 @@ from functools import lru_cache
 import numpy as np
 from numba import njit
 
+from oilsim.lanes import positive
+
 FAST = {"nogil": True, "cache": True, "fastmath": True, "error_model": "numpy"}
 
 SUPPORT = 2.75  # support radius in particle spacings
@@ -24,7 +26,7 @@ ONE, FOUR, TWENTY = np.float32(1.0), np.float32(4.0), np.float32(20.0)
 @njit(inline="always", **FAST)
 def kernel(q, sigma):
     """W at q = r / H; zero from q = 1 on. sigma as from `normalisation`."""
-    outer = max(ONE - q, ONE - ONE)
+    outer = positive(ONE - q)
     square = outer * outer
     return sigma * square * square * (ONE + FOUR * q)
 
@@ -32,7 +34,7 @@ def kernel(q, sigma):
 @njit(inline="always", **FAST)
 def kernel_slope_over_q(q, sigma):
     """(dW/dq) / q at q = r / H, never positive and finite at 0; grad W = x / H^2 times this."""
-    outer = max(ONE - q, ONE - ONE)
+    outer = positive(ONE - q)
     return -TWENTY * sigma * outer * outer * outer
 
 

@@ -112,7 +112,7 @@ class Workspace:
             self.rest_density = self.densities.astype(np.float32)[state.phase]
             self.coverage, self.compression, self.diagonal = np.empty((3, count), np.float32)
             self.own, self.gradient_sum = np.empty((2, 3, count), np.float32)
-            self.matrix: Real = np.empty((count, 7), np.float32)
+            self.matrix: Real = np.empty((7, count), np.float32)
             self.near = np.empty(count, np.uint8)
             self.extrapolation = np.empty((9, count), np.float32) if self.split and walls.count else None
             self.gradient = _reserved(self.gradient, self.fluid_pairs)
@@ -216,7 +216,7 @@ class Workspace:
         if count == 0:
             return 0, 0.0
         spacing = np.float32(config.particle_spacing)
-        field, surface = np.empty((count, 16), np.float32), np.empty(count, np.uint8)
+        field, surface = np.empty((16, count), np.float32), np.empty(count, np.uint8)
         multiplier, push, change = np.empty(count, np.float32), np.empty_like(position), np.empty_like(position)
         rate = np.float32(OMEGA / lattice_diagonal(config.dimension)) * spacing**2
         limit = LARGEST_MULTIPLIER * spacing**2

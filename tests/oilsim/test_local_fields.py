@@ -18,17 +18,17 @@ SPACING = 0.1
 
 
 def fields(fluid):
-    """e (N,), g (3, N), field (N, 16), matrix (N, 7) of a fluid at its present positions."""
+    """e (N,), g (3, N), field (N, 16), matrix (N, 7) of a fluid at its present positions, the last two as views of what kernels take."""
     work, state = fluid.work, fluid.state
     work.search(state)
     count = state.count
     compression, gradient = np.empty(count, np.float32), np.empty((3, count), np.float32)
-    field, matrix = np.empty((count, 16), np.float32), np.empty((count, 7), np.float32)
+    field, matrix = np.empty((16, count), np.float32), np.empty((7, count), np.float32)
     local_fields(
         0, count, state.position, state.velocity, work.walls.position, work.walls.volume, work.weight, work.period,
         work.fluid_pairs, work.wall_pairs, work.sigma, work.support, work.volume, work.plane, compression, gradient, field, matrix,
     )  # fmt: skip
-    return compression, gradient, field, matrix
+    return compression, gradient, field.T, matrix.T
 
 
 def linear_field(dimension, seed):

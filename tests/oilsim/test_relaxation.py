@@ -22,7 +22,7 @@ def judged(fluid, time_step=0.005):
     """field with theta and |S|, matrix Y, and M^-1 before it was judged."""
     _, _, field, matrix = fields(fluid)
     inverse = matrix.copy()
-    fluid.work._resolved.judge(fluid.state.position, field, matrix, time_step)
+    fluid.work._resolved.judge(fluid.state.position, field.T, matrix.T, time_step)
     return field, matrix, inverse
 
 
@@ -111,7 +111,7 @@ def filtered(fluid, theta):
     field[:, THETA] = theta
     push, change = np.empty((2, 3, state.count), np.float32)
     relax(
-        0, state.count, state.position, work.walls.position, work.walls.volume, field, np.zeros(state.count, np.float32), True,
+        0, state.count, state.position, work.walls.position, work.walls.volume, field.T, np.zeros(state.count, np.float32), True,
         work.period, work.fluid_pairs, work.wall_pairs, work.sigma, work.support, work.volume, push, change,
     )  # fmt: skip
     assert not push.any()

@@ -1,0 +1,248 @@
+"""LANES numbers at a time: loops over the neighbours of a particle, written for vector registers.
+
+A particle has some 70 neighbours. Compilers make rounds of 64 of such a loop and leave the rest to scalar code, and they give up
+on loops that store. So kernels say themselves that they take LANES neighbours a round, of which the last may be absent:
+
+    for k in range(first, last, LANES):
+        present = below(last, k)
+        j = load(neighbor, k, present)
+        sum += load(gradient, k, present) * gather(kappa, j)
+    result = total(sum)
+
+Lanes and float32 scalars mix under + - * / and unary minus; a double is refused, so none can slip in. The functions below are also
+what runs where the compiler is switched off, on numpy arrays; compiled they become LLVM's portable vector operations. A thread
+of a GPU, which has one lane, would run the same kernels with LANES = 1.
+"""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.core.codegen import get_host_cpu_features
+from numba.core.config import CPU_FEATURES
+from numba.core.typeconv import Conversion
+from numba.extending import lower_builtin, lower_cast, models, register_model, type_callable
+
+WIDE = "+avx512f" in (get_host_cpu_features() if CPU_FEATURES is None else CPU_FEATURES)  # has registers of 16 numbers
+LANES = 16 if WIDE else 8
+
+
+class Vector(types.Type):
+    """Numba's type of LANES elements: numbers, indices or truth values."""
+
+    def __init__(self, element: str, llvm: Any, mark: str) -> None:
+        self.llvm, self.suffix = ir.VectorType(llvm, LANES), f"v{LANES}{mark}"
+        super().__init__(name=f"{element} x {LANES}")
+
+    def can_convert_from(self, typingctx: Any, other: types.Type) -> Conversion | None:
+        """A float32 may stand for lanes that all hold it."""
+        return Conversion.safe if self == REALS and other == types.float32 else None
+
+
+REALS = Vector("float32", ir.FloatType(), "f32")
+INDICES = Vector("uint32", ir.IntType(32), "i32")
+TRUTHS = Vector("bool", ir.IntType(1), "i1")
+ELEMENTS = {types.float32: REALS, types.uint32: INDICES}
+
+
+@register_model(Vector)
+class VectorModel(models.PrimitiveModel):
+    """A vector is one value to LLVM."""
+
+    def __init__(self, manager: Any, vector: Vector) -> None:
+        super().__init__(manager, vector, vector.llvm)
+
+
+def constant(vector: Vector, value: float) -> Any:
+    """The same number in every lane."""
+    return ir.Constant(vector.llvm, [value] * LANES)
+
+
+def call(builder: Any, name: str, result: Any, *arguments: Any, fast: bool = False) -> Any:
+    """Call an operation of LLVM by its name; if `fast` it may round, and order sums, as is quickest."""
+    function = cgutils.get_or_insert_function(
+        builder.module, ir.FunctionType(result, [argument.type for argument in arguments]), f"llvm.{name}"
+    )
+    return builder.call(function, arguments, fastmath=("fast",) if fast else ())
+
+
+def every(builder: Any, value: Any, vector: Vector = REALS) -> Any:
+    """A scalar in every lane."""
+    nothing = ir.Constant(vector.llvm, ir.Undefined)
+    return builder.shuffle_vector(
+        builder.insert_element(nothing, value, ir.IntType(32)(0)), nothing, constant(INDICES, 0)
+    )
+
+
+def masked_load(builder: Any, base: Any, first: Any, vector: Vector, present: Any) -> Any:
+    """The elements base[first + lane] where `present`, 0 elsewhere."""
+    place = builder.bitcast(builder.gep(base, [first]), vector.llvm.as_pointer())
+    name = f"masked.load.{vector.suffix}.p0"
+    return call(builder, name, vector.llvm, place, ir.IntType(32)(4), present, constant(vector, 0))
+
+
+# What kernels call. Every function stands here twice: as Python and numpy run it, and as LLVM does.
+
+
+def compiled(function: Callable[..., Any], typing: Callable[..., Any]) -> Callable[..., Any]:
+    """Decorate what generates a function's LLVM code; `typing` tells its numba signature from argument types, or None."""
+    type_callable(function)(lambda context: typing)
+    return lower_builtin(function, types.VarArg(types.Any))
+
+
+def below(last, k):
+    """Which of the places k to k + LANES lie below `last`."""
+    return k + np.arange(LANES) < last
+
+
+@compiled(below, lambda last, k: TRUTHS(types.int64, types.int64))
+def _below(context, builder, signature, arguments):
+    left = builder.trunc(builder.sub(*arguments), INDICES.llvm.element)
+    return builder.icmp_signed(">", every(builder, left, INDICES), ir.Constant(INDICES.llvm, list(range(LANES))))
+
+
+def load(values, k, present):
+    """values[k + lane] where `present`, 0 elsewhere; values are float32 or uint32 and lie side by side."""
+    result = np.zeros(LANES, values.dtype)
+    result[present] = values[k : k + np.count_nonzero(present)]
+    return result
+
+
+@compiled(load, lambda values, k, present: ELEMENTS[values.dtype](values, types.int64, TRUTHS))
+def _load(context, builder, signature, arguments):
+    values = context.make_array(signature.args[0])(context, builder, arguments[0])
+    return masked_load(builder, values.data, arguments[1], signature.return_type, arguments[2])
+
+
+def store(values, k, present, lanes):
+    """values[k + lane] = lanes where `present`."""
+    values[k : k + np.count_nonzero(present)] = lanes[present]
+
+
+@compiled(store, lambda values, k, present, lanes: types.void(values, types.int64, TRUTHS, ELEMENTS[values.dtype]))
+def _store(context, builder, signature, arguments):
+    values, k, present, lanes = arguments
+    base, vector = context.make_array(signature.args[0])(context, builder, values).data, signature.args[3]
+    place = builder.bitcast(builder.gep(base, [k]), vector.llvm.as_pointer())
+    call(builder, f"masked.store.{vector.suffix}.p0", ir.VoidType(), lanes, place, ir.IntType(32)(4), present)
+    return context.get_dummy_value()
+
+
+def gather(values, j):
+    """values[j], float32, of every lane; absent lanes, which hold index 0, get values[0]."""
+    return values[j]
+
+
+@compiled(gather, lambda values, j: REALS(values, INDICES))
+def _gather(context, builder, signature, arguments):
+    # without a mask: processors that fetch lanes one by one need not branch on each
+    values = context.make_array(signature.args[0])(context, builder, arguments[0])
+    places = builder.gep(values.data, [arguments[1]], source_etype=REALS.llvm.element)
+    places.type = ir.VectorType(ir.PointerType(REALS.llvm.element), LANES)  # llvmlite sees one address only
+    name = f"masked.gather.{REALS.suffix}.v{LANES}p0"
+    return call(builder, name, REALS.llvm, places, ir.IntType(32)(4), constant(TRUTHS, 1), constant(REALS, 0))
+
+
+def only(present, lanes, otherwise):
+    """`lanes` where present, the scalar `otherwise` elsewhere."""
+    return np.where(present, lanes, otherwise)
+
+
+@compiled(only, lambda present, lanes, otherwise: REALS(TRUTHS, REALS, REALS))
+def _only(context, builder, signature, arguments):
+    return builder.select(*arguments)
+
+
+def spread(value):
+    """A float32 in every lane."""
+    return np.full(LANES, value, np.float32)
+
+
+@compiled(spread, lambda value: REALS(REALS))
+def _spread(context, builder, signature, arguments):
+    return arguments[0]
+
+
+@lower_cast(types.float32, REALS)
+def _cast(context, builder, source, target, value):
+    return every(builder, value)
+
+
+def total(lanes):
+    """Sum of the lanes, always in the same order."""
+    return lanes.sum(dtype=np.float32)
+
+
+@compiled(total, lambda lanes: types.float32(REALS))
+def _total(context, builder, signature, arguments):
+    nothing = REALS.llvm.element(-0.0)
+    return call(builder, f"vector.reduce.fadd.{REALS.suffix}", REALS.llvm.element, nothing, *arguments, fast=True)
+
+
+def root(x):
+    """Square root of a scalar or of lanes."""
+    return np.sqrt(x)
+
+
+def floor(x):
+    """The next whole number below, for a scalar or lanes; unlike math.floor it stays a float."""
+    return np.floor(x)
+
+
+def positive(x):
+    """max(x, 0) of a scalar or of lanes."""
+    return np.maximum(x, x - x)
+
+
+def _same(x):
+    return x(x) if x == REALS or isinstance(x, types.Float) else None
+
+
+def _elementwise(function: Callable[..., Any], name: str) -> None:
+    @compiled(function, _same)
+    def generate(context, builder, signature, arguments):
+        suffix = {types.float32: "f32", types.float64: "f64"}.get(signature.return_type, REALS.suffix)
+        return call(builder, f"{name}.{suffix}", arguments[0].type, *arguments, fast=True)
+
+
+_elementwise(root, "sqrt")
+_elementwise(floor, "floor")
+
+
+@compiled(positive, _same)
+def _positive(context, builder, signature, arguments):
+    (x,) = arguments
+    nothing = ir.Constant(x.type, None)
+    return builder.select(builder.fcmp_ordered(">", x, nothing), x, nothing)
+
+
+def _arithmetic(left, right):
+    """Lanes with lanes or float32 scalars."""
+    return REALS(REALS, REALS) if REALS in (left, right) and {left, right} <= {REALS, types.float32} else None
+
+
+def _operator(function: Callable[..., Any], name: str) -> None:
+    type_callable(function)(lambda context: _arithmetic)
+
+    @lower_builtin(function, REALS, REALS)
+    def generate(context, builder, signature, arguments):
+        return getattr(builder, name)(*arguments)
+
+
+for _symbol in ("add", "sub", "mul", "truediv"):
+    for _form in (_symbol, f"i{_symbol}"):
+        _operator(getattr(operator, _form), f"f{_symbol.removeprefix('true')}")
+
+
+@lower_builtin(operator.neg, REALS)
+def _negative(context, builder, signature, arguments):
+    return builder.fsub(constant(REALS, -0.0), arguments[0])
+
+
+type_callable(operator.neg)(lambda context: lambda x: REALS(REALS) if x == REALS else None)
