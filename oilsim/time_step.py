@@ -7,7 +7,9 @@ What must be resolved is motion relative to the neighbourhood,
 
 and the approach to walls, -n_i . (v_i - v_b) with the normal n_i by the same weights. The split scheme takes
 
-    dt = max(lambda d / v_max,  min(lambda d / u_max,  d / v_max)).
+    dt = max(lambda d / v_max,  min(lambda d / u_most,  d / v_max)),
+
+u_most being what all but OUTLIERS of the particles keep below: torn off drops collide at speeds that the rest does not know.
 
 No step goes further than d: what had no neighbour within 2 d before meets it at d or more, and a wall is not crossed unseen.
 """
@@ -18,11 +20,12 @@ import math
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from oilsim.neighbors import nearest_images
-from oilsim.parallel import BLOCK
 from oilsim.smoothing_kernels import FAST
 
+OUTLIERS = 1e-3  # share of the particles whose relative speed is not asked
 LARGEST_MOVE = 1.0  # spacings that anything may move in a step
 SPRAY = 8  # neighbours within 2 d below which a particle is a drop that flies for itself
 TINY = np.float32(1e-20)
@@ -74,17 +77,16 @@ def squared_approach(i, position, velocity, wall, resting, owner, arm, twist, pe
 
 @njit(**FAST)
 def relative_speeds(
-    begin, end, position, velocity, wall, resting, owner, arm, twist, period, fluid, walls, slow, spacing, largest
+    begin, end, position, velocity, wall, resting, owner, arm, twist, period, fluid, walls, slow, spacing, square
 ):
-    """Fill `largest` (blocks,) with the largest u_i^2 or squared approach to a wall [m2/s2] of each block.
+    """Fill `square` (N,) with u_i^2 or the squared approach to a wall [m2/s2], whichever is larger.
 
     position, velocity (3, N) [m, m/s]; wall (3, M) [m], of which those from `resting` on move with `twist` (bodies, 6) of their
     `owner` at `arm` (3, M - resting) [m]. Particles no faster than `slow` [m/s] are passed over where no body moves.
     """
     inverse_range = np.float32(0.5) / spacing
     for i in range(begin, end):
-        if i % BLOCK == 0 or i == begin:
-            greatest = np.float32(0.0)
+        greatest = np.float32(0.0)
         ui, vi, wi = velocity[0, i], velocity[1, i], velocity[2, i]
         fast = ui * ui + vi * vi + wi * wi > slow * slow
         if fast:
@@ -94,7 +96,15 @@ def relative_speeds(
                 i, position, velocity, wall, resting, owner, arm, twist, period, walls, inverse_range
             )
             greatest = max(greatest, approach)
-        largest[i // BLOCK] = greatest
+        square[i] = greatest
+
+
+def most(square: NDArray[np.float32]) -> float:
+    """u_most [m/s] from u_i^2 (N,)."""
+    if square.size == 0:
+        return 0.0
+    rank = square.size - 1 - math.floor(OUTLIERS * square.size)
+    return math.sqrt(float(np.partition(square, rank)[rank]))
 
 
 def cfl_time_step(spacing: float, largest_speed: float, cfl: float, minimum: float, maximum: float) -> float:
@@ -106,7 +116,7 @@ def cfl_time_step(spacing: float, largest_speed: float, cfl: float, minimum: flo
 def relative_time_step(
     spacing: float, largest_speed: float, relative_speed: float, cfl: float, minimum: float, maximum: float
 ) -> float:
-    """The step [s] of the module's docstring; relative_speed u_max [m/s], the rest as for `cfl_time_step`."""
+    """The step [s] of the module's docstring; relative_speed u_most [m/s], the rest as for `cfl_time_step`."""
     longest = math.inf if largest_speed == 0.0 else LARGEST_MOVE * spacing / largest_speed
     deforming = math.inf if relative_speed == 0.0 else cfl * spacing / relative_speed
     shortest = cfl_time_step(spacing, largest_speed, cfl, minimum, maximum)

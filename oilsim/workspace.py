@@ -38,7 +38,7 @@ from oilsim.resolved_strain import ResolvedStrain
 from oilsim.rigid_response import RigidResponse, extend_contacts
 from oilsim.smoothing_kernels import lattice_diagonal, normalisation
 from oilsim.state import FluidState
-from oilsim.time_step import relative_speeds
+from oilsim.time_step import most, relative_speeds
 from oilsim.viscosity import (
     NEGLIGIBLE,
     ViscousSystem,
@@ -120,7 +120,7 @@ class Workspace:
             self.touching = walls.touching(self.wall_pairs, count)
 
     def relative_speed(self, state: FluidState, fastest: float) -> float:
-        """Largest speed [m/s] relative to the neighbourhood (see `time_step`), 0 where it could not shorten a step.
+        """What most speeds [m/s] relative to the neighbourhood keep below (see `time_step`), 0 where it could not shorten a step.
 
         `fastest` [m/s]: largest speed of all. Of a pair that matters one is faster than half their relative speed.
         """
@@ -129,13 +129,13 @@ class Workspace:
             return 0.0
         slow = 0.5 * config.cfl * max(fastest, spacing / config.maximum_time_step)
         twist = np.array([body.twist for body in walls.moving.values()], np.float32).reshape(-1, 6)
-        largest = np.zeros(block_count(state.count), np.float32)
+        square = np.empty(state.count, np.float32)
         with self.stage("time step"):
             self.team.run(
                 relative_speeds, state.count, state.position, state.velocity, walls.position, walls.resting, walls.owner,
-                walls.arm, twist, self.period, self.fluid_pairs, self.wall_pairs, np.float32(slow), np.float32(spacing), largest,
+                walls.arm, twist, self.period, self.fluid_pairs, self.wall_pairs, np.float32(slow), np.float32(spacing), square,
             )  # fmt: skip
-        return float(np.sqrt(largest.max(initial=0.0)))
+        return most(square)
 
     @property
     def _geometry(self) -> tuple[object, ...]:
