@@ -3,7 +3,7 @@ BIN := .venv/bin
 READY := .venv/.ready
 export NUMBA_CACHE_DIR ?= $(CURDIR)/.numba_cache
 
-.PHONY: demo test lint bench validate clean
+.PHONY: demo test lint bench pareto validate clean
 
 demo: $(READY)  ## run the U-sweep exercise: recording, summary and picture
 	$(BIN)/oilsim run u-sweep --demo --record u-sweep.rrd --summary u-sweep.json --picture u-sweep.png
@@ -24,6 +24,9 @@ bench: $(READY)  ## print the tables of measured accuracy and speed
 
 validate: $(READY)  ## compare with theory and experiment, under an hour; CASE=name[,name] runs only these
 	$(BIN)/python -m tests.validation $(CASE)
+
+pareto: $(READY)  ## run time against error, beside SPlisHSPlasH if installed: table, pareto-report/pareto.png and .json
+	$(BIN)/python -m tests.benchmarks.pareto
 
 clean:
 	rm -rf .venv .numba_cache build dist *.egg-info

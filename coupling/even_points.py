@@ -1,4 +1,4 @@
-"""Even points from many: choose some at equal distances, then let them push each other apart.
+"""Even points from many: choose some that keep a distance, then let them push each other apart.
 
 Both steps know nothing of the shape; whoever uses them puts points back on the surface.
 """
@@ -15,48 +15,41 @@ from scipy.spatial import cKDTree
 Array = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
-PACKING = 0.7  # count times radius^2 over area of what random choice at a least distance reaches on a plane
-BISECTIONS = 12
+PACKING = 0.7  # count times distance^2 over area of what random choice at a least distance reaches on a plane
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _choose(order, start, neighbor, gap2, least2, chosen):
-    """Go through candidates in `order` and choose each that no chosen neighbour is nearer to than the least distance."""
-    chosen[:] = False
-    count = 0
+def _choose(order, start, neighbor, chosen):
+    """Go through candidates in `order` and choose each that has no chosen neighbour."""
     for candidate in order:
         free = True
         for k in range(start[candidate], start[candidate + 1]):
-            if gap2[k] < least2 and chosen[neighbor[k]]:
+            if chosen[neighbor[k]]:
                 free = False
                 break
         chosen[candidate] = free
-        count += free
-    return count
 
 
-def choose_evenly(candidates: Array, count: int, area: float) -> Integers:
-    """Indices of about `count` of the candidates (K, 3) that lie on a surface of `area` [m2], at even distances.
+def random_distance(pitch: float) -> float:
+    """Least distance [m] at which random choice leaves one point per pitch^2 of a surface."""
+    return math.sqrt(PACKING) * pitch
 
-    Poisson-disk choice in a fixed random order; the least distance that leaves `count` is found by bisection.
+
+def choose_apart(candidates: Array, least: float, ordered: int = 0) -> Integers:
+    """Indices of candidates (K, 3) that are `least` [m] or more apart and leave no room for another.
+
+    The first `ordered` of them are asked first and in their order, the others in a fixed random one (Poisson-disk choice).
     """
-    if len(candidates) <= count:
-        return np.arange(len(candidates))
-    low, high = 0.0, 1.5 * math.sqrt(PACKING * area / count)
-    pairs = cKDTree(candidates).query_pairs(high, output_type="ndarray")
+    count = len(candidates)
+    if count == 0:
+        return np.zeros(0, dtype=np.int64)
+    pairs = cKDTree(candidates).query_pairs(least, output_type="ndarray")
     both = np.concatenate([pairs, pairs[:, ::-1]])
     both = both[np.argsort(both[:, 0], kind="stable")]
-    start = np.searchsorted(both[:, 0], np.arange(len(candidates) + 1))
-    neighbor = np.ascontiguousarray(both[:, 1])
-    gap2 = ((candidates[both[:, 0]] - candidates[neighbor]) ** 2).sum(axis=1)
-    order = np.random.default_rng(0).permutation(len(candidates))
-    chosen = np.zeros(len(candidates), dtype=np.bool_)
-    for _ in range(BISECTIONS):
-        least = 0.5 * (low + high)
-        found = _choose(order, start, neighbor, gap2, least * least, chosen)
-        if abs(found - count) <= 0.002 * count:
-            break
-        low, high = (least, high) if found > count else (low, least)
+    start = np.searchsorted(both[:, 0], np.arange(count + 1))
+    others = ordered + np.random.default_rng(0).permutation(count - ordered)
+    chosen = np.zeros(count, dtype=np.bool_)
+    _choose(np.concatenate([np.arange(ordered), others]), start, np.ascontiguousarray(both[:, 1]), chosen)
     return np.flatnonzero(chosen)
 
 

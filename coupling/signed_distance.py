@@ -59,6 +59,11 @@ class SignedDistance:
         normal = _feature_normals(mesh)[keep]
         self._trees = [_build_tree(triangle[part], normal[part]) for part in _solid_parts(mesh, keep)]
 
+    @property
+    def is_union(self) -> bool:
+        """Whether there are several closed parts, which may overlap."""
+        return len(self._trees) > 1
+
     def nearest(self, points: Array) -> Nearest:
         """Distance, closest point and normal for points (K, 3)."""
         points = np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 3)

@@ -1,14 +1,13 @@
 """Walls and solid surfaces as particles whose volumes make their surface act where the geometry has it.
 
-Tanks have two layers that continue a lattice of liquid into the wall, half a spacing and one and a half behind it: as far as the kernel
-reaches, so that liquid at a wall has what it has inside. Bodies, which may be thin or curved, have one layer half a spacing inside the
-solid whose volumes stand for all that lies behind it. With probes half a spacing outside the wall,
+Two layers continue a lattice of liquid into the wall, half a spacing and one and a half behind it: as far as the kernel reaches, so that
+liquid at a wall has what it has inside. Each particle has the volume of the wall that it stands for. (Akinci et al. 2012 take one
+layer on the surface and volumes from the points' own spacing, which puts the wall 0.1 to 0.6 spacings too far out.) In front
+of a flat wall
 
-    sum_b V_b W(probe - b) = c gamma(probe),    gamma = integral of W over the solid,
+    sum_b V_b W = c gamma,    gamma = integral of W over the solid,
 
-approached by a few rounds of V_b <- V_b [c gamma / sum]^(1/2). (Akinci et al. 2012 take V_b from the points' own spacing, which
-puts the wall 0.1 to 0.6 spacings too far out.) c is the ratio of a lattice sum to the integral for a half space: a lattice against
-a flat wall then has density error 0.
+c being the ratio of a lattice sum to the integral for a half space. Bodies follow from their meshes in `coupling.surface_sampling`.
 """
 
 from __future__ import annotations
@@ -18,17 +17,12 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from oilsim.neighbors import NeighborSearch, make_grid
-from oilsim.parallel import Team
-from oilsim.smoothing_kernels import FAST, SUPPORT, kernel, lattice, normalisation
+from oilsim.smoothing_kernels import SUPPORT, kernel, lattice, normalisation
 
-SAMPLING = 0.64  # mean distance of wall points in particle spacings
 SIDES = ("-x", "+x", "-y", "+y", "-z", "+z")
-LAYERS = 2  # of tank walls
-CALIBRATIONS = 6  # rounds; more weaken edges to please their probes: after 60 a tank leaked along its edges
+LAYERS = 2  # of walls
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,6 +53,16 @@ class BoundaryParticles:
         if not np.isfinite(self.position).all():
             raise ValueError(f"boundary {self.name!r}: position must be finite")
 
+    def part(self, name: str, chosen: NDArray[np.bool_]) -> BoundaryParticles:
+        """The `chosen` (M,) of these particles as a boundary of its own."""
+        return BoundaryParticles(
+            name=name,
+            position=self.position[chosen],
+            volume=self.volume[chosen],
+            area=self.area[chosen],
+            no_slip=self.no_slip,
+        )
+
 
 @lru_cache
 def lattice_wall_factor(dimension: int) -> float:
@@ -82,15 +86,8 @@ def half_space_integral(distance: float, dimension: int) -> float:
 
 @lru_cache
 def wall_coverage(distance: float, dimension: int) -> float:
-    """sum_b V_b W of a flat calibrated wall at `distance` spacings from it."""
-    covered = lattice_wall_factor(dimension) * half_space_integral(0.5, dimension)
-    return covered * _plane(distance + 0.5, dimension) / _plane(1.0, dimension)
-
-
-@lru_cache
-def area_per_volume(dimension: int) -> float:
-    """Wall area over volume of the single layer of a flat wall, spacing 1."""
-    return _plane(1.0, dimension) / (lattice_wall_factor(dimension) * half_space_integral(0.5, dimension))
+    """sum_b V_b W of a flat wall at `distance` spacings from it."""
+    return sum(_plane(distance + layer + 0.5, dimension) for layer in range(LAYERS))
 
 
 def _plane(distance: float, dimension: int) -> float:
@@ -102,58 +99,8 @@ def _plane(distance: float, dimension: int) -> float:
     return float(np.trapezoid(values * around, across))
 
 
-@njit(**FAST)
-def _probe_ratio(begin, end, probe, point, volume, start, count, index, sigma, inverse_support, target, ratio):
-    """ratio = target / sum_k V_k W(probe_b - point_k) for the probes begin to end."""
-    for b in range(begin, end):
-        covered = 0.0
-        for n in range(start[b], start[b] + np.int64(count[b])):
-            k = index[n]
-            dx, dy, dz = probe[0, b] - point[0, k], probe[1, b] - point[1, k], probe[2, b] - point[2, k]
-            covered += volume[k] * kernel(np.sqrt(dx * dx + dy * dy + dz * dz) * inverse_support, sigma)
-        ratio[b] = target[b] / covered if covered > 0.0 else 1.0
-
-
-def calibrate_volumes(
-    point: ArrayLike, target: ArrayLike, probe: ArrayLike, spacing: float, dimension: int = 3
-) -> NDArray[np.float64]:
-    """Volumes (M,) with which the wall points cover each probe's target share of the kernel.
-
-    point (M, 3) [m], target (M,) = c gamma at each probe, probe (M, 3) [m], spacing d [m].
-    """
-    points = np.ascontiguousarray(np.asarray(point, np.float64).T, dtype=np.float32)
-    probes = np.asarray(probe, np.float64).T.astype(np.float32)
-    count = points.shape[1]
-    support = SUPPORT * spacing
-    everything = np.concatenate([points, probes], axis=1)
-    low, high = everything.min(axis=1) - support, everything.max(axis=1) + support
-    grid = make_grid(_vector(low), _vector(high), (False, False, False), support, dimension)
-    search = NeighborSearch(grid, Team(1), None)
-    order, cell_start = search.order_by_cell(points)
-    points = np.ascontiguousarray(points[:, order])
-    probes = np.ascontiguousarray(probes[:, order])
-    targets = np.asarray(target, np.float64)[order]
-    pairs = search.list_neighbors("walls", probes, points, cell_start)
-    volume = np.full(count, (SAMPLING * spacing) ** (dimension - 1) * spacing)
-    ratio = np.empty(count)
-    sigma = normalisation(spacing, dimension)
-    for _ in range(CALIBRATIONS):
-        _probe_ratio(0, count, probes, points, volume, *pairs, sigma, 1.0 / support, targets, ratio)
-        volume *= np.sqrt(ratio)
-        if np.abs(ratio - 1.0).max() < 1e-4:
-            break
-    result = np.empty(count)
-    result[order] = volume
-    return result
-
-
-def _vector(values: ArrayLike) -> tuple[float, float, float]:
-    x, y, z = (float(value) for value in np.asarray(values))
-    return x, y, z
-
-
 def _axis_places(
-    low: float, high: float, spacing: float, closed: tuple[bool, bool], periodic: bool
+    low: float, high: float, spacing: float, closed: tuple[bool, bool]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Coordinates across a tank from low to high and the length each stands for, LAYERS more beyond each closed end."""
     if low == high:
@@ -193,7 +140,7 @@ def tank_walls(
     if dimension == 2:
         low[1] = high[1] = 0.0
     axes = [
-        _axis_places(low[n], high[n], spacing, (f"-{axis}" in sides, f"+{axis}" in sides), periodic[n])
+        _axis_places(low[n], high[n], spacing, (f"-{axis}" in sides, f"+{axis}" in sides))
         for n, axis in enumerate("xyz")
     ]
     position = np.stack(np.meshgrid(*(places for places, _ in axes), indexing="ij"), axis=-1).reshape(-1, 3)
@@ -207,6 +154,34 @@ def tank_walls(
     return BoundaryParticles(
         name=name, position=position, volume=volume, area=np.where(facing, volume / spacing, 0.0), no_slip=no_slip
     )
+
+
+def solid_box(
+    size: ArrayLike, spacing: float, *, dimension: int = 3, name: str = "box", no_slip: bool = False
+) -> BoundaryParticles:
+    """Wall particles of a box of `size` (3,) [m] about its centre: the outer layers of the lattice that fills it.
+
+    Sides that are no multiple of the spacing stretch the lattice a little. In two dimensions y counts for nothing.
+    """
+    extent = np.asarray(size, np.float64)
+    axes = [
+        _axis_places(
+            -0.5 * length, 0.5 * length if n != 1 or dimension == 3 else -0.5 * length, spacing, (False, False)
+        )
+        for n, length in enumerate(extent)
+    ]
+    position = np.stack(np.meshgrid(*(places for places, _ in axes), indexing="ij"), axis=-1).reshape(-1, 3)
+    lengths = np.stack(np.meshgrid(*(length for _, length in axes), indexing="ij"), axis=-1).reshape(-1, 3)
+    if dimension == 2:
+        position[:, 1] = 0.0
+    depth = 0.5 * extent - np.abs(position)
+    if dimension == 2:
+        depth[:, 1] = np.inf
+    chosen = depth.min(axis=1) < LAYERS * spacing
+    position, lengths, depth = position[chosen], lengths[chosen], depth[chosen]
+    # area: every side a particle faces, an edge faces two
+    facing = np.where(depth < spacing, lengths.prod(axis=1)[:, None] / lengths, 0.0).sum(axis=1)
+    return BoundaryParticles(name=name, position=position, volume=lengths.prod(axis=1), area=facing, no_slip=no_slip)
 
 
 def sides_of(periodic: tuple[bool, bool, bool], dimension: int = 3) -> tuple[str, ...]:

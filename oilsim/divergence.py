@@ -40,7 +40,7 @@ THIN, FULL = (
     np.float32(0.1),
     np.float32(0.2),
 )  # smallest eigenvalue of the liquid's moment between which c rises from 0 to 1
-RETURN_TIME = np.float32(0.5)  # s
+RETURN = 7.5  # time in which a swollen or shrunken liquid returns to its density, in units of `time_unit`
 LARGEST_RETURN = np.float32(0.05)
 OPEN, COVERED = (
     np.float32(0.7),
@@ -260,8 +260,8 @@ def velocity_divergence(begin, end, fluid, gradient, own, velocity, seen, rate):
 
 
 @njit(**FAST)
-def add_density_feedback(begin, end, compression, near, time_step, rate):
-    """Let spray below SPRAY of the rest density contract at will, and the inside of the liquid return to its density in RETURN_TIME.
+def add_density_feedback(begin, end, compression, near, time_step, return_time, rate):
+    """Let spray below SPRAY of the rest density contract at will, and the inside of the liquid return to its density in `return_time`.
 
     Position corrections even density out between neighbours, but a whole body of water that has swollen or shrunk by a little feels
     none: the pressure must bring it back.
@@ -270,7 +270,7 @@ def add_density_feedback(begin, end, compression, near, time_step, rate):
         error = compression[i]
         rate[i] += min(ONE + error - SPRAY, ZERO) / time_step
         if not near[i]:
-            rate[i] += max(min(error, LARGEST_RETURN), -LARGEST_RETURN) / RETURN_TIME
+            rate[i] += max(min(error, LARGEST_RETURN), -LARGEST_RETURN) / return_time
 
 
 @njit(**FAST)

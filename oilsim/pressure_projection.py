@@ -22,6 +22,7 @@ Real = NDArray[np.float32]
 Product = Callable[[Real, Real], None]
 
 EXPANSION = np.float32(0.28)
+LEAST = 5  # products a solve, even if the tolerance is met before: what is left over piles up in water at rest
 
 
 @njit(**FAST)
@@ -126,7 +127,7 @@ class BoundConstrainedSolver:
         self._direction[:] = self._free
         while used < iterations:
             near_bodies = _watched_residual(kappa, self._gradient, closed, watched)
-            if residual <= tolerance * count and near_bodies <= tolerance:
+            if used >= LEAST and residual <= tolerance * count and near_bodies <= tolerance:
                 break
             proportional = chopped <= reduced
             if not proportional:

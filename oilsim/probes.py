@@ -30,14 +30,15 @@ def _weights(state: FluidState, work: Workspace, point: Double) -> tuple[NDArray
     return near, float(work.volume) * shares
 
 
-def pressure_at(state: FluidState, work: Workspace, points: Double, time_step: float) -> Double:
+def pressure_at(state: FluidState, work: Workspace, points: Double) -> Double:
     """Pressure (K,) [Pa] at points (K, 3): a first-order fit p_0 + b . (x_j - x) weighted by the kernel, 0 in air."""
     result = np.zeros(len(points))
+    per_impulse = work.reference_density / state.time_step if state.time_step > 0.0 else 0.0
     for n, point in enumerate(points):
         near, share = _weights(state, work, point)
         if share.sum() < PRESENT:
             continue
-        values = work.reference_density * state.pressure_impulse[near].astype(np.float64) / time_step
+        values = per_impulse * state.pressure_impulse[near].astype(np.float64)
         offset = state.position[:, near].astype(np.float64) - point[:, None]
         basis = np.vstack([np.ones(len(near)), offset / float(work.support)])
         normal = (basis * share) @ basis.T + 1e-6 * share.sum() * np.diag([0.0, 1.0, 1.0, 1.0])

@@ -22,7 +22,7 @@ from oilsim.smoothing_kernels import FAST, kernel, kernel_slope_over_q
 
 OMEGA = 0.2  # share of the density error mended a pass
 SURFACE = np.float32(0.3)  # |g_i| d from which a particle lies at a free surface
-LEAST_SHIFT, LARGEST_SHIFT = np.float32(0.01), np.float32(0.5)  # beta of water at rest, and of any flow
+LARGEST_SHIFT = np.float32(0.5)  # beta of any flow
 SHIFT_BY_STRAIN = np.float32(15.0)  # beta for each unit of strain x time step
 
 
@@ -54,7 +54,7 @@ def relaxation_multiplier(begin, end, compression, near, field, rate, limit, shi
         if near[i]:
             multiplier[i] = -min(max(error, ZERO), limit)
         else:
-            beta = min(LEAST_SHIFT + SHIFT_BY_STRAIN * time_step * field[STRAIN, i], LARGEST_SHIFT)
+            beta = min(SHIFT_BY_STRAIN * time_step * field[STRAIN, i], LARGEST_SHIFT)
             multiplier[i] = -max(min(error, limit), -limit) - beta * shift
 
 

@@ -1,7 +1,7 @@
 """Which part of the motion is flow and which is noise, and how exact the pressure's pair vectors may be.
 
-Noise of particles changes sign from one to the next, flow does not. Velocity gradients averaged over coarse cells about CELL
-spacings wide keep the flow's strain S and lose the noise. With everything as squared velocities over one spacing,
+Noise of particles changes sign from one to the next, flow does not. Velocity gradients averaged over coarse cells of about
+CELL particles keep the flow's strain S and lose the noise. With everything as squared velocities over one spacing,
 
     s = |S|^2 d^2,    n = |r_i|^2,    m = |G_i - S|^2 d^2 + n + (FLOOR^2 g d)
 
@@ -17,6 +17,7 @@ stirred for ever. With plain ones it settles. lambda is the smallest eigenvalue 
 from __future__ import annotations
 
 import math
+from typing import Literal
 
 import numpy as np
 from numba import njit
@@ -29,10 +30,11 @@ from oilsim.smoothing_kernels import FAST, lattice_moment
 
 Real = NDArray[np.float32]
 
-CELL = 2.5  # width of coarse cells in particle spacings
-SETTLING_TIME = 0.1  # tau [s], in which pure noise fades
+CELL = 16.0  # particles that a coarse cell holds: noise of their mean is a quarter of theirs
+SETTLING = 1.5  # tau, in which pure noise fades, in units of `time_unit`
+WEIGHTLESS_UNIT = 0.065  # s: the unit of time without gravity; that of 4 cm of water with it
 EMPHASIS = np.float32(10.0)  # C, weight of noise against strain
-FLOOR = 0.02  # share of sqrt(g d) under which the change of velocity over a spacing counts as noise
+FLOOR = 0.01  # share of sqrt(g d) under which the change of velocity over a spacing counts as noise
 LN_NOISE, LN_FLOW = np.float32(math.log(0.1)), np.float32(math.log(0.5))
 THIN, FULL = np.float32(0.4), np.float32(0.8)
 TINY = np.float32(1e-14)
@@ -90,12 +92,19 @@ def judge(begin, end, position, field, matrix, lower, inverse_width, cells, sums
         matrix[5, i] += plain
 
 
+def time_unit(config: FluidConfig) -> float:
+    """sqrt(d / g) [s], in which a particle falls half its spacing: scenes that are similar under Froude's law behave alike."""
+    gravity = math.hypot(*config.gravity)
+    return math.sqrt(config.particle_spacing / gravity) if gravity > 0.0 else WEIGHTLESS_UNIT
+
+
 class ResolvedStrain:
     """The coarse cells of a domain."""
 
     def __init__(self, config: FluidConfig, team: Team) -> None:
         extent = np.subtract(config.upper, config.lower)
-        cells = np.maximum(1, np.floor(extent / (CELL * config.particle_spacing))).astype(int)
+        width = CELL ** (1.0 / config.dimension) * config.particle_spacing
+        cells = np.maximum(1, np.floor(extent / width)).astype(int)
         if config.dimension == 2:
             cells[1] = 1
         self._cells = (int(cells[0]), int(cells[1]), int(cells[2]))
@@ -104,6 +113,7 @@ class ResolvedStrain:
         self._periodic, self._team = config.periodic, team
         self._spacing = np.float32(config.particle_spacing)
         self._moment = np.float32(lattice_moment(config.dimension))
+        self._settling_time = SETTLING * time_unit(config)
         self._floor = np.float32(FLOOR**2 * math.hypot(*config.gravity) * config.particle_spacing)
 
     def judge(self, position: Real, field: Real, matrix: Real, time_step: float) -> None:
@@ -113,7 +123,7 @@ class ResolvedStrain:
         add_gradients(position, field, *grid, sums)
         for axis in range(3):
             sums = self._smoothed(sums, axis)
-        decay = np.float32(time_step / SETTLING_TIME)
+        decay = np.float32(time_step / self._settling_time)
         self._team.run(
             judge,
             position.shape[1],
@@ -130,7 +140,7 @@ class ResolvedStrain:
 
     def _smoothed(self, sums: Real, axis: int) -> Real:
         """Weights 1/4, 1/2, 1/4 along one axis (of z, y, x)."""
-        mode = "wrap" if self._periodic[2 - axis] else "edge"
+        mode: Literal["wrap", "edge"] = "wrap" if self._periodic[2 - axis] else "edge"
         width = [(1, 1) if n == axis else (0, 0) for n in range(4)]
         padded = np.pad(sums, width, mode=mode)
         before, after = (

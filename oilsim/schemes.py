@@ -23,10 +23,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from oilsim.divergence import add_density_feedback, divergence_multiplier
+from oilsim.divergence import RETURN, add_density_feedback, divergence_multiplier
 from oilsim.parallel import block_count, total
 from oilsim.pressure_operator import PressureOperator
 from oilsim.pressure_projection import BoundConstrainedSolver
+from oilsim.resolved_strain import time_unit
 from oilsim.state import FluidState
 from oilsim.workspace import Workspace
 
@@ -48,8 +49,7 @@ def split_step(
     work: Workspace, state: FluidState, solver: BoundConstrainedSolver, time_step: float, drive: Drive
 ) -> StepResult:
     """Advance `state` in place; `drive(state, dt)` adds currents, waves and wind to the velocities."""
-    state.position += np.float32(time_step) * state.velocity
-    work.wrap(state)
+    work.fly(state, time_step)
     work.search(state)
     density_iterations, density_error = work.relax(state, time_step)
     work.linearise(state.position)
@@ -66,10 +66,21 @@ def project_velocity(work: Workspace, state: FluidState, solver: BoundConstraine
     """Make velocities and bodies free of compression by one bounded pressure solve; returns its products."""
     config = work.config
     kappa = state.pressure_impulse
+    if state.time_step > 0.0:
+        kappa *= np.float32(time_step / state.time_step)
+    state.time_step = time_step
     with work.stage("divergence"):
         operator = PressureOperator(work, state)
         source = operator.compression_rate(state.velocity)
-        work.team.run(add_density_feedback, state.count, work.compression, work.near, np.float32(time_step), source)
+        work.team.run(
+            add_density_feedback,
+            state.count,
+            work.compression,
+            work.near,
+            np.float32(time_step),
+            np.float32(RETURN * time_unit(config)),
+            source,
+        )
         tolerance = config.divergence_tolerance / time_step
         used, _ = solver.solve(
             operator.product,
@@ -87,14 +98,13 @@ def project_velocity(work: Workspace, state: FluidState, solver: BoundConstraine
 
 def paper_step(work: Workspace, state: FluidState, time_step: float, drive: Drive) -> StepResult:
     """Advance `state` in place by Alg. 3."""
-    dt = np.float32(time_step)
     work.accelerate(state, time_step)
-    state.position += dt * state.velocity
-    work.wrap(state)
+    work.fly(state, time_step)
     work.search(state)
     predicted = state.position.copy()
     density_iterations, density_error = work.constrain_density(state.position, time_step)
-    state.velocity += (state.position - predicted) / dt
+    with work.stage("density"):
+        state.velocity += (state.position - predicted) / np.float32(time_step)
     work.linearise(state.position)
     drive(state, time_step)
     work.adhere(state, time_step)
@@ -110,6 +120,7 @@ def correct_velocity(work: Workspace, state: FluidState, time_step: float) -> in
     config, run, count = work.config, work.team.run, state.count
     correction, error = np.empty(count, np.float32), np.zeros(block_count(count))
     state.pressure_impulse[:] = 0.0
+    state.time_step = time_step
     with work.stage("divergence"):
         operator = PressureOperator(work, state)
         for iteration in range(config.divergence_iterations + 1):

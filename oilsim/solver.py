@@ -11,9 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from oilsim import diagnostics, probes
 from oilsim.boundary import BoundaryParticles
+from oilsim.budget import Budget
 from oilsim.config import FluidConfig
 from oilsim.emitter import PipeEmitter
 from oilsim.forcing import Forcing, ForcingView
+from oilsim.ledger import Ledger
 from oilsim.parallel import Team
 from oilsim.pressure_projection import BoundConstrainedSolver
 from oilsim.schemes import StepResult, paper_step, split_step
@@ -28,7 +30,10 @@ Double = NDArray[np.float64]
 
 @dataclass(frozen=True, kw_only=True)
 class AdvanceReport:
-    """What happened during an advance; iterations are means over its sub-steps, density_error the mean compression left."""
+    """What happened during an advance; iterations are means over its sub-steps, density_error the mean compression left.
+
+    budget: energy and momentum by cause if the fluid is watched, else None.
+    """
 
     sub_steps: int
     time_step: float
@@ -38,6 +43,7 @@ class AdvanceReport:
     stage_seconds: dict[str, float]
     removed: dict[str, int] = field(default_factory=dict)
     emitted: dict[str, int] = field(default_factory=dict)
+    budget: Ledger | None = None
 
 
 class FluidError(RuntimeError):
@@ -124,6 +130,15 @@ class Fluid:
         self.config.phase_index(emitter.phase)
         self.emitters.append(emitter)
 
+    def watch(self) -> Budget:
+        """Keep accounts of energy and momentum from now on; the state is not changed by it, bit for bit."""
+        self.work.budget = Budget(self.config, self.work.team, self.state, self.work.walls)
+        return self.work.budget
+
+    def unwatch(self) -> None:
+        """Keep no accounts any more."""
+        self.work.budget = None
+
     # how it advances
 
     def advance(self, duration: float) -> AdvanceReport:
@@ -134,6 +149,8 @@ class Fluid:
         self._counts = {"removed": {}, "emitted": {}}
         for body in self.work.walls.moving.values():
             body.impulse[:] = 0.0
+        if self.work.budget is not None:
+            self.work.budget.open()
         results: list[StepResult] = []
         start, done = self.time, 0.0
         while done < duration * (1.0 - 1e-9):
@@ -157,13 +174,15 @@ class Fluid:
         return relative_time_step(config.particle_spacing, fastest, self._relative_speed, *limits)
 
     def _step(self, time_step: float) -> StepResult:
-        self._emit(time_step)
+        with self.work.stage("emitters"):
+            self._emit(time_step)
         if self.config.scheme == "paper":
             result = paper_step(self.work, self.state, time_step, self._drive)
         else:
             result = split_step(self.work, self.state, self._solver, time_step, self._drive)
             self._relative_speed = self.work.relative_speed(self.state, self._largest_speed())
-        self._remove_outflow()
+        with self.work.stage("outflow"):
+            self._remove_outflow()
         for body in self.work.walls.moving.values():
             body.drift(time_step)
         return result
@@ -221,7 +240,14 @@ class Fluid:
             stage_seconds=dict(self.work.seconds),
             removed=self._counts["removed"],
             emitted=self._counts["emitted"],
+            budget=self._close_budget(),
         )
+
+    def _close_budget(self) -> Ledger | None:
+        work = self.work
+        if work.budget is None:
+            return None
+        return work.budget.close(self._duration, work.compression, work.near if work.split else None)
 
     def close(self) -> None:
         """End the fluid's threads; what it tells stays available."""
@@ -276,7 +302,7 @@ class Fluid:
 
     def pressure_at(self, points: ArrayLike) -> Double:
         """Pressure (K,) [Pa] interpolated at points (K, 3) [m]; 0 where there is no liquid."""
-        return probes.pressure_at(self.state, self.work, np.asarray(points, np.float64), self.last_time_step)
+        return probes.pressure_at(self.state, self.work, np.asarray(points, np.float64))
 
     def velocity_at(self, points: ArrayLike) -> Double:
         """Velocity (K, 3) [m/s] interpolated at points (K, 3) [m]; 0 where there is no liquid."""

@@ -24,7 +24,8 @@ class FluidState:
     """Structure of arrays over N particles, float32.
 
     position (3, N) [m], velocity (3, N) [m/s], phase (N,) index into the phases, id (N,) never reused,
-    pressure_impulse (N,) kappa / rho_ref = p dt / rho_ref [m2/s], the warm start of the pressure solve.
+    pressure_impulse (N,) kappa / rho_ref = p dt / rho_ref [m2/s], the warm start of the pressure solve, for dt = time_step [s];
+    viscous_time [s]: time for which viscosity is still owed (see `Workspace.resist`).
     """
 
     position: Real = field(default_factory=_rows)
@@ -33,6 +34,8 @@ class FluidState:
     id: NDArray[np.uint32] = field(default_factory=lambda: np.empty(0, np.uint32))
     pressure_impulse: Real = field(default_factory=_row)
     next_id: int = 0
+    time_step: float = 0.0
+    viscous_time: float = 0.0
 
     @property
     def count(self) -> int:

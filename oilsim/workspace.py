@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from oilsim.adhesion import adhesion_acceleration, adhesion_reaction, adhesion_scale
 from oilsim.boundary import wall_coverage
+from oilsim.budget import Budget
 from oilsim.config import FluidConfig
 from oilsim.density import (
     LARGEST_MULTIPLIER,
@@ -38,7 +39,15 @@ from oilsim.rigid_response import RigidResponse, extend_contacts
 from oilsim.smoothing_kernels import lattice_diagonal, normalisation
 from oilsim.state import FluidState
 from oilsim.time_step import relative_speeds
-from oilsim.viscosity import ViscousSystem, is_mild, largest_number, viscosity_matrix, viscous_reaction, wall_factor
+from oilsim.viscosity import (
+    NEGLIGIBLE,
+    ViscousSystem,
+    is_mild,
+    largest_number,
+    viscosity_matrix,
+    viscous_reaction,
+    wall_factor,
+)
 from oilsim.wall_contact import NEAREST, wall_approach, wall_contact, wall_push
 from oilsim.walls import Contacts, Walls
 
@@ -77,16 +86,21 @@ class Workspace:
         self._adhesion = np.array(strength, np.float32) if any(strength) else None
         self._nearest = np.float32(wall_coverage(NEAREST, config.dimension))
         self.seconds: defaultdict[str, float] = defaultdict(float)
+        self.budget: Budget | None = None  # who keeps accounts of the stages; nobody unless asked for
         self.gradient: Real = np.empty((3, 0), np.float32)
         self.wall_gradient: Real = np.empty((3, 0), np.float32)
         self._density_multiplier: Real = np.empty(0, np.float32)
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
-        """Add the wall time of a block to the named stage."""
+        """Add the wall time of a block to the named stage, and its changes to the budget if one is kept."""
+        if self.budget is not None:
+            self.budget.enter(name)
         begin = time.perf_counter()
         yield
         self.seconds[name] += time.perf_counter() - begin
+        if self.budget is not None:
+            self.budget.leave(name)
 
     def search(self, state: FluidState) -> None:
         """List all neighbours at the present positions, for which the state may be sorted by cell."""
@@ -98,7 +112,7 @@ class Workspace:
             self.rest_density = self.densities.astype(np.float32)[state.phase]
             self.coverage, self.compression, self.diagonal = np.empty((3, count), np.float32)
             self.own, self.gradient_sum = np.empty((2, 3, count), np.float32)
-            self.matrix = np.empty((7, count), np.float32) if self.split else None
+            self.matrix: Real = np.empty((7, count), np.float32)
             self.near = np.empty(count, np.uint8)
             self.extrapolation = np.empty((9, count), np.float32) if self.split and walls.count else None
             self.gradient = _reserved(self.gradient, self.fluid_pairs)
@@ -129,7 +143,9 @@ class Workspace:
 
     def wrap(self, state: FluidState) -> None:
         """Bring particles that crossed a periodic side back in at the other."""
-        if self.period is not None:
+        if self.period is None:
+            return
+        with self.stage("wrap"):
             for axis, length in enumerate(self.period):
                 if length > 0.0:
                     low = np.float32(self.config.lower[axis])
@@ -137,11 +153,18 @@ class Workspace:
 
     def accelerate(self, state: FluidState, time_step: float) -> None:
         """Gravity on the fluid; on the bodies everything but the fluid."""
-        for axis, g in enumerate(self.config.gravity):
-            if g != 0.0:
-                state.velocity[axis] += np.float32(time_step * g)
-        for body in self.walls.moving.values():
-            body.twist = body.twist + time_step * body.free_acceleration
+        with self.stage("gravity"):
+            for axis, g in enumerate(self.config.gravity):
+                if g != 0.0:
+                    state.velocity[axis] += np.float32(time_step * g)
+            for body in self.walls.moving.values():
+                body.twist = body.twist + time_step * body.free_acceleration
+
+    def fly(self, state: FluidState, time_step: float) -> None:
+        """Move the particles by their velocities."""
+        with self.stage("flight"):
+            state.position += np.float32(time_step) * state.velocity
+        self.wrap(state)
 
     def constrain_density(self, position: Real, reaction_time: float | None = None) -> tuple[int, float]:
         """Alg. 2 on `position` (3, N) in place; returns iterations and the mean compression left.
@@ -202,6 +225,8 @@ class Workspace:
                 local_fields, count, position, state.velocity, walls.position, walls.volume, self.weight, *self._geometry,
                 self.plane, self.compression, self.gradient_sum, field, self.matrix,
             )  # fmt: skip
+            if self.budget is not None:
+                self.budget.add_strain(field, time_step)
             run(mark_surface, count, self.gradient_sum, spacing, surface)
             run(mark_near_surface, count, self.fluid_pairs, surface, self.near)
             self.closed = not self.near.any()
@@ -235,12 +260,12 @@ class Workspace:
 
     def linearise(self, position: Real) -> None:
         """Cache pair gradients and what the pressure operator needs of them at `position`."""
-        walls = self.walls
+        walls, matrix = self.walls, self.matrix if self.split else None
         with self.stage("gradients"):
             self.team.run(
-                cache_gradients, position.shape[1], position, walls.position, walls.volume, self.matrix, self.weight,
-                *self._geometry, self._wall_weight, self.plane, self.gradient, self.wall_gradient, self.own, self.extrapolation,
-                self.diagonal, self.coverage,
+                cache_gradients, position.shape[1], position, walls.position, walls.volume, matrix, self.weight, *self._geometry,
+                self._wall_weight, self.plane, self.gradient, self.wall_gradient, self.own, self.extrapolation, self.diagonal,
+                self.coverage,
             )  # fmt: skip
             self.contacts: Contacts = walls.contacts(self.touching, self.wall_pairs, self.wall_gradient)
 
@@ -280,30 +305,27 @@ class Workspace:
                 walls.receive(time_step * force)
 
     def resist(self, state: FluidState, time_step: float) -> int:
-        """Viscosity on velocities; returns the iterations of the implicit solve, 0 for an explicit step."""
+        """Viscosity on velocities; returns the iterations of the implicit solve, 0 for an explicit step.
+
+        Liquids so thin that a step changes nothing are owed their viscosity until NEGLIGIBLE is reached, and then get it at once.
+        """
         config = self.config
         if not any(self.viscosities) or state.count == 0:
             return 0
+        state.viscous_time += time_step
+        span = state.viscous_time
+        number = largest_number(self.viscosities, list(self.densities), span, config.particle_spacing)
+        if self.split and number < NEGLIGIBLE:
+            return 0
+        state.viscous_time = 0.0
         with self.stage("viscosity"):
-            viscous = np.array([mu > 0.0 for mu in self.viscosities])
-            chosen = np.arange(state.count) if viscous.all() else np.flatnonzero(viscous[state.phase])
-            system = ViscousSystem(self.team, chosen.astype(np.uint32), self.fluid_pairs, self.gradient, self.plane)
-            no_slip = self.walls.no_slip
-            if no_slip is not None:
-                # one sheet of walls, of whatever volume, holds the liquid
-                held = self.walls.area * np.float32(wall_factor(config.dimension) * config.particle_spacing)
-                no_slip = no_slip * held / self.walls.volume
-            system.assemble(
-                state.position, self.walls.position, state.phase, self._viscosity, no_slip, self.period,
-                self.wall_pairs, self.wall_gradient, config.particle_spacing, config.dimension,
-            )  # fmt: skip
-            number = largest_number(self.viscosities, list(self.densities), time_step, config.particle_spacing)
+            system = self._viscous_system(state)
             used = 0
             if config.explicit_viscosity or is_mild(number):
-                system.explicit(state.velocity, self.rest_density, time_step, self.walls.velocity)
+                system.explicit(state.velocity, self.rest_density, span, self.walls.velocity)
             else:
                 used = system.solve(
-                    state.velocity, self.rest_density, time_step, self.walls.velocity,
+                    state.velocity, self.rest_density, span, self.walls.velocity,
                     config.viscosity_tolerance, config.viscosity_iterations,
                 )  # fmt: skip
             if self.walls.velocity is not None and self.touching.size:
@@ -312,8 +334,25 @@ class Workspace:
                     self.touching, state.velocity, self.walls.velocity, self.wall_pairs, self.wall_gradient,
                     system.wall_stiffness, self.volume, self.walls.resting, self.walls.owner, self.walls.arm, force,
                 )  # fmt: skip
-                self.walls.receive(time_step * force)
+                self.walls.receive(span * force)
         return used
+
+    def _viscous_system(self, state: FluidState) -> ViscousSystem:
+        """The viscous liquids' pairs and the walls that hold them, at the present positions."""
+        config, walls = self.config, self.walls
+        viscous = np.array([mu > 0.0 for mu in self.viscosities])
+        chosen = np.arange(state.count) if viscous.all() else np.flatnonzero(viscous[state.phase])
+        system = ViscousSystem(self.team, chosen.astype(np.uint32), self.fluid_pairs, self.gradient, self.plane)
+        no_slip = walls.no_slip
+        if no_slip is not None:
+            # one sheet of walls, of whatever volume, holds the liquid
+            held = walls.area * np.float32(wall_factor(config.dimension) * config.particle_spacing)
+            no_slip = (no_slip * held / walls.volume).astype(np.float32)
+        system.assemble(
+            state.position, walls.position, state.phase, self._viscosity, no_slip, self.period,
+            self.wall_pairs, self.wall_gradient, config.particle_spacing, config.dimension,
+        )  # fmt: skip
+        return system
 
     def touch_walls(self, state: FluidState, time_step: float) -> None:
         """Inelastic contact of single particles with walls (see `wall_contact`)."""

@@ -103,6 +103,8 @@ def build_fluid(scenario: Scenario, positions: Mapping[str, Array]) -> tuple[Flu
         fluid.add_particles(positions[name], phase=fill.phase, velocity=velocity)
     _add_emitters(fluid, scenario)
     _add_forcings(fluid, scenario, water_level(scenario, positions))
+    if scenario.run.budget:
+        fluid.watch()
     return fluid, handle
 
 

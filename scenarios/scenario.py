@@ -29,12 +29,15 @@ class RunSettings(Section):
     communication_step  [s] after which fluid, bodies and controllers meet; the fluid's own steps are not longer
     threads             of the fluid; None: all cores
     seed                of everything random: gusts
+    budget              true: the summary says where the liquid's energy and momentum went, cause by cause (see `oilsim.ledger`), with
+                        energy_residual and momentum_residual, the shares that no cause explains; false leaves all three null
     """
 
     duration: float = quantity("s", above=0.0)
     communication_step: float = quantity("s", default=0.01, above=0.0, at_most=1.0)
     threads: int | None = quantity("", default=None, at_least=1, whole=True)
     seed: int = quantity("", default=1, at_least=0, whole=True)
+    budget: bool = False
 
     def problems(self) -> Iterator[Problem]:
         """A run takes one step or more."""

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from oilsim.ledger import Ledger
 from oilsim.solver import AdvanceReport
 from recordings.frame import Event, Frame, RunDescription
 from scenarios.build import Assembly
@@ -29,6 +30,7 @@ class SummaryObserver:
         self._step_seconds: list[float] = []
         self._stage_seconds: dict[str, float] = {}
         self._reports: list[tuple[float, float, dict[str, float]]] = []
+        self._budget: Ledger | None = None
         self._removed: dict[str, int] = {}
         self._emitted: dict[str, int] = {}
         self._series: dict[str, list[float]] = {}
@@ -64,6 +66,8 @@ class SummaryObserver:
 
     def _add(self, report: AdvanceReport) -> None:
         self._reports.append((report.density_error, report.density_error_max, report.iterations))
+        if report.budget is not None:
+            self._budget = report.budget if self._budget is None else self._budget + report.budget
         for stage, seconds in report.stage_seconds.items():
             self._stage_seconds[stage] = self._stage_seconds.get(stage, 0.0) + seconds
         for total, counts in ((self._removed, report.removed), (self._emitted, report.emitted)):
@@ -73,6 +77,7 @@ class SummaryObserver:
     def summary(self, simulated: float, overrides: tuple[str, ...] = ()) -> dict[str, Any]:
         """The whole summary after `simulated` seconds."""
         wall = self._last - self._started
+        budget = self._budget
         return {
             "format": 1,
             "scenario": self._assembly.scenario.name,
@@ -90,8 +95,9 @@ class SummaryObserver:
             "left_the_tank": dict(self._removed),
             "density_error": self._density_error(),
             "iterations": self._iterations(),
-            "momentum_residual": None,
-            "energy_residual": None,
+            "momentum_residual": None if budget is None else budget.momentum_residual,
+            "energy_residual": None if budget is None else budget.energy_residual,
+            "budget": None if budget is None else budget_entries(budget),
             "oil_m3": self._oil_volumes(),
             "scores": self._assembly.scoring.summary(),
             "probes": self._probe_series(),
@@ -142,6 +148,31 @@ class SummaryObserver:
         return {
             name: {"time_s": self._times[::stride], "value": values[::stride]} for name, values in self._series.items()
         }
+
+
+def budget_entries(budget: Ledger) -> dict[str, Any]:
+    """Where energy and momentum of the liquid went during the run, cause by cause; per metre in two dimensions."""
+    return {
+        "kinetic_J": budget.energy.kinetic,
+        "potential_J": budget.energy.potential,
+        "parts": {
+            cause: {
+                "kinetic_J": part.kinetic,
+                "potential_J": part.potential,
+                "work_on_bodies_J": part.work_on_bodies,
+                "momentum_Ns": part.momentum[:3].tolist(),
+                "angular_momentum_Nms": part.momentum[3:].tolist(),
+                "impulse_on_bodies_Ns": part.impulse_on_bodies[:3].tolist(),
+            }
+            for cause, part in budget.parts.items()
+        },
+        "gravity_work_J": budget.gravity_work,
+        "viscous_dissipation_J": budget.viscous_dissipation,
+        "numerical_dissipation_J": budget.numerical_dissipation,
+        "numerical_viscosity_m2_s": budget.numerical_viscosity,
+        "wall_impulse_Ns": budget.wall_impulse[:3].tolist(),
+        "compression": vars(budget.compression),
+    }
 
 
 def write_summary(summary: Mapping[str, Any], path: Path) -> None:

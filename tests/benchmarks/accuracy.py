@@ -17,7 +17,7 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from oilsim.boundary import BoundaryParticles, tank_walls
+from oilsim.boundary import solid_box, tank_walls
 from oilsim.config import FluidConfig
 from oilsim.initial_conditions import block
 from oilsim.phases import Phase
@@ -74,16 +74,6 @@ def still_column(dimension: int, width: float, depth: float, spacing: float, dur
     ]
 
 
-def square(side: float, spacing: float) -> BoundaryParticles:
-    """Wall points of a square: the two outer layers of the lattice that fills it."""
-    lattice = block((-side / 2, 0, -side / 2), (side / 2, 0, side / 2), spacing, 2)
-    depth = side / 2 - np.abs(lattice[:, [0, 2]]).max(axis=1)
-    points = lattice[depth < 2 * spacing]
-    return BoundaryParticles(
-        name="square", position=points, volume=np.full(len(points), spacing**2), area=np.zeros(len(points))
-    )
-
-
 def floating_square(ratio: float, spacing: float = 0.05, side: float = 0.5, duration: float = 6.0) -> list[Row]:
     """A free square of a share of the water's density: draft against Archimedes, and the angle it rolls to."""
     width, depth = 2.0, 1.0
@@ -91,7 +81,7 @@ def floating_square(ratio: float, spacing: float = 0.05, side: float = 0.5, dura
     start = depth + side * (0.5 - ratio)
     inside = (np.abs(water[:, 0] - width / 2) < side / 2) & (np.abs(water[:, 2] - start) < side / 2)
     fluid.add_particles(water[~inside], phase="water")
-    handle = fluid.add_boundary(square(side, spacing))
+    handle = fluid.add_boundary(solid_box((side, 0, side), spacing, dimension=2))
     mass = 1000.0 * ratio * side**2
     inverse_mass = np.diag([1 / mass, 0, 1 / mass, 0, 6.0 / (mass * side**2), 0])
     position, orientation, twist = np.array([width / 2, 0, start]), np.array([0.0, 0, 0, 1]), np.zeros(6)

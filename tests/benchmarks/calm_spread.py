@@ -1,9 +1,9 @@
-"""Speed of the fluid core on `calm-spread`: by phase and stage, by size, by threads, by scheme, and from a cold start.
+"""Speed of the fluid core on `calm-spread`: by phase and stage, by size, by threads, by scheme, by what is skipped, from a cold start.
 
     python -m tests.benchmarks.calm_spread [--quick]
 
-Each figure is the median over the communication steps (0.01 s) it speaks of. Machines differ and are noisy: compare the rows of
-one table with each other.
+Figures are medians over the communication steps (0.02 s) they speak of, except wall seconds per simulated second, which are means.
+Machines differ and are noisy: compare the rows of one table with each other.
 """
 
 from __future__ import annotations
@@ -15,19 +15,22 @@ import sys
 import tempfile
 import time
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from types import ModuleType
 
 import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from oilsim import kept_lists, workspace
 from oilsim.solver import AdvanceReport, Fluid
 from scenarios.build_fluid import build_fluid, fill_positions
 from scenarios.load import load_scenario
 
-STEP = 0.01
+STEP = 0.02
 PHASES = (("fall", 0.0, 0.25), ("splash", 0.25, 3.0), ("calm", 8.0, 10.0))
-SIZES = ((10_000, 0.0615), (40_000, 0.0388), (87_000, 0.03), (300_000, 0.0199))
+SIZES = ((10_000, 0.0615), (40_000, 0.0388), (87_000, 0.03), (300_000, 0.0199), (1_000_000, 0.01327))
 WHOLE_RUN_UP_TO = 100_000  # particles; a larger run is measured in the fall and the first splash
 STAGES = ("search", "density", "gradients", "viscosity", "divergence", "contact")
 
@@ -38,7 +41,7 @@ from scenarios.load import load_scenario
 scenario = load_scenario("calm-spread").scenario
 fluid, _ = build_fluid(scenario, fill_positions(scenario))
 begin = time.perf_counter()
-fluid.advance(0.01)
+fluid.advance(0.02)
 print(time.perf_counter() - begin)
 """
 
@@ -64,7 +67,7 @@ def phases_table(console: Console, overrides: tuple[str, ...], until: float) -> 
     table = Table(
         title=f"calm-spread {' '.join(overrides)}: {fluid.particle_count} fluid, {fluid.boundary_count} wall particles"
     )
-    for column in ("phase", "ms a step", "sub-steps", "ms a sub-step", "wall s per simulated s", *STAGES, "iterations d/v",
+    for column in ("phase", "sub-steps a second", "ms a sub-step", "wall s per simulated s", *STAGES, "iterations d/v",
                    "density error"):  # fmt: skip
         table.add_column(column, justify="right")
     rows: defaultdict[str, list[tuple[float, AdvanceReport]]] = defaultdict(list)
@@ -85,8 +88,8 @@ def phases_table(console: Console, overrides: tuple[str, ...], until: float) -> 
         iterations = [np.mean([report.iterations[kind] for _, report in steps]) for kind in ("density", "divergence")]
         error = np.mean([report.density_error for _, report in steps])
         table.add_row(
-            name, f"{np.median(milliseconds):.0f}", f"{sub_steps.mean():.1f}", f"{np.median(milliseconds / sub_steps):.0f}",
-            f"{milliseconds.mean() / 10:.1f}", *[f"{value:.1f}" for value in stages], f"{iterations[0]:.1f} / {iterations[1]:.1f}",
+            name, f"{sub_steps.mean() / STEP:.0f}", f"{np.median(milliseconds / sub_steps):.0f}",
+            f"{1e-3 * milliseconds.mean() / STEP:.1f}", *[f"{value:.1f}" for value in stages], f"{iterations[0]:.1f} / {iterations[1]:.1f}",
             f"{100 * error:.3f} %",
         )  # fmt: skip
     console.print(table)
@@ -124,6 +127,53 @@ def threads_table(console: Console, steps: int) -> None:
     console.print(table)
 
 
+@contextmanager
+def without(module: ModuleType, name: str, value: object) -> Iterator[None]:
+    """A constant of a module replaced for a while."""
+    kept = getattr(module, name)
+    setattr(module, name, value)
+    try:
+        yield
+    finally:
+        setattr(module, name, kept)
+
+
+def still_water(overrides: Iterable[str] = ()) -> Fluid:
+    """The sea of `calm-spread` without its oil, a lattice that fits the tank: at rest."""
+    settings = ["fluid.particle_spacing=0.0625", "fill.ocean.inset=0", "fill.ocean.upper=[4, 2, 0.3125]", *overrides]
+    scenario = load_scenario("calm-spread", overrides=settings).scenario
+    fills = {name: points[:0] if name == "oil" else points for name, points in fill_positions(scenario).items()}
+    return build_fluid(scenario, fills)[0]
+
+
+def skips_table(console: Console, steps: int) -> None:
+    """What a scene is spared, on and off in turn, with the largest difference of the two states at the end."""
+    table = Table(title="the sea of calm-spread without oil at 0.0625 m: skipped and not, steps in turn")
+    for column in ("skipped", "ms a step, skipped", "not skipped", "ratio", "apart at the end, m and m/s"):
+        table.add_column(column, justify="right")
+    cases = (
+        ("viscosity below nu t / d^2 = 0.001", workspace, "NEGLIGIBLE", 0.0),
+        ("search: lists kept while little moves", kept_lists, "SKINS", ()),
+    )
+    for label, module, name, value in cases:
+        fluids = still_water(), still_water()
+        cost: tuple[list[float], list[float]] = ([], [])
+        for step in range(steps + 5):
+            milliseconds = timed_step(fluids[0])[0]
+            with without(module, name, value):
+                other = timed_step(fluids[1])[0]
+            if step >= 5:  # compiled and settled
+                cost[0].append(milliseconds)
+                cost[1].append(other)
+        apart = [
+            float(np.abs(getattr(fluids[0], what)("ocean") - getattr(fluids[1], what)("ocean")).max())
+            for what in ("phase_positions", "phase_velocities")
+        ]
+        on, off = float(np.median(cost[0])), float(np.median(cost[1]))
+        table.add_row(label, f"{on:.1f}", f"{off:.1f}", f"{on / off:.2f}", f"{apart[0]:.1e}, {apart[1]:.1e}")
+    console.print(table)
+
+
 def first_step_table(console: Console) -> None:
     """Seconds of the first step in a new process: nothing compiled yet, then from the disk cache."""
     table = Table(title="first step in a new process [s]")
@@ -155,6 +205,7 @@ def main() -> None:
     phases_table(console, (*coarse, "fluid.scheme=paper"), until=0.5 if quick else 3.0)
     sizes_table(console, steps=2 if quick else 10)
     threads_table(console, steps=2 if quick else 10)
+    skips_table(console, steps=5 if quick else 40)
 
 
 if __name__ == "__main__":

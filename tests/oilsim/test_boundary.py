@@ -43,8 +43,8 @@ def test_coverage_falls_with_distance_and_matches_the_missing_lattice(dimension)
     across = np.stack(np.meshgrid(axis, axis if dimension == 3 else [0]), axis=-1).reshape(-1, 2)
     q = np.minimum(np.hypot(np.linalg.norm(across, axis=1)[:, None], [1.0, 2.0]) / SUPPORT, 1.0)
     layers = normalisation(1.0, dimension) * ((1.0 - q) ** 4 * (1.0 + 4.0 * q)).sum()
-    # quadrature on a lattice of a sixteenth of a spacing and a trapezoid rule with 600 intervals: 1e-4
-    assert values[2] == pytest.approx(layers, rel=1e-4)
+    # quadrature on a lattice of a sixteenth of a spacing and sheets instead of lattices across: 1e-3
+    assert values[2] == pytest.approx(layers, rel=1e-3)
     # over the integral of the half space: a lattice has less next to a plane between its layers than its mean
     assert 0.9 < lattice_wall_factor(dimension) < 0.95
 

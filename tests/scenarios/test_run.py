@@ -43,7 +43,7 @@ SPACINGS = {
 SUMMARY_KEYS = {
     "format", "scenario", "overrides", "versions", "ended", "simulated_s", "wall_s", "real_time_factor", "steps", "step_ms",
     "stage_ms", "particles", "bodies", "left_the_tank", "density_error", "iterations", "momentum_residual",
-    "energy_residual", "oil_m3", "scores", "probes", "events",
+    "energy_residual", "budget", "oil_m3", "scores", "probes", "events",
 }  # fmt: skip
 
 
@@ -209,6 +209,20 @@ def test_probes_read_what_they_are_told_to() -> None:
     series = summary.summary(0.002)["probes"]
     assert set(series) == {name.removeprefix("probes/") for name in scalars if name.startswith("probes/")}
     assert series["gauge"]["time_s"] == [0.0, 0.002]
+
+
+def test_budget_is_summed_up_where_it_is_asked_for() -> None:
+    """Nothing is left over, gravity's momentum is weight times time; what was not asked for is null."""
+    _, _, silent = run_steps(small("floating-box"))
+    assembly, _, told = run_steps(small("floating-box", "run.budget=true"))
+    keys = ("energy_residual", "momentum_residual", "budget")
+    assert all(silent.summary(0.015)[key] is None for key in keys)
+    summary = json.loads(json.dumps(told.summary(0.015), allow_nan=False))
+    assert summary["energy_residual"] < 1e-6
+    assert summary["momentum_residual"] < 1e-6
+    mass = float(np.sum([len(assembly.fluid.phase_ids(p.name)) * p.rest_density for p in assembly.fluid.config.phases]))
+    weight = mass * assembly.fluid.config.rest_volume * assembly.scenario.fluid.gravity[2]
+    assert summary["budget"]["parts"]["gravity"]["momentum_Ns"][2] == pytest.approx(weight * 0.015, rel=1e-6)
 
 
 def test_body_displaces_the_liquid_it_stands_in() -> None:

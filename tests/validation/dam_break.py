@@ -99,9 +99,8 @@ def add_plate(fluid: Fluid, spacing: float) -> tuple[int, float]:
     end = (x > LOBOVSKY_TANK) & (z > 0.0)
     plate = end & (z < PLATE)
     for name, chosen in (("basin", ~plate), ("plate", plate)):
-        part = BoundaryParticles(name=name, position=walls.position[chosen], volume=walls.volume[chosen])
-        handle = fluid.add_boundary(part)
-    return handle, float(np.count_nonzero(plate) * np.diff(np.sort(z[end])).mean())
+        handle = fluid.add_boundary(walls.part(name, chosen))
+    return handle, float(walls.area[plate].sum())
 
 
 def pressure_history(bench: Bench, spacing: float) -> Double:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oilsim import diagnostics
+from oilsim.boundary import solid_box
 from oilsim.config import FluidConfig
 from oilsim.initial_conditions import block, sphere
 from oilsim.solver import Fluid
@@ -19,7 +20,6 @@ from tests.validation.scenes import (
     position,
     read_table,
     set_velocity,
-    solid_box,
     velocity,
 )
 
@@ -94,7 +94,7 @@ def body_force_residual(bench: Bench, spacing: float) -> float:
     side = 0.25
     outside = np.abs(water[:, [0, 2]] - 0.5).max(axis=1) > 0.5 * side
     fluid.add_particles(water[outside], phase="water", velocity=(0.3, 0.0, 0.1))
-    handle = fluid.add_boundary(solid_box(side, side, spacing))
+    handle = fluid.add_boundary(solid_box((side, 0.0, side), spacing, dimension=2))
     residual, path = np.zeros(3), 0.0
     for _ in range(round(CONSERVATION_RUN / STEP)):
         fluid.set_boundary_motion(handle, (0.5, 0, 0.5), (0, 0, 0, 1), (0, 0, 0), (0, 0, 0))

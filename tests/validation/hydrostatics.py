@@ -50,11 +50,7 @@ def floor_and_sides(spacing: float) -> tuple[BoundaryParticles, BoundaryParticle
     """The walls of the tank as two bodies, so that the floor's force can be asked for."""
     walls = tank_walls((0, 0, 0), (WIDTH, 0, 1.5 * DEPTH), spacing, sides=("-x", "+x", "-z"), dimension=2)
     floor = walls.position[:, 2] < 0.0
-    parts = [
-        BoundaryParticles(name=name, position=walls.position[chosen], volume=walls.volume[chosen])
-        for name, chosen in (("floor", floor), ("sides", ~floor))
-    ]
-    return parts[0], parts[1]
+    return walls.part("floor", floor), walls.part("sides", ~floor)
 
 
 def floor_force(bench: Bench, fluid: Fluid, tank: int, spacing: float) -> float:

@@ -74,14 +74,6 @@ def open_tank(
     return fluid, fluid.add_boundary(walls)
 
 
-def solid_box(width: float, height: float, spacing: float) -> BoundaryParticles:
-    """Outline of a plane box [m] about its centre: points half a spacing inside its sides, with the volumes of flat walls."""
-    inner = np.array([width, 0.0, height]) - 2.0 * spacing * np.array([1.0, 0.0, 1.0])
-    walls = tank_walls((0, 0, 0), inner, spacing, sides=("-x", "+x", "-z", "+z"), dimension=2)
-    volume = np.full(len(walls.volume), np.median(walls.volume))
-    return BoundaryParticles(name="box", position=walls.position - 0.5 * inner, volume=volume)
-
-
 def fill(fluid: Fluid, lower: tuple[float, float], upper: tuple[float, float], phase: str = "water") -> Double:
     """Fill a plane rectangle, lower to upper (x, z) [m], with a lattice at rest; returns its points (n, 3)."""
     points = block((lower[0], 0, lower[1]), (upper[0], 0, upper[1]), fluid.config.particle_spacing, 2)

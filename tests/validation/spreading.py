@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import beta, gamma
 
-from oilsim.boundary import BoundaryParticles, tank_walls
+from oilsim.boundary import tank_walls
 from oilsim.config import FluidConfig
 from oilsim.initial_conditions import block
 from oilsim.solver import Fluid
@@ -56,9 +57,7 @@ def current(bench: Bench, spacing: float) -> Fluid:
     floor = walls.position[:, 2] < 0.0
     for chosen, no_slip in ((floor, True), (~floor, False)):
         name = "floor" if no_slip else "side"
-        fluid.add_boundary(
-            BoundaryParticles(name=name, position=walls.position[chosen], volume=walls.volume[chosen], no_slip=no_slip)
-        )
+        fluid.add_boundary(replace(walls.part(name, chosen), no_slip=no_slip))
     points = block((0, 0, 0), (LAST, 0, height), spacing, 2)
     inside = points[:, 2] < similarity_profile(points[:, 0], FIRST)
     fluid.add_particles(points[inside], phase="oil")

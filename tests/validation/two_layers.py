@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
-from oilsim.boundary import BoundaryParticles
+from oilsim.boundary import solid_box
 from oilsim.solver import Fluid
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.hydrostatics import DURATION, LAST, settle
@@ -20,7 +21,6 @@ from tests.validation.scenes import (
     oil_and_water,
     open_tank,
     position,
-    solid_box,
 )
 
 WIDTH, OIL_DEPTH, WATER_DEPTH = 0.5, 0.25, 0.5  # m
@@ -51,9 +51,9 @@ def pool(bench: Bench, spacing: float) -> Fluid:
     """Oil over water in the left arm, water in the right arm up to the level that balances it, a skirt between them."""
     fluid, _ = open_tank(bench, 2.0 * ARM + SKIRT, OIL_DEPTH + WATER_DEPTH, spacing, oil_and_water())
     height = 1.4 * (OIL_DEPTH + WATER_DEPTH) - GAP
-    skirt = solid_box(SKIRT, height, spacing)
+    skirt = solid_box((SKIRT, 0.0, height), spacing, dimension=2, name="skirt")
     center = np.array([ARM + 0.5 * SKIRT, 0.0, GAP + 0.5 * height])
-    fluid.add_boundary(BoundaryParticles(name="skirt", position=skirt.position + center, volume=skirt.volume))
+    fluid.add_boundary(replace(skirt, position=skirt.position + center))
     fill(fluid, (0, GAP), (ARM, WATER_DEPTH))
     fill(fluid, (0, WATER_DEPTH), (ARM, WATER_DEPTH + OIL_DEPTH), "oil")
     fill(fluid, (0, 0), (2.0 * ARM + SKIRT, GAP))

@@ -1,0 +1,143 @@
+"""What a particle learns from its neighbours: exact gradients of linear fields, no noise in them, density 0 on a lattice."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from oilsim.boundary import tank_walls
+from oilsim.initial_conditions import block
+from oilsim.local_fields import NOISE, WEIGHT, local_fields
+from oilsim.phases import Phase
+from oilsim.smoothing_kernels import lattice_moment
+
+from .conftest import disturbed
+
+EPSILON = float(np.finfo(np.float32).eps)
+SPACING = 0.1
+
+
+def fields(fluid):
+    """e (N,), g (3, N), field (N, 16), matrix (N, 7) of a fluid at its present positions, the last two as views of what kernels take."""
+    work, state = fluid.work, fluid.state
+    work.search(state)
+    count = state.count
+    compression, gradient = np.empty(count, np.float32), np.empty((3, count), np.float32)
+    field, matrix = np.empty((16, count), np.float32), np.empty((7, count), np.float32)
+    local_fields(
+        0, count, state.position, state.velocity, work.walls.position, work.walls.volume, work.weight, work.period,
+        work.fluid_pairs, work.wall_pairs, work.sigma, work.support, work.volume, work.plane, compression, gradient, field, matrix,
+    )  # fmt: skip
+    return compression, gradient, field.T, matrix.T
+
+
+def linear_field(dimension, seed):
+    """A velocity gradient (3, 3) of order 1 / s."""
+    matrix = np.random.default_rng(seed).normal(size=(3, 3))
+    if dimension == 2:
+        matrix[1] = matrix[:, 1] = 0.0
+    return matrix
+
+
+def cloud(dimension, seed, arrangement):
+    """Particles at uniformly random places, as many as fill the box, or a lattice disturbed by a fifth of its spacing."""
+    points = block((0.5, 0.5, 0.5), (1.5, 1.5, 1.5), SPACING, dimension)
+    if arrangement == "random":
+        points = np.random.default_rng(seed).uniform(0.5, 1.5, points.shape)
+    else:
+        points = disturbed(points, 0.2 * SPACING, seed)
+    if dimension == 2:
+        points[:, 1] = 0.0
+    return points
+
+
+@pytest.mark.parametrize("arrangement", ["random", "disturbed"])
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("seed", range(2))
+def test_gradient_of_a_linear_field_is_exact_and_has_no_noise(make_fluid, dimension, seed, arrangement):
+    fluid = make_fluid(dimension=dimension)
+    points, slope = cloud(dimension, seed, arrangement), linear_field(dimension, seed)
+    fluid.add_particles(points, phase="water", velocity=(points - 1.0) @ slope.T)
+    _, _, field, _ = fields(fluid)
+    taken = np.abs(field[:, 3:12]).max(axis=1) > 0.0
+    # all but lone particles and those on edges of the cloud, whose neighbours hardly span space
+    assert taken.mean() > 0.85
+    found = field[:, 3:12].reshape(-1, 3, 3)
+    # velocities of order 1 m/s hold EPSILON of it, differences over a spacing EPSILON / d; the inverse of a moment with a
+    # determinant of 0.01 and entries up to 1 multiplies that by 100 at most
+    bound = 8.0 * EPSILON / SPACING
+    assert np.abs(found[taken] - slope).max() < 100.0 * bound
+    assert np.median(np.abs(found[taken] - slope)) < bound
+    # r is a mean of such errors times d, with neighbours' V W up to some units where random particles crowd
+    assert np.sqrt(field[:, NOISE].max()) < 100.0 * bound * SPACING * 10.0
+    assert field[:, :3] == pytest.approx(fluid.state.velocity.T)
+    assert (field[:, WEIGHT] == 1.0).all()
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_noise_is_what_a_linear_field_leaves(make_fluid, dimension):
+    # one particle that moves by w beside a lattice at rest: G and r by hand; r_i = w (1 - V W_0), as its own G is 0 by symmetry
+    fluid = make_fluid(dimension=dimension, lower=(0.0,) * 3, upper=(1.0,) * 3, periodic=(True, dimension == 3, True))
+    points = block((0, 0, 0), (1, 1, 1), SPACING, dimension)
+    chosen = int(np.argmin(((points - 0.55 * (points.max(axis=0) > 0)) ** 2).sum(axis=1)))
+    velocity = np.zeros_like(points)
+    velocity[chosen, 0] = 0.3
+    fluid.add_particles(points, phase="water", velocity=velocity)
+    _, _, field, _ = fields(fluid)
+    own = int(np.flatnonzero(fluid.state.id == chosen)[0])
+    share = float(fluid.work.volume * fluid.work.sigma)
+    assert np.sqrt(field[own, NOISE]) == pytest.approx(0.3 * (1.0 - share), rel=1e-5)
+    assert np.abs(field[own, 3:12]).max() < 100 * EPSILON / SPACING
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_lattice_has_no_compression_and_its_own_moment(make_fluid, dimension):
+    fluid = make_fluid(dimension=dimension, lower=(0.0,) * 3, upper=(1.0,) * 3, periodic=(True, dimension == 3, True))
+    fluid.add_particles(block((0, 0, 0), (1, 1, 1), SPACING, dimension), phase="water")
+    compression, gradient, _, matrix = fields(fluid)
+    # sums of 20 or 80 terms of order 1 of positions near 1 m, known to EPSILON of that, a spacing's tenth
+    bound = 80 * EPSILON
+    assert np.abs(compression).max() < bound
+    assert np.abs(gradient).max() * SPACING < bound
+    moment = lattice_moment(dimension)
+    expected = np.array([1 / moment, 0, 0, 1 / moment if dimension == 3 else 1.0, 0, 1 / moment])
+    assert np.abs(matrix[:, :6] - expected).max() < bound
+    # acos loses half the digits where eigenvalues meet, but the spread of equal ones is itself round-off
+    assert matrix[:, 6] == pytest.approx(np.full(len(matrix), moment), abs=2 * bound)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_walls_complete_the_moment_of_a_lattice(make_fluid, dimension):
+    fluid = make_fluid(dimension=dimension, lower=(-0.5,) * 3, upper=(1.5,) * 3)
+    sides = ("-x", "+x", "-z", "+z") + (("-y", "+y") if dimension == 3 else ())
+    fluid.add_boundary(tank_walls((0, 0, 0), (1, 1, 1), SPACING, sides=sides, dimension=dimension))
+    fluid.add_particles(block((0, 0, 0), (1, 1, 1), SPACING, dimension), phase="water")
+    compression, gradient, _, matrix = fields(fluid)
+    bound = 80 * EPSILON
+    assert np.abs(compression).max() < bound
+    assert np.abs(gradient).max() * SPACING < bound
+    assert np.abs(matrix[:, 6] - lattice_moment(dimension)).max() < 2 * bound
+
+
+def test_gradients_are_summed_over_the_liquid_only(make_fluid):
+    # walls have no velocity to tell: a linear field is exact beside them too
+    slope = linear_field(3, 4)
+    fluid = make_fluid(lower=(-0.5,) * 3, upper=(1.5,) * 3)
+    fluid.add_boundary(tank_walls((0, 0, 0), (1, 1, 1), SPACING))
+    points = disturbed(block((0, 0, 0), (1, 1, 1), SPACING), 0.01, 3)
+    fluid.add_particles(points, phase="water", velocity=points @ slope.T)
+    _, _, field, _ = fields(fluid)
+    found = field[:, 3:12].reshape(-1, 3, 3)
+    taken = np.abs(field[:, 3:12]).max(axis=1) > 0.0
+    # corner particles of three walls see an eighth of space: 1 / 8^3 of the determinant is below REGULAR
+    assert (~taken).sum() <= 8 + 12 * 8
+    assert np.abs(found[taken] - slope).max() < 800.0 * EPSILON / SPACING
+
+
+def test_weights_of_phases_are_passed_on(make_fluid):
+    two = (Phase(name="water", rest_density=1000.0), Phase(name="oil", rest_density=800.0))
+    fluid = make_fluid(phases=two)
+    fluid.add_particles(block((0.5, 0.5, 0.5), (1, 1, 1), SPACING), phase="water")
+    fluid.add_particles(block((0.5, 0.5, 1.0), (1, 1, 1.5), SPACING), phase="oil")
+    _, _, field, _ = fields(fluid)
+    assert field[:, WEIGHT] == pytest.approx(np.where(fluid.state.phase == 0, 1.0, 1.25))

@@ -1,0 +1,150 @@
+"""Water at rest lies still, keeps its volume and bears its weight; vortices and shear waves keep their energy; layers stay put.
+
+Limits are requirements, not fits: what misses one is marked as such, strictly, with what was measured.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from oilsim.boundary import tank_walls
+from oilsim.config import FluidConfig
+from oilsim.initial_conditions import block
+from oilsim.phases import Phase
+from oilsim.solver import Fluid
+
+from .conftest import WATER, disturbed
+
+DEPTH, GRAVITY = 0.5, 9.81
+FINE, COARSE = 1e-4, 1e-3  # divergence tolerances: the default, and the paper's for the density
+
+
+def tank(particles, tolerance, phases=(WATER,)):
+    """A square tank in two dimensions, `particles` deep and wide, of points off their lattice by a hundredth of a spacing."""
+    spacing = DEPTH / particles
+    fluid = Fluid(
+        FluidConfig(
+            particle_spacing=spacing,
+            phases=phases,
+            dimension=2,
+            lower=(-0.2,) * 3,
+            upper=(1.2,) * 3,
+            divergence_tolerance=tolerance,
+        ),
+        threads=1,
+    )
+    fluid.add_boundary(tank_walls((0, 0, 0), (DEPTH, 0, 1), spacing, sides=("-x", "+x", "-z"), dimension=2))
+    points = block((0, 0, 0), (DEPTH, 0, DEPTH), spacing, 2)
+    return fluid, disturbed(points, 0.01 * spacing, 0) * (1, 0, 1)
+
+
+def rms_speed(fluid):
+    """Over sqrt(g H)."""
+    return float(np.sqrt((fluid.state.velocity.astype(np.float64) ** 2).sum(axis=0).mean() / (GRAVITY * DEPTH)))
+
+
+@lru_cache
+def still_column(particles, tolerance):
+    """After 3 s: unrest over the last half second, bottom pressure over the exact one, mean height over the first."""
+    fluid, points = tank(particles, tolerance)
+    fluid.add_particles(points, phase="water")
+    before = fluid.state.position[2].mean(dtype=np.float64)
+    bottom = 0.5 * DEPTH / particles
+    speeds, pressures = [], []
+    for step in range(300):
+        fluid.advance(0.01)
+        if step >= 250:
+            speeds.append(rms_speed(fluid))
+            pressures.append(fluid.pressure_at([(0.5 * DEPTH, 0.0, bottom)])[0])
+    height = fluid.state.position[2].mean(dtype=np.float64)
+    return np.mean(speeds), np.mean(pressures) / (1000.0 * GRAVITY * (DEPTH - bottom)), height / before
+
+
+def missing(reason):
+    return pytest.mark.xfail(strict=True, reason=reason)
+
+
+@pytest.mark.parametrize("particles", [16, 20, 24])
+@pytest.mark.parametrize("tolerance", [FINE, COARSE])
+def test_still_column_comes_to_rest(particles, tolerance):
+    assert still_column(particles, tolerance)[0] < 0.005
+
+
+@pytest.mark.parametrize("particles", [16, 20, 24])
+def test_bottom_of_a_still_column_bears_its_weight(particles):
+    assert still_column(particles, FINE)[1] == pytest.approx(1.0, abs=0.01)
+
+
+@pytest.mark.parametrize("particles", [16, 20, 24])
+def test_still_column_keeps_its_volume(particles):
+    assert still_column(particles, FINE)[2] == pytest.approx(1.0, abs=0.005)
+
+
+def decaying(flow, *, disturbance, time=0.5, particles=32):
+    """Numerical viscosity over U d by energy and by amplitude of a flow of wavelength 1 and speed 1 in a periodic box."""
+    spacing, k = 1.0 / particles, 2 * np.pi
+    config = FluidConfig(
+        particle_spacing=spacing, phases=(WATER,), dimension=2, lower=(0, -0.5, 0), upper=(1, 0.5, 1), gravity=(0, 0, 0),
+        periodic=(True, False, True),
+    )  # fmt: skip
+    fluid = Fluid(config, threads=1)
+
+    def velocity(points):
+        x, z = k * points[:, 0], k * points[:, 2]
+        if flow == "shear":
+            return np.stack([np.sin(z), 0 * x, 0 * x], axis=1)
+        return np.stack([np.sin(x) * np.cos(z), 0 * x, -np.cos(x) * np.sin(z)], axis=1)
+
+    def amplitude():
+        exact = velocity(fluid.state.position.T.astype(np.float64))
+        return (fluid.state.velocity.T * exact).sum() / (exact**2).sum()
+
+    points = disturbed(block((0, 0, 0), (1, 0, 1), spacing, 2), disturbance * spacing, 0) % 1.0 * (1, 0, 1)
+    fluid.add_particles(points, phase="water", velocity=velocity(points))
+    energy, size = fluid.energy().kinetic, amplitude()
+    for _ in range(round(time / 0.02)):
+        fluid.advance(0.02)
+    # amplitude decays as exp(-nu K^2 t), K^2 = k^2 of the shear wave and 2 k^2 of the vortices; energy twice as fast
+    rate = (1.0 if flow == "shear" else 2.0) * k**2 * time * spacing
+    return -np.log(fluid.energy().kinetic / energy) / (2.0 * rate), -np.log(amplitude() / size) / rate
+
+
+@pytest.mark.parametrize("disturbance", [0.0, 0.1])
+def test_shear_wave_hardly_decays(disturbance):
+    by_energy, by_amplitude = decaying("shear", disturbance=disturbance)
+    assert abs(by_energy) < 0.01
+    assert abs(by_amplitude) < 0.01
+
+
+@pytest.mark.parametrize("disturbance", [0.0, 0.1])
+@missing(
+    "numerical viscosity 0.08 U d from a lattice, 0.056 to 0.06 from disordered particles, whatever the divergence tolerance"
+)
+def test_taylor_green_vortices_keep_their_energy(disturbance):
+    assert decaying("vortices", disturbance=disturbance)[0] < 0.05
+
+
+@pytest.mark.parametrize("disturbance", [0.0, 0.1])
+def test_taylor_green_vortices_gain_no_energy(disturbance):
+    assert decaying("vortices", disturbance=disturbance)[0] > 0.0
+
+
+@pytest.mark.parametrize("density", [800.0, 900.0])
+def test_light_liquid_on_a_heavy_one_stays_put(density):
+    particles = 20
+    fluid, points = tank(particles, FINE, (WATER, Phase(name="oil", rest_density=density)))
+    low = points[:, 2] < 0.5 * DEPTH
+    fluid.add_particles(points[low], phase="water")
+    fluid.add_particles(points[~low], phase="oil")
+    before = [fluid.phase_positions(name)[:, 2].mean(dtype=np.float64) for name in ("water", "oil")]
+    for _ in range(300):
+        fluid.advance(0.01)
+    water, oil = (fluid.phase_positions(name)[:, 2].astype(np.float64) for name in ("water", "oil"))
+    assert rms_speed(fluid) < 0.005
+    # as the volume of a still column: half a per cent of the height
+    assert [water.mean(), oil.mean()] == pytest.approx(before, abs=0.005 * 0.5 * DEPTH)
+    # first layers lie half a spacing either side of the interface: neither liquid has crossed it
+    assert water.max() < 0.5 * DEPTH < oil.min()
