@@ -17,7 +17,8 @@ import math
 import numpy as np
 from numba import njit
 
-from oilsim.neighbors import nearest_images
+from oilsim.lanes import LANES, below, gather, load, only, root, spread, summed
+from oilsim.neighbors import nearest_images, rows, separations
 from oilsim.parallel import BLOCK
 from oilsim.smoothing_kernels import FAST, kernel, kernel_slope_over_q
 from oilsim.walls import add_wrench
@@ -26,7 +27,28 @@ HEAVY_BALL = np.float32(0.6)
 LARGEST_MULTIPLIER = np.float32(
     0.3
 )  # d^2 that |L| may reach: one pair then pushes at most a tenth of d, a blob cannot explode
-TINY = np.float32(1e-20)
+TINY, ZERO, ONE = np.float32(1e-20), np.float32(0.0), np.float32(1.0)
+
+
+@njit(inline="always", **FAST)
+def wall_content(i, position, wall, wall_volume, period, walls, sigma, inverse_support):
+    """sum_b V_b W_ib, and the sums of V_b grad W_ib [1/m]."""
+    points = rows(wall)
+    content = gx = gy = gz = spread(ZERO)
+    first, last = walls.start[i], walls.start[i] + np.int64(walls.number[i])
+    for k in range(first, last, LANES):
+        present = below(last, k)
+        b = load(walls.neighbor, k, present)
+        dx, dy, dz = separations(position[0, i], position[1, i], position[2, i], points, b, period)
+        q = root(dx * dx + dy * dy + dz * dz) * inverse_support
+        share = only(present, gather(wall_volume, b), ZERO)
+        slope = share * kernel_slope_over_q(q, sigma)
+        content += share * kernel(q, sigma)
+        gx += slope * dx
+        gy += slope * dy
+        gz += slope * dz
+    factor = inverse_support * inverse_support
+    return summed(content), (factor * summed(gx), factor * summed(gy), factor * summed(gz))
 
 
 @njit(**FAST)
@@ -38,41 +60,34 @@ def density_and_diagonal(
 
     position (3, N) [m], wall (3, M) [m], wall_volume (M,) [m3], weight (N,) or None, fluid and walls: neighbour lists.
     """
-    inverse_support = np.float32(1.0) / support
+    inverse_support = ONE / support
+    factor = volume * inverse_support * inverse_support
+    points = rows(position)
     for i in range(begin, end):
         xi, yi, zi = position[0, i], position[1, i], position[2, i]
-        total = sigma
-        gx = gy = gz = square = np.float32(0.0)
-        for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
-            j = fluid.neighbor[k]
-            dx, dy, dz = nearest_images(xi - position[0, j], yi - position[1, j], zi - position[2, j], period)
-            r = math.sqrt(dx * dx + dy * dy + dz * dz + TINY)
-            q = r * inverse_support
-            total += kernel(q, sigma)
-            slope = kernel_slope_over_q(q, sigma) * inverse_support * inverse_support
+        content = gx = gy = gz = square = spread(ZERO)
+        first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
+        for k in range(first, last, LANES):
+            present = below(last, k)
+            j = load(fluid.neighbor, k, present)
+            dx, dy, dz = separations(xi, yi, zi, points, j, period)
+            squared = dx * dx + dy * dy + dz * dz
+            q = only(present, root(squared) * inverse_support, ONE)
+            slope = factor * kernel_slope_over_q(q, sigma)
+            content += kernel(q, sigma)
             gx += slope * dx
             gy += slope * dy
             gz += slope * dz
-            share = slope * slope * (dx * dx + dy * dy + dz * dz)
-            square += share if weight is None else share * weight[j]
-        total *= volume
-        gx *= volume
-        gy *= volume
-        gz *= volume
-        for k in range(walls.start[i], walls.start[i] + np.int64(walls.number[i])):
-            b = walls.neighbor[k]
-            dx, dy, dz = nearest_images(xi - wall[0, b], yi - wall[1, b], zi - wall[2, b], period)
-            r = math.sqrt(dx * dx + dy * dy + dz * dz + TINY)
-            q = r * inverse_support
-            total += wall_volume[b] * kernel(q, sigma)
-            slope = wall_volume[b] * kernel_slope_over_q(q, sigma) * inverse_support * inverse_support
-            gx += slope * dx
-            gy += slope * dy
-            gz += slope * dz
-        gradient_sum[0, i], gradient_sum[1, i], gradient_sum[2, i] = gx, gy, gz
-        own = gx * gx + gy * gy + gz * gz
-        compression[i] = total - np.float32(1.0)
-        diagonal[i] = volume * volume * square + (own if weight is None else own * weight[i])
+            share = slope * slope * squared
+            square += share if weight is None else share * gather(weight, j)
+        covered, (sx, sy, sz) = ZERO, (ZERO, ZERO, ZERO)
+        if walls.number[i] > 0:
+            covered, (sx, sy, sz) = wall_content(i, position, wall, wall_volume, period, walls, sigma, inverse_support)
+        sx, sy, sz = sx + summed(gx), sy + summed(gy), sz + summed(gz)
+        gradient_sum[0, i], gradient_sum[1, i], gradient_sum[2, i] = sx, sy, sz
+        own = sx * sx + sy * sy + sz * sz
+        compression[i] = volume * (sigma + summed(content)) + covered - ONE
+        diagonal[i] = summed(square) + (own if weight is None else own * weight[i])
 
 
 @njit(**FAST)
@@ -80,20 +95,20 @@ def density_constraint(
     begin, end, position, wall, wall_volume, period, fluid, walls, sigma, support, volume, compression
 ):
     """Fill `compression` with C_i for the particles begin to end at their present positions (Eq. 15, 16)."""
-    inverse_support = np.float32(1.0) / support
+    inverse_support = ONE / support
+    points = rows(position)
     for i in range(begin, end):
         xi, yi, zi = position[0, i], position[1, i], position[2, i]
-        total = sigma
-        for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
-            j = fluid.neighbor[k]
-            dx, dy, dz = nearest_images(xi - position[0, j], yi - position[1, j], zi - position[2, j], period)
-            total += kernel(math.sqrt(dx * dx + dy * dy + dz * dz) * inverse_support, sigma)
-        total *= volume
-        for k in range(walls.start[i], walls.start[i] + np.int64(walls.number[i])):
-            b = walls.neighbor[k]
-            dx, dy, dz = nearest_images(xi - wall[0, b], yi - wall[1, b], zi - wall[2, b], period)
-            total += wall_volume[b] * kernel(math.sqrt(dx * dx + dy * dy + dz * dz) * inverse_support, sigma)
-        compression[i] = total - np.float32(1.0)
+        content = spread(ZERO)
+        first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
+        for k in range(first, last, LANES):
+            present = below(last, k)
+            dx, dy, dz = separations(xi, yi, zi, points, load(fluid.neighbor, k, present), period)
+            content += only(present, kernel(root(dx * dx + dy * dy + dz * dz) * inverse_support, sigma), ZERO)
+        covered = ZERO
+        if walls.number[i] > 0:
+            covered, _ = wall_content(i, position, wall, wall_volume, period, walls, sigma, inverse_support)
+        compression[i] = volume * (sigma + summed(content)) + covered - ONE
 
 
 @njit(**FAST)
@@ -113,65 +128,33 @@ def density_multiplier(begin, end, compression, diagonal, relaxation, limit, mul
 
 @njit(**FAST)
 def density_push(
-    begin,
-    end,
-    position,
-    wall,
-    wall_volume,
-    weight,
-    multiplier,
-    period,
-    fluid,
-    walls,
-    sigma,
-    support,
-    volume,
-    push,
-):
+    begin, end, position, wall, wall_volume, weight, multiplier, period, fluid, walls, sigma, support, volume, push,
+):  # fmt: skip
     """Fill `push` (3, N) with the position correction dx_i of Eq. 22 [m]."""
-    inverse_support = np.float32(1.0) / support
+    inverse_support = ONE / support
+    factor = volume * inverse_support * inverse_support
+    points = rows(position)
     for i in range(begin, end):
         xi, yi, zi = position[0, i], position[1, i], position[2, i]
         own = multiplier[i]
-        px = py = pz = np.float32(0.0)
-        for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
-            j = fluid.neighbor[k]
-            dx, dy, dz = nearest_images(xi - position[0, j], yi - position[1, j], zi - position[2, j], period)
-            r = math.sqrt(dx * dx + dy * dy + dz * dz + TINY)
-            slope = (
-                kernel_slope_over_q(r * inverse_support, sigma)
-                * inverse_support
-                * inverse_support
-                * (own + multiplier[j])
-            )
+        px = py = pz = spread(ZERO)
+        first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
+        for k in range(first, last, LANES):
+            present = below(last, k)
+            j = load(fluid.neighbor, k, present)
+            dx, dy, dz = separations(xi, yi, zi, points, j, period)
+            slope = kernel_slope_over_q(root(dx * dx + dy * dy + dz * dz) * inverse_support, sigma)
+            slope = only(present, slope * (own + gather(multiplier, j)), ZERO)
             px += slope * dx
             py += slope * dy
             pz += slope * dz
-        px *= volume
-        py *= volume
-        pz *= volume
-        if own != np.float32(0.0):
-            for k in range(walls.start[i], walls.start[i] + np.int64(walls.number[i])):
-                b = walls.neighbor[k]
-                dx, dy, dz = nearest_images(xi - wall[0, b], yi - wall[1, b], zi - wall[2, b], period)
-                r = math.sqrt(dx * dx + dy * dy + dz * dz + TINY)
-                slope = (
-                    wall_volume[b]
-                    * kernel_slope_over_q(r * inverse_support, sigma)
-                    * inverse_support
-                    * inverse_support
-                    * own
-                )
-                px += slope * dx
-                py += slope * dy
-                pz += slope * dz
-        if weight is not None:
-            px *= weight[i]
-            py *= weight[i]
-            pz *= weight[i]
-        push[0, i] = px
-        push[1, i] = py
-        push[2, i] = pz
+        bx = by = bz = ZERO
+        if own != ZERO and walls.number[i] > 0:
+            _, (bx, by, bz) = wall_content(i, position, wall, wall_volume, period, walls, sigma, inverse_support)
+        mobility = ONE if weight is None else weight[i]
+        push[0, i] = mobility * (factor * summed(px) + own * bx)
+        push[1, i] = mobility * (factor * summed(py) + own * by)
+        push[2, i] = mobility * (factor * summed(pz) + own * bz)
 
 
 @njit(**FAST)

@@ -27,7 +27,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from oilsim.lanes import LANES, below, gather, load, only, root, spread, store, total
+from oilsim.lanes import LANES, below, gather, load, only, root, spread, store, summed
 from oilsim.moments import inverse, smallest_eigenvalue
 from oilsim.neighbors import rows, separations
 from oilsim.parallel import BLOCK
@@ -68,7 +68,17 @@ def moment_of(i, position, other, period, pairs, gradient):
         tzx -= az * dx
         tzy -= az * dy
         tzz -= az * dz
-    return total(txx), total(txy), total(txz), total(tyx), total(tyy), total(tyz), total(tzx), total(tzy), total(tzz)
+    return (
+        summed(txx),
+        summed(txy),
+        summed(txz),
+        summed(tyx),
+        summed(tyy),
+        summed(tyz),
+        summed(tzx),
+        summed(tzy),
+        summed(tzz),
+    )
 
 
 @njit(inline="always", **FAST)
@@ -147,7 +157,7 @@ def cache_gradients(
             fz += az
             length = ax * ax + ay * ay + az * az
             square += length if weight is None else length * gather(weight, j)
-        sx, sy, sz = total(fx), total(fy), total(fz)
+        sx, sy, sz = summed(fx), summed(fy), summed(fz)
         gx, gy, gz = sx, sy, sz
         covered = ZERO
         if walls.number[i] > 0:
@@ -170,10 +180,10 @@ def cache_gradients(
                 wx += ax
                 wy += ay
                 wz += az
-            covered = total(cover)
-            gx += wall_weight * total(wx)
-            gy += wall_weight * total(wy)
-            gz += wall_weight * total(wz)
+            covered = summed(cover)
+            gx += wall_weight * summed(wx)
+            gy += wall_weight * summed(wy)
+            gz += wall_weight * summed(wz)
             if extrapolation is not None:
                 solid = moment_of(i, position, wall, period, walls, wall_gradient)
                 lever = extrapolation_matrix(moment_of(i, position, position, period, fluid, gradient), solid, plane)
@@ -189,7 +199,7 @@ def cache_gradients(
         coverage[i] = covered
         own[0, i], own[1, i], own[2, i] = gx, gy, gz
         length_of_own = gx * gx + gy * gy + gz * gz
-        diagonal[i] = total(square) + (length_of_own if weight is None else length_of_own * weight[i]) + TINY
+        diagonal[i] = summed(square) + (length_of_own if weight is None else length_of_own * weight[i]) + TINY
 
 
 @njit(**FAST)
@@ -205,7 +215,7 @@ def pressure_velocity(begin, end, fluid, walls, gradient, own, extrapolation, we
             tx += load(gradient_x, k, present) * other
             ty += load(gradient_y, k, present) * other
             tz += load(gradient_z, k, present) * other
-        sx, sy, sz = total(tx), total(ty), total(tz)
+        sx, sy, sz = summed(tx), summed(ty), summed(tz)
         ux, uy, uz = own[0, i] * kappa[i] + sx, own[1, i] * kappa[i] + sy, own[2, i] * kappa[i] + sz
         if extrapolation is not None and walls.number[i] > 0:
             ux += extrapolation[0, i] * sx + extrapolation[1, i] * sy + extrapolation[2, i] * sz
@@ -246,7 +256,7 @@ def velocity_divergence(begin, end, fluid, gradient, own, velocity, seen, rate):
             inflow += load(gradient_y, k, present) * gather(seen_y, j)
             inflow += load(gradient_z, k, present) * gather(seen_z, j)
         outflow = own[0, i] * velocity[0, i] + own[1, i] * velocity[1, i] + own[2, i] * velocity[2, i]
-        rate[i] = outflow - total(inflow)
+        rate[i] = outflow - summed(inflow)
 
 
 @njit(**FAST)

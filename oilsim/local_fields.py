@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from oilsim.lanes import LANES, below, gather, load, only, root, spread, total
+from oilsim.lanes import LANES, below, gather, load, only, root, spread, summed
 from oilsim.moments import determinant, inverse, smallest_eigenvalue
 from oilsim.neighbors import rows, separations
 from oilsim.smoothing_kernels import FAST, kernel, kernel_slope_over_q
@@ -49,8 +49,8 @@ def add_walls(i, position, wall, wall_volume, period, walls, sigma, support):
         myy -= ay * dy
         myz -= ay * dz
         mzz -= az * dz
-    moment = total(mxx), total(mxy), total(mxz), total(myy), total(myz), total(mzz)
-    return total(content), (total(gx), total(gy), total(gz)), moment
+    moment = summed(mxx), summed(mxy), summed(mxz), summed(myy), summed(myz), summed(mzz)
+    return summed(content), (summed(gx), summed(gy), summed(gz)), moment
 
 
 @njit(inline="always", **FAST)
@@ -127,18 +127,18 @@ def local_fields(
             cy += w * dy
             cz += w * dz
         moment = (
-            factor * total(mxx), factor * total(mxy), factor * total(mxz),
-            ONE if plane else factor * total(myy), factor * total(myz), factor * total(mzz),
+            factor * summed(mxx), factor * summed(mxy), factor * summed(mxz),
+            ONE if plane else factor * summed(myy), factor * summed(myz), factor * summed(mzz),
         )  # fmt: skip
         field[0, i], field[1, i], field[2, i], field[WEIGHT, i] = ui, vi, wi, ONE if weight is None else weight[i]
         if determinant(moment) > REGULAR:
             gradients = (
-                factor * total(axx), factor * total(axy), factor * total(axz),
-                factor * total(ayx), factor * total(ayy), factor * total(ayz),
-                factor * total(azx), factor * total(azy), factor * total(azz),
+                factor * summed(axx), factor * summed(axy), factor * summed(axz),
+                factor * summed(ayx), factor * summed(ayy), factor * summed(ayz),
+                factor * summed(azx), factor * summed(azy), factor * summed(azz),
             )  # fmt: skip
-            differences = volume * total(rx), volume * total(ry), volume * total(rz)
-            offsets = volume * total(cx), volume * total(cy), volume * total(cz)
+            differences = volume * summed(rx), volume * summed(ry), volume * summed(rz)
+            offsets = volume * summed(cx), volume * summed(cy), volume * summed(cz)
             fill_flow(i, gradients, moment, differences, offsets, field)
         else:
             for n in range(3, 13):
@@ -146,10 +146,10 @@ def local_fields(
         solid, push, more = ZERO, (ZERO, ZERO, ZERO), (ZERO, ZERO, ZERO, ZERO, ZERO, ZERO)
         if walls.number[i] > 0:
             solid, push, more = add_walls(i, position, wall, wall_volume, period, walls, sigma, support)
-        compression[i] = volume * (sigma + total(content)) + solid - ONE
-        gradient_sum[0, i] = factor * total(gx) + push[0]
-        gradient_sum[1, i] = factor * total(gy) + push[1]
-        gradient_sum[2, i] = factor * total(gz) + push[2]
+        compression[i] = volume * (sigma + summed(content)) + solid - ONE
+        gradient_sum[0, i] = factor * summed(gx) + push[0]
+        gradient_sum[1, i] = factor * summed(gy) + push[1]
+        gradient_sum[2, i] = factor * summed(gz) + push[2]
         whole = (
             moment[0] + more[0], moment[1] + more[1], moment[2] + more[2],
             ONE if plane else moment[3] + more[3], moment[4] + more[4], moment[5] + more[5],

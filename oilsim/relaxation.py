@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from oilsim.lanes import LANES, below, gather, load, only, root, spread, total
+from oilsim.lanes import LANES, below, gather, load, only, root, spread, summed
 from oilsim.local_fields import ONE, STRAIN, THETA, WEIGHT, ZERO
 from oilsim.neighbors import rows, separations
 from oilsim.smoothing_kernels import FAST, kernel, kernel_slope_over_q
@@ -28,20 +28,22 @@ SHIFT_BY_STRAIN = np.float32(15.0)  # beta for each unit of strain x time step
 
 @njit(**FAST)
 def mark_surface(begin, end, gradient_sum, spacing, surface):
-    """Set `surface` (N,) to 1 where the kernel's gradients do not cancel: at free surfaces and in spray."""
+    """Set `surface` (N,), float32, to 1 where the kernel's gradients do not cancel: at free surfaces and in spray."""
     for i in range(begin, end):
         gx, gy, gz = gradient_sum[0, i] * spacing, gradient_sum[1, i] * spacing, gradient_sum[2, i] * spacing
-        surface[i] = np.uint8(gx * gx + gy * gy + gz * gz > SURFACE * SURFACE)
+        surface[i] = ONE if gx * gx + gy * gy + gz * gz > SURFACE * SURFACE else ZERO
 
 
 @njit(**FAST)
 def mark_near_surface(begin, end, fluid, surface, near):
     """Set `near` (N,) to 1 for surface particles and all that have one among their neighbours."""
     for i in range(begin, end):
-        found = surface[i]
-        for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
-            found |= surface[fluid.neighbor[k]]
-        near[i] = found
+        found = spread(surface[i])
+        first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
+        for k in range(first, last, LANES):
+            present = below(last, k)
+            found += only(present, gather(surface, load(fluid.neighbor, k, present)), ZERO)
+        near[i] = np.uint8(summed(found) > ZERO)
 
 
 @njit(**FAST)
@@ -83,7 +85,7 @@ def wall_push(i, position, wall, wall_volume, own, period, walls, sigma, inverse
         py += slope * dy
         pz += slope * dz
     factor = np.float32(2.0) * own * inverse_support * inverse_support
-    return factor * total(px), factor * total(py), factor * total(pz)
+    return factor * summed(px), factor * summed(py), factor * summed(pz)
 
 
 @njit(**FAST)
@@ -120,9 +122,9 @@ def relax(
         bx = by = bz = ZERO
         if walls.number[i] > 0 and own != ZERO:
             bx, by, bz = wall_push(i, position, wall, wall_volume, own, period, walls, sigma, inverse_support)
-        push[0, i] = weight * (factor * total(px) + bx)
-        push[1, i] = weight * (factor * total(py) + by)
-        push[2, i] = weight * (factor * total(pz) + bz)
-        change[0, i] = -volume * total(sx)
-        change[1, i] = -volume * total(sy)
-        change[2, i] = -volume * total(sz)
+        push[0, i] = weight * (factor * summed(px) + bx)
+        push[1, i] = weight * (factor * summed(py) + by)
+        push[2, i] = weight * (factor * summed(pz) + bz)
+        change[0, i] = -volume * summed(sx)
+        change[1, i] = -volume * summed(sy)
+        change[2, i] = -volume * summed(sz)

@@ -24,7 +24,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from oilsim.neighbors import Pairs, nearest_images
+from oilsim.lanes import LANES, below, gather, load, only, positive, spread, store, summed
+from oilsim.neighbors import Pairs, rows, separations
 from oilsim.parallel import Team, block_count, total
 from oilsim.pressure_projection import dot
 from oilsim.smoothing_kernels import FAST, SUPPORT, kernel_slope_over_q, normalisation
@@ -32,6 +33,7 @@ from oilsim.walls import add_wrench
 
 Real = NDArray[np.float32]
 
+ZERO = np.float32(0.0)
 REGULAR = 1e-4  # of d^2, beside r^2 of a pair: the 0.01 h^2 of Eq. 25 takes 1 % off the viscosity, and nothing needs it
 NEGLIGIBLE = 1e-3  # nu t / d^2 that a liquid may be owed: what decays on the finest wave, one of 2 d, is off by (10 of this)^2 / 2
 EXPLICIT_BELOW = 1e-2  # nu dt / d^2 under which one explicit step equals the implicit one to the square of this
@@ -54,8 +56,18 @@ def wall_factor(dimension: int) -> float:
 def stiffness(ax, ay, az, dx, dy, dz, regular, factor):
     """k with K_ij = k a a^T for the cached gradient a = V grad W: factor mu / ((r^2 + 0.01 h^2) (-W'/r) V)."""
     squared = dx * dx + dy * dy + dz * dz
-    slope = -(ax * dx + ay * dy + az * dz)
-    return factor * squared / ((squared + regular) * max(slope, np.float32(1e-20)))
+    slope = positive(-(ax * dx + ay * dy + az * dz)) + np.float32(1e-20)
+    return factor * squared / ((squared + regular) * slope)
+
+
+@njit(inline="always", **FAST)
+def add_outer(block, s, ax, ay, az):
+    """block + s a a^T, as xx, xy, xz, yy, yz, zz."""
+    sx, sy, sz = s * ax, s * ay, s * az
+    return (
+        block[0] + sx * ax, block[1] + sx * ay, block[2] + sx * az,
+        block[3] + sy * ay, block[4] + sy * az, block[5] + sz * az,
+    )  # fmt: skip
 
 
 @njit(**FAST)
@@ -68,57 +80,61 @@ def viscous_coefficients(
     active (A,): particle indices; viscosity (phases, phases): mu_ij [Pa s]; wall_viscosity (M,): 1 where the wall holds
     the liquid, 0 where it slips, None where none holds.
     """
+    points, wall_points = rows(position), rows(wall)
     for n in range(begin, end):
         i = active[n]
         xi, yi, zi = position[0, i], position[1, i], position[2, i]
-        own = phase[i]
-        bxx = bxy = bxz = byy = byz = bzz = np.float32(0.0)
-        for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
-            j = fluid.neighbor[k]
-            ax, ay, az = gradient[0, k], gradient[1, k], gradient[2, k]
-            dx, dy, dz = nearest_images(xi - position[0, j], yi - position[1, j], zi - position[2, j], period)
-            s = viscosity[own, phase[j]] * stiffness(ax, ay, az, dx, dy, dz, regular, factor)
-            pair_stiffness[k] = s
-            bxx += s * ax * ax
-            bxy += s * ax * ay
-            bxz += s * ax * az
-            byy += s * ay * ay
-            byz += s * ay * az
-            bzz += s * az * az
+        own = viscosity[phase[i]]
+        nothing = spread(ZERO)
+        sums = (nothing, nothing, nothing, nothing, nothing, nothing)
+        first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
+        for k in range(first, last, LANES):
+            present = below(last, k)
+            j = load(fluid.neighbor, k, present)
+            ax, ay, az = load(gradient[0], k, present), load(gradient[1], k, present), load(gradient[2], k, present)
+            dx, dy, dz = separations(xi, yi, zi, points, j, period)
+            mu = spread(own[0]) if own.size == 1 else gather(own, gather(phase, j))
+            s = only(present, mu * stiffness(ax, ay, az, dx, dy, dz, regular, factor), ZERO)
+            store(pair_stiffness, k, present, s)
+            sums = add_outer(sums, s, ax, ay, az)
         if wall_viscosity is not None:
-            for k in range(walls.start[i], walls.start[i] + np.int64(walls.number[i])):
-                b = walls.neighbor[k]
-                ax, ay, az = wall_gradient[0, k], wall_gradient[1, k], wall_gradient[2, k]
-                dx, dy, dz = nearest_images(xi - wall[0, b], yi - wall[1, b], zi - wall[2, b], period)
-                s = viscosity[own, own] * wall_viscosity[b] * stiffness(ax, ay, az, dx, dy, dz, regular, factor)
-                wall_stiffness[k] = s
-                bxx += s * ax * ax
-                bxy += s * ax * ay
-                bxz += s * ax * az
-                byy += s * ay * ay
-                byz += s * ay * az
-                bzz += s * az * az
-        block[0, i], block[1, i], block[2, i] = bxx, bxy, bxz
-        block[3, i], block[4, i], block[5, i] = byy, byz, bzz
+            first, last = walls.start[i], walls.start[i] + np.int64(walls.number[i])
+            for k in range(first, last, LANES):
+                present = below(last, k)
+                b = load(walls.neighbor, k, present)
+                ax = load(wall_gradient[0], k, present)
+                ay = load(wall_gradient[1], k, present)
+                az = load(wall_gradient[2], k, present)
+                dx, dy, dz = separations(xi, yi, zi, wall_points, b, period)
+                mu = own[phase[i]] * gather(wall_viscosity, b)
+                s = only(present, mu * stiffness(ax, ay, az, dx, dy, dz, regular, factor), ZERO)
+                store(wall_stiffness, k, present, s)
+                sums = add_outer(sums, s, ax, ay, az)
+        block[0, i], block[1, i], block[2, i] = summed(sums[0]), summed(sums[1]), summed(sums[2])
+        block[3, i], block[4, i], block[5, i] = summed(sums[3]), summed(sums[4]), summed(sums[5])
 
 
 @njit(**FAST)
 def viscous_force(begin, end, active, fluid, gradient, pair_stiffness, block, velocity, force):
     """Fill `force` (3, N) with sum_j K_ij (v_j - v_i) [N/m3] of active particles; wall velocities count as 0."""
+    velocities = rows(velocity)
     for n in range(begin, end):
         i = active[n]
-        ui, vi, wi = velocity[0, i], velocity[1, i], velocity[2, i]
-        fx = -(block[0, i] * ui + block[1, i] * vi + block[2, i] * wi)
-        fy = -(block[1, i] * ui + block[3, i] * vi + block[4, i] * wi)
-        fz = -(block[2, i] * ui + block[4, i] * vi + block[5, i] * wi)
-        for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
-            j = fluid.neighbor[k]
-            ax, ay, az = gradient[0, k], gradient[1, k], gradient[2, k]
-            s = pair_stiffness[k] * (ax * velocity[0, j] + ay * velocity[1, j] + az * velocity[2, j])
+        fx = fy = fz = spread(ZERO)
+        first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
+        for k in range(first, last, LANES):
+            present = below(last, k)
+            j = load(fluid.neighbor, k, present)
+            ax, ay, az = load(gradient[0], k, present), load(gradient[1], k, present), load(gradient[2], k, present)
+            along = ax * gather(velocities[0], j) + ay * gather(velocities[1], j) + az * gather(velocities[2], j)
+            s = load(pair_stiffness, k, present) * along
             fx += s * ax
             fy += s * ay
             fz += s * az
-        force[0, i], force[1, i], force[2, i] = fx, fy, fz
+        ui, vi, wi = velocity[0, i], velocity[1, i], velocity[2, i]
+        force[0, i] = summed(fx) - (block[0, i] * ui + block[1, i] * vi + block[2, i] * wi)
+        force[1, i] = summed(fy) - (block[1, i] * ui + block[3, i] * vi + block[4, i] * wi)
+        force[2, i] = summed(fz) - (block[2, i] * ui + block[4, i] * vi + block[5, i] * wi)
 
 
 @njit(**FAST)

@@ -12,7 +12,7 @@ from numba import njit
 from numba.core.errors import TypingError
 
 from oilsim.initial_conditions import block
-from oilsim.lanes import LANES, below, floor, gather, load, only, positive, root, spread, store, total
+from oilsim.lanes import LANES, below, floor, gather, load, only, positive, root, spread, store, summed
 
 from .conftest import disturbed, prepare
 
@@ -33,7 +33,7 @@ def everything(first, last, neighbor, left, right, result):
         value = (root(value) - floor(np.float32(9.0) * other)) * other / (ONE + value) + positive(other - value)
         store(result, k, present, -value)
         sums += only(present, value, np.float32(0.0))
-    return total(sums)
+    return summed(sums)
 
 
 @pytest.mark.parametrize("length", [0, 1, LANES - 1, LANES, LANES + 1, 3 * LANES + 5])
@@ -65,7 +65,7 @@ def test_scalars_of_the_same_functions_keep_their_precision():
 def test_a_double_is_refused():
     @njit
     def doubled(x):
-        return total(spread(x) * 2.0)
+        return summed(spread(x) * 2.0)
 
     with pytest.raises(TypingError):
         doubled(ONE)
