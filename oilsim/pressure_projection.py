@@ -127,7 +127,7 @@ class BoundConstrainedSolver:
         self._direction[:] = self._free
         while used < iterations:
             near_bodies = _watched_residual(kappa, self._gradient, closed, watched)
-            if used >= LEAST and residual <= tolerance * count and near_bodies <= tolerance:
+            if (closed or used >= LEAST) and residual <= tolerance * count and near_bodies <= tolerance:
                 break
             proportional = chopped <= reduced
             if not proportional:
