@@ -119,7 +119,7 @@ def _load(context, builder, signature, arguments):
 
 def store(values, k, present, lanes):
     """values[k + lane] = lanes where `present`."""
-    values[k : k + np.count_nonzero(present)] = lanes[present]
+    values[k : k + np.count_nonzero(present)] = np.broadcast_to(lanes, LANES)[present]
 
 
 @compiled(store, lambda values, k, present, lanes: types.void(values, types.int64, TRUTHS, ELEMENTS[values.dtype]))
@@ -161,8 +161,8 @@ def _only(context, builder, signature, arguments):
 
 
 def spread(value):
-    """A float32 in every lane."""
-    return np.full(LANES, value, np.float32)
+    """A float32 in every lane; to numpy a scalar, so that `x = y = spread(0)` are two numbers under +=."""
+    return np.float32(value)
 
 
 @compiled(spread, lambda value: REALS(REALS))
@@ -177,7 +177,7 @@ def _cast(context, builder, source, target, value):
 
 def summed(lanes):
     """Sum of the lanes, always in the same order."""
-    return lanes.sum(dtype=np.float32)
+    return np.broadcast_to(lanes, LANES).sum(dtype=np.float32)
 
 
 @compiled(summed, lambda lanes: types.float32(REALS))
