@@ -6,7 +6,9 @@ it is: s grows towards the wall, and reaches s_c at a quarter of a spacing from 
     rate of s:     sum_b V_b (v_i - v_b) . grad W_ib  <=  max(s_c - s_i, 0) / dt,
     by             v_i -= beta_i h_i,   beta_i = (rate - limit)+ / |h_i|^2,   h_i = sum_b V_b grad W_ib,
 
-and bodies receive m_i beta_i of their part of h_i. A particle that is nearer all the same is moved out along h.
+and bodies receive m_i beta_i of their part of h_i. A particle that is nearer all the same is moved out along h. Only drops are asked,
+particles whose kernel holds hardly any liquid beside their own: what has neighbours has pressure to keep it off, and lies rightly
+nearer where two walls meet.
 """
 
 from __future__ import annotations
@@ -20,7 +22,13 @@ from oilsim.smoothing_kernels import FAST
 
 NEAREST = 0.25  # spacings from the wall at which contact begins
 LARGEST_PUSH = np.float32(0.1)  # spacings by which one step moves a particle out
+ALONE = 0.15  # share of a drop's kernel, beside its own part, that liquid may fill
 TINY = np.float32(1e-12)
+
+
+def drop_share(own: float) -> np.float32:
+    """Share of its kernel up to which liquid makes a drop; `own` is the part V W(0) of a single particle."""
+    return np.float32(own + ALONE * (1.0 - own))
 
 
 @njit(**FAST)
@@ -37,11 +45,11 @@ def wall_approach(begin, end, walls, wall_gradient, velocity, slope, rate):
 
 
 @njit(**FAST)
-def wall_contact(begin, end, coverage, slope, rate, limit, time_step, velocity, strength):
-    """Stop approach beyond the limit; `strength` gets beta_i [m2/s]."""
+def wall_contact(begin, end, coverage, compression, drop, slope, rate, limit, time_step, velocity, strength):
+    """Stop drops (less liquid than `drop`) that approach beyond the limit; `strength` gets beta_i [m2/s]."""
     for i in range(begin, end):
         strength[i] = np.float32(0.0)
-        if coverage[i] > np.float32(0.0):
+        if coverage[i] > np.float32(0.0) and np.float32(1.0) + compression[i] - coverage[i] < drop:
             excess = rate[i] - max(limit - coverage[i], np.float32(0.0)) / time_step
             if excess > np.float32(0.0):
                 hx, hy, hz = slope[0, i], slope[1, i], slope[2, i]
@@ -53,11 +61,11 @@ def wall_contact(begin, end, coverage, slope, rate, limit, time_step, velocity, 
 
 
 @njit(**FAST)
-def wall_push(begin, end, coverage, slope, limit, spacing, position):
-    """Move particles (3, N) that are nearer than contact out along -h, at most LARGEST_PUSH spacings."""
+def wall_push(begin, end, coverage, compression, drop, slope, limit, spacing, position):
+    """Move drops (3, N) that are nearer than contact out along -h, at most LARGEST_PUSH spacings."""
     for i in range(begin, end):
         excess = coverage[i] - limit
-        if excess > np.float32(0.0):
+        if excess > np.float32(0.0) and np.float32(1.0) + compression[i] - coverage[i] < drop:
             hx, hy, hz = slope[0, i], slope[1, i], slope[2, i]
             size = math.sqrt(hx * hx + hy * hy + hz * hz) + TINY
             length = min(excess / size, LARGEST_PUSH * spacing) / size

@@ -48,7 +48,7 @@ from oilsim.viscosity import (
     viscous_reaction,
     wall_factor,
 )
-from oilsim.wall_contact import NEAREST, wall_approach, wall_contact, wall_push
+from oilsim.wall_contact import NEAREST, drop_share, wall_approach, wall_contact, wall_push
 from oilsim.walls import Contacts, Walls
 
 Real = NDArray[np.float32]
@@ -85,6 +85,7 @@ class Workspace:
         strength = [phase.adhesion * scale / phase.rest_density for phase in config.phases]
         self._adhesion = np.array(strength, np.float32) if any(strength) else None
         self._nearest = np.float32(wall_coverage(NEAREST, config.dimension))
+        self._drop = drop_share(float(self.sigma) * config.rest_volume)
         self.seconds: defaultdict[str, float] = defaultdict(float)
         self.budget: Budget | None = None  # who keeps accounts of the stages; nobody unless asked for
         self.gradient: Real = np.empty((3, 0), np.float32)
@@ -366,25 +367,13 @@ class Workspace:
             if response.present:
                 response.add_motion(rate)
             run(
-                wall_contact,
-                count,
-                self.coverage,
-                slope,
-                rate,
-                self._nearest,
-                np.float32(time_step),
-                state.velocity,
-                strength,
-            )
+                wall_contact, count, self.coverage, self.compression, self._drop, slope, rate, self._nearest,
+                np.float32(time_step), state.velocity, strength,
+            )  # fmt: skip
             run(
-                wall_push,
-                count,
-                self.coverage,
-                slope,
-                self._nearest,
-                np.float32(self.config.particle_spacing),
-                state.position,
-            )
+                wall_push, count, self.coverage, self.compression, self._drop, slope, self._nearest,
+                np.float32(self.config.particle_spacing), state.position,
+            )  # fmt: skip
             if response.present:
                 response.accept(strength * self.rest_density)
 

@@ -74,8 +74,8 @@ def still_column(dimension: int, width: float, depth: float, spacing: float, dur
     ]
 
 
-def floating_square(ratio: float, spacing: float = 0.05, side: float = 0.5, duration: float = 6.0) -> list[Row]:
-    """A free square of a share of the water's density: draft against Archimedes, and the angle it rolls to."""
+def floating_square(ratio: float, spacing: float = 0.05, side: float = 0.5, duration: float = 10.0) -> list[Row]:
+    """A free square of a share of the water's density, with a slight roll: draft against Archimedes, and the angle it comes to."""
     width, depth = 2.0, 1.0
     fluid, water = tank(width, depth, spacing)
     start = depth + side * (0.5 - ratio)
@@ -84,7 +84,11 @@ def floating_square(ratio: float, spacing: float = 0.05, side: float = 0.5, dura
     handle = fluid.add_boundary(solid_box((side, 0, side), spacing, dimension=2))
     mass = 1000.0 * ratio * side**2
     inverse_mass = np.diag([1 / mass, 0, 1 / mass, 0, 6.0 / (mass * side**2), 0])
-    position, orientation, twist = np.array([width / 2, 0, start]), np.array([0.0, 0, 0, 1]), np.zeros(6)
+    position, orientation, twist = (
+        np.array([width / 2, 0, start]),
+        np.array([0.0, 0, 0, 1]),
+        np.array([0, 0, 0, 0, 0.3, 0]),
+    )
     submerged, angles = [], []
     for step in range(round(duration / STEP)):
         fall = (0, 0, -GRAVITY, 0, 0, 0)

@@ -31,7 +31,7 @@ def plane_tank(make_fluid, width, depth, spacing, threads=1):
 
 
 def everything(make_fluid, scheme="split"):
-    """Two phases, periodic along y, no-slip and adhesive walls, a pipe, wind, a moving body and an open side."""
+    """Two phases and a drop, periodic along y, no-slip and adhesive walls, a pipe, wind, a moving body and an open side."""
     fluid = make_fluid(
         phases=OILY, lower=(-0.3, 0.0, -0.3), upper=(1.8, 1.5, 2.3), periodic=(False, True, False), gravity=(0.5, 0.3, -G),
         scheme=scheme,
@@ -41,6 +41,7 @@ def everything(make_fluid, scheme="split"):
     fluid.add_particles(block((0, 0, 0), (1.5, 1.5, 0.6), 0.1), phase="water", velocity=(0.5, 0.4, 0.0))
     fluid.add_particles(block((0.4, 0.4, 0.7), (1.0, 1.0, 1.0), 0.1), phase="oil")
     fluid.add_particles(block((1.5, 0.0, 1.0), (1.8, 0.3, 1.2), 0.1), phase="oil", velocity=(1.0, 0.0, 0.0))
+    fluid.add_particles([[0.15, 0.7, 1.4]], phase="water", velocity=(-2.0, 0.0, 0.0))  # a drop that meets a wall
     fluid.add_emitter(
         PipeEmitter(phase="oil", mouth=(0.2, 0.2, 1.2), direction=(0, 0, -1), radius=0.1, speed=0.5, spacing=0.1)
     )
