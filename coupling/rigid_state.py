@@ -5,8 +5,6 @@ Frames and reference points as in `coupling.participant`: centre of mass, world 
 
 from __future__ import annotations
 
-from typing import cast
-
 import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
@@ -17,11 +15,6 @@ from coupling.motion import Motion
 Array = npt.NDArray[np.float64]
 
 MOVING = ("pose", "twist", "wrench", "applied_wrench", "reaction", "earlier_reaction")
-
-
-def product(left: Array, right: Array) -> Array:
-    """Matrix product (..., n, n), summed in one order: a BLAS rounds as memory happens to lie, and a repeated step would differ."""
-    return cast("Array", (left[..., :, :, None] * right[..., None, :, :]).sum(axis=-2))
 
 
 class RigidBodyState:
@@ -63,7 +56,7 @@ class RigidBodyState:
         if len(self.pose) == 0:
             return self.inertia
         rotation = Rotation.from_quat(self.pose[:, 3:]).as_matrix()
-        return product(product(rotation, self.inertia), rotation.transpose(0, 2, 1))
+        return rotation @ self.inertia @ rotation.transpose(0, 2, 1)
 
     def momenta(self) -> Array:
         """(B, 6) m v [kg m/s] and R I R^T omega about each centre of mass [kg m2/s]."""
@@ -84,7 +77,7 @@ class RigidBodyState:
             return np.zeros((0, 3))
         inertia = self.world_inertia()
         half_turn = Rotation.from_rotvec(0.5 * duration * self.twist[:, 3:]).as_matrix()
-        middle = product(product(half_turn, inertia), half_turn.transpose(0, 2, 1))
+        middle = half_turn @ inertia @ half_turn.transpose(0, 2, 1)
         target = np.linalg.solve(middle, self.momenta()[:, 3:, None])[:, :, 0]
         rate = target
         for _ in range(2):
@@ -98,7 +91,7 @@ class RigidBodyState:
         if self.is_free[row]:
             rotation = Rotation.from_quat(self.pose[row, 3:]).as_matrix()
             inverse[:3, :3] = np.eye(3) / self.mass[row]
-            inverse[3:, 3:] = product(product(rotation, np.linalg.inv(self.inertia[row])), rotation.T)
+            inverse[3:, 3:] = rotation @ np.linalg.inv(self.inertia[row]) @ rotation.T
         return inverse
 
     def free_acceleration(self, row: int, gravity: Array) -> Array:
@@ -107,7 +100,7 @@ class RigidBodyState:
         M^-1 (applied wrench + lasting reaction of joints and contacts) + gravity, and - I^-1 omega x I omega.
         """
         lasting = steady(self.earlier_reaction[row], self.reaction[row])
-        return self.known_acceleration(row, gravity) + (self.inverse_mass(row) * lasting).sum(axis=1)
+        return self.known_acceleration(row, gravity) + self.inverse_mass(row) @ lasting
 
     def known_acceleration(self, row: int, gravity: Array) -> Array:
         """(6,) as `free_acceleration`, without joints and contacts; 0 for a body that is held."""
@@ -115,7 +108,7 @@ class RigidBodyState:
             return np.zeros(6)
         wrench = self.applied_wrench[row].copy()
         wrench[3:] -= self.gyroscopic_torque()[row]
-        acceleration = (self.inverse_mass(row) * wrench).sum(axis=1)
+        acceleration = self.inverse_mass(row) @ wrench
         acceleration[:3] += gravity
         return acceleration
 

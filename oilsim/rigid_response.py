@@ -55,11 +55,15 @@ def extend_contacts(contacts, position, wall, period, fluid, walls, gradient, wa
             for row in range(6):
                 for axis in range(3):
                     reach[c, row, axis] += single[0, row] * lever[axis]
+        # summed in registers: where sums are stored as they grow, the compiler's order of summation hangs on where arrays lie
+        fx = fy = fz = np.float32(0.0)
+        for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
+            fx += gradient[0, k]
+            fy += gradient[1, k]
+            fz += gradient[2, k]
         for row in range(6):
-            jacobian[c, row] = wall_weight * contacts.jacobian[c, row]
-            for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
-                for axis in range(3):
-                    jacobian[c, row] -= reach[c, row, axis] * gradient[axis, k]
+            extrapolated = reach[c, row, 0] * fx + reach[c, row, 1] * fy + reach[c, row, 2] * fz
+            jacobian[c, row] = wall_weight * contacts.jacobian[c, row] - extrapolated
 
 
 @njit(**FAST)

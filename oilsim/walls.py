@@ -90,11 +90,6 @@ def rotation_matrix(orientation: ArrayLike) -> Double:
     )
 
 
-def rotated_points(rotation: Double, points: Double) -> Double:
-    """rotation (3, 3) times points (3, M), summed in one order: a matrix product's rounding may hang on where memory lies."""
-    return rotation[:, :1] * points[0] + rotation[:, 1:2] * points[1] + rotation[:, 2:] * points[2]
-
-
 def rotated(orientation: Double, turn: Double) -> Double:
     """Quaternion after a rotation vector `turn` [rad] in the world frame."""
     angle = float(np.linalg.norm(turn))
@@ -195,7 +190,7 @@ class Walls:
         at = self.resting
         for handle, body in self.moving.items():
             points = self._local[handle]
-            arm = rotated_points(rotation_matrix(body.orientation), points)
+            arm = rotation_matrix(body.orientation) @ points
             end = at + points.shape[1]
             self.arm[:, at - self.resting : end - self.resting] = arm
             self.position[:, at:end] = self._wrapped(arm + body.position[:, None])
@@ -245,7 +240,7 @@ class Walls:
         """Hand impulses (bodies, 6) to the moving bodies, which answer them."""
         if not self.moving:
             return
-        answers = (self.inverse_mass() * impulses.ravel()).sum(axis=1).reshape(impulses.shape)
+        answers = (self.inverse_mass() @ impulses.ravel()).reshape(impulses.shape)
         for body, impulse, answer in zip(self.moving.values(), impulses, answers, strict=True):
             body.impulse = body.impulse + impulse
             body.twist = body.twist + answer
