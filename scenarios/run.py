@@ -19,12 +19,11 @@ from coupling.errors import CoSimulationError
 from coupling.observer import Observer
 from recordings.errors import RecordingError
 from scenarios.build import Assembly, build
+from scenarios.exit_codes import DONE, FAILED
 from scenarios.problems import Problem, ScenarioError
 from scenarios.progress import ProgressDisplay
 from scenarios.scenario import Scenario
 from scenarios.summary import SummaryObserver, write_summary
-
-DONE, FAILED = 0, 1
 
 
 @dataclass(frozen=True, kw_only=True)
