@@ -38,7 +38,8 @@ def draw_map(axes: Axes, replay: Replay, moments: Sequence[Moment]) -> None:
         if positions is None or not len(positions):
             continue
         if palette.is_oil(phase.name):
-            _draw_outline(axes, first.positions[phase.name][:, across], run.particle_spacing, "dashed")
+            before = first.positions.get(phase.name, positions[:0])
+            _draw_outline(axes, before[:, across], run.particle_spacing, "dashed")
             _draw_outline(axes, positions[:, across], run.particle_spacing, "solid")
         _draw_particles(axes, positions[:, across], run.particle_spacing, color, palette.is_oil(phase.name))
     for name, mesh in run.meshes.items():

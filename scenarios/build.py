@@ -25,7 +25,7 @@ from oilsim.solver import AdvanceReport, Fluid
 from recordings.frame import RunDescription
 from scenarios.build_fluid import build_fluid, fill_positions, horizontal, water_level
 from scenarios.fleet import Fleet, body_of, place_fleet
-from scenarios.portrayal import FramePainter, Wrench, describe_run
+from scenarios.portrayal import FramePainter, Wrench, describe_exercise, describe_run
 from scenarios.probes import BodyProbe
 from scenarios.problems import problems_of
 from scenarios.scenario import Scenario
@@ -112,12 +112,21 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
         scoring=scoring,
         participants=(*controls, fluid_participant, *bodies),
         connections=(*_body_connections(coupled), *_vessel_connections(controls)),
-        description=describe_run(scenario, fluid, tank, solids, text=text, overrides=overrides),
+        description=describe_run(
+            scenario,
+            fluid,
+            tank,
+            solids,
+            exercise=describe_exercise(scenario, fleet, level),
+            text=text,
+            overrides=overrides,
+        ),
         frame_source=FramePainter(
             scenario,
             fluid,
             world,
             solids,
+            fleet,
             _wrench_reading(fluid_participant, coupled),
             scoring,
             lambda: fluid_participant.report,

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from booms.containment import PRACTICE_SPEED
+from booms.deployment import BoomLayout
+from booms.scores import skirt_drag_coefficient, tow_force
 from coupling.co_simulation import CommunicationPoint
 from coupling.rigid_body_world import RigidBodyWorld
 from oilsim.solver import AdvanceReport, Fluid
+from recordings.entity_paths import BOOM
+from recordings.exercise import BoomDescription, ExerciseDescription, Site
 from recordings.frame import (
     BodyFrame,
     CameraView,
@@ -19,8 +25,10 @@ from recordings.frame import (
     PhaseFrame,
     RunDescription,
 )
+from scenarios.build_fluid import horizontal
+from scenarios.fleet import Fleet
 from scenarios.instruments import RunFigures, probe_readings
-from scenarios.scenario import Scenario
+from scenarios.scenario import Scenario, SiteSettings
 from scenarios.scoring import Scoring
 from scenarios.solids import Solid
 from scenarios.versions import versions
@@ -30,7 +38,14 @@ Wrench = Callable[[str], Array]
 
 
 def describe_run(
-    scenario: Scenario, fluid: Fluid, tank: int | None, solids: Sequence[Solid], *, text: str, overrides: Sequence[str]
+    scenario: Scenario,
+    fluid: Fluid,
+    tank: int | None,
+    solids: Sequence[Solid],
+    *,
+    exercise: ExerciseDescription | None,
+    text: str,
+    overrides: Sequence[str],
 ) -> RunDescription:
     """Everything about the run that does not change."""
     properties: dict[str, str | float] = {f"version_{name}": version for name, version in versions().items()}
@@ -55,7 +70,69 @@ def describe_run(
         },
         boundaries={} if tank is None else {"tank": fluid.boundary_positions(tank)},
         camera=None if camera is None else CameraView(eye=camera.eye, target=camera.target),
+        exercise=exercise,
+        site=None if scenario.site is None else _site(scenario.site),
     )
+
+
+def _site(site: SiteSettings) -> Site:
+    return Site(latitude=site.latitude, longitude=site.longitude, bearing=math.degrees(site.bearing), start=site.start)
+
+
+def describe_exercise(scenario: Scenario, fleet: Fleet, water_level: float) -> ExerciseDescription | None:
+    """What a debrief must know of the booms; None without any."""
+    if not fleet.booms:
+        return None
+    current = scenario.forcing.current
+    flow = (0.0, 0.0, 0.0) if current is None else horizontal(current.speed, current.direction)
+    return ExerciseDescription(
+        booms=tuple(_describe_boom(name, layout, scenario) for name, layout in fleet.booms.items()),
+        current=(flow[0], flow[1]),
+        water_level=water_level,
+    )
+
+
+def _describe_boom(name: str, layout: BoomLayout, scenario: Scenario) -> BoomDescription:
+    settings = scenario.booms[name]
+    first, second = (tuple(float(part) for part in point) for point in layout.segment.joint_points)
+    labels = [end if isinstance(end, str) else f"end-{index}" for index, end in enumerate(settings.ends)]
+    pulls = [scenario.vessels[end].bollard_pull for end in settings.ends if isinstance(end, str)]
+    return BoomDescription(
+        name=name,
+        segments=tuple(segment.name for segment in layout.segments),
+        ends=(labels[0], labels[1]),
+        length=settings.length,
+        skirt_depth=settings.skirt_depth,
+        freeboard=settings.freeboard,
+        waterline=float(layout.segment.waterline),
+        joint_points=((first[0], first[1], first[2]), (second[0], second[1], second[2])),
+        full_tension=max(pulls, default=0.0) or _fixed_boom_tension(layout),
+    )
+
+
+def _fixed_boom_tension(layout: BoomLayout) -> float:
+    """Tension [N] of the boom as laid, if water met it at 0.7 knots."""
+    boom = layout.boom
+    gap = min(layout.gap_ratio, 0.95)  # a straight boom's is unbounded
+    tension, _ = tow_force(
+        boom.length,
+        gap,
+        boom.skirt_depth,
+        PRACTICE_SPEED,
+        drag_coefficient=skirt_drag_coefficient(),
+        density=boom.water_density,
+    )
+    return tension
+
+
+def _pulls(fleet: Fleet) -> dict[str, tuple[str, ...]]:
+    """By boom segment and tow line, the joints at its ends."""
+    found: dict[str, tuple[str, ...]] = {}
+    for joint in fleet.joints:
+        for body in (joint.body_a, joint.body_b):
+            if body is not None and body.startswith(f"{BOOM}/"):
+                found[body] = (*found.get(body, ()), joint.name)
+    return found
 
 
 class FramePainter:
@@ -67,6 +144,7 @@ class FramePainter:
         fluid: Fluid,
         world: RigidBodyWorld | None,
         solids: Sequence[Solid],
+        fleet: Fleet,
         wrench: Wrench,
         scoring: Scoring,
         report: Callable[[], AdvanceReport | None],
@@ -76,6 +154,7 @@ class FramePainter:
         self._fluid = fluid
         self._world = world
         self._solids = solids
+        self._pulls = _pulls(fleet)
         self._wrench = wrench
         self._scoring = scoring
         self._figures = RunFigures(fluid, report)
@@ -90,6 +169,7 @@ class FramePainter:
             bodies={solid.name: self._body(solid) for solid in self._solids},
             scalars=scalars,
             read_phases=self._phases,
+            read_lost=self._scoring.lost_ids,
         )
 
     def _phases(self) -> Mapping[str, PhaseFrame]:
@@ -109,6 +189,7 @@ class FramePainter:
             linear_velocity=twist[:3],
             angular_velocity=twist[3:],
             wrench=self._wrench(solid.name),
+            tension=max((self._world.tension(joint) for joint in self._pulls.get(solid.name, ())), default=math.nan),
         )
 
     def _pose_and_wrench(self, name: str) -> tuple[Array, Array]:

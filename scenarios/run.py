@@ -118,8 +118,8 @@ def _advance(simulation: CoSimulation, assembly: Assembly, request: StopRequest)
         almost = run.duration - 1e-6 * run.communication_step
         while request.signal is None and simulation.communication_point.time < almost:
             simulation.step()
-            for text in assembly.scoring.take_events():
-                simulation.emit(text, level="warning", source="boom")
+            for happening in assembly.scoring.take_happenings():
+                simulation.emit(happening.text, level=happening.level, source=happening.source)
         simulation.terminate("completed" if request.signal is None else f"stopped by signal {request.signal}")
     except (CoSimulationError, RecordingError) as error:
         return error

@@ -106,7 +106,7 @@ def _fill(monkeypatch: pytest.MonkeyPatch, moments: list[float], count: int = 1)
     for index, moment in enumerate(moments):
         monkeypatch.setattr("recordings.sample.time.monotonic", lambda now=moment: now)
         phase = PhaseFrame(np.zeros((count, 3), np.float32), np.arange(count, dtype=np.uint32))
-        block.add(Sample(index=index, time=0.0, phases={"oil": phase}, bodies={}, scalars={}))
+        block.add(Sample(index=index, time=0.0, phases={"oil": phase}, bodies={}, tensions={}, lost={}, scalars={}))
         if block.full:
             sizes.append(len(block.take()))
     return sizes
