@@ -49,6 +49,11 @@ def legend(full_tension: float) -> str:
     )
 
 
+def css(color: Color) -> str:
+    """A colour without its opacity, as web pages and diagrams write it: #rrggbb."""
+    return "#" + "".join(f"{channel:02x}" for channel in color[:3])
+
+
 def tension_color(tension: npt.ArrayLike, full_tension: float) -> npt.NDArray[np.uint8]:
     """Colours (N, 4) of a boom under tensions (N,) [N]: pale when slack, orange at half, dark red from full tension on."""
     place = np.clip(np.atleast_1d(tension) / full_tension, 0.0, 1.0) * (len(_TENSION) - 1)

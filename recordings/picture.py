@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 from textwrap import shorten
-from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -21,6 +20,7 @@ from recordings.moments import Moment, key_steps, read_moments, recorded_steps
 from recordings.plots import labels, plots_with_series
 from recordings.replay import Replay
 from recordings.scenes import render_moments
+from recordings.style import EVENT_COLORS, STYLE
 
 Points = npt.NDArray[np.float64]
 MOMENTS = 3
@@ -29,26 +29,13 @@ _SCENE_WIDTH = 930  # pixels drawn, half as many again as shown
 _NAMED_EVENTS = 4
 _EVENT_LETTERS = 92  # as many as fit over a diagram
 _EVENT_ROW = 0.85  # height of the events, in diagrams
-_INK = "#26323b"
-_EVENT_COLORS = {"info": "#6b7a86", "warning": "#d9822b", "error": "#c23030"}
-_STYLE: dict[Any, Any] = {
-    "font.size": 10.5,
-    "axes.edgecolor": "#9aa7b1",
-    "axes.labelcolor": _INK,
-    "text.color": _INK,
-    "xtick.color": _INK,
-    "ytick.color": _INK,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.titleweight": "bold",
-}
 
 
 def draw_picture(recording: str | Path, picture: str | Path) -> None:
     """Read a recording and draw its picture to a PNG file of 1920 x 1200 pixels."""
     replay = Replay(recording)
     moments = read_moments(replay, key_steps(recorded_steps(replay), MOMENTS))
-    with mpl.rc_context(_STYLE):
+    with mpl.rc_context(STYLE):
         figure = Figure(figsize=(16.0, 10.0), dpi=120, facecolor="white")
         FigureCanvasAgg(figure)
         images = render_moments(replay.run, moments, _SCENE_WIDTH)
@@ -118,7 +105,7 @@ def _draw_series(figure: Figure, place: SubplotSpec, replay: Replay, moments: Se
         for moment in moments:
             axes.axvline(moment.time, color="#c8d1d8", linewidth=0.8, zorder=0)
         for event in replay.events if axes in diagrams else ():
-            axes.axvline(event.time, color=_EVENT_COLORS[event.level], linewidth=0.9, linestyle=":")
+            axes.axvline(event.time, color=EVENT_COLORS[event.level], linewidth=0.9, linestyle=":")
     rows[-1].set_xlabel("simulated time [s]")
 
 
@@ -127,7 +114,7 @@ def _draw_events(axes: Axes, events: Sequence[Event]) -> None:
     axes.set_ylim(-0.5, _NAMED_EVENTS - 0.5)
     axes.set_axis_off()
     for row, event in enumerate(reversed(events[-_NAMED_EVENTS:])):
-        color = _EVENT_COLORS[event.level]
+        color = EVENT_COLORS[event.level]
         text = shorten(f"{event.time:.1f} s  {event.text}", _EVENT_LETTERS, placeholder=" ...")
         axes.text(0.0, row, text, transform=axes.get_yaxis_transform(), va="center", fontsize=9, color=color)
         axes.plot([event.time], [row - 0.4], marker="v", markersize=4.5, color=color, clip_on=False)

@@ -21,11 +21,19 @@ _CLEAR_DEPTHS = 0.9  # one sees this many water depths far
 _LOST_RADIUS = 0.75  # lost oil covers the oil that it is
 
 
-def render_moments(run: RunDescription, moments: Sequence[Moment], width: int) -> list[Points]:
-    """Pictures (height, width, 3) of several moments with one camera that sees them all, as high as they need."""
+def render_moments(
+    run: RunDescription, moments: Sequence[Moment], width: int, *, exercise_only: bool = False
+) -> list[Points]:
+    """Pictures (height, width, 3) of several moments with one camera that sees them all, as high as they need.
+
+    ``exercise_only``: the camera takes in bodies and oil, and not all of the water.
+    """
     camera = run.camera or _usual_camera(moments)
     eye, target = np.array(camera.eye), np.array(camera.target)
-    seen = np.concatenate([_extent(run, moment) for moment in moments])
+    if exercise_only:
+        seen = np.concatenate([_extent(run, _without_water(moment), far=np.inf) for moment in moments])
+    else:
+        seen = np.concatenate([_extent(run, moment) for moment in moments])
     margin = _MARGIN * width
     room = int(width - 2.0 * margin)
     tight = fitted_projection(eye, target, seen, room, int(_SCENE_HEIGHTS[1] * width - 2.0 * margin))
@@ -73,15 +81,21 @@ def _body_color(run: RunDescription, name: str, mesh: MeshDescription, body: Bod
     return palette.body_color(name, mesh)
 
 
-def _extent(run: RunDescription, moment: Moment) -> Points:
-    """Points that the picture must hold: nearly all particles, and every body that is not far off."""
+def _without_water(moment: Moment) -> Moment:
+    """The same moment with its oil only, unless that leaves nothing to look at."""
+    oil = {name: position for name, position in moment.positions.items() if palette.is_oil(name) and len(position)}
+    return replace(moment, positions=oil) if oil else moment
+
+
+def _extent(run: RunDescription, moment: Moment, far: float = 0.5) -> Points:
+    """Points that the picture must hold: nearly all particles, and bodies nearer to them than ``far`` times their extent."""
     parts = [position for position in moment.positions.values() if len(position)]
     if not parts:
         return np.array([body.position for body in moment.bodies.values()]) if moment.bodies else np.zeros((1, 3))
     together = np.concatenate(parts)
     lower, upper = np.percentile(together, 0.2, axis=0), np.percentile(together, 99.8, axis=0)
     corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]) * (upper - lower) + lower
-    room = 0.5 * (upper - lower).max()
+    room = far * max(float((upper - lower).max()), run.particle_spacing)
     for name, mesh in run.meshes.items():
         if name in moment.bodies:
             placed = placed_vertices(mesh.vertices, moment.bodies[name])

@@ -30,6 +30,7 @@ class Criterion:
     """What an exercise is judged by.
 
     good, acceptable  limits: met up to the first, partly met up to the second; whichever way is better follows from them
+    what              is measured, and why it matters
     measure           of an account, in the unit shown; None: it cannot be told
     decisive          missed, it caps the grade
     """
@@ -40,7 +41,7 @@ class Criterion:
     good: float
     acceptable: float
     weight: float
-    why: str
+    what: str
     measure: Callable[[BoomAccount], float | None]
     decisive: bool = False
 
@@ -117,40 +118,36 @@ def _sharing(account: BoomAccount) -> float | None:
 
 CRITERIA = (
     Criterion(
-        key="held", title="Oil held at the end, of all that was in the boom", unit="%", good=95.0, acceptable=80.0, weight=3.0,
-        why="What the boom is for. Lost oil counts until it is taken back.", measure=_held, decisive=True,
+        key="held", title="Oil held", unit="%", good=95.0, acceptable=80.0, weight=3.0, measure=_held, decisive=True,
+        what="Held at the end, of all oil that was ever in the boom. This is what the boom is for; lost oil counts until it is taken back.",
     ),
     Criterion(
-        key="encountered", title="Oil that got into the boom, of all in the water", unit="%", good=90.0, acceptable=60.0, weight=2.0,
-        why="A sweep must meet the slick: position, heading and opening of the U.", measure=_met,
+        key="encountered", title="Oil met", unit="%", good=90.0, acceptable=60.0, weight=2.0, measure=_met,
+        what="Oil that got into the boom, of all in the water. A sweep must meet the slick: position, heading, opening of the U.",
     ),
     Criterion(
-        key="speed", title="Time with more than 0.7 kn along the boom's normal", unit="%", good=0.0, acceptable=10.0, weight=2.0,
-        why="From about 0.7 knots normal to it a boom loses oil, whatever its size: the speed crews are taught not to pass.",
-        measure=_time_too_fast,
+        key="speed", title="Time over 0.7 kn", unit="%", good=0.0, acceptable=10.0, weight=2.0, measure=_time_too_fast,
+        what="Time during which water met some part of the boom at more than 0.7 knots along its normal, from where on oil is lost.",
     ),
     Criterion(
-        key="gap", title="Gap ratio under way, off one third", unit="points", good=8.0, acceptable=15.0, weight=1.0,
-        why="Gap over length of boom is kept near 1:3: wider raises speed and tension in the apex, narrower sweeps less.",
-        measure=_gap,
+        key="gap", title="Gap ratio off 1:3", unit="%", good=8.0, acceptable=15.0, weight=1.0, measure=_gap,
+        what="Gap over length of boom under way, off a third. Wider raises speed and tension in the apex, narrower sweeps less.",
     ),
     Criterion(
-        key="lean", title="Skirt's lean from upright (most leaning segment, 95 % of the time below)", unit="deg",
-        good=20.0, acceptable=35.0, weight=1.0,
-        why="A leaning skirt draws less water, by the cosine of its lean, and lets the flow slip under.", measure=_lean,
+        key="lean", title="Lean of the skirt", unit="deg", good=20.0, acceptable=35.0, weight=1.0, measure=_lean,
+        what="Of the most leaning segment, not passed for 95 % of the time. A leaning skirt draws less, and lets the flow slip under.",
     ),
     Criterion(
-        key="draft", title="Draft kept, of the skirt's depth (shallowest segment, 95 % of the time above)", unit="%",
-        good=80.0, acceptable=60.0, weight=1.0,
-        why="Lean, heave and lift together: what depth of skirt really stood in the oil's way.", measure=_draft,
+        key="draft", title="Draft kept", unit="%", good=80.0, acceptable=60.0, weight=1.0, measure=_draft,
+        what="Draft of the shallowest segment over the skirt's depth, kept for 95 % of the time: lean, heave and lift together.",
     ),
     Criterion(
-        key="snatch", title="Peak tow tension over its mean, under way", unit="times", good=2.0, acceptable=3.0, weight=1.0,
-        why="Jerks part lines and connectors, and shake oil out; speed is changed slowly.", measure=_snatch,
+        key="snatch", title="Snatch loads", unit="times", good=2.0, acceptable=3.0, weight=1.0, measure=_snatch,
+        what="Peak tow tension over its mean, under way. Jerks part lines and shake oil out; speed is changed slowly.",
     ),
     Criterion(
-        key="sharing", title="Difference of the two ends' mean tension, under way", unit="%", good=15.0, acceptable=30.0, weight=1.0,
-        why="Both vessels pull alike when they are abreast and on station.", measure=_sharing,
+        key="sharing", title="Uneven pull", unit="%", good=15.0, acceptable=30.0, weight=1.0, measure=_sharing,
+        what="Difference of the two ends' mean tension, under way. Vessels that are abreast and on station pull alike.",
     ),
 )  # fmt: skip
 
