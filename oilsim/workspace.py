@@ -33,6 +33,7 @@ from oilsim.relaxation import (
     mark_surface,
     relax,
     relaxation_multiplier,
+    shift,
 )
 from oilsim.resolved_strain import ResolvedStrain
 from oilsim.rigid_response import RigidResponse, extend_contacts
@@ -234,17 +235,15 @@ class Workspace:
             self._resolved.judge(position, field, self.matrix, time_step)
             mean = self._mean_compression()
             for iteration in range(1, config.density_iterations + 1):
-                shift = np.float32(0.5) * spacing**2 if iteration == 1 else np.float32(0.0)
-                run(
-                    relaxation_multiplier, count, self.compression, self.near, field, rate, limit, shift,
-                    np.float32(time_step), multiplier,
-                )  # fmt: skip
+                run(relaxation_multiplier, count, self.compression, self.near, rate, limit, multiplier)
                 run(
                     relax, count, position, walls.position, walls.volume, field, multiplier, iteration == 1, *self._geometry,
                     push, change,
                 )  # fmt: skip
                 position += push
                 state.velocity += change
+                if iteration == 1:
+                    run(shift, count, self.gradient_sum, self.near, field, np.float32(time_step), spacing**2, position)
                 if mean <= config.density_tolerance or iteration == config.density_iterations:
                     return iteration, mean
                 run(
