@@ -6,9 +6,9 @@
 The density constraint of Qiu et al. 2021 (Eq. 15-22) mends a share omega of the error a pass, with the lattice's
 a = V^2 sum |grad W|^2 for the diagonal of Eq. 13; what is left is carried to the next step. Inside the liquid the error counts with
 both signs; within reach of a free surface only compression counts, and nothing is shifted. beta grows with the strain of the flow
-and keeps neighbours evenly spread (particle shifting; Lind et al. 2012). It takes beta_i alone: shared between the two of a pair it would
-drive particles along grad beta, and compress calm water at the edge of a flow. The filter takes off what linear flow cannot explain, so that
-shear and rotation pass (`resolved_strain`). It conserves the momentum of every pair of liquid particles.
+and keeps neighbours evenly spread (particle shifting; Lind et al. 2012). It takes beta_i alone: shared between the two of a pair
+it would drive particles along grad beta, and compress calm water at the edge of a flow. The filter takes off what linear flow cannot
+explain, so that shear and rotation pass (`resolved_strain`). It conserves the momentum of every pair of liquid particles.
 """
 
 from __future__ import annotations
