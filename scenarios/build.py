@@ -58,6 +58,11 @@ class Assembly:
     frame_source: FrameSource
 
     @property
+    def controls(self) -> tuple[VesselControl, ...]:
+        """The helmsmen."""
+        return tuple(one for one in self.participants if isinstance(one, VesselControl))
+
+    @property
     def body_names(self) -> tuple[str, ...]:
         """All rigid bodies but the tank's sides."""
         return tuple(self.description.meshes)
@@ -100,7 +105,7 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
     fluid_participant = FluidParticipant(FLUID, fluid, {name: handles[name] for name in coupled})
     scoring = Scoring(scenario, fluid, world, fleet, level)
     controls = tuple(VesselControl(vessel) for vessel in fleet.vessels)
-    _set_wind(scenario, controls)
+    set_wind(scenario, controls)
     bodies = (RigidBodyParticipant(BODIES, world, coupled),) if world is not None else ()
     return Assembly(
         scenario=scenario,
@@ -206,7 +211,7 @@ def _add_tank_sides(world: RigidBodyWorld, scenario: Scenario) -> None:
         world.add_body(f"tank/{side}", slab, mass_properties(slab, mass=1.0), vector(center), motion="fixed")
 
 
-def _set_wind(scenario: Scenario, controls: Sequence[VesselControl]) -> None:
+def set_wind(scenario: Scenario, controls: Sequence[VesselControl]) -> None:
     """Vessels feel the mean wind; gusts are felt by the liquid only."""
     wind = scenario.forcing.wind
     if wind is not None:

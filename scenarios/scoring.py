@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,7 @@ from recordings.frame import EventLevel
 from scenarios.build_fluid import horizontal
 from scenarios.fleet import Fleet, body_of
 from scenarios.scenario import Scenario
+from vessels.vessel import Vessel
 
 Array = NDArray[np.float64]
 
@@ -77,6 +78,7 @@ class BoomScore:
         self._time = time
         speed = self._tow_speed(world, current)
         scalars = report.scalars() | {"metrics/tow_speed": speed, "metrics/normal_speed_limit": PRACTICE_SPEED}
+        scalars |= {f"metrics/current/{axis}": float(current[place]) for place, axis in enumerate("xy")}
         for end, joint in self._tension_joints.items():
             tension = world.tension(joint)
             self._tensions[end].add(tension, step)
@@ -134,6 +136,27 @@ class BoomScore:
         draft = report.effective_draft
         self._worst["effective_draft"] = min(self._worst.get("effective_draft", draft), draft)
 
+    def save_state(self) -> dict[str, Any]:
+        """The account as it stands."""
+        return {
+            "tracker": self._tracker.save_state(),
+            "report": None if self.report is None else asdict(self.report),
+            "tensions": {end: asdict(record) for end, record in self._tensions.items()},
+            "losses": asdict(self._losses),
+            "time": self._time,
+            "worst": dict(self._worst),
+            "told": sorted(self._told),
+        }
+
+    def restore_state(self, saved: Mapping[str, Any]) -> None:
+        """Back to what `save_state` returned."""
+        self._tracker.restore_state(saved["tracker"])
+        self.report = None if saved["report"] is None else ContainmentReport(**saved["report"])
+        self._tensions = {end: TensionRecord(**record) for end, record in saved["tensions"].items()}
+        self._losses = LossSpeeds(**saved["losses"])
+        self._time, self._worst = saved["time"], dict(saved["worst"])
+        self._told, self._happenings = set(saved["told"]), []
+
     def summary(self) -> dict[str, Any]:
         """The boom's scores; speeds in knots and angles in degrees where the key says so."""
         report = self.report
@@ -170,7 +193,7 @@ class Scoring:
         self._oils = [name for name, phase in scenario.phases.items() if phase.is_oil]
         current = scenario.forcing.current
         self._current = np.zeros(3) if current is None else np.array(horizontal(current.speed, current.direction))
-        self._orders = tuple(_orders(fleet))
+        self._orders = tuple(_orders(fleet.vessels))
         self._announced_until = -math.inf  # [s]
         self._happenings: list[Happening] = []
         self.booms = tuple(
@@ -210,6 +233,25 @@ class Scoring:
                 self._happenings.append(Happening(text, level="info", source="orders"))
         self._announced_until = time
 
+    def save_state(self) -> dict[str, Any]:
+        """All accounts as they stand."""
+        booms = {boom.name: boom.save_state() for boom in self.booms}
+        return {"booms": booms, "announced_until": self._announced_until}
+
+    def restore_state(self, saved: Mapping[str, Any]) -> None:
+        """Back to what `save_state` returned."""
+        for boom in self.booms:
+            boom.restore_state(saved["booms"][boom.name])
+        self._announced_until, self._happenings = saved["announced_until"], []
+
+    def take_orders(self, vessels: Iterable[Vessel]) -> None:
+        """From now on the vessels have these courses."""
+        self._orders = tuple(_orders(vessels))
+
+    def take_current(self, current: Array) -> None:
+        """From now on the water itself runs at `current` (3,) [m/s]."""
+        self._current = current
+
     def summary(self) -> dict[str, Any]:
         """Scores by boom."""
         return {boom.name: boom.summary() for boom in self.booms}
@@ -236,10 +278,10 @@ class Scoring:
         return np.concatenate(positions).astype(np.float64), np.concatenate(ids)
 
 
-def _orders(fleet: Fleet) -> Iterator[tuple[float, str]]:
+def _orders(vessels: Iterable[Vessel]) -> Iterator[tuple[float, str]]:
     """When vessels get orders [s], and which; vessels that get the same at once share a line."""
     together: dict[tuple[float, float, float], list[str]] = {}
-    for vessel in fleet.vessels:
+    for vessel in vessels:
         for leg in vessel.course.legs:
             together.setdefault((leg.start_time, leg.speed, leg.heading), []).append(vessel.name)
     for (start, speed, heading), names in together.items():

@@ -30,6 +30,7 @@ class BoomAccount:
     tow_tension   by end, (N,) [N]
     oil           "retained", "lost", "free", "removed", "recovered" and "lost/<cause>": (N,) [m3]
     tow_speed     (N,) [m/s] through the water, mean of the vessels
+    current       (N, 2) [m/s]
     """
 
     boom: BoomDescription
@@ -45,7 +46,7 @@ class BoomAccount:
     @cached_property
     def normal_speed(self) -> Array:
         """Speed (N, S) [m/s] at which water meets each segment along its normal."""
-        return np.array([state.normal_speed(self.current) for state in self.states])
+        return np.array([state.normal_speed(now) for state, now in zip(self.states, self.current, strict=True)])
 
     @cached_property
     def skirt_angle(self) -> Array:
@@ -109,7 +110,9 @@ def _account(replay: Replay, exercise: ExerciseDescription, boom: BoomDescriptio
         boom=boom,
         time=clock.time[:count],
         states=tuple(_state(boom, segments, row) for row in range(count)),
-        current=np.array(exercise.current),
+        current=np.stack(
+            [series.get(f"current/{axis}", still + exercise.current[k])[:count] for k, axis in enumerate("xy")], 1
+        ),
         water_level=exercise.water_level,
         tension=np.stack([segment.tension[:count] for segment in segments], axis=1),
         tow_tension={

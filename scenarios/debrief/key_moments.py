@@ -16,6 +16,7 @@ from scenarios.debrief.account import BoomAccount
 _MOST = 6
 _CLOSE = 0.05  # of the run: what happens within shares a picture
 _WIDTH = 930  # pixels
+_ORDERS = ("orders", "instructor")  # who gives them
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -54,7 +55,7 @@ def _gathered(
     happenings = [(begin, 1, "the exercise begins"), (end, 0, "the exercise ends")]
     for event in replay.events:
         text = f"{event.source}: {event.text}" if event.source else event.text
-        pressing = event.level != "info" or (event.source == "orders" and event.time > begin)
+        pressing = event.level != "info" or (event.source in _ORDERS and event.time > begin)
         happenings.append((event.time, 2 if pressing else 1, text))
     for account in accounts:
         happenings += _highest_tension(account)
