@@ -100,7 +100,7 @@ class BoomScore:
     def _announce(self, report: ContainmentReport, speed: float) -> None:
         """Say what happens for the first time."""
         through = f"at {speed / KNOT:.2f} kn through the water"
-        normal = f"water meets it at {report.normal_speed / KNOT:.2f} kn along its normal, more than 0.7 kn"
+        normal = "water meets it faster than 0.7 kn along its normal"
         self._tell_once("too fast", report.normal_speed > PRACTICE_SPEED, normal)
         self._tell_once("first loss", self._losses.first_loss is not None, f"loses oil for the first time, {through}")
         for cause, volume in report.lost_by_cause.items():

@@ -8,7 +8,7 @@ from shapely import MultiPolygon, Polygon, buffer, orient_polygons, points, unio
 
 Points = npt.NDArray[np.floating]
 _REACH = 1.0  # particle spacings: neighbours in a film are as far apart, so that their discs overlap
-_SMOOTH = 0.25  # spacings that the outline may be simplified by
+_SMOOTH = 0.1  # spacings that the outline may be simplified by
 
 
 def slick_outlines(position: Points, spacing: float) -> list[list[npt.NDArray[np.float64]]]:

@@ -108,7 +108,9 @@ def _draft(account: BoomAccount) -> float:
 def _snatch(account: BoomAccount) -> float | None:
     loads = [tension[account.under_way] for tension in account.tow_tension.values()]
     means = [float(load.mean()) for load in loads]
-    return max(float(load.max()) / mean for load, mean in zip(loads, means, strict=True)) if all(means) else None
+    if not loads or not all(means):
+        return None
+    return max(float(load.max()) / mean for load, mean in zip(loads, means, strict=True))
 
 
 def _sharing(account: BoomAccount) -> float | None:

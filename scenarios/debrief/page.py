@@ -80,7 +80,7 @@ def _environment() -> Environment:
     environment = Environment(
         loader=PackageLoader("scenarios.debrief", "."), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
-    environment.filters["figure"] = lambda value: f"{value:.3g}"
+    environment.filters["figure"] = lambda value: f"{value:.1f}".removesuffix(".0") if value < 100.0 else f"{value:.0f}"
     return environment
 
 
@@ -164,9 +164,8 @@ def _notes(replay: Replay) -> list[str]:
     for boom in replay.run.exercise.booms if replay.run.exercise else ():
         deep = boom.skirt_depth / spacing
         if deep < _COARSE:
-            notes.append(
-                f"The skirt of boom {boom.name} is {deep:.2g} particles deep: see how it fails, not at which speed exactly."
-            )
+            coarse = f"The skirt of boom {boom.name} is {deep:.2g} particles deep: see how it fails,"
+            notes.append(f"{coarse} and trust neither the speed at which it does nor its draft.")
     if replay.run.exercise:
         notes += [f"Resolved by the particles: {RESOLVED}.", f"Modelled: {MODELLED}."]
     return notes
