@@ -137,9 +137,16 @@ def test_opendrift_goes_on_from_the_netcdf(replay: Replay, tmp_path: Path) -> No
         longitude, latitude = data.longitude.values[last], data.latitude.values[last]
         time = data.time.values[-1].astype("datetime64[s]").item()
     model = openoil.OpenOil(loglevel=50, weathering_model="noaa")
-    for name, value in {"x_sea_water_velocity": 0.2, "y_sea_water_velocity": 0.0, "x_wind": 0.0, "y_wind": 0.0}.items():
-        model.set_config(f"environment:constant:{name}", value)
-    model.set_config("environment:constant:land_binary_mask", 0)
+    weather = {
+        "x_sea_water_velocity": 0.2,
+        "y_sea_water_velocity": 0.0,
+        "x_wind": 0.0,
+        "y_wind": 0.0,
+        "land_binary_mask": 0,
+    }
+    settings = {f"environment:constant:{name}": value for name, value in weather.items()}
+    for name, value in (settings | {"drift:current_uncertainty": 0.0, "drift:wind_uncertainty": 0.0}).items():
+        model.set_config(name, value)
     model.seed_elements(lon=longitude, lat=latitude, z=0.0, time=time, oil_type="GENERIC LIGHT CRUDE")
     model.run(duration=timedelta(hours=1), time_step=600)
     drifted = (np.sort(model.elements.lon) - np.sort(longitude)) * 78846.835
