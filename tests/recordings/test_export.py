@@ -129,7 +129,7 @@ def test_netcdf_opens_in_noaas_own_reader(replay: Replay, tmp_path: Path) -> Non
 
 
 def test_opendrift_goes_on_from_the_netcdf(replay: Replay, tmp_path: Path) -> None:
-    """Lost oil is seeded where and when the recording ends, and goes east with a current of 0.2 m/s for an hour, be the wind from the south."""
+    """Lost oil is seeded where and when the recording ends, and goes east with a current of 0.2 m/s for an hour."""
     openoil = pytest.importorskip("opendrift.models.openoil", reason="OpenDrift is not installed")
     write_netcdf(replay, tmp_path / "oil.nc", SITE, lost_only=True)
     with xarray.open_dataset(tmp_path / "oil.nc") as data:
