@@ -110,7 +110,7 @@ def _write_header(file: netcdf_file, replay: Replay, site: Site) -> None:
     file.Conventions = "CF-1.8"
     file.title = f"oil particles of {replay.run.name}"
     file.source = f"oilsim {replay.run.properties.get('version_oilsim', '')}".strip()
-    file.featureType = "particle_trajectory"
+    setattr(file, "CF:featureType", "particle_trajectory")  # the draft's own name for it
     file.comment = (
         f"x axis {site.bearing:g} degrees clockwise from north at {site.latitude:.6f} N {site.longitude:.6f} E"
     )

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from recordings import palette
+from recordings.cameras import following_views
 from recordings.exercise import BoomDescription, ExerciseDescription, Site
 from recordings.frame import BodyFrame, Frame, PhaseFrame
 from recordings.moments import read_moments
@@ -95,6 +96,22 @@ def test_boom_colours_run_from_pale_to_dark_with_tension() -> None:
     brightness = colors[:, :3].sum(axis=1)
     assert (np.diff(brightness)[:3] < 0).all()
     assert (colors[3] == colors[4]).all()
+
+
+def test_cameras_follow_the_apex_from_outside_and_the_vessel_from_ahead(made_up: ModuleType) -> None:
+    run = replace(made_up.describe(), exercise=EXERCISE)
+    places = {  # an apex at x = 0 that opens to +x, where the vessel is
+        "boom/segment-00": np.array([1.0, 1.0, 0.5]),
+        "boom/segment-01": np.array([0.0, 0.0, 0.5]),
+        "vessels/port": np.array([2.0, 1.0, 0.6]),
+    }
+    apex, vessel = following_views(run, places)
+    assert (apex.body, apex.camera.target) == ("boom/segment-01", (0.0, 0.0, 0.5))
+    assert apex.camera.eye[0] < 0.0 and apex.camera.eye[2] > 0.5
+    assert (vessel.body, vessel.camera.target) == ("vessels/port", (2.0, 1.0, 0.6))
+    assert vessel.camera.eye[0] > 2.0 and vessel.camera.eye[2] > 0.6
+    assert following_views(replace(run, exercise=None), places) == []
+    assert following_views(run, {}) == []
 
 
 @pytest.mark.parametrize("change", [{"latitude": 95.0}, {"longitude": 400.0}, {"start": "tomorrow"}])
