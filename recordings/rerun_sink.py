@@ -23,12 +23,12 @@ import numpy as np
 import numpy.typing as npt
 import rerun as rr
 
-from recordings import entity_paths, palette
+from recordings import entity_paths, looks, palette
 from recordings.blueprint import run_blueprint
 from recordings.errors import RecordingError
 from recordings.exercise import to_json
 from recordings.force_arrows import ForceArrows
-from recordings.frame import NO_PARTICLES, Event, MeshDescription, PhaseDescription, PhaseFrame, RunDescription
+from recordings.frame import NO_PARTICLES, Event, MeshDescription, PhaseFrame, RunDescription
 from recordings.sample import Block, Sample, id_ranges
 
 APPLICATION = "oilsim"
@@ -38,10 +38,6 @@ _FLUSH_SECONDS = 60.0
 _ANSWER_SECONDS = 1.0
 _TIMED_OUT = "timed out"  # in Rerun's error
 _LEVELS = {"info": rr.TextLogLevel.INFO, "warning": rr.TextLogLevel.WARN, "error": rr.TextLogLevel.ERROR}
-_WATER_RADIUS = 0.17  # in particle spacings
-_LOST_RADIUS = 0.6  # a little more than oil's, so that it covers the same particle of its phase
-_WALL_CLASS = 100
-_ARROW_RADIUS = -1.5  # negative: in points on the screen
 
 
 class RerunWriter:
@@ -52,6 +48,7 @@ class RerunWriter:
         self._stream = stream
         self._live = live
         self._run: RunDescription | None = None
+        self._spacing = 0.0
         self._shown_scalars: set[str] = set()
         self._arrows = ForceArrows()
         self._last_instants: tuple[int, ...] = ()
@@ -59,21 +56,19 @@ class RerunWriter:
         self._last_ids: dict[str, npt.NDArray[np.uint32]] = {}
         self._places: dict[str, npt.NDArray[np.float64]] = {}
         self._causes: list[str] = []
-        self._lost_radius = 0.0
         self._full_tension: dict[str, float] = {}
 
     def write_run(self, run: RunDescription, terms: Mapping[str, float]) -> None:
         """Write what does not change: properties, colours, boundaries and meshes."""
-        self._run = run
+        self._run, self._spacing = run, run.particle_spacing
         density = max((phase.rest_density for phase in run.phases), default=1000.0)
         self._arrows = ForceArrows(run.meshes, density)
         booms = run.exercise.booms if run.exercise else ()
         self._full_tension = {name: boom.full_tension for boom in booms for name in boom.segments}
-        self._lost_radius = _LOST_RADIUS * run.particle_spacing
         self._write_properties(run, terms)
-        self._static("/", rr.ViewCoordinates.RIGHT_HAND_Z_UP, _annotations(run.phases))
+        self._static("/", rr.ViewCoordinates.RIGHT_HAND_Z_UP, looks.classes(run.phases))
         for index, phase in enumerate(run.phases):
-            look = rr.Points3D.from_fields(class_ids=[index], radii=[_radius(phase.name, run.particle_spacing)])
+            look = looks.phase(index, phase.name, run.particle_spacing)
             self._static(entity_paths.phase(phase.name), look, rr.AnyValues(description=json.dumps(asdict(phase))))
         for name, points in run.boundaries.items():
             self._write_boundary(name, np.array(points, dtype=np.float32), run.particle_spacing)
@@ -120,7 +115,7 @@ class RerunWriter:
             return
         self._shown_scalars |= fresh
         for name in sorted(fresh):
-            self._static(entity_paths.scalar(name), _line_look(name))
+            self._static(entity_paths.scalar(name), looks.line(name))
         if not self._places:
             self._places = {name: motion[:3] for name, motion in sample.bodies.items()}
         layout = run_blueprint(self._run, sorted(self._shown_scalars), self._places, live=self._live)
@@ -141,12 +136,9 @@ class RerunWriter:
 
     def _write_boundary(self, name: str, points: npt.NDArray[np.float32], spacing: float) -> None:
         """Write boundary particles once, and their bounding box as an outline that hides nothing."""
-        look = rr.Points3D(points, class_ids=[_WALL_CLASS], radii=[0.25 * spacing])
-        self._static(entity_paths.boundary(name), look)
+        self._static(entity_paths.boundary(name), looks.wall(points, spacing))
         if len(points):
-            lower, upper = points.min(axis=0), points.max(axis=0)
-            edges = rr.LineStrips3D(_box_edges(lower, upper), colors=[palette.WALL], radii=[0.12 * spacing])
-            self._static(entity_paths.outline(name), edges)
+            self._static(entity_paths.outline(name), looks.outline(points, spacing))
 
     def _write_mesh(self, name: str, mesh: MeshDescription) -> None:
         """Write a body's triangles; its pose follows frame by frame.
@@ -166,17 +158,12 @@ class RerunWriter:
         described = rr.AnyValues(vertices=mesh.vertices.ravel(), faces=mesh.faces.ravel())
         self._static(entity_paths.body(name), shape, described)
         if entity_paths.body_group(name) == entity_paths.VESSELS:
-            above = np.array([[0.0, 0.0, 1.6 * float(mesh.vertices[:, 2].max())]], dtype=np.float32)
-            named = rr.Points3D(
-                above, labels=[name.partition("/")[2]], colors=[palette.NAME], radii=[0.0], show_labels=True
-            )
-            self._static(entity_paths.label(name), named)
+            self._static(entity_paths.label(name), looks.name_over(mesh, name.partition("/")[2]))
 
     def _write_arrow_looks(self) -> None:
         """Write colour, thickness and scale of the force arrows."""
         for name, scale in self._arrows.metres_per_newton.items():
-            look = rr.Arrows3D.from_fields(colors=[palette.FORCE], radii=[_ARROW_RADIUS])
-            self._static(entity_paths.force(name), look, rr.AnyValues(metres_per_newton=scale))
+            self._static(entity_paths.force(name), looks.force(), rr.AnyValues(metres_per_newton=scale))
 
     def _write_particles(self, path: str, samples: Sequence[Sample], frames: Sequence[PhaseFrame]) -> None:
         """Write particles, and before them their ids where they differ from the ones before."""
@@ -201,8 +188,7 @@ class RerunWriter:
         for cause in dict.fromkeys([*self._causes, *_names(found for _, found in lost)]):
             if cause not in self._causes:
                 self._causes.append(cause)
-                look = rr.Points3D.from_fields(colors=[palette.cause_color(cause)], radii=[self._lost_radius])
-                self._static(entity_paths.lost(cause), look)
+                self._static(entity_paths.lost(cause), looks.lost(cause, self._spacing))
             frames = [found.get(cause, NO_PARTICLES) for _, found in lost]
             self._write_particles(entity_paths.lost(cause), [sample for sample, _ in lost], frames)
 
@@ -363,39 +349,6 @@ def _refusal(path: Path) -> str | None:
     return None
 
 
-def _box_edges(lower: npt.NDArray[np.float32], upper: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
-    """The twelve edges of a box, (12, 2, 3)."""
-    bits = [(first, second, axis) for axis in range(3) for first in (0, 1) for second in (0, 1)]
-    edges = []
-    for first, second, axis in bits:
-        corner = np.insert(np.array([first, second], dtype=np.float32), axis, 0.0)
-        edges.append([corner, np.insert(np.array([first, second], dtype=np.float32), axis, 1.0)])
-    return np.array(lower + (upper - lower) * np.array(edges), dtype=np.float32)
-
-
 def _names(mappings: Iterable[Mapping[str, object]]) -> list[str]:
     """Every name in any of the mappings, in order of first appearance."""
     return list(dict.fromkeys(name for mapping in mappings for name in mapping))
-
-
-def _annotations(phases: Sequence[PhaseDescription]) -> rr.AnnotationContext:
-    """Name and colour of every class of points."""
-    classes = [
-        rr.AnnotationInfo(id=index, label=phase.name, color=palette.phase_color(phase, index))
-        for index, phase in enumerate(phases)
-    ]
-    return rr.AnnotationContext([*classes, rr.AnnotationInfo(id=_WALL_CLASS, label="wall", color=palette.WALL)])
-
-
-def _line_look(name: str) -> rr.SeriesLines:
-    """The name of a series, and the colour of its cause for one that tells of lost oil."""
-    label = name.rpartition("/")[2].replace("_", " ")
-    if "oil_lost/" in name:
-        return rr.SeriesLines(names=[label], colors=[palette.cause_color(name.rpartition("/")[2])], widths=[2.0])
-    limit = palette.LIMIT if name.endswith("_limit") else None
-    return rr.SeriesLines(names=[label], colors=None if limit is None else [limit])
-
-
-def _radius(name: str, spacing: float) -> float:
-    """Half the spacing, but small for water: the viewer draws no translucent points, and oil under water must show."""
-    return spacing * (_WATER_RADIUS if palette.is_water(name) else 0.5)

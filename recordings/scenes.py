@@ -116,9 +116,9 @@ def _usual_camera(moments: Sequence[Moment]) -> CameraView:
 
 
 def _water_depth(run: RunDescription, moments: Sequence[Moment]) -> float:
-    """How deep the fluids lie at the end [m], bulk of them."""
-    heights = [position[:, 2] for position in moments[-1].positions.values() if len(position)]
-    if not heights:
+    """How far the fluids reach at the end [m] where they reach least: their depth, or the width of a flume or a plane."""
+    parts = [position for position in moments[-1].positions.values() if len(position)]
+    if not parts:
         return run.particle_spacing
-    lower, upper = np.percentile(np.concatenate(heights), [1.0, 99.0]).tolist()
-    return max(float(upper - lower), 2.0 * run.particle_spacing)
+    extent = np.ptp(np.percentile(np.concatenate(parts), [1.0, 99.0], axis=0), axis=0)
+    return float(extent.min()) + run.particle_spacing
