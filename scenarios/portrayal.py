@@ -19,6 +19,7 @@ from recordings.frame import (
     PhaseFrame,
     RunDescription,
 )
+from scenarios.coupling_figures import CouplingFigures
 from scenarios.instruments import RunFigures, probe_readings
 from scenarios.scenario import Scenario
 from scenarios.scoring import Scoring
@@ -69,6 +70,7 @@ class FramePainter:
         solids: Sequence[Solid],
         wrench: Wrench,
         scoring: Scoring,
+        coupling_figures: CouplingFigures,
         report: Callable[[], AdvanceReport | None],
     ) -> None:
         """`wrench` gives the fluid's wrench (6,) on a body, `report` the fluid's report on its last step."""
@@ -78,12 +80,14 @@ class FramePainter:
         self._solids = solids
         self._wrench = wrench
         self._scoring = scoring
+        self._coupling_figures = coupling_figures
         self._figures = RunFigures(fluid, report)
         self._probes = probe_readings(scenario.probes, fluid, self._pose_and_wrench)
 
     def __call__(self, point: CommunicationPoint) -> Frame:
         """The frame at a communication point; its particles must be asked for before the run goes on."""
         scalars = self._figures(point.time) | dict(self._probes()) | self._scoring(point.time)
+        scalars |= self._coupling_figures(point.time)
         return Frame(
             index=point.index,
             time=point.time,
