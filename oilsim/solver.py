@@ -264,6 +264,10 @@ class Fluid:
             raise ValueError(f"boundary {handle} does not move, allowed: a boundary given to set_boundary_motion")
         return body.impulse / self._duration if self._duration else np.zeros(6)
 
+    def boundary_twist(self, handle: int) -> Double:
+        """Twist (6,) [m/s, rad/s] to which the last advance took a moving boundary: what its body is expected to do."""
+        return self.work.walls.moving[handle].twist.copy()
+
     @property
     def particle_count(self) -> int:
         """Number of fluid particles."""

@@ -10,9 +10,10 @@ import rerun.blueprint as rrb
 from recordings import entity_paths, palette
 from recordings.cameras import FollowingView, Places, following_views
 from recordings.frame import CameraView, RunDescription
-from recordings.plots import HANDLING_PLOTS, OIL_PLOTS, SOLVER_PLOTS, plots_with_series
+from recordings.plots import COUPLING_PLOTS, HANDLING_PLOTS, OIL_PLOTS, SOLVER_PLOTS, plots_with_series
 
 _BACKGROUND = (224, 233, 240)
+_TABS = {"Oil": OIL_PLOTS, "Handling": HANDLING_PLOTS, "Solver": SOLVER_PLOTS, "Coupling": COUPLING_PLOTS}
 _MOST_NAMED = 5  # series in one diagram that still have room for a legend
 
 
@@ -86,7 +87,7 @@ def _beside(run: RunDescription, scalars: Collection[str]) -> rrb.Container | rr
     names = [entity_paths.scalar_name(entity_paths.scalar(name)) for name in scalars]
     chosen = plots_with_series(run.plots, names)
     tabs = []
-    for title, plots in (("Oil", OIL_PLOTS), ("Handling", HANDLING_PLOTS), ("Solver", SOLVER_PLOTS)):
+    for title, plots in _TABS.items():
         views = [_plot(plot, chosen.pop(plot)) for plot in plots if plot in chosen]
         if views:
             tabs.append(rrb.Vertical(*views, name=title))

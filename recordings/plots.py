@@ -22,14 +22,27 @@ SOLVER_PLOTS: Mapping[str, tuple[str, ...]] = {
     "Time step [s]": ("time_step",),
     "Real-time factor [-]": ("real_time_factor",),
 }
-USUAL_PLOTS: Mapping[str, tuple[str, ...]] = {**OIL_PLOTS, **HANDLING_PLOTS, **SOLVER_PLOTS}
+COUPLING_PLOTS: Mapping[str, tuple[str, ...]] = {
+    "Sub-steps of the fluid in a communication step": ("coupling/sub_steps",),
+    "Wall time in a communication step [s]": ("coupling/wall_seconds/**",),
+    "Disagreement about the bodies' motion [m/s, rad/s]": ("coupling/residual/**",),
+    "Energy: fluid, bodies, work exchanged [J]": (
+        "ledger/fluid/kinetic_energy",
+        "ledger/bodies/energy",
+        "ledger/exchange/work",
+    ),
+    "Impulse exchanged [N s]": ("ledger/exchange/impulse_x", "ledger/exchange/impulse_y", "ledger/exchange/impulse_z"),
+    "Residuals of the ledger [-]": ("ledger/energy_residual", "ledger/momentum_residual"),
+}
+USUAL_PLOTS: Mapping[str, tuple[str, ...]] = {**OIL_PLOTS, **HANDLING_PLOTS, **SOLVER_PLOTS, **COUPLING_PLOTS}
 
 
 def matches(pattern: str, name: str) -> bool:
     """Whether a plot's pattern, a name or "prefix/**", asks for the series ``name``, be it that of one boom of several."""
+    names = (name, name.partition("/")[2])
     if pattern.endswith("/**"):
-        return f"/{name}".find(f"/{pattern.removesuffix('**')}") >= 0
-    return f"/{name}".endswith(f"/{pattern}")
+        return any(one.startswith(pattern.removesuffix("**")) for one in names)
+    return pattern in names
 
 
 def plots_with_series(plots: Mapping[str, tuple[str, ...]], names: Collection[str]) -> dict[str, list[str]]:

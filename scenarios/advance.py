@@ -78,6 +78,7 @@ class Course:
         else:
             give_orders(self._assembly, self._plan.scenario_at(restart.index - 1))
             self._assembly.scoring.restore_state(restart.state["scores"])
+            self._assembly.coupling_figures.restore_state(restart.state["exchange"])
             self.simulation.initialize(restart.state["simulation"])
             for name, keeper in self._keepers.items():
                 if name in restart.state:

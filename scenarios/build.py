@@ -24,8 +24,10 @@ from coupling.surface_sampling import SurfaceSampling, particles_of, sample_surf
 from oilsim.solver import AdvanceReport, Fluid
 from recordings.frame import RunDescription
 from scenarios.build_fluid import build_fluid, fill_positions, horizontal, water_level
+from scenarios.coupling_figures import CouplingFigures
+from scenarios.description import describe_exercise, describe_run
 from scenarios.fleet import Fleet, body_of, place_fleet
-from scenarios.portrayal import FramePainter, Wrench, describe_exercise, describe_run
+from scenarios.portrayal import FramePainter, Wrench
 from scenarios.probes import BodyProbe
 from scenarios.problems import problems_of
 from scenarios.scenario import Scenario
@@ -42,7 +44,8 @@ class Assembly:
     """A run that is ready to start: its parts, and what observers are shown.
 
     fluid, world: the simulators themselves, for whoever wants more than the participants' variables; coupled: names of the
-    bodies that exchange motion and wrench with the fluid; fleet: vessels and booms; scoring: their accounts.
+    bodies that exchange motion and wrench with the fluid; fleet: vessels and booms; scoring: their accounts;
+    coupling_figures: the account of the exchange.
     """
 
     scenario: Scenario
@@ -52,6 +55,7 @@ class Assembly:
     coupled: tuple[str, ...]
     fleet: Fleet
     scoring: Scoring
+    coupling_figures: CouplingFigures
     participants: tuple[Participant, ...]
     connections: tuple[Connection, ...]
     description: RunDescription
@@ -78,7 +82,7 @@ class Assembly:
 
     def co_simulation(self, observers: Sequence[Observer] = ()) -> CoSimulation:
         """The coupled run, watched by `observers`."""
-        return CoSimulation(
+        simulation = CoSimulation(
             self.participants,
             self.connections,
             self.scenario.run.communication_step,
@@ -86,6 +90,8 @@ class Assembly:
             frame_source=self.frame_source,
             run_description=self.description,
         )
+        self.coupling_figures.follow(lambda: simulation.wall_seconds)
+        return simulation
 
 
 def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) -> Assembly:
@@ -104,6 +110,7 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
     world = _world(scenario, solids, fleet) if coupled else None
     fluid_participant = FluidParticipant(FLUID, fluid, {name: handles[name] for name in coupled})
     scoring = Scoring(scenario, fluid, world, fleet, level)
+    coupling_figures = CouplingFigures(fluid, fluid_participant, world, coupled)
     controls = tuple(VesselControl(vessel) for vessel in fleet.vessels)
     set_wind(scenario, controls)
     bodies = (RigidBodyParticipant(BODIES, world, coupled),) if world is not None else ()
@@ -115,6 +122,7 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
         coupled=coupled,
         fleet=fleet,
         scoring=scoring,
+        coupling_figures=coupling_figures,
         participants=(*controls, fluid_participant, *bodies),
         connections=(*_body_connections(coupled), *_vessel_connections(controls)),
         description=describe_run(
@@ -134,6 +142,7 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
             fleet,
             _wrench_reading(fluid_participant, coupled),
             scoring,
+            coupling_figures,
             lambda: fluid_participant.report,
         ),
     )
