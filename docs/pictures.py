@@ -1,6 +1,6 @@
 """Runs every shipped scenario, coarse and short, and draws its picture from its recording into docs/pictures.
 
-``python docs/pictures.py [NAME ...]``: ten minutes on one core for all of them. The debrief of `u-sweep` is made beside it.
+``python docs/pictures.py [NAME ...]``: about ten minutes on one core for all of them.
 """
 
 from __future__ import annotations
@@ -13,10 +13,9 @@ from PIL import Image
 
 from recordings.picture import draw_picture
 from scenarios.cli import main
-from scenarios.debrief.page import write_debrief
 
 FOLDER = Path(__file__).with_name("pictures")
-SIZE, COLORS = (1200, 750), 160
+SIZE = (1200, 750)
 RUNS: dict[str, list[str]] = {
     "u-sweep": ["--demo"],
     "calm-spread": ["--set", "fluid.particle_spacing=0.05", "--until", "4"],
@@ -38,10 +37,8 @@ def make(name: str, folder: Path) -> None:
         raise SystemExit(f"{name} ended with {code}")
     whole = folder / f"{name}.png"
     draw_picture(recording, whole)
-    small = Image.open(whole).convert("RGB").resize(SIZE, Image.Resampling.LANCZOS)
-    small.quantize(COLORS, dither=Image.Dither.NONE).save(FOLDER / f"{name}.png", optimize=True)
-    if name == "u-sweep":
-        write_debrief(recording, folder / "debrief")
+    target = (FOLDER.parent if name == "u-sweep" else FOLDER) / f"{name}.jpg"
+    Image.open(whole).convert("RGB").resize(SIZE, Image.Resampling.LANCZOS).save(target, quality=85, optimize=True)
 
 
 if __name__ == "__main__":

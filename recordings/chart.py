@@ -42,6 +42,8 @@ def draw_map(axes: Axes, replay: Replay, moments: Sequence[Moment]) -> None:
             draw_outline(axes, before[:, across], run.particle_spacing, "dashed")
             draw_outline(axes, positions[:, across], run.particle_spacing, "solid")
         _draw_particles(axes, positions[:, across], run.particle_spacing, color, palette.is_oil(phase.name))
+    for cause, positions in last.lost.items():
+        _draw_particles(axes, positions[:, across], run.particle_spacing, palette.cause_color(cause), True)
     for name, mesh in run.meshes.items():
         if name in first.bodies and _moves(first.bodies[name], last.bodies[name]):
             draw_body(axes, name, mesh, first.bodies[name], across, _FAINT)

@@ -14,6 +14,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 
+from recordings import palette
 from recordings.chart import draw_map
 from recordings.frame import Event
 from recordings.moments import Moment, key_steps, read_moments, recorded_steps
@@ -93,7 +94,7 @@ def _draw_series(figure: Figure, place: SubplotSpec, replay: Replay, moments: Se
     for axes, (title, names) in zip(diagrams, chosen, strict=True):
         for name, label in zip(names, labels(names), strict=True):
             series = replay.scalars[name]
-            axes.plot(series.time, series.value, linewidth=1.6, label=label)
+            axes.plot(series.time, series.value, linewidth=1.6, label=label, color=_line_color(name))
         axes.set_title(title, loc="left", fontsize=10.5)
         axes.margins(x=0.0, y=0.12)
         axes.grid(axis="y", color="#e3e8ec", linewidth=0.8)
@@ -107,6 +108,13 @@ def _draw_series(figure: Figure, place: SubplotSpec, replay: Replay, moments: Se
         for event in replay.events if axes in diagrams else ():
             axes.axvline(event.time, color=EVENT_COLORS[event.level], linewidth=0.9, linestyle=":")
     rows[-1].set_xlabel("simulated time [s]")
+
+
+def _line_color(name: str) -> str | None:
+    """The colour of a series that has one in the viewer too; None for the next in turn."""
+    if "oil_lost/" in name:
+        return palette.css(palette.cause_color(name.rpartition("/")[2]))
+    return palette.css(palette.LIMIT) if name.endswith("_limit") else None
 
 
 def _draw_events(axes: Axes, events: Sequence[Event]) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 OIL_PLOTS: Mapping[str, tuple[str, ...]] = {
     "Oil held and lost [m³]": ("oil_retained", "oil_lost"),
     "Oil lost by cause [m³]": ("oil_lost/**",),
-    "Speed: tow, normal to the boom, limit [m/s]": ("tow_speed", "normal_speed", "normal_speed_limit"),
+    "Speed [m/s]": ("tow_speed", "normal_speed", "normal_speed_limit"),
     "Probes": ("probes/**",),
 }
 HANDLING_PLOTS: Mapping[str, tuple[str, ...]] = {

@@ -15,6 +15,7 @@ from scenarios.debrief.account import BoomAccount
 
 _MOST = 6
 _CLOSE = 0.05  # of the run: what happens within shares a picture
+_TELL_TIME = 0.05  # [s] off the moment shown: worth saying when
 _WIDTH = 930  # pixels
 _ORDERS = ("orders", "instructor")  # who gives them
 
@@ -61,14 +62,21 @@ def _gathered(
         happenings += _highest_tension(account)
     groups: list[list[tuple[float, int, str]]] = []
     for happening in sorted(happenings, key=lambda entry: (entry[0], entry[1])):
-        last = happening[0] >= end
-        if groups and not last and happening[0] - groups[-1][0][0] <= _CLOSE * (end - begin):
+        at_end = happening[0] >= end > groups[-1][0][0] if groups else False
+        if groups and not at_end and happening[0] - groups[-1][0][0] <= _CLOSE * (end - begin):
             groups[-1].append(happening)
         else:
             groups.append([happening])
     between = sorted(groups[1:-1], key=lambda group: -max(weight for _, weight, _ in group))[: _MOST - 2]
     kept = [groups[0], *sorted(between), *([groups[-1]] if len(groups) > 1 else [])]
-    return [(group[0][0], tuple(text for _, _, text in group)) for group in kept]
+    return [_shown(group, begin) for group in kept]
+
+
+def _shown(group: list[tuple[float, int, str]], begin: float) -> tuple[float, tuple[str, ...]]:
+    """A group is shown as it was at its last happening, when all has had its effect; the beginning at the beginning."""
+    at = group[0][0] if group[0][0] == begin else group[-1][0]
+    others = [f"{text} ({time:.1f} s)" if abs(time - at) >= _TELL_TIME else text for time, _, text in group]
+    return at, tuple(others)
 
 
 def _highest_tension(account: BoomAccount) -> list[tuple[float, int, str]]:
