@@ -11,9 +11,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from recordings import palette
-from recordings.chart import draw_body, draw_outline, draw_tracks
+from recordings.chart import draw_body, draw_map, draw_outline, draw_tracks
 from recordings.entity_paths import VESSELS, body_group
 from recordings.exercise import BoomDescription
+from recordings.moments import Moment
 from recordings.replay import Replay
 from scenarios.debrief.diagrams import empty_figure
 from scenarios.debrief.key_moments import KeyMoment
@@ -22,36 +23,21 @@ _ACROSS = (0, 1)
 
 
 def slick_map(replay: Replay, moments: Sequence[KeyMoment]) -> Figure:
-    """Slick outlines and booms coloured by time, from above; lost oil at the end by its cause."""
+    """Slick outlines and booms coloured by time, from above; lost oil at the end by its cause.
+
+    A run without booms is shown at its end, from the side if it is a flume or a plane.
+    """
     figure = empty_figure(5.2)
     axes = figure.subplots()
+    if replay.run.exercise is None:
+        draw_map(axes, replay, [key.moment for key in moments])
+        return figure
     shades = mpl.colormaps["viridis_r"](np.linspace(0.15, 1.0, len(moments)))
-    colors = [mpl.colors.to_hex(shade) for shade in shades]
-    run, last = replay.run, moments[-1].moment
-    for key, color in zip(moments, colors, strict=True):
-        for name, positions in key.moment.positions.items():
-            if palette.is_oil(name):
-                draw_outline(axes, positions[:, :2], run.particle_spacing, "solid", color)
-        for boom in run.exercise.booms if run.exercise else ():
-            _draw_boom(axes, boom, key, color)
-    for name, mesh in run.meshes.items():
-        if body_group(name) == VESSELS and name in last.bodies:
-            draw_body(axes, name, mesh, moments[0].moment.bodies[name], _ACROSS, 0.3)
-            draw_body(axes, name, mesh, last.bodies[name], _ACROSS, 1.0)
-    draw_tracks(axes, replay, _ACROSS)
     marks = [
-        Line2D([], [], color=c, linewidth=2.0, label=f"{k.number}: {k.time:.1f} s")
-        for k, c in zip(moments, colors, strict=True)
+        _draw_moment(axes, replay, key, mpl.colors.to_hex(shade)) for key, shade in zip(moments, shades, strict=True)
     ]
-    for cause, positions in last.lost.items():
-        if len(positions):
-            tint = palette.css(palette.cause_color(cause))
-            label = f"lost by {cause.replace('_', ' ')}"
-            line = axes.plot(positions[:, 0], positions[:, 1], "o", markersize=4.0, color=tint, label=label, zorder=8)[
-                0
-            ]
-            line.set(markeredgecolor="#444444", markeredgewidth=0.4)
-            marks.append(line)
+    _draw_vessels(axes, replay, moments[0].moment, moments[-1].moment)
+    marks += _draw_lost(axes, moments[-1].moment)
     axes.legend(handles=marks, frameon=False, fontsize=9, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel("x [m]")
@@ -61,6 +47,39 @@ def slick_map(replay: Replay, moments: Sequence[KeyMoment]) -> Figure:
     axes.grid(color="#e3e8ec", linewidth=0.8)
     _draw_current(axes, replay)
     return figure
+
+
+def _draw_moment(axes: Axes, replay: Replay, key: KeyMoment, color: str) -> Line2D:
+    """Slick and booms at one moment; returns its mark in the legend."""
+    run = replay.run
+    for name, positions in key.moment.positions.items():
+        if palette.is_oil(name):
+            draw_outline(axes, positions[:, :2], run.particle_spacing, "solid", color)
+    for boom in run.exercise.booms if run.exercise else ():
+        _draw_boom(axes, boom, key, color)
+    return Line2D([], [], color=color, linewidth=2.0, label=f"{key.number}: {key.time:.1f} s")
+
+
+def _draw_vessels(axes: Axes, replay: Replay, first: Moment, last: Moment) -> None:
+    """Vessels at the beginning, faintly, and at the end, with their tracks."""
+    for name, mesh in replay.run.meshes.items():
+        if body_group(name) == VESSELS and name in first.bodies and name in last.bodies:
+            draw_body(axes, name, mesh, first.bodies[name], _ACROSS, 0.3)
+            draw_body(axes, name, mesh, last.bodies[name], _ACROSS, 1.0)
+    draw_tracks(axes, replay, _ACROSS)
+
+
+def _draw_lost(axes: Axes, last: Moment) -> list[Line2D]:
+    """Lost oil by its cause; returns the marks for the legend."""
+    marks = []
+    for cause, positions in last.lost.items():
+        if len(positions):
+            x, y = positions[:, 0], positions[:, 1]
+            label, tint = f"lost by {cause.replace('_', ' ')}", palette.css(palette.cause_color(cause))
+            (line,) = axes.plot(x, y, "o", markersize=4.0, color=tint, label=label, zorder=8)
+            line.set(markeredgecolor="#444444", markeredgewidth=0.4)
+            marks.append(line)
+    return marks
 
 
 def _draw_boom(axes: Axes, boom: BoomDescription, key: KeyMoment, color: str) -> None:
