@@ -126,7 +126,7 @@ def test_orders_on_the_way_are_the_same_whether_given_before_or_after_a_restart(
     assert events == [f"ordered: {' '.join(orders)}"]
     plan = plan_from(json.loads(str(Replay(tmp_path / "second.rrd").run.properties["plan"])))
     assert plan == Plan(scenario=scenario).changed(orders, 7)
-    third = find_restart(tmp_path / "second.rrd")
+    third = find_restart(tmp_path / "second.rrd", 10 * STEP)
     assert third.index == 10
     summary = tmp_path / "third.json"
     assert resume(third, options=RunOptions(summary=summary)) == 0
