@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 from recordings.errors import RecordingError
 from scenarios.commands import check, compare, list, repair, replay, run, verify
-from scenarios.exit_codes import BAD_INPUT
+from scenarios.exit_codes import BAD_INPUT, INTERRUPTED
 from scenarios.problems import ScenarioError
 
 COMMANDS = (list, check, run, replay, compare, verify, repair)
@@ -32,6 +32,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except RecordingError as error:
         print(f"oilsim: {error}", file=sys.stderr)
         return BAD_INPUT
+    except KeyboardInterrupt:
+        return INTERRUPTED
 
 
 def _parser() -> argparse.ArgumentParser:
