@@ -54,8 +54,10 @@ class Course:
             while requests.stop is None and not self._is_done():
                 self.step()
                 self._save_if_due()
-            if requests.stop is not None and self._checkpoints is not None:
+            if requests.stop is not None:
                 self._save_and_say()
+            elif self._checkpoints is not None:
+                self._save(self._checkpoints)  # so that a run can be made longer
             self.state_hash = run_state_hash(simulation, self._assembly)
             simulation.terminate("completed" if requests.stop is None else f"stopped by signal {requests.stop}")
         except (CoSimulationError, RecordingError) as error:
@@ -110,7 +112,7 @@ class Course:
     def _save_and_say(self) -> None:
         """A checkpoint that somebody waits for."""
         if self._checkpoints is None:
-            self.simulation.emit("no checkpoint: --checkpoints names no folder", level="warning", source="oilsim")
+            self.simulation.emit("no checkpoint is kept: --checkpoints names no folder", source="oilsim")
         else:
             self.simulation.emit(f"checkpoint {self._save(self._checkpoints)}", source="oilsim")
 
