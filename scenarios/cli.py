@@ -1,4 +1,4 @@
-"""The `oilsim` command: list, check and run scenarios; replay, compare, verify and repair recordings.
+"""The `oilsim` command: list, check and run scenarios; replay, debrief, compare, verify, export and repair recordings.
 
 Exit codes: 0 done, 2 bad input (what, where, what is allowed), 1 failed run (the recording so far is kept) or difference found.
 """
