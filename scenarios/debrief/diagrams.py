@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from booms.containment import PRACTICE_SPEED
 from recordings import palette
+from recordings.replay import Replay
 from scenarios.debrief.account import KNOT, BoomAccount
 from scenarios.debrief.key_moments import KeyMoment
 
@@ -140,6 +141,20 @@ def along_diagram(account: BoomAccount, moments: Sequence[KeyMoment]) -> Figure:
         axes.set_title(f"{title}, along the boom from {account.boom.ends[0]}", loc="left", fontsize=10.5)
         axes.set_ylabel("m")
     _finish(list(rows), moments, grid=False)
+    return figure
+
+
+def probe_diagram(replay: Replay, moments: Sequence[KeyMoment]) -> Figure | None:
+    """Every probe's readings, each on a scale of its own; None without probes."""
+    probes = {name: series for name, series in sorted(replay.scalars.items()) if name.startswith("probes/")}
+    if not probes:
+        return None
+    figure = empty_figure(1.0 + 1.1 * len(probes))
+    rows = np.atleast_1d(figure.subplots(len(probes), 1, sharex=True))
+    for axes, (name, series) in zip(rows, probes.items(), strict=True):
+        axes.plot(series.time, series.value, color=_LINES[0], linewidth=1.4)
+        axes.set_title(name.removeprefix("probes/"), loc="left", fontsize=10.5)
+    _finish(list(rows), moments)
     return figure
 
 

@@ -22,7 +22,7 @@ from recordings import palette
 from recordings.replay import Replay
 from recordings.style import STYLE
 from scenarios.debrief.account import KNOT, BoomAccount, boom_accounts
-from scenarios.debrief.diagrams import DIAGRAMS
+from scenarios.debrief.diagrams import DIAGRAMS, probe_diagram
 from scenarios.debrief.grade import CRITERIA, LETTERS, Criterion, Grade, grade
 from scenarios.debrief.key_moments import KeyMoment, key_moments
 from scenarios.debrief.slick_map import slick_map
@@ -51,6 +51,8 @@ def write_debrief(recording: Path, folder: Path, criteria: tuple[Criterion, ...]
     with mpl.rc_context({**STYLE, "svg.hashsalt": "oilsim", "font.family": "DejaVu Sans"}):
         pictures = [_write_scene(moment, folder) for moment in moments]
         map_picture = _write_figure(slick_map(replay, moments), folder / "map.png")
+        probes = probe_diagram(replay, moments)
+        probe_picture = "" if probes is None else _write_figure(probes, folder / "probes.png")
         chapters = [_chapter(replay, account, moments, criteria, folder, len(accounts) > 1) for account in accounts]
     page = (
         _environment()
@@ -63,6 +65,7 @@ def write_debrief(recording: Path, folder: Path, criteria: tuple[Criterion, ...]
             duration=moments[-1].time,
             moments=[(moment, picture) for moment, picture in zip(moments, pictures, strict=True)],
             map=map_picture,
+            probes=probe_picture,
             chapters=chapters,
             letters=LETTERS,
             events=replay.events,

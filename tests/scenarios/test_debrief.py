@@ -231,6 +231,7 @@ def test_a_run_without_booms_is_debriefed_without_a_grade(tmp_path: Path) -> Non
     assert main(["debrief", str(record), "--out", str(tmp_path / "out")]) == 0
     page = (tmp_path / "out" / "debrief.html").read_text(encoding="utf-8")
     assert "Grade" not in page and "Key moments" in page
+    assert "<h2>Probes</h2>" in page and (tmp_path / "out" / "probes.png").is_file()
 
 
 def test_a_real_exercise_goes_all_the_way_from_run_to_exports(
