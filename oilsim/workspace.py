@@ -142,6 +142,13 @@ class Workspace:
             )  # fmt: skip
             return summarised(deformation, approach)
 
+    def pressure_head(self, state: FluidState) -> Real:
+        """p / rho (N,) [m2/s2] of the last pressure solve; 0 before the first."""
+        if state.time_step == 0.0:
+            return np.zeros(state.count, np.float32)
+        head: Real = state.pressure_impulse * (self._weights[state.phase] / np.float32(state.time_step))
+        return head
+
     @property
     def _geometry(self) -> tuple[object, ...]:
         return (self.period, self.fluid_pairs, self.wall_pairs, self.sigma, self.support, self.volume)

@@ -48,7 +48,7 @@ def test_implicit_decay_follows_backward_euler(make_fluid, number):
 def lattice_rate(spacing):
     """Eq. 25 on a square lattice for v_x = sin(2 pi z), over the exact Laplacian: the operator's own error there, 0.85.
 
-    Its gradients are divided by the lattice's moment, as the pressure's (see `resolved_strain`).
+    Its gradients are divided by the lattice's moment, as the pressure's (see `faces`).
     """
     x, z = np.meshgrid(np.arange(-2, 3), np.arange(-2, 3))
     r = np.hypot(x, z)
