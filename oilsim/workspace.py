@@ -358,11 +358,11 @@ class Workspace:
         no_slip = walls.no_slip
         if no_slip is not None:
             # one sheet of walls, of whatever volume, holds the liquid
-            held = walls.area * np.float32(wall_factor(config.dimension) * config.particle_spacing)
+            held = walls.area * np.float32(wall_factor(config.dimension, not self.split) * config.particle_spacing)
             no_slip = (no_slip * held / walls.volume).astype(np.float32)
         system.assemble(
             state.position, walls.position, state.phase, self._viscosity, no_slip, self.period,
-            self.wall_pairs, self.wall_gradient, config.particle_spacing, config.dimension,
+            self.wall_pairs, self.wall_gradient, walls.volume, config.particle_spacing, config.dimension, not self.split,
         )  # fmt: skip
         return system
 
