@@ -92,6 +92,11 @@ class RigidBodyWorld:
         return tuple(self._bodies)
 
     @property
+    def free_body_names(self) -> tuple[str, ...]:
+        """Those that move by their forces."""
+        return tuple(name for name, body in self._bodies.items() if body.motion == "free")
+
+    @property
     def joint_names(self) -> tuple[str, ...]:
         """In the order they were added."""
         return tuple(self._joints)
@@ -197,6 +202,10 @@ class RigidBodyWorld:
     def inverse_mass(self, name: str) -> Array:
         """(6, 6) twist by impulse, world frame; 0 for a body that is held."""
         return self._state.inverse_mass(self._body(name).row)
+
+    def mass_matrix(self, name: str) -> Array:
+        """(6, 6) impulse by twist of the body itself, joints apart, world frame [kg, kg m2]."""
+        return self._state.mass_matrix(self._body(name).row)
 
     def coupled_inverse_mass(self, names: Sequence[str]) -> Array:
         """(6 n, 6 n) twists of the named bodies by impulses on them, joints included; 0 for those that are held."""

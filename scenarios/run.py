@@ -117,9 +117,9 @@ def _advance(simulation: CoSimulation, assembly: Assembly, request: StopRequest)
         simulation.initialize()
         run = assembly.scenario.run
         almost = run.duration - 1e-6 * run.communication_step
-        while request.signal is None and simulation.communication_point.time < almost:
+        while simulation.is_running and request.signal is None and simulation.communication_point.time < almost:
             simulation.step()
-            for text in assembly.scoring.take_events():
+            for text in assembly.scoring.take_events() if simulation.is_running else ():
                 simulation.emit(text, level="warning", source="boom")
         simulation.terminate("completed" if request.signal is None else f"stopped by signal {request.signal}")
     except (CoSimulationError, RecordingError) as error:
