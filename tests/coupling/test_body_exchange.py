@@ -60,14 +60,17 @@ def test_every_other_scheme_carries_the_light_body_up(
     scheme: Scheme | None, iteration: type[Iteration], release: bool
 ) -> None:
     with raft_under_water(0.1 * WATER, scheme, iteration) as scene:
-        found = accelerations(scene, 150)
+        found = accelerations(scene, 120)
         # nothing pulls harder than buoyancy without any added mass, in any direction and at any time, surfacing included
         assert np.abs(found).max() < 9.0
         if release:
             # Ca of a cube is 0.67, in this tank up to twice that: (1 - 0.1) / (0.1 + Ca) = 0.6 to 1.2
             assert 0.6 < found[0, 2] < 1.2
-        assert 0.0 < scene.draft("raft") < 2.0 * SPACING
-        assert abs(scene.world.twist("raft")[2]) < 0.3
+        drafts = []
+        for _ in range(60):
+            scene.step()
+            drafts.append(scene.draft("raft"))
+        assert np.mean(drafts) == pytest.approx(0.1 * SIDE, abs=SPACING)
 
 
 def test_iteration_gives_the_body_the_impulse_that_the_fluid_counted() -> None:
