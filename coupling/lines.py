@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
@@ -31,7 +31,7 @@ class ElasticLine:
     rows: of the two bodies; the second -1 for the world. points: (2, 3) where it is made fast, along each body's axes from its
     centre of mass [m] (of the world: the point itself). stiffness: EA [N]; relaxation_time: tau [s]; length: L [m];
     ordered_length: to be reached
-    at the end of the next advance [m]; tension: mean over the last advance [N].
+    at the end of the next advance [m]; laid_length: at the start [m]; tension: mean over the last advance [N].
     """
 
     rows: tuple[int, int]
@@ -39,14 +39,15 @@ class ElasticLine:
     stiffness: float
     relaxation_time: float
     length: float
-    ordered_length: float = 0.0
+    ordered_length: float = field(init=False)
+    laid_length: float = field(init=False)
     tension: float = 0.0
 
     def __post_init__(self) -> None:
         for name in ("stiffness", "length"):
             if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0.0):
                 raise ValueError(f"{name} is {getattr(self, name)}, allowed: above 0")
-        self.ordered_length = self.length
+        self.ordered_length = self.laid_length = self.length
 
     def ends(self, pose: Array) -> tuple[Array, Array]:
         """Positions (2, 3) [m] of both ends and arms (2, 3) [m] from the centres of mass; pose (B, 7)."""
@@ -113,6 +114,10 @@ class Lines:
     def length(self, name: str) -> float:
         """Unstretched length now [m]."""
         return self._lines[name].length
+
+    def laid_length(self, name: str) -> float:
+        """Unstretched length when the line was added [m]."""
+        return self._lines[name].laid_length
 
     def order_length(self, name: str, length: float) -> None:
         """The unstretched length [m] that the line has at the end of the next advance, paid out or hauled in evenly."""

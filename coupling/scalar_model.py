@@ -125,9 +125,8 @@ class ScalarModel:
         """Nothing is held."""
 
 
-def model_in(folder: Path) -> ScalarModel:
-    """A model of the one class that the file `model.py` in a folder defines; ValueError if it defines none or several."""
-    path = folder / MODEL_FILE
+def model_in(path: Path) -> ScalarModel:
+    """A model of the one class that a Python file defines; ValueError if it defines none or several."""
     spec = importlib.util.spec_from_file_location("oilsim_model", path)
     if spec is None or spec.loader is None:
         raise ValueError(f"{path} cannot be read, allowed: a Python file")
@@ -140,6 +139,11 @@ def model_in(folder: Path) -> ScalarModel:
     ]
     if len(classes) != 1:
         names = ", ".join(found.__name__ for found in classes) or "none"
-        raise ValueError(f"model file defines {names}, allowed: one subclass of coupling.scalar_model.ScalarModel")
+        raise ValueError(f"{path.name} defines {names}, allowed: one subclass of coupling.scalar_model.ScalarModel")
     model: ScalarModel = classes[0]()
     return model
+
+
+def model_in_folder(folder: Path) -> ScalarModel:
+    """The model of the file `model.py` in an FMU's folder."""
+    return model_in(folder / MODEL_FILE)

@@ -17,7 +17,10 @@ from coupling.scalar_model import ScalarModel, given, parameter, taken
 
 
 class Autopilot(ScalarModel):
-    """See the module. Headings are counter-clockwise from +x, as everywhere in oilsim; switched off, `engaged` at 0, it gives nothing."""
+    """An autopilot for heading and speed.
+
+    Headings are counter-clockwise from +x; switched off, `engaged` at most 0.5, it gives no order. See the module.
+    """
 
     heading = taken("rad")
     turn_rate = taken("rad/s")

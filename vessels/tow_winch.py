@@ -19,7 +19,10 @@ from coupling.scalar_model import ScalarModel, given, parameter, taken
 
 
 class TowWinch(ScalarModel):
-    """See the module; `brake` and `constant_tension` are switches, on above 0.5."""
+    """A tow winch with a brake that slips and a drive that renders and recovers.
+
+    `brake` and `constant_tension` are switches, on above 0.5; see the module for the rest.
+    """
 
     tension = taken("N")
     speed_order = taken("m/s")
