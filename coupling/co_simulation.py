@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import math
 import time as wall_clock
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import partial
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -108,6 +108,27 @@ class CoSimulation:
             self._guarded(participant, participant.exit_initialization_mode)
         self._check_outputs()
         self._notify_initialized()
+
+    def save_state(self) -> dict[str, Any]:
+        """The state of every participant and the number of steps done; between steps only."""
+        self._require(_Phase.RUNNING, "save_state")
+        states: dict[str, object] = {}
+        for participant in self._participants:
+            self._guarded(participant, partial(_save_into, states, participant))
+        return {"index": self._index, "participants": states}
+
+    def restore_state(self, saved: Mapping[str, Any]) -> None:
+        """Every participant as it was saved, and the clock with them; between steps only."""
+        self._require(_Phase.RUNNING, "restore_state")
+        states = saved["participants"]
+        names = {participant.name for participant in self._participants}
+        if states.keys() != names:
+            self._fail(
+                "master", f"the saved state is of {', '.join(sorted(states))}, allowed: {', '.join(sorted(names))}"
+            )
+        for participant in self._participants:
+            self._guarded(participant, partial(participant.restore_state, states[participant.name]))
+        self._index = int(saved["index"])
 
     def step(self) -> None:
         """One communication step, then observers are told."""
@@ -252,3 +273,8 @@ class CoSimulation:
         self._terminate_participants(except_for="")
         self._observers = tuple(observer for observer in self._observers if observer is not failed)
         self._notify(lambda observer: observer.terminated(reason), raise_failures=False)
+
+
+def _save_into(states: dict[str, object], participant: Participant) -> None:
+    """Put a participant's state under its name."""
+    states[participant.name] = participant.save_state()

@@ -300,6 +300,7 @@ class RigidBodyWorld:
         return {
             "bullet": content,
             "time": self.time,
+            "last_duration": self._last_duration,
             "arrays": arrays,
             "tensions": dict(self._tensions),
             "lines": self.lines.save_state(),
@@ -320,6 +321,7 @@ class RigidBodyWorld:
         self.lines.restore_state(state["lines"])  # type: ignore[arg-type]
         self._articulation = None
         self.time = float(time)  # type: ignore[arg-type]
+        self._last_duration = float(state["last_duration"])  # type: ignore[arg-type]
 
     def close(self) -> None:
         """Give the client back; the world is of no use afterwards."""

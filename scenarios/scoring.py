@@ -98,6 +98,10 @@ class BoomScore:
         """Tow speed [m/s] at the first loss, None before it."""
         return self._losses.first_loss
 
+    def gross_loss_speed(self) -> float | None:
+        """Tow speed [m/s] at the gross loss, None before it."""
+        return self._losses.gross_loss
+
     def save_state(self) -> dict[str, Any]:
         """The account as it stands."""
         return {

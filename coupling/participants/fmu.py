@@ -110,9 +110,9 @@ class FmuParticipant:
             instanceName=self._name,
         )
         if isinstance(fmu, FMU3Slave):
-            fmu.instantiate(earlyReturnAllowed=True, logMessage=self._messages.listener)
+            fmu.instantiate(earlyReturnAllowed=True, loggingOn=True, logMessage=self._messages.listener)
         else:
-            fmu.instantiate(callbacks=self._messages.callbacks)
+            fmu.instantiate(callbacks=self._messages.callbacks, loggingOn=True)
         self._fmu = fmu
         return fmu
 

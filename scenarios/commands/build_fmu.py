@@ -16,9 +16,13 @@ STEP_SIZE, STOP_TIME = 0.02, 10.0  # [s] of the experiment that the FMU proposes
 
 def register(commands: argparse._SubParsersAction) -> None:
     """Add the subcommand."""
-    parser = commands.add_parser("build-fmu", help="build an FMU from a model: a tow winch, an autopilot, one of your own")
+    parser = commands.add_parser(
+        "build-fmu", help="build an FMU from a model: a tow winch, an autopilot, one of your own"
+    )
     parser.add_argument(
-        "model", metavar="MODEL", help=f"{' or '.join(SHIPPED)}, or a Python file with a coupling.scalar_model.ScalarModel"
+        "model",
+        metavar="MODEL",
+        help=f"{' or '.join(SHIPPED)}, or a Python file with a coupling.scalar_model.ScalarModel",
     )
     parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="the FMU to write; MODEL.fmu by default")
     add_version(parser)
