@@ -97,8 +97,12 @@ class CoSimulation:
         """Wall time [s] each participant has spent in `do_step` so far, by name."""
         return dict(self._wall_seconds)
 
-    def initialize(self) -> None:
-        """Bring every participant to the start time, exchange initial values, and show observers the first frame."""
+    def initialize(self, saved: Mapping[str, Any] | None = None) -> None:
+        """Bring every participant to the start time, exchange initial values, and show observers the first frame.
+
+        With `saved`, what `save_state` returned, the run goes on from there, and observers are shown what follows only: the
+        frame at that point belongs to the run that was saved.
+        """
         self._require(_Phase.CREATED, "initialize")
         self._phase = _Phase.RUNNING
         for participant in self._participants:
@@ -106,8 +110,10 @@ class CoSimulation:
         self._exchange_initial_values()
         for participant in self._participants:
             self._guarded(participant, participant.exit_initialization_mode)
+        if saved is not None:
+            self.restore_state(saved)
         self._check_outputs()
-        self._notify_initialized()
+        self._notify_initialized(first_frame=saved is None)
 
     def save_state(self) -> dict[str, Any]:
         """The state of every participant and the number of steps done; between steps only."""
@@ -245,12 +251,13 @@ class CoSimulation:
                 failures.append((participant.name, cause))
         return failures
 
-    def _notify_initialized(self) -> None:
+    def _notify_initialized(self, *, first_frame: bool) -> None:
         if self._run_description is not None:
             run = self._run_description
             self._watched = True
             self._notify(lambda observer: observer.initialized(run))
-        self._notify_frame()
+        if first_frame:
+            self._notify_frame()
 
     def _notify_frame(self) -> None:
         if self._observers and self._frame_source is not None:

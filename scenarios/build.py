@@ -24,6 +24,7 @@ from coupling.surface_sampling import SurfaceSampling, particles_of, sample_surf
 from oilsim.solver import AdvanceReport, Fluid
 from recordings.frame import RunDescription
 from scenarios.build_fluid import build_fluid, fill_positions, water_level
+from scenarios.drives import set_wind
 from scenarios.exercise import body_of
 from scenarios.fleet import LINE_RELAXATION_TIME, Fleet, place_fleet
 from scenarios.fmus import connections_of
@@ -35,7 +36,6 @@ from scenarios.scoring import Scoring
 from scenarios.signal_board import SignalBoard
 from scenarios.signals import RunParts, signals_of
 from scenarios.solids import Solid, own_solids, table_entry, vector
-from scenarios.weather import horizontal
 from vessels.control import VesselControl
 from vessels.manual import ManualControl
 
@@ -64,6 +64,11 @@ class Assembly:
     connections: tuple[Connection, ...]
     description: RunDescription
     frame_source: FrameSource
+
+    @property
+    def controls(self) -> tuple[VesselControl, ...]:
+        """The helmsmen."""
+        return tuple(one for one in self.participants if isinstance(one, VesselControl))
 
     @property
     def body_names(self) -> tuple[str, ...]:
@@ -109,7 +114,9 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
     fluid_participant = FluidParticipant(FLUID, fluid, {name: handles[name] for name in coupled})
     scoring = Scoring(scenario, fluid, world, fleet, level)
     controls = tuple(VesselControl(vessel) if vessel.course else ManualControl(vessel) for vessel in fleet.vessels)
-    _set_wind(scenario, controls)
+    wind = scenario.forcing.wind
+    if wind is not None:
+        set_wind(fluid, controls, wind.speed, wind.direction)
     bodies = (RigidBodyParticipant(BODIES, world, coupled),) if world is not None else ()
     parts = RunParts(
         fluid=fluid,
@@ -237,14 +244,6 @@ def _add_tank_sides(world: RigidBodyWorld, scenario: Scenario) -> None:
         center[axis] = (upper if outward > 0.0 else lower)[axis] + 0.5 * outward * thickness
         slab = box(vector(size))
         world.add_body(f"tank/{side}", slab, mass_properties(slab, mass=1.0), vector(center), motion="fixed")
-
-
-def _set_wind(scenario: Scenario, controls: Sequence[VesselControl | ManualControl]) -> None:
-    """Vessels feel the mean wind; gusts are felt by the liquid only."""
-    wind = scenario.forcing.wind
-    if wind is not None:
-        for control in controls:
-            control.set(f"{control.vessel.name}.wind", np.array(horizontal(wind.speed, wind.direction)))
 
 
 def _body_connections(coupled: Sequence[str]) -> list[Connection]:

@@ -22,11 +22,12 @@ from coupling.participant import Status, StepResult, Variable, checked_value
 from recordings.frame import Event, Frame, RunDescription
 from scenarios.build import Assembly, build
 from scenarios.fmus import connections_of
-from scenarios.load import LoadedScenario, files_replaced, scenario_from
+from scenarios.load import files_replaced, scenario_from
 from scenarios.scenario import Scenario
 from scenarios.score_signals import scores_of
 from scenarios.signal_board import SignalBoard, signal_variables
 from scenarios.signals import Signal, signals_of
+from scenarios.structuring import as_data
 
 Array = NDArray[np.float64]
 
@@ -161,17 +162,16 @@ def exercise_signals(scenario: Scenario) -> dict[str, Signal]:
     return free | scores_of(scenario)
 
 
-def exercise_content(loaded: LoadedScenario) -> FmuContent:
-    """What the FMU of a scenario holds: the scenario as it was changed, and the files of its meshes and FMUs."""
-    scenario = loaded.scenario
+def exercise_content(scenario: Scenario) -> FmuContent:
+    """What the FMU of a scenario holds: all that the scenario says, and the files of its meshes and FMUs."""
     files: dict[str, Path] = {}
 
     def packed(table: str, name: str, file: str) -> str:
-        path = loaded.path.parent / file
-        files[f"{table}-{name}{path.suffix}"] = path
-        return f"{table}-{name}{path.suffix}"
+        place = f"{table}-{name}{Path(file).suffix}"
+        files[place] = Path(file)
+        return place
 
-    data = files_replaced(loaded.data, packed)
+    data = files_replaced(as_data(scenario), packed)
     return FmuContent(
         identifier="".join(part.capitalize() for part in scenario.name.replace("_", "-").split("-")),
         factory="scenarios.exercise_fmu:packed_exercise",

@@ -18,12 +18,11 @@ from scenarios.structuring import field_kinds, structure
 
 @dataclass(frozen=True, kw_only=True)
 class LoadedScenario:
-    """A scenario, the text of the file it was read from, and its data after demo and overrides, paths as written."""
+    """A scenario and the text of the file it was read from."""
 
     scenario: Scenario
     text: str
     path: Path
-    data: Mapping[str, Any]
 
 
 def library_paths() -> dict[str, Path]:
@@ -58,14 +57,13 @@ def load_scenario(source: str | Path, *, overrides: Iterable[str] = (), demo: bo
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as cause:
         raise ScenarioError([Problem("", f"cannot be read: {cause}")], str(path)) from cause
     try:
-        changed = _changed(data, overrides, demo)
-        scenario = scenario_from(changed, folder=path.parent)
+        scenario = scenario_from(_changed(data, overrides, demo), folder=path.parent)
     except ScenarioError as error:
         raise ScenarioError([*error.problems, *_demo_problems(data, path, demo)], str(path)) from error
     demo_problems = _demo_problems(data, path, demo)
     if demo_problems:
         raise ScenarioError(demo_problems, str(path))
-    return LoadedScenario(scenario=scenario, text=text, path=path, data=changed)
+    return LoadedScenario(scenario=scenario, text=text, path=path)
 
 
 def scenario_from(data: Mapping[str, Any], folder: Path | None = None) -> Scenario:

@@ -48,9 +48,14 @@ class RunSettings(Section):
 
 @dataclass(frozen=True, kw_only=True)
 class RecordingSettings(Section):
-    """What goes into the recording: `frame_rate` frames a simulated second [1/s]."""
+    """What goes into the recording: `frame_rate` frames a simulated second [1/s].
+
+    checkpoint_interval  [s] simulated, after which the whole state is saved beside the recording, so that the run can go on from
+                         there; 0: only when asked for by SIGUSR1, and at an orderly stop
+    """
 
     frame_rate: float = quantity("1/s", default=30.0, above=0.0)
+    checkpoint_interval: float = quantity("s", default=1.0, at_least=0.0)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from oilsim.forcing import AiryWaves, Current, Wind
 from scenarios.bodies import Body, Fixed
 from scenarios.checks import segment_names
+from scenarios.drives import set_current, set_wind
 from scenarios.exercise import BoomSettings, TowSettings, VesselSettings, body_of
-from scenarios.weather import ForcingSettings, horizontal
+from scenarios.weather import ForcingSettings
 
 if TYPE_CHECKING:
     from coupling.rigid_body_world import RigidBodyWorld
@@ -206,21 +206,10 @@ def _weather(forcing: ForcingSettings | None) -> Iterator[Signal]:
 
 
 def _blow(parts: RunParts, values: Mapping[str, float]) -> None:
-    """The mean wind, for the liquid and for vessels."""
     speed, direction = values["forcing.wind.speed"], values["forcing.wind.direction"]
-    for forcing in parts.fluid.forcings:
-        if isinstance(forcing, Wind):
-            forcing.speed, forcing.direction = speed, direction
-    for vessel, control in parts.controls.items():
-        control.set(f"{vessel}.wind", np.array(horizontal(speed, direction)))
+    set_wind(parts.fluid, parts.controls.values(), speed, direction)
 
 
 def _flow(parts: RunParts, values: Mapping[str, float]) -> None:
-    """The current, what waves are carried by, and what speeds through the water are reckoned against."""
-    velocity = horizontal(values["forcing.current.speed"], values["forcing.current.direction"])
-    for forcing in parts.fluid.forcings:
-        if isinstance(forcing, Current):
-            forcing.velocity = velocity
-        elif isinstance(forcing, AiryWaves):
-            forcing.drift = velocity[:2]
-    parts.scoring.take_current(np.array(velocity))
+    speed, direction = values["forcing.current.speed"], values["forcing.current.direction"]
+    set_current(parts.fluid, parts.scoring, speed, direction)

@@ -29,7 +29,7 @@ def _export(options: argparse.Namespace) -> int:
     output = options.output or Path(f"{loaded.scenario.name}.fmu")
     require_folder(output, "--output")
     try:
-        export_fmu(exercise_content(loaded), output, options.fmi)
+        export_fmu(exercise_content(loaded.scenario), output, options.fmi)
     except FmuExportError as error:
         raise ScenarioError([Problem(loaded.scenario.name, f"cannot be exported: {error}")], "oilsim") from error
     signals = exercise_signals(loaded.scenario).values()

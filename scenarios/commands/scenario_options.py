@@ -5,9 +5,10 @@ from __future__ import annotations
 import argparse
 
 
-def add_scenario(parser: argparse.ArgumentParser) -> None:
+def add_scenario(parser: argparse.ArgumentParser, *, required: bool = True) -> None:
     """Add the scenario's name and the options that change it."""
-    parser.add_argument("scenario", metavar="NAME-or-FILE", help="a shipped scenario's name, or a .toml file")
+    text = "a shipped scenario's name, or a .toml file"
+    parser.add_argument("scenario", metavar="NAME-or-FILE", nargs=None if required else "?", help=text)
     parser.add_argument(
         "--set",
         action="append",
