@@ -11,11 +11,11 @@ import sys
 from collections.abc import Sequence
 
 from recordings.errors import RecordingError
-from scenarios.commands import build_fmu, check, export_fmu, list, replay, run
+from scenarios.commands import build_fmu, check, export_fmu, list, replay, run, signals
 from scenarios.exit_codes import BAD_INPUT
 from scenarios.problems import ScenarioError
 
-COMMANDS = (list, check, run, replay, build_fmu, export_fmu)
+COMMANDS = (list, check, run, replay, signals, build_fmu, export_fmu)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

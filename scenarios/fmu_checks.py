@@ -6,13 +6,15 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from coupling.connection import Connection, connection_problems, setup_problems
+from coupling.connection import Connection, connection_problems
 from coupling.participant import Variable
 from coupling.participants.fmu import FmuParticipant
 from scenarios.fmus import PREFIX, SIGNALS, FmuSettings, connections_of
 from scenarios.problems import Problem, problems_of, suggestion
 from scenarios.signal_board import signal_variables
 from scenarios.signals import Signal
+
+SHOWN = 12  # signals that an error names
 
 
 @dataclass(frozen=True)
@@ -38,29 +40,39 @@ def fmu_problems(fmus: Mapping[str, FmuSettings], signals: Mapping[str, Signal])
         if any(PREFIX + name in ends and PREFIX + name not in loaded for name in fmus):
             continue  # its FMU has been reported
         connections[path] = connection
+        unknown = _unknown_signal(connection, signals)
+        if unknown:
+            yield Problem(path, unknown)
+            continue
         for text in connection_problems(connection, participants):
-            yield Problem(path, f"does not fit: {_readable(text, connection, signals)}")
+            yield Problem(path, f"does not fit: {text.removeprefix(f'{connection}: ')}")
     yield from _doubly_driven(connections)
 
 
-def _readable(text: str, connection: Connection, signals: Mapping[str, Signal]) -> str:
-    """A connection's problem without what its path says already, and with a near signal where one was meant."""
-    text = text.removeprefix(f"{connection}: ")
-    for end, variable in (
-        (connection.source, connection.source_variable),
-        (connection.target, connection.target_variable),
-    ):
-        if end == SIGNALS and variable not in signals:
-            hint = suggestion(variable, signals)
-            return text.replace(", allowed:", f"{hint or ','} allowed:", 1)
-    return text
+def _unknown_signal(connection: Connection, signals: Mapping[str, Signal]) -> str:
+    """What is wrong with a connection to a signal that does not exist, with those that may have been meant; else nothing."""
+    takes = connection.target == SIGNALS
+    name = connection.target_variable if takes else connection.source_variable
+    if SIGNALS not in (connection.source, connection.target) or name in signals:
+        return ""
+    fitting = [signal for signal, one in signals.items() if one.is_input == takes]
+    place = name.rpartition(".")[0] + "."
+    near = [signal for signal in fitting if signal.startswith(place)] or fitting
+    shown = near[:SHOWN] + ([f"... {len(near) - SHOWN} more, see oilsim signals"] if len(near) > SHOWN else [])
+    direction = "that a run takes" if takes else "that a run gives"
+    hint = suggestion(name, fitting) or ","
+    return f"is {name!r}, which is no signal {direction}{hint} allowed: {', '.join(shown) or 'none is there'}"
 
 
 def _doubly_driven(connections: Mapping[str, Connection]) -> Iterator[Problem]:
-    """Signals that more than one FMU drives."""
-    for text in setup_problems((), list(connections.values())):
-        if "is fed" in text:
-            yield Problem("fmus", f"drive a signal twice: {text}")
+    """Signals that more than one output drives."""
+    drivers: dict[str, list[str]] = {}
+    for path, connection in connections.items():
+        if connection.target == SIGNALS:
+            drivers.setdefault(connection.target_variable, []).append(path)
+    for signal, paths in drivers.items():
+        if len(paths) > 1:
+            yield Problem(paths[1], f"drives {signal!r}, which {paths[0]} drives already, allowed: one of them")
 
 
 def fmu_participants(fmus: Mapping[str, FmuSettings]) -> tuple[FmuParticipant, ...]:
