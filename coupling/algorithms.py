@@ -15,6 +15,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Protocol
 
 from coupling.connection import Link
+from coupling.participant import Array
 from coupling.stepper import Stepper
 
 Steppers = Mapping[str, Stepper]  # by the participants' names, in the order in which they were given
@@ -37,10 +38,10 @@ class Algorithm(Protocol):
     def step(self, steppers: Steppers, links: Sequence[Link], begin: float, end: float) -> None:
         """Transfer along every link and bring every participant from `begin` to `end` [s]."""
 
-    def save(self) -> object:
+    def save(self) -> dict[str, dict[str, Array]]:
         """What it remembers from step to step."""
 
-    def restore(self, state: object) -> None:
+    def restore(self, state: Mapping[str, Mapping[str, Array]]) -> None:
         """Back to what `save` returned."""
 
 
@@ -53,11 +54,11 @@ class _Plain:
         """See `Algorithm.begin`."""
         return ()
 
-    def save(self) -> object:
+    def save(self) -> dict[str, dict[str, Array]]:
         """See `Algorithm.save`."""
-        return None
+        return {}
 
-    def restore(self, state: object) -> None:
+    def restore(self, state: Mapping[str, Mapping[str, Array]]) -> None:
         """See `Algorithm.restore`."""
 
 

@@ -132,14 +132,13 @@ class BodyExchange:
             elif name == together[0]:
                 self._iterate(iterated, together, steppers, links, begin, end)
 
-    def save(self) -> object:
+    def save(self) -> dict[str, dict[str, Array]]:
         """See `Algorithm.save`."""
-        return dict(self._sent), dict(self._accelerations)
+        return {"sent": dict(self._sent), "accelerations": dict(self._accelerations)}
 
-    def restore(self, state: object) -> None:
+    def restore(self, state: Mapping[str, Mapping[str, Array]]) -> None:
         """See `Algorithm.restore`."""
-        sent, accelerations = state  # type: ignore[misc]
-        self._sent, self._accelerations = dict(sent), dict(accelerations)
+        self._sent, self._accelerations = dict(state["sent"]), dict(state["accelerations"])
 
     def _feed(self, target: str, steppers: Steppers, links: Sequence[Link]) -> None:
         """Transfer to one participant; wrenches of bodies of virtual mass are held back in part."""

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from enum import Enum
 from functools import partial
 from types import MappingProxyType
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from coupling.algorithms import Algorithm, GaussSeidel
 from coupling.connection import Connection, link, setup_problems
@@ -25,7 +25,7 @@ from coupling.initialization import exchange_initial_values
 from coupling.observer import Observer
 from coupling.participant import Array, Participant
 from coupling.rollback import rollback_fault
-from coupling.stepper import HALVINGS, TIME_TOLERANCE, Discarded, Stepper
+from coupling.stepper import HALVINGS, TIME_TOLERANCE, Discarded, Snapshot, Stepper
 from recordings.frame import Event, EventLevel, Frame, RunDescription
 
 ALL_AT_ONE_RATE: Mapping[str, int] = MappingProxyType({})
@@ -125,8 +125,12 @@ class CoSimulation:
         """Why participants that were to be taken back cannot be, by name; empty where nothing needs it."""
         return MappingProxyType(self._rollback_faults)
 
-    def initialize(self) -> None:
-        """Bring every participant to the start time, exchange initial values, and show observers the first frame."""
+    def initialize(self, saved: Mapping[str, Any] | None = None) -> None:
+        """Bring every participant to the start time, exchange initial values, and show observers the first frame.
+
+        With `saved`, what `save_state` returned, the run goes on from there, and observers are shown what follows only: the
+        frame at that point belongs to the run that was saved.
+        """
         self._require(_Phase.CREATED, "initialize")
         self._phase = _Phase.RUNNING
         for stepper in self._steppers.values():
@@ -135,7 +139,30 @@ class CoSimulation:
         for stepper in self._steppers.values():
             self._guarded(stepper, stepper.participant.exit_initialization_mode)
         self._in_order(self._begin_exchange)
-        self._notify_initialized()
+        if saved is not None:
+            self.restore_state(saved)
+        self._notify_initialized(first_frame=saved is None)
+
+    def save_state(self) -> dict[str, Any]:
+        """State and outputs of every participant, what the algorithm remembers, and the number of steps done; between steps."""
+        self._require(_Phase.RUNNING, "save_state")
+        states: dict[str, object] = {}
+        for stepper in self._steppers.values():
+            self._guarded(stepper, partial(_save_into, states, stepper))
+        outputs = {name: dict(stepper.outputs) for name, stepper in self._steppers.items()}
+        return {"index": self._index, "participants": states, "outputs": outputs, "algorithm": self._algorithm.save()}
+
+    def restore_state(self, saved: Mapping[str, Any]) -> None:
+        """Every participant as it was saved, and the clock with them; between steps only."""
+        self._require(_Phase.RUNNING, "restore_state")
+        states = saved["participants"]
+        if states.keys() != self._steppers.keys():
+            message = f"the saved state is of {', '.join(sorted(states))}, allowed: {', '.join(sorted(self._steppers))}"
+            self._fail(CoSimulationError("master", self.communication_point.time, message))
+        for name, stepper in self._steppers.items():
+            self._guarded(stepper, partial(stepper.restore, Snapshot(states[name], saved["outputs"][name])))
+        self._algorithm.restore(saved["algorithm"])
+        self._index = int(saved["index"])
 
     def step(self) -> None:
         """One communication step, then observers are told; the run ends here if a participant asks for it."""
@@ -183,7 +210,7 @@ class CoSimulation:
         try:
             call()
         except Exception as cause:
-            self._fail(CoSimulationError(stepper.name, self._start_time, _reason(cause)), cause)
+            self._fail(CoSimulationError(stepper.name, self.communication_point.time, _reason(cause)), cause)
 
     def _in_order(self, call: Callable[[], None]) -> None:
         """Make a call to many participants; what it raises ends the run, under the name of the one that failed."""
@@ -260,7 +287,7 @@ class CoSimulation:
                 self._notify(partial(_tell, event=event))
             stepper.events.clear()
 
-    def _notify_initialized(self) -> None:
+    def _notify_initialized(self, *, first_frame: bool) -> None:
         if self._run_description is not None:
             run = self._run_description
             self._watched = True
@@ -270,7 +297,8 @@ class CoSimulation:
         for text in self._opening:
             self.emit(text, source="master")
         self._tell_events()
-        self._notify_frame()
+        if first_frame:
+            self._notify_frame()
 
     def _notify_frame(self) -> None:
         if self._observers and self._frame_source is not None:
@@ -293,6 +321,11 @@ class CoSimulation:
         self._terminate_participants(except_for="")
         self._observers = tuple(observer for observer in self._observers if observer is not failed)
         self._notify(lambda observer: observer.terminated(reason), raise_failures=False)
+
+
+def _save_into(states: dict[str, object], stepper: Stepper) -> None:
+    """Put a participant's state under its name."""
+    states[stepper.name] = stepper.participant.save_state()
 
 
 def _tell(observer: Observer, event: Event) -> None:

@@ -32,6 +32,7 @@ from scipy.spatial.transform import Rotation
 
 from coupling.articulation import Articulation, PointJoint
 from coupling.bodies import MassProperties, convex_vertices
+from coupling.lines import ElasticLine, Lines
 from coupling.motion import STILL, UPRIGHT, Motion, PrescribedMotion, Quaternion, Vector
 from coupling.quiet_pybullet import pybullet
 from coupling.rigid_state import MOVING, RigidBodyState, pose_of, twist_of
@@ -72,6 +73,7 @@ class RigidBodyWorld:
         self._bodies: dict[str, _Body] = {}
         self._joints: dict[str, int] = {}
         self._tensions: dict[str, float] = {}
+        self.lines = Lines()
         self._point_joints: list[PointJoint] = []
         self._articulation: Articulation | None = None
         self._accelerations: Array | None = None
@@ -178,6 +180,34 @@ class RigidBodyWorld:
         )
         self._articulation = None
 
+    def add_line(
+        self,
+        name: str,
+        body_a: str,
+        body_b: str | None,
+        points: tuple[Vector, Vector],
+        *,
+        length: float,
+        stiffness: float,
+        relaxation_time: float = 0.0,
+    ) -> None:
+        """An elastic line from body_a to body_b, None the world, made fast at `points` of the world [m]; see `coupling.lines`.
+
+        ValueError for a line too stiff to be stepped, with the stiffness that is allowed.
+        """
+        bodies = (self._body(body_a), None if body_b is None else self._body(body_b))
+        places = [p if body is None else self._own_point(body, p) for body, p in zip(bodies, points, strict=True)]
+        rows = tuple(-1 if body is None else body.row for body in bodies)
+        line = ElasticLine((rows[0], rows[1]), np.array(places, dtype=np.float64), stiffness, relaxation_time, length)
+        inverse_mass = np.array([np.zeros((6, 6)) if row < 0 else self._state.inverse_mass(row) for row in rows])
+        stiffest = line.stiffest(self._state.pose, inverse_mass, self._sub_step)
+        if stiffness > stiffest:
+            raise ValueError(
+                f"line {name!r}: stiffness is {stiffness:g} N, allowed: up to {stiffest:.3g} N for its bodies"
+            )
+        self.lines.add(name, line)
+        self._state.line_wrench = self.lines.present_pull(self._state.pose, self._state.twist)
+
     def set_wrench(self, name: str, wrench: Array) -> None:
         """Wrench (6,) of the fluid on a body [N, N m], held until it is set again."""
         self._state.wrench[self._body(name).row] = wrench
@@ -228,7 +258,9 @@ class RigidBodyWorld:
         return (twist_of(later) - twist_of(now)) / self._sub_step
 
     def tension(self, name: str) -> float:
-        """Magnitude of the force a joint carries [N], mean over the last advance."""
+        """Magnitude of the force a joint or a line carries [N], mean over the last advance."""
+        if name in self.lines.names:
+            return self.lines.tension(name)
         if name not in self._joints:
             raise ValueError(f"rigid bodies: joint {name!r} does not exist, allowed: {', '.join(self._joints)}")
         return self._tensions[name]
@@ -255,6 +287,7 @@ class RigidBodyWorld:
         momenta_before, begin = self._state.momenta(), self.time
         tensions = dict.fromkeys(self._joints, 0.0)
         self._call(pybullet.setTimeStep, sub_step)
+        self.lines.begin(duration, len(self._bodies))
         for index in range(count):
             self._advance_once(begin + (index + 1) * sub_step, sub_step)
             for name, joint in self._joints.items():
@@ -262,7 +295,9 @@ class RigidBodyWorld:
         self._tensions = tensions
         self._last_duration = duration
         self._articulation = None
+        self._state.line_wrench = self.lines.end(duration)
         self._state.settle_reaction(momenta_before, duration, self._gravity)
+        self._state.line_wrench = self.lines.present_pull(self._state.pose, self._state.twist)
 
     def save_state(self) -> dict[str, object]:
         """All that moves, as plain data that can be pickled."""
@@ -271,7 +306,14 @@ class RigidBodyWorld:
             self._call(pybullet.saveBullet, str(path))
             content = path.read_bytes()
         arrays = {key: getattr(self._state, key).copy() for key in MOVING}
-        return {"bullet": content, "time": self.time, "arrays": arrays, "tensions": dict(self._tensions)}
+        return {
+            "bullet": content,
+            "time": self.time,
+            "last_duration": self._last_duration,
+            "arrays": arrays,
+            "tensions": dict(self._tensions),
+            "lines": self.lines.save_state(),
+        }
 
     def restore_state(self, state: Mapping[str, object]) -> None:
         """Back to what `save_state` returned, bit for bit, in a world of the same bodies and joints."""
@@ -285,8 +327,10 @@ class RigidBodyWorld:
         for key, value in arrays.items():
             setattr(self._state, key, value.copy())
         self._tensions = dict(tensions)
+        self.lines.restore_state(state["lines"])  # type: ignore[arg-type]
         self._articulation = None
         self.time = float(time)  # type: ignore[arg-type]
+        self._last_duration = float(state["last_duration"])  # type: ignore[arg-type]
 
     def close(self) -> None:
         """Give the client back; the world is of no use afterwards."""
@@ -368,7 +412,8 @@ class RigidBodyWorld:
 
     def _advance_once(self, end: float, sub_step: float) -> None:
         """One sub-step that ends at the time `end`."""
-        wrench = self._state.wrench + self._state.applied_wrench
+        pull = self.lines.pull_for(sub_step, self._state.pose, self._state.twist)
+        wrench = self._state.wrench + self._state.applied_wrench + pull
         for body in self._bodies.values():
             if body.motion == "free":
                 self._push(body, wrench[body.row])

@@ -14,7 +14,7 @@ from coupling.motion import Motion
 
 Array = npt.NDArray[np.float64]
 
-MOVING = ("pose", "twist", "wrench", "applied_wrench", "reaction", "earlier_reaction")
+MOVING = ("pose", "twist", "wrench", "applied_wrench", "line_wrench", "reaction", "earlier_reaction")
 
 
 class RigidBodyState:
@@ -25,6 +25,7 @@ class RigidBodyState:
         twist: (B, 6) linear [m/s] and angular velocity [rad/s].
         wrench: (B, 6) of the fluid [N, N m].
         applied_wrench: (B, 6) of anything else that is known, gravity apart [N, N m].
+        line_wrench: (B, 6) of elastic lines [N, N m].
         reaction: (B, 6) of joints and contacts, mean over the last step [N, N m]; earlier_reaction: over the one before.
         mass: (B,) [kg]; inertia: (B, 3, 3) along the body's axes [kg m2].
         is_free: (B,) whether the body moves by its forces.
@@ -35,6 +36,7 @@ class RigidBodyState:
         self.twist = np.zeros((0, 6))
         self.wrench = np.zeros((0, 6))
         self.applied_wrench = np.zeros((0, 6))
+        self.line_wrench = np.zeros((0, 6))
         self.reaction = np.zeros((0, 6))
         self.earlier_reaction = np.zeros((0, 6))
         self.mass = np.zeros(0)
@@ -45,7 +47,7 @@ class RigidBodyState:
         """Add a row."""
         self.pose = np.vstack([self.pose, pose_of(start)])
         self.twist = np.vstack([self.twist, twist_of(start)])
-        for key in ("wrench", "applied_wrench", "reaction", "earlier_reaction"):
+        for key in ("wrench", "applied_wrench", "line_wrench", "reaction", "earlier_reaction"):
             setattr(self, key, np.vstack([getattr(self, key), np.zeros(6)]))
         self.mass = np.append(self.mass, properties.mass)
         self.inertia = np.concatenate([self.inertia, properties.inertia[None]])
@@ -105,7 +107,7 @@ class RigidBodyState:
     def free_acceleration(self, row: int, gravity: Array) -> Array:
         """(6,) d(twist)/dt of a free body from everything but the fluid [m/s2, rad/s2].
 
-        M^-1 (applied wrench + lasting reaction of joints and contacts) + gravity, and - I^-1 omega x I omega.
+        M^-1 (applied wrench + lines + lasting reaction of joints and contacts) + gravity, and - I^-1 omega x I omega.
         """
         lasting = steady(self.earlier_reaction[row], self.reaction[row])
         return self.known_acceleration(row, gravity) + self.inverse_mass(row) @ lasting
@@ -114,7 +116,7 @@ class RigidBodyState:
         """(6,) as `free_acceleration`, without joints and contacts; 0 for a body that is held."""
         if not self.is_free[row]:
             return np.zeros(6)
-        wrench = self.applied_wrench[row].copy()
+        wrench = self.applied_wrench[row] + self.line_wrench[row]
         wrench[3:] -= self.gyroscopic_torque()[row]
         acceleration = self.inverse_mass(row) @ wrench
         acceleration[:3] += gravity
@@ -123,7 +125,7 @@ class RigidBodyState:
     def settle_reaction(self, momenta_before: Array, duration: float, gravity: Array) -> None:
         """Book what the known wrenches do not explain of the change of momentum as reaction of joints and contacts."""
         self.earlier_reaction = self.reaction
-        known = self.wrench + self.applied_wrench
+        known = self.wrench + self.applied_wrench + self.line_wrench
         known[:, :3] += self.mass[:, None] * gravity
         self.reaction = (self.momenta() - momenta_before) / duration - known
         self.reaction[~self.is_free] = 0.0

@@ -5,7 +5,7 @@ Rules, after FMI 3:
 early return  the participant is called again from where it stopped, with the inputs it has
 discard       its state is as before; it is asked for half the step, then half of that, down to 2^-HALVINGS of it
 event         discrete states are updated until they are settled, and the run's observers are told
-terminate     the step counts; the run ends in order once all participants have made it
+terminate     how far it came counts; the run ends in order once the others have made the step
 error         `CoSimulationError` with the participant's name and the time; so for times that do not fit
 
 Outputs are read once after every step, found finite, and handed on from here. An output that is a mean over the step
@@ -122,7 +122,7 @@ class Stepper:
             if self.sub_rate > 1 or duration < end - begin - tolerance:
                 self._add_means(duration)
             self._note(result)
-            if reached >= end - tolerance:
+            if reached >= end - tolerance or result.terminate_simulation:
                 return
         self.fail(begin, f"stopped at {reached} s, allowed: {end} s")
 

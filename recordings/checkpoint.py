@@ -7,6 +7,7 @@ JSON text in the same file. Nothing in it is a program: a checkpoint from a stra
 from __future__ import annotations
 
 import hashlib
+import io
 import json
 import os
 import zipfile
@@ -19,7 +20,7 @@ import numpy as np
 
 from recordings.errors import RecordingError
 
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 _STRUCTURE = "structure"
 _ARRAY, _TUPLE, _BYTES, _HUGE, _REAL = "__array__", "__tuple__", "__bytes__", "__int__", "__float__"
 _MARKS = (_ARRAY, _TUPLE, _BYTES, _HUGE, _REAL)
@@ -32,17 +33,20 @@ class CheckpointError(RecordingError):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Checkpoint:
-    """A state and what it belongs to: scenario hash, communication step and time [s]."""
+    """A state and what it belongs to.
+
+    Attributes:
+        scenario_hash: tells the scenario from others.
+        index: communication step; time: simulated [s].
+        run: what was run, in the words of whoever runs it, enough to begin it again.
+        state: nested dicts of arrays and plain values.
+    """
 
     scenario_hash: str
     index: int
     time: float
+    run: dict[str, Any]
     state: dict[str, Any]
-
-
-def scenario_hash(text: str, overrides: tuple[str, ...] = ()) -> str:
-    """What tells one scenario from another: its text and the overrides, in order."""
-    return hashlib.sha256(json.dumps([text, list(overrides)]).encode()).hexdigest()
 
 
 def state_hash(state: Mapping[str, Any]) -> str:
@@ -56,6 +60,27 @@ def state_hash(state: Mapping[str, Any]) -> str:
     return digest.hexdigest()
 
 
+def state_to_bytes(state: Mapping[str, Any]) -> bytes:
+    """A state as a text of bytes, bit for bit; TypeError for one that holds more than arrays and plain values."""
+    arrays: dict[str, np.ndarray] = {}
+    structure = json.dumps(_take_apart(state, "state", arrays))
+    buffer = io.BytesIO()
+    np.savez(buffer, **arrays, **{_STRUCTURE: np.frombuffer(structure.encode(), dtype=np.uint8)})  # type: ignore[arg-type]
+    return buffer.getvalue()
+
+
+def state_from_bytes(data: bytes) -> dict[str, Any]:
+    """The inverse of `state_to_bytes`; ValueError for anything else."""
+    try:
+        with np.load(io.BytesIO(data), allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+        structure = json.loads(arrays.pop(_STRUCTURE).tobytes())
+    except (KeyError, EOFError, AttributeError, zipfile.BadZipFile) as error:
+        raise ValueError(f"bytes are no saved state: {error}") from error
+    state: dict[str, Any] = _put_together(structure, arrays)
+    return state
+
+
 def save_checkpoint(path: str | Path, checkpoint: Checkpoint) -> None:
     """Write a checkpoint; a run killed meanwhile leaves the one before untouched."""
     target = Path(path)
@@ -65,6 +90,7 @@ def save_checkpoint(path: str | Path, checkpoint: Checkpoint) -> None:
         "scenario_hash": checkpoint.scenario_hash,
         "index": checkpoint.index,
         "time": checkpoint.time.hex(),
+        "run": checkpoint.run,
         "state": _take_apart(checkpoint.state, "state", arrays),
     }
     arrays[_STRUCTURE] = np.frombuffer(json.dumps(structure).encode(), dtype=np.uint8)
@@ -102,6 +128,7 @@ def load_checkpoint(path: str | Path, *, scenario_hash: str | None = None) -> Ch
         scenario_hash=stored,
         index=structure["index"],
         time=float.fromhex(structure["time"]),
+        run=structure["run"],
         state=_put_together(structure["state"], arrays),
     )
 

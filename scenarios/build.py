@@ -1,7 +1,7 @@
-"""A scenario becomes a coupled run: fluid, bodies, controllers, and the connections between them.
+"""A scenario becomes a coupled run: fluid, bodies, controllers, FMUs, and the connections between them.
 
-Order within a communication step: controllers give their orders from where the bodies are, the fluid answers to the bodies'
-motion with wrenches, and the bodies move under both.
+Order within a communication step: FMUs step and give their outputs to the signals they drive, controllers give their orders from
+where the bodies are, the fluid answers to the bodies' motion with wrenches, and the bodies move under both.
 """
 
 from __future__ import annotations
@@ -23,15 +23,21 @@ from coupling.rigid_body_world import RigidBodyWorld
 from coupling.surface_sampling import SurfaceSampling, particles_of, sample_surface
 from oilsim.solver import AdvanceReport, Fluid
 from recordings.frame import RunDescription
-from scenarios.build_fluid import build_fluid, fill_positions, horizontal, water_level
-from scenarios.fleet import Fleet, body_of, place_fleet
+from scenarios.build_fluid import build_fluid, fill_positions, water_level
+from scenarios.drives import set_wind
+from scenarios.exercise import body_of
+from scenarios.fleet import LINE_RELAXATION_TIME, Fleet, place_fleet
+from scenarios.fmus import connections_of
 from scenarios.portrayal import FramePainter, Wrench, describe_run
 from scenarios.probes import BodyProbe
 from scenarios.problems import problems_of
 from scenarios.scenario import Scenario
 from scenarios.scoring import Scoring
+from scenarios.signal_board import SignalBoard
+from scenarios.signals import RunParts, signals_of
 from scenarios.solids import Solid, own_solids, table_entry, vector
 from vessels.control import VesselControl
+from vessels.manual import ManualControl
 
 FLUID, BODIES = "fluid", "bodies"
 TO_FLUID = ("pose", "twist", "inverse_mass", "free_acceleration")
@@ -42,7 +48,8 @@ class Assembly:
     """A run that is ready to start: its parts, and what observers are shown.
 
     fluid, world: the simulators themselves, for whoever wants more than the participants' variables; coupled: names of the
-    bodies that exchange motion and wrench with the fluid; fleet: vessels and booms; scoring: their accounts.
+    bodies that exchange motion and wrench with the fluid; fleet: vessels and booms; scoring: their accounts; parts: what
+    signals reach into.
     """
 
     scenario: Scenario
@@ -52,10 +59,16 @@ class Assembly:
     coupled: tuple[str, ...]
     fleet: Fleet
     scoring: Scoring
+    parts: RunParts
     participants: tuple[Participant, ...]
     connections: tuple[Connection, ...]
     description: RunDescription
     frame_source: FrameSource
+
+    @property
+    def controls(self) -> tuple[VesselControl, ...]:
+        """The helmsmen."""
+        return tuple(one for one in self.participants if isinstance(one, VesselControl))
 
     @property
     def body_names(self) -> tuple[str, ...]:
@@ -88,6 +101,7 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
 
     `text` is the scenario file's, `overrides` the changes made to it; both only go into the recording.
     """
+    fmus = _fmus(scenario)
     level = water_level(scenario, fill_positions(scenario))
     fleet = place_fleet(scenario, level)
     solids = (*own_solids(scenario), *fleet.solids)
@@ -99,9 +113,19 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
     world = _world(scenario, solids, fleet) if coupled else None
     fluid_participant = FluidParticipant(FLUID, fluid, {name: handles[name] for name in coupled})
     scoring = Scoring(scenario, fluid, world, fleet, level)
-    controls = tuple(VesselControl(vessel) for vessel in fleet.vessels)
-    _set_wind(scenario, controls)
+    controls = tuple(VesselControl(vessel) if vessel.course else ManualControl(vessel) for vessel in fleet.vessels)
+    wind = scenario.forcing.wind
+    if wind is not None:
+        set_wind(fluid, controls, wind.speed, wind.direction)
     bodies = (RigidBodyParticipant(BODIES, world, coupled),) if world is not None else ()
+    parts = RunParts(
+        fluid=fluid,
+        world=world,
+        controls={control.vessel.name: control for control in controls},
+        scoring=scoring,
+        tension_joints=fleet.tension_joints,
+    )
+    board = (SignalBoard(signals_of(scenario), parts),) if fmus else ()
     return Assembly(
         scenario=scenario,
         fluid=fluid,
@@ -110,8 +134,13 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
         coupled=coupled,
         fleet=fleet,
         scoring=scoring,
-        participants=(*controls, fluid_participant, *bodies),
-        connections=(*_body_connections(coupled), *_vessel_connections(controls)),
+        parts=parts,
+        participants=(*fmus, *board, *controls, fluid_participant, *bodies),
+        connections=(
+            *connections_of(scenario.fmus).values(),
+            *_body_connections(coupled),
+            *_vessel_connections(controls),
+        ),
         description=describe_run(scenario, fluid, tank, solids, text=text, overrides=overrides),
         frame_source=FramePainter(
             scenario,
@@ -123,6 +152,15 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
             lambda: fluid_participant.report,
         ),
     )
+
+
+def _fmus(scenario: Scenario) -> tuple[Participant, ...]:
+    """The FMUs; what runs them is loaded only where there are some."""
+    if not scenario.fmus:
+        return ()
+    from scenarios.fmu_checks import fmu_participants
+
+    return fmu_participants(scenario.fmus)
 
 
 def _coupled(scenario: Scenario, solids: Sequence[Solid]) -> tuple[str, ...]:
@@ -180,6 +218,17 @@ def _world(scenario: Scenario, solids: Sequence[Solid], fleet: Fleet) -> RigidBo
         _add_tank_sides(world, scenario)
     for joint in fleet.joints:
         world.add_joint(joint.name, joint.body_a, joint.body_b, vector(joint.point))
+    for line in fleet.lines:
+        with problems_of(f"booms.{line.name.split('/')[1]}.line_stiffness", "cannot be used"):
+            world.add_line(
+                line.name,
+                line.body_a,
+                line.body_b,
+                (vector(line.points[0]), vector(line.points[1])),
+                length=line.length,
+                stiffness=line.stiffness,
+                relaxation_time=LINE_RELAXATION_TIME,
+            )
     return world
 
 
@@ -197,14 +246,6 @@ def _add_tank_sides(world: RigidBodyWorld, scenario: Scenario) -> None:
         world.add_body(f"tank/{side}", slab, mass_properties(slab, mass=1.0), vector(center), motion="fixed")
 
 
-def _set_wind(scenario: Scenario, controls: Sequence[VesselControl]) -> None:
-    """Vessels feel the mean wind; gusts are felt by the liquid only."""
-    wind = scenario.forcing.wind
-    if wind is not None:
-        for control in controls:
-            control.set(f"{control.vessel.name}.wind", np.array(horizontal(wind.speed, wind.direction)))
-
-
 def _body_connections(coupled: Sequence[str]) -> list[Connection]:
     """Motion to the fluid, wrench to the bodies."""
     motion = [
@@ -220,7 +261,7 @@ def _body_connections(coupled: Sequence[str]) -> list[Connection]:
     return [*motion, *wrenches, *([together] if coupled else [])]
 
 
-def _vessel_connections(controls: Sequence[VesselControl]) -> list[Connection]:
+def _vessel_connections(controls: Sequence[VesselControl | ManualControl]) -> list[Connection]:
     """Each helmsman sees the vessel's motion and pushes it."""
     connections = []
     for control in controls:

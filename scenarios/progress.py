@@ -48,7 +48,7 @@ class ProgressDisplay:
 
     def initialized(self, run: RunDescription) -> None:
         """The run begins."""
-        self._marks = [(wall_clock.monotonic(), 0.0)]
+        self._marks = []
 
     def step_completed(self, frame: Frame) -> None:
         """Move the bar, or write a line if the last one is long enough ago."""

@@ -15,6 +15,7 @@ from scenarios import checks
 from scenarios.bodies import Body
 from scenarios.exercise import BoomSettings, TowSettings, VesselSettings
 from scenarios.fields import Section, Vector, quantity
+from scenarios.fmus import FmuSettings
 from scenarios.liquid import Fill, FluidSettings, PhaseSettings, PipeEmitterSettings, Tank
 from scenarios.probes import Probe
 from scenarios.problems import Problem
@@ -47,9 +48,14 @@ class RunSettings(Section):
 
 @dataclass(frozen=True, kw_only=True)
 class RecordingSettings(Section):
-    """What goes into the recording: `frame_rate` frames a simulated second [1/s]."""
+    """What goes into the recording: `frame_rate` frames a simulated second [1/s].
+
+    checkpoint_interval  [s] simulated, after which the whole state is saved beside the recording, so that the run can go on from
+                         there; 0: only when asked for by SIGUSR1, and at an orderly stop
+    """
 
     frame_rate: float = quantity("1/s", default=30.0, above=0.0)
+    checkpoint_interval: float = quantity("s", default=1.0, at_least=0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,6 +95,7 @@ class Scenario(Section):
     booms: Mapping[str, BoomSettings] = field(default_factory=dict)
     tow: TowSettings | None = None
     probes: Mapping[str, Probe] = field(default_factory=dict)
+    fmus: Mapping[str, FmuSettings] = field(default_factory=dict)
     recording: RecordingSettings = field(default_factory=RecordingSettings)
     camera: CameraSettings | None = None
     demo: Mapping[str, object] = field(default_factory=dict)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -13,9 +14,10 @@ from booms.deployment import BoomLayout
 from booms.scores import LossSpeeds, TensionRecord
 from coupling.rigid_body_world import RigidBodyWorld
 from oilsim.solver import Fluid
-from scenarios.build_fluid import horizontal
-from scenarios.fleet import Fleet, body_of
+from scenarios.exercise import body_of
+from scenarios.fleet import Fleet
 from scenarios.scenario import Scenario
+from scenarios.weather import horizontal
 
 Array = NDArray[np.float64]
 
@@ -96,6 +98,29 @@ class BoomScore:
         """Tow speed [m/s] at the first loss, None before it."""
         return self._losses.first_loss
 
+    def gross_loss_speed(self) -> float | None:
+        """Tow speed [m/s] at the gross loss, None before it."""
+        return self._losses.gross_loss
+
+    def save_state(self) -> dict[str, Any]:
+        """The account as it stands."""
+        return {
+            "tracker": self._tracker.save_state(),
+            "report": None if self.report is None else asdict(self.report),
+            "tensions": {end: asdict(record) for end, record in self._tensions.items()},
+            "losses": asdict(self._losses),
+            "time": self._time,
+            "worst": dict(self._worst),
+        }
+
+    def restore_state(self, saved: Mapping[str, Any]) -> None:
+        """Back to what `save_state` returned."""
+        self._tracker.restore_state(saved["tracker"])
+        self.report = None if saved["report"] is None else ContainmentReport(**saved["report"])
+        self._tensions = {end: TensionRecord(**record) for end, record in saved["tensions"].items()}
+        self._losses = LossSpeeds(**saved["losses"])
+        self._time, self._worst = saved["time"], dict(saved["worst"])
+
     def summary(self) -> dict[str, Any]:
         """The boom's scores; speeds in knots and angles in degrees where the key says so."""
         report = self.report
@@ -155,6 +180,21 @@ class Scoring:
         """What happened since the last call."""
         events, self._events = self._events, []
         return events
+
+    def save_state(self) -> dict[str, Any]:
+        """All accounts as they stand."""
+        booms = {boom.name: boom.save_state() for boom in self.booms}
+        return {"booms": booms, "leaked": sorted(self._leaked), "events": list(self._events)}
+
+    def restore_state(self, saved: Mapping[str, Any]) -> None:
+        """Back to what `save_state` returned."""
+        for boom in self.booms:
+            boom.restore_state(saved["booms"][boom.name])
+        self._leaked, self._events = set(saved["leaked"]), list(saved["events"])
+
+    def take_current(self, current: Array) -> None:
+        """From now on the water itself runs at `current` (3,) [m/s]."""
+        self._current = current
 
     def summary(self) -> dict[str, Any]:
         """Scores by boom."""

@@ -53,6 +53,19 @@ def structure(data: object, kind: Any) -> Any:
         raise ScenarioError(_problems(error)) from error
 
 
+def as_data(value: Any) -> Any:
+    """A section as the plain data it is made of, tags included and without what is None: the inverse of `structure`."""
+    if isinstance(value, Section):
+        tag = {} if value.TAG is None else dict([value.TAG])
+        stated = {item.name: getattr(value, item.name) for item in fields(value)}
+        return tag | {name: as_data(entry) for name, entry in stated.items() if entry is not None}
+    if isinstance(value, Mapping):
+        return {key: as_data(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [as_data(entry) for entry in value]
+    return value
+
+
 def spellings(key: str) -> tuple[str, ...]:
     """All keys that mean the same field: ``speed_kn`` gives speed, speed_kn and speed_deg."""
     base = next((key.removesuffix(suffix) for suffix in SUFFIXES if key.endswith(suffix)), key)
@@ -126,6 +139,15 @@ def _choice(value: object, kind: Any) -> object:
         return value
     hint = suggestion(value, map(str, choices)) if isinstance(value, str) else ""
     raise Fault(f"is {value!r}{hint or ','} allowed: {', '.join(repr(choice) for choice in choices)}")
+
+
+def _number_or_switch(value: object, kind: object) -> float | bool:
+    if isinstance(value, bool):
+        return value
+    try:
+        return _number(value, kind)
+    except Fault as cause:
+        raise Fault(f"is {value!r}, allowed: a number, true or false") from cause
 
 
 def _boom_end(value: object, _: object) -> str | Point2:
@@ -240,6 +262,7 @@ def _strict_converter() -> Converter:
     converter.register_structure_hook(bool, _truth)
     converter.register_structure_hook_func(lambda kind: get_origin(kind) is Literal, _choice)
     converter.register_structure_hook_func(lambda kind: kind == str | Point2, _boom_end)
+    converter.register_structure_hook_func(lambda kind: kind == float | bool, _number_or_switch)
     converter.register_structure_hook_factory(_is_section, _section_factory)
     converter.register_structure_hook_factory(_is_tagged_union, _tagged_factory)
     return converter

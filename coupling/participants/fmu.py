@@ -24,6 +24,7 @@ from fmpy.fmi3 import FMU3Slave
 from fmpy.model_description import ModelDescription, ModelVariable, read_model_description
 
 from coupling.participant import Causality, Status, StepResult, Variable, checked_value, variable_table
+from coupling.participants.fmu_messages import FmuMessages
 
 Array = npt.NDArray[np.float64]
 
@@ -59,6 +60,7 @@ class FmuParticipant:
         self._fmu: FMU2Slave | FMU3Slave | None = None
         self._is_initialized = False
         self._handles: list[object] = []
+        self._messages = FmuMessages()
 
     @property
     def name(self) -> str:
@@ -70,29 +72,49 @@ class FmuParticipant:
         """See the module."""
         return self._variables
 
+    def rehearse(self) -> None:
+        """Load the FMU, make an instance and let it go, to find out before a run that it can; ValueError if it cannot."""
+        try:
+            fmu = self._instantiate()
+            fmu.freeInstance()
+        except Exception as cause:
+            raise ValueError(f"FMU {self._path} cannot be loaded: {self._messages.explain(cause)}") from cause
+        finally:
+            self._forget()
+
     def enter_initialization_mode(self, start_time: float) -> None:
         """Unpack, instantiate, set start values, and compute initial outputs."""
+        try:
+            fmu = self._instantiate()
+            if isinstance(fmu, FMU2Slave):
+                fmu.setupExperiment(startTime=start_time)
+            for key, value in self._start_values.items():
+                self._write(key, value)
+            if isinstance(fmu, FMU3Slave):
+                fmu.enterInitializationMode(startTime=start_time)
+            else:
+                fmu.enterInitializationMode()
+        except Exception as cause:
+            raise RuntimeError(self._messages.explain(cause)) from cause
+
+    def _instantiate(self) -> FMU2Slave | FMU3Slave:
+        """A fresh instance, unpacked into a folder of its own."""
         description = self._description
         self._folder = tempfile.mkdtemp(prefix="oilsim-fmu-")
         fmpy.extract(str(self._path), self._folder)
         kind = FMU2Slave if description.fmiVersion.startswith("2") else FMU3Slave
-        self._fmu = kind(
+        fmu = kind(
             guid=description.guid,
             unzipDirectory=self._folder,
             modelIdentifier=description.coSimulation.modelIdentifier,
             instanceName=self._name,
         )
-        if isinstance(self._fmu, FMU3Slave):
-            self._fmu.instantiate(earlyReturnAllowed=True)
+        if isinstance(fmu, FMU3Slave):
+            fmu.instantiate(earlyReturnAllowed=True, loggingOn=True, logMessage=self._messages.listener)
         else:
-            self._fmu.instantiate()
-            self._fmu.setupExperiment(startTime=start_time)
-        for key, value in self._start_values.items():
-            self._write(key, value)
-        if isinstance(self._fmu, FMU3Slave):
-            self._fmu.enterInitializationMode(startTime=start_time)
-        else:
-            self._fmu.enterInitializationMode()
+            fmu.instantiate(callbacks=self._messages.callbacks, loggingOn=True)
+        self._fmu = fmu
+        return fmu
 
     def exit_initialization_mode(self) -> None:
         """Initial inputs are set."""
@@ -121,14 +143,15 @@ class FmuParticipant:
         except FMICallException as failure:
             if failure.status != DISCARD_STATUS:
                 self._forget()  # the standard forbids any further call after a fatal error
-                return StepResult(Status.ERROR, time, str(failure))
+                return StepResult(Status.ERROR, time, self._messages.explain(failure))
             reached = time if isinstance(fmu, FMU3Slave) else fmu.getRealStatus(fmi2LastSuccessfulTime)
-            return StepResult(Status.DISCARD, float(reached), str(failure))
+            return StepResult(Status.DISCARD, float(reached), self._messages.explain(failure))
         if result is None:
             return StepResult(Status.OK, time + step_size)
         _, wants_end, is_early, reached = result
         if wants_end:
-            return StepResult(Status.ERROR, reached, f"{self._path.name} asked to end the run")
+            text = f"{self._path.name} asked to end the run"
+            return StepResult(Status.EARLY_RETURN, reached, text, terminate_simulation=True)
         return StepResult(Status.EARLY_RETURN if is_early else Status.OK, reached if is_early else time + step_size)
 
     def save_state(self) -> object:
