@@ -28,6 +28,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 import trimesh
+from scipy.linalg import block_diag
 from scipy.spatial.transform import Rotation
 
 from coupling.articulation import Articulation, PointJoint
@@ -385,7 +386,7 @@ class RigidBodyWorld:
         """The joints at the present instant."""
         if self._articulation is None:
             state = self._state
-            inverse_mass = np.array([state.inverse_mass(row) for row in range(len(state.pose))]).reshape(-1, 6, 6)
+            inverse_mass = block_diag(*(state.inverse_mass(row) for row in range(len(state.pose))))
             self._articulation = Articulation(self._point_joints, state.pose, state.twist, inverse_mass)
             self._accelerations = None
         return self._articulation

@@ -279,7 +279,7 @@ class Workspace:
             reach = np.empty((*jacobian.shape, 3), np.float32)
             extend_contacts(
                 contacts, position, walls.position, self.period, self.fluid_pairs, self.wall_pairs, self.gradient,
-                self.wall_gradient, self._wall_weight, walls.resting, walls.owner, walls.arm, self.plane, jacobian, reach,
+                self.wall_gradient, self._wall_weight, self.matrix[6], walls.resting, walls.owner, walls.arm, self.plane, jacobian, reach,
             )  # fmt: skip
             contacts = Contacts(contacts.particle, contacts.body, jacobian, reach)
         scale = float(self.volume) * self.reference_density
