@@ -54,7 +54,7 @@ class RigidBodyState:
             setattr(self, key, np.vstack([getattr(self, key), np.zeros(6)]))
         self.mass = np.append(self.mass, properties.mass)
         self.inertia = np.concatenate([self.inertia, properties.inertia[None]])
-        self._inverse_inertia = np.linalg.inv(self.inertia)
+        self._inverse_inertia = np.asarray(np.linalg.inv(self.inertia), dtype=np.float64)
         self.is_free = np.append(self.is_free, is_free)
 
     def _at_pose(self) -> tuple[Array, Array]:

@@ -70,8 +70,11 @@ class FramePainter:
         wrench: Wrench,
         scoring: Scoring,
         report: Callable[[], AdvanceReport | None],
+        exchange: Callable[[], Mapping[str, float]],
     ) -> None:
-        """`wrench` gives the fluid's wrench (6,) on a body, `report` the fluid's report on its last step."""
+        """`wrench` gives the fluid's wrench (6,) on a body, `report` the fluid's report on its last step, `exchange` the figures
+        of what passed between fluid and bodies.
+        """
         self._scenario = scenario
         self._fluid = fluid
         self._world = world
@@ -79,11 +82,13 @@ class FramePainter:
         self._wrench = wrench
         self._scoring = scoring
         self._figures = RunFigures(fluid, report)
+        self._exchange = exchange
         self._probes = probe_readings(scenario.probes, fluid, self._pose_and_wrench)
 
     def __call__(self, point: CommunicationPoint) -> Frame:
         """The frame at a communication point; its particles must be asked for before the run goes on."""
         scalars = self._figures(point.time) | dict(self._probes()) | self._scoring(point.time)
+        scalars |= self._exchange()
         return Frame(
             index=point.index,
             time=point.time,
