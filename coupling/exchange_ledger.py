@@ -58,9 +58,8 @@ class ExchangeLedger:
         self._length = length
         self._limits = momentum_limit, energy_limit
         self._holds_back = holds_back
-        self._begin: dict[str, Array] = {}
-        self._made = dict.fromkeys((bond.body for bond in bonds), 0.0)
-        self._turnover = dict.fromkeys((bond.body for bond in bonds), 0.0)
+        self._begin = np.zeros((len(self._bonds), 6))
+        self._made, self._turnover = np.zeros((2, len(self._bonds)))
         self._lost_sum = self._impulse_sum = 0.0
         self.impulse, self.work, self.lost, self.made = np.zeros(3), 0.0, np.zeros(6), 0.0
 
@@ -72,8 +71,8 @@ class ExchangeLedger:
     @property
     def energy_residual(self) -> float:
         """Energy made by the exchange over the run, as a part of what was turned over."""
-        turnover = sum(self._turnover.values())
-        return sum(self._made.values()) / turnover if turnover > 0.0 else 0.0
+        turnover = float(self._turnover.sum())
+        return float(self._made.sum()) / turnover if turnover > 0.0 else 0.0
 
     @property
     def figures(self) -> dict[str, float]:
@@ -88,41 +87,51 @@ class ExchangeLedger:
 
     def open(self, steppers: Steppers) -> None:
         """A step begins."""
-        self._begin = {bond.body: steppers[bond.solver].outputs[f"{bond.body}.twist"] for bond in self._bonds}
+        self._begin = self._read(steppers, "solver", "twist")
 
     def close(self, steppers: Steppers, begin: float, end: float) -> None:
         """The step has been made; CoSimulationError, naming body and participant, beyond a limit."""
-        self.impulse, self.work, self.lost, self.made = np.zeros(3), 0.0, np.zeros(6), 0.0
-        for bond in self._bonds:
-            self._enter(bond, steppers, end - begin, end)
+        if not self._bonds:
+            return
+        wrench, last = self._read(steppers, "fluid", "wrench"), self._read(steppers, "solver", "twist")
+        fed = [steppers[bond.solver].inputs.get(f"{bond.body}.wrench", np.zeros(6)) for bond in self._bonds]
+        given, taken = (end - begin) * wrench, (end - begin) * np.array(fed)
+        work = 0.5 * (taken * (self._begin + last)).sum(axis=1)
+        made = 0.5 * (taken * (last - self._read(steppers, "fluid", "foreseen_twist"))).sum(axis=1)
+        self.impulse, self.lost = given[:, :3].sum(axis=0), (given - taken).sum(axis=0)
+        self.work, self.made = float(work.sum()), float(made.sum())
+        self._made += made
+        self._turnover += np.abs(work)
+        self._check_momentum(given[:, :3], taken[:, :3], end)
+        self._check_energy(np.linalg.norm(wrench[:, :3], axis=1), end)
 
-    def _enter(self, bond: BodyBond, steppers: Steppers, duration: float, time: float) -> None:
-        body, fluid, solver = bond.body, steppers[bond.fluid], steppers[bond.solver]
-        given = duration * fluid.outputs[f"{body}.wrench"]
-        taken = duration * solver.inputs.get(f"{body}.wrench", np.zeros(6))
-        first, last = self._begin[body], solver.outputs[f"{body}.twist"]
-        work = 0.5 * float(taken @ (first + last))
-        made = 0.5 * float(taken @ (last - fluid.outputs[f"{body}.foreseen_twist"]))
-        lost, passed = float(np.linalg.norm((given - taken)[:3])), float(np.linalg.norm(given[:3]))
-        self.impulse += given[:3]
-        self.work += work
-        self.lost += given - taken
-        self.made += made
-        self._lost_sum += lost
-        self._impulse_sum += passed
-        self._made[body] += made
-        self._turnover[body] += abs(work)
-        if lost > self._limits[0] * passed and not self._holds_back(body):
+    def _read(self, steppers: Steppers, side: str, what: str) -> Array:
+        """An output (B, 6) of all bodies, on the side of their `fluid` or their `solver`."""
+        values = [steppers[getattr(bond, side)].outputs[f"{bond.body}.{what}"] for bond in self._bonds]
+        return np.array(values).reshape(-1, 6)
+
+    def _check_momentum(self, given: Array, taken: Array, time: float) -> None:
+        lost, passed = np.linalg.norm(given - taken, axis=1), np.linalg.norm(given, axis=1)
+        self._lost_sum += float(lost.sum())
+        self._impulse_sum += float(passed.sum())
+        for index in np.flatnonzero(lost > self._limits[0] * passed):
+            bond = self._bonds[index]
+            if not self._holds_back(bond.body):
+                raise CoSimulationError(
+                    bond.solver,
+                    time,
+                    f"body {bond.body!r} took an impulse of {taken[index].tolist()} N s, the fluid gave "
+                    f"{given[index].tolist()} N s",
+                )
+
+    def _check_energy(self, force: Array, time: float) -> None:
+        scale = self._turnover + force * self._length
+        beyond = np.flatnonzero(self._made > self._limits[1] * scale)
+        if len(beyond):
+            bond, made, turned = self._bonds[beyond[0]], self._made[beyond[0]], scale[beyond[0]]
             raise CoSimulationError(
                 bond.solver,
                 time,
-                f"body {body!r} took an impulse of {taken[:3].tolist()} N s, the fluid gave {given[:3].tolist()} N s",
-            )
-        scale = self._turnover[body] + passed / duration * self._length
-        if self._made[body] > self._limits[1] * scale:
-            raise CoSimulationError(
-                bond.solver,
-                time,
-                f"body {body!r}: the exchange has made {self._made[body]:.3g} J of {scale:.3g} J turned over, "
+                f"body {bond.body!r}: the exchange has made {made:.3g} J of {turned:.3g} J turned over, "
                 f"allowed: {self._limits[1]:g} of it; its coupling is unstable",
             )

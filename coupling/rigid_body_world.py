@@ -28,7 +28,6 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 import trimesh
-from scipy.linalg import block_diag
 from scipy.spatial.transform import Rotation
 
 from coupling.articulation import Articulation, PointJoint
@@ -393,7 +392,7 @@ class RigidBodyWorld:
         """The joints at the present instant."""
         if self._articulation is None:
             state = self._state
-            inverse_mass = block_diag(*state.inverse_masses())
+            inverse_mass = state.inverse_mass_matrix()
             self._articulation = Articulation(self._point_joints, state.pose, state.twist, inverse_mass)
             self._accelerations = None
         return self._articulation
@@ -458,12 +457,13 @@ class RigidBodyWorld:
 
     def _hand_over(self, free: list[_Body], sub_step: float) -> Array:
         """Give pybullet the velocities of free bodies; returns their angular part (B, 3)."""
-        rates = self._state.rates_for_midpoint(sub_step)
-        jointed = [body.row for body in free if body.is_jointed]
-        rates[jointed] = self._state.twist[jointed, 3:]
+        rates = self._state.twist[:, 3:].copy()
+        alone = [body.row for body in free if not body.is_jointed]
+        if alone:
+            rates[alone] = self._state.rates_for_midpoint(sub_step)[alone]
+        velocities, turns = self._state.twist[:, :3].tolist(), rates.tolist()
         for body in free:
-            velocity = self._state.twist[body.row, :3].tolist()
-            self._call(pybullet.resetBaseVelocity, body.unique_id, velocity, rates[body.row].tolist())
+            self._call(pybullet.resetBaseVelocity, body.unique_id, velocities[body.row], turns[body.row])
         return rates
 
     def _read_back(self, free: list[_Body], rates: Array, sub_step: float, wrench: Array) -> None:

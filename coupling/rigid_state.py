@@ -108,6 +108,13 @@ class RigidBodyState:
         """(B, 6, 6) twist by impulse, diag(1 / m, (R I R^T)^-1); 0 for a body that is held; not to be written into."""
         return self._at_pose()[1]
 
+    def inverse_mass_matrix(self) -> Array:
+        """(6 B, 6 B) twists of all bodies by impulses on them, joints apart."""
+        count = len(self.pose)
+        matrix = np.zeros((count, 6, count, 6))
+        matrix[np.arange(count), :, np.arange(count), :] = self.inverse_masses()
+        return matrix.reshape(6 * count, 6 * count)
+
     def inverse_mass(self, row: int) -> Array:
         """(6, 6) of one body; see `inverse_masses`."""
         return self.inverse_masses()[row].copy()
