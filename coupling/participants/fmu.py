@@ -13,6 +13,7 @@ import re
 import shutil
 import tempfile
 from collections.abc import Mapping
+from contextlib import chdir
 from pathlib import Path
 
 import fmpy
@@ -103,12 +104,13 @@ class FmuParticipant:
         self._folder = tempfile.mkdtemp(prefix="oilsim-fmu-")
         fmpy.extract(str(self._path), self._folder)
         kind = FMU2Slave if description.fmiVersion.startswith("2") else FMU3Slave
-        fmu = kind(
-            guid=description.guid,
-            unzipDirectory=self._folder,
-            modelIdentifier=description.coSimulation.modelIdentifier,
-            instanceName=self._name,
-        )
+        with chdir(Path.cwd()):  # FMPy goes to the binary's folder, and stays there if it cannot load it
+            fmu = kind(
+                guid=description.guid,
+                unzipDirectory=self._folder,
+                modelIdentifier=description.coSimulation.modelIdentifier,
+                instanceName=self._name,
+            )
         if isinstance(fmu, FMU3Slave):
             fmu.instantiate(earlyReturnAllowed=True, loggingOn=True, logMessage=self._messages.listener)
         else:

@@ -161,7 +161,7 @@ def test_failing_fmu_is_named(build: Build) -> None:
     run = CoSimulation([winch], [], 0.1)
     run.initialize()
     winch.set("tension", np.array([2e6]))
-    with pytest.raises(CoSimulationError, match=r"'winch' failed at 0 s: error: .*DoStep failed"):
+    with pytest.raises(CoSimulationError, match=r"'winch' failed at 0 s: error: .*DoStep failed.*rope parted"):
         run.step()
     winch.terminate()
 
@@ -182,3 +182,10 @@ def test_bad_fmus_are_refused(build: Build, tmp_path: Path) -> None:
                 bare.writestr(item, whole.read(item))
     with pytest.raises(ValueError, match=r"bare\.fmu has binaries for no platform, needed: "):
         FmuParticipant("winch", tmp_path / "bare.fmu")
+    with zipfile.ZipFile(build(3)) as whole, zipfile.ZipFile(tmp_path / "broken.fmu", "w") as broken:
+        for item in whole.namelist():
+            broken.writestr(item, b"no program" if item.startswith("binaries") else whole.read(item))
+    broken_fmu = FmuParticipant("winch", tmp_path / "broken.fmu")
+    with pytest.raises(ValueError, match=r"broken\.fmu cannot be loaded: .*(file too short|invalid ELF header)"):
+        broken_fmu.rehearse()
+    assert Path.cwd().is_dir()  # not the folder that was unpacked and thrown away
