@@ -28,6 +28,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 import trimesh
+from scipy.linalg import block_diag
 from scipy.spatial.transform import Rotation
 
 from coupling.articulation import Articulation, PointJoint
@@ -92,6 +93,11 @@ class RigidBodyWorld:
     def body_names(self) -> tuple[str, ...]:
         """In the order they were added."""
         return tuple(self._bodies)
+
+    @property
+    def free_body_names(self) -> tuple[str, ...]:
+        """Those that move by their forces."""
+        return tuple(name for name, body in self._bodies.items() if body.motion == "free")
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -227,6 +233,10 @@ class RigidBodyWorld:
     def inverse_mass(self, name: str) -> Array:
         """(6, 6) twist by impulse, world frame; 0 for a body that is held."""
         return self._state.inverse_mass(self._body(name).row)
+
+    def mass_matrix(self, name: str) -> Array:
+        """(6, 6) impulse by twist of the body itself, joints apart, world frame [kg, kg m2]."""
+        return self._state.mass_matrix(self._body(name).row)
 
     def coupled_inverse_mass(self, names: Sequence[str]) -> Array:
         """(6 n, 6 n) twists of the named bodies by impulses on them, joints included; 0 for those that are held."""
@@ -376,7 +386,7 @@ class RigidBodyWorld:
         """The joints at the present instant."""
         if self._articulation is None:
             state = self._state
-            inverse_mass = np.array([state.inverse_mass(row) for row in range(len(state.pose))]).reshape(-1, 6, 6)
+            inverse_mass = block_diag(*(state.inverse_mass(row) for row in range(len(state.pose))))
             self._articulation = Articulation(self._point_joints, state.pose, state.twist, inverse_mass)
             self._accelerations = None
         return self._articulation

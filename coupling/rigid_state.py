@@ -96,6 +96,14 @@ class RigidBodyState:
             inverse[3:, 3:] = rotation @ np.linalg.inv(self.inertia[row]) @ rotation.T
         return inverse
 
+    def mass_matrix(self, row: int) -> Array:
+        """(6, 6) impulse by twist, diag(m, R I R^T)."""
+        rotation = Rotation.from_quat(self.pose[row, 3:]).as_matrix()
+        matrix = np.zeros((6, 6))
+        matrix[:3, :3] = np.eye(3) * self.mass[row]
+        matrix[3:, 3:] = rotation @ self.inertia[row] @ rotation.T
+        return matrix
+
     def free_acceleration(self, row: int, gravity: Array) -> Array:
         """(6,) d(twist)/dt of a free body from everything but the fluid [m/s2, rad/s2].
 

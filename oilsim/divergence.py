@@ -10,8 +10,9 @@ kappa = pressure x time step / rho_ref [m2/s]. Both schemes share the form, with
 paper   G_ij = V grad W_ij, G_ib = V_b grad W_ib, w = 1, c = 0                                          (Eq. 7 and 14, sign mended)
 split   G_ij = (Y_i + Y_j) / 2 V grad W_ij, G_ib = Y_i V_b grad W_ib (Y: see `resolved_strain`), w = 2 and c = 1: a wall takes the pressure
         that the liquid's gradient extrapolates to it. A linear pressure is then balanced near walls as it is inside, and water
-        lies still. c fades to 0 where liquid neighbours are too few for a gradient, and at the free surface, where its transpose
-        would hold the water's edge.
+        lies still. c fades to 0 where liquid neighbours are too few for a gradient. At the free surface it is 1 in water at rest:
+        without it the uppermost particles at a wall press its dry part up, and a body rides 0.2 spacings too high. In resolved
+        flow it fades there, because its transpose would hold the water's edge: a wave would lose three times as much.
 
 The gradient at i comes from its liquid neighbours, B_i sum_j G_ij (kappa_j - kappa_i), B_i = (sum_j G_ij x_ij^T)^-1, so that the walls'
 part is K_i (sum_j G_ij kappa_j - kappa_i sum_j G_ij) with one matrix K_i = c_i sum_b G_ib x_ib^T B_i per particle:
@@ -31,10 +32,11 @@ from oilsim.lanes import LANES, below, gather, load, only, root, spread, store, 
 from oilsim.moments import inverse, smallest_eigenvalue
 from oilsim.neighbors import rows, separations
 from oilsim.parallel import BLOCK
+from oilsim.resolved_strain import smoothstep
 from oilsim.smoothing_kernels import FAST, kernel, kernel_slope_over_q
 
 TINY = np.float32(1e-20)
-ZERO, ONE, TWO, THREE = np.float32(0.0), np.float32(1.0), np.float32(2.0), np.float32(3.0)
+ZERO, ONE, TWO = np.float32(0.0), np.float32(1.0), np.float32(2.0)
 SPRAY = np.float32(0.6)  # density ratio below which particles may spread freely
 THIN, FULL = (
     np.float32(0.1),
@@ -82,8 +84,8 @@ def moment_of(i, position, other, period, pairs, gradient):
 
 
 @njit(inline="always", **FAST)
-def extrapolation_matrix(liquid, solid, plane):
-    """c B from the moments of liquid and walls; `plane`: y is absent."""
+def extrapolation_matrix(liquid, solid, flow, plane):
+    """c B from the moments of liquid and walls; flow: beta of `resolved_strain`; `plane`: y is absent."""
     unit = ONE if plane else ZERO
     half = ONE / TWO
     own = (
@@ -95,10 +97,10 @@ def extrapolation_matrix(liquid, solid, plane):
         own[3] + solid[4], own[4] + half * (solid[5] + solid[7]), own[5] + solid[8],
     )  # fmt: skip
     spanned = min((smallest_eigenvalue(own) - THIN) / (FULL - THIN), ONE)
-    covered = min((smallest_eigenvalue(whole) - OPEN) / (COVERED - OPEN), ONE)
-    if spanned <= ZERO or covered <= ZERO:
+    if spanned <= ZERO:
         return ZERO, ZERO, ZERO, ZERO, ZERO, ZERO
-    trust = spanned * covered * covered * (THREE - TWO * covered)
+    covered = smoothstep(smallest_eigenvalue(whole), OPEN, COVERED)
+    trust = spanned * (ONE - flow * (ONE - covered))
     xx, xy, xz, yy, yz, zz = inverse(own)
     return trust * xx, trust * xy, trust * xz, trust * yy, trust * yz, trust * zz
 
@@ -130,7 +132,7 @@ def cache_gradients(
 ):  # fmt: skip
     """Cache G_ij per fluid pair in `gradient` (3, P), G_ib in `wall_gradient`, and what particles need of them.
 
-    matrix (7, N) Y_i or None for 1; weight (N,) rho_ref / rho_0 or None; wall_weight w. Fills own (3, N) [1/m],
+    matrix (7, N) Y_i and beta_i or None for 1; weight (N,) rho_ref / rho_0 or None; wall_weight w. Fills own (3, N) [1/m],
     `extrapolation` (9, N) K_i row by row where walls are near (None: c = 0), the diagonal of A [1/m2], `coverage` sum V_b W_ib.
     """
     inverse_support = ONE / support
@@ -186,7 +188,8 @@ def cache_gradients(
             gz += wall_weight * summed(wz)
             if extrapolation is not None:
                 solid = moment_of(i, position, wall, period, walls, wall_gradient)
-                lever = extrapolation_matrix(moment_of(i, position, position, period, fluid, gradient), solid, plane)
+                liquid = moment_of(i, position, position, period, fluid, gradient)
+                lever = extrapolation_matrix(liquid, solid, matrix[6, i], plane)
                 kxx, kxy, kxz = times_symmetric(solid[0], solid[1], solid[2], lever)
                 kyx, kyy, kyz = times_symmetric(solid[3], solid[4], solid[5], lever)
                 kzx, kzy, kzz = times_symmetric(solid[6], solid[7], solid[8], lever)

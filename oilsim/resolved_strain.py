@@ -68,7 +68,10 @@ def smoothstep(value, low, high):
 
 @njit(**FAST)
 def judge(begin, end, position, field, matrix, lower, inverse_width, cells, sums, spacing, decay, floor, moment):
-    """Fill theta and |S| of `field`, and turn `matrix` from M^-1 into Y. decay dt / tau, floor FLOOR^2 g d [m2/s2], moment m_0."""
+    """Fill theta and |S| of `field`, and turn `matrix` from M^-1 and lambda into Y and beta.
+
+    decay dt / tau, floor FLOOR^2 g d [m2/s2], moment m_0.
+    """
     square = spacing * spacing
     for i in range(begin, end):
         cx, cy, cz = coarse_cell(position, i, lower, inverse_width, cells)
@@ -83,7 +86,9 @@ def judge(begin, end, position, field, matrix, lower, inverse_width, cells, sums
         field[THETA, i] = ONE - math.exp(-decay * weighted / (weighted + strain * square + TINY))
         field[STRAIN, i] = math.sqrt(strain)
         ratio = math.log((strain * square + TINY) / (local * square + noise + floor + TINY))
-        z = smoothstep(ratio, LN_NOISE, LN_FLOW) * smoothstep(matrix[6, i], THIN, FULL)
+        flow = smoothstep(ratio, LN_NOISE, LN_FLOW)
+        z = flow * smoothstep(matrix[6, i], THIN, FULL)
+        matrix[6, i] = flow
         plain = (ONE - z) / moment
         for n in range(6):
             matrix[n, i] = z * matrix[n, i] if z > ZERO else ZERO

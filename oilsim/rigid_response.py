@@ -30,7 +30,7 @@ Double = NDArray[np.float64]
 
 
 @njit(**FAST)
-def extend_contacts(contacts, position, wall, period, fluid, walls, gradient, wall_gradient, wall_weight, resting, owner, arm,
+def extend_contacts(contacts, position, wall, period, fluid, walls, gradient, wall_gradient, wall_weight, flow, resting, owner, arm,
                     plane, jacobian, reach):  # fmt: skip
     """Fill J (K, 6) and N (K, 6, 3) of the module's docstring from contacts whose jacobian is sum_b (G_ib, r_b x G_ib)."""
     single = np.zeros((1, 6), np.float32)
@@ -39,6 +39,7 @@ def extend_contacts(contacts, position, wall, period, fluid, walls, gradient, wa
         matrix = extrapolation_matrix(
             moment_of(i, position, position, period, fluid, gradient),
             moment_of(i, position, wall, period, walls, wall_gradient),
+            flow[i],
             plane,
         )
         reach[c] = 0.0

@@ -54,6 +54,8 @@ class Course:
             while requests.stop is None and not self._is_done():
                 self._give_orders()
                 simulation.step()
+                if not simulation.is_running:
+                    return None  # a participant has ended it
                 for text in self._assembly.scoring.take_events():
                     simulation.emit(text, level="warning", source="boom")
                 self._save_if_due()

@@ -118,6 +118,9 @@ class ExerciseParticipant:
             for _ in range(count):
                 self._inputs().renew()
                 simulation.step()
+                if not simulation.is_running:
+                    reached = self._start_time + simulation.communication_point.time
+                    return StepResult(Status.EARLY_RETURN, reached, "the exercise has ended", terminate_simulation=True)
         except CoSimulationError as error:
             return StepResult(Status.ERROR, self._start_time + error.time, str(error))
         return StepResult(Status.OK, time + step_size)

@@ -14,8 +14,10 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 
+from coupling.added_mass import WettedSurface
 from coupling.participant import Causality, Status, StepResult, Variable, checked_value, variable_table
 from oilsim.solver import AdvanceReport, Fluid, FluidError
+from oilsim.walls import rotation_matrix
 
 Array = npt.NDArray[np.float64]
 
@@ -39,6 +41,7 @@ class FluidParticipant:
             for body in self._boundaries
             for quantity, _, shape in MOTION_VARIABLES
         }
+        self._surfaces: dict[str, WettedSurface] = {}
         self._wrenches = {body: np.zeros(6) for body in self._boundaries}
         inputs = [
             Variable(f"{body}.{quantity}", unit, shape, Causality.INPUT)
@@ -49,7 +52,9 @@ class FluidParticipant:
         if self._boundaries:
             size = 6 * len(self._boundaries)
             inputs.append(Variable("inverse_mass", "1/kg, 1/(kg m), 1/(kg m2)", (size, size), Causality.INPUT))
-        outputs = [Variable(f"{body}.wrench", "N, N m", (6,), Causality.OUTPUT) for body in self._boundaries]
+        outputs = [
+            Variable(f"{body}.wrench", "N, N m", (6,), Causality.OUTPUT, is_mean=True) for body in self._boundaries
+        ]
         self._variables = variable_table([*inputs, *outputs])
         self.report: AdvanceReport | None = None
 
@@ -109,6 +114,20 @@ class FluidParticipant:
         for body, handle in self._boundaries.items():
             self._wrenches[body] = self._fluid.boundary_wrench(handle)
         return StepResult(Status.OK, time + step_size)
+
+    def added_mass(self, body: str) -> Array:
+        """(6, 6) [kg, kg m, kg m2] of the liquid that a body sets moving, as it lies about it now, world frame."""
+        fluid, config, pose = self._fluid, self._fluid.config, self._inputs[f"{body}.pose"]
+        if body not in self._surfaces:
+            boundary = fluid.work.walls.boundaries[self._boundaries[body]]
+            self._surfaces[body] = WettedSurface(boundary, config.particle_spacing, config.dimension)
+        position = fluid.state.position.astype(np.float64).T - pose[:3]
+        period = np.subtract(config.upper, config.lower) * config.periodic
+        position -= period * np.round(np.divide(position, period, out=np.zeros_like(position), where=period > 0.0))
+        mass = config.rest_volume * np.array([phase.rest_density for phase in config.phases])[fluid.state.phase]
+        rotation = rotation_matrix(pose[3:])
+        turn = np.kron(np.eye(2), rotation)
+        return np.asarray(turn @ self._surfaces[body].added_mass(position @ rotation, mass) @ turn.T)
 
     def save_state(self) -> object:
         """The fluid's state with the last wrenches and inputs."""

@@ -152,7 +152,8 @@ class FmuParticipant:
             return StepResult(Status.OK, time + step_size)
         _, wants_end, is_early, reached = result
         if wants_end:
-            return StepResult(Status.ERROR, reached, f"{self._path.name} asked to end the run")
+            text = f"{self._path.name} asked to end the run"
+            return StepResult(Status.EARLY_RETURN, reached, text, terminate_simulation=True)
         return StepResult(Status.EARLY_RETURN if is_early else Status.OK, reached if is_early else time + step_size)
 
     def save_state(self) -> object:

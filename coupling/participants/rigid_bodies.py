@@ -52,7 +52,7 @@ class RigidBodyParticipant:
                 else:
                     self._getters[variable.name] = partial(getattr(world, quantity), body)
         for joint in world.joint_names:
-            declared.append(Variable(f"{joint}.tension", "N", (1,), Causality.OUTPUT))
+            declared.append(Variable(f"{joint}.tension", "N", (1,), Causality.OUTPUT, is_mean=True))
             self._getters[declared[-1].name] = partial(self._tension, joint)
         for line in world.lines.names:
             declared += [
