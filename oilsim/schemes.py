@@ -77,6 +77,7 @@ def project_velocity(work: Workspace, state: FluidState, solver: BoundConstraine
             state.count,
             work.compression,
             work.near,
+            work.field,
             np.float32(time_step),
             np.float32(RETURN * time_unit(config)),
             source,

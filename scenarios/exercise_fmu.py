@@ -21,7 +21,7 @@ from coupling.fmu_export import FmuContent
 from coupling.participant import Status, StepResult, Variable, checked_value
 from recordings.frame import Event, Frame, RunDescription
 from scenarios.build import Assembly, build
-from scenarios.fmus import connections_of
+from scenarios.fmus import ORDERS, connections_of
 from scenarios.load import files_replaced, scenario_from
 from scenarios.scenario import Scenario
 from scenarios.score_signals import scores_of
@@ -78,7 +78,7 @@ class ExerciseParticipant:
     def enter_initialization_mode(self, start_time: float) -> None:
         """Build the run; what has been set already is put into effect. Its own time is 0 when the first step begins."""
         self._assembly = build(self._scenario)
-        self._board = SignalBoard(self._signals, self._assembly.parts)
+        self._board = SignalBoard(self._name, self._signals, self._assembly.parts)
         for name, value in self._given.items():
             self._board.set(name, value)
         self._simulation = self._assembly.co_simulation([_Spectator()])
@@ -163,7 +163,7 @@ class ExerciseParticipant:
 
 def exercise_signals(scenario: Scenario) -> dict[str, Signal]:
     """The variables of an exercise: its free signals and its scores."""
-    driven = {connection.target_variable for connection in connections_of(scenario.fmus).values()}
+    driven = {one.target_variable for one in connections_of(scenario.fmus).values() if one.target == ORDERS}
     free = {name: s for name, s in signals_of(scenario).items() if not (s.is_input and name in driven)}
     return free | scores_of(scenario)
 

@@ -9,7 +9,7 @@ from coupling.connection import Connection
 from scenarios.fields import Section
 
 PREFIX = "fmus."  # of an FMU's name as a participant, so that it cannot be taken for another
-SIGNALS = "signals"  # the participant that FMUs are connected to, see `scenarios.signal_board`
+ORDERS, READINGS = "orders", "readings"  # the participants that FMUs are connected to, see `scenarios.signal_board`
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,7 +39,7 @@ def connections_of(fmus: Mapping[str, FmuSettings]) -> dict[str, Connection]:
             participant, output = _end(source)
             connections[f"fmus.{name}.inputs.{variable}"] = Connection(participant, output, PREFIX + name, variable)
         for variable, target in settings.outputs.items():
-            connections[f"fmus.{name}.outputs.{variable}"] = Connection(PREFIX + name, variable, SIGNALS, target)
+            connections[f"fmus.{name}.outputs.{variable}"] = Connection(PREFIX + name, variable, ORDERS, target)
     return connections
 
 
@@ -48,4 +48,4 @@ def _end(source: str) -> tuple[str, str]:
     if source.startswith(PREFIX):
         name, _, variable = source.removeprefix(PREFIX).partition(".")
         return PREFIX + name, variable
-    return SIGNALS, source
+    return READINGS, source

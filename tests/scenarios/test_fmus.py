@@ -50,7 +50,8 @@ def test_winch_renders_until_the_line_pulls_as_ordered(folder: Path) -> None:
     for brake in (0, 1):
         winch = {"brake": brake, "brake_holding": 500, "tension_order": 5}
         settings = [f"fmus.winch.start.{name}={value}" for name, value in winch.items()]
-        assembly = assembled(folder / "winch-tow.toml", "run.duration=2.0", *settings)
+        hurry = ("run.duration=2.0", "vessels.tug.acceleration=1.0", "vessels.tug.legs.0.speed=0.5")
+        assembly = assembled(folder / "winch-tow.toml", *hurry, *settings)
         assert assembly.world is not None
         run = assembly.co_simulation()
         run.initialize()
@@ -162,7 +163,7 @@ def test_signals_reach_what_they_are_called_after(folder: Path) -> None:
         "forcing.waves.period=1.0",
     )
     assembly = assembled(folder / "winch-tow.toml", *extra, "tow.speed=0.1", "tow.heading=0.0", "vessels.tug.legs=[]")
-    board = next(one for one in assembly.participants if one.name == "signals")
+    board = next(one for one in assembly.participants if one.name == "orders")
     control, fluid = assembly.parts.controls["tug"], assembly.fluid
     for name, value in (
         ("forcing.wind.speed", 5.0),
