@@ -30,7 +30,7 @@ def fmu_problems(fmus: Mapping[str, FmuSettings], signals: Mapping[str, Signal])
     loaded: dict[str, FmuParticipant] = {}
     for name, settings in fmus.items():
         try:
-            loaded[PREFIX + name] = FmuParticipant(PREFIX + name, settings.file, settings.start)
+            loaded[PREFIX + name] = FmuParticipant(PREFIX + name, settings.file, settings.start, settings.units)
         except (ValueError, OSError) as error:
             yield Problem(f"fmus.{name}", f"cannot be used: {error}")
     boards = {board: _Declared(board, signal_variables(signals)) for board in (ORDERS, READINGS)}
@@ -81,6 +81,6 @@ def fmu_participants(fmus: Mapping[str, FmuSettings]) -> tuple[FmuParticipant, .
     participants = []
     for name, settings in fmus.items():
         with problems_of(f"fmus.{name}", "cannot be used"):
-            participants.append(FmuParticipant(PREFIX + name, settings.file, settings.start))
+            participants.append(FmuParticipant(PREFIX + name, settings.file, settings.start, settings.units))
             participants[-1].rehearse()
     return tuple(participants)

@@ -18,6 +18,7 @@ class FmuSettings(Section):
 
     file     of the FMU; a relative path starts at the scenario file's folder
     start    values of its parameters and start values of its inputs, by their names
+    units    of variables whose unit the FMU leaves open: "kN", "kn", "deg"
     inputs   by name, what feeds each: a signal of the run, or fmus.NAME.OUTPUT of another FMU; others keep their start values
     outputs  by name, the signal of the run that each one drives; it rules over the scenario's own orders
 
@@ -27,6 +28,7 @@ class FmuSettings(Section):
 
     file: str
     start: Mapping[str, float | bool] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
     inputs: Mapping[str, str] = field(default_factory=dict)
     outputs: Mapping[str, str] = field(default_factory=dict)
 

@@ -136,6 +136,20 @@ def test_variables_are_those_of_the_model(build: Build) -> None:
     }
 
 
+@pytest.mark.parametrize("version", [2, 3])
+def test_units_that_an_fmu_leaves_open_can_be_said(build: Build, version: int) -> None:
+    path = build(version)
+    assert FmuParticipant("winch", path).variables["tension"].unit == "1"
+    winch = FmuParticipant("winch", path, units={"tension": "kN", "speed": "kn"})
+    known = winch.variables["tension"].known_unit
+    assert known is not None
+    assert known.factor == 1000.0
+    with pytest.raises(ValueError, match="unit of 'pull' is given, which is no variable, allowed: tension, speed"):
+        FmuParticipant("winch", path, units={"pull": "N"})
+    with pytest.raises(ValueError, match="unit of 'tension' is 'stone', which is not known"):
+        FmuParticipant("winch", path, units={"tension": "stone"})
+
+
 def test_two_fmus_and_a_boolean_in_one_run(build: Build) -> None:
     first, second = FmuParticipant("first", build(2)), FmuParticipant("second", build(3))
     connections = [Connection("first", "length", "second", "tension"), Connection("second", "length", "first", "speed")]

@@ -84,6 +84,25 @@ def test_autopilot_turns_a_tug_without_a_helmsman(folder: Path) -> None:
     run.terminate()
 
 
+@pytest.mark.parametrize("version", [2, 3])
+def test_a_model_of_ones_own_drives_the_wind_in_knots(folder: Path, version: int) -> None:
+    """The squall of the documentation: 20 kn at its peak, which is what the liquid and the tug feel in m/s."""
+    target = folder / f"squall-{version}.fmu"
+    assert main(["build-fmu", str(EXAMPLES / "squall.py"), "--fmi", str(version), "-o", str(target)]) == 0
+    squall = [f'fmus.squall.file="{target.name}"', "fmus.squall.start.start=0.0", "fmus.squall.start.duration=0.2"]
+    wind = ["forcing.wind.speed=2.0", 'fmus.squall.outputs.speed="forcing.wind.speed"']
+    assembly = assembled(folder / "winch-tow.toml", *squall, *wind)
+    run = assembly.co_simulation()
+    run.initialize()
+    run.run(0.1)
+    felt = assembly.parts.controls["tug"].get("tug.wind")
+    assert felt == pytest.approx([20.0 * 1852.0 / 3600.0, 0.0, 0.0], rel=1e-12)
+    assert assembly.fluid.forcings[0].speed == felt[0]
+    run.run(0.3)
+    assert assembly.fluid.forcings[0].speed == pytest.approx(4.0 * 1852.0 / 3600.0, rel=1e-12)
+    run.terminate()
+
+
 def test_a_run_with_an_fmu_repeats_from_its_saved_state(folder: Path) -> None:
     assembly = assembled(folder / "winch-tow.toml")
     run = assembly.co_simulation()
@@ -111,6 +130,7 @@ def test_units_are_compared_and_ends_checked(folder: Path, capsys: pytest.Captur
         'fmus.winch.outputs.paid_out="booms.main.tug.payuot"': "which is no signal that a run takes, did you mean 'booms.main.tug.payout'?",
         'fmus.winch.inputs.tension="fmus.wind.speed"': "source participant 'fmus.wind' does not exist",
         'fmus.winch.outputs.speed="booms.main.tug.payout"': "which fmus.winch.outputs.paid_out drives already",
+        'fmus.winch.units.tension="kN"': "unit of 'tension' is given as 'kN', but the FMU itself says 'N'",
         "fmus.winch.start.capacity=3": "has no parameter or input 'capacity', allowed: tension, speed_order",
         'fmus.winch.start.brake="on"': "fmus.winch.start.brake is 'on', allowed: a number, true or false",
         'fmus.winch.file="nowhere.fmu"': "nowhere.fmu does not exist",
