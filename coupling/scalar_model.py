@@ -133,7 +133,10 @@ def model_in(path: Path) -> ScalarModel:
     if spec is None or spec.loader is None:
         raise ValueError(f"{path} cannot be read, allowed: a Python file")
     module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+    try:
+        spec.loader.exec_module(module)
+    except Exception as cause:
+        raise ValueError(f"{path.name} cannot be run: {type(cause).__name__}: {cause}") from cause
     classes = [
         member
         for member in vars(module).values()

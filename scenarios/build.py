@@ -150,6 +150,7 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
             _wrench_reading(fluid_participant, coupled),
             scoring,
             lambda: fluid_participant.report,
+            fmus,
         ),
     )
 

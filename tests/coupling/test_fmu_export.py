@@ -189,6 +189,20 @@ def test_what_cannot_be_an_fmu_is_refused(tmp_path: Path) -> None:
     (tmp_path / "none.py").write_text("x = 1\n")
     with pytest.raises(ValueError, match=r"none\.py defines none, allowed: one subclass"):
         model_in(tmp_path / "none.py")
+    (tmp_path / "wrong.py").write_text("x = y\n")
+    with pytest.raises(ValueError, match=r"wrong\.py cannot be run: NameError: name 'y' is not defined"):
+        model_in(tmp_path / "wrong.py")
+    (tmp_path / "odd.py").write_text(TANK.format(name="Odd", sign="").replace("m3/s", "stone"))
+    content = FmuContent(
+        identifier="Odd",
+        factory="coupling.scalar_model:model_in_folder",
+        description="",
+        step_size=0.1,
+        stop_time=1.0,
+        files={MODEL_FILE: tmp_path / "odd.py"},
+    )
+    with pytest.raises(ValueError, match="unit 'stone' is not known, allowed: products of 1, %, m"):
+        export_fmu(content, tmp_path / "odd.fmu", 3)
 
 
 def test_models_may_inherit_their_variables() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import shutil
 import zipfile
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ import pytest
 from coupling.errors import CoSimulationError
 from coupling.participants.fmu import FmuParticipant
 from recordings.checkpoint import state_from_bytes, state_hash, state_to_bytes
+from recordings.frame import Event, Frame, RunDescription
 from scenarios.build import Assembly, build
 from scenarios.cli import main
 from scenarios.load import load_scenario
@@ -32,6 +34,25 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     assert main(["build-fmu", "tow-winch", "-o", str(place / "tow-winch.fmu")]) == 0
     assert main(["build-fmu", "autopilot", "--fmi", "2", "-o", str(place / "autopilot.fmu")]) == 0
     return place
+
+
+class LastFrame:
+    """Keeps the series of the last frame."""
+
+    def __init__(self) -> None:
+        self.scalars: Mapping[str, float] = {}
+
+    def initialized(self, run: RunDescription) -> None:
+        pass
+
+    def step_completed(self, frame: Frame) -> None:
+        self.scalars = frame.scalars
+
+    def event(self, event: Event) -> None:
+        pass
+
+    def terminated(self, reason: str) -> None:
+        pass
 
 
 def assembled(file: Path, *overrides: str) -> Assembly:
@@ -71,7 +92,8 @@ def test_winch_renders_until_the_line_pulls_as_ordered(folder: Path) -> None:
 
 def test_autopilot_turns_a_tug_without_a_helmsman(folder: Path) -> None:
     assembly = assembled(folder / "autopilot-turn.toml", "run.duration=3.0", "fmus.autopilot.start.engaged=true")
-    run = assembly.co_simulation()
+    watch = LastFrame()
+    run = assembly.co_simulation([watch])
     run.initialize()
     run.run(3.0)
     control = assembly.parts.controls["tug"]
@@ -81,6 +103,8 @@ def test_autopilot_turns_a_tug_without_a_helmsman(folder: Path) -> None:
     # the tug pushes as the autopilot says, in the same step
     assert float(control.get("tug.thrust")) == float(pilot.get("thrust")[0])
     assert float(control.get("tug.yaw_moment")) == float(pilot.get("yaw_moment")[0])
+    # and the recording is shown it
+    assert watch.scalars["fmus/autopilot/thrust"] == float(pilot.get("thrust")[0])
     run.terminate()
 
 
