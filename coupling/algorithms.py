@@ -24,16 +24,18 @@ Steppers = Mapping[str, Stepper]  # by the participants' names, in the order in 
 class Algorithm(Protocol):
     """One communication step.
 
-    1. `begin` once, after initial values were exchanged; `faults` tells, by name, who of those in `taken_back` cannot be.
+    1. `prepare` once, after initial values were exchanged, then `begin` with what a test has found.
     2. `step` for every communication step, or for its halves; `save` and `restore` between steps.
     """
 
-    @property
-    def taken_back(self) -> Sequence[str]:
-        """Names of the participants whose steps it repeats from a saved state; the master tests that they can."""
+    def prepare(self, steppers: Steppers, links: Sequence[Link]) -> Sequence[str]:
+        """Returns names of participants whose steps it may repeat from a saved state; the master tests that they can."""
 
-    def begin(self, steppers: Steppers, links: Sequence[Link], faults: Mapping[str, str]) -> Sequence[str]:
-        """Prepare; returns what observers are to be told. CoSimulationError for what cannot be coupled."""
+    def begin(self, faults: Mapping[str, str]) -> Sequence[str]:
+        """`faults` tells, by name, why some of those cannot. Returns what observers are to be told.
+
+        CoSimulationError for what cannot be coupled.
+        """
 
     def step(self, steppers: Steppers, links: Sequence[Link], begin: float, end: float) -> None:
         """Transfer along every link and bring every participant from `begin` to `end` [s]."""
@@ -48,9 +50,11 @@ class Algorithm(Protocol):
 class _Plain:
     """An algorithm that takes nothing back and remembers nothing."""
 
-    taken_back: Sequence[str] = ()
+    def prepare(self, steppers: Steppers, links: Sequence[Link]) -> Sequence[str]:
+        """See `Algorithm.prepare`."""
+        return ()
 
-    def begin(self, steppers: Steppers, links: Sequence[Link], faults: Mapping[str, str]) -> Sequence[str]:
+    def begin(self, faults: Mapping[str, str]) -> Sequence[str]:
         """See `Algorithm.begin`."""
         return ()
 
@@ -87,4 +91,4 @@ def transfer(links: Iterable[Link], steppers: Steppers) -> None:
     for link in links:
         where = link.connection
         value = link.carried(steppers[where.source].outputs[where.source_variable])
-        steppers[where.target].participant.set(where.target_variable, value)
+        steppers[where.target].set(where.target_variable, value)

@@ -42,6 +42,7 @@ EXPLICIT_LIMIT = 0.5  # half of where a lagged exchange diverges
 LARGEST_NUMBER_OF_ITERATIONS = 40
 ACCELERATION_TOLERANCE = 1e-2  # error of an acceleration, of the largest one or of STANDARD_GRAVITY if that is more
 STANDARD_GRAVITY = 9.81
+NAMED = 4  # bodies that are told one by one
 
 
 class Scheme(Enum):
@@ -88,6 +89,7 @@ class BodyExchange:
         self._iteration = iteration
         self._schemes: dict[str, Scheme] = {}
         self._numbers: dict[str, float] = {}
+        self._answering: set[str] = set()  # bodies that tell how they answer an impulse
         self._sent: dict[str, Array] = {}
         self._accelerations: dict[str, Array] = {}
         self.iterations = 0  # of the last step
@@ -98,26 +100,32 @@ class BodyExchange:
         return dict(self._schemes)
 
     @property
-    def taken_back(self) -> Sequence[str]:
-        """See `Algorithm.taken_back`: those of bodies that may have to be iterated."""
-        names = [
-            name
-            for interface in self._interfaces.values()
-            if interface.scheme in (None, Scheme.ITERATED)
-            for name in (interface.fluid, interface.solver)
-        ]
-        return tuple(dict.fromkeys(names))
+    def stability_numbers(self) -> Mapping[str, float]:
+        """Largest ratio of added mass to mass of every body, by name, as the run began; NaN where its mass is unknown."""
+        return dict(self._numbers)
 
-    def begin(self, steppers: Steppers, links: Sequence[Link], faults: Mapping[str, str]) -> Sequence[str]:
-        """See `Algorithm.begin`: chooses a scheme for every body and tells which."""
+    def holds_back(self, body: str) -> bool:
+        """Whether the body gets its impulses late by construction."""
+        return self._schemes.get(body) is Scheme.VIRTUAL_MASS
+
+    def prepare(self, steppers: Steppers, links: Sequence[Link]) -> Sequence[str]:
+        """See `Algorithm.prepare`: finds out how light bodies are, and which of them answer impulses."""
         fed = {(link.connection.target, link.connection.target_variable) for link in links}
+        names: dict[str, None] = {}
         for body, interface in self._interfaces.items():
             mass = interface.mass_matrix
             number = stability_number(interface.added_mass(), mass()) if mass is not None else np.nan
-            self._numbers[body] = number
-            answers = {(interface.fluid, "inverse_mass"), (interface.fluid, f"{body}.inverse_mass")} & fed
-            self._schemes[body] = interface.scheme or _choose(interface, bool(answers), number, faults)
-            self._accelerations[body] = np.zeros(6)
+            self._numbers[body], self._accelerations[body] = number, np.zeros(6)
+            if {(interface.fluid, "inverse_mass"), (interface.fluid, f"{body}.inverse_mass")} & fed:
+                self._answering.add(body)
+            if _choose(interface, body in self._answering, number, {}) is Scheme.ITERATED:
+                names |= dict.fromkeys((interface.fluid, interface.solver))
+        return tuple(names)
+
+    def begin(self, faults: Mapping[str, str]) -> Sequence[str]:
+        """See `Algorithm.begin`: chooses a scheme for every body and tells which."""
+        for body, interface in self._interfaces.items():
+            self._schemes[body] = _choose(interface, body in self._answering, self._numbers[body], faults)
         return [self._told(scheme) for scheme in Scheme if scheme in self._schemes.values()]
 
     def step(self, steppers: Steppers, links: Sequence[Link], begin: float, end: float) -> None:
@@ -152,7 +160,7 @@ class BodyExchange:
             ):
                 given = link.carried(steppers[link.connection.source].outputs[link.connection.source_variable])
                 self._sent[body] = self._held_back(body, given)
-                steppers[target].participant.set(link.connection.target_variable, self._sent[body])
+                steppers[target].set(link.connection.target_variable, self._sent[body])
 
     def _held_back(self, body: str, given: Array) -> Array:
         """F_sent of the module's docstring."""
@@ -184,7 +192,7 @@ class BodyExchange:
         for count in range(1, LARGEST_NUMBER_OF_ITERATIONS + 1):
             self._sent = dict(sent)
             for interface, acceleration in zip(bodies, assumed.reshape(-1, 6), strict=True):
-                steppers[interface.fluid].participant.set(f"{interface.body}.free_acceleration", acceleration)
+                steppers[interface.fluid].set(f"{interface.body}.free_acceleration", acceleration)
             for name in order:
                 self._feed(name, steppers, links)
                 steppers[name].advance(begin, end)
@@ -211,11 +219,14 @@ class BodyExchange:
         bodies = [body for body, own in self._schemes.items() if own is scheme]
         numbers = [self._numbers[body] for body in bodies if np.isfinite(self._numbers[body])]
         span = f"added mass / mass {min(numbers):.2g} to {max(numbers):.2g}" if numbers else "added mass / mass unknown"
-        return f"coupled {scheme.value}: {', '.join(bodies)} ({span})"
+        named = ", ".join(bodies) if len(bodies) <= NAMED else f"{len(bodies)} bodies, {bodies[0]} to {bodies[-1]}"
+        return f"coupled {scheme.value}: {named} ({span})"
 
 
 def _choose(interface: BodyInterface, answers: bool, number: float, faults: Mapping[str, str]) -> Scheme:
-    """The first scheme that is stable with what the participants offer; CoSimulationError if none is."""
+    """The scheme asked for, or the first that is stable with what participants offer; CoSimulationError if none is."""
+    if interface.scheme is not None:
+        return interface.scheme
     if answers:
         return Scheme.MONOLITHIC
     if number < EXPLICIT_LIMIT:

@@ -21,6 +21,7 @@ from typing import Any, NoReturn
 from coupling.algorithms import Algorithm, GaussSeidel
 from coupling.connection import Connection, link, setup_problems
 from coupling.errors import CoSimulationError, CouplingSetupError
+from coupling.exchange_ledger import ExchangeLedger
 from coupling.initialization import exchange_initial_values
 from coupling.observer import Observer
 from coupling.participant import Array, Participant
@@ -68,13 +69,15 @@ class CoSimulation:
         algorithm: Algorithm | None = None,
         sub_rates: Mapping[str, int] = ALL_AT_ONE_RATE,
         rolls_back: bool = False,
+        ledger: ExchangeLedger | None = None,
         frame_source: FrameSource | None = None,
         run_description: RunDescription | None = None,
     ) -> None:
         """Check everything that can be checked before a run; CouplingSetupError lists every problem at once.
 
         `sub_rates`: steps a participant makes in a communication step, 1 where it is not named. `rolls_back`: keep all
-        states of every communication point, so that a discarded step is repeated by everybody.
+        states of every communication point, so that a discarded step is repeated by everybody. `ledger`: accounts of what
+        passes between fluid and bodies, which may end the run.
         """
         problems = setup_problems(participants, connections) + _sub_rate_problems(participants, sub_rates)
         if not (math.isfinite(communication_step_size) and communication_step_size > 0.0):
@@ -93,6 +96,7 @@ class CoSimulation:
         self._observers = tuple(observers)
         self._algorithm: Algorithm = algorithm if algorithm is not None else GaussSeidel()
         self._rolls_back = rolls_back
+        self._ledger = ledger
         self._rollback_faults: dict[str, str] = {}
         self._frame_source = frame_source
         self._run_description = run_description
@@ -227,25 +231,25 @@ class CoSimulation:
         begin, end = self._start_time, self._time_of(1)
         for stepper in self._steppers.values():
             stepper.read_outputs(begin)
-        tested = self._steppers if self._rolls_back else self._algorithm.taken_back
-        for name in tested:
+        taken_back = self._algorithm.prepare(self._steppers, self._links)
+        for name in self._steppers if self._rolls_back else taken_back:
             fault = rollback_fault(self._steppers[name], begin, end)
             if fault:
                 self._rollback_faults[name] = fault
         self._rolls_back &= not self._rollback_faults
         for stepper in self._steppers.values():
             stepper.passes_discards_on = self._rolls_back
-        self._opening = self._algorithm.begin(self._steppers, self._links, self._rollback_faults)
+        self._opening = self._algorithm.begin(self._rollback_faults)
 
     def _cover(self, begin: float, end: float, halvings: int) -> None:
         """Bring all from `begin` to `end`; where a step is discarded, back and in two halves."""
         if not self._rolls_back:
-            self._algorithm.step(self._steppers, self._links, begin, end)
+            self._exchange(begin, end)
             return
         snapshots = {name: stepper.save() for name, stepper in self._steppers.items()}
         memory = self._algorithm.save()
         try:
-            self._algorithm.step(self._steppers, self._links, begin, end)
+            self._exchange(begin, end)
         except Discarded as refusal:
             if halvings == HALVINGS:
                 message = f"discard: {refusal.message or 'no reason given'}, down to a step of {end - begin:.3g} s"
@@ -256,6 +260,14 @@ class CoSimulation:
             middle = 0.5 * (begin + end)
             self._cover(begin, middle, halvings + 1)
             self._cover(middle, end, halvings + 1)
+
+    def _exchange(self, begin: float, end: float) -> None:
+        """One step of the algorithm, with its accounts."""
+        if self._ledger is not None:
+            self._ledger.open(self._steppers)
+        self._algorithm.step(self._steppers, self._links, begin, end)
+        if self._ledger is not None:
+            self._ledger.close(self._steppers, begin, end)
 
     def _fail(self, error: CoSimulationError, cause: BaseException | None = None) -> NoReturn:
         """End the run in order and raise; the one that failed is not called again."""

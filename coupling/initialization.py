@@ -38,7 +38,7 @@ def sweep(steppers: dict[str, Stepper], links: Sequence[Link]) -> list[Array]:
     for link in links:
         where = link.connection
         values.append(link.carried(steppers[where.source].participant.get(where.source_variable)))
-        steppers[where.target].participant.set(where.target_variable, values[-1])
+        steppers[where.target].set(where.target_variable, values[-1])
     return values
 
 
@@ -49,7 +49,7 @@ def _solve_loop(steppers: dict[str, Stepper], links: Sequence[Link], changing: l
     for _ in range(LOOP_SWEEPS):
         for index in changing:
             where = links[index].connection
-            steppers[where.target].participant.set(where.target_variable, values[index])
+            steppers[where.target].set(where.target_variable, values[index])
         results = sweep(steppers, links)
         x, y = (np.concatenate([np.ravel(given[index]) for index in changing]) for given in (values, results))
         if not np.isfinite(y).all():

@@ -28,7 +28,6 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 import trimesh
-from scipy.linalg import block_diag
 from scipy.spatial.transform import Rotation
 
 from coupling.articulation import Articulation, PointJoint
@@ -37,12 +36,14 @@ from coupling.lines import ElasticLine, Lines
 from coupling.motion import STILL, UPRIGHT, Motion, PrescribedMotion, Quaternion, Vector
 from coupling.quiet_pybullet import pybullet
 from coupling.rigid_state import MOVING, RigidBodyState, pose_of, twist_of
+from coupling.rotations import cross
 
 Array = npt.NDArray[np.float64]
 
 SPEED_LIMIT = 100.0  # [m/s] and [rad/s] a component: where pybullet clips
 UNYIELDING_MASS = 1e12  # [kg] of a body on a prescribed motion: joints and contacts do not move it
 UNYIELDING_FORCE = 1e15  # [N] a joint can take; pybullet's own limit is 120 kN at 240 Hz
+FOREIGN = 1e-7  # of a body's momentum and impulses: what rounding leaves is far below, a forgotten force far above
 FREE_GROUP, HELD_GROUP = 1, 2  # collision groups: held bodies do not collide with each other
 
 
@@ -80,6 +81,8 @@ class RigidBodyWorld:
         self._accelerations: Array | None = None
         self._last_duration = sub_step
         self._state = RigidBodyState()
+        self._is_pushed = False  # forces are pending in the client
+        self._to_mesh = Rotation.identity(0)  # from principal axes to the mesh's, of the free bodies
         self._client: int = pybullet.connect(pybullet.DIRECT)
         self._call(pybullet.setGravity, *gravity)
         self._call(
@@ -241,7 +244,7 @@ class RigidBodyWorld:
     def coupled_inverse_mass(self, names: Sequence[str]) -> Array:
         """(6 n, 6 n) twists of the named bodies by impulses on them, joints included; 0 for those that are held."""
         columns = [6 * self._body(name).row + axis for name in names for axis in range(6)]
-        return self._articulated().inverse_mass()[np.ix_(columns, columns)]
+        return self._articulated().inverse_mass(columns)
 
     def free_acceleration(self, name: str) -> Array:
         """(6,) d(twist)/dt from everything but the fluid [m/s2, rad/s2]; of a held body, that of its motion.
@@ -321,6 +324,9 @@ class RigidBodyWorld:
         content, arrays, tensions, time = (state[key] for key in ("bullet", "arrays", "tensions", "time"))
         if not (isinstance(content, bytes) and isinstance(arrays, dict) and isinstance(tensions, dict)):
             raise TypeError("rigid bodies: restore_state wants what save_state returned")
+        if self._is_pushed:  # a step was broken off; restoring does not take pending forces off, stepping does
+            self._call(pybullet.stepSimulation)
+            self._is_pushed = False
         with tempfile.TemporaryDirectory(prefix="oilsim-") as folder:
             path = Path(folder) / "state.bullet"
             path.write_bytes(content)
@@ -386,7 +392,7 @@ class RigidBodyWorld:
         """The joints at the present instant."""
         if self._articulation is None:
             state = self._state
-            inverse_mass = block_diag(*(state.inverse_mass(row) for row in range(len(state.pose))))
+            inverse_mass = state.inverse_mass_matrix()
             self._articulation = Articulation(self._point_joints, state.pose, state.twist, inverse_mass)
             self._accelerations = None
         return self._articulation
@@ -396,8 +402,9 @@ class RigidBodyWorld:
         articulation = self._articulated()
         if self._accelerations is None:
             state = self._state
-            free = np.array([state.known_acceleration(row, self._gravity) for row in range(len(state.pose))])
-            self._accelerations = articulation.acceleration(free, self._last_duration)
+            self._accelerations = articulation.acceleration(
+                state.known_accelerations(self._gravity), self._last_duration
+            )
         return self._accelerations
 
     def _own_point(self, body: _Body, point: Vector) -> Array:
@@ -412,21 +419,23 @@ class RigidBodyWorld:
         return axes.inv().apply(np.array(point) - pose[:3]).tolist()
 
     def _advance_once(self, end: float, sub_step: float) -> None:
-        """One sub-step that ends at the time `end`."""
+        """One sub-step that ends at the time `end`; pybullet takes no part where no body is free."""
         pull = self.lines.pull_for(sub_step, self._state.pose, self._state.twist)
         wrench = self._state.wrench + self._state.applied_wrench + pull
-        for body in self._bodies.values():
-            if body.motion == "free":
-                self._push(body, wrench[body.row])
-            elif not isinstance(body.motion, str):
-                self._aim(body, body.motion.at(end), sub_step)
         free = [body for body in self._bodies.values() if body.motion == "free"]
-        handed_over = self._hand_over(free, sub_step)
-        self._call(pybullet.stepSimulation)
-        self._read_back(free, handed_over, sub_step)
-        for body in self._bodies.values():
-            if not isinstance(body.motion, str):
-                self._place(body, body.motion.at(end))
+        led = [(body, body.motion) for body in self._bodies.values() if not isinstance(body.motion, str)]
+        if free:
+            self._is_pushed = True
+            for body in free:
+                self._push(body, wrench[body.row])
+            for body, motion in led:
+                self._aim(body, motion.at(end), sub_step)
+            rates = self._hand_over(free, sub_step)
+            self._call(pybullet.stepSimulation)
+            self._is_pushed = False
+            self._read_back(free, rates, sub_step, wrench)
+        for body, motion in led:
+            self._place(body, motion.at(end))
         self.time = end
 
     def _push(self, body: _Body, wrench: Array) -> None:
@@ -448,31 +457,48 @@ class RigidBodyWorld:
 
     def _hand_over(self, free: list[_Body], sub_step: float) -> Array:
         """Give pybullet the velocities of free bodies; returns their angular part (B, 3)."""
-        rates = self._state.rates_for_midpoint(sub_step)
-        jointed = [body.row for body in free if body.is_jointed]
-        rates[jointed] = self._state.twist[jointed, 3:]
+        rates = self._state.twist[:, 3:].copy()
+        alone = [body.row for body in free if not body.is_jointed]
+        if alone:
+            rates[alone] = self._state.rates_for_midpoint(sub_step)[alone]
+        velocities, turns = self._state.twist[:, :3].tolist(), rates.tolist()
         for body in free:
-            velocity = self._state.twist[body.row, :3].tolist()
-            self._call(pybullet.resetBaseVelocity, body.unique_id, velocity, rates[body.row].tolist())
+            self._call(pybullet.resetBaseVelocity, body.unique_id, velocities[body.row], turns[body.row])
         return rates
 
-    def _read_back(self, free: list[_Body], rates: Array, sub_step: float) -> None:
+    def _read_back(self, free: list[_Body], rates: Array, sub_step: float, wrench: Array) -> None:
         """Poses and velocities of free bodies after a sub-step; keeps angular momentum (see the module)."""
-        if not free:
-            return
         state, rows = self._state, [body.row for body in free]
         placed = [self._call(pybullet.getBasePositionAndOrientation, body.unique_id) for body in free]
-        moving = np.array([self._call(pybullet.getBaseVelocity, body.unique_id) for body in free]).reshape(-1, 6)
+        moving = np.array([self._call(pybullet.getBaseVelocity, body.unique_id) for body in free])
+        moving = moving.reshape(-1, 6)
         self._refuse_clipped(moving)
-        inertia, rate = state.world_inertia()[rows], rates[rows]
-        change = np.einsum("bij,bj->bi", inertia, moving[:, 3:] - rate)
-        change += sub_step * np.cross(rate, np.einsum("bij,bj->bi", inertia, rate))
-        angular_momentum = state.momenta()[rows, 3:] + change
-        to_body = Rotation.concatenate([body.principal_axes for body in free]).inv()
+        inertia, rate, momenta = state.world_inertia()[rows], rates[rows], state.momenta()[rows]
+        gained = np.empty((len(free), 6))
+        gained[:, :3] = state.mass[rows, None] * moving[:, :3] - momenta[:, :3]
+        gained[:, 3:] = np.einsum("bij,bj->bi", inertia, moving[:, 3:] - rate)
+        gained[:, 3:] += sub_step * cross(rate, np.einsum("bij,bj->bi", inertia, rate))
+        self._refuse_foreign(free, gained, sub_step * (wrench[rows] + state.weight(self._gravity)[rows]), momenta)
+        if len(self._to_mesh) != len(free):
+            self._to_mesh = Rotation.concatenate([body.principal_axes for body in free]).inv()
         state.pose[rows, :3] = [position for position, _ in placed]
-        state.pose[rows, 3:] = (Rotation.from_quat([turn for _, turn in placed]) * to_body).as_quat()
-        moving[:, 3:] = np.linalg.solve(state.world_inertia()[rows], angular_momentum[:, :, None])[:, :, 0]
+        state.pose[rows, 3:] = (Rotation.from_quat([turn for _, turn in placed]) * self._to_mesh).as_quat()
+        angular_momentum = momenta[:, 3:] + gained[:, 3:]
+        moving[:, 3:] = np.einsum("bij,bj->bi", state.inverse_masses()[rows, 3:, 3:], angular_momentum)
         state.twist[rows] = moving
+
+    def _refuse_foreign(self, free: list[_Body], gained: Array, given: Array, momenta: Array) -> None:
+        """An impulse (6,) that no wrench, joint or contact explains is that of a force which somebody else left pending."""
+        scale = np.abs(momenta).max(axis=1) + np.abs(given).max(axis=1) + np.abs(gained).max(axis=1)
+        unexplained = gained - given
+        for index in np.flatnonzero(np.abs(unexplained).max(axis=1) > FOREIGN * scale):
+            body = free[index]
+            if not body.is_jointed and not self._call(pybullet.getContactPoints, body.unique_id):
+                name = next(name for name, other in self._bodies.items() if other is body)
+                raise RuntimeError(
+                    f"body {name!r} receives an impulse of {unexplained[index].tolist()} N s and N m s that no wrench, joint or "
+                    f"contact explains, allowed: forces given to set_wrench and set_applied_wrench, none applied to the client"
+                )
 
     def _refuse_clipped(self, twists: Array) -> None:
         """pybullet clips speeds without a word; one at the limit means that the simulation has blown up."""

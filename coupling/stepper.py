@@ -53,6 +53,7 @@ class Stepper:
         self.participant = participant
         self.sub_rate = sub_rate
         self.outputs: dict[str, Array] = {}
+        self.inputs: dict[str, Array] = {}  # as they were set last
         self.wall_seconds = 0.0
         self.wants_end: str | None = None  # why, once the participant has asked for the run's end
         self.events: list[tuple[float, str]] = []  # time [s] and text of those since the master took them
@@ -65,6 +66,11 @@ class Stepper:
     def name(self) -> str:
         """The participant's."""
         return self.participant.name
+
+    def set(self, name: str, value: Array) -> None:
+        """Give the participant an input."""
+        self.inputs[name] = value
+        self.participant.set(name, value)
 
     def advance(self, begin: float, end: float) -> None:
         """From `begin` to `end` [s]; CoSimulationError if the participant cannot."""
@@ -86,10 +92,6 @@ class Stepper:
             if not np.isfinite(value).all():
                 self.fail(time, f"output {variable.name!r} is {value}, allowed: finite numbers")
             self.outputs[variable.name] = value
-
-    def output(self, name: str) -> Array:
-        """An output as it was after the last step."""
-        return self.outputs[name]
 
     def save(self) -> Snapshot:
         """The participant's state with its outputs; NotImplementedError if it cannot."""

@@ -25,6 +25,7 @@ from coupling.bodies import mass_properties
 from coupling.body_exchange import BodyExchange, BodyInterface, Scheme
 from coupling.co_simulation import CoSimulation
 from coupling.connection import Connection
+from coupling.exchange_ledger import ENERGY_LIMIT, BodyBond, ExchangeLedger
 from coupling.fixed_point import Iteration, QuasiNewton
 from coupling.hydrostatics import hydrostatics
 from coupling.motion import STILL, UPRIGHT, PrescribedMotion, Quaternion, Vector
@@ -48,7 +49,8 @@ STEP = 0.01  # [s]
 class Scene:
     """A fluid and rigid bodies under the master: add bodies, then liquid around them, then run.
 
-    fluid, world: the simulators; simulation: the coupled run, made when it is first asked for. `scheme` couples all bodies in
+    fluid, world: the simulators; simulation: the coupled run, made when it is first asked for; exchange, ledger: its coupling
+    and accounts from then on; energy_limit: of the ledger (see `exchange_ledger`), to be set before. `scheme` couples all bodies in
     one way, with `iteration` where it iterates; None: inside the pressure solve. Use it in a `with` block, which ends the run.
     """
 
@@ -70,6 +72,8 @@ class Scene:
         self._iteration = iteration
         self._simulation: CoSimulation | None = None
         self.exchange: BodyExchange | None = None
+        self.ledger: ExchangeLedger | None = None
+        self.energy_limit = ENERGY_LIMIT
         self._level_area: float | None = None
         self._bottom = config.lower[2]
 
@@ -208,8 +212,14 @@ class Scene:
             )
             for body in self.world.free_body_names
         ]
-        self.exchange = BodyExchange(interfaces, iteration=self._iteration)
-        return CoSimulation([fluid, bodies], [*there, *back], self._step, algorithm=self.exchange)
+        exchange = self.exchange = BodyExchange(interfaces, iteration=self._iteration)
+        self.ledger = ExchangeLedger(
+            [BodyBond(body, "fluid", "bodies") for body in self.world.free_body_names],
+            self.spacing,
+            energy_limit=self.energy_limit,
+            holds_back=exchange.holds_back,
+        )
+        return CoSimulation([fluid, bodies], [*there, *back], self._step, algorithm=exchange, ledger=self.ledger)
 
 
 def tank(

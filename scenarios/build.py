@@ -13,8 +13,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from coupling.bodies import box, mass_properties
+from coupling.body_exchange import BodyExchange
 from coupling.co_simulation import CoSimulation, FrameSource
 from coupling.connection import Connection
+from coupling.exchange_ledger import ExchangeLedger
 from coupling.observer import Observer
 from coupling.participant import Participant
 from coupling.participants.fluid import FluidParticipant
@@ -25,6 +27,7 @@ from oilsim.solver import AdvanceReport, Fluid
 from recordings.frame import RunDescription
 from scenarios.build_fluid import build_fluid, fill_positions, water_level
 from scenarios.drives import set_wind
+from scenarios.exchange import exchange_of
 from scenarios.exercise import body_of
 from scenarios.fleet import LINE_RELAXATION_TIME, Fleet, place_fleet
 from scenarios.fmus import ORDERS, READINGS, connections_of
@@ -49,7 +52,7 @@ class Assembly:
 
     fluid, world: the simulators themselves, for whoever wants more than the participants' variables; coupled: names of the
     bodies that exchange motion and wrench with the fluid; fleet: vessels and booms; scoring: their accounts; parts: what
-    signals reach into.
+    signals reach into; exchange, ledger: how bodies meet the fluid, and the accounts of it.
     """
 
     scenario: Scenario
@@ -64,6 +67,8 @@ class Assembly:
     connections: tuple[Connection, ...]
     description: RunDescription
     frame_source: FrameSource
+    exchange: BodyExchange
+    ledger: ExchangeLedger
 
     @property
     def controls(self) -> tuple[VesselControl, ...]:
@@ -91,6 +96,8 @@ class Assembly:
             self.connections,
             self.scenario.run.communication_step,
             observers=observers,
+            algorithm=self.exchange,
+            ledger=self.ledger,
             frame_source=self.frame_source,
             run_description=self.description,
         )
@@ -118,6 +125,7 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
     if wind is not None:
         set_wind(fluid, controls, wind.speed, wind.direction)
     bodies = (RigidBodyParticipant(BODIES, world, coupled),) if world is not None else ()
+    exchange, ledger = exchange_of(fluid_participant, BODIES, world, coupled, fluid.config.particle_spacing)
     parts = RunParts(
         fluid=fluid,
         world=world,
@@ -150,8 +158,11 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
             _wrench_reading(fluid_participant, coupled),
             scoring,
             lambda: fluid_participant.report,
+            lambda: ledger.figures if coupled else {},
             fmus,
         ),
+        exchange=exchange,
+        ledger=ledger,
     )
 
 

@@ -71,9 +71,12 @@ class FramePainter:
         wrench: Wrench,
         scoring: Scoring,
         report: Callable[[], AdvanceReport | None],
+        exchange: Callable[[], Mapping[str, float]],
         fmus: Sequence[Participant] = (),
     ) -> None:
-        """`wrench` gives the fluid's wrench (6,) on a body, `report` the fluid's report on its last step; `fmus` are shown too."""
+        """`wrench` gives the fluid's wrench (6,) on a body, `report` the fluid's report on its last step, `exchange` the figures
+        of what passed between fluid and bodies; the outputs of `fmus` are shown too.
+        """
         self._fmus = fmus
         self._scenario = scenario
         self._fluid = fluid
@@ -82,11 +85,13 @@ class FramePainter:
         self._wrench = wrench
         self._scoring = scoring
         self._figures = RunFigures(fluid, report)
+        self._exchange = exchange
         self._probes = probe_readings(scenario.probes, fluid, self._pose_and_wrench)
 
     def __call__(self, point: CommunicationPoint) -> Frame:
         """The frame at a communication point; its particles must be asked for before the run goes on."""
-        scalars = self._figures(point.time) | dict(self._probes()) | self._scoring(point.time) | self._fmu_outputs()
+        scalars = self._figures(point.time) | dict(self._probes()) | self._scoring(point.time)
+        scalars |= self._exchange() | self._fmu_outputs()
         return Frame(
             index=point.index,
             time=point.time,
