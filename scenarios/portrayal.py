@@ -91,7 +91,8 @@ class FramePainter:
     def __call__(self, point: CommunicationPoint) -> Frame:
         """The frame at a communication point; its particles must be asked for before the run goes on."""
         scalars = self._figures(point.time) | dict(self._probes()) | self._scoring(point.time)
-        scalars |= self._exchange() | self._fmu_outputs()
+        scalars |= self._exchange()
+        scalars |= self._fmu_outputs()
         return Frame(
             index=point.index,
             time=point.time,
