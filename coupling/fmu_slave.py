@@ -16,28 +16,10 @@ from xml.etree.ElementTree import Element, SubElement
 import numpy as np
 
 from coupling.participant import Causality, Participant, Status, Variable
+from coupling.units import BASE, SYMBOLS, read_unit
 from recordings.checkpoint import state_from_bytes, state_to_bytes
 
 CAUSALITIES = {Causality.INPUT: "input", Causality.OUTPUT: "output", Causality.PARAMETER: "parameter"}
-# exponents of the SI base units, radian included, by the name of the unit
-BASE_UNITS: Mapping[str, Mapping[str, int]] = {
-    "1": {},
-    "rad": {"rad": 1},
-    "rad/s": {"rad": 1, "s": -1},
-    "s": {"s": 1},
-    "m": {"m": 1},
-    "m2": {"m": 2},
-    "m3": {"m": 3},
-    "m3/s": {"m": 3, "s": -1},
-    "m/s": {"m": 1, "s": -1},
-    "m/s2": {"m": 1, "s": -2},
-    "kg": {"kg": 1},
-    "kg m2": {"kg": 1, "m": 2},
-    "N": {"kg": 1, "m": 1, "s": -2},
-    "N m": {"kg": 1, "m": 2, "s": -2},
-    "N s/m": {"kg": 1, "s": -1},
-    "Pa": {"kg": 1, "m": -1, "s": -2},
-}
 
 
 class ParticipantSlave:
@@ -120,12 +102,23 @@ class ParticipantSlave:
         """Give `elements`, variables by name, their units, and declare those behind the element called `after`."""
         units = Element("UnitDefinitions")
         for unit in dict.fromkeys(variable.unit for variable in self.participant.variables.values()):
-            exponents = {base: str(power) for base, power in BASE_UNITS[unit].items()}
-            SubElement(SubElement(units, "Unit", {"name": unit}), "BaseUnit", exponents)
+            SubElement(SubElement(units, "Unit", {"name": unit}), "BaseUnit", _base_unit(unit))
         root.insert([child.tag for child in root].index(after) + 1, units)
         for name, variable in self.participant.variables.items():
             elements[name].set("unit", variable.unit)
         root.set("variableNamingConvention", "flat")
+
+
+def _base_unit(unit: str) -> dict[str, str]:
+    """Exponents of the SI base units, factor and offset, as FMI writes them; ValueError for a unit that is not known."""
+    known = read_unit(unit)
+    if known is None:
+        raise ValueError(f"unit {unit!r} is not known, allowed: products of {', '.join(SYMBOLS)}")
+    attributes = {base: str(power) for base, power in zip(BASE, known.exponents, strict=True) if power}
+    plain = {"factor": 1.0, "offset": 0.0}
+    return attributes | {
+        name: str(getattr(known, name)) for name, value in plain.items() if getattr(known, name) != value
+    }
 
 
 class Slave2(ParticipantSlave):

@@ -15,7 +15,6 @@ set in `__init__`, so that its state can be saved. As a participant every variab
 from __future__ import annotations
 
 import importlib.util
-import inspect
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -66,11 +65,14 @@ class ScalarModel:
 
     def __init__(self, name: str = "") -> None:
         self._name = name or type(self).__name__
-        declared = inspect.getmembers_static(type(self), lambda member: isinstance(member, Quantity))
-        order = list(type(self).__dict__)
-        quantities = [quantity for _, quantity in sorted(declared, key=lambda item: order.index(item[0]))]
-        self._variables = variable_table(Variable(q.name, q.unit, (1,), q.causality) for q in quantities)
-        self.memory: dict[str, float] = {q.name: q.start for q in quantities}
+        declared = {
+            name: member
+            for base in reversed(type(self).__mro__)
+            for name, member in vars(base).items()
+            if isinstance(member, Quantity)
+        }
+        self._variables = variable_table(Variable(name, q.unit, (1,), q.causality) for name, q in declared.items())
+        self.memory: dict[str, float] = {name: q.start for name, q in declared.items()}
 
     @property
     def name(self) -> str:
@@ -131,7 +133,10 @@ def model_in(path: Path) -> ScalarModel:
     if spec is None or spec.loader is None:
         raise ValueError(f"{path} cannot be read, allowed: a Python file")
     module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+    try:
+        spec.loader.exec_module(module)
+    except Exception as cause:
+        raise ValueError(f"{path.name} cannot be run: {type(cause).__name__}: {cause}") from cause
     classes = [
         member
         for member in vars(module).values()

@@ -7,7 +7,7 @@ What must be resolved is motion relative to the neighbourhood,
 
 and the approach to walls, a_i = -n_i . (v_i - v_b) with the normal n_i by the same weights. The split scheme takes
 
-    dt = max(lambda d / v_max,  min(lambda d / u_most,  d / a_max,  (H - d) / v_max)),
+    dt = max(lambda d / v_max,  min(lambda d / u_most,  d / 2 a_max,  (H - d) / v_max)),
 
 u_most being what all but OUTLIERS of the particles keep below, the larger of u and a of each: torn off drops collide at speeds that
 the rest does not know.
@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from oilsim.neighbors import nearest_images
 from oilsim.smoothing_kernels import FAST
 
-OUTLIERS = 1e-3  # share of the particles whose relative speed is not asked
+OUTLIERS = 5e-3  # share of the particles whose relative speed is not asked
 SPRAY = 8  # neighbours below which a particle is a drop that flies for itself
 TINY = np.float32(1e-20)
 
@@ -148,7 +148,7 @@ def relative_time_step(
     maximum: float,
 ) -> float:
     """The step [s] of the module's docstring; support H [m], the rest as for `cfl_time_step`."""
-    lengths = (cfl * spacing, spacing, support - spacing)
+    lengths = (cfl * spacing, 0.5 * spacing, support - spacing)
     limits = [length / speed for length, speed in zip(lengths, (*speeds, largest_speed), strict=True) if speed > 0.0]
     return max(cfl_time_step(spacing, largest_speed, cfl, minimum, maximum), min(*limits, maximum, math.inf))
 

@@ -220,7 +220,8 @@ class Workspace:
         if count == 0:
             return 0, 0.0
         spacing = np.float32(config.particle_spacing)
-        field, surface = np.empty((16, count), np.float32), np.empty(count, np.float32)
+        self.field = field = np.empty((16, count), np.float32)
+        surface = np.empty(count, np.float32)
         multiplier, push, change = np.empty(count, np.float32), np.empty_like(position), np.empty_like(position)
         rate = np.float32(OMEGA / lattice_diagonal(config.dimension)) * spacing**2
         limit = LARGEST_MULTIPLIER * spacing**2

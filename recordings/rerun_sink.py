@@ -9,9 +9,11 @@ colours and radii, so a frame holds positions only.
 
 from __future__ import annotations
 
+import atexit
+import ctypes
 import json
 import shutil
-import threading
+import time
 import uuid
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
@@ -32,6 +34,8 @@ APPLICATION = "oilsim"
 FORMAT_VERSION = 1
 RESERVED_BYTES = 32 << 20  # disk space left for the footer, the log and the other programs
 _FLUSH_SECONDS = 60.0
+_ANSWER_SECONDS = 1.0
+_TIMED_OUT = "timed out"  # in Rerun's error
 _LEVELS = {"info": rr.TextLogLevel.INFO, "warning": rr.TextLogLevel.WARN, "error": rr.TextLogLevel.ERROR}
 _WATER_RADIUS = 0.17  # in particle spacings
 _WALL_CLASS = 100
@@ -253,16 +257,31 @@ class RerunFile:
     def _flush(self) -> None:
         """Wait until all is on disk; a writer that has died is one clear error and is not asked again.
 
-        Rerun's flush may wait for ever for a writer that has died, hence the time limit, and so may its disconnect,
-        hence the thread that is left behind.
+        A flush that meets Rerun's writer at the moment of its death is never answered, hence the short waits, after each of
+        which the disk is asked.
         """
-        try:
-            self._stream.flush(timeout_sec=_FLUSH_SECONDS)
-        except RuntimeError as error:
-            self.closed = True
-            self._block.take()
-            threading.Thread(target=self._stream.disconnect, daemon=True).start()
-            raise RecordingError(self.path, f"cannot be written any more: {_why(self.path, error)}") from error
+        deadline = time.monotonic() + _FLUSH_SECONDS
+        while True:
+            try:
+                self._stream.flush(timeout_sec=_ANSWER_SECONDS)
+                return
+            except RuntimeError as error:
+                refusal = _refusal(self.path)
+                if refusal is None and _TIMED_OUT in str(error) and time.monotonic() < deadline:
+                    continue  # a slow disk
+                self._abandon()
+                raise RecordingError(self.path, f"cannot be written any more: {refusal or error}") from error
+
+    def _abandon(self) -> None:
+        """Leave a stream alone whose writer is dead: it may answer no call any more, and the program could not end.
+
+        Such calls are Rerun's flush of all streams at the end of the program, and the disconnect when the stream is
+        collected, which one reference too many prevents.
+        """
+        self.closed = True
+        self._block.take()
+        atexit.unregister(rr.rerun_shutdown)
+        ctypes.pythonapi.Py_IncRef(ctypes.py_object(self._stream))
 
 
 def open_stream(recording_id: str) -> rr.RecordingStream:
@@ -281,14 +300,17 @@ def connect_stream(address: str, recording_id: str) -> rr.RecordingStream:
     return stream
 
 
-def _why(path: Path, error: RuntimeError) -> str:
-    """The operating system's word for a failed write, which Rerun does not pass on: try to write a little oneself."""
+def _refusal(path: Path) -> str | None:
+    """Why a file cannot be written, which Rerun does not pass on; None if it can.
+
+    A byte is written behind its end. A living writer writes over it, since it goes on where it was, not at the end.
+    """
     try:
         with path.open("ab") as file:
             file.write(b"\0")
     except OSError as refused:
         return refused.strerror or str(refused)
-    return str(error)
+    return None
 
 
 def _box_edges(lower: npt.NDArray[np.float32], upper: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:

@@ -50,14 +50,11 @@ class Course:
         """Step until the end, a stop or a failure; the simulation is terminated in each case. Returns what failed."""
         simulation, requests = self.simulation, self._requests
         try:
-            self._begin(restart)
+            self.begin(restart)
             while requests.stop is None and not self._is_done():
-                self._give_orders()
-                simulation.step()
+                self.step()
                 if not simulation.is_running:
                     return None  # a participant has ended it
-                for text in self._assembly.scoring.take_events():
-                    simulation.emit(text, level="warning", source="boom")
                 self._save_if_due()
             if requests.stop is not None and self._checkpoints is not None:
                 self._save_and_say()
@@ -69,7 +66,14 @@ class Course:
             return error
         return None
 
-    def _begin(self, restart: Restart | None) -> None:
+    def step(self) -> None:
+        """Orders that are due, one communication step, and what happened in it."""
+        self._give_orders()
+        self.simulation.step()
+        for text in self._assembly.scoring.take_events() if self.simulation.is_running else ():
+            self.simulation.emit(text, level="warning", source="boom")
+
+    def begin(self, restart: Restart | None = None) -> None:
         """The first frame, or the state of a checkpoint; it is the first checkpoint of this run too."""
         if restart is None:
             self.simulation.initialize()

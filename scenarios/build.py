@@ -30,7 +30,7 @@ from scenarios.drives import set_wind
 from scenarios.exchange import exchange_of
 from scenarios.exercise import body_of
 from scenarios.fleet import LINE_RELAXATION_TIME, Fleet, place_fleet
-from scenarios.fmus import connections_of
+from scenarios.fmus import ORDERS, READINGS, connections_of
 from scenarios.portrayal import FramePainter, Wrench, describe_run
 from scenarios.probes import BodyProbe
 from scenarios.problems import problems_of
@@ -133,7 +133,7 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
         scoring=scoring,
         tension_joints=fleet.tension_joints,
     )
-    board = (SignalBoard(signals_of(scenario), parts),) if fmus else ()
+    orders, readings = _boards(scenario, parts)
     return Assembly(
         scenario=scenario,
         fluid=fluid,
@@ -143,7 +143,7 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
         fleet=fleet,
         scoring=scoring,
         parts=parts,
-        participants=(*fmus, *board, *controls, fluid_participant, *bodies),
+        participants=(*fmus, *orders, *controls, fluid_participant, *bodies, *readings),
         connections=(
             *connections_of(scenario.fmus).values(),
             *_body_connections(coupled),
@@ -159,6 +159,7 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
             scoring,
             lambda: fluid_participant.report,
             lambda: ledger.figures if coupled else {},
+            fmus,
         ),
         exchange=exchange,
         ledger=ledger,
@@ -172,6 +173,17 @@ def _fmus(scenario: Scenario) -> tuple[Participant, ...]:
     from scenarios.fmu_checks import fmu_participants
 
     return fmu_participants(scenario.fmus)
+
+
+def _boards(scenario: Scenario, parts: RunParts) -> tuple[tuple[SignalBoard, ...], tuple[SignalBoard, ...]]:
+    """What takes the signals that FMUs drive, and what gives those that feed them; none without FMUs."""
+    if not scenario.fmus:
+        return (), ()
+    signals = signals_of(scenario)
+    asked = {one.source_variable for one in connections_of(scenario.fmus).values() if one.source == READINGS}
+    orders = {name: signal for name, signal in signals.items() if signal.is_input}
+    readings = {name: signals[name] for name in sorted(asked)}
+    return (SignalBoard(ORDERS, orders, parts),), (SignalBoard(READINGS, readings, parts),)
 
 
 def _coupled(scenario: Scenario, solids: Sequence[Solid]) -> tuple[str, ...]:

@@ -1,6 +1,6 @@
-"""The `oilsim` command: list, check, run and replay scenarios.
+"""The `oilsim` command: list, check and run scenarios; replay, verify and repair recordings.
 
-Exit codes: 0 done, 2 bad input (what, where, what is allowed), 1 failed run (the recording so far is kept).
+Exit codes: 0 done, 2 bad input (what, where, what is allowed), 1 failed run (the recording so far is kept) or difference found.
 """
 
 from __future__ import annotations
@@ -11,11 +11,11 @@ import sys
 from collections.abc import Sequence
 
 from recordings.errors import RecordingError
-from scenarios.commands import build_fmu, check, export_fmu, list, replay, run, signals
+from scenarios.commands import build_fmu, check, export_fmu, list, repair, replay, run, signals, verify
 from scenarios.exit_codes import BAD_INPUT
 from scenarios.problems import ScenarioError
 
-COMMANDS = (list, check, run, replay, signals, build_fmu, export_fmu)
+COMMANDS = (list, check, run, replay, verify, repair, signals, build_fmu, export_fmu)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

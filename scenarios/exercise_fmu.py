@@ -21,7 +21,7 @@ from coupling.fmu_export import FmuContent
 from coupling.participant import Status, StepResult, Variable, checked_value
 from recordings.frame import Event, Frame, RunDescription
 from scenarios.build import Assembly, build
-from scenarios.fmus import connections_of
+from scenarios.fmus import ORDERS, connections_of
 from scenarios.load import files_replaced, scenario_from
 from scenarios.scenario import Scenario
 from scenarios.score_signals import scores_of
@@ -76,10 +76,9 @@ class ExerciseParticipant:
         return self._variables
 
     def enter_initialization_mode(self, start_time: float) -> None:
-        """Build the run; what has been set already is put into effect."""
-        self._start_time = start_time
+        """Build the run; what has been set already is put into effect. Its own time is 0 when the first step begins."""
         self._assembly = build(self._scenario)
-        self._board = SignalBoard(self._signals, self._assembly.parts)
+        self._board = SignalBoard(self._name, self._signals, self._assembly.parts)
         for name, value in self._given.items():
             self._board.set(name, value)
         self._simulation = self._assembly.co_simulation([_Spectator()])
@@ -108,6 +107,8 @@ class ExerciseParticipant:
     def do_step(self, time: float, step_size: float) -> StepResult:
         """A whole number of communication steps; ERROR for another, and where the run fails."""
         simulation, own = self._running(), self._scenario.run.communication_step
+        if simulation.communication_point.index == 0:
+            self._start_time = time
         reached = self._start_time + simulation.communication_point.time
         count = round(step_size / own)
         if count < 1 or abs(step_size - count * own) > WHOLE * own or abs(time - reached) > WHOLE * own:
@@ -128,6 +129,7 @@ class ExerciseParticipant:
         """Everything that influences what follows, as plain data."""
         assert self._assembly is not None
         return {
+            "start_time": self._start_time,
             "simulation": self._running().save_state(),
             "scores": self._assembly.scoring.save_state(),
             "inputs": self._inputs().save_state(),
@@ -138,6 +140,7 @@ class ExerciseParticipant:
         if not isinstance(state, dict):
             raise TypeError(f"{self._name!r}: restore_state wants what save_state returned, not {type(state).__name__}")
         assert self._assembly is not None
+        self._start_time = state["start_time"]
         self._assembly.scoring.restore_state(state["scores"])
         self._inputs().restore_state(state["inputs"])
         self._running().restore_state(state["simulation"])
@@ -160,7 +163,7 @@ class ExerciseParticipant:
 
 def exercise_signals(scenario: Scenario) -> dict[str, Signal]:
     """The variables of an exercise: its free signals and its scores."""
-    driven = {connection.target_variable for connection in connections_of(scenario.fmus).values()}
+    driven = {one.target_variable for one in connections_of(scenario.fmus).values() if one.target == ORDERS}
     free = {name: s for name, s in signals_of(scenario).items() if not (s.is_input and name in driven)}
     return free | scores_of(scenario)
 

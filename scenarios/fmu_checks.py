@@ -9,7 +9,7 @@ from typing import Any
 from coupling.connection import Connection, connection_problems
 from coupling.participant import Variable
 from coupling.participants.fmu import FmuParticipant
-from scenarios.fmus import PREFIX, SIGNALS, FmuSettings, connections_of
+from scenarios.fmus import ORDERS, PREFIX, READINGS, FmuSettings, connections_of
 from scenarios.problems import Problem, problems_of, suggestion
 from scenarios.signal_board import signal_variables
 from scenarios.signals import Signal
@@ -30,10 +30,11 @@ def fmu_problems(fmus: Mapping[str, FmuSettings], signals: Mapping[str, Signal])
     loaded: dict[str, FmuParticipant] = {}
     for name, settings in fmus.items():
         try:
-            loaded[PREFIX + name] = FmuParticipant(PREFIX + name, settings.file, settings.start)
+            loaded[PREFIX + name] = FmuParticipant(PREFIX + name, settings.file, settings.start, settings.units)
         except (ValueError, OSError) as error:
             yield Problem(f"fmus.{name}", f"cannot be used: {error}")
-    participants: dict[str, Any] = {SIGNALS: _Declared(SIGNALS, signal_variables(signals)), **loaded}
+    boards = {board: _Declared(board, signal_variables(signals)) for board in (ORDERS, READINGS)}
+    participants: dict[str, Any] = {**boards, **loaded}
     connections = {}
     for path, connection in connections_of(fmus).items():
         ends = {connection.source, connection.target}
@@ -51,9 +52,9 @@ def fmu_problems(fmus: Mapping[str, FmuSettings], signals: Mapping[str, Signal])
 
 def _unknown_signal(connection: Connection, signals: Mapping[str, Signal]) -> str:
     """What is wrong with a connection to a signal that does not exist, with those that may have been meant; else nothing."""
-    takes = connection.target == SIGNALS
+    takes = connection.target == ORDERS
     name = connection.target_variable if takes else connection.source_variable
-    if SIGNALS not in (connection.source, connection.target) or name in signals:
+    if not (takes or connection.source == READINGS) or name in signals:
         return ""
     fitting = [signal for signal, one in signals.items() if one.is_input == takes]
     place = name.rpartition(".")[0] + "."
@@ -68,7 +69,7 @@ def _doubly_driven(connections: Mapping[str, Connection]) -> Iterator[Problem]:
     """Signals that more than one output drives."""
     drivers: dict[str, list[str]] = {}
     for path, connection in connections.items():
-        if connection.target == SIGNALS:
+        if connection.target == ORDERS:
             drivers.setdefault(connection.target_variable, []).append(path)
     for signal, paths in drivers.items():
         if len(paths) > 1:
@@ -80,6 +81,6 @@ def fmu_participants(fmus: Mapping[str, FmuSettings]) -> tuple[FmuParticipant, .
     participants = []
     for name, settings in fmus.items():
         with problems_of(f"fmus.{name}", "cannot be used"):
-            participants.append(FmuParticipant(PREFIX + name, settings.file, settings.start))
+            participants.append(FmuParticipant(PREFIX + name, settings.file, settings.start, settings.units))
             participants[-1].rehearse()
     return tuple(participants)

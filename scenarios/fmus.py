@@ -9,7 +9,7 @@ from coupling.connection import Connection
 from scenarios.fields import Section
 
 PREFIX = "fmus."  # of an FMU's name as a participant, so that it cannot be taken for another
-SIGNALS = "signals"  # the participant that FMUs are connected to, see `scenarios.signal_board`
+ORDERS, READINGS = "orders", "readings"  # the participants that FMUs are connected to, see `scenarios.signal_board`
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -18,6 +18,7 @@ class FmuSettings(Section):
 
     file     of the FMU; a relative path starts at the scenario file's folder
     start    values of its parameters and start values of its inputs, by their names
+    units    of variables whose unit the FMU leaves open: "kN", "kn", "deg"
     inputs   by name, what feeds each: a signal of the run, or fmus.NAME.OUTPUT of another FMU; others keep their start values
     outputs  by name, the signal of the run that each one drives; it rules over the scenario's own orders
 
@@ -27,6 +28,7 @@ class FmuSettings(Section):
 
     file: str
     start: Mapping[str, float | bool] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
     inputs: Mapping[str, str] = field(default_factory=dict)
     outputs: Mapping[str, str] = field(default_factory=dict)
 
@@ -39,7 +41,7 @@ def connections_of(fmus: Mapping[str, FmuSettings]) -> dict[str, Connection]:
             participant, output = _end(source)
             connections[f"fmus.{name}.inputs.{variable}"] = Connection(participant, output, PREFIX + name, variable)
         for variable, target in settings.outputs.items():
-            connections[f"fmus.{name}.outputs.{variable}"] = Connection(PREFIX + name, variable, SIGNALS, target)
+            connections[f"fmus.{name}.outputs.{variable}"] = Connection(PREFIX + name, variable, ORDERS, target)
     return connections
 
 
@@ -48,4 +50,4 @@ def _end(source: str) -> tuple[str, str]:
     if source.startswith(PREFIX):
         name, _, variable = source.removeprefix(PREFIX).partition(".")
         return PREFIX + name, variable
-    return SIGNALS, source
+    return READINGS, source

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from coupling.co_simulation import CommunicationPoint
+from coupling.participant import Causality, Participant
 from coupling.rigid_body_world import RigidBodyWorld
 from oilsim.solver import AdvanceReport, Fluid
 from recordings.frame import (
@@ -71,10 +72,12 @@ class FramePainter:
         scoring: Scoring,
         report: Callable[[], AdvanceReport | None],
         exchange: Callable[[], Mapping[str, float]],
+        fmus: Sequence[Participant] = (),
     ) -> None:
         """`wrench` gives the fluid's wrench (6,) on a body, `report` the fluid's report on its last step, `exchange` the figures
-        of what passed between fluid and bodies.
+        of what passed between fluid and bodies; the outputs of `fmus` are shown too.
         """
+        self._fmus = fmus
         self._scenario = scenario
         self._fluid = fluid
         self._world = world
@@ -89,6 +92,7 @@ class FramePainter:
         """The frame at a communication point; its particles must be asked for before the run goes on."""
         scalars = self._figures(point.time) | dict(self._probes()) | self._scoring(point.time)
         scalars |= self._exchange()
+        scalars |= self._fmu_outputs()
         return Frame(
             index=point.index,
             time=point.time,
@@ -96,6 +100,17 @@ class FramePainter:
             scalars=scalars,
             read_phases=self._phases,
         )
+
+    def _fmu_outputs(self) -> dict[str, float]:
+        """What each FMU gives, as ``fmus/winch/paid_out``; of an array, each element."""
+        outputs: dict[str, float] = {}
+        for fmu in self._fmus:
+            for name, variable in fmu.variables.items():
+                if variable.causality is Causality.OUTPUT:
+                    values = fmu.get(name).ravel()
+                    place = f"{fmu.name.replace('.', '/', 1)}/{name}"
+                    outputs |= {f"{place}/{i}" if len(values) > 1 else place: float(v) for i, v in enumerate(values)}
+        return outputs
 
     def _phases(self) -> Mapping[str, PhaseFrame]:
         fluid = self._fluid

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from coupling.participant import Causality, Status, StepResult, Variable, checked_value, variable_table
-from scenarios.fmus import SIGNALS
 from scenarios.signals import RunParts, Signal
 
 Array = NDArray[np.float64]
@@ -27,10 +26,13 @@ def signal_variables(signals: Mapping[str, Signal]) -> dict[str, Variable]:
 class SignalBoard:
     """Reads outputs from the parts of a run as they are and puts inputs into effect at once; keeps the contract of a participant.
 
+    A run has two: `ORDERS` takes what FMUs drive, before the parts step; `READINGS` gives what feeds them, after.
+
     An input that is never set leaves the run to the scenario; one that has been set rules from then on.
     """
 
-    def __init__(self, signals: Mapping[str, Signal], parts: RunParts) -> None:
+    def __init__(self, name: str, signals: Mapping[str, Signal], parts: RunParts) -> None:
+        self._name = name
         self._signals = dict(signals)
         self._parts = parts
         self._variables = signal_variables(signals)
@@ -40,7 +42,7 @@ class SignalBoard:
     @property
     def name(self) -> str:
         """See `Participant`."""
-        return SIGNALS
+        return self._name
 
     @property
     def variables(self) -> Mapping[str, Variable]:
@@ -64,7 +66,7 @@ class SignalBoard:
 
     def set(self, name: str, value: Array) -> None:
         """Set an input; ValueError for a number that is not finite."""
-        number = float(checked_value(SIGNALS, self._variables, name, value)[0])
+        number = float(checked_value(self._name, self._variables, name, value)[0])
         if not math.isfinite(number):
             raise ValueError(f"signal {name!r} is {number}, allowed: a finite number of {self._signals[name].unit}")
         self._values[name] = number

@@ -108,7 +108,8 @@ def _tow(exercise: Exercise) -> Iterator[Signal]:
     tow = exercise.tow
     if tow is None or not followers:
         return
-    for what, unit, start in (("speed", "m/s", tow.speed), ("heading", "rad", tow.heading)):
+    at_first = tow.speed if tow.start == 0.0 else 0.0  # they wait in their places
+    for what, unit, start in (("speed", "m/s", at_first), ("heading", "rad", tow.heading)):
         order = partial(_order, [(name, f"{what}_order") for name in followers], f"tow.{what}")
         yield Signal(name=f"tow.{what}", unit=unit, write=order, start=start)
 

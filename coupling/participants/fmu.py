@@ -2,17 +2,15 @@
 
 Its inputs, outputs and parameters keep their names. A number is an array of shape (1,), so that it connects to a joint's
 tension; the elements of an FMI 2 array, named `wrench[1]` to `wrench[6]`, are one variable `wrench` of shape (6,); an FMI 3
-array has its own shape. Units are those of the model description with the dot of a product written as a space ("N m"), "1"
-where it names none; elements of mixed units name each once ("N, N m"). Integers and booleans travel as numbers.
+array has its own shape. Units are those of the model description, see `fmu_variables`. Integers and booleans travel as numbers.
 """
 
 from __future__ import annotations
 
-import math
-import re
 import shutil
 import tempfile
 from collections.abc import Mapping
+from contextlib import chdir
 from pathlib import Path
 
 import fmpy
@@ -23,33 +21,36 @@ from fmpy.fmi2 import FMU2Slave, fmi2LastSuccessfulTime
 from fmpy.fmi3 import FMU3Slave
 from fmpy.model_description import ModelDescription, ModelVariable, read_model_description
 
-from coupling.participant import Causality, Status, StepResult, Variable, checked_value, variable_table
+from coupling.participant import Causality, Status, StepResult, Variable, checked_value
 from coupling.participants.fmu_messages import FmuMessages
+from coupling.participants.fmu_variables import grouped, variables_of
 
 Array = npt.NDArray[np.float64]
 
 DISCARD_STATUS = 2  # fmi2Discard, fmi3Discard
-ELEMENT = re.compile(r"^(?P<name>.+)\[(?P<index>\d+)\]$")
-NUMBERS = {"Real", "Integer", "Enumeration", "Boolean", "Float64", "Float32"} | {
-    f"{sign}Int{bits}" for sign in ("", "U") for bits in (8, 16, 32, 64)
-}
 ACCESS = {"Enumeration": "Integer"}  # kinds read and written as another kind in FMI 2
 
 
 class FmuParticipant:
     """Runs one FMU; it is unpacked when the run begins and thrown away when it ends."""
 
-    def __init__(self, name: str, path: str | Path, start_values: Mapping[str, float | bool] | None = None) -> None:
-        """`start_values` sets parameters and initial inputs by name.
+    def __init__(
+        self,
+        name: str,
+        path: str | Path,
+        start_values: Mapping[str, float | bool] | None = None,
+        units: Mapping[str, str] | None = None,
+    ) -> None:
+        """`start_values` sets parameters and initial inputs by name, `units` says what the FMU itself does not of its units.
 
         FileNotFoundError for a missing file; ValueError, with every problem at once, for one that is no FMU, has no
-        co-simulation or no binary for this platform, or for start values that it does not know.
+        co-simulation or no binary for this platform, for start values that it does not know, or units that are stated.
         """
         self._name = name
         self._path = Path(path)
         self._description = _read(self._path)
-        self._members = _group(self._description)
-        self._variables = variable_table(_declare(key, members) for key, members in self._members.items())
+        self._members = grouped(self._description)
+        self._variables = variables_of(self._description, self._members, units or {})
         self._start_values = {
             key: checked_value(
                 name, self._variables, key, np.resize(np.asarray(value, dtype=np.float64), self._variables[key].shape)
@@ -103,12 +104,13 @@ class FmuParticipant:
         self._folder = tempfile.mkdtemp(prefix="oilsim-fmu-")
         fmpy.extract(str(self._path), self._folder)
         kind = FMU2Slave if description.fmiVersion.startswith("2") else FMU3Slave
-        fmu = kind(
-            guid=description.guid,
-            unzipDirectory=self._folder,
-            modelIdentifier=description.coSimulation.modelIdentifier,
-            instanceName=self._name,
-        )
+        with chdir(Path.cwd()):  # FMPy goes to the binary's folder, and stays there if it cannot load it
+            fmu = kind(
+                guid=description.guid,
+                unzipDirectory=self._folder,
+                modelIdentifier=description.coSimulation.modelIdentifier,
+                instanceName=self._name,
+            )
         if isinstance(fmu, FMU3Slave):
             fmu.instantiate(earlyReturnAllowed=True, loggingOn=True, logMessage=self._messages.listener)
         else:
@@ -261,40 +263,3 @@ def _read(path: Path) -> ModelDescription:
 def _kind(variable: ModelVariable) -> str:
     """What comes after `get` and `set` in the interface's calls."""
     return str(ACCESS.get(variable.type, variable.type))
-
-
-def _group(description: ModelDescription) -> dict[str, list[ModelVariable]]:
-    """Numeric inputs, outputs and parameters by name, elements of one FMI 2 array together and in order."""
-    offered = [
-        variable
-        for variable in description.modelVariables
-        if variable.causality in ("input", "output", "parameter") and variable.type in NUMBERS
-    ]
-
-    def place(variable: ModelVariable) -> tuple[str, int]:
-        match = ELEMENT.match(variable.name)
-        return (match["name"], int(match["index"])) if match else (variable.name, 0)
-
-    groups: dict[str, list[ModelVariable]] = {}
-    for variable in offered:
-        groups.setdefault(place(variable)[0], []).append(variable)
-    result: dict[str, list[ModelVariable]] = {}
-    for name, members in groups.items():
-        members.sort(key=lambda member: place(member)[1])
-        alike = len({(member.type, member.causality) for member in members}) == 1
-        indices = [place(member)[1] for member in members]
-        if alike and indices == list(range(indices[0], indices[0] + len(members))):
-            result[name] = members
-        else:
-            result |= {member.name: [member] for member in members}
-    return result
-
-
-def _declare(name: str, members: list[ModelVariable]) -> Variable:
-    """The variable that stands for these members."""
-    units = list(dict.fromkeys((member.unit or "1").replace(".", " ") for member in members))
-    dimensions = [int(dimension.start) for dimension in members[0].dimensions or [] if dimension.start is not None]
-    shape = tuple(dimensions) if dimensions else (len(members),)
-    if math.prod(shape) == 0:
-        shape = (1,)
-    return Variable(name, ", ".join(units), shape, Causality(members[0].causality))

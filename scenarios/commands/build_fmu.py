@@ -45,7 +45,7 @@ def _build(options: argparse.Namespace) -> int:
     from coupling.scalar_model import MODEL_FILE, model_in
 
     source = _source(options.model)
-    output = options.output or Path(f"{source.stem}.fmu")
+    output = options.output or Path(f"{Path(options.model).stem}.fmu")
     require_folder(output, "--output")
     try:
         model = model_in(source)
@@ -59,7 +59,7 @@ def _build(options: argparse.Namespace) -> int:
             files={MODEL_FILE: source},
         )
         export_fmu(content, output, options.fmi)
-    except (FmuExportError, ValueError, SyntaxError, ImportError) as error:
+    except (FmuExportError, ValueError) as error:
         raise ScenarioError([Problem(str(options.model), f"cannot be built: {error}")], "oilsim") from error
     print(f"{output}: {model.name}, FMI {options.fmi}")
     return DONE

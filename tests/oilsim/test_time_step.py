@@ -32,7 +32,7 @@ def test_eq_30_and_31():
         (1.0, 0.0, 0.0, 1e-2),  # the largest step, 0.1 d
         (20.0, 0.0, 0.0, 0.175 / 20.0),  # moves as one: no further than from the edge of the support to a spacing
         (20.0, 16.0, 0.0, 0.4 * 0.1 / 16.0),  # deforms: cfl spacings a step, relative to each other
-        (20.0, 2.0, 20.0, 0.1 / 20.0),  # one drop meets a wall: a spacing a step
+        (20.0, 2.0, 20.0, 0.05 / 20.0),  # one drop meets a wall: half a spacing a step
         (20.0, 40.0, 0.0, 0.4 * 0.1 / 20.0),  # never shorter than Eq. 30
         (1e9, 0.0, 0.0, 1e-4),  # the shortest
     ],
