@@ -78,11 +78,9 @@ class ExchangeLedger:
     def figures(self) -> dict[str, float]:
         """For the record: the last step's and the run's."""
         return {
-            "exchange/impulse": float(np.linalg.norm(self.impulse)),
-            "exchange/work": self.work,
-            "exchange/energy_made": self.made,
-            "exchange/momentum_residual": self.momentum_residual,
-            "exchange/energy_residual": self.energy_residual,
+            "energy_made": self.made,
+            "momentum_residual": self.momentum_residual,
+            "energy_residual": self.energy_residual,
         }
 
     def open(self, steppers: Steppers) -> None:

@@ -14,7 +14,7 @@ from recordings.frame import Event, Frame, PhaseFrame, RunDescription
 from recordings.replay import Replay
 from recordings.sample import rounded
 
-OF_THE_MACHINE = ("real_time_factor", "wall_seconds/*")  # series that say how fast a run went, not where
+OF_THE_MACHINE = ("real_time_factor", "coupling/wall_seconds/*")  # series that say how fast a run went, not where
 
 
 class ReplayCheck:

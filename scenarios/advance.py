@@ -56,8 +56,10 @@ class Course:
                 if not simulation.is_running:
                     return None  # a participant has ended it
                 self._save_if_due()
-            if requests.stop is not None and self._checkpoints is not None:
+            if requests.stop is not None:
                 self._save_and_say()
+            elif self._checkpoints is not None:
+                self._save(self._checkpoints)  # so that a run can be made longer
             self.state_hash = run_state_hash(simulation, self._assembly)
             simulation.terminate("completed" if requests.stop is None else f"stopped by signal {requests.stop}")
         except (CoSimulationError, RecordingError) as error:
@@ -80,6 +82,7 @@ class Course:
         else:
             give_orders(self._assembly, self._plan.scenario_at(restart.index - 1))
             self._assembly.scoring.restore_state(restart.state["scores"])
+            self._assembly.coupling_figures.restore_state(restart.state["exchange"])
             self.simulation.initialize(restart.state["simulation"])
             for name, keeper in self._keepers.items():
                 if name in restart.state:
@@ -111,7 +114,7 @@ class Course:
     def _save_and_say(self) -> None:
         """A checkpoint that somebody waits for."""
         if self._checkpoints is None:
-            self.simulation.emit("no checkpoint: --checkpoints names no folder", level="warning", source="oilsim")
+            self.simulation.emit("no checkpoint is kept: --checkpoints names no folder", source="oilsim")
         else:
             self.simulation.emit(f"checkpoint {self._save(self._checkpoints)}", source="oilsim")
 

@@ -26,6 +26,7 @@ from coupling.surface_sampling import SurfaceSampling, particles_of, sample_surf
 from oilsim.solver import AdvanceReport, Fluid
 from recordings.frame import RunDescription
 from scenarios.build_fluid import build_fluid, fill_positions, water_level
+from scenarios.coupling_figures import CouplingFigures
 from scenarios.drives import set_wind
 from scenarios.exchange import exchange_of
 from scenarios.exercise import body_of
@@ -52,7 +53,7 @@ class Assembly:
 
     fluid, world: the simulators themselves, for whoever wants more than the participants' variables; coupled: names of the
     bodies that exchange motion and wrench with the fluid; fleet: vessels and booms; scoring: their accounts; parts: what
-    signals reach into; exchange, ledger: how bodies meet the fluid, and the accounts of it.
+    signals reach into; exchange, ledger: how bodies meet the fluid, and the accounts of it; coupling_figures: both on record.
     """
 
     scenario: Scenario
@@ -63,6 +64,7 @@ class Assembly:
     fleet: Fleet
     scoring: Scoring
     parts: RunParts
+    coupling_figures: CouplingFigures
     participants: tuple[Participant, ...]
     connections: tuple[Connection, ...]
     description: RunDescription
@@ -91,7 +93,7 @@ class Assembly:
 
     def co_simulation(self, observers: Sequence[Observer] = ()) -> CoSimulation:
         """The coupled run, watched by `observers`."""
-        return CoSimulation(
+        simulation = CoSimulation(
             self.participants,
             self.connections,
             self.scenario.run.communication_step,
@@ -101,6 +103,8 @@ class Assembly:
             frame_source=self.frame_source,
             run_description=self.description,
         )
+        self.coupling_figures.follow(lambda: simulation.wall_seconds)
+        return simulation
 
 
 def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) -> Assembly:
@@ -126,6 +130,7 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
         set_wind(fluid, controls, wind.speed, wind.direction)
     bodies = (RigidBodyParticipant(BODIES, world, coupled),) if world is not None else ()
     exchange, ledger = exchange_of(fluid_participant, BODIES, world, coupled, fluid.config.particle_spacing)
+    coupling_figures = CouplingFigures(fluid, fluid_participant, world, coupled, ledger)
     parts = RunParts(
         fluid=fluid,
         world=world,
@@ -157,10 +162,11 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
             solids,
             _wrench_reading(fluid_participant, coupled),
             scoring,
+            coupling_figures,
             lambda: fluid_participant.report,
-            lambda: ledger.figures if coupled else {},
             fmus,
         ),
+        coupling_figures=coupling_figures,
         exchange=exchange,
         ledger=ledger,
     )

@@ -1,4 +1,4 @@
-"""The `oilsim` command: list, check and run scenarios; replay, verify and repair recordings.
+"""The `oilsim` command: list, check and run scenarios; replay, compare, verify and repair recordings.
 
 Exit codes: 0 done, 2 bad input (what, where, what is allowed), 1 failed run (the recording so far is kept) or difference found.
 """
@@ -11,11 +11,11 @@ import sys
 from collections.abc import Sequence
 
 from recordings.errors import RecordingError
-from scenarios.commands import build_fmu, check, export_fmu, list, repair, replay, run, signals, verify
-from scenarios.exit_codes import BAD_INPUT
+from scenarios.commands import build_fmu, check, compare, export_fmu, list, repair, replay, run, signals, verify
+from scenarios.exit_codes import BAD_INPUT, INTERRUPTED
 from scenarios.problems import ScenarioError
 
-COMMANDS = (list, check, run, replay, verify, repair, signals, build_fmu, export_fmu)
+COMMANDS = (list, check, run, replay, compare, verify, repair, signals, build_fmu, export_fmu)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -32,6 +32,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except RecordingError as error:
         print(f"oilsim: {error}", file=sys.stderr)
         return BAD_INPUT
+    except KeyboardInterrupt:
+        return INTERRUPTED
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -20,6 +20,7 @@ from recordings.frame import (
     PhaseFrame,
     RunDescription,
 )
+from scenarios.coupling_figures import CouplingFigures
 from scenarios.instruments import RunFigures, probe_readings
 from scenarios.scenario import Scenario
 from scenarios.scoring import Scoring
@@ -70,12 +71,12 @@ class FramePainter:
         solids: Sequence[Solid],
         wrench: Wrench,
         scoring: Scoring,
+        coupling_figures: CouplingFigures,
         report: Callable[[], AdvanceReport | None],
-        exchange: Callable[[], Mapping[str, float]],
         fmus: Sequence[Participant] = (),
     ) -> None:
-        """`wrench` gives the fluid's wrench (6,) on a body, `report` the fluid's report on its last step, `exchange` the figures
-        of what passed between fluid and bodies; the outputs of `fmus` are shown too.
+        """`wrench` gives the fluid's wrench (6,) on a body, `report` the fluid's report on its last step; the outputs of `fmus` are
+        shown too.
         """
         self._fmus = fmus
         self._scenario = scenario
@@ -84,14 +85,14 @@ class FramePainter:
         self._solids = solids
         self._wrench = wrench
         self._scoring = scoring
+        self._coupling_figures = coupling_figures
         self._figures = RunFigures(fluid, report)
-        self._exchange = exchange
         self._probes = probe_readings(scenario.probes, fluid, self._pose_and_wrench)
 
     def __call__(self, point: CommunicationPoint) -> Frame:
         """The frame at a communication point; its particles must be asked for before the run goes on."""
         scalars = self._figures(point.time) | dict(self._probes()) | self._scoring(point.time)
-        scalars |= self._exchange()
+        scalars |= self._coupling_figures(point.time)
         scalars |= self._fmu_outputs()
         return Frame(
             index=point.index,

@@ -29,8 +29,12 @@ def checkpoint_folder(recording: Path) -> Path:
 
 
 def run_state(simulation: CoSimulation, assembly: Assembly) -> dict[str, Any]:
-    """Everything that influences the next step, and the scores."""
-    return {"simulation": simulation.save_state(), "scores": assembly.scoring.save_state()}
+    """Everything that influences the next step, and the accounts that are kept."""
+    return {
+        "simulation": simulation.save_state(),
+        "scores": assembly.scoring.save_state(),
+        "exchange": assembly.coupling_figures.save_state(),
+    }
 
 
 def run_state_hash(simulation: CoSimulation, assembly: Assembly) -> str:

@@ -51,7 +51,7 @@ class RecordingSettings(Section):
     """What goes into the recording: `frame_rate` frames a simulated second [1/s].
 
     checkpoint_interval  [s] simulated, after which the whole state is saved beside the recording, so that the run can go on from
-                         there; 0: only when asked for by SIGUSR1, and at an orderly stop
+                         there; 0: only when asked for by SIGUSR1, and at the end
     """
 
     frame_rate: float = quantity("1/s", default=30.0, above=0.0)

@@ -121,6 +121,10 @@ class FluidParticipant:
             self._outputs[f"{body}.foreseen_twist"] = self._fluid.boundary_twist(handle)
         return StepResult(Status.OK, time + step_size)
 
+    def expected_twist(self, body: str) -> Array:
+        """Twist (6,) [m/s, rad/s] that the fluid expects a body to have now, after the wrench it was given."""
+        return self._outputs[f"{body}.foreseen_twist"].copy()
+
     def added_mass(self, body: str) -> Array:
         """(6, 6) [kg, kg m, kg m2] of the liquid that a body sets moving, as it lies about it now, world frame."""
         fluid, config, pose = self._fluid, self._fluid.config, self._inputs[f"{body}.pose"]

@@ -108,7 +108,7 @@ def test_checkpoints_do_not_change_the_run(tmp_path: Path) -> None:
     often, never = (scenario_of(PILE, steps=12, interval=interval) for interval in (3, 0))
     assert run(often, tmp_path / "often")["state_hash"] == run(never, tmp_path / "never")["state_hash"]
     assert len(list((tmp_path / "often" / "whole.checkpoints").iterdir())) == 5
-    assert list((tmp_path / "never" / "whole.checkpoints").iterdir()) == []
+    assert [file.name for file in (tmp_path / "never" / "whole.checkpoints").iterdir()] == ["step-000000012.npz"]
 
 
 def test_orders_on_the_way_are_the_same_whether_given_before_or_after_a_restart(tmp_path: Path) -> None:
@@ -126,7 +126,7 @@ def test_orders_on_the_way_are_the_same_whether_given_before_or_after_a_restart(
     assert events == [f"ordered: {' '.join(orders)}"]
     plan = plan_from(json.loads(str(Replay(tmp_path / "second.rrd").run.properties["plan"])))
     assert plan == Plan(scenario=scenario).changed(orders, 7)
-    third = find_restart(tmp_path / "second.rrd")
+    third = find_restart(tmp_path / "second.rrd", 10 * STEP)
     assert third.index == 10
     summary = tmp_path / "third.json"
     assert resume(third, options=RunOptions(summary=summary)) == 0
@@ -187,3 +187,20 @@ def test_signal_writes_a_checkpoint_and_a_stop_leaves_one(tmp_path: Path) -> Non
     assert find_restart(record).source == files[-1]
     said = [event.text for event in Replay(record).events]
     assert said == [f"checkpoint {file}" for file in files]
+
+
+def test_branches_are_compared_in_a_table_and_in_one_recording(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A run is made longer from its end, under another wind; both are told apart, and what was ordered is said."""
+    windy = ("forcing.wind.speed=2.0", "probes.level.kind='wave-gauge'", "probes.level.point=[0.5, 0.5]")
+    run(scenario_of(CALM, *windy, steps=6, interval=0), tmp_path)
+    go_on(tmp_path, settings=("run.duration=0.2", "forcing.wind.speed=9"))
+    first, second, both = (str(tmp_path / f"{name}.rrd") for name in ("whole", "second", "both"))
+    assert main(["compare", first, second, "--to", both]) == 2
+    assert "has no time in common" in capsys.readouterr().err
+    assert main(["compare", second, second, "--to", both]) == 0
+    said = capsys.readouterr().out
+    assert "level at the end" in said
+    assert "ordered: forcing.wind.speed=9" in said
+    assert Path(both).is_file()

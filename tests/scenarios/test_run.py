@@ -15,6 +15,7 @@ import pytest
 from coupling.errors import CoSimulationError
 from coupling.participants.fluid import FluidParticipant
 from recordings.frame import Frame, RunDescription
+from recordings.repair import has_footer
 from recordings.replay import Replay
 from scenarios.bodies import BoxBody, Fixed
 from scenarios.build import Assembly, build
@@ -292,6 +293,7 @@ def test_signal_ends_a_run_in_order(number: signal.Signals, code: int, tmp_path:
     assert result["ended"] == f"stopped by signal {int(number)}"
     assert 0.0 < result["simulated_s"] < 1000.0
     assert Replay(record).end_reason == result["ended"]
+    assert has_footer(record)
 
 
 def test_failure_names_the_participant() -> None:
