@@ -263,15 +263,21 @@ def velocity_divergence(begin, end, fluid, gradient, own, velocity, seen, rate):
 
 
 @njit(**FAST)
-def add_density_feedback(begin, end, compression, near, time_step, return_time, rate):
-    """Let spray below SPRAY of the rest density contract at will, and the inside of the liquid return to its density in `return_time`.
+def add_density_feedback(begin, end, compression, near, field, time_step, return_time, rate):
+    """Add to `rate` [1/s] what a step's finite length and densities already wrong ask of the divergence; `field` as from `local_fields`.
 
-    Position corrections even density out between neighbours, but a whole body of water that has swollen or shrunk by a little feels
-    none: the pressure must bring it back.
+    A step x += dt v changes volumes by det(1 + dt G) = 1 + dt div v - dt^2 tr(G G) / 2 + ...: strain compresses and rotation swells, unless
+    the divergence makes up for it. Position corrections even density out between neighbours, but a whole body of water that has
+    swollen or shrunk by a little feels none: the pressure brings the inside of the liquid back in `return_time`. Spray below SPRAY of the
+    rest density contracts at will.
     """
+    half = np.float32(0.5) * time_step
     for i in range(begin, end):
         error = compression[i]
         rate[i] += min(ONE + error - SPRAY, ZERO) / time_step
+        squares = field[3, i] * field[3, i] + field[7, i] * field[7, i] + field[11, i] * field[11, i]
+        products = field[4, i] * field[6, i] + field[5, i] * field[9, i] + field[8, i] * field[10, i]
+        rate[i] += half * (squares + TWO * products)
         if not near[i]:
             rate[i] += max(min(error, LARGEST_RETURN), -LARGEST_RETURN) / return_time
 

@@ -16,15 +16,16 @@ class PressureOperator:
     """A = H^T (rho_ref / rho_0) H with the answers of moving bodies (see `divergence` and `rigid_response`)."""
 
     def __init__(self, work: Workspace, state: FluidState) -> None:
-        self._work, self._count = work, state.count
+        self._work, self._state, self._count = work, state, state.count
         self._response = work.pressure_response(state.position)
         self._change = np.empty_like(state.velocity)
         self._seen = np.empty_like(state.velocity)
         if self._response.present:
             self._response.add_compliance(work.diagonal)
 
-    def compression_rate(self, velocity: Real) -> Real:
-        """H^T v [1/s] of velocities (3, N) and the bodies' present motion."""
+    def compression_rate(self) -> Real:
+        """H^T v [1/s] of the velocities and the bodies' motion as they are."""
+        velocity = self._state.velocity
         rate = np.empty(self._count, np.float32)
         seen = self._see(velocity)
         if self._response.present and seen is self._seen:
@@ -46,10 +47,22 @@ class PressureOperator:
         if self._response.present:
             self._response.add_answer(result)
 
-    def apply(self, kappa: Real, velocity: Real) -> None:
-        """Take u off `velocity` and hand the bodies their impulses."""
+    def follow(self, length: float) -> None:
+        """Velocities follow kappa, which has moved by -length times the vector of the last product; bodies wait for `hand_over`."""
+        self._change *= np.float32(length)
+        self._state.velocity += self._change
+        if self._response.present:
+            self._response.collect(-length)
+
+    def hand_over(self) -> None:
+        """Hand the bodies the impulses of all that was followed."""
+        if self._response.present:
+            self._response.hand_over()
+
+    def apply(self, kappa: Real) -> None:
+        """Take u off the velocities and hand the bodies their impulses."""
         self._pressure_velocity(kappa)
-        velocity -= self._change
+        self._state.velocity -= self._change
         if self._response.present:
             self._response.accept(kappa)
 

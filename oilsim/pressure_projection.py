@@ -1,14 +1,14 @@
 """Bound-constrained conjugate gradients for the pressure: kappa >= 0, A kappa - b >= 0, complementary.
 
-MPRGP (modified proportioning with reduced gradient projections; Dostal & Schoeberl 2005) with diagonal scaling. `product`
-applies A to a vector; A is symmetric positive semi-definite. The scaled operator's largest eigenvalue was measured as 7.5 in three
+MPRGP (modified proportioning with reduced gradient projections; Dostal & Schoeberl 2005) with diagonal scaling. A is symmetric
+positive semi-definite. The scaled operator's largest eigenvalue was measured as 7.5 in three
 dimensions and 4.3 in two, so that a gradient step of EXPANSION <= 2 / 7.5 never overshoots. Liquid that fills a closed box has no
 surface at which it could part: its pressure has no bound there, and no level.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from typing import Protocol
 
 import numpy as np
 from numba import njit
@@ -19,10 +19,8 @@ from oilsim.smoothing_kernels import FAST
 
 Real = NDArray[np.float32]
 
-Product = Callable[[Real, Real], None]
-
 EXPANSION = np.float32(0.26)
-LEAST = 5  # products a solve, even if the tolerance is met before: what is left over piles up in water at rest
+LEAST = 4  # products a solve, even if the tolerance is met before: what is left over piles up in water at rest
 
 
 @njit(**FAST)
@@ -84,6 +82,16 @@ def dot(begin, end, left, right, sums):
         sums[i // BLOCK] += left[i] * right[i]
 
 
+class System(Protocol):
+    """What is solved: A, and whatever else follows kappa."""
+
+    def product(self, vector: Real, image: Real) -> None:
+        """Write A vector into image."""
+
+    def follow(self, length: float) -> None:
+        """kappa has moved by -length times the vector of the last product."""
+
+
 class BoundConstrainedSolver:
     """MPRGP on vectors of one size; keeps its work vectors over the steps.
 
@@ -94,13 +102,13 @@ class BoundConstrainedSolver:
 
     def __init__(self, team: Team) -> None:
         self._team = team
-        self._gradient, self._free, self._direction, self._image = np.empty((4, 0), np.float32)
+        self._free, self._direction, self._image = np.empty((3, 0), np.float32)
         self._sums = np.empty((0, 3))
 
     def solve(
         self,
-        product: Product,
-        source: Real,
+        system: System,
+        gradient: Real,
         diagonal: Real,
         kappa: Real,
         tolerance: float,
@@ -110,56 +118,73 @@ class BoundConstrainedSolver:
     ) -> tuple[int, float]:
         """Improve `kappa` in place until the mean residual is `tolerance` [1/s]; returns products used and that mean.
 
-        product(vector, result) writes A vector into result. source (N,) is b [1/s], diagonal (N,) that of A. The mean over the
-        `watched` particles, those that touch bodies, must meet the tolerance too: a small body would be lost in a large sea.
+        gradient (N,) is A kappa - b [1/s] of the kappa given, none of it negative unless `closed`, and moves with it; diagonal (N,)
+        is that of A. The mean over the `watched` particles, those that touch bodies, must meet the tolerance too: a small body would be
+        lost in a large sea.
         """
         count = kappa.size
         if count == 0:
             return 0, 0.0
-        if self._gradient.size != count:
-            self._gradient, self._free, self._direction, self._image = np.empty((4, count), np.float32)
+        if self._free.size != count:
+            self._free, self._direction, self._image = np.empty((3, count), np.float32)
             self._sums = np.empty((block_count(count), 3))
-        self._closed = closed
-        if not closed:
-            np.maximum(kappa, 0.0, out=kappa)
-        used = self._evaluate(product, source, kappa)
+        self._system, self._gradient, self._closed = system, gradient, closed
+        if closed:
+            _centre(gradient)
+        used = 0
         chopped, reduced, residual = self._split(kappa, diagonal)
         self._direction[:] = self._free
         while used < iterations:
-            near_bodies = _watched_residual(kappa, self._gradient, closed, watched)
+            near_bodies = _watched_residual(kappa, gradient, closed, watched)
             if (closed or used >= LEAST) and residual <= tolerance * count and near_bodies <= tolerance:
                 break
             proportional = chopped <= reduced
             if not proportional:
-                self._direction[:] = np.where((kappa > 0.0) | closed, 0.0, np.minimum(self._gradient, 0.0) / diagonal)
-            product(self._direction, self._image)
-            if self._closed:
-                _centre(self._image)
+                self._direction[:] = np.where((kappa > 0.0) | closed, 0.0, np.minimum(gradient, 0.0) / diagonal)
+            self._multiply()
             used += 1
             step, feasible, curvature = self._step_lengths(kappa)
             if not curvature > 0.0:
                 break
             if proportional and step > feasible:
-                used += self._expand(product, source, diagonal, kappa, feasible)
+                self._move(kappa, feasible)
+                self._expand(kappa, diagonal)
+                used += 1
                 chopped, reduced, residual = self._split(kappa, diagonal)
                 self._direction[:] = self._free
             else:
-                self._team.run(
-                    advance, count, kappa, self._gradient, self._direction, self._image, closed, np.float32(step)
-                )
+                self._move(kappa, step)
                 chopped, reduced, residual = self._split(kappa, diagonal)
                 self._conjugate(curvature if proportional else None)
-        if self._closed:
-            _centre(kappa)
+        if closed:
+            self._level(kappa)
         return used, residual / count
 
-    def _evaluate(self, product: Product, source: Real, kappa: Real) -> int:
-        """Gradient A kappa - b, afresh; one product."""
-        product(kappa, self._gradient)
-        self._gradient -= source
+    def _multiply(self) -> None:
+        """The image of the direction."""
+        self._system.product(self._direction, self._image)
         if self._closed:
-            _centre(self._gradient)
-        return 1
+            _centre(self._image)
+
+    def _move(self, kappa: Real, length: float) -> None:
+        """kappa -= length direction, and all that hangs on it."""
+        self._team.run(
+            advance, kappa.size, kappa, self._gradient, self._direction, self._image, self._closed, np.float32(length)
+        )
+        self._system.follow(length)
+
+    def _expand(self, kappa: Real, diagonal: Real) -> None:
+        """A projected gradient step from the bound."""
+        self._split(kappa, diagonal)
+        self._direction[:] = kappa - np.maximum(kappa - EXPANSION * self._free, 0.0)
+        self._multiply()
+        self._move(kappa, 1.0)
+
+    def _level(self, kappa: Real) -> None:
+        """Bring the mean of kappa, which nothing determines in a closed box, to 0."""
+        self._direction[:] = kappa.mean(dtype=np.float64)
+        self._multiply()
+        self._move(kappa, 1.0)
 
     def _split(self, kappa: Real, diagonal: Real) -> tuple[float, float, float]:
         """See `split_gradient`; sums over all particles."""
@@ -175,16 +200,6 @@ class BoundConstrainedSolver:
         self._team.run(step_lengths, kappa.size, *arguments)
         along, curvature = (float(value) for value in self._sums[:, :2].sum(axis=0))
         return along / curvature if curvature > 0.0 else 0.0, float(self._sums[:, 2].min()), curvature
-
-    def _expand(self, product: Product, source: Real, diagonal: Real, kappa: Real, feasible: float) -> int:
-        """Go to the bound, then a projected gradient step from there; returns the products used."""
-        length = np.float32(feasible)
-        self._team.run(advance, kappa.size, kappa, self._gradient, self._direction, self._image, self._closed, length)
-        self._split(kappa, diagonal)
-        kappa -= EXPANSION * self._free
-        if not self._closed:
-            np.maximum(kappa, 0.0, out=kappa)
-        return self._evaluate(product, source, kappa)
 
     def _conjugate(self, curvature: float | None) -> None:
         """The next direction: the free gradient, made conjugate to the last direction if `curvature` is given."""

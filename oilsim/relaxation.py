@@ -1,13 +1,14 @@
 """One gentle step towards constant density, even order and quiet velocities; positions never become velocity.
 
-    dx_i = sum_j V (L_i + L_j) grad W_ij + 2 L_i sum_b V_b grad W_ib,    L_i = -(omega e_i / a + beta_i d^2 / 2)
+    dx_i = sum_j V (L_i + L_j) grad W_ij + 2 L_i sum_b V_b grad W_ib - beta_i d^2 g_i,    L_i = -omega e_i / a
     v_i -= sum_j theta_ij V W_ij 2 rho_j / (rho_i + rho_j) [v_i - v_j + (G_i + G_j) x_ij / 2],    theta_ij = (theta_i + theta_j) / 2
 
 The density constraint of Qiu et al. 2021 (Eq. 15-22) mends a share omega of the error a pass, with the lattice's
 a = V^2 sum |grad W|^2 for the diagonal of Eq. 13; what is left is carried to the next step. Inside the liquid the error counts with
 both signs; within reach of a free surface only compression counts, and nothing is shifted. beta grows with the strain of the flow
-and keeps neighbours evenly spread (particle shifting; Lind et al. 2012). The filter takes off what linear flow cannot explain, so that
-shear and rotation pass (`resolved_strain`). Both conserve the momentum of every pair of liquid particles.
+and keeps neighbours evenly spread (particle shifting; Lind et al. 2012). It takes beta_i alone: shared between the two of a pair
+it would drive particles along grad beta, and compress calm water at the edge of a flow. The filter takes off what linear flow cannot
+explain, so that shear and rotation pass (`resolved_strain`). It conserves the momentum of every pair of liquid particles.
 """
 
 from __future__ import annotations
@@ -47,15 +48,23 @@ def mark_near_surface(begin, end, fluid, surface, near):
 
 
 @njit(**FAST)
-def relaxation_multiplier(begin, end, compression, near, field, rate, limit, shift, time_step, multiplier):
-    """Fill `multiplier` with L_i [m2]: rate omega / a [m2], limit the largest |L| [m2], shift d^2 / 2 [m2] or 0 for none."""
+def relaxation_multiplier(begin, end, compression, near, rate, limit, multiplier):
+    """Fill `multiplier` with L_i [m2]: rate omega / a [m2], limit the largest |L| [m2]."""
     for i in range(begin, end):
         error = rate * compression[i]
-        if near[i]:
-            multiplier[i] = -min(max(error, ZERO), limit)
-        else:
-            beta = min(SHIFT_BY_STRAIN * time_step * field[STRAIN, i], LARGEST_SHIFT)
-            multiplier[i] = -max(min(error, limit), -limit) - beta * shift
+        least = ZERO if near[i] else -limit
+        multiplier[i] = -max(min(error, limit), least)
+
+
+@njit(**FAST)
+def shift(begin, end, gradient_sum, near, field, time_step, square, position):
+    """Move `position` (3, N) by -beta_i d^2 g_i where no free surface is near; square d^2 [m2]."""
+    for i in range(begin, end):
+        if not near[i]:
+            beta = min(SHIFT_BY_STRAIN * time_step * field[STRAIN, i], LARGEST_SHIFT) * square
+            position[0, i] -= beta * gradient_sum[0, i]
+            position[1, i] -= beta * gradient_sum[1, i]
+            position[2, i] -= beta * gradient_sum[2, i]
 
 
 @njit(inline="always", **FAST)

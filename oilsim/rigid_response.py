@@ -133,7 +133,7 @@ def add_compliance(contacts, inverse_mass, scale, diagonal):
 
 
 class RigidResponse:
-    """The bodies' part of one pressure solve. Twists are the free ones until `accept` hands the impulses over."""
+    """The bodies' part of one pressure solve. Twists stay as they are until impulses are handed over."""
 
     def __init__(self, walls: Walls, contacts: Contacts, fluid: Pairs, gradient: Real, scale: float) -> None:
         """scale: V rho_ref [kg], what turns kappa / rho_ref times J into an impulse."""
@@ -142,6 +142,7 @@ class RigidResponse:
         count = len(walls.moving)
         self._inverse_mass = walls.inverse_mass()
         self._impulse, self._answer = np.zeros((2, count, 6))
+        self._collected = np.zeros((2, count, 6))
 
     @property
     def present(self) -> bool:
@@ -180,8 +181,20 @@ class RigidResponse:
 
     def accept(self, kappa: Real) -> None:
         """Hand the impulses of `kappa` to the bodies."""
-        self._gather(kappa)
-        self._walls.receive(self._impulse)
+        self.answer(kappa)
+        self.collect(1.0)
+        self.hand_over()
+
+    def collect(self, share: float) -> None:
+        """Keep `share` times the last answer for the bodies."""
+        self._collected += share * np.stack([self._impulse, self._answer])
+
+    def hand_over(self) -> None:
+        """Hand the bodies what was collected for them."""
+        for body, impulse, answer in zip(self._walls.moving.values(), *self._collected, strict=True):
+            body.impulse = body.impulse + impulse
+            body.twist = body.twist + answer
+        self._collected[:] = 0.0
 
     def _gather(self, kappa: Real) -> None:
         gather_impulses(self._contacts, self._fluid, self._gradient, kappa, self._scale, self._impulse)

@@ -66,33 +66,24 @@ def project_velocity(work: Workspace, state: FluidState, solver: BoundConstraine
     """Make velocities and bodies free of compression by one bounded pressure solve; returns its products."""
     config = work.config
     kappa = state.pressure_impulse
+    if not work.closed:
+        np.maximum(kappa, 0.0, out=kappa)
     if state.time_step > 0.0:
         kappa *= np.float32(time_step / state.time_step)
     state.time_step = time_step
     with work.stage("divergence"):
         operator = PressureOperator(work, state)
-        source = operator.compression_rate(state.velocity)
+        operator.apply(kappa)
+        excess = operator.compression_rate()
         work.team.run(
-            add_density_feedback,
-            state.count,
-            work.compression,
-            work.near,
-            np.float32(time_step),
-            np.float32(RETURN * time_unit(config)),
-            source,
-        )
-        tolerance = config.divergence_tolerance / time_step
+            add_density_feedback, state.count, work.compression, work.near, work.field, np.float32(time_step),
+            np.float32(RETURN * time_unit(config)), excess,
+        )  # fmt: skip
         used, _ = solver.solve(
-            operator.product,
-            source,
-            work.diagonal,
-            kappa,
-            tolerance,
-            config.divergence_iterations,
-            work.closed,
-            work.touching,
-        )
-        operator.apply(kappa, state.velocity)
+            operator, -excess, work.diagonal, kappa, config.divergence_tolerance / time_step, config.divergence_iterations,
+            work.closed, work.touching,
+        )  # fmt: skip
+        operator.hand_over()
     return used
 
 
@@ -124,7 +115,7 @@ def correct_velocity(work: Workspace, state: FluidState, time_step: float) -> in
     with work.stage("divergence"):
         operator = PressureOperator(work, state)
         for iteration in range(config.divergence_iterations + 1):
-            rate = operator.compression_rate(state.velocity)
+            rate = operator.compression_rate()
             run(
                 divergence_multiplier, count, rate, work.diagonal, work.fluid_pairs, np.float32(time_step),
                 state.pressure_impulse, correction, error,
@@ -132,5 +123,5 @@ def correct_velocity(work: Workspace, state: FluidState, time_step: float) -> in
             settled = total(error) <= config.divergence_tolerance * count and iteration > 0
             if settled or iteration == config.divergence_iterations:
                 return iteration
-            operator.apply(correction, state.velocity)
+            operator.apply(correction)
     raise AssertionError("the loop returns")

@@ -3,20 +3,22 @@
 Eq. 30 bounds every displacement, dt <= lambda d / v_max, though a block in free fall or a stream loses nothing in a longer step.
 What must be resolved is motion relative to the neighbourhood,
 
-    u_i^2 = sum_j w_ij |v_i - v_j|^2 / sum_j w_ij,   w = (1 - r / 2d)+,   for particles with enough neighbours,
+    u_i^2 = sum_j w_ij |v_i - v_j|^2 / sum_j w_ij,   w = (1 - r / H)+,   for particles with enough neighbours,
 
-and the approach to walls, -n_i . (v_i - v_b) with the normal n_i by the same weights. The split scheme takes
+and the approach to walls, a_i = -n_i . (v_i - v_b) with the normal n_i by the same weights. The split scheme takes
 
-    dt = max(lambda d / v_max,  min(lambda d / u_most,  d / v_max)),
+    dt = max(lambda d / v_max,  min(lambda d / u_most,  d / 2 a_max,  (H - d) / v_max)),
 
-u_most being what all but OUTLIERS of the particles keep below: torn off drops collide at speeds that the rest does not know.
+u_most being what all but OUTLIERS of the particles keep below, the larger of u and a of each: torn off drops collide at speeds that
+the rest does not know.
 
-No step goes further than d: what had no neighbour within 2 d before meets it at d or more, and a wall is not crossed unseen.
+No step goes further than H - d: what had no neighbour within its support H before meets it at d or more, and a wall is not crossed unseen.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -25,15 +27,14 @@ from numpy.typing import NDArray
 from oilsim.neighbors import nearest_images
 from oilsim.smoothing_kernels import FAST
 
-OUTLIERS = 1e-3  # share of the particles whose relative speed is not asked
-LARGEST_MOVE = 1.0  # spacings that anything may move in a step
-SPRAY = 8  # neighbours within 2 d below which a particle is a drop that flies for itself
+OUTLIERS = 5e-3  # share of the particles whose relative speed is not asked
+SPRAY = 8  # neighbours below which a particle is a drop that flies for itself
 TINY = np.float32(1e-20)
 
 
 @njit(inline="always", **FAST)
 def squared_deformation(i, position, velocity, period, fluid, inverse_range):
-    """u_i^2 [m2/s2]; 0 for spray. inverse_range 1 / 2d [1/m]."""
+    """u_i^2 [m2/s2]; 0 for spray. inverse_range 1 / H [1/m]."""
     xi, yi, zi = position[0, i], position[1, i], position[2, i]
     ui, vi, wi = velocity[0, i], velocity[1, i], velocity[2, i]
     weights, squares, present = np.float32(0.0), np.float32(0.0), 0
@@ -77,34 +78,58 @@ def squared_approach(i, position, velocity, wall, resting, owner, arm, twist, pe
 
 @njit(**FAST)
 def relative_speeds(
-    begin, end, position, velocity, wall, resting, owner, arm, twist, period, fluid, walls, slow, spacing, square
+    begin,
+    end,
+    position,
+    velocity,
+    wall,
+    resting,
+    owner,
+    arm,
+    twist,
+    period,
+    fluid,
+    walls,
+    slow,
+    support,
+    deformation,
+    approach,
 ):
-    """Fill `square` (N,) with u_i^2 or the squared approach to a wall [m2/s2], whichever is larger.
+    """Fill `deformation` and `approach` (N,) with u_i^2 and a_i^2 [m2/s2].
 
     position, velocity (3, N) [m, m/s]; wall (3, M) [m], of which those from `resting` on move with `twist` (bodies, 6) of their
     `owner` at `arm` (3, M - resting) [m]. Particles no faster than `slow` [m/s] are passed over where no body moves.
     """
-    inverse_range = np.float32(0.5) / spacing
+    inverse_range = np.float32(1.0) / support
     for i in range(begin, end):
-        greatest = np.float32(0.0)
         ui, vi, wi = velocity[0, i], velocity[1, i], velocity[2, i]
+        deformation[i] = approach[i] = np.float32(0.0)
         fast = ui * ui + vi * vi + wi * wi > slow * slow
         if fast:
-            greatest = max(greatest, squared_deformation(i, position, velocity, period, fluid, inverse_range))
+            deformation[i] = squared_deformation(i, position, velocity, period, fluid, inverse_range)
         if fast or twist.shape[0] > 0:
-            approach = squared_approach(
+            approach[i] = squared_approach(
                 i, position, velocity, wall, resting, owner, arm, twist, period, walls, inverse_range
             )
-            greatest = max(greatest, approach)
-        square[i] = greatest
 
 
-def most(square: NDArray[np.float32]) -> float:
-    """u_most [m/s] from u_i^2 (N,)."""
+class RelativeSpeeds(NamedTuple):
+    """u_most and a_max [m/s] of the module's docstring."""
+
+    most: float
+    approach: float
+
+
+UNLIMITED = RelativeSpeeds(0.0, 0.0)
+
+
+def summarised(deformation: NDArray[np.float32], approach: NDArray[np.float32]) -> RelativeSpeeds:
+    """The speeds that limit the step, from u_i^2 and a_i^2 (N,)."""
+    square = np.maximum(deformation, approach)
     if square.size == 0:
-        return 0.0
+        return UNLIMITED
     rank = square.size - 1 - math.floor(OUTLIERS * square.size)
-    return math.sqrt(float(np.partition(square, rank)[rank]))
+    return RelativeSpeeds(math.sqrt(float(np.partition(square, rank)[rank])), math.sqrt(float(approach.max())))
 
 
 def cfl_time_step(spacing: float, largest_speed: float, cfl: float, minimum: float, maximum: float) -> float:
@@ -114,13 +139,18 @@ def cfl_time_step(spacing: float, largest_speed: float, cfl: float, minimum: flo
 
 
 def relative_time_step(
-    spacing: float, largest_speed: float, relative_speed: float, cfl: float, minimum: float, maximum: float
+    spacing: float,
+    support: float,
+    largest_speed: float,
+    speeds: RelativeSpeeds,
+    cfl: float,
+    minimum: float,
+    maximum: float,
 ) -> float:
-    """The step [s] of the module's docstring; relative_speed u_most [m/s], the rest as for `cfl_time_step`."""
-    longest = math.inf if largest_speed == 0.0 else LARGEST_MOVE * spacing / largest_speed
-    deforming = math.inf if relative_speed == 0.0 else cfl * spacing / relative_speed
-    shortest = cfl_time_step(spacing, largest_speed, cfl, minimum, maximum)
-    return max(shortest, min(longest, deforming, maximum))
+    """The step [s] of the module's docstring; support H [m], the rest as for `cfl_time_step`."""
+    lengths = (cfl * spacing, 0.5 * spacing, support - spacing)
+    limits = [length / speed for length, speed in zip(lengths, (*speeds, largest_speed), strict=True) if speed > 0.0]
+    return max(cfl_time_step(spacing, largest_speed, cfl, minimum, maximum), min(*limits, maximum, math.inf))
 
 
 def equal_steps(remaining: float, time_step: float) -> float:

@@ -33,12 +33,13 @@ from oilsim.relaxation import (
     mark_surface,
     relax,
     relaxation_multiplier,
+    shift,
 )
 from oilsim.resolved_strain import ResolvedStrain
 from oilsim.rigid_response import RigidResponse, extend_contacts
 from oilsim.smoothing_kernels import lattice_diagonal, normalisation
 from oilsim.state import FluidState
-from oilsim.time_step import most, relative_speeds
+from oilsim.time_step import UNLIMITED, RelativeSpeeds, relative_speeds, summarised
 from oilsim.viscosity import (
     NEGLIGIBLE,
     ViscousSystem,
@@ -120,23 +121,25 @@ class Workspace:
             self.wall_gradient = _reserved(self.wall_gradient, self.wall_pairs)
             self.touching = walls.touching(self.wall_pairs, count)
 
-    def relative_speed(self, state: FluidState, fastest: float) -> float:
-        """What most speeds [m/s] relative to the neighbourhood keep below (see `time_step`), 0 where it could not shorten a step.
+    def relative_speeds(self, state: FluidState, fastest: float) -> RelativeSpeeds:
+        """What speeds relative to neighbours and walls keep below (see `time_step`), 0 where it could not shorten a step.
 
         `fastest` [m/s]: largest speed of all. Of a pair that matters one is faster than half their relative speed.
         """
         config, walls, spacing = self.config, self.walls, self.config.particle_spacing
         if fastest * config.maximum_time_step <= config.cfl * spacing:
-            return 0.0
-        slow = 0.5 * config.cfl * max(fastest, spacing / config.maximum_time_step)
+            return UNLIMITED
+        longest = min((config.support_radius - spacing) / fastest, config.maximum_time_step)
+        slow = 0.5 * config.cfl * spacing / longest
         twist = np.array([body.twist for body in walls.moving.values()], np.float32).reshape(-1, 6)
-        square = np.empty(state.count, np.float32)
+        deformation, approach = np.empty((2, state.count), np.float32)
         with self.stage("time step"):
             self.team.run(
                 relative_speeds, state.count, state.position, state.velocity, walls.position, walls.resting, walls.owner,
-                walls.arm, twist, self.period, self.fluid_pairs, self.wall_pairs, np.float32(slow), np.float32(spacing), square,
+                walls.arm, twist, self.period, self.fluid_pairs, self.wall_pairs, np.float32(slow), self.support,
+                deformation, approach,
             )  # fmt: skip
-        return most(square)
+            return summarised(deformation, approach)
 
     @property
     def _geometry(self) -> tuple[object, ...]:
@@ -217,7 +220,8 @@ class Workspace:
         if count == 0:
             return 0, 0.0
         spacing = np.float32(config.particle_spacing)
-        field, surface = np.empty((16, count), np.float32), np.empty(count, np.float32)
+        self.field = field = np.empty((16, count), np.float32)
+        surface = np.empty(count, np.float32)
         multiplier, push, change = np.empty(count, np.float32), np.empty_like(position), np.empty_like(position)
         rate = np.float32(OMEGA / lattice_diagonal(config.dimension)) * spacing**2
         limit = LARGEST_MULTIPLIER * spacing**2
@@ -234,17 +238,15 @@ class Workspace:
             self._resolved.judge(position, field, self.matrix, time_step)
             mean = self._mean_compression()
             for iteration in range(1, config.density_iterations + 1):
-                shift = np.float32(0.5) * spacing**2 if iteration == 1 else np.float32(0.0)
-                run(
-                    relaxation_multiplier, count, self.compression, self.near, field, rate, limit, shift,
-                    np.float32(time_step), multiplier,
-                )  # fmt: skip
+                run(relaxation_multiplier, count, self.compression, self.near, rate, limit, multiplier)
                 run(
                     relax, count, position, walls.position, walls.volume, field, multiplier, iteration == 1, *self._geometry,
                     push, change,
                 )  # fmt: skip
                 position += push
                 state.velocity += change
+                if iteration == 1:
+                    run(shift, count, self.gradient_sum, self.near, field, np.float32(time_step), spacing**2, position)
                 if mean <= config.density_tolerance or iteration == config.density_iterations:
                     return iteration, mean
                 run(

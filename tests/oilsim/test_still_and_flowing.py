@@ -118,9 +118,14 @@ def test_shear_wave_hardly_decays(disturbance):
     assert abs(by_amplitude) < 0.01
 
 
-@pytest.mark.parametrize("disturbance", [0.0, 0.1])
-@missing(
-    "numerical viscosity 0.08 U d from a lattice, 0.056 to 0.06 from disordered particles, whatever the divergence tolerance"
+@pytest.mark.parametrize(
+    "disturbance",
+    [
+        pytest.param(
+            0.0, marks=missing("numerical viscosity 0.066 U d while a lattice falls into disorder, 0.024 after")
+        ),
+        0.1,
+    ],
 )
 def test_taylor_green_vortices_keep_their_energy(disturbance):
     assert decaying("vortices", disturbance=disturbance)[0] < 0.05

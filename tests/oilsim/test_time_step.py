@@ -7,16 +7,16 @@ import pytest
 
 from oilsim.boundary import BoundaryParticles, tank_walls
 from oilsim.initial_conditions import block
-from oilsim.time_step import cfl_time_step, equal_steps, relative_time_step
+from oilsim.time_step import RelativeSpeeds, cfl_time_step, equal_steps, relative_time_step
 
 SPACING, LIMITS = 0.1, (0.4, 1e-4, 1e-2)
 STILL = (0.0, 0.0, 0.0)
 
 
 def relative_speed(fluid, fastest):
-    """Largest relative speed [m/s] at the fluid's present positions."""
+    """u_most [m/s] at the fluid's present positions."""
     fluid.work.search(fluid.state)
-    return fluid.work.relative_speed(fluid.state, fastest)
+    return fluid.work.relative_speeds(fluid.state, fastest).most
 
 
 def test_eq_30_and_31():
@@ -27,17 +27,19 @@ def test_eq_30_and_31():
 
 
 @pytest.mark.parametrize(
-    ("fastest", "relative", "expected"),
+    ("fastest", "relative", "approach", "expected"),
     [
-        (1.0, 0.0, 1e-2),  # the largest step, 0.1 d
-        (20.0, 0.0, 0.1 / 20.0),  # moves as one: a spacing a step
-        (20.0, 16.0, 0.4 * 0.1 / 16.0),  # deforms: cfl spacings a step, relative to each other
-        (20.0, 40.0, 0.4 * 0.1 / 20.0),  # never shorter than Eq. 30
-        (1e9, 0.0, 1e-4),  # the shortest
+        (1.0, 0.0, 0.0, 1e-2),  # the largest step, 0.1 d
+        (20.0, 0.0, 0.0, 0.175 / 20.0),  # moves as one: no further than from the edge of the support to a spacing
+        (20.0, 16.0, 0.0, 0.4 * 0.1 / 16.0),  # deforms: cfl spacings a step, relative to each other
+        (20.0, 2.0, 20.0, 0.05 / 20.0),  # one drop meets a wall: half a spacing a step
+        (20.0, 40.0, 0.0, 0.4 * 0.1 / 20.0),  # never shorter than Eq. 30
+        (1e9, 0.0, 0.0, 1e-4),  # the shortest
     ],
 )
-def test_relative_step(fastest, relative, expected):
-    assert relative_time_step(SPACING, fastest, relative, *LIMITS) == pytest.approx(expected)
+def test_relative_step(fastest, relative, approach, expected):
+    speeds = RelativeSpeeds(relative, approach)
+    assert relative_time_step(SPACING, 2.75 * SPACING, fastest, speeds, *LIMITS) == pytest.approx(expected)
 
 
 def test_block_in_free_fall_takes_the_longest_step(make_fluid):
@@ -45,7 +47,7 @@ def test_block_in_free_fall_takes_the_longest_step(make_fluid):
     fluid.add_particles(block((0.5, 0.5, 0.5), (1.5, 1.5, 1.5), 0.1), phase="water", velocity=(0.0, 0.0, -6.0))
     assert relative_speed(fluid, 6.0) < 1e-5
     fluid.advance(1e-4)
-    # a spacing a step would be 0.0167 s: the largest step is allowed, where Eq. 30 allows 0.0067 s
+    # 1.75 spacings a step would be 0.03 s: the largest step is allowed, where Eq. 30 allows 0.0067 s
     assert fluid.advance(0.01).sub_steps == 1
 
 
@@ -55,10 +57,10 @@ def test_shear_layer_is_limited_by_its_relative_speed(make_fluid):
     rate = 10.0
     speeds = np.outer(rate * (points[:, 2] - 1.0), (1.0, 0.0, 0.0))
     fluid.add_particles(points, phase="water", velocity=speeds)
-    # u^2 = rate^2 <z^2>, the mean over the lattice within 2 d by the weights 1 - r / 2d
-    steps = np.arange(-1, 2)
+    # u^2 = rate^2 <z^2>, the mean over the lattice within H by the weights 1 - r / H
+    steps = np.arange(-2, 3)
     offsets = np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3)
-    weights = 1.0 - np.linalg.norm(offsets, axis=1) / 2.0
+    weights = np.maximum(1.0 - np.linalg.norm(offsets, axis=1) / 2.75, 0.0)
     weights[np.linalg.norm(offsets, axis=1) == 0.0] = 0.0
     expected = rate * 0.1 * np.sqrt((weights * offsets[:, 2] ** 2).sum() / weights.sum())
     assert relative_speed(fluid, 9.0) == pytest.approx(expected, rel=0.1)  # at edges half of the neighbours are missing
