@@ -335,7 +335,8 @@ def test_force_that_somebody_else_left_pending_is_found(space: RigidBodyWorld) -
     add_box(space, "hull")
     space.set_wrench("hull", np.array([10.0, 0.0, 0.0, 0.0, 1.0, 0.0]))
     space.advance(0.05)
-    space._push(space._bodies["hull"], np.array([0.0, 0.0, 5.0, 0.0, 0.0, 0.0]))  # as of a step that was broken off
+    forgotten = np.array([0.0, 0.0, 5.0, 0.0, 0.0, 0.0])  # as of a step that was broken off
+    space._client.push(space._bodies["hull"].bullet, forgotten, space.pose("hull")[:3])
     with pytest.raises(RuntimeError, match=r"body 'hull' receives an impulse of \[.*\] N s and N m s that no wrench"):
         space.advance(0.05)
 
@@ -366,7 +367,7 @@ def test_world_without_free_bodies_takes_no_step_of_the_engine(
     world: RigidBodyWorld, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     steps = []
-    monkeypatch.setattr("coupling.rigid_body_world.pybullet.stepSimulation", lambda **options: steps.append(options))
+    monkeypatch.setattr("coupling.bullet_client.pybullet.stepSimulation", lambda **options: steps.append(options))
     mesh = box((0.1, 0.1, 0.1))
     world.add_body("rock", mesh, mass_properties(mesh, density=1.0), motion="fixed")
     led = UniformMotion(position=(0.0, 0.0, 0.0), linear_velocity=(1.0, 0.0, 0.0))
