@@ -7,17 +7,19 @@ any case; so no compiler is needed, and small models and whole exercises are bui
 
 from __future__ import annotations
 
-import importlib.util
+import os
 import shutil
+import subprocess
 import sys
 import tempfile
 import uuid
 from collections.abc import Mapping
-from contextlib import contextmanager
 from dataclasses import dataclass, field
+from importlib import metadata
 from pathlib import Path
 from typing import Literal
 
+import fmpy
 from fmpy.validation import validate_fmu
 
 Version = Literal[2, 3]
@@ -72,65 +74,62 @@ class FmuContent:
 
 
 def export_fmu(content: FmuContent, path: str | Path, version: Version) -> None:
-    """Write the FMU; FmuExportError if pythonfmu or its binary is missing or the result is not sound."""
-    target = Path(path)
-    builder = _builder(version)
+    """Write the FMU; FmuExportError if pythonfmu or its binary for this platform is missing, or the result is not sound."""
+    package = PACKAGES[version]
+    try:
+        metadata.version(package)
+    except metadata.PackageNotFoundError as cause:
+        text = f"{package} is not installed, needed for FMI {version}: pip install 'oilsim[fmu]'"
+        raise FmuExportError(text) from cause
     with tempfile.TemporaryDirectory(prefix="oilsim-fmu-") as folder:
-        built = _build(content, builder, version, Path(folder))
+        built = _build(content, version, Path(folder))
         problems = validate_fmu(str(built))
         if problems:
             raise FmuExportError(f"the FMU of {content.identifier} is not sound: {'; '.join(problems)}")
-        shutil.move(built, target)
+        if fmpy.platform not in fmpy.supported_platforms(str(built)):
+            raise FmuExportError(f"{package} has no binary for {fmpy.platform}, allowed: Linux and Windows on x86-64")
+        shutil.move(built, path)
 
 
-def _builder(version: Version):  # type: ignore[no-untyped-def]
-    """The FmuBuilder of the package for this version of FMI."""
-    package = PACKAGES[version]
-    if importlib.util.find_spec(package) is None:
-        raise FmuExportError(f"{package} is not installed, needed for FMI {version}: pip install 'oilsim[fmu]'")
-    builder = importlib.import_module(f"{package}.builder").FmuBuilder
-    if not builder.has_binary():
-        raise FmuExportError(f"{package} has no binary for {sys.platform}, allowed: Linux and Windows on x86-64")
-    return builder
+def _build(content: FmuContent, version: Version, folder: Path) -> Path:
+    """The FMU in `folder`, built in a process of its own: one that has run FMUs may hold their copies of pythonfmu."""
+    script, files = _script(content, version, folder), _files(content, folder / "files")
+    options = ["--handle-state", "--serialize-state", *([] if content.any_step else ["--no-variable-step"])]
+    target = folder / "built"
+    command = [sys.executable, "-m", PACKAGES[version], "build", "-f", str(script), "-d", str(target), *options]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(_own_module_path())}
+    done = subprocess.run([*command, *map(str, files)], capture_output=True, text=True, check=False, env=environment)
+    if done.returncode != 0:
+        said = (done.stderr.strip() or "nothing").splitlines()[-1]
+        raise FmuExportError(f"{PACKAGES[version]} cannot build the FMU of {content.identifier}: {said}")
+    return next(target.glob("*.fmu"))
 
 
-def _build(content: FmuContent, builder, version: Version, folder: Path) -> Path:  # type: ignore[no-untyped-def]
-    """The FMU in `folder`.
+def _own_module_path() -> list[str]:
+    """The module path without the folders that FMUs of this process have put on it."""
+    return [place for place in sys.path if Path(place).exists() and not (Path(place) / "slavemodule.txt").exists()]
 
-    A process keeps one module of a name, and the FMU's binary imports its script by name: so each build gets a name of its own.
-    """
-    module = f"oilsim_fmu_{uuid.uuid4().hex}"
-    script = folder / f"{module}.py"
-    script.write_text(
-        SCRIPT.format(
-            package=PACKAGES[version],
-            version=version,
-            identifier=content.identifier,
-            factory=content.factory,
-            experiment=(0.0, content.stop_time, content.step_size),
-            description=content.description,
-        ),
-        encoding="utf-8",
+
+def _script(content: FmuContent, version: Version, folder: Path) -> Path:
+    """The slave's script. A process keeps one module of a name, so each build gets a name of its own."""
+    script = folder / f"oilsim_fmu_{uuid.uuid4().hex}.py"
+    text = SCRIPT.format(
+        package=PACKAGES[version],
+        version=version,
+        identifier=content.identifier,
+        factory=content.factory,
+        experiment=(0.0, content.stop_time, content.step_size),
+        description=content.description,
     )
-    files = folder / "files"
-    files.mkdir()
+    script.write_text(text, encoding="utf-8")
+    return script
+
+
+def _files(content: FmuContent, folder: Path) -> list[Path]:
+    """What the participant's folder will hold, laid out in `folder`."""
+    folder.mkdir()
     for name, text in content.texts.items():
-        (files / name).write_text(text, encoding="utf-8")
+        (folder / name).write_text(text, encoding="utf-8")
     for name, source in content.files.items():
-        shutil.copyfile(source, files / name)
-    state = "canGetAndSetFMUstate" if version == 2 else "canGetAndSetFMUState"
-    serialized = "canSerializeFMUstate" if version == 2 else "canSerializeFMUState"
-    options = {state: True, serialized: True, "canHandleVariableCommunicationStepSize": content.any_step}
-    with _module_path_kept():
-        built: Path = builder.build_FMU(script, folder / "built", sorted(files.iterdir()), **options)
-    return built
-
-
-@contextmanager
-def _module_path_kept():  # type: ignore[no-untyped-def]
-    """pythonfmu leaves the script's folder on the module path."""
-    before = list(sys.path)
-    try:
-        yield
-    finally:
-        sys.path[:] = before
+        shutil.copyfile(source, folder / name)
+    return sorted(folder.iterdir())

@@ -22,8 +22,9 @@ class FmuSettings(Section):
     inputs   by name, what feeds each: a signal of the run, or fmus.NAME.OUTPUT of another FMU; others keep their start values
     outputs  by name, the signal of the run that each one drives; it rules over the scenario's own orders
 
-    Both ends of a connection must be numbers; units are compared, and converted where they differ and both are known. At each
-    communication point the FMUs step first, in the order of the file, then the helmsmen, the liquid and the bodies.
+    `oilsim signals FILE` lists the signals; docs/fmus tells more. Both ends of a connection must be numbers; units are compared,
+    and converted where they differ and both are known. At each communication point the
+    FMUs step first, in the order of the file, then the helmsmen, the liquid and the bodies.
     """
 
     file: str

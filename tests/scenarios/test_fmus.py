@@ -77,7 +77,7 @@ def test_winch_renders_until_the_line_pulls_as_ordered(folder: Path) -> None:
         run = assembly.co_simulation()
         run.initialize()
         peak = []
-        for _ in range(70):
+        for _ in range(50):
             run.step()
             peak.append(assembly.world.tension(LINE))
         # what the drum has paid out is what the line has grown by, in the same communication step
