@@ -148,13 +148,19 @@ class CoSimulation:
         self._notify_initialized(first_frame=saved is None)
 
     def save_state(self) -> dict[str, Any]:
-        """State and outputs of every participant, what the algorithm remembers, and the number of steps done; between steps."""
+        """State and outputs of every participant, what algorithm and ledger hold, and the number of steps; between steps."""
         self._require(_Phase.RUNNING, "save_state")
         states: dict[str, object] = {}
         for stepper in self._steppers.values():
             self._guarded(stepper, partial(_save_into, states, stepper))
         outputs = {name: dict(stepper.outputs) for name, stepper in self._steppers.items()}
-        return {"index": self._index, "participants": states, "outputs": outputs, "algorithm": self._algorithm.save()}
+        return {
+            "index": self._index,
+            "participants": states,
+            "outputs": outputs,
+            "algorithm": self._algorithm.save(),
+            "ledger": {} if self._ledger is None else self._ledger.save(),
+        }
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
         """Every participant as it was saved, and the clock with them; between steps only."""
@@ -166,6 +172,8 @@ class CoSimulation:
         for name, stepper in self._steppers.items():
             self._guarded(stepper, partial(stepper.restore, Snapshot(states[name], saved["outputs"][name])))
         self._algorithm.restore(saved["algorithm"])
+        if self._ledger is not None:
+            self._ledger.restore(saved["ledger"])
         self._index = int(saved["index"])
 
     def step(self) -> None:
@@ -247,7 +255,7 @@ class CoSimulation:
             self._exchange(begin, end)
             return
         snapshots = {name: stepper.save() for name, stepper in self._steppers.items()}
-        memory = self._algorithm.save()
+        memory, accounts = self._algorithm.save(), {} if self._ledger is None else self._ledger.save()
         try:
             self._exchange(begin, end)
         except Discarded as refusal:
@@ -257,6 +265,8 @@ class CoSimulation:
             for name, stepper in self._steppers.items():
                 stepper.restore(snapshots[name])
             self._algorithm.restore(memory)
+            if self._ledger is not None:
+                self._ledger.restore(accounts)
             middle = 0.5 * (begin + end)
             self._cover(begin, middle, halvings + 1)
             self._cover(middle, end, halvings + 1)

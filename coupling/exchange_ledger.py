@@ -14,7 +14,7 @@ particle spacing, the work of moving the force by a particle.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -102,6 +102,16 @@ class ExchangeLedger:
         self._turnover += np.abs(work)
         self._check_momentum(given[:, :3], taken[:, :3], end)
         self._check_energy(np.linalg.norm(wrench[:, :3], axis=1), end)
+
+    def save(self) -> dict[str, Array]:
+        """The run's accounts."""
+        sums = np.array([self._lost_sum, self._impulse_sum])
+        return {"made": self._made.copy(), "turnover": self._turnover.copy(), "sums": sums}
+
+    def restore(self, state: Mapping[str, Array]) -> None:
+        """Back to what `save` returned."""
+        self._made, self._turnover = state["made"].copy(), state["turnover"].copy()
+        self._lost_sum, self._impulse_sum = (float(value) for value in state["sums"])
 
     def _read(self, steppers: Steppers, side: str, what: str) -> Array:
         """An output (B, 6) of all bodies, on the side of their `fluid` or their `solver`."""

@@ -26,7 +26,7 @@ from coupling.body_exchange import BodyExchange, BodyInterface, Scheme
 from coupling.co_simulation import CoSimulation
 from coupling.connection import Connection
 from coupling.exchange_ledger import ENERGY_LIMIT, BodyBond, ExchangeLedger
-from coupling.fixed_point import Iteration, QuasiNewton
+from coupling.fixed_point import Aitken, Iteration
 from coupling.hydrostatics import hydrostatics
 from coupling.motion import STILL, UPRIGHT, PrescribedMotion, Quaternion, Vector
 from coupling.participant import Array, Causality, Participant, Status, StepResult, Variable
@@ -62,7 +62,7 @@ class Scene:
         threads: int | None = 1,
         communication_step: float = STEP,
         scheme: Scheme | None = None,
-        iteration: Callable[[float], Iteration] = QuasiNewton,
+        iteration: Callable[[float], Iteration] = Aitken,
     ) -> None:
         self.fluid = Fluid(config, threads)
         self.world = RigidBodyWorld(gravity=config.gravity)
@@ -230,7 +230,7 @@ def tank(
     particle_spacing: float,
     phase: Phase = WATER,
     scheme: Scheme | None = None,
-    iteration: Callable[[float], Iteration] = QuasiNewton,
+    iteration: Callable[[float], Iteration] = Aitken,
 ) -> TankScene:
     """A tank from the origin to `size` [m], open at the top, to be filled to `depth` [m] around the bodies added to it."""
     margin = 4.0 * particle_spacing
