@@ -107,6 +107,7 @@ CHAPTERS: tuple[tuple[str, tuple[type[Section], ...]], ...] = (
     ("fmus.NAME", (fmus.FmuSettings,)),
     ("recording", (scenario.RecordingSettings,)),
     ("camera", (scenario.CameraSettings,)),
+    ("site", (scenario.SiteSettings,)),
 )
 
 

@@ -44,17 +44,21 @@ class Kill:
         return max(0.0, self.said - self.kept)
 
 
+def started_run(clock: Path, *arguments: str) -> subprocess.Popen[str]:
+    """Start `oilsim run` with these arguments, let it note its times in ``clock``, and wait until it has made its first steps."""
+    command = [sys.executable, str(Path(__file__).with_name("clocked_run.py")), str(clock), *arguments]
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    while not clock.is_file() or clock.read_text().count("\n") < STARTED:
+        assert process.poll() is None, process.stderr.read() if process.stderr else ""
+        time.sleep(0.005)
+    return process
+
+
 def killed_run(folder: Path, seconds: float, scenario: str = "two-layer", settings: tuple[str, ...] = SETTINGS) -> Kill:
     """Start a run, kill it without warning some seconds after its first steps, and replay it."""
     record, clock = folder / "killed.rrd", folder / "clock"
     terms = [part for setting in settings for part in ("--set", setting)]
-    program = [sys.executable, str(Path(__file__).with_name("clocked_run.py")), str(clock)]
-    process = subprocess.Popen(
-        [*program, scenario, *terms, "--threads", "1", "--record", str(record)], stderr=subprocess.PIPE
-    )
-    while not clock.is_file() or clock.read_text().count("\n") < STARTED:
-        assert process.poll() is None, process.stderr.read().decode() if process.stderr else ""
-        time.sleep(0.005)
+    process = started_run(clock, scenario, *terms, "--threads", "1", "--record", str(record))
     time.sleep(seconds)
     process.kill()
     killed = time.monotonic()

@@ -6,6 +6,7 @@ import json
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -22,6 +23,7 @@ from scenarios.run import RunOptions, resume, run_scenario
 from scenarios.scenario import Scenario
 from scenarios.structuring import as_data
 from scenarios.verify import verify
+from tests.scenarios.kills import started_run
 
 STEP = 0.02
 CALM = ("two-layer", "fluid.particle_spacing=0.1", f"run.communication_step={STEP}")
@@ -172,16 +174,18 @@ def test_signal_writes_a_checkpoint_and_a_stop_leaves_one(tmp_path: Path) -> Non
     """SIGUSR1: one at the next communication point, and the run goes on. SIGTERM: one at its end, from which it goes on."""
     record = tmp_path / "run.rrd"
     settings = ["--set", "fluid.particle_spacing=0.1", "--set", "recording.checkpoint_interval=0"]
-    command = ["run", "still-column", *settings, "--until", "1000", "--threads", "1", "--record", str(record)]
-    process = subprocess.Popen([sys.executable, "-m", "scenarios.cli", *command], stderr=subprocess.PIPE, text=True)
+    terms = ["--until", "1000", "--threads", "1", "--record", str(record)]
+    process = started_run(tmp_path / "clock", "still-column", *settings, *terms)
     assert process.stderr is not None
-    for number, awaited in ((signal.SIGUSR1, "checkpoint"), (signal.SIGTERM, "stopped by signal 15")):
-        while "x real time" not in (line := process.stderr.readline()):
-            assert line, "the run ended before it said anything"
-        process.send_signal(number)
-        while awaited not in (line := process.stderr.readline()):
-            assert line, f"the run ended before it said {awaited!r}"
-    assert process.wait(timeout=60) == 143
+    process.send_signal(signal.SIGUSR1)
+    while "info: checkpoint" not in (line := process.stderr.readline()):
+        assert line, "the run ended before it wrote a checkpoint"
+    steps = (tmp_path / "clock").read_text().count("\n")
+    while (tmp_path / "clock").read_text().count("\n") < steps + 3:  # it goes on
+        time.sleep(0.005)
+    process.send_signal(signal.SIGTERM)
+    process.communicate(timeout=60)
+    assert process.returncode == 143
     files = sorted((tmp_path / "run.checkpoints").iterdir())
     assert len(files) == 2
     assert find_restart(record).source == files[-1]

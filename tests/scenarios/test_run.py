@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import math
 import signal
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -28,6 +26,7 @@ from scenarios.run import RunOptions, run_scenario
 from scenarios.scenario import RunSettings, Scenario
 from scenarios.solids import own_solids
 from scenarios.summary import SummaryObserver
+from tests.scenarios.kills import started_run
 
 SPACINGS = {
     "calm-spread": 0.2,
@@ -278,17 +277,12 @@ def test_body_too_small_for_the_particles_is_refused() -> None:
 def test_signal_ends_a_run_in_order(number: signal.Signals, code: int, tmp_path: Path) -> None:
     """The step under way is finished, recording and summary are written, and the exit code names the signal."""
     record, summary = tmp_path / "run.rrd", tmp_path / "run.json"
-    arguments = ["run", "still-column", "--set", "fluid.particle_spacing=0.1", "--until", "1000", "--threads", "1"]
-    process = subprocess.Popen(
-        [sys.executable, "-m", "scenarios.cli", *arguments, "--record", str(record), "--summary", str(summary)],
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    assert process.stderr is not None
-    while "simulated" not in (line := process.stderr.readline()):
-        assert line, "the run ended before it said anything"
+    settings = ["--set", "fluid.particle_spacing=0.1", "--until", "1000", "--threads", "1"]
+    files = ["--record", str(record), "--summary", str(summary)]
+    process = started_run(tmp_path / "clock", "still-column", *settings, *files)
     process.send_signal(number)
-    assert process.wait(timeout=60) == code
+    process.communicate(timeout=60)
+    assert process.returncode == code
     result = json.loads(summary.read_text())
     assert result["ended"] == f"stopped by signal {int(number)}"
     assert 0.0 < result["simulated_s"] < 1000.0
