@@ -21,6 +21,8 @@ bench: $(READY)  ## print the tables of measured accuracy and speed
 	$(BIN)/python -m tests.benchmarks.accuracy
 	$(BIN)/python -m tests.benchmarks.calm_spread
 	$(BIN)/python -m tests.benchmarks.recording
+	$(BIN)/python -m tests.benchmarks.checkpoints
+	$(BIN)/python -m tests.benchmarks.kills
 
 validate: $(READY)  ## compare with theory and experiment, under an hour; CASE=name[,name] runs only these
 	$(BIN)/python -m tests.validation $(CASE)

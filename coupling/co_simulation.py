@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import math
 import time as wall_clock
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import partial
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -97,8 +97,12 @@ class CoSimulation:
         """Wall time [s] each participant has spent in `do_step` so far, by name."""
         return dict(self._wall_seconds)
 
-    def initialize(self) -> None:
-        """Bring every participant to the start time, exchange initial values, and show observers the first frame."""
+    def initialize(self, saved: Mapping[str, Any] | None = None) -> None:
+        """Bring every participant to the start time, exchange initial values, and show observers the first frame.
+
+        With `saved`, what `save_state` returned, the run goes on from there, and observers are shown what follows only: the
+        frame at that point belongs to the run that was saved.
+        """
         self._require(_Phase.CREATED, "initialize")
         self._phase = _Phase.RUNNING
         for participant in self._participants:
@@ -106,8 +110,18 @@ class CoSimulation:
         self._exchange_initial_values()
         for participant in self._participants:
             self._guarded(participant, participant.exit_initialization_mode)
+        if saved is not None:
+            self._restore(saved)
         self._check_outputs()
-        self._notify_initialized()
+        self._notify_initialized(first_frame=saved is None)
+
+    def save_state(self) -> dict[str, Any]:
+        """The state of every participant and the number of steps done; between steps only."""
+        self._require(_Phase.RUNNING, "save_state")
+        states: dict[str, object] = {}
+        for participant in self._participants:
+            self._guarded(participant, partial(_save_into, states, participant))
+        return {"index": self._index, "participants": states}
 
     def step(self) -> None:
         """One communication step, then observers are told."""
@@ -157,6 +171,18 @@ class CoSimulation:
             call()
         except Exception as cause:
             self._fail(participant.name, str(cause) or type(cause).__name__, cause)
+
+    def _restore(self, saved: Mapping[str, Any]) -> None:
+        """Every participant as it was saved, and the clock with them."""
+        states = saved["participants"]
+        names = {participant.name for participant in self._participants}
+        if states.keys() != names:
+            self._fail(
+                "master", f"the saved state is of {', '.join(sorted(states))}, allowed: {', '.join(sorted(names))}"
+            )
+        for participant in self._participants:
+            self._guarded(participant, partial(participant.restore_state, states[participant.name]))
+        self._index = int(saved["index"])
 
     def _exchange_initial_values(self) -> None:
         """Initial outputs reach initial inputs, along chains of any length that outputs pass straight through."""
@@ -224,12 +250,13 @@ class CoSimulation:
                 failures.append((participant.name, cause))
         return failures
 
-    def _notify_initialized(self) -> None:
+    def _notify_initialized(self, *, first_frame: bool) -> None:
         if self._run_description is not None:
             run = self._run_description
             self._watched = True
             self._notify(lambda observer: observer.initialized(run))
-        self._notify_frame()
+        if first_frame:
+            self._notify_frame()
 
     def _notify_frame(self) -> None:
         if self._observers and self._frame_source is not None:
@@ -252,3 +279,8 @@ class CoSimulation:
         self._terminate_participants(except_for="")
         self._observers = tuple(observer for observer in self._observers if observer is not failed)
         self._notify(lambda observer: observer.terminated(reason), raise_failures=False)
+
+
+def _save_into(states: dict[str, object], participant: Participant) -> None:
+    """Put a participant's state under its name."""
+    states[participant.name] = participant.save_state()

@@ -3,7 +3,8 @@
 Contract:
 
 1. `initialized(run)` once, before the first frame.
-2. `step_completed(frame)` at every communication point, the initial one (index 0) included, in order of time.
+2. `step_completed(frame)` at every communication point, the initial one (index 0) included, in order of time; of a run that
+   was restored, at every point after the one it goes on from.
 3. `event(event)` at any moment between `initialized` and `terminated`.
 4. `terminated(reason)` once, last, also after a failure.
 

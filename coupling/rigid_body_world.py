@@ -238,7 +238,13 @@ class RigidBodyWorld:
     def save_state(self) -> dict[str, object]:
         """All that moves, as plain data that can be pickled."""
         arrays = {key: getattr(self._state, key).copy() for key in MOVING}
-        return {"bullet": self._client.save(), "time": self.time, "arrays": arrays, "tensions": dict(self._tensions)}
+        return {
+            "bullet": self._client.save(),
+            "time": self.time,
+            "last_duration": self._last_duration,
+            "arrays": arrays,
+            "tensions": dict(self._tensions),
+        }
 
     def restore_state(self, state: Mapping[str, object]) -> None:
         """Back to what `save_state` returned, bit for bit, in a world of the same bodies and joints."""
@@ -251,6 +257,7 @@ class RigidBodyWorld:
         self._tensions = dict(tensions)
         self._articulation = None
         self.time = float(time)  # type: ignore[arg-type]
+        self._last_duration = float(state["last_duration"])  # type: ignore[arg-type]
 
     def close(self) -> None:
         """Give the client back; the world is of no use afterwards."""

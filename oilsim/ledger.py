@@ -24,6 +24,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import reduce
 from operator import add
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -176,6 +177,16 @@ class Ledger:
             strain=self.strain + later.strain,
             compression=later.compression,
         )
+
+
+def ledger_from(saved: Mapping[str, Any]) -> Ledger:
+    """The ledger of which `dataclasses.asdict` made `saved`."""
+    values = dict(saved)
+    values["energy"] = Energy(**saved["energy"])
+    values["change"] = Part(**saved["change"])
+    values["parts"] = {cause: Part(**part) for cause, part in saved["parts"].items()}
+    values["compression"] = Compression(**saved["compression"])
+    return Ledger(**values)
 
 
 def _sum(parts: Iterable[Part]) -> Part:

@@ -264,6 +264,10 @@ class Fluid:
             raise ValueError(f"boundary {handle} does not move, allowed: a boundary given to set_boundary_motion")
         return body.impulse / self._duration if self._duration else np.zeros(6)
 
+    def boundary_twist(self, handle: int) -> Double:
+        """Twist (6,) [m/s, rad/s] to which the last advance took a moving boundary: what its body is expected to do."""
+        return self.work.walls.moving[handle].twist.copy()
+
     @property
     def particle_count(self) -> int:
         """Number of fluid particles."""
@@ -325,7 +329,7 @@ class Fluid:
             "relative_speeds": self._relative_speeds,
             "state": self.state.save(),
             "lists": self.work.lists.save(self.state, self.work.walls),
-            "bodies": {h: {k: np.copy(v) for k, v in vars(b).items()} for h, b in self.work.walls.moving.items()},
+            "bodies": {str(h): {k: np.copy(v) for k, v in vars(b).items()} for h, b in self.work.walls.moving.items()},
             "forcings": [forcing.save() for forcing in self.forcings],
             "emitters": [emitter.save() for emitter in self.emitters],
         }
@@ -337,7 +341,7 @@ class Fluid:
         self.state.restore(saved["state"])
         self.work.lists.restore(saved["lists"])
         for handle, values in saved["bodies"].items():
-            self.work.walls.set_motion(handle, MovingBody(**{k: np.copy(v) for k, v in values.items()}))
+            self.work.walls.set_motion(int(handle), MovingBody(**{k: np.copy(v) for k, v in values.items()}))
         for forcing, values in zip(self.forcings, saved["forcings"], strict=True):
             forcing.restore(values)
         for emitter, values in zip(self.emitters, saved["emitters"], strict=True):

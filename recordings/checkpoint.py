@@ -19,7 +19,7 @@ import numpy as np
 
 from recordings.errors import RecordingError
 
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 _STRUCTURE = "structure"
 _ARRAY, _TUPLE, _BYTES, _HUGE, _REAL = "__array__", "__tuple__", "__bytes__", "__int__", "__float__"
 _MARKS = (_ARRAY, _TUPLE, _BYTES, _HUGE, _REAL)
@@ -32,17 +32,20 @@ class CheckpointError(RecordingError):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Checkpoint:
-    """A state and what it belongs to: scenario hash, communication step and time [s]."""
+    """A state and what it belongs to.
+
+    Attributes:
+        scenario_hash: tells the scenario from others.
+        index: communication step; time: simulated [s].
+        run: what was run, in the words of whoever runs it, enough to begin it again.
+        state: nested dicts of arrays and plain values.
+    """
 
     scenario_hash: str
     index: int
     time: float
+    run: dict[str, Any]
     state: dict[str, Any]
-
-
-def scenario_hash(text: str, overrides: tuple[str, ...] = ()) -> str:
-    """What tells one scenario from another: its text and the overrides, in order."""
-    return hashlib.sha256(json.dumps([text, list(overrides)]).encode()).hexdigest()
 
 
 def state_hash(state: Mapping[str, Any]) -> str:
@@ -65,6 +68,7 @@ def save_checkpoint(path: str | Path, checkpoint: Checkpoint) -> None:
         "scenario_hash": checkpoint.scenario_hash,
         "index": checkpoint.index,
         "time": checkpoint.time.hex(),
+        "run": checkpoint.run,
         "state": _take_apart(checkpoint.state, "state", arrays),
     }
     arrays[_STRUCTURE] = np.frombuffer(json.dumps(structure).encode(), dtype=np.uint8)
@@ -102,6 +106,7 @@ def load_checkpoint(path: str | Path, *, scenario_hash: str | None = None) -> Ch
         scenario_hash=stored,
         index=structure["index"],
         time=float.fromhex(structure["time"]),
+        run=structure["run"],
         state=_put_together(structure["state"], arrays),
     )
 

@@ -105,6 +105,15 @@ class Recorder:
         if self._live is not None:
             self._live.show(sample)
 
+    def save_state(self) -> dict[str, int]:
+        """Which frames come next: the recording of a run that goes on from here takes the ones this one would."""
+        return {"recorded_frames": self.recorded_frames, "last_slot": self._last_slot, "last_index": self._last_index}
+
+    def restore_state(self, saved: Mapping[str, int]) -> None:
+        """Go on after what `save_state` returned."""
+        self.recorded_frames, self._last_slot = saved["recorded_frames"], saved["last_slot"]
+        self._last_index = saved["last_index"]
+
     def event(self, event: Event) -> None:
         """Write a line of the log."""
         self._open_file().add_event(event, self._last_index)

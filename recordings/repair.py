@@ -39,6 +39,15 @@ def is_whole(path: Path) -> bool:
     return True
 
 
+def has_footer(path: Path) -> bool:
+    """Whether the file was closed in order, so that nothing is missing; without a footer it loads slowly."""
+    try:
+        open_reader(path).store()
+    except (RecordingError, ValueError, RuntimeError):
+        return False
+    return True
+
+
 def repaired_path(path: Path) -> Path:
     """Where the mended copy of a recording lies."""
     return path.with_name(f"{path.stem}.repaired{path.suffix}")

@@ -24,8 +24,10 @@ from coupling.surface_sampling import SurfaceSampling, particles_of, sample_surf
 from oilsim.solver import AdvanceReport, Fluid
 from recordings.frame import RunDescription
 from scenarios.build_fluid import build_fluid, fill_positions, horizontal, water_level
+from scenarios.coupling_figures import CouplingFigures
+from scenarios.description import describe_exercise, describe_run
 from scenarios.fleet import Fleet, body_of, place_fleet
-from scenarios.portrayal import FramePainter, Wrench, describe_run
+from scenarios.portrayal import FramePainter, Wrench
 from scenarios.probes import BodyProbe
 from scenarios.problems import problems_of
 from scenarios.scenario import Scenario
@@ -42,7 +44,8 @@ class Assembly:
     """A run that is ready to start: its parts, and what observers are shown.
 
     fluid, world: the simulators themselves, for whoever wants more than the participants' variables; coupled: names of the
-    bodies that exchange motion and wrench with the fluid; fleet: vessels and booms; scoring: their accounts.
+    bodies that exchange motion and wrench with the fluid; fleet: vessels and booms; scoring: their accounts;
+    coupling_figures: the account of the exchange.
     """
 
     scenario: Scenario
@@ -52,10 +55,16 @@ class Assembly:
     coupled: tuple[str, ...]
     fleet: Fleet
     scoring: Scoring
+    coupling_figures: CouplingFigures
     participants: tuple[Participant, ...]
     connections: tuple[Connection, ...]
     description: RunDescription
     frame_source: FrameSource
+
+    @property
+    def controls(self) -> tuple[VesselControl, ...]:
+        """The helmsmen."""
+        return tuple(one for one in self.participants if isinstance(one, VesselControl))
 
     @property
     def body_names(self) -> tuple[str, ...]:
@@ -73,7 +82,7 @@ class Assembly:
 
     def co_simulation(self, observers: Sequence[Observer] = ()) -> CoSimulation:
         """The coupled run, watched by `observers`."""
-        return CoSimulation(
+        simulation = CoSimulation(
             self.participants,
             self.connections,
             self.scenario.run.communication_step,
@@ -81,6 +90,8 @@ class Assembly:
             frame_source=self.frame_source,
             run_description=self.description,
         )
+        self.coupling_figures.follow(lambda: simulation.wall_seconds)
+        return simulation
 
 
 def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) -> Assembly:
@@ -99,8 +110,9 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
     world = _world(scenario, solids, fleet) if coupled else None
     fluid_participant = FluidParticipant(FLUID, fluid, {name: handles[name] for name in coupled})
     scoring = Scoring(scenario, fluid, world, fleet, level)
+    coupling_figures = CouplingFigures(fluid, fluid_participant, world, coupled)
     controls = tuple(VesselControl(vessel) for vessel in fleet.vessels)
-    _set_wind(scenario, controls)
+    set_wind(scenario, controls)
     bodies = (RigidBodyParticipant(BODIES, world, coupled),) if world is not None else ()
     return Assembly(
         scenario=scenario,
@@ -110,16 +122,27 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
         coupled=coupled,
         fleet=fleet,
         scoring=scoring,
+        coupling_figures=coupling_figures,
         participants=(*controls, fluid_participant, *bodies),
         connections=(*_body_connections(coupled), *_vessel_connections(controls)),
-        description=describe_run(scenario, fluid, tank, solids, text=text, overrides=overrides),
+        description=describe_run(
+            scenario,
+            fluid,
+            tank,
+            solids,
+            exercise=describe_exercise(scenario, fleet, level),
+            text=text,
+            overrides=overrides,
+        ),
         frame_source=FramePainter(
             scenario,
             fluid,
             world,
             solids,
+            fleet,
             _wrench_reading(fluid_participant, coupled),
             scoring,
+            coupling_figures,
             lambda: fluid_participant.report,
         ),
     )
@@ -197,7 +220,7 @@ def _add_tank_sides(world: RigidBodyWorld, scenario: Scenario) -> None:
         world.add_body(f"tank/{side}", slab, mass_properties(slab, mass=1.0), vector(center), motion="fixed")
 
 
-def _set_wind(scenario: Scenario, controls: Sequence[VesselControl]) -> None:
+def set_wind(scenario: Scenario, controls: Sequence[VesselControl]) -> None:
     """Vessels feel the mean wind; gusts are felt by the liquid only."""
     wind = scenario.forcing.wind
     if wind is not None:

@@ -108,7 +108,7 @@ def _vessel(name: str, settings: VesselSettings, scenario: Scenario) -> Vessel:
             yaw_moment=settings.yaw_moment,
             side_thrust=settings.side_thrust,
         ),
-        course=_course(settings, scenario),
+        course=course_of(settings, scenario),
         position=settings.position,
         heading=settings.heading,
         tow_point=(float(x), float(y), float(z)),
@@ -116,7 +116,7 @@ def _vessel(name: str, settings: VesselSettings, scenario: Scenario) -> Vessel:
     )
 
 
-def _course(settings: VesselSettings, scenario: Scenario) -> Course:
+def course_of(settings: VesselSettings, scenario: Scenario) -> Course:
     """A vessel's own legs, or those of the tow: it waits in its place, then keeps to the line that begins there."""
     legs = [
         CourseLeg(start_time=leg.start, speed=leg.speed, heading=leg.heading, through=leg.through)

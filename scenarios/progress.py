@@ -48,7 +48,7 @@ class ProgressDisplay:
 
     def initialized(self, run: RunDescription) -> None:
         """The run begins."""
-        self._marks = [(wall_clock.monotonic(), 0.0)]
+        self._marks = []
 
     def step_completed(self, frame: Frame) -> None:
         """Move the bar, or write a line if the last one is long enough ago."""
@@ -65,7 +65,8 @@ class ProgressDisplay:
 
     def event(self, event: Event) -> None:
         """Show it above the bar."""
-        self._console.print(f"{event.time:.2f} s  {event.level}: {event.text}", highlight=False, markup=False)
+        line = f"{event.time:.2f} s  {event.level}: {event.text}"
+        self._console.print(line, highlight=False, markup=False, soft_wrap=True)
 
     def terminated(self, reason: str) -> None:
         """Nothing more to show."""

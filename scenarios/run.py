@@ -2,81 +2,48 @@
 
 from __future__ import annotations
 
-import signal
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
+import json
+from dataclasses import dataclass, replace
 from pathlib import Path
-from types import FrameType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.table import Table
 
-from coupling.co_simulation import CoSimulation
-from coupling.errors import CoSimulationError
-from coupling.observer import Observer
-from recordings.errors import RecordingError
+from scenarios.advance import Course
 from scenarios.build import Assembly, build
+from scenarios.exit_codes import FAILED
+from scenarios.plan import Plan
 from scenarios.problems import Problem, ScenarioError
 from scenarios.progress import ProgressDisplay
+from scenarios.requests import requests_by_signal
+from scenarios.restart import CheckpointWriter, Restart, checkpoint_folder
 from scenarios.scenario import Scenario
 from scenarios.summary import SummaryObserver, write_summary
 
-DONE, FAILED = 0, 1
+if TYPE_CHECKING:
+    from recordings.recorder import Recorder
 
 
 @dataclass(frozen=True, kw_only=True)
 class RunOptions:
     """What a run leaves behind: recording, summary and picture files, each or none; and whether it is shown live.
 
+    checkpoints: folder for them; by default that of the recording, and none without a recording.
     overrides: texts that changed the scenario, for the record.
     """
 
     record: Path | None = None
+    checkpoints: Path | None = None
     summary: Path | None = None
     picture: Path | None = None
     live: bool = False
     overrides: tuple[str, ...] = ()
 
-
-class StopRequest:
-    """Whether somebody asked the run to stop: Ctrl-C or SIGTERM, by its signal number."""
-
-    def __init__(self) -> None:
-        self.signal: int | None = None
-
     @property
-    def exit_code(self) -> int:
-        """As a shell counts it: 130 after Ctrl-C, 143 after SIGTERM."""
-        return DONE if self.signal is None else 128 + self.signal
-
-
-@contextmanager
-def stop_requests() -> Iterator[StopRequest]:
-    """Within the block the first signal asks for an orderly stop, a second one ends the program at once.
-
-    Outside the main thread signals cannot be caught; nothing is asked there.
-    """
-    request = StopRequest()
-    if threading.current_thread() is not threading.main_thread():
-        yield request
-        return
-    previous: dict[int, Any] = {}
-
-    def ask(number: int, _: FrameType | None) -> None:
-        request.signal = number
-        for caught, handler in previous.items():
-            signal.signal(caught, handler)
-
-    for number in (int(signal.SIGINT), int(signal.SIGTERM)):
-        previous[number] = signal.signal(number, ask)
-    try:
-        yield request
-    finally:
-        for number, handler in previous.items():
-            signal.signal(number, handler)
+    def checkpoint_folder(self) -> Path | None:
+        """Where checkpoints go, if anywhere."""
+        return checkpoint_folder(self.record) if self.checkpoints is None and self.record else self.checkpoints
 
 
 def run_scenario(
@@ -85,21 +52,41 @@ def run_scenario(
     """Run a scenario to its end; returns the exit code of the `oilsim` command.
 
     ScenarioError for what cannot be built, RecordingError for a recording that cannot be begun.
-    A failed or stopped run keeps its recording and its summary.
+    A failed or stopped run keeps its recording, its checkpoints and its summary.
     """
-    options = options or RunOptions()
-    console = console or Console(stderr=True)
+    return _run(Plan(scenario=scenario), None, text, options or RunOptions(), console or Console(stderr=True))
+
+
+def resume(restart: Restart, *, options: RunOptions | None = None, console: Console | None = None) -> int:
+    """Go on with a run from a checkpoint to its end, into files of its own; otherwise as `run_scenario`."""
+    options, console = options or RunOptions(), console or Console(stderr=True)
+    if restart.warning:
+        console.print(f"oilsim: {restart.source} {restart.warning}", style="yellow", highlight=False, markup=False)
+    return _run(restart.plan, restart, "", options, console)
+
+
+def _run(plan: Plan, restart: Restart | None, text: str, options: RunOptions, console: Console) -> int:
+    scenario = plan.scenario
     _require_writable(options)
-    recorders = _recorders(scenario, options)
-    with stop_requests() as request:
+    recorder = _recorder(scenario, options)
+    with requests_by_signal() as requests:
         console.print(f"building {scenario.name}", highlight=False)
-        assembly = build(scenario, text=text, overrides=options.overrides)
+        assembly = _with_plan(build(scenario, text=text, overrides=options.overrides), plan)
         summary = SummaryObserver(assembly)
+        folder = options.checkpoint_folder
+        checkpoints = None if folder is None else CheckpointWriter(folder, plan)
         with ProgressDisplay(scenario.name, scenario.run.duration, console) as progress:
-            observers: list[Observer] = [summary, progress, *recorders]
-            simulation = assembly.co_simulation(observers)
-            error = _advance(simulation, assembly, request)
-    result = summary.summary(simulation.communication_point.time, options.overrides)
+            course = Course(
+                plan,
+                assembly,
+                assembly.co_simulation([summary, progress, *([recorder] if recorder else [])]),
+                requests=requests,
+                keepers={"summary": summary} | ({"recorder": recorder} if recorder else {}),
+                checkpoints=checkpoints,
+            )
+            error = course.run(restart)
+    summary.state_hash = course.state_hash
+    result = summary.summary(course.simulation.communication_point.time, options.overrides)
     if options.summary is not None:
         write_summary(result, options.summary)
     _print_result(console, result, options)
@@ -108,29 +95,19 @@ def run_scenario(
         return FAILED
     if options.picture is not None and options.record is not None:
         _draw(options.record, options.picture)
-    return request.exit_code
+    return requests.exit_code
 
 
-def _advance(simulation: CoSimulation, assembly: Assembly, request: StopRequest) -> Exception | None:
-    """Step until the end, a stop or a failure; the simulation is terminated in each case."""
-    try:
-        simulation.initialize()
-        run = assembly.scenario.run
-        almost = run.duration - 1e-6 * run.communication_step
-        while request.signal is None and simulation.communication_point.time < almost:
-            simulation.step()
-            for text in assembly.scoring.take_events():
-                simulation.emit(text, level="warning", source="boom")
-        simulation.terminate("completed" if request.signal is None else f"stopped by signal {request.signal}")
-    except (CoSimulationError, RecordingError) as error:
-        return error
-    return None
+def _with_plan(assembly: Assembly, plan: Plan) -> Assembly:
+    """The assembly with a description that says all that is needed to run the plan again."""
+    properties = dict(assembly.description.properties) | {"plan": json.dumps(plan.as_data())}
+    return replace(assembly, description=replace(assembly.description, properties=properties))
 
 
-def _recorders(scenario: Scenario, options: RunOptions) -> list[Observer]:
+def _recorder(scenario: Scenario, options: RunOptions) -> Recorder | None:
     """The recorder, if the run is recorded; a run that is not must not load the recording library."""
     if options.record is None:
-        return []
+        return None
     from recordings.recorder import Recorder
 
     live = None
@@ -138,7 +115,7 @@ def _recorders(scenario: Scenario, options: RunOptions) -> list[Observer]:
         from recordings.live import LiveView
 
         live = LiveView()
-    return [Recorder(options.record, scenario.recording.frame_rate, live=live)]
+    return Recorder(options.record, scenario.recording.frame_rate, live=live)
 
 
 def _require_writable(options: RunOptions) -> None:

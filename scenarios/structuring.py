@@ -53,6 +53,19 @@ def structure(data: object, kind: Any) -> Any:
         raise ScenarioError(_problems(error)) from error
 
 
+def as_data(value: Any) -> Any:
+    """A section as the plain data it is made of, tags included and without what is None: the inverse of `structure`."""
+    if isinstance(value, Section):
+        tag = {} if value.TAG is None else dict([value.TAG])
+        stated = {item.name: getattr(value, item.name) for item in fields(value)}
+        return tag | {name: as_data(entry) for name, entry in stated.items() if entry is not None}
+    if isinstance(value, Mapping):
+        return {key: as_data(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [as_data(entry) for entry in value]
+    return value
+
+
 def spellings(key: str) -> tuple[str, ...]:
     """All keys that mean the same field: ``speed_kn`` gives speed, speed_kn and speed_deg."""
     base = next((key.removesuffix(suffix) for suffix in SUFFIXES if key.endswith(suffix)), key)

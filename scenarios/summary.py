@@ -5,17 +5,20 @@ from __future__ import annotations
 import json
 import time as wall_clock
 from collections.abc import Mapping
+from copy import deepcopy
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from oilsim.ledger import Ledger
+from oilsim.ledger import Ledger, ledger_from
 from oilsim.solver import AdvanceReport
 from recordings.frame import Event, Frame, RunDescription
 from scenarios.build import Assembly
 from scenarios.versions import versions
 
+_SUMS = ("_step_seconds", "_stage_seconds", "_reports", "_removed", "_emitted", "_series", "_times")
 LARGEST_SERIES = 2000  # values of a probe's series; longer ones are thinned evenly
 
 
@@ -37,6 +40,7 @@ class SummaryObserver:
         self._times: list[float] = []
         self.events: list[Event] = []
         self.reason = "not started"
+        self.state_hash: str | None = None  # of the run's state at its end; None if it failed
 
     def initialized(self, run: RunDescription) -> None:
         """The clock of the run starts."""
@@ -63,6 +67,23 @@ class SummaryObserver:
     def terminated(self, reason: str) -> None:
         """Keep why the run ended."""
         self.reason = reason
+
+    def save_state(self) -> dict[str, Any]:
+        """What was added up so far, as plain data."""
+        return {
+            "wall_seconds": self._last - self._started,
+            "budget": None if self._budget is None else asdict(self._budget),
+            "events": [asdict(event) for event in self.events],
+            **{name: deepcopy(getattr(self, name)) for name in _SUMS},
+        }
+
+    def restore_state(self, saved: Mapping[str, Any]) -> None:
+        """Go on adding to what `save_state` returned; to be called once the run has begun."""
+        self._started = self._last - saved["wall_seconds"]
+        self._budget = None if saved["budget"] is None else ledger_from(saved["budget"])
+        self.events = [Event(**event) for event in saved["events"]]
+        for name in _SUMS:
+            setattr(self, name, deepcopy(saved[name]))
 
     def _add(self, report: AdvanceReport) -> None:
         self._reports.append((report.density_error, report.density_error_max, report.iterations))
@@ -101,6 +122,7 @@ class SummaryObserver:
             "oil_m3": self._oil_volumes(),
             "scores": self._assembly.scoring.summary(),
             "probes": self._probe_series(),
+            "state_hash": self.state_hash,
             "events": [
                 {"time_s": event.time, "level": event.level, "source": event.source, "text": event.text}
                 for event in self.events

@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from coupling.participant import Causality, Status, StepResult, Variable, checked_value, variable_table
-from vessels.course import wrap_angle
+from vessels.course import Course, wrap_angle
 from vessels.vessel import Vessel
 
 Array = NDArray[np.float64]
@@ -87,6 +87,11 @@ class VesselControl:
             self._state.speed_order = float(array)
         elif name == f"{self.vessel.name}.heading_order":
             self._state.heading_order = float(array)
+
+    def change_course(self, course: Course) -> None:
+        """From the next step on the legs of `course` are in force; that one that holds then begins anew."""
+        self.vessel = replace(self.vessel, course=course)
+        self._state.leg = -1
 
     def do_step(self, time: float, step_size: float) -> StepResult:
         """Choose the wrench that acts from `time` to `time + step_size` [s]."""

@@ -110,6 +110,10 @@ class FluidParticipant:
             self._wrenches[body] = self._fluid.boundary_wrench(handle)
         return StepResult(Status.OK, time + step_size)
 
+    def expected_twist(self, body: str) -> Array:
+        """Twist (6,) [m/s, rad/s] that the fluid expects a body to have now, after the wrench it was given."""
+        return self._fluid.boundary_twist(self._boundaries[body])
+
     def save_state(self) -> object:
         """The fluid's state with the last wrenches and inputs."""
         return {

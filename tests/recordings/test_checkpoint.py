@@ -19,11 +19,11 @@ from recordings.checkpoint import (
     CheckpointError,
     load_checkpoint,
     save_checkpoint,
-    scenario_hash,
     state_hash,
 )
 
-HASH = scenario_hash('name = "made-up"\n', ("tow.speed_kn=0.5",))
+HASH, OTHER_HASH = "5c1e" * 16, "a07b" * 16
+RUN = {"scenario": {"name": "made-up"}, "actions": []}
 ARRAYS = hnp.arrays(
     dtype=st.sampled_from([np.float32, np.float64, np.uint32, np.int64, np.bool_]),
     shape=hnp.array_shapes(min_dims=0, max_dims=3, min_side=0, max_side=4),
@@ -40,7 +40,7 @@ STATES = st.dictionaries(
 
 
 def _checkpoint(state: dict[str, Any]) -> Checkpoint:
-    return Checkpoint(scenario_hash=HASH, index=17, time=0.1 + 0.2, state=state)
+    return Checkpoint(scenario_hash=HASH, index=17, time=0.1 + 0.2, run=RUN, state=state)
 
 
 def _assert_same(read: Any, written: Any) -> None:
@@ -70,7 +70,7 @@ def test_any_state_comes_back_bit_for_bit(tmp_path_factory: pytest.TempPathFacto
     save_checkpoint(path, _checkpoint(state))
     read = load_checkpoint(path, scenario_hash=HASH)
     _assert_same(read.state, state)
-    assert (read.index, read.time, read.scenario_hash) == (17, 0.1 + 0.2, HASH)
+    assert (read.index, read.time, read.run, read.scenario_hash) == (17, 0.1 + 0.2, RUN, HASH)
     assert state_hash(read.state) == state_hash(state)
 
 
@@ -96,16 +96,15 @@ def test_one_bit_changes_the_state_hash() -> None:
 
 def test_another_scenario_is_refused(tmp_path: Path) -> None:
     save_checkpoint(tmp_path / "run.npz", _checkpoint({}))
-    other = scenario_hash('name = "made-up"\n', ("tow.speed_kn=1.5",))
-    with pytest.raises(CheckpointError, match=f"belongs to scenario {HASH[:12]}, this one is {other[:12]}"):
-        load_checkpoint(tmp_path / "run.npz", scenario_hash=other)
+    with pytest.raises(CheckpointError, match=f"belongs to scenario {HASH[:12]}, this one is {OTHER_HASH[:12]}"):
+        load_checkpoint(tmp_path / "run.npz", scenario_hash=OTHER_HASH)
 
 
 def test_another_format_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "FORMAT_VERSION", 99)
     save_checkpoint(tmp_path / "run.npz", _checkpoint({}))
     monkeypatch.undo()
-    with pytest.raises(CheckpointError, match="has format version 99, this program reads 1"):
+    with pytest.raises(CheckpointError, match="has format version 99, this program reads 2"):
         load_checkpoint(tmp_path / "run.npz")
 
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import math
 import signal
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +13,7 @@ import pytest
 from coupling.errors import CoSimulationError
 from coupling.participants.fluid import FluidParticipant
 from recordings.frame import Frame, RunDescription
+from recordings.repair import has_footer
 from recordings.replay import Replay
 from scenarios.bodies import BoxBody, Fixed
 from scenarios.build import Assembly, build
@@ -27,6 +26,7 @@ from scenarios.run import RunOptions, run_scenario
 from scenarios.scenario import RunSettings, Scenario
 from scenarios.solids import own_solids
 from scenarios.summary import SummaryObserver
+from tests.scenarios.kills import started_run
 
 SPACINGS = {
     "calm-spread": 0.2,
@@ -43,7 +43,7 @@ SPACINGS = {
 SUMMARY_KEYS = {
     "format", "scenario", "overrides", "versions", "ended", "simulated_s", "wall_s", "real_time_factor", "steps", "step_ms",
     "stage_ms", "particles", "bodies", "left_the_tank", "density_error", "iterations", "momentum_residual",
-    "energy_residual", "budget", "oil_m3", "scores", "probes", "events",
+    "energy_residual", "budget", "oil_m3", "scores", "probes", "state_hash", "events",
 }  # fmt: skip
 
 
@@ -277,21 +277,17 @@ def test_body_too_small_for_the_particles_is_refused() -> None:
 def test_signal_ends_a_run_in_order(number: signal.Signals, code: int, tmp_path: Path) -> None:
     """The step under way is finished, recording and summary are written, and the exit code names the signal."""
     record, summary = tmp_path / "run.rrd", tmp_path / "run.json"
-    arguments = ["run", "still-column", "--set", "fluid.particle_spacing=0.1", "--until", "1000", "--threads", "1"]
-    process = subprocess.Popen(
-        [sys.executable, "-m", "scenarios.cli", *arguments, "--record", str(record), "--summary", str(summary)],
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    assert process.stderr is not None
-    while "simulated" not in (line := process.stderr.readline()):
-        assert line, "the run ended before it said anything"
+    settings = ["--set", "fluid.particle_spacing=0.1", "--until", "1000", "--threads", "1"]
+    files = ["--record", str(record), "--summary", str(summary)]
+    process = started_run(tmp_path / "clock", "still-column", *settings, *files)
     process.send_signal(number)
-    assert process.wait(timeout=60) == code
+    process.communicate(timeout=60)
+    assert process.returncode == code
     result = json.loads(summary.read_text())
     assert result["ended"] == f"stopped by signal {int(number)}"
     assert 0.0 < result["simulated_s"] < 1000.0
     assert Replay(record).end_reason == result["ended"]
+    assert has_footer(record)
 
 
 def test_failure_names_the_participant() -> None:

@@ -1,0 +1,122 @@
+"""The course of a run, step by step: orders given when they are due, checkpoints written, and an orderly end whatever happens."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, Protocol
+
+from coupling.co_simulation import CoSimulation
+from coupling.errors import CoSimulationError
+from recordings.errors import RecordingError
+from scenarios.build import Assembly
+from scenarios.orders import give_orders
+from scenarios.plan import Plan
+from scenarios.requests import Requests
+from scenarios.restart import CheckpointWriter, Restart, run_state, run_state_hash
+
+
+class Keeper(Protocol):
+    """An observer whose account of the run goes on after a restart."""
+
+    def save_state(self) -> dict[str, Any]:
+        """The account so far, as plain data."""
+
+    def restore_state(self, saved: Mapping[str, Any]) -> None:
+        """Go on with what `save_state` returned."""
+
+
+class Course:
+    """A run of `plan` under way: from its beginning, or from a checkpoint."""
+
+    def __init__(
+        self,
+        plan: Plan,
+        assembly: Assembly,
+        simulation: CoSimulation,
+        *,
+        requests: Requests,
+        keepers: Mapping[str, Keeper],
+        checkpoints: CheckpointWriter | None,
+    ) -> None:
+        """`keepers` are the observers, by name, whose accounts belong into checkpoints; `checkpoints` None: none are written."""
+        self.simulation = simulation
+        self.state_hash: str | None = None
+        self._plan, self._assembly = plan, assembly
+        self._requests, self._keepers, self._checkpoints = requests, dict(keepers), checkpoints
+
+    def run(self, restart: Restart | None = None) -> Exception | None:
+        """Step until the end, a stop or a failure; the simulation is terminated in each case. Returns what failed."""
+        simulation, requests = self.simulation, self._requests
+        try:
+            self.begin(restart)
+            while requests.stop is None and not self._is_done():
+                self.step()
+                self._save_if_due()
+            if requests.stop is not None:
+                self._save_and_say()
+            elif self._checkpoints is not None:
+                self._save(self._checkpoints)  # so that a run can be made longer
+            self.state_hash = run_state_hash(simulation, self._assembly)
+            simulation.terminate("completed" if requests.stop is None else f"stopped by signal {requests.stop}")
+        except (CoSimulationError, RecordingError) as error:
+            with suppress(CoSimulationError, RecordingError):  # whoever cannot write any more cannot write why
+                simulation.terminate(f"failed: {error}")
+            return error
+        return None
+
+    def step(self) -> None:
+        """Orders that are due, one communication step, and what happened in it."""
+        self._give_orders()
+        self.simulation.step()
+        for happening in self._assembly.scoring.take_happenings():
+            self.simulation.emit(happening.text, level=happening.level, source=happening.source)
+
+    def begin(self, restart: Restart | None = None) -> None:
+        """The first frame, or the state of a checkpoint; it is the first checkpoint of this run too."""
+        if restart is None:
+            self.simulation.initialize()
+        else:
+            give_orders(self._assembly, self._plan.scenario_at(restart.index - 1))
+            self._assembly.scoring.restore_state(restart.state["scores"])
+            self._assembly.coupling_figures.restore_state(restart.state["exchange"])
+            self.simulation.initialize(restart.state["simulation"])
+            for name, keeper in self._keepers.items():
+                if name in restart.state:
+                    keeper.restore_state(restart.state[name])
+            self.simulation.emit(f"goes on from {restart.source.name}", source="oilsim")
+        if self._checkpoints is not None and self._checkpoints.is_due(0):
+            self._save(self._checkpoints)
+
+    def _is_done(self) -> bool:
+        run = self._plan.scenario.run
+        return self.simulation.communication_point.time >= run.duration - 1e-6 * run.communication_step
+
+    def _give_orders(self) -> None:
+        """What the plan orders at this communication point."""
+        index = self.simulation.communication_point.index
+        settings = self._plan.settings_due(index)
+        if settings:
+            give_orders(self._assembly, self._plan.scenario_at(index))
+            self.simulation.emit(f"ordered: {' '.join(settings)}", source="instructor")
+
+    def _save_if_due(self) -> None:
+        """A checkpoint at its time or when asked for."""
+        index = self.simulation.communication_point.index
+        if self._requests.take_checkpoint():
+            self._save_and_say()
+        elif self._checkpoints is not None and self._checkpoints.is_due(index):
+            self._save(self._checkpoints)
+
+    def _save_and_say(self) -> None:
+        """A checkpoint that somebody waits for."""
+        if self._checkpoints is None:
+            self.simulation.emit("no checkpoint is kept: --checkpoints names no folder", source="oilsim")
+        else:
+            self.simulation.emit(f"checkpoint {self._save(self._checkpoints)}", source="oilsim")
+
+    def _save(self, checkpoints: CheckpointWriter) -> Path:
+        state = run_state(self.simulation, self._assembly)
+        state |= {name: keeper.save_state() for name, keeper in self._keepers.items()}
+        return checkpoints.write(self.simulation.communication_point.index, state)

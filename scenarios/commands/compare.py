@@ -1,0 +1,87 @@
+"""`oilsim compare`: two recordings of one exercise beside each other."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scenarios.exit_codes import DONE, FAILED
+
+if TYPE_CHECKING:
+    from recordings.replay import Replay
+
+
+def register(commands: argparse._SubParsersAction) -> None:
+    """Add the subcommand."""
+    parser = commands.add_parser(
+        "compare", help="two recordings beside each other: scores, orders, and one viewer for both"
+    )
+    parser.add_argument("first", type=Path, metavar="A", help="a recording (.rrd)")
+    parser.add_argument("second", type=Path, metavar="B", help="another, such as what came of other orders")
+    showing = parser.add_mutually_exclusive_group()
+    showing.add_argument(
+        "--to", type=Path, metavar="BOTH", help="write the recording of both here; A-and-B.rrd by default"
+    )
+    showing.add_argument("--table", action="store_true", help="print the table only")
+    parser.set_defaults(command=_compare)
+
+
+def _compare(options: argparse.Namespace) -> int:
+    from recordings.comparison import write_side_by_side
+    from recordings.replay import Replay
+    from recordings.viewer import ViewerError, open_viewer
+
+    first, second = Replay(options.first), Replay(options.second)
+    _print_scores(first, second)
+    _print_events(first, second)
+    if options.table:
+        return DONE
+    target = options.to or Path(f"{options.first.stem}-and-{options.second.stem}.rrd")
+    write_side_by_side(first.path, second.path, target)
+    print(f"both runs: {target}")
+    if options.to is not None:
+        return DONE
+    try:
+        open_viewer(target)
+    except ViewerError as error:
+        print(f"oilsim: {error}")
+        return FAILED
+    return DONE
+
+
+def _print_scores(first: Replay, second: Replay) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    from recordings.comparison import common_time, scores
+
+    begin, end = common_time(first, second)
+    table = Table("score", "unit", title=f"{begin:g} s to {end:g} s, which both cover", title_justify="left")
+    for name in (f"A: {first.path.stem}", f"B: {second.path.stem}", "B - A"):
+        table.add_column(name, justify="right")
+    for score in scores(first, second):
+        change = score.second - score.first
+        table.add_row(
+            score.label, score.unit, f"{score.first:.4g}", f"{score.second:.4g}", f"{change:+.3g}" if change else "="
+        )
+    Console().print(table)
+
+
+def _print_events(first: Replay, second: Replay) -> None:
+    """What was ordered and what went wrong, in order of time."""
+    from rich.console import Console
+    from rich.table import Table
+
+    told = [
+        (event.time, side, event.text)
+        for side, replay in (("A", first), ("B", second))
+        for event in replay.events
+        if event.source == "instructor" or event.level != "info"
+    ]
+    if not told:
+        return
+    table = Table("at", "run", "what happened")
+    for time, side, text in sorted(told):
+        table.add_row(f"{time:.2f} s", side, text)
+    Console().print(table)

@@ -1,0 +1,35 @@
+"""`oilsim list`: what there is to run."""
+
+from __future__ import annotations
+
+import argparse
+
+from scenarios.exit_codes import DONE
+
+
+def register(commands: argparse._SubParsersAction) -> None:
+    """Add the subcommand."""
+    parser = commands.add_parser("list", help="the scenarios that come with the program, and the oils they may name")
+    parser.set_defaults(command=_list)
+
+
+def _list(_: argparse.Namespace) -> int:
+    from rich.console import Console
+    from rich.table import Table
+
+    from scenarios.load import library_paths, load_scenario
+    from scenarios.oils import OILS
+
+    console = Console()
+    console.print("[bold]Scenarios[/bold]: oilsim run NAME")
+    table = Table("name", "what it shows", "simulated")
+    for name in library_paths():
+        scenario = load_scenario(name).scenario
+        table.add_row(name, scenario.title, f"{scenario.run.duration:g} s")
+    console.print(table)
+    console.print('[bold]Oils[/bold] at 15 C: oil = "NAME" in a phase; figures from the ADIOS oil library')
+    oils = Table("name", "kg/m3", "Pa s", "what it is")
+    for name, oil in OILS.items():
+        oils.add_row(name, f"{oil.density:g}", f"{oil.dynamic_viscosity:g}", oil.description)
+    console.print(oils)
+    return DONE

@@ -1,0 +1,34 @@
+"""`oilsim repair`: mend a recording that was cut off."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from scenarios.exit_codes import DONE
+
+
+def register(commands: argparse._SubParsersAction) -> None:
+    """Add the subcommand."""
+    parser = commands.add_parser("repair", help="write a whole copy of a recording that was cut off")
+    parser.add_argument("recording", type=Path, metavar="FILE", help="a recording (.rrd); it stays as it is")
+    parser.add_argument(
+        "--to", type=Path, metavar="COPY", help="the copy; FILE with .repaired before its ending by default"
+    )
+    parser.set_defaults(command=_repair)
+
+
+def _repair(options: argparse.Namespace) -> int:
+    from recordings.repair import has_footer, repair
+    from recordings.replay import Replay
+
+    if options.recording.is_file() and has_footer(options.recording):
+        print(f"{options.recording} is whole, there is nothing to repair")
+        return DONE
+    copy = repair(options.recording, options.to)
+    replay = Replay(copy)
+    counts = {phase.name: len(replay.phase_times(phase.name).index) for phase in replay.run.phases}
+    last = max((float(series.time[-1]) for series in replay.scalars.values() if len(series.time)), default=0.0)
+    frames = ", ".join(f"{count} frames of {name}" for name, count in counts.items())
+    print(f"{options.recording} was cut off; saved in {copy}: {frames}, up to {last:g} s")
+    return DONE

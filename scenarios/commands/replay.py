@@ -1,0 +1,32 @@
+"""`oilsim replay`: open a recording in the viewer."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from scenarios.exit_codes import DONE, FAILED
+
+
+def register(commands: argparse._SubParsersAction) -> None:
+    """Add the subcommand."""
+    parser = commands.add_parser("replay", help="open a recording in the viewer")
+    parser.add_argument("recording", type=Path, metavar="FILE", help="a recording (.rrd)")
+    parser.set_defaults(command=_replay)
+
+
+def _replay(options: argparse.Namespace) -> int:
+    from recordings.repair import is_whole, repair
+    from recordings.viewer import ViewerError, open_viewer
+
+    recording: Path = options.recording
+    if recording.is_file() and not is_whole(recording):
+        recording = repair(recording)
+        print(f"oilsim: {options.recording} was cut off; what could be saved is in {recording}", file=sys.stderr)
+    try:
+        open_viewer(recording)
+    except ViewerError as error:
+        print(f"oilsim: {error}", file=sys.stderr)
+        return FAILED
+    return DONE

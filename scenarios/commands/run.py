@@ -1,0 +1,121 @@
+"""`oilsim run`: run a scenario and record it, or go on with a run from a checkpoint."""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scenarios.commands.scenario_options import add_scenario, overrides
+from scenarios.problems import Problem, ScenarioError
+
+if TYPE_CHECKING:
+    from scenarios.run import RunOptions
+
+
+def register(commands: argparse._SubParsersAction) -> None:
+    """Add the subcommand."""
+    parser = commands.add_parser("run", help="run a scenario and record it")
+    add_scenario(parser, required=False)
+    _add_run_options(parser)
+    _add_resume_options(parser)
+    parser.set_defaults(command=_run)
+
+
+def _add_run_options(parser: argparse.ArgumentParser) -> None:
+    recording = parser.add_mutually_exclusive_group()
+    recording.add_argument("--record", type=Path, metavar="FILE", help="recording to write; NAME.rrd by default")
+    recording.add_argument("--no-record", action="store_true", help="record nothing")
+    parser.add_argument("--summary", type=Path, metavar="FILE.json", help="write what the run came to")
+    parser.add_argument("--picture", type=Path, metavar="FILE.png", help="draw a picture from the recording")
+    parser.add_argument("--live", action="store_true", help="show the run in the viewer while it goes on")
+    parser.add_argument(
+        "--checkpoints", type=Path, metavar="FOLDER", help="where to save the state; FILE.checkpoints by default"
+    )
+
+
+def _add_resume_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--resume",
+        type=Path,
+        metavar="FILE",
+        help="go on with a recorded run from its last checkpoint, or from a checkpoint",
+    )
+    parser.add_argument(
+        "--at",
+        type=float,
+        metavar="S",
+        help="with --resume: go back to S simulated seconds; --set gives orders from then on",
+    )
+
+
+def _run(options: argparse.Namespace) -> int:
+    problems = list(_contradictions(options))
+    if problems:
+        raise ScenarioError(problems, "oilsim")
+    if options.resume is not None:
+        return _resume(options)
+    from scenarios.load import load_scenario
+    from scenarios.run import run_scenario
+
+    loaded = load_scenario(options.scenario, overrides=overrides(options), demo=options.demo)
+    record = None if options.no_record else options.record or Path(f"{loaded.scenario.name}.rrd")
+    return run_scenario(loaded.scenario, text=loaded.text, options=_run_options(options, record))
+
+
+def _resume(options: argparse.Namespace) -> int:
+    from scenarios.load import load_scenario
+    from scenarios.plan import Plan
+    from scenarios.restart import find_restart
+    from scenarios.run import resume
+
+    named = None
+    if options.scenario is not None:
+        named = Plan(scenario=load_scenario(options.scenario, demo=options.demo).scenario).fingerprint(0)
+    restart = find_restart(options.resume, options.at, named).with_settings(overrides(options), options.at)
+    record = None
+    if not options.no_record:
+        record = options.record or _branch(options.resume, restart.time if options.at is None else options.at)
+    return resume(restart, options=_run_options(options, record))
+
+
+def _branch(source: Path, at: float) -> Path:
+    """A free name for the recording of a run that goes on: ``sweep-from-12s.rrd``, ``sweep-from-12s-2.rrd``, ..."""
+    stem = source.parent.stem if source.suffix == ".npz" else source.stem
+    suffixes = itertools.chain([""], (f"-{number}" for number in itertools.count(2)))
+    names = (Path(f"{stem}-from-{at:g}s{suffix}.rrd") for suffix in suffixes)
+    return next(name for name in names if not name.exists())
+
+
+def _run_options(options: argparse.Namespace, record: Path | None) -> RunOptions:
+    from scenarios.run import RunOptions
+
+    return RunOptions(
+        record=record,
+        checkpoints=options.checkpoints,
+        summary=options.summary,
+        picture=options.picture,
+        live=options.live,
+        overrides=overrides(options),
+    )
+
+
+def _contradictions(options: argparse.Namespace) -> Iterator[Problem]:
+    """What cannot be asked for together, or at all."""
+    if options.no_record:
+        for name, what in (("picture", "is drawn from the recording"), ("live", "shows what is recorded")):
+            if getattr(options, name):
+                yield Problem(f"--{name}", f"{what}, allowed: without --no-record")
+    for name in ("until", "at"):
+        seconds = getattr(options, name)
+        if seconds is not None and not (math.isfinite(seconds) and seconds > 0.0):
+            yield Problem(f"--{name}", f"is {seconds}, allowed: above 0 s")
+    if options.resume is None and options.scenario is None:
+        yield Problem("NAME-or-FILE", "is missing, allowed: a scenario, or --resume FILE")
+    if options.resume is None and options.at is not None:
+        yield Problem("--at", "is given without --resume, allowed: --resume FILE --at S")
+    if options.resume is not None and options.resume == options.record:
+        yield Problem("--record", f"is {str(options.record)!r}, the recording to go on with, allowed: another file")

@@ -1,0 +1,34 @@
+"""`oilsim verify`: run a recording's scenario again and compare."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from scenarios.exit_codes import DONE, FAILED
+
+
+def register(commands: argparse._SubParsersAction) -> None:
+    """Add the subcommand."""
+    parser = commands.add_parser(
+        "verify", help="run the scenario in a recording again and find the first frame that differs"
+    )
+    parser.add_argument("recording", type=Path, metavar="FILE", help="a recording (.rrd)")
+    parser.add_argument("--threads", type=int, metavar="N", help="threads of the fluid, instead of the recording's")
+    parser.add_argument("--until", type=float, metavar="S", help="simulated seconds to compare, instead of all")
+    parser.set_defaults(command=_verify)
+
+
+def _verify(options: argparse.Namespace) -> int:
+    from rich.console import Console
+
+    from scenarios.verify import verify
+
+    verdict = verify(options.recording, threads=options.threads, until=options.until, console=Console(stderr=True))
+    if verdict.versions:
+        print(f"versions differ: {verdict.versions}")
+    if verdict.difference:
+        print(f"differs after {verdict.equal_frames} equal frames: {verdict.difference}")
+        return FAILED
+    print(f"0 frames differ, {verdict.equal_frames} are equal bit for bit")
+    return DONE

@@ -1,0 +1,157 @@
+"""What is run: a scenario, and the orders given on the way. Enough to run it again, or to go on with it, bit for bit."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from fnmatch import fnmatch
+from pathlib import Path
+from typing import Any
+
+from scenarios.bodies import MeshBody
+from scenarios.load import scenario_from
+from scenarios.overrides import parse_override, with_override
+from scenarios.problems import Problem, ScenarioError
+from scenarios.scenario import Scenario
+from scenarios.structuring import as_data
+
+# Terms of a run that its course does not depend on.
+TERMS = ("run.duration", "run.threads", "run.budget", "recording.*", "camera.*", "title", "text", "demo", "demo.*")
+# Orders that can be given while a run goes on: what a helmsman, the weather or a valve could do.
+ORDERS = (
+    "tow.speed",
+    "tow.heading",
+    "vessels.*.legs",
+    "forcing.current.speed",
+    "forcing.current.direction",
+    "forcing.wind.speed",
+    "forcing.wind.direction",
+    "forcing.wind.gustiness",
+    "forcing.waves.height",
+    "emitters.*.speed",
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Action:
+    """Orders given at the communication point `index`, as ``--set`` texts: they hold from the step that begins there."""
+
+    index: int
+    settings: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plan:
+    """A scenario as it begins, and the actions on the way, in order of time."""
+
+    scenario: Scenario
+    actions: tuple[Action, ...] = ()
+
+    def scenario_at(self, index: int) -> Scenario:
+        """The scenario with all that was changed before the step that begins at `index`, and at it."""
+        scenario = self.scenario
+        for action in self.actions:
+            if action.index <= index:
+                for setting in action.settings:
+                    scenario = _with_setting(scenario, setting)[0]
+        return scenario
+
+    def settings_due(self, index: int) -> tuple[str, ...]:
+        """Orders to be given at the communication point `index`."""
+        return tuple(setting for action in self.actions if action.index == index for setting in action.settings)
+
+    def changed(self, settings: Sequence[str], index: int) -> Plan:
+        """The plan with `settings` made: terms hold for the whole run, orders from the communication point `index`.
+
+        Actions after that point are given up: what follows is another story. ScenarioError names every setting that is neither.
+        """
+        plan = Plan(scenario=self.scenario, actions=tuple(a for a in self.actions if a.index <= index))
+        orders: list[str] = []
+        problems: list[Problem] = []
+        for setting in settings:
+            try:
+                kind = _kind(plan.scenario_at(index), setting)
+                if kind == "term":
+                    plan = replace(plan, scenario=_with_setting(plan.scenario, setting)[0])
+                else:
+                    orders.append(setting)
+            except ScenarioError as error:
+                problems.extend(error.problems)
+        if problems:
+            raise ScenarioError(problems, "oilsim")
+        if orders:
+            plan = replace(plan, actions=(*plan.actions, Action(index=index, settings=tuple(orders))))
+        plan.scenario_at(index)  # orders that contradict each other are found here
+        return plan
+
+    def as_data(self) -> dict[str, Any]:
+        """Plain data, from which `plan_from` makes the same plan."""
+        actions = [{"index": action.index, "set": list(action.settings)} for action in self.actions]
+        return {"scenario": as_data(self.scenario), "actions": actions}
+
+    def fingerprint(self, index: int) -> str:
+        """What tells this run from another up to the communication point `index`: terms left out, mesh files read."""
+        data = as_data(self.scenario)
+        course = {path: value for path, value in _leaves(data) if not _matches(path, TERMS)}
+        actions = [[action.index, action.settings] for action in self.actions if action.index < index]
+        meshes = {name: _digest(body.file) for name, body in self.scenario.bodies.items() if isinstance(body, MeshBody)}
+        return hashlib.sha256(json.dumps([course, actions, meshes], sort_keys=True).encode()).hexdigest()
+
+
+def plan_from(data: Mapping[str, Any]) -> Plan:
+    """The plan that `Plan.as_data` described; ScenarioError if this program knows no such scenario."""
+    actions = tuple(Action(index=entry["index"], settings=tuple(entry["set"])) for entry in data["actions"])
+    return Plan(scenario=scenario_from(data["scenario"]), actions=actions)
+
+
+def _kind(scenario: Scenario, setting: str) -> str:
+    """Whether a setting is a "term" or an "order"; ScenarioError if it can be changed before a run only."""
+    keys, _ = parse_override(setting)
+    missing = _missing_part(scenario, keys)
+    if missing:
+        raise ScenarioError([Problem(f"--set {'.'.join(keys)}", f"changes {missing}, which the run was begun without")])
+    _, paths = _with_setting(scenario, setting)
+    if all(_matches(path, TERMS) for path in paths):
+        return "term"
+    for path in paths:
+        if not _matches(path, ORDERS):
+            allowed = ", ".join(path for path in (*ORDERS, *TERMS[:2]))
+            raise ScenarioError([Problem(f"--set {path}", f"cannot be changed during a run, allowed: {allowed}")])
+    return "order"
+
+
+def _with_setting(scenario: Scenario, setting: str) -> tuple[Scenario, list[str]]:
+    """The scenario with one setting made, and the paths of all entries that differ."""
+    before = as_data(scenario)
+    changed = scenario_from(with_override(before, *parse_override(setting)))
+    old, new = dict(_leaves(before)), dict(_leaves(as_data(changed)))
+    return changed, sorted(path for path in old.keys() | new.keys() if old.get(path) != new.get(path))
+
+
+def _missing_part(scenario: Scenario, keys: Sequence[str]) -> str:
+    """The optional table that a setting is about, if the run has none such."""
+    if keys[0] == "tow" and scenario.tow is None:
+        return "tow"
+    part = keys[1] if keys[0] == "forcing" and len(keys) > 1 else ""
+    return f"forcing.{part}" if part and getattr(scenario.forcing, part, "") is None else ""
+
+
+def _leaves(data: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
+    """Every entry that is no table, with its path; lists are entries."""
+    for key, value in data.items():
+        if isinstance(value, Mapping):
+            yield from _leaves(value, f"{path}{key}.")
+        else:
+            yield f"{path}{key}", value
+
+
+def _matches(path: str, patterns: Sequence[str]) -> bool:
+    return any(fnmatch(path, pattern) for pattern in patterns)
+
+
+def _digest(file: str) -> str:
+    """What tells one mesh file from another; empty if it is gone, which building the scenario will say better."""
+    path = Path(file)
+    return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""

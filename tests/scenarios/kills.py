@@ -1,0 +1,92 @@
+"""Real runs of `oilsim` that are killed, and what is left of them: used by a test for a few, by a benchmark for many."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from recordings.errors import RecordingError
+from recordings.replay import Replay
+from scenarios.restart import find_restart
+
+STARTED = 3  # frames; before, kernels are loaded
+SETTINGS = (
+    "fluid.particle_spacing=0.1",
+    "run.communication_step=0.005",
+    "recording.frame_rate=200",
+    "run.duration=1000",
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Kill:
+    """What a killed run had said and what its recording still holds.
+
+    said: simulated time [s] that the run is known to have reached a second before its end; kept: that of the last frame that can
+    be replayed, of every series and phase; checkpoint: that of the last checkpoint; repaired: whether the file had to be.
+    """
+
+    after: float
+    said: float
+    kept: float
+    frames: int
+    checkpoint: float
+    repaired: bool
+
+    @property
+    def lost(self) -> float:
+        """Simulated time [s] older than a second that is lost; 0 is what is promised."""
+        return max(0.0, self.said - self.kept)
+
+
+def started_run(clock: Path, *arguments: str) -> subprocess.Popen[str]:
+    """Start `oilsim run` with these arguments, let it note its times in ``clock``, and wait until it has made its first steps."""
+    command = [sys.executable, str(Path(__file__).with_name("clocked_run.py")), str(clock), *arguments]
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    while not clock.is_file() or clock.read_text().count("\n") < STARTED:
+        assert process.poll() is None, process.stderr.read() if process.stderr else ""
+        time.sleep(0.005)
+    return process
+
+
+def killed_run(folder: Path, seconds: float, scenario: str = "two-layer", settings: tuple[str, ...] = SETTINGS) -> Kill:
+    """Start a run, kill it without warning some seconds after its first steps, and replay it."""
+    record, clock = folder / "killed.rrd", folder / "clock"
+    terms = [part for setting in settings for part in ("--set", setting)]
+    process = started_run(clock, scenario, *terms, "--threads", "1", "--record", str(record))
+    time.sleep(seconds)
+    process.kill()
+    killed = time.monotonic()
+    process.communicate()
+    marks = np.loadtxt(_whole_lines(clock), ndmin=2)
+    old = marks[marks[:, 0] < killed - 1.0]
+    replay = Replay(record)
+    return Kill(
+        after=seconds,
+        said=float(old[-1, 1]) if len(old) else 0.0,
+        kept=_last_whole_frame(replay),
+        frames=len(replay.scalars["kinetic_energy"].index),
+        checkpoint=find_restart(record).time,
+        repaired=replay.repaired_from is not None,
+    )
+
+
+def _whole_lines(clock: Path) -> list[str]:
+    """The last line may have been cut as well."""
+    return clock.read_text().splitlines()[:-1] or ["0 0"]
+
+
+def _last_whole_frame(replay: Replay) -> float:
+    """Time [s] up to which every phase, body and series was kept without a gap; RecordingError for a gap."""
+    found = [replay.phase_times(phase.name) for phase in replay.run.phases]
+    found += [replay.scalars["ledger/fluid/kinetic_energy"], *replay.bodies.values()]
+    shortest = min(found, key=lambda series: len(series.index))
+    for series in found:
+        if not np.array_equal(series.index[: len(shortest.index)], np.arange(len(shortest.index))):
+            raise RecordingError(replay.path, "has a gap")
+    return float(shortest.time[-1])

@@ -1,0 +1,52 @@
+"""Real runs, killed without warning at random moments: every frame but those of the last second is there."""
+
+from __future__ import annotations
+
+import random
+import resource
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from recordings.replay import Replay
+from tests.scenarios.kills import SETTINGS, killed_run
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_killed_run_keeps_all_but_the_last_second_and_can_go_on(seed: int, tmp_path: Path) -> None:
+    """The clock is the killed program's own, so that a slow machine changes nothing."""
+    kill = killed_run(tmp_path, random.Random(seed).uniform(1.2, 2.2))
+    assert kill.said > 0.0
+    assert kill.lost == 0.0
+    assert kill.checkpoint <= kill.kept + 1.0
+
+
+def test_full_disk_ends_a_run_in_order_with_one_error(tmp_path: Path) -> None:
+    """The system allows files of 300 kB only: one line says so, and what was written can be replayed."""
+    record = tmp_path / "full.rrd"
+    settings = [part for setting in SETTINGS for part in ("--set", setting)]
+    command = [
+        "run",
+        "two-layer",
+        *settings,
+        "--threads",
+        "1",
+        "--record",
+        str(record),
+        "--summary",
+        str(tmp_path / "full.json"),
+    ]
+    done = subprocess.run(
+        [sys.executable, "-m", "scenarios.cli", *command],
+        capture_output=True,
+        text=True,
+        check=False,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, 300_000)),
+    )
+    errors = [line for line in done.stderr.splitlines() if line.startswith("oilsim: ")]
+    assert (done.returncode, len(errors)) == (1, 1), done.stderr
+    assert "cannot be written any more: File too large" in done.stderr.replace("\n", " ")
+    assert len(Replay(record).scalars["kinetic_energy"].index) >= 10
+    assert "File too large" in (tmp_path / "full.json").read_text()
