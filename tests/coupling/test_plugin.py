@@ -278,7 +278,9 @@ def test_hinged_floats_far_lighter_than_water_rise_and_lie_still(client: int) ->
     given = 0.01 * (np.sum(lifts[50:]) - 100 * weight)
     assert given == pytest.approx(momenta[-1] - momenta[49], abs=1e-2 * weight)
     hinges = pybullet.getLinkStates(body, [0, 1], physicsClientId=client)
-    assert all(0.15 < state[0][2] < 0.3 for state in hinges)
+    # afloat at 0.25 m, where one may lie folded onto the next
+    heights = [state[0][2] for state in hinges]
+    assert min(heights) > 0.2 and max(heights) < 0.4, heights
 
 
 def test_bodies_without_a_solid_are_refused(client: int) -> None:
