@@ -31,7 +31,7 @@ STEPS, SURFACING_TIME = 1000, 9.0  # of the fluid from the release through the s
 RADIUS = 0.25  # m, of the cylinder
 RELEASED = 1.0 / 3.0  # of the radius: how high above its waterline it is let go
 HALF_WIDTH, WATER_DEPTH = 14.0, 6.0  # of the radius: waves do not come back within the run
-LAST = 10.6  # of sqrt(R / g): length of the run
+LAST = 11.5  # of sqrt(R / g): length of the run
 
 
 def added_mass(radius: float, side: float, below: float, above: float) -> float:
