@@ -44,6 +44,22 @@ class PlacedJoint:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class PlacedLine:
+    """An elastic line from body_a to body_b, made fast at points (2, 3) of the world [m]; stiffness EA [N], length [m]."""
+
+    name: str
+    body_a: str
+    body_b: str
+    points: Array
+    stiffness: float
+
+    @property
+    def length(self) -> float:
+        """As laid, taut and without tension [m]."""
+        return float(np.linalg.norm(self.points[1] - self.points[0]))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class BoomLayout:
     """A boom laid out: segments from the first end to the second, and the points (2, 3) [m] where tow lines go."""
 

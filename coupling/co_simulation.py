@@ -1,30 +1,35 @@
 """The master: steps participants in lockstep, moves values between them, and ends a failing run in order.
 
 Time is counted in whole communication steps, t_k = start + k H, so that no rounding accumulates and a run of any
-length meets its last communication point exactly.
+length meets its last communication point exactly. A participant of sub-rate n makes n equal steps in each.
+
+A step that a participant discards is tried again with half its length: by that participant alone, its inputs held, or, in a run
+that `rolls_back`, by all of them, which go back to the communication point first. Whoever is to be taken back is tested at
+the start (see `rollback`); one that does not repeat its step bit for bit is named, and is not taken back.
 """
 
 from __future__ import annotations
 
 import math
-import time as wall_clock
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import partial
+from types import MappingProxyType
 from typing import Any, NoReturn
 
-import numpy as np
-
-from coupling.algorithms import Algorithm, GaussSeidel, transfer
-from coupling.connection import Connection, setup_problems
+from coupling.algorithms import Algorithm, GaussSeidel
+from coupling.connection import Connection, link, setup_problems
 from coupling.errors import CoSimulationError, CouplingSetupError
+from coupling.exchange_ledger import ExchangeLedger
+from coupling.initialization import exchange_initial_values
 from coupling.observer import Observer
-from coupling.participant import Causality, Participant, Status
+from coupling.participant import Array, Participant
+from coupling.rollback import rollback_fault
+from coupling.stepper import HALVINGS, TIME_TOLERANCE, Discarded, Snapshot, Stepper
 from recordings.frame import Event, EventLevel, Frame, RunDescription
 
-TIME_TOLERANCE = 1e-9  # of a communication step: far above rounding, far below anything that moves
-EARLY_RETURNS_ALLOWED = 1000  # in one communication step, so that a participant that never advances is found
+ALL_AT_ONE_RATE: Mapping[str, int] = MappingProxyType({})
 
 
 @dataclass(frozen=True)
@@ -49,7 +54,8 @@ class CoSimulation:
     """A coupled run of several participants.
 
     Call order: `initialize()`, then `step()` or `run(until)` as often as wanted, then `terminate(reason)`. After a
-    failure the run has been terminated already. Frames are made by `frame_source`, and only if somebody watches.
+    failure, or once a participant has asked for the end, the run has been terminated already: `is_running` tells.
+    Frames are made by `frame_source`, and only if somebody watches.
     """
 
     def __init__(
@@ -61,11 +67,19 @@ class CoSimulation:
         start_time: float = 0.0,
         observers: Sequence[Observer] = (),
         algorithm: Algorithm | None = None,
+        sub_rates: Mapping[str, int] = ALL_AT_ONE_RATE,
+        rolls_back: bool = False,
+        ledger: ExchangeLedger | None = None,
         frame_source: FrameSource | None = None,
         run_description: RunDescription | None = None,
     ) -> None:
-        """Check everything that can be checked before a run; CouplingSetupError lists every problem at once."""
-        problems = setup_problems(participants, connections)
+        """Check everything that can be checked before a run; CouplingSetupError lists every problem at once.
+
+        `sub_rates`: steps a participant makes in a communication step, 1 where it is not named. `rolls_back`: keep all
+        states of every communication point, so that a discarded step is repeated by everybody. `ledger`: accounts of what
+        passes between fluid and bodies, which may end the run.
+        """
+        problems = setup_problems(participants, connections) + _sub_rate_problems(participants, sub_rates)
         if not (math.isfinite(communication_step_size) and communication_step_size > 0.0):
             problems.append(f"communication_step_size is {communication_step_size} s, allowed: above 0")
         if not math.isfinite(start_time):
@@ -74,18 +88,22 @@ class CoSimulation:
             problems.append("observers watch, but frame_source or run_description is missing")
         if problems:
             raise CouplingSetupError(problems)
-        self._participants = tuple(participants)
-        self._connections = tuple(connections)
+        by_name = {participant.name: participant for participant in participants}
+        self._steppers = {name: Stepper(by_name[name], sub_rates.get(name, 1)) for name in by_name}
+        self._links = tuple(link(connection, by_name) for connection in connections)
         self._step_size = communication_step_size
         self._start_time = start_time
         self._observers = tuple(observers)
         self._algorithm: Algorithm = algorithm if algorithm is not None else GaussSeidel()
+        self._rolls_back = rolls_back
+        self._ledger = ledger
+        self._rollback_faults: dict[str, str] = {}
         self._frame_source = frame_source
         self._run_description = run_description
         self._index = 0
         self._phase = _Phase.CREATED
+        self._opening: Sequence[str] = ()  # what the algorithm tells as the run begins
         self._watched = False  # observers have been told that the run begins
-        self._wall_seconds = {participant.name: 0.0 for participant in participants}
 
     @property
     def communication_point(self) -> CommunicationPoint:
@@ -93,9 +111,23 @@ class CoSimulation:
         return CommunicationPoint(self._index, self._time_of(self._index), self._step_size)
 
     @property
+    def is_running(self) -> bool:
+        """Whether `step` may be called."""
+        return self._phase is _Phase.RUNNING
+
+    @property
     def wall_seconds(self) -> dict[str, float]:
-        """Wall time [s] each participant has spent in `do_step` so far, by name."""
-        return dict(self._wall_seconds)
+        """Wall time [s] each participant has spent in its steps so far, by name."""
+        return {name: stepper.wall_seconds for name, stepper in self._steppers.items()}
+
+    def outputs(self, participant: str) -> Mapping[str, Array]:
+        """A participant's outputs as they were handed on at the present communication point, by name."""
+        return MappingProxyType(self._steppers[participant].outputs)
+
+    @property
+    def rollback_faults(self) -> Mapping[str, str]:
+        """Why participants that were to be taken back cannot be, by name; empty where nothing needs it."""
+        return MappingProxyType(self._rollback_faults)
 
     def initialize(self, saved: Mapping[str, Any] | None = None) -> None:
         """Bring every participant to the start time, exchange initial values, and show observers the first frame.
@@ -105,42 +137,62 @@ class CoSimulation:
         """
         self._require(_Phase.CREATED, "initialize")
         self._phase = _Phase.RUNNING
-        for participant in self._participants:
-            self._guarded(participant, partial(participant.enter_initialization_mode, self._start_time))
-        self._exchange_initial_values()
-        for participant in self._participants:
-            self._guarded(participant, participant.exit_initialization_mode)
+        for stepper in self._steppers.values():
+            self._guarded(stepper, partial(stepper.participant.enter_initialization_mode, self._start_time))
+        self._in_order(lambda: exchange_initial_values(self._steppers, self._links, self._start_time))
+        for stepper in self._steppers.values():
+            self._guarded(stepper, stepper.participant.exit_initialization_mode)
+        self._in_order(self._begin_exchange)
         if saved is not None:
-            self._restore(saved)
-        self._check_outputs()
+            self.restore_state(saved)
         self._notify_initialized(first_frame=saved is None)
 
     def save_state(self) -> dict[str, Any]:
-        """The state of every participant and the number of steps done; between steps only."""
+        """State and outputs of every participant, what algorithm and ledger hold, and the number of steps; between steps."""
         self._require(_Phase.RUNNING, "save_state")
         states: dict[str, object] = {}
-        for participant in self._participants:
-            self._guarded(participant, partial(_save_into, states, participant))
-        return {"index": self._index, "participants": states}
+        for stepper in self._steppers.values():
+            self._guarded(stepper, partial(_save_into, states, stepper))
+        outputs = {name: dict(stepper.outputs) for name, stepper in self._steppers.items()}
+        return {
+            "index": self._index,
+            "participants": states,
+            "outputs": outputs,
+            "algorithm": self._algorithm.save(),
+            "ledger": {} if self._ledger is None else self._ledger.save(),
+        }
+
+    def restore_state(self, saved: Mapping[str, Any]) -> None:
+        """Every participant as it was saved, and the clock with them; between steps only."""
+        self._require(_Phase.RUNNING, "restore_state")
+        states = saved["participants"]
+        if states.keys() != self._steppers.keys():
+            message = f"the saved state is of {', '.join(sorted(states))}, allowed: {', '.join(sorted(self._steppers))}"
+            self._fail(CoSimulationError("master", self.communication_point.time, message))
+        for name, stepper in self._steppers.items():
+            self._guarded(stepper, partial(stepper.restore, Snapshot(states[name], saved["outputs"][name])))
+        self._algorithm.restore(saved["algorithm"])
+        if self._ledger is not None:
+            self._ledger.restore(saved["ledger"])
+        self._index = int(saved["index"])
 
     def step(self) -> None:
-        """One communication step, then observers are told."""
+        """One communication step, then observers are told; the run ends here if a participant asks for it."""
         self._require(_Phase.RUNNING, "step")
-        try:
-            self._algorithm.step(self._participants, self._connections, self._step_participant)
-        except CoSimulationError:
-            raise
-        except Exception as cause:
-            self._fail("master", f"values could not be exchanged: {cause}", cause)
+        begin, end = self._time_of(self._index), self._time_of(self._index + 1)
+        self._in_order(lambda: self._cover(begin, end, 0))
         self._index += 1
-        self._check_outputs()
+        self._tell_events()
         self._notify_frame()
+        enders = [stepper for stepper in self._steppers.values() if stepper.wants_end is not None]
+        if enders:
+            self.terminate(f"{enders[0].name} ends the run: {enders[0].wants_end}")
 
     def run(self, until: float) -> None:
-        """Steps up to the first communication point at or after `until` [s]."""
+        """Steps up to the first communication point at or after `until` [s], or to where a participant ends the run."""
         self._require(_Phase.RUNNING, "run")
         last = math.ceil((until - self._start_time) / self._step_size - TIME_TOLERANCE)
-        while self._index < last:
+        while self._index < last and self.is_running:
             self.step()
 
     def emit(self, text: str, *, level: EventLevel = "info", source: str = "") -> None:
@@ -165,72 +217,72 @@ class CoSimulation:
         if self._phase is not phase:
             raise RuntimeError(f"{call} is called on a run that is {self._phase.value}, allowed: {phase.value}")
 
-    def _guarded(self, participant: Participant, call: Callable[[], None]) -> None:
+    def _guarded(self, stepper: Stepper, call: Callable[[], None]) -> None:
         """Make a call to a participant; its exception ends the run under its name."""
         try:
             call()
         except Exception as cause:
-            self._fail(participant.name, str(cause) or type(cause).__name__, cause)
+            self._fail(CoSimulationError(stepper.name, self.communication_point.time, _reason(cause)), cause)
 
-    def _restore(self, saved: Mapping[str, Any]) -> None:
-        """Every participant as it was saved, and the clock with them."""
-        states = saved["participants"]
-        names = {participant.name for participant in self._participants}
-        if states.keys() != names:
-            self._fail(
-                "master", f"the saved state is of {', '.join(sorted(states))}, allowed: {', '.join(sorted(names))}"
-            )
-        for participant in self._participants:
-            self._guarded(participant, partial(participant.restore_state, states[participant.name]))
-        self._index = int(saved["index"])
-
-    def _exchange_initial_values(self) -> None:
-        """Initial outputs reach initial inputs, along chains of any length that outputs pass straight through."""
-        by_name = {participant.name: participant for participant in self._participants}
+    def _in_order(self, call: Callable[[], None]) -> None:
+        """Make a call to many participants; what it raises ends the run, under the name of the one that failed."""
         try:
-            for _ in self._participants:
-                transfer(self._connections, by_name)
+            call()
+        except CoSimulationError as error:
+            self._fail(error, error.__cause__)
         except Exception as cause:
-            self._fail("master", f"initial values could not be exchanged: {cause}", cause)
+            time = self.communication_point.time
+            self._fail(CoSimulationError("master", time, f"values could not be exchanged: {_reason(cause)}"), cause)
 
-    def _step_participant(self, participant: Participant) -> None:
-        """From this communication point to the next, over as many early returns as the participant needs."""
-        begin, end = self._time_of(self._index), self._time_of(self._index + 1)
-        tolerance = TIME_TOLERANCE * self._step_size
-        reached = begin
-        started = wall_clock.perf_counter()
-        for _ in range(EARLY_RETURNS_ALLOWED):
-            previous = reached
-            try:
-                result = participant.do_step(reached, end - reached)
-            except Exception as cause:
-                self._fail(participant.name, str(cause) or type(cause).__name__, cause)
-            reached = result.last_successful_time
-            if result.status in (Status.DISCARD, Status.ERROR):
-                self._fail(participant.name, f"{result.status.value}: {result.message or 'no reason given'}")
-            if not previous - tolerance <= reached <= end + tolerance:
-                self._fail(participant.name, f"reached {reached} s, allowed: {previous} to {end} s")
-            if result.status is Status.OK:
-                break
-        if abs(reached - end) > tolerance:
-            self._fail(participant.name, f"stopped at {reached} s, allowed: {end} s")
-        self._wall_seconds[participant.name] += wall_clock.perf_counter() - started
+    def _begin_exchange(self) -> None:
+        """First outputs, then the test of those that are to be taken back, then the algorithm's own preparation."""
+        begin, end = self._start_time, self._time_of(1)
+        for stepper in self._steppers.values():
+            stepper.read_outputs(begin)
+        taken_back = self._algorithm.prepare(self._steppers, self._links)
+        for name in self._steppers if self._rolls_back else taken_back:
+            fault = rollback_fault(self._steppers[name], begin, end)
+            if fault:
+                self._rollback_faults[name] = fault
+        self._rolls_back &= not self._rollback_faults
+        for stepper in self._steppers.values():
+            stepper.passes_discards_on = self._rolls_back
+        self._opening = self._algorithm.begin(self._rollback_faults)
 
-    def _check_outputs(self) -> None:
-        """Find a NaN or an infinity once a communication step, where it first shows."""
-        for participant in self._participants:
-            for variable in participant.variables.values():
-                if variable.causality is not Causality.OUTPUT:
-                    continue
-                value = participant.get(variable.name)
-                if not np.isfinite(value).all():
-                    self._fail(participant.name, f"output {variable.name!r} is {value}, allowed: finite numbers")
+    def _cover(self, begin: float, end: float, halvings: int) -> None:
+        """Bring all from `begin` to `end`; where a step is discarded, back and in two halves."""
+        if not self._rolls_back:
+            self._exchange(begin, end)
+            return
+        snapshots = {name: stepper.save() for name, stepper in self._steppers.items()}
+        memory, accounts = self._algorithm.save(), {} if self._ledger is None else self._ledger.save()
+        try:
+            self._exchange(begin, end)
+        except Discarded as refusal:
+            if halvings == HALVINGS:
+                message = f"discard: {refusal.message or 'no reason given'}, down to a step of {end - begin:.3g} s"
+                raise CoSimulationError(refusal.participant, begin, message) from refusal
+            for name, stepper in self._steppers.items():
+                stepper.restore(snapshots[name])
+            self._algorithm.restore(memory)
+            if self._ledger is not None:
+                self._ledger.restore(accounts)
+            middle = 0.5 * (begin + end)
+            self._cover(begin, middle, halvings + 1)
+            self._cover(middle, end, halvings + 1)
 
-    def _fail(self, participant: str, message: str, cause: BaseException | None = None) -> NoReturn:
+    def _exchange(self, begin: float, end: float) -> None:
+        """One step of the algorithm, with its accounts."""
+        if self._ledger is not None:
+            self._ledger.open(self._steppers)
+        self._algorithm.step(self._steppers, self._links, begin, end)
+        if self._ledger is not None:
+            self._ledger.close(self._steppers, begin, end)
+
+    def _fail(self, error: CoSimulationError, cause: BaseException | None = None) -> NoReturn:
         """End the run in order and raise; the one that failed is not called again."""
-        error = CoSimulationError(participant, self.communication_point.time, message)
-        self._terminate_participants(except_for=participant)
-        event = Event(error.time, str(error), "error", participant)
+        self._terminate_participants(except_for=error.participant)
+        event = Event(error.time, str(error), "error", error.participant)
         self._notify(lambda observer: observer.event(event), raise_failures=False)
         self._notify(lambda observer: observer.terminated(str(error)), raise_failures=False)
         raise error from cause
@@ -241,20 +293,32 @@ class CoSimulation:
         if self._phase is _Phase.TERMINATED:
             return failures
         self._phase = _Phase.TERMINATED
-        for participant in self._participants:
-            if participant.name == except_for:
+        for name, stepper in self._steppers.items():
+            if name == except_for:
                 continue
             try:
-                participant.terminate()
+                stepper.participant.terminate()
             except Exception as cause:
-                failures.append((participant.name, cause))
+                failures.append((name, cause))
         return failures
+
+    def _tell_events(self) -> None:
+        for stepper in self._steppers.values():
+            for time, text in stepper.events:
+                event = Event(time, text, "info", stepper.name)
+                self._notify(partial(_tell, event=event))
+            stepper.events.clear()
 
     def _notify_initialized(self, *, first_frame: bool) -> None:
         if self._run_description is not None:
             run = self._run_description
             self._watched = True
             self._notify(lambda observer: observer.initialized(run))
+        for name, fault in self._rollback_faults.items():
+            self.emit(f"participant {name!r} cannot be taken back: {fault}", level="warning", source=name)
+        for text in self._opening:
+            self.emit(text, source="master")
+        self._tell_events()
         if first_frame:
             self._notify_frame()
 
@@ -281,6 +345,27 @@ class CoSimulation:
         self._notify(lambda observer: observer.terminated(reason), raise_failures=False)
 
 
-def _save_into(states: dict[str, object], participant: Participant) -> None:
+def _save_into(states: dict[str, object], stepper: Stepper) -> None:
     """Put a participant's state under its name."""
-    states[participant.name] = participant.save_state()
+    states[stepper.name] = stepper.participant.save_state()
+
+
+def _tell(observer: Observer, event: Event) -> None:
+    observer.event(event)
+
+
+def _reason(cause: BaseException) -> str:
+    return str(cause) or type(cause).__name__
+
+
+def _sub_rate_problems(participants: Sequence[Participant], sub_rates: Mapping[str, int]) -> list[str]:
+    """What is wrong with the sub-rates, one sentence each."""
+    names = [participant.name for participant in participants]
+    unknown = [
+        f"sub_rates names participant {name!r}, allowed: {', '.join(names)}" for name in sub_rates if name not in names
+    ]
+    return unknown + [
+        f"sub-rate of {name!r} is {rate!r}, allowed: a whole number, 1 or more"
+        for name, rate in sub_rates.items()
+        if not (isinstance(rate, int) and rate >= 1)
+    ]

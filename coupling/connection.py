@@ -1,11 +1,17 @@
-"""Which output feeds which input, and whether the two fit."""
+"""Which output feeds which input, whether the two fit, and how the value is carried over.
+
+Units that differ are converted where both are known (see `units`): an output in knots feeds an input in m/s.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from coupling.participant import Causality, Participant, Variable
+import numpy as np
+
+from coupling.participant import Array, Causality, Participant, Variable
+from coupling.units import Conversion, conversion
 
 
 @dataclass(frozen=True)
@@ -19,6 +25,27 @@ class Connection:
 
     def __str__(self) -> str:
         return f"{self.source}:{self.source_variable} -> {self.target}:{self.target_variable}"
+
+
+@dataclass(frozen=True)
+class Link:
+    """A connection that has been checked, with what makes the target's value of the source's."""
+
+    connection: Connection
+    conversion: Conversion
+
+    def carried(self, value: Array) -> Array:
+        """The source's value in the target's unit."""
+        if self.conversion.is_identity:
+            return value
+        return np.asarray(self.conversion.factor * value + self.conversion.offset)
+
+
+def link(connection: Connection, participants: Mapping[str, Participant]) -> Link:
+    """How a connection without problems carries its value."""
+    source = participants[connection.source].variables[connection.source_variable]
+    target = participants[connection.target].variables[connection.target_variable]
+    return Link(connection, _unit_conversion(source, target) or Conversion())
 
 
 def setup_problems(participants: Sequence[Participant], connections: Sequence[Connection]) -> list[str]:
@@ -44,9 +71,18 @@ def connection_problems(connection: Connection, participants: Mapping[str, Parti
     if source is not None and target is not None:
         if source.shape != target.shape:
             problems.append(f"{connection}: shape {source.shape} feeds shape {target.shape}, allowed: equal shapes")
-        if source.unit != target.unit:
-            problems.append(f"{connection}: unit {source.unit!r} feeds unit {target.unit!r}, allowed: equal units")
+        if _unit_conversion(source, target) is None:
+            allowed = "equal units, or units of one dimension that are known"
+            problems.append(f"{connection}: unit {source.unit!r} feeds unit {target.unit!r}, allowed: {allowed}")
     return problems
+
+
+def _unit_conversion(source: Variable, target: Variable) -> Conversion | None:
+    """None if the units do not fit: of different dimensions, or different in text and unknown."""
+    known = source.known_unit, target.known_unit
+    if known[0] is not None and known[1] is not None:
+        return conversion(known[0], known[1])
+    return Conversion() if source.unit == target.unit else None
 
 
 def _find(

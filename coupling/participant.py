@@ -10,10 +10,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import Enum
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
+
+from coupling.units import Unit, read_unit
 
 Array = npt.NDArray[np.float64]
 
@@ -35,12 +37,22 @@ class Variable:
         unit: SI unit as text, as in "N m"; quantities of mixed units say each group ("N, N m"); "1" has none.
         shape: of the array; () for a number, which travels as a 0-dimensional array.
         causality: see `Causality`.
+        is_mean: an output that is a mean over the step that was taken, as an impulse over its duration; where a step is
+            made of parts, the master gives the mean over all of them, so that no impulse is lost.
+        si: how the unit stands to SI, where the participant knows it better than its text tells.
     """
 
     name: str
     unit: str
     shape: tuple[int, ...]
     causality: Causality
+    is_mean: bool = False
+    si: Unit | None = None
+
+    @property
+    def known_unit(self) -> Unit | None:
+        """How the unit stands to SI; None where neither `si` nor the text tells."""
+        return self.si if self.si is not None else read_unit(self.unit)
 
 
 class Status(Enum):
@@ -54,11 +66,17 @@ class Status(Enum):
 
 @dataclass(frozen=True)
 class StepResult:
-    """The end of a step: status, the time [s] up to which the participant has come, and why if it is not OK."""
+    """The end of a step: status, the time [s] up to which the participant has come, and why if it is not OK.
+
+    event_handling_needed: discrete states change at that time, see `EventParticipant`; `message` tells what happened.
+    terminate_simulation: the participant has come to its end, and with it the run; no failure.
+    """
 
     status: Status
     last_successful_time: float
     message: str = ""
+    event_handling_needed: bool = False
+    terminate_simulation: bool = False
 
 
 class Participant(Protocol):
@@ -68,18 +86,20 @@ class Participant(Protocol):
 
     1. `variables` may be read at any time and never changes.
     2. `enter_initialization_mode(start_time)` once; from then on `get` returns the initial outputs.
-    3. `set` and `get` in any order, to exchange initial values.
+    3. `set` and `get` in any order, to exchange initial values; outputs that depend on inputs at once follow them.
     4. `exit_initialization_mode()` once.
-    5. For every communication step: `set` for connected inputs, then `do_step(time, step_size)`, then `get`.
-       Times never decrease; `time` is where the last successful step ended.
-    6. `save_state` and `restore_state` between steps only. After a restore the next step begins at the saved time.
+    5. For every communication step: `set` for connected inputs, then `do_step(time, step_size)`, then `get`. A step may
+       be asked for in parts; inputs then hold. Times never decrease; `time` is where the last successful step ended.
+    6. `save_state` and `restore_state` between steps only. After a restore the next step begins at the saved time, and
+       given the same inputs it gives the same outputs bit for bit.
     7. `terminate()` once, last; also after another participant failed.
 
     Ownership: `get` returns an array that the caller may keep (the participant will not write into it); `set` copies.
 
     Failure: `do_step` returns OK when it has reached `time + step_size`; EARLY_RETURN when it stopped before, at
     `last_successful_time`, and asks to be called again from there; DISCARD when it could not do the step and its state
-    is as before; ERROR, or an exception, when it cannot go on, after which only `terminate` is called.
+    is as before, and it may be asked for a shorter one; ERROR, or an exception, when it cannot go on, after which only
+    `terminate` is called.
     """
 
     @property
@@ -113,6 +133,14 @@ class Participant(Protocol):
 
     def terminate(self) -> None:
         """Release what is held; nothing is called afterwards."""
+
+
+@runtime_checkable
+class EventParticipant(Participant, Protocol):
+    """A participant with discrete states: after a step that says `event_handling_needed`, they are brought up to date."""
+
+    def update_discrete_states(self) -> bool:
+        """Event iteration at the present time; True as long as another call is needed."""
 
 
 def variable_table(variables: Iterable[Variable]) -> dict[str, Variable]:

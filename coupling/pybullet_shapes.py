@@ -68,7 +68,9 @@ def _hull(client: int, body: int, link: int, index: int) -> trimesh.Trimesh:
     """The convex hull of a shape that pybullet keeps as vertices, which it gives in the centre-of-mass frame."""
     count, vertices = pybullet.getMeshData(body, link, collisionShapeIndex=index, physicsClientId=client)
     if count < 4:
-        raise ValueError(f"{_name(client, body, link)} has a mesh without a file and without vertices")
+        raise ValueError(
+            f"{_name(client, body, link)} has a mesh that pybullet keeps to itself, allowed: add_body with meshes="
+        )
     return trimesh.convex.convex_hull(np.array(vertices))
 
 

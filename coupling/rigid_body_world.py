@@ -1,8 +1,7 @@
 """Rigid bodies, joints and contacts on a pybullet client of our own.
 
-What pybullet does wrong by default is put right here: damping is 0; inertia is that of the body, not of its bounding
-box; bodies do not fall asleep; joints do not give way; pairs are ordered, so that a step can be repeated; a speed that
-pybullet would clip without a word ends the run; and the rotation keeps angular momentum to rounding.
+What pybullet does wrong by default is put right: in `bullet_client`; and here, a speed that pybullet would clip without a
+word ends the run, and the rotation keeps angular momentum to rounding.
 
 Rotation. pybullet changes the angular velocity with the inertia at the beginning of a sub-step and turns the body
 afterwards:
@@ -19,10 +18,8 @@ turn second order. Left to itself pybullet gains 9 % of the energy of a tumbling
 from __future__ import annotations
 
 import math
-import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -31,27 +28,26 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from coupling.articulation import Articulation, PointJoint
-from coupling.bodies import MassProperties, convex_vertices
+from coupling.bodies import MassProperties
+from coupling.bullet_client import BulletBody, BulletClient
+from coupling.lines import ElasticLine, Lines
 from coupling.motion import STILL, UPRIGHT, Motion, PrescribedMotion, Quaternion, Vector
-from coupling.quiet_pybullet import pybullet
 from coupling.rigid_state import MOVING, RigidBodyState, pose_of, twist_of
+from coupling.rotations import cross
 
 Array = npt.NDArray[np.float64]
 
 SPEED_LIMIT = 100.0  # [m/s] and [rad/s] a component: where pybullet clips
-UNYIELDING_MASS = 1e12  # [kg] of a body on a prescribed motion: joints and contacts do not move it
-UNYIELDING_FORCE = 1e15  # [N] a joint can take; pybullet's own limit is 120 kN at 240 Hz
-FREE_GROUP, HELD_GROUP = 1, 2  # collision groups: held bodies do not collide with each other
+FOREIGN = 1e-7  # of a body's momentum and impulses: what rounding leaves is far below, a forgotten force far above
 
 
 @dataclass(eq=False)
 class _Body:
-    """One body as pybullet knows it: its axes are the principal ones, ours are the mesh's."""
+    """One body: its row in the state, how it moves, and what pybullet knows of it."""
 
-    unique_id: int
     row: int
     motion: str | PrescribedMotion
-    principal_axes: Rotation  # from principal axes to the mesh's axes
+    bullet: BulletBody
     is_jointed: bool = False
 
 
@@ -72,24 +68,23 @@ class RigidBodyWorld:
         self._bodies: dict[str, _Body] = {}
         self._joints: dict[str, int] = {}
         self._tensions: dict[str, float] = {}
+        self.lines = Lines()
         self._point_joints: list[PointJoint] = []
         self._articulation: Articulation | None = None
         self._accelerations: Array | None = None
         self._last_duration = sub_step
         self._state = RigidBodyState()
-        self._client: int = pybullet.connect(pybullet.DIRECT)
-        self._call(pybullet.setGravity, *gravity)
-        self._call(
-            pybullet.setPhysicsEngineParameter,
-            deterministicOverlappingPairs=1,
-            numSolverIterations=solver_iterations,
-            numSubSteps=0,
-        )
+        self._client = BulletClient(gravity, solver_iterations)
 
     @property
     def body_names(self) -> tuple[str, ...]:
         """In the order they were added."""
         return tuple(self._bodies)
+
+    @property
+    def free_body_names(self) -> tuple[str, ...]:
+        """Those that move by their forces."""
+        return tuple(name for name, body in self._bodies.items() if body.motion == "free")
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -128,12 +123,15 @@ class RigidBodyWorld:
             start = Motion(start.position, start.orientation)
         elif motion != "free":
             raise ValueError(f"rigid bodies: motion of {name!r} is {motion!r}, allowed: 'free', 'fixed' or a motion")
-        moments, axes = mass_properties.principal_axes()
-        shape = self._collision_shape(mesh, axes, is_free=motion == "free") if contact else -1
-        mass = mass_properties.mass if motion == "free" else 0.0 if motion == "fixed" else UNYIELDING_MASS
-        unique_id = self._call(pybullet.createMultiBody, mass, shape)
-        body = _Body(unique_id, len(self._bodies), motion, Rotation.from_matrix(axes))
-        self._put_right(body, mass, moments, friction)
+        bullet = self._client.add_body(
+            mesh,
+            mass_properties,
+            is_free=motion == "free",
+            is_guided=not isinstance(motion, str),
+            contact=contact,
+            friction=friction,
+        )
+        body = _Body(len(self._bodies), motion, bullet)
         self._bodies[name] = body
         self._state.append(mass_properties, start, is_free=motion == "free")
         self._place(body, start)
@@ -151,27 +149,46 @@ class RigidBodyWorld:
             raise ValueError(f"rigid bodies: joint {name!r} is of the kind {kind!r}, allowed: 'point'")
         first = self._body(body_a)
         second = None if body_b is None else self._body(body_b)
-        second_id = -1 if second is None else second.unique_id
-        pivots = [self._pivot(first, point), list(point) if second is None else self._pivot(second, point)]
-        axis = [0.0, 0.0, 0.0]
-        kind_id = pybullet.JOINT_POINT2POINT
-        joint = self._call(pybullet.createConstraint, first.unique_id, -1, second_id, -1, kind_id, axis, *pivots)
-        self._call(pybullet.changeConstraint, joint, maxForce=UNYIELDING_FORCE)
-        first.is_jointed = True
-        if second is not None:
-            second.is_jointed = True
-            self._call(pybullet.setCollisionFilterPair, first.unique_id, second_id, -1, -1, 0)
-        self._joints[name] = joint
-        self._tensions[name] = 0.0
-        self._point_joints.append(
-            PointJoint(
-                first.row,
-                -1 if second is None else second.row,
-                self._own_point(first, point),
-                np.array(point) if second is None else self._own_point(second, point),
-            )
+        first_point = self._own_point(first, point)
+        second_point = np.array(point) if second is None else self._own_point(second, point)
+        self._joints[name] = self._client.add_joint(
+            first.bullet, first_point, None if second is None else second.bullet, second_point
         )
+        for body in (first, second):
+            if body is not None:
+                body.is_jointed = True
+        self._tensions[name] = 0.0
+        row = -1 if second is None else second.row
+        self._point_joints.append(PointJoint(first.row, row, first_point, second_point))
         self._articulation = None
+
+    def add_line(
+        self,
+        name: str,
+        body_a: str,
+        body_b: str | None,
+        points: tuple[Vector, Vector],
+        *,
+        length: float,
+        stiffness: float,
+        relaxation_time: float = 0.0,
+    ) -> None:
+        """An elastic line from body_a to body_b, None the world, made fast at `points` of the world [m]; see `coupling.lines`.
+
+        ValueError for a line too stiff to be stepped, with the stiffness that is allowed.
+        """
+        bodies = (self._body(body_a), None if body_b is None else self._body(body_b))
+        places = [p if body is None else self._own_point(body, p) for body, p in zip(bodies, points, strict=True)]
+        rows = tuple(-1 if body is None else body.row for body in bodies)
+        line = ElasticLine((rows[0], rows[1]), np.array(places, dtype=np.float64), stiffness, relaxation_time, length)
+        inverse_mass = np.array([np.zeros((6, 6)) if row < 0 else self._state.inverse_mass(row) for row in rows])
+        stiffest = line.stiffest(self._state.pose, inverse_mass, self._sub_step)
+        if stiffness > stiffest:
+            raise ValueError(
+                f"line {name!r}: stiffness is {stiffness:g} N, allowed: up to {stiffest:.3g} N for its bodies"
+            )
+        self.lines.add(name, line)
+        self._state.line_wrench = self.lines.present_pull(self._state.pose, self._state.twist)
 
     def set_wrench(self, name: str, wrench: Array) -> None:
         """Wrench (6,) of the fluid on a body [N, N m], held until it is set again."""
@@ -198,10 +215,14 @@ class RigidBodyWorld:
         """(6, 6) twist by impulse, world frame; 0 for a body that is held."""
         return self._state.inverse_mass(self._body(name).row)
 
+    def mass_matrix(self, name: str) -> Array:
+        """(6, 6) impulse by twist of the body itself, joints apart, world frame [kg, kg m2]."""
+        return self._state.mass_matrix(self._body(name).row)
+
     def coupled_inverse_mass(self, names: Sequence[str]) -> Array:
         """(6 n, 6 n) twists of the named bodies by impulses on them, joints included; 0 for those that are held."""
         columns = [6 * self._body(name).row + axis for name in names for axis in range(6)]
-        return self._articulated().inverse_mass()[np.ix_(columns, columns)]
+        return self._articulated().inverse_mass(columns)
 
     def free_acceleration(self, name: str) -> Array:
         """(6,) d(twist)/dt from everything but the fluid [m/s2, rad/s2]; of a held body, that of its motion.
@@ -219,7 +240,9 @@ class RigidBodyWorld:
         return (twist_of(later) - twist_of(now)) / self._sub_step
 
     def tension(self, name: str) -> float:
-        """Magnitude of the force a joint carries [N], mean over the last advance."""
+        """Magnitude of the force a joint or a line carries [N], mean over the last advance."""
+        if name in self.lines.names:
+            return self.lines.tension(name)
         if name not in self._joints:
             raise ValueError(f"rigid bodies: joint {name!r} does not exist, allowed: {', '.join(self._joints)}")
         return self._tensions[name]
@@ -245,29 +268,28 @@ class RigidBodyWorld:
         sub_step = duration / count
         momenta_before, begin = self._state.momenta(), self.time
         tensions = dict.fromkeys(self._joints, 0.0)
-        self._call(pybullet.setTimeStep, sub_step)
+        self.lines.begin(duration, len(self._bodies))
         for index in range(count):
             self._advance_once(begin + (index + 1) * sub_step, sub_step)
             for name, joint in self._joints.items():
-                tensions[name] += math.hypot(*self._call(pybullet.getConstraintState, joint)) / count
+                tensions[name] += self._client.tension(joint) / count
         self._tensions = tensions
         self._last_duration = duration
         self._articulation = None
+        self._state.line_wrench = self.lines.end(duration)
         self._state.settle_reaction(momenta_before, duration, self._gravity)
+        self._state.line_wrench = self.lines.present_pull(self._state.pose, self._state.twist)
 
     def save_state(self) -> dict[str, object]:
         """All that moves, as plain data that can be pickled."""
-        with tempfile.TemporaryDirectory(prefix="oilsim-") as folder:
-            path = Path(folder) / "state.bullet"
-            self._call(pybullet.saveBullet, str(path))
-            content = path.read_bytes()
         arrays = {key: getattr(self._state, key).copy() for key in MOVING}
         return {
-            "bullet": content,
+            "bullet": self._client.save(),
             "time": self.time,
             "last_duration": self._last_duration,
             "arrays": arrays,
             "tensions": dict(self._tensions),
+            "lines": self.lines.save_state(),
         }
 
     def restore_state(self, state: Mapping[str, object]) -> None:
@@ -275,62 +297,27 @@ class RigidBodyWorld:
         content, arrays, tensions, time = (state[key] for key in ("bullet", "arrays", "tensions", "time"))
         if not (isinstance(content, bytes) and isinstance(arrays, dict) and isinstance(tensions, dict)):
             raise TypeError("rigid bodies: restore_state wants what save_state returned")
-        with tempfile.TemporaryDirectory(prefix="oilsim-") as folder:
-            path = Path(folder) / "state.bullet"
-            path.write_bytes(content)
-            self._call(pybullet.restoreState, fileName=str(path))
+        self._client.restore(content)
         for key, value in arrays.items():
             setattr(self._state, key, value.copy())
         self._tensions = dict(tensions)
+        self.lines.restore_state(state["lines"])  # type: ignore[arg-type]
         self._articulation = None
         self.time = float(time)  # type: ignore[arg-type]
         self._last_duration = float(state["last_duration"])  # type: ignore[arg-type]
 
     def close(self) -> None:
         """Give the client back; the world is of no use afterwards."""
-        if pybullet.isConnected(self._client):
-            pybullet.disconnect(self._client)
-
-    def _call(self, function: Callable, *arguments: object, **keywords: object):  # type: ignore[no-untyped-def]
-        """A pybullet call on our client."""
-        return function(*arguments, physicsClientId=self._client, **keywords)
+        self._client.close()
 
     def _body(self, name: str) -> _Body:
         if name not in self._bodies:
             raise ValueError(f"rigid bodies: body {name!r} does not exist, allowed: {', '.join(self._bodies)}")
         return self._bodies[name]
 
-    def _collision_shape(self, mesh: trimesh.Trimesh, axes: Array, *, is_free: bool) -> int:
-        """The shape along principal axes: convex for a free body (a moving concave one falls through others)."""
-        if is_free:
-            vertices = convex_vertices(mesh.vertices) @ axes
-            return self._call(pybullet.createCollisionShape, pybullet.GEOM_MESH, vertices=vertices.tolist())
-        vertices, indices = (mesh.vertices @ axes).tolist(), mesh.faces.ravel().tolist()
-        return self._call(pybullet.createCollisionShape, pybullet.GEOM_MESH, vertices=vertices, indices=indices)
-
-    def _put_right(self, body: _Body, mass: float, moments: Array, friction: float) -> None:
-        """Undo pybullet's defaults that spoil physics; inertia goes with mass, which would overwrite it."""
-        inertia = moments if body.motion == "free" else np.full(3, mass)
-        self._call(
-            pybullet.changeDynamics,
-            body.unique_id,
-            -1,
-            mass=mass,
-            localInertiaDiagonal=inertia.tolist(),
-            linearDamping=0.0,
-            angularDamping=0.0,
-            jointDamping=0.0,
-            lateralFriction=friction,
-            activationState=pybullet.ACTIVATION_STATE_DISABLE_SLEEPING,
-        )
-        group, mask = (FREE_GROUP, FREE_GROUP | HELD_GROUP) if body.motion == "free" else (HELD_GROUP, FREE_GROUP)
-        self._call(pybullet.setCollisionFilterGroupMask, body.unique_id, -1, group, mask)
-
     def _place(self, body: _Body, motion: Motion) -> None:
-        """Put a body where `motion` says; pybullet stops a body that it places, so the velocity comes second."""
-        orientation = (Rotation.from_quat(motion.orientation) * body.principal_axes).as_quat()
-        self._call(pybullet.resetBasePositionAndOrientation, body.unique_id, motion.position, orientation)
-        self._call(pybullet.resetBaseVelocity, body.unique_id, motion.linear_velocity, motion.angular_velocity)
+        """Put a body where `motion` says."""
+        self._client.place(body.bullet, motion)
         self._articulation = None
         self._state.pose[body.row] = pose_of(motion)
         self._state.twist[body.row] = twist_of(motion)
@@ -339,7 +326,7 @@ class RigidBodyWorld:
         """The joints at the present instant."""
         if self._articulation is None:
             state = self._state
-            inverse_mass = np.array([state.inverse_mass(row) for row in range(len(state.pose))]).reshape(-1, 6, 6)
+            inverse_mass = state.inverse_mass_matrix()
             self._articulation = Articulation(self._point_joints, state.pose, state.twist, inverse_mass)
             self._accelerations = None
         return self._articulation
@@ -349,8 +336,9 @@ class RigidBodyWorld:
         articulation = self._articulated()
         if self._accelerations is None:
             state = self._state
-            free = np.array([state.known_acceleration(row, self._gravity) for row in range(len(state.pose))])
-            self._accelerations = articulation.acceleration(free, self._last_duration)
+            self._accelerations = articulation.acceleration(
+                state.known_accelerations(self._gravity), self._last_duration
+            )
         return self._accelerations
 
     def _own_point(self, body: _Body, point: Vector) -> Array:
@@ -358,37 +346,24 @@ class RigidBodyWorld:
         pose = self._state.pose[body.row]
         return Rotation.from_quat(pose[3:]).inv().apply(np.array(point) - pose[:3])
 
-    def _pivot(self, body: _Body, point: Vector) -> list[float]:
-        """A world point in pybullet's frame of the body."""
-        pose = self._state.pose[body.row]
-        axes = Rotation.from_quat(pose[3:]) * body.principal_axes
-        return axes.inv().apply(np.array(point) - pose[:3]).tolist()
-
     def _advance_once(self, end: float, sub_step: float) -> None:
-        """One sub-step that ends at the time `end`."""
-        wrench = self._state.wrench + self._state.applied_wrench
-        for body in self._bodies.values():
-            if body.motion == "free":
-                self._push(body, wrench[body.row])
-            elif not isinstance(body.motion, str):
-                self._aim(body, body.motion.at(end), sub_step)
+        """One sub-step that ends at the time `end`; the engine takes no part where no body is free."""
+        pull = self.lines.pull_for(sub_step, self._state.pose, self._state.twist)
+        wrench = self._state.wrench + self._state.applied_wrench + pull
         free = [body for body in self._bodies.values() if body.motion == "free"]
-        handed_over = self._hand_over(free, sub_step)
-        self._call(pybullet.stepSimulation)
-        self._read_back(free, handed_over, sub_step)
-        for body in self._bodies.values():
-            if not isinstance(body.motion, str):
-                self._place(body, body.motion.at(end))
+        led = [(body, body.motion) for body in self._bodies.values() if not isinstance(body.motion, str)]
+        if free:
+            for body in free:
+                if wrench[body.row].any():
+                    self._client.push(body.bullet, wrench[body.row], self._state.pose[body.row, :3])
+            for body, motion in led:
+                self._aim(body, motion.at(end), sub_step)
+            rates = self._hand_over(free, sub_step)
+            self._client.step(sub_step)
+            self._read_back(free, rates, sub_step, wrench)
+        for body, motion in led:
+            self._place(body, motion.at(end))
         self.time = end
-
-    def _push(self, body: _Body, wrench: Array) -> None:
-        """Let a wrench act on a free body over the coming sub-step; pybullet forgets it afterwards."""
-        if not wrench.any():
-            return
-        force, torque, position = wrench[:3].tolist(), wrench[3:].tolist(), self._state.pose[body.row, :3].tolist()
-        world = pybullet.WORLD_FRAME
-        self._call(pybullet.applyExternalForce, body.unique_id, -1, force, position, world)
-        self._call(pybullet.applyExternalTorque, body.unique_id, -1, torque, world)
 
     def _aim(self, body: _Body, target: Motion, sub_step: float) -> None:
         """Give a body on a prescribed motion the velocity that takes it to `target`, so that joints and contacts see
@@ -396,35 +371,46 @@ class RigidBodyWorld:
         pose = self._state.pose[body.row]
         turn = Rotation.from_quat(target.orientation) * Rotation.from_quat(pose[3:]).inv()
         velocity = (target.position - pose[:3]) / sub_step - self._gravity * sub_step
-        self._call(pybullet.resetBaseVelocity, body.unique_id, velocity, turn.as_rotvec() / sub_step)
+        self._client.set_velocity(body.bullet, velocity, turn.as_rotvec() / sub_step)
 
     def _hand_over(self, free: list[_Body], sub_step: float) -> Array:
         """Give pybullet the velocities of free bodies; returns their angular part (B, 3)."""
-        rates = self._state.rates_for_midpoint(sub_step)
-        jointed = [body.row for body in free if body.is_jointed]
-        rates[jointed] = self._state.twist[jointed, 3:]
+        rates = self._state.twist[:, 3:].copy()
+        alone = [body.row for body in free if not body.is_jointed]
+        if alone:
+            rates[alone] = self._state.rates_for_midpoint(sub_step)[alone]
         for body in free:
-            velocity = self._state.twist[body.row, :3].tolist()
-            self._call(pybullet.resetBaseVelocity, body.unique_id, velocity, rates[body.row].tolist())
+            self._client.set_velocity(body.bullet, self._state.twist[body.row, :3], rates[body.row])
         return rates
 
-    def _read_back(self, free: list[_Body], rates: Array, sub_step: float) -> None:
+    def _read_back(self, free: list[_Body], rates: Array, sub_step: float, wrench: Array) -> None:
         """Poses and velocities of free bodies after a sub-step; keeps angular momentum (see the module)."""
-        if not free:
-            return
         state, rows = self._state, [body.row for body in free]
-        placed = [self._call(pybullet.getBasePositionAndOrientation, body.unique_id) for body in free]
-        moving = np.array([self._call(pybullet.getBaseVelocity, body.unique_id) for body in free]).reshape(-1, 6)
+        pose, moving = self._client.read([body.bullet for body in free])
         self._refuse_clipped(moving)
-        inertia, rate = state.world_inertia()[rows], rates[rows]
-        change = np.einsum("bij,bj->bi", inertia, moving[:, 3:] - rate)
-        change += sub_step * np.cross(rate, np.einsum("bij,bj->bi", inertia, rate))
-        angular_momentum = state.momenta()[rows, 3:] + change
-        to_body = Rotation.concatenate([body.principal_axes for body in free]).inv()
-        state.pose[rows, :3] = [position for position, _ in placed]
-        state.pose[rows, 3:] = (Rotation.from_quat([turn for _, turn in placed]) * to_body).as_quat()
-        moving[:, 3:] = np.linalg.solve(state.world_inertia()[rows], angular_momentum[:, :, None])[:, :, 0]
+        inertia, rate, momenta = state.world_inertia()[rows], rates[rows], state.momenta()[rows]
+        gained = np.empty((len(free), 6))
+        gained[:, :3] = state.mass[rows, None] * moving[:, :3] - momenta[:, :3]
+        gained[:, 3:] = np.einsum("bij,bj->bi", inertia, moving[:, 3:] - rate)
+        gained[:, 3:] += sub_step * cross(rate, np.einsum("bij,bj->bi", inertia, rate))
+        self._refuse_foreign(free, gained, sub_step * (wrench[rows] + state.weight(self._gravity)[rows]), momenta)
+        state.pose[rows] = pose
+        angular_momentum = momenta[:, 3:] + gained[:, 3:]
+        moving[:, 3:] = np.einsum("bij,bj->bi", state.inverse_masses()[rows, 3:, 3:], angular_momentum)
         state.twist[rows] = moving
+
+    def _refuse_foreign(self, free: list[_Body], gained: Array, given: Array, momenta: Array) -> None:
+        """An impulse (6,) that no wrench, joint or contact explains is that of a force which somebody else left pending."""
+        scale = np.abs(momenta).max(axis=1) + np.abs(given).max(axis=1) + np.abs(gained).max(axis=1)
+        unexplained = gained - given
+        for index in np.flatnonzero(np.abs(unexplained).max(axis=1) > FOREIGN * scale):
+            body = free[index]
+            if not body.is_jointed and not self._client.is_touching(body.bullet):
+                name = next(name for name, other in self._bodies.items() if other is body)
+                raise RuntimeError(
+                    f"body {name!r} receives an impulse of {unexplained[index].tolist()} N s and N m s that no wrench, joint or "
+                    f"contact explains, allowed: forces given to set_wrench and set_applied_wrench, none applied to the client"
+                )
 
     def _refuse_clipped(self, twists: Array) -> None:
         """pybullet clips speeds without a word; one at the limit means that the simulation has blown up."""

@@ -11,10 +11,11 @@ from scipy.spatial.transform import Rotation
 
 from coupling.bodies import MassProperties
 from coupling.motion import Motion
+from coupling.rotations import cross, rotation_matrices
 
 Array = npt.NDArray[np.float64]
 
-MOVING = ("pose", "twist", "wrench", "applied_wrench", "reaction", "earlier_reaction")
+MOVING = ("pose", "twist", "wrench", "applied_wrench", "line_wrench", "reaction", "earlier_reaction")
 
 
 class RigidBodyState:
@@ -25,6 +26,7 @@ class RigidBodyState:
         twist: (B, 6) linear [m/s] and angular velocity [rad/s].
         wrench: (B, 6) of the fluid [N, N m].
         applied_wrench: (B, 6) of anything else that is known, gravity apart [N, N m].
+        line_wrench: (B, 6) of elastic lines [N, N m].
         reaction: (B, 6) of joints and contacts, mean over the last step [N, N m]; earlier_reaction: over the one before.
         mass: (B,) [kg]; inertia: (B, 3, 3) along the body's axes [kg m2].
         is_free: (B,) whether the body moves by its forces.
@@ -35,37 +37,54 @@ class RigidBodyState:
         self.twist = np.zeros((0, 6))
         self.wrench = np.zeros((0, 6))
         self.applied_wrench = np.zeros((0, 6))
+        self.line_wrench = np.zeros((0, 6))
         self.reaction = np.zeros((0, 6))
         self.earlier_reaction = np.zeros((0, 6))
         self.mass = np.zeros(0)
-        self.inertia = np.zeros((0, 3, 3))
+        self.inertia: Array = np.zeros((0, 3, 3))
         self.is_free = np.zeros(0, dtype=bool)
+        self._inverse_inertia: Array = np.zeros((0, 3, 3))
+        self._kept: tuple[Array, Array, Array] | None = None  # poses (B, 7), and what belongs to them
 
     def append(self, properties: MassProperties, start: Motion, *, is_free: bool) -> None:
         """Add a row."""
         self.pose = np.vstack([self.pose, pose_of(start)])
         self.twist = np.vstack([self.twist, twist_of(start)])
-        for key in ("wrench", "applied_wrench", "reaction", "earlier_reaction"):
+        for key in ("wrench", "applied_wrench", "line_wrench", "reaction", "earlier_reaction"):
             setattr(self, key, np.vstack([getattr(self, key), np.zeros(6)]))
         self.mass = np.append(self.mass, properties.mass)
         self.inertia = np.concatenate([self.inertia, properties.inertia[None]])
+        self._inverse_inertia = np.asarray(np.linalg.inv(self.inertia), dtype=np.float64)
         self.is_free = np.append(self.is_free, is_free)
 
+    def _at_pose(self) -> tuple[Array, Array]:
+        """World inertia (B, 3, 3) and `inverse_masses`, kept until a body moves."""
+        if self._kept is None or not np.array_equal(self._kept[0], self.pose):
+            rotation = rotation_matrices(self.pose[:, 3:])
+            inertia = rotation @ self.inertia @ rotation.transpose(0, 2, 1)
+            inverse = np.zeros((len(self.pose), 6, 6))
+            inverse[:, [0, 1, 2], [0, 1, 2]] = 1.0 / self.mass[:, None]
+            inverse[:, 3:, 3:] = rotation @ self._inverse_inertia @ rotation.transpose(0, 2, 1)
+            inverse[~self.is_free] = 0.0
+            self._kept = (self.pose.copy(), inertia, inverse)
+        return self._kept[1:]
+
     def world_inertia(self) -> Array:
-        """(B, 3, 3) R I R^T [kg m2]."""
-        if len(self.pose) == 0:
-            return self.inertia
-        rotation = Rotation.from_quat(self.pose[:, 3:]).as_matrix()
-        return rotation @ self.inertia @ rotation.transpose(0, 2, 1)
+        """(B, 3, 3) R I R^T [kg m2]; not to be written into."""
+        return self._at_pose()[0]
 
     def momenta(self) -> Array:
         """(B, 6) m v [kg m/s] and R I R^T omega about each centre of mass [kg m2/s]."""
         angular = np.einsum("bij,bj->bi", self.world_inertia(), self.twist[:, 3:])
         return np.hstack([self.mass[:, None] * self.twist[:, :3], angular])
 
+    def weight(self, gravity: Array) -> Array:
+        """(B, 6) wrench of gravity about each centre of mass [N, N m]."""
+        return np.hstack([self.mass[:, None] * gravity, np.zeros((len(self.mass), 3))])
+
     def gyroscopic_torque(self) -> Array:
         """(B, 3) omega x (I omega) [N m]."""
-        return np.cross(self.twist[:, 3:], self.momenta()[:, 3:])
+        return cross(self.twist[:, 3:], self.momenta()[:, 3:])
 
     def rates_for_midpoint(self, duration: float) -> Array:
         """(B, 3) angular velocities [rad/s] from which one explicit gyroscopic step of `duration` leads to that of the
@@ -81,41 +100,53 @@ class RigidBodyState:
         target = np.linalg.solve(middle, self.momenta()[:, 3:, None])[:, :, 0]
         rate = target
         for _ in range(2):
-            torque = np.cross(rate, np.einsum("bij,bj->bi", inertia, rate))
+            torque = cross(rate, np.einsum("bij,bj->bi", inertia, rate))
             rate = target + duration * np.linalg.solve(inertia, torque[:, :, None])[:, :, 0]
         return rate
 
+    def inverse_masses(self) -> Array:
+        """(B, 6, 6) twist by impulse, diag(1 / m, (R I R^T)^-1); 0 for a body that is held; not to be written into."""
+        return self._at_pose()[1]
+
+    def inverse_mass_matrix(self) -> Array:
+        """(6 B, 6 B) twists of all bodies by impulses on them, joints apart."""
+        count = len(self.pose)
+        matrix = np.zeros((count, 6, count, 6))
+        matrix[np.arange(count), :, np.arange(count), :] = self.inverse_masses()
+        return matrix.reshape(6 * count, 6 * count)
+
     def inverse_mass(self, row: int) -> Array:
-        """(6, 6) twist by impulse, diag(1 / m, (R I R^T)^-1); 0 for a body that is held."""
-        inverse = np.zeros((6, 6))
-        if self.is_free[row]:
-            rotation = Rotation.from_quat(self.pose[row, 3:]).as_matrix()
-            inverse[:3, :3] = np.eye(3) / self.mass[row]
-            inverse[3:, 3:] = rotation @ np.linalg.inv(self.inertia[row]) @ rotation.T
-        return inverse
+        """(6, 6) of one body; see `inverse_masses`."""
+        return self.inverse_masses()[row].copy()
+
+    def mass_matrix(self, row: int) -> Array:
+        """(6, 6) impulse by twist, diag(m, R I R^T)."""
+        rotation = Rotation.from_quat(self.pose[row, 3:]).as_matrix()
+        matrix = np.zeros((6, 6))
+        matrix[:3, :3] = np.eye(3) * self.mass[row]
+        matrix[3:, 3:] = rotation @ self.inertia[row] @ rotation.T
+        return matrix
 
     def free_acceleration(self, row: int, gravity: Array) -> Array:
         """(6,) d(twist)/dt of a free body from everything but the fluid [m/s2, rad/s2].
 
-        M^-1 (applied wrench + lasting reaction of joints and contacts) + gravity, and - I^-1 omega x I omega.
+        M^-1 (applied wrench + lines + lasting reaction of joints and contacts) + gravity, and - I^-1 omega x I omega.
         """
         lasting = steady(self.earlier_reaction[row], self.reaction[row])
-        return self.known_acceleration(row, gravity) + self.inverse_mass(row) @ lasting
+        return self.known_accelerations(gravity)[row] + self.inverse_masses()[row] @ lasting
 
-    def known_acceleration(self, row: int, gravity: Array) -> Array:
-        """(6,) as `free_acceleration`, without joints and contacts; 0 for a body that is held."""
-        if not self.is_free[row]:
-            return np.zeros(6)
-        wrench = self.applied_wrench[row].copy()
-        wrench[3:] -= self.gyroscopic_torque()[row]
-        acceleration = self.inverse_mass(row) @ wrench
-        acceleration[:3] += gravity
+    def known_accelerations(self, gravity: Array) -> Array:
+        """(B, 6) as `free_acceleration`, without joints and contacts; 0 for a body that is held."""
+        wrench = self.applied_wrench + self.line_wrench
+        wrench[:, 3:] -= self.gyroscopic_torque()
+        acceleration = np.einsum("bij,bj->bi", self.inverse_masses(), wrench)
+        acceleration[self.is_free, :3] += gravity
         return acceleration
 
     def settle_reaction(self, momenta_before: Array, duration: float, gravity: Array) -> None:
         """Book what the known wrenches do not explain of the change of momentum as reaction of joints and contacts."""
         self.earlier_reaction = self.reaction
-        known = self.wrench + self.applied_wrench
+        known = self.wrench + self.applied_wrench + self.line_wrench
         known[:, :3] += self.mass[:, None] * gravity
         self.reaction = (self.momenta() - momenta_before) / duration - known
         self.reaction[~self.is_free] = 0.0
@@ -123,7 +154,7 @@ class RigidBodyState:
     def total_momentum(self) -> Array:
         """(6,) of the free bodies: linear [kg m/s], angular about the world's origin [kg m2/s]."""
         momenta = self.momenta()
-        momenta[:, 3:] += np.cross(self.pose[:, :3], momenta[:, :3])
+        momenta[:, 3:] += cross(self.pose[:, :3], momenta[:, :3])
         return momenta[self.is_free].sum(axis=0)
 
     def energy(self, gravity: Array) -> float:

@@ -196,9 +196,14 @@ class Wind:
 
     def save(self) -> dict[str, Any]:
         """Gust and random generator."""
-        return {"gust": self.gust, "speed": self.speed, "random": self._random.bit_generator.state}
+        return {
+            "gust": self.gust,
+            "speed": self.speed,
+            "direction": self.direction,
+            "random": self._random.bit_generator.state,
+        }
 
     def restore(self, saved: dict[str, Any]) -> None:
         """Back to a saved gust and generator."""
-        self.gust, self.speed = saved["gust"], saved["speed"]
+        self.gust, self.speed, self.direction = saved["gust"], saved["speed"], saved["direction"]
         self._random.bit_generator.state = saved["random"]

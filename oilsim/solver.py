@@ -261,14 +261,17 @@ class Fluid:
 
     def boundary_wrench(self, handle: int) -> Double:
         """Force [N] and torque about the centre of mass [N m], world frame (6,): the mean over the last advance."""
+        return self._moving(handle).impulse / self._duration if self._duration else np.zeros(6)
+
+    def boundary_twist(self, handle: int) -> Double:
+        """Linear and angular velocity (6,) [m/s, rad/s] that the body has come to by its answers inside the last advance."""
+        return self._moving(handle).twist.copy()
+
+    def _moving(self, handle: int) -> MovingBody:
         body = self.work.walls.moving.get(handle)
         if body is None:
             raise ValueError(f"boundary {handle} does not move, allowed: a boundary given to set_boundary_motion")
-        return body.impulse / self._duration if self._duration else np.zeros(6)
-
-    def boundary_twist(self, handle: int) -> Double:
-        """Twist (6,) [m/s, rad/s] to which the last advance took a moving boundary: what its body is expected to do."""
-        return self.work.walls.moving[handle].twist.copy()
+        return body
 
     @property
     def particle_count(self) -> int:

@@ -334,20 +334,26 @@ class Workspace:
             system = self._viscous_system(state)
             used = 0
             if config.explicit_viscosity or is_mild(number):
+                self._drag_bodies(system, state.velocity, span)
                 system.explicit(state.velocity, self.rest_density, span, self.walls.velocity)
             else:
                 used = system.solve(
                     state.velocity, self.rest_density, span, self.walls.velocity,
                     config.viscosity_tolerance, config.viscosity_iterations,
                 )  # fmt: skip
-            if self.walls.velocity is not None and self.touching.size:
-                force = self.walls.zero_forces()
-                viscous_reaction(
-                    self.touching, state.velocity, self.walls.velocity, self.wall_pairs, self.wall_gradient,
-                    system.wall_stiffness, self.volume, self.walls.resting, self.walls.owner, self.walls.arm, force,
-                )  # fmt: skip
-                self.walls.receive(span * force)
+                self._drag_bodies(system, state.velocity, span)
         return used
+
+    def _drag_bodies(self, system: ViscousSystem, velocity: Real, span: float) -> None:
+        """Hand moving no-slip bodies the opposite of the viscous force at the velocity (3, N) for which the liquid takes it."""
+        walls = self.walls
+        if walls.velocity is not None and self.touching.size:
+            force = walls.zero_forces()
+            viscous_reaction(
+                self.touching, velocity, walls.velocity, self.wall_pairs, self.wall_gradient, system.wall_stiffness,
+                self.volume, walls.resting, walls.owner, walls.arm, force,
+            )  # fmt: skip
+            walls.receive(span * force)
 
     def _viscous_system(self, state: FluidState) -> ViscousSystem:
         """The viscous liquids' pairs and the walls that hold them, at the present positions."""

@@ -7,6 +7,7 @@ JSON text in the same file. Nothing in it is a program: a checkpoint from a stra
 from __future__ import annotations
 
 import hashlib
+import io
 import json
 import os
 import zipfile
@@ -57,6 +58,27 @@ def state_hash(state: Mapping[str, Any]) -> str:
         digest.update(f"{name} {array.dtype.str} {array.shape}".encode())
         digest.update(np.ascontiguousarray(array).tobytes())
     return digest.hexdigest()
+
+
+def state_to_bytes(state: Mapping[str, Any]) -> bytes:
+    """A state as a text of bytes, bit for bit; TypeError for one that holds more than arrays and plain values."""
+    arrays: dict[str, np.ndarray] = {}
+    structure = json.dumps(_take_apart(state, "state", arrays))
+    buffer = io.BytesIO()
+    np.savez(buffer, **arrays, **{_STRUCTURE: np.frombuffer(structure.encode(), dtype=np.uint8)})  # type: ignore[arg-type]
+    return buffer.getvalue()
+
+
+def state_from_bytes(data: bytes) -> dict[str, Any]:
+    """The inverse of `state_to_bytes`; ValueError for anything else."""
+    try:
+        with np.load(io.BytesIO(data), allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+        structure = json.loads(arrays.pop(_STRUCTURE).tobytes())
+    except (KeyError, EOFError, AttributeError, zipfile.BadZipFile) as error:
+        raise ValueError(f"bytes are no saved state: {error}") from error
+    state: dict[str, Any] = _put_together(structure, arrays)
+    return state
 
 
 def save_checkpoint(path: str | Path, checkpoint: Checkpoint) -> None:

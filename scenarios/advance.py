@@ -53,6 +53,8 @@ class Course:
             self.begin(restart)
             while requests.stop is None and not self._is_done():
                 self.step()
+                if not simulation.is_running:
+                    return None  # a participant has ended it
                 self._save_if_due()
             if requests.stop is not None:
                 self._save_and_say()
@@ -70,7 +72,7 @@ class Course:
         """Orders that are due, one communication step, and what happened in it."""
         self._give_orders()
         self.simulation.step()
-        for happening in self._assembly.scoring.take_happenings():
+        for happening in self._assembly.scoring.take_happenings() if self.simulation.is_running else ():
             self.simulation.emit(happening.text, level=happening.level, source=happening.source)
 
     def begin(self, restart: Restart | None = None) -> None:

@@ -1,7 +1,7 @@
-"""A scenario becomes a coupled run: fluid, bodies, controllers, and the connections between them.
+"""A scenario becomes a coupled run: fluid, bodies, controllers, FMUs, and the connections between them.
 
-Order within a communication step: controllers give their orders from where the bodies are, the fluid answers to the bodies'
-motion with wrenches, and the bodies move under both.
+Order within a communication step: FMUs step and give their outputs to the signals they drive, controllers give their orders from
+where the bodies are, the fluid answers to the bodies' motion with wrenches, and the bodies move under both.
 """
 
 from __future__ import annotations
@@ -13,8 +13,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from coupling.bodies import box, mass_properties
+from coupling.body_exchange import BodyExchange
 from coupling.co_simulation import CoSimulation, FrameSource
 from coupling.connection import Connection
+from coupling.exchange_ledger import ExchangeLedger
 from coupling.observer import Observer
 from coupling.participant import Participant
 from coupling.participants.fluid import FluidParticipant
@@ -23,17 +25,24 @@ from coupling.rigid_body_world import RigidBodyWorld
 from coupling.surface_sampling import SurfaceSampling, particles_of, sample_surface
 from oilsim.solver import AdvanceReport, Fluid
 from recordings.frame import RunDescription
-from scenarios.build_fluid import build_fluid, fill_positions, horizontal, water_level
+from scenarios.build_fluid import build_fluid, fill_positions, water_level
 from scenarios.coupling_figures import CouplingFigures
 from scenarios.description import describe_exercise, describe_run
-from scenarios.fleet import Fleet, body_of, place_fleet
+from scenarios.drives import set_wind
+from scenarios.exchange import exchange_of
+from scenarios.exercise import body_of
+from scenarios.fleet import LINE_RELAXATION_TIME, Fleet, place_fleet
+from scenarios.fmus import ORDERS, READINGS, connections_of
 from scenarios.portrayal import FramePainter, Wrench
 from scenarios.probes import BodyProbe
 from scenarios.problems import problems_of
 from scenarios.scenario import Scenario
 from scenarios.scoring import Scoring
+from scenarios.signal_board import SignalBoard
+from scenarios.signals import RunParts, signals_of
 from scenarios.solids import Solid, own_solids, table_entry, vector
 from vessels.control import VesselControl
+from vessels.manual import ManualControl
 
 FLUID, BODIES = "fluid", "bodies"
 TO_FLUID = ("pose", "twist", "inverse_mass", "free_acceleration")
@@ -44,8 +53,8 @@ class Assembly:
     """A run that is ready to start: its parts, and what observers are shown.
 
     fluid, world: the simulators themselves, for whoever wants more than the participants' variables; coupled: names of the
-    bodies that exchange motion and wrench with the fluid; fleet: vessels and booms; scoring: their accounts;
-    coupling_figures: the account of the exchange.
+    bodies that exchange motion and wrench with the fluid; fleet: vessels and booms; scoring: their accounts; parts: what
+    signals reach into; exchange, ledger: how bodies meet the fluid, and the accounts of it; coupling_figures: both on record.
     """
 
     scenario: Scenario
@@ -55,11 +64,14 @@ class Assembly:
     coupled: tuple[str, ...]
     fleet: Fleet
     scoring: Scoring
+    parts: RunParts
     coupling_figures: CouplingFigures
     participants: tuple[Participant, ...]
     connections: tuple[Connection, ...]
     description: RunDescription
     frame_source: FrameSource
+    exchange: BodyExchange
+    ledger: ExchangeLedger
 
     @property
     def controls(self) -> tuple[VesselControl, ...]:
@@ -87,6 +99,8 @@ class Assembly:
             self.connections,
             self.scenario.run.communication_step,
             observers=observers,
+            algorithm=self.exchange,
+            ledger=self.ledger,
             frame_source=self.frame_source,
             run_description=self.description,
         )
@@ -99,6 +113,7 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
 
     `text` is the scenario file's, `overrides` the changes made to it; both only go into the recording.
     """
+    fmus = _fmus(scenario)
     level = water_level(scenario, fill_positions(scenario))
     fleet = place_fleet(scenario, level)
     solids = (*own_solids(scenario), *fleet.solids)
@@ -110,10 +125,21 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
     world = _world(scenario, solids, fleet) if coupled else None
     fluid_participant = FluidParticipant(FLUID, fluid, {name: handles[name] for name in coupled})
     scoring = Scoring(scenario, fluid, world, fleet, level)
-    coupling_figures = CouplingFigures(fluid, fluid_participant, world, coupled)
-    controls = tuple(VesselControl(vessel) for vessel in fleet.vessels)
-    set_wind(scenario, controls)
+    controls = tuple(VesselControl(vessel) if vessel.course else ManualControl(vessel) for vessel in fleet.vessels)
+    wind = scenario.forcing.wind
+    if wind is not None:
+        set_wind(fluid, controls, wind.speed, wind.direction)
     bodies = (RigidBodyParticipant(BODIES, world, coupled),) if world is not None else ()
+    exchange, ledger = exchange_of(fluid_participant, BODIES, world, coupled, fluid.config.particle_spacing)
+    coupling_figures = CouplingFigures(fluid, fluid_participant, world, coupled, ledger)
+    parts = RunParts(
+        fluid=fluid,
+        world=world,
+        controls={control.vessel.name: control for control in controls},
+        scoring=scoring,
+        tension_joints=fleet.tension_joints,
+    )
+    orders, readings = _boards(scenario, parts)
     return Assembly(
         scenario=scenario,
         fluid=fluid,
@@ -122,9 +148,13 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
         coupled=coupled,
         fleet=fleet,
         scoring=scoring,
-        coupling_figures=coupling_figures,
-        participants=(*controls, fluid_participant, *bodies),
-        connections=(*_body_connections(coupled), *_vessel_connections(controls)),
+        parts=parts,
+        participants=(*fmus, *orders, *controls, fluid_participant, *bodies, *readings),
+        connections=(
+            *connections_of(scenario.fmus).values(),
+            *_body_connections(coupled),
+            *_vessel_connections(controls),
+        ),
         description=describe_run(
             scenario,
             fluid,
@@ -144,8 +174,32 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
             scoring,
             coupling_figures,
             lambda: fluid_participant.report,
+            fmus,
         ),
+        coupling_figures=coupling_figures,
+        exchange=exchange,
+        ledger=ledger,
     )
+
+
+def _fmus(scenario: Scenario) -> tuple[Participant, ...]:
+    """The FMUs; what runs them is loaded only where there are some."""
+    if not scenario.fmus:
+        return ()
+    from scenarios.fmu_checks import fmu_participants
+
+    return fmu_participants(scenario.fmus)
+
+
+def _boards(scenario: Scenario, parts: RunParts) -> tuple[tuple[SignalBoard, ...], tuple[SignalBoard, ...]]:
+    """What takes the signals that FMUs drive, and what gives those that feed them; none without FMUs."""
+    if not scenario.fmus:
+        return (), ()
+    signals = signals_of(scenario)
+    asked = {one.source_variable for one in connections_of(scenario.fmus).values() if one.source == READINGS}
+    orders = {name: signal for name, signal in signals.items() if signal.is_input}
+    readings = {name: signals[name] for name in sorted(asked)}
+    return (SignalBoard(ORDERS, orders, parts),), (SignalBoard(READINGS, readings, parts),)
 
 
 def _coupled(scenario: Scenario, solids: Sequence[Solid]) -> tuple[str, ...]:
@@ -203,6 +257,17 @@ def _world(scenario: Scenario, solids: Sequence[Solid], fleet: Fleet) -> RigidBo
         _add_tank_sides(world, scenario)
     for joint in fleet.joints:
         world.add_joint(joint.name, joint.body_a, joint.body_b, vector(joint.point))
+    for line in fleet.lines:
+        with problems_of(f"booms.{line.name.split('/')[1]}.line_stiffness", "cannot be used"):
+            world.add_line(
+                line.name,
+                line.body_a,
+                line.body_b,
+                (vector(line.points[0]), vector(line.points[1])),
+                length=line.length,
+                stiffness=line.stiffness,
+                relaxation_time=LINE_RELAXATION_TIME,
+            )
     return world
 
 
@@ -220,14 +285,6 @@ def _add_tank_sides(world: RigidBodyWorld, scenario: Scenario) -> None:
         world.add_body(f"tank/{side}", slab, mass_properties(slab, mass=1.0), vector(center), motion="fixed")
 
 
-def set_wind(scenario: Scenario, controls: Sequence[VesselControl]) -> None:
-    """Vessels feel the mean wind; gusts are felt by the liquid only."""
-    wind = scenario.forcing.wind
-    if wind is not None:
-        for control in controls:
-            control.set(f"{control.vessel.name}.wind", np.array(horizontal(wind.speed, wind.direction)))
-
-
 def _body_connections(coupled: Sequence[str]) -> list[Connection]:
     """Motion to the fluid, wrench to the bodies."""
     motion = [
@@ -243,7 +300,7 @@ def _body_connections(coupled: Sequence[str]) -> list[Connection]:
     return [*motion, *wrenches, *([together] if coupled else [])]
 
 
-def _vessel_connections(controls: Sequence[VesselControl]) -> list[Connection]:
+def _vessel_connections(controls: Sequence[VesselControl | ManualControl]) -> list[Connection]:
     """Each helmsman sees the vessel's motion and pushes it."""
     connections = []
     for control in controls:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping
 from dataclasses import fields
 
@@ -19,7 +18,7 @@ from oilsim.solver import Fluid
 from scenarios.fields import Vector
 from scenarios.lattice import starting_positions
 from scenarios.scenario import Scenario
-from scenarios.weather import ForcingSettings, ZoneSettings
+from scenarios.weather import ForcingSettings, ZoneSettings, horizontal
 
 Array = NDArray[np.float64]
 
@@ -129,11 +128,6 @@ def _add_emitters(fluid: Fluid, scenario: Scenario) -> None:
                 volume=pipe.volume,
             )
         )
-
-
-def horizontal(speed: float, direction: float) -> Vector:
-    """Velocity [m/s] of something that goes to `direction` [rad from +x]."""
-    return speed * math.cos(direction), speed * math.sin(direction), 0.0
 
 
 def _add_forcings(fluid: Fluid, scenario: Scenario, level: float) -> None:

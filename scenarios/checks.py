@@ -14,8 +14,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scenarios.bodies import Body, MeshBody
-from scenarios.exercise import BoomSettings, TowSettings, VesselSettings
+from scenarios.exercise import BoomSettings, TowSettings, VesselSettings, body_of
 from scenarios.fields import Vector
+from scenarios.fmus import FmuSettings
 from scenarios.liquid import (
     BlockFill,
     CylinderFill,
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
 NAME = r"[A-Za-z0-9][A-Za-z0-9_-]*"
 NAME_ALLOWED = "letters, digits, '-' and '_', beginning with a letter or digit"
 MESH_SUFFIXES = (".stl", ".obj", ".ply", ".glb")
-NAMED_TABLES = ("phases", "fill", "emitters", "bodies", "vessels", "booms", "probes")
+NAMED_TABLES = ("phases", "fill", "emitters", "bodies", "vessels", "booms", "probes", "fmus")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,6 +59,7 @@ class Parts:
     booms: Mapping[str, BoomSettings] = field(default_factory=dict)
     tow: TowSettings | None = None
     probes: Mapping[str, Probe] = field(default_factory=dict)
+    fmus: Mapping[str, FmuSettings] = field(default_factory=dict)
 
     @classmethod
     def of(cls, scenario: Scenario) -> Parts:
@@ -78,11 +80,13 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
         yield from _places(parts, parts.tank)
     if parts.fluid is not None:
         yield from _sizes(parts, parts.fluid)
+    if parts.fmus:
+        yield from _fmus(parts)
 
 
 def body_names(parts: Parts) -> tuple[str, ...]:
     """What a probe may call a body: ``rock``, ``vessels/port``, ``boom/main/segment-03``."""
-    vessels = tuple(f"vessels/{name}" for name in parts.names["vessels"])
+    vessels = tuple(body_of(name) for name in parts.names["vessels"])
     segments = tuple(segment for name, boom in parts.booms.items() for segment in segment_names(name, boom.segments))
     return (*parts.names["bodies"], *vessels, *segments)
 
@@ -123,7 +127,7 @@ def _references(parts: Parts) -> Iterator[Problem]:
 
 def _orders(parts: Parts) -> Iterator[Problem]:
     for name, vessel in parts.vessels.items():
-        if not vessel.legs and "tow" not in parts.given:
+        if vessel.control == "helmsman" and not vessel.legs and "tow" not in parts.given:
             yield Problem(f"vessels.{name}.legs", "is missing, allowed: give legs, or a [tow] table for all vessels")
 
 
@@ -208,3 +212,11 @@ def _sizes(parts: Parts, fluid: FluidSettings) -> Iterator[Problem]:
         if emitter.radius < 0.5 * d:
             text = f"is {emitter.radius:g}, allowed: {0.5 * d:g} m or more, half of fluid.particle_spacing"
             yield Problem(f"emitters.{name}.radius", text)
+
+
+def _fmus(parts: Parts) -> Iterator[Problem]:
+    """FMUs and what they are connected to; what reads FMUs is loaded only where there are some."""
+    from scenarios.fmu_checks import fmu_problems
+    from scenarios.signals import signals_of
+
+    yield from fmu_problems(parts.fmus, signals_of(parts))

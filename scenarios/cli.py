@@ -11,11 +11,27 @@ import sys
 from collections.abc import Sequence
 
 from recordings.errors import RecordingError
-from scenarios.commands import check, compare, debrief, export, list, repair, replay, report, run, verify
+from scenarios.commands import (
+    build_fmu,
+    check,
+    compare,
+    debrief,
+    export,
+    export_fmu,
+    list,
+    repair,
+    replay,
+    report,
+    run,
+    signals,
+    verify,
+)  # fmt: skip
 from scenarios.exit_codes import BAD_INPUT, INTERRUPTED
 from scenarios.problems import ScenarioError
 
-COMMANDS = (list, check, run, replay, debrief, compare, verify, report, export, repair)
+COMMANDS = (
+    list, check, run, replay, debrief, compare, verify, report, export, repair, signals, build_fmu, export_fmu,
+)  # fmt: skip
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -10,6 +10,8 @@ ledger/fluid|bodies/momentum_x|y|z         linear momentum [N s]
 ledger/fluid/kinetic|potential_energy      [J]; of the bodies together: ledger/bodies/energy
 ledger/exchange/impulse_x|y|z, work        what the bodies received from the fluid since the run began [N s, J]; work by the
                                            trapezoidal rule over twists
+ledger/exchange/energy_made                in the last step, and
+ledger/exchange/momentum_residual, energy_residual  of the run, as `coupling.exchange_ledger` has them
 ledger/cause/<cause>                       what the liquid gained by one cause in the step [J], of a run with run.budget, and
 ledger/energy_residual, momentum_residual  the shares that no cause explains
 
@@ -24,6 +26,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from coupling.exchange_ledger import ExchangeLedger
 from coupling.participants.fluid import FluidParticipant
 from coupling.rigid_body_world import RigidBodyWorld
 from oilsim.solver import Fluid
@@ -36,9 +39,15 @@ class CouplingFigures:
     """Keeps the account of the exchange from communication point to communication point."""
 
     def __init__(
-        self, fluid: Fluid, participant: FluidParticipant, world: RigidBodyWorld | None, coupled: Sequence[str]
+        self,
+        fluid: Fluid,
+        participant: FluidParticipant,
+        world: RigidBodyWorld | None,
+        coupled: Sequence[str],
+        ledger: ExchangeLedger,
     ) -> None:
-        """`coupled` names the bodies that exchange motion and wrench with the fluid."""
+        """`coupled` names the bodies that exchange motion and wrench with the fluid, `ledger` checks what passes between them."""
+        self._ledger = ledger
         self._fluid, self._participant, self._world = fluid, participant, world
         self._coupled = tuple(coupled) if world is not None else ()
         self._wall_seconds: WallSeconds = dict
@@ -107,6 +116,7 @@ class CouplingFigures:
             **_components("ledger/bodies/momentum", self._world.momentum()[:3]),
             **_components("ledger/exchange/impulse", self._impulse),
             "ledger/exchange/work": self._work,
+            **{f"ledger/exchange/{name}": value for name, value in self._ledger.figures.items()},
         }
         return figures | (self._residuals(twists) if step > 0.0 else {})
 

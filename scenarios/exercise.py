@@ -14,6 +14,11 @@ from scenarios.fields import Point2, Section, quantity
 from scenarios.problems import Problem
 
 
+def body_of(vessel: str) -> str:
+    """A vessel's name as a body."""
+    return f"vessels/{vessel}"
+
+
 @dataclass(frozen=True, kw_only=True)
 class LegSettings(Section):
     """Orders that hold from `start` [s] until the next leg: speed [m/s] through the ground, and heading [rad].
@@ -49,7 +54,9 @@ class VesselSettings(Section):
     shape         "wigley" (a ship's lines) or "barge" (raked ends)
     position      [m] (x, y) of midships at the start
     heading       [rad] at the start
-    legs          orders over time; without any, those of [tow]
+    control       "helmsman" follows orders of speed and heading; "manual" leaves thrust and steering to whoever is connected, an FMU
+                  or the master of an exported FMU, 0 until they are given
+    legs          orders over time to the helmsman; without any, those of [tow]
     bollard_pull  [N] largest thrust ahead; astern it has half of it
     yaw_moment    [N m] largest steering moment
     side_thrust   [N] of transverse thrusters
@@ -63,6 +70,7 @@ class VesselSettings(Section):
     depth: float = quantity("m", above=0.0)
     position: Point2 = quantity("m")
     heading: float = quantity("rad", default=0.0)
+    control: Literal["helmsman", "manual"] = "helmsman"
     legs: tuple[LegSettings, ...] = ()
     bollard_pull: float = quantity("N", at_least=0.0)
     yaw_moment: float = quantity("N m", at_least=0.0)
@@ -73,6 +81,8 @@ class VesselSettings(Section):
         """The deck must lie above the water, and the legs in order of time."""
         if self.depth <= self.draft:
             yield Problem("depth", f"is {self.depth:g}, allowed: above draft = {self.draft:g} m")
+        if self.control == "manual" and self.legs:
+            yield Problem("legs", 'are given, allowed: only with control = "helmsman"')
         starts = [leg.start for leg in self.legs]
         if any(later <= earlier for earlier, later in pairwise(starts)):
             yield Problem("legs", f"start at {starts} s, allowed: each after the one before")
@@ -89,7 +99,9 @@ class BoomSettings(Section):
     freeboard           [m] above it
     buoyancy_to_weight  gross: displacement of the whole boom over its weight; the float is sized for it
     skirt_thickness     [m] as built; it is simulated at least one particle spacing thick
-    tow_line            [m] of line between each end and its vessel or point
+    tow_line            [m] of line between each end and its vessel
+    line_stiffness      [N] axial stiffness EA of these lines, which then pull only, have no mass and may be winched; without it they
+                        are rigid links
     """
 
     ends: tuple[str | Point2, str | Point2]
@@ -100,3 +112,14 @@ class BoomSettings(Section):
     buoyancy_to_weight: float = quantity("", default=5.0, above=1.0)
     skirt_thickness: float = quantity("m", default=0.005, above=0.0)
     tow_line: float = quantity("m", default=0.0, at_least=0.0)
+    line_stiffness: float | None = quantity("N", default=None, above=0.0)
+
+    @property
+    def end_labels(self) -> tuple[str, ...]:
+        """What the two ends are called: by their vessel, or ``end-0`` and ``end-1`` at fixed points."""
+        return tuple(end if isinstance(end, str) else f"end-{index}" for index, end in enumerate(self.ends))
+
+    def problems(self) -> Iterator[Problem]:
+        """An elastic line has a length."""
+        if self.line_stiffness is not None and self.tow_line == 0.0:
+            yield Problem("line_stiffness", "is given, allowed: only with tow_line above 0 m")

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from booms.boom import Boom, boom_of_ratio
-from booms.deployment import BoomLayout, PlacedBody, PlacedJoint, lay_between, tow_line
-from scenarios.exercise import BoomSettings, VesselSettings
+from booms.deployment import BoomLayout, PlacedBody, PlacedJoint, PlacedLine, lay_between, tow_line
+from scenarios.exercise import BoomSettings, VesselSettings, body_of
 from scenarios.fields import Point2
 from scenarios.problems import Problem, ScenarioError
 from scenarios.scenario import Scenario
@@ -28,6 +28,7 @@ RAKE = 0.15  # of a barge's length, at each end
 TOWING_BANDWIDTH = (
     3.0  # [rad/s] of the speed loop, three times a free vessel's: boom and entrained water outweigh the vessel
 )
+LINE_RELAXATION_TIME = 0.02  # [s] of an elastic line: damps a boom segment's bounce on it within a swing or two
 TOW_POINT = -0.4  # of the vessel's length from midships, in the waterline
 
 
@@ -35,23 +36,19 @@ TOW_POINT = -0.4  # of the vessel's length from midships, in the waterline
 class Fleet:
     """Vessels, booms and what holds them together.
 
-    tension_joints: by boom and end, such as ``("main", "port")``, the joint whose tension is the tow tension.
+    tension_joints: by boom and end, such as ``("main", "port")``, the joint or elastic line whose tension is the tow tension.
     """
 
     vessels: tuple[Vessel, ...] = ()
     booms: Mapping[str, BoomLayout] = field(default_factory=dict)
     solids: tuple[Solid, ...] = ()
     joints: tuple[PlacedJoint, ...] = ()
+    lines: tuple[PlacedLine, ...] = ()
     tension_joints: Mapping[tuple[str, str], str] = field(default_factory=dict)
 
     def tensions_of(self, boom: str) -> dict[str, str]:
         """The joints that carry a boom's tow tension, by its ends."""
         return {end: joint for (name, end), joint in self.tension_joints.items() if name == boom}
-
-
-def body_of(vessel: str) -> str:
-    """A vessel's name as a body."""
-    return f"vessels/{vessel}"
 
 
 def place_fleet(scenario: Scenario, water_level: float) -> Fleet:
@@ -66,6 +63,7 @@ def place_fleet(scenario: Scenario, water_level: float) -> Fleet:
     solids = [_afloat(vessel, water_level) for vessel in vessels.values()]
     joints: list[PlacedJoint] = []
     booms: dict[str, BoomLayout] = {}
+    lines: list[PlacedLine] = []
     tensions: dict[tuple[str, str], str] = {}
     for name, boom in scenario.booms.items() if not problems else ():
         try:
@@ -74,8 +72,9 @@ def place_fleet(scenario: Scenario, water_level: float) -> Fleet:
             problems.append(Problem(f"booms.{name}", f"cannot be laid: {error}"))
             continue
         booms[name] = layout
-        solids += [*(Solid(placed=segment) for segment in layout.segments), *ends.lines]
+        solids += [*(Solid(placed=segment) for segment in layout.segments), *ends.links]
         joints += [*layout.joints, *ends.joints]
+        lines += ends.lines
         tensions |= {(name, end): joint for end, joint in ends.tensions.items()}
     if problems:
         raise ScenarioError(problems)
@@ -84,6 +83,7 @@ def place_fleet(scenario: Scenario, water_level: float) -> Fleet:
         booms=booms,
         solids=tuple(solids),
         joints=tuple(joints),
+        lines=tuple(lines),
         tension_joints=tensions,
     )
 
@@ -116,8 +116,10 @@ def _vessel(name: str, settings: VesselSettings, scenario: Scenario) -> Vessel:
     )
 
 
-def course_of(settings: VesselSettings, scenario: Scenario) -> Course:
+def course_of(settings: VesselSettings, scenario: Scenario) -> Course | None:
     """A vessel's own legs, or those of the tow: it waits in its place, then keeps to the line that begins there."""
+    if settings.control == "manual":
+        return None
     legs = [
         CourseLeg(start_time=leg.start, speed=leg.speed, heading=leg.heading, through=leg.through)
         for leg in settings.legs
@@ -142,13 +144,14 @@ def _afloat(vessel: Vessel, water_level: float) -> Solid:
     return Solid(placed=placed)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(kw_only=True, eq=False)
 class _Ends:
-    """How a boom's two ends are held."""
+    """How a boom's two ends are held: rigid links, the joints at them, elastic lines, and by end what carries its tension."""
 
-    lines: tuple[Solid, ...]
-    joints: tuple[PlacedJoint, ...]
-    tensions: Mapping[str, str]
+    links: list[Solid] = field(default_factory=list)
+    joints: list[PlacedJoint] = field(default_factory=list)
+    lines: list[PlacedLine] = field(default_factory=list)
+    tensions: dict[str, str] = field(default_factory=dict)
 
 
 def _laid(
@@ -158,28 +161,30 @@ def _laid(
     boom = _boom(settings, scenario)
     places = [_boom_end(end, settings, vessels, water_level) for end in settings.ends]
     layout = lay_between(boom, places[0], places[1], water_level=water_level, name=f"boom/{name}")
-    lines: list[PlacedBody] = []
-    joints: list[PlacedJoint] = []
-    tensions: dict[str, str] = {}
-    for index, end in enumerate(settings.ends):
+    ends = _Ends()
+    for index, (end, label) in enumerate(zip(settings.ends, settings.end_labels, strict=True)):
         segment, point = layout.segments[-index].name, layout.end_points[index]
-        label = end if isinstance(end, str) else f"end-{index}"
-        joint_name = f"boom/{name}/tow-{label}"
-        if isinstance(end, str):
-            tow_point = vessels[end].initial_tow_point(water_level)
-            bodies, fast = tow_line(
-                joint_name, body_of(end), tow_point, segment, point, mass_per_meter=LINE_MASS, diameter=LINE_DIAMETER
+        holds = f"boom/{name}/tow-{label}"
+        if not isinstance(end, str):
+            ends.joints.append(PlacedJoint(name=holds, body_a=segment, body_b=None, point=point))
+            ends.tensions[label] = holds
+            continue
+        tow_point = vessels[end].initial_tow_point(water_level)
+        if settings.line_stiffness is not None:
+            points = np.array([tow_point, point])
+            stiffness = settings.line_stiffness
+            ends.lines.append(
+                PlacedLine(name=holds, body_a=body_of(end), body_b=segment, points=points, stiffness=stiffness)
             )
-            lines += bodies
-        else:
-            fast = (PlacedJoint(name=joint_name, body_a=segment, body_b=None, point=point),)
-        joints += fast
-        tensions[label] = fast[-1].name
-    return layout, _Ends(
-        lines=tuple(Solid(placed=line, contact=False, wetted=False) for line in lines),
-        joints=tuple(joints),
-        tensions=tensions,
-    )
+            ends.tensions[label] = holds
+            continue
+        bodies, fast = tow_line(
+            holds, body_of(end), tow_point, segment, point, mass_per_meter=LINE_MASS, diameter=LINE_DIAMETER
+        )
+        ends.links += [Solid(placed=body, contact=False, wetted=False) for body in bodies]
+        ends.joints += fast
+        ends.tensions[label] = fast[-1].name
+    return layout, ends
 
 
 def _boom(settings: BoomSettings, scenario: Scenario) -> Boom:

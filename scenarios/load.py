@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import MISSING, dataclass, fields
 from importlib import resources
 from pathlib import Path
@@ -68,7 +68,7 @@ def load_scenario(source: str | Path, *, overrides: Iterable[str] = (), demo: bo
 
 def scenario_from(data: Mapping[str, Any], folder: Path | None = None) -> Scenario:
     """A scenario from plain data; relative mesh files are looked for in `folder`."""
-    sound, problems = _structured(_with_mesh_paths(data, folder or Path.cwd()))
+    sound, problems = _structured(_with_paths(data, folder or Path.cwd()))
     if not problems:
         return Scenario(**sound)
     names = {table: tuple(data[table]) if isinstance(data.get(table), Mapping) else () for table in NAMED_TABLES}
@@ -153,15 +153,21 @@ def _keep(sound: dict[str, Any], problems: list[Problem], name: str, data: Any, 
         problems.extend(problem.below(name) for problem in error.problems)
 
 
-def _with_mesh_paths(data: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
-    """The data with mesh files as absolute paths."""
-    bodies = data.get("bodies")
-    if not isinstance(bodies, Mapping):
-        return data
-    placed = {
-        name: {**body, "file": str(folder / body["file"])}
-        if isinstance(body, Mapping) and isinstance(body.get("file"), str)
-        else body
-        for name, body in bodies.items()
-    }
-    return {**data, "bodies": placed}
+def _with_paths(data: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
+    """The data with the files of meshes and FMUs as absolute paths."""
+    return files_replaced(data, lambda table, name, file: str(folder / file))
+
+
+def files_replaced(data: Mapping[str, Any], replace: Callable[[str, str, str], str]) -> dict[str, Any]:
+    """A copy of the data with `replace(table, name, file)` for every file that an entry of a table names."""
+    result = dict(data)
+    for table in ("bodies", "fmus"):
+        entries = data.get(table)
+        if isinstance(entries, Mapping):
+            result[table] = {
+                name: {**entry, "file": replace(table, name, entry["file"])}
+                if isinstance(entry, Mapping) and isinstance(entry.get("file"), str)
+                else entry
+                for name, entry in entries.items()
+            }
+    return result

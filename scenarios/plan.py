@@ -92,12 +92,14 @@ class Plan:
         return {"scenario": as_data(self.scenario), "actions": actions}
 
     def fingerprint(self, index: int) -> str:
-        """What tells this run from another up to the communication point `index`: terms left out, mesh files read."""
+        """What tells this run from another up to the communication point `index`: terms left out, files of meshes and FMUs read."""
         data = as_data(self.scenario)
         course = {path: value for path, value in _leaves(data) if not _matches(path, TERMS)}
         actions = [[action.index, action.settings] for action in self.actions if action.index < index]
-        meshes = {name: _digest(body.file) for name, body in self.scenario.bodies.items() if isinstance(body, MeshBody)}
-        return hashlib.sha256(json.dumps([course, actions, meshes], sort_keys=True).encode()).hexdigest()
+        files = [body.file for body in self.scenario.bodies.values() if isinstance(body, MeshBody)]
+        files += [fmu.file for fmu in self.scenario.fmus.values()]
+        digests = [_digest(file) for file in files]
+        return hashlib.sha256(json.dumps([course, actions, digests], sort_keys=True).encode()).hexdigest()
 
 
 def plan_from(data: Mapping[str, Any]) -> Plan:
@@ -152,6 +154,6 @@ def _matches(path: str, patterns: Sequence[str]) -> bool:
 
 
 def _digest(file: str) -> str:
-    """What tells one mesh file from another; empty if it is gone, which building the scenario will say better."""
+    """What tells one file from another; empty if it is gone, which building the scenario will say better."""
     path = Path(file)
     return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""

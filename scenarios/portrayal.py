@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from coupling.co_simulation import CommunicationPoint
+from coupling.participant import Causality, Participant
 from coupling.rigid_body_world import RigidBodyWorld
 from oilsim.solver import AdvanceReport, Fluid
 from recordings.entity_paths import BOOM
@@ -52,8 +53,12 @@ class FramePainter:
         scoring: Scoring,
         coupling_figures: CouplingFigures,
         report: Callable[[], AdvanceReport | None],
+        fmus: Sequence[Participant] = (),
     ) -> None:
-        """`wrench` gives the fluid's wrench (6,) on a body, `report` the fluid's report on its last step."""
+        """`wrench` gives the fluid's wrench (6,) on a body, `report` the fluid's report on its last step; the outputs of `fmus` are
+        shown too.
+        """
+        self._fmus = fmus
         self._scenario = scenario
         self._fluid = fluid
         self._world = world
@@ -69,6 +74,7 @@ class FramePainter:
         """The frame at a communication point; its particles must be asked for before the run goes on."""
         scalars = self._figures(point.time) | dict(self._probes()) | self._scoring(point.time)
         scalars |= self._coupling_figures(point.time)
+        scalars |= self._fmu_outputs()
         return Frame(
             index=point.index,
             time=point.time,
@@ -77,6 +83,17 @@ class FramePainter:
             read_phases=self._phases,
             read_lost=self._scoring.lost_ids,
         )
+
+    def _fmu_outputs(self) -> dict[str, float]:
+        """What each FMU gives, as ``fmus/winch/paid_out``; of an array, each element."""
+        outputs: dict[str, float] = {}
+        for fmu in self._fmus:
+            for name, variable in fmu.variables.items():
+                if variable.causality is Causality.OUTPUT:
+                    values = fmu.get(name).ravel()
+                    place = f"{fmu.name.replace('.', '/', 1)}/{name}"
+                    outputs |= {f"{place}/{i}" if len(values) > 1 else place: float(v) for i, v in enumerate(values)}
+        return outputs
 
     def _phases(self) -> Mapping[str, PhaseFrame]:
         fluid = self._fluid

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, Field, fields
 from typing import Any, Literal, get_args, get_origin
 
-from scenarios import bodies, exercise, liquid, probes, scenario, weather
+from scenarios import bodies, exercise, fmus, liquid, probes, scenario, weather
 from scenarios.fields import Section, quantities
 from scenarios.structuring import SUFFIXES, field_kinds, shape_of
 
@@ -104,6 +104,7 @@ CHAPTERS: tuple[tuple[str, tuple[type[Section], ...]], ...] = (
     ("tow", (exercise.TowSettings,)),
     ("booms.NAME", (exercise.BoomSettings,)),
     ("probes.NAME", get_args(probes.Probe)),
+    ("fmus.NAME", (fmus.FmuSettings,)),
     ("recording", (scenario.RecordingSettings,)),
     ("camera", (scenario.CameraSettings,)),
     ("site", (scenario.SiteSettings,)),
@@ -160,6 +161,8 @@ def _row(section: type[Section], item: Field[Any]) -> str:
 
 def _value(kind: Any) -> str:
     """The allowed values of a key that is no quantity."""
+    if get_origin(kind) is Mapping:
+        return "a table of names and " + ("names" if get_args(kind)[1] is str else "numbers")
     if get_origin(kind) is Literal:
         return ", ".join(f'`"{choice}"`' for choice in get_args(kind))
     if kind is bool:

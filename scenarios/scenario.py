@@ -17,6 +17,7 @@ from scenarios import checks
 from scenarios.bodies import Body
 from scenarios.exercise import BoomSettings, TowSettings, VesselSettings
 from scenarios.fields import Section, Vector, quantity
+from scenarios.fmus import FmuSettings
 from scenarios.liquid import Fill, FluidSettings, PhaseSettings, PipeEmitterSettings, Tank
 from scenarios.probes import Probe
 from scenarios.problems import Problem
@@ -118,6 +119,7 @@ class Scenario(Section):
     booms: Mapping[str, BoomSettings] = field(default_factory=dict)
     tow: TowSettings | None = None
     probes: Mapping[str, Probe] = field(default_factory=dict)
+    fmus: Mapping[str, FmuSettings] = field(default_factory=dict)
     recording: RecordingSettings = field(default_factory=RecordingSettings)
     camera: CameraSettings | None = None
     site: SiteSettings | None = None

@@ -16,9 +16,10 @@ from booms.scores import LossSpeeds, TensionRecord
 from coupling.rigid_body_world import RigidBodyWorld
 from oilsim.solver import Fluid
 from recordings.frame import EventLevel
-from scenarios.build_fluid import horizontal
-from scenarios.fleet import Fleet, body_of
+from scenarios.exercise import body_of
+from scenarios.fleet import Fleet
 from scenarios.scenario import Scenario
+from scenarios.weather import horizontal
 from vessels.vessel import Vessel
 
 Array = NDArray[np.float64]
@@ -135,6 +136,14 @@ class BoomScore:
             self._worst[key] = max(self._worst.get(key, 0.0), getattr(report, key))
         draft = report.effective_draft
         self._worst["effective_draft"] = min(self._worst.get("effective_draft", draft), draft)
+
+    def first_loss_speed(self) -> float | None:
+        """Tow speed [m/s] at the first loss, None before it."""
+        return self._losses.first_loss
+
+    def gross_loss_speed(self) -> float | None:
+        """Tow speed [m/s] at the gross loss, None before it."""
+        return self._losses.gross_loss
 
     def save_state(self) -> dict[str, Any]:
         """The account as it stands."""
@@ -279,10 +288,10 @@ class Scoring:
 
 
 def _orders(vessels: Iterable[Vessel]) -> Iterator[tuple[float, str]]:
-    """When vessels get orders [s], and which; vessels that get the same at once share a line."""
+    """When vessels on a course get orders [s], and which; vessels that get the same at once share a line."""
     together: dict[tuple[float, float, float], list[str]] = {}
     for vessel in vessels:
-        for leg in vessel.course.legs:
+        for leg in vessel.course.legs if vessel.course else ():
             together.setdefault((leg.start_time, leg.speed, leg.heading), []).append(vessel.name)
     for (start, speed, heading), names in together.items():
         if speed == 0.0:

@@ -141,6 +141,15 @@ def _choice(value: object, kind: Any) -> object:
     raise Fault(f"is {value!r}{hint or ','} allowed: {', '.join(repr(choice) for choice in choices)}")
 
 
+def _number_or_switch(value: object, kind: object) -> float | bool:
+    if isinstance(value, bool):
+        return value
+    try:
+        return _number(value, kind)
+    except Fault as cause:
+        raise Fault(f"is {value!r}, allowed: a number, true or false") from cause
+
+
 def _boom_end(value: object, _: object) -> str | Point2:
     if isinstance(value, str):
         return value
@@ -253,6 +262,7 @@ def _strict_converter() -> Converter:
     converter.register_structure_hook(bool, _truth)
     converter.register_structure_hook_func(lambda kind: get_origin(kind) is Literal, _choice)
     converter.register_structure_hook_func(lambda kind: kind == str | Point2, _boom_end)
+    converter.register_structure_hook_func(lambda kind: kind == float | bool, _number_or_switch)
     converter.register_structure_hook_factory(_is_section, _section_factory)
     converter.register_structure_hook_factory(_is_tagged_union, _tagged_factory)
     return converter

@@ -72,6 +72,7 @@ class SummaryObserver:
         """What was added up so far, as plain data."""
         return {
             "wall_seconds": self._last - self._started,
+            "exchange": self._exchange(),
             "budget": None if self._budget is None else asdict(self._budget),
             "events": [asdict(event) for event in self.events],
             **{name: deepcopy(getattr(self, name)) for name in _SUMS},
@@ -118,6 +119,7 @@ class SummaryObserver:
             "iterations": self._iterations(),
             "momentum_residual": None if budget is None else budget.momentum_residual,
             "energy_residual": None if budget is None else budget.energy_residual,
+            "exchange": self._exchange(),
             "budget": None if budget is None else budget_entries(budget),
             "oil_m3": self._oil_volumes(),
             "scores": self._assembly.scoring.summary(),
@@ -147,6 +149,18 @@ class SummaryObserver:
         if not self._reports:
             return dict.fromkeys(kinds)
         return {kind: float(np.mean([iterations[kind] for *_, iterations in self._reports])) for kind in kinds}
+
+    def _exchange(self) -> dict[str, Any] | None:
+        """How bodies were coupled, and what was lost and made on the way between them and the fluid; None without free bodies."""
+        ledger, schemes = self._assembly.ledger, self._assembly.exchange.schemes
+        if not schemes:
+            return None
+        return {
+            "schemes": {body: scheme.value for body, scheme in schemes.items()},
+            "added_mass_to_mass": dict(self._assembly.exchange.stability_numbers),
+            "momentum_residual": ledger.momentum_residual,
+            "energy_residual": ledger.energy_residual,
+        }
 
     def _oil_volumes(self) -> dict[str, Any]:
         """Oil [m3] let into the run, still in it, held by booms, and lost by cause; what nothing accounts for is null."""

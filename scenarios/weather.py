@@ -7,6 +7,7 @@ velocity is drawn to the wave's or the current's within `relaxation_time` [s]; o
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -80,3 +81,8 @@ class ForcingSettings(Section):
     wind: WindSettings | None = None
     waves: WaveSettings | None = None
     current: CurrentSettings | None = None
+
+
+def horizontal(speed: float, direction: float) -> Vector:
+    """Velocity [m/s] of something that goes to `direction` [rad from +x]."""
+    return speed * math.cos(direction), speed * math.sin(direction), 0.0

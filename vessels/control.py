@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 
 from coupling.participant import Causality, Status, StepResult, Variable, checked_value, variable_table
 from vessels.course import Course, wrap_angle
-from vessels.vessel import Vessel
+from vessels.vessel import Vessel, planar_motion, planar_wrench
 
 Array = NDArray[np.float64]
+ORDERS = {"speed_order": "m/s", "heading_order": "rad"}
 _SavedState = tuple[dict[str, Any], dict[str, Array]]
 
 
@@ -54,9 +55,13 @@ class VesselControl:
     """
 
     def __init__(self, vessel: Vessel) -> None:
+        """ValueError for a vessel without a course."""
+        if vessel.course is None:
+            raise ValueError(f"vessel {vessel.name!r} has no course, its helmsman needs one")
+        self._course = vessel.course
         self.name = f"{vessel.name}-control"
         self.vessel = vessel
-        self._variables = variable_table(_variables(vessel.name))
+        self._variables = variable_table(control_variables(vessel.name, ORDERS))
         self._values = {name: np.zeros(variable.shape) for name, variable in self._variables.items()}
         self._values[f"{vessel.name}.pose"][6] = 1.0
         self._state = _ControlState()
@@ -90,7 +95,7 @@ class VesselControl:
 
     def change_course(self, course: Course) -> None:
         """From the next step on the legs of `course` are in force; that one that holds then begins anew."""
-        self.vessel = replace(self.vessel, course=course)
+        self.vessel, self._course = replace(self.vessel, course=course), course
         self._state.leg = -1
 
     def do_step(self, time: float, step_size: float) -> StepResult:
@@ -101,8 +106,8 @@ class VesselControl:
         thrust = self._thrust(surge, step_size)
         side = self._side_thrust(offset, sway, step_size)
         moment = self._yaw_moment(heading, turn_rate, self._bow_correction(offset, step_size), step_size)
-        c, s = math.cos(heading), math.sin(heading)
-        wrench = np.array([thrust * c - side * s, thrust * s + side * c, 0.0, 0.0, 0.0, moment]) + self._wind_wrench()
+        pose, twist, wind = (self._values[f"{self.vessel.name}.{what}"] for what in ("pose", "twist", "wind"))
+        wrench = planar_wrench(heading, thrust, side, moment) + self.vessel.wind_wrench(pose, twist, wind)
         outputs = {"thrust": thrust, "side_thrust": side, "yaw_moment": moment, "speed": surge, "heading": heading}
         for name, value in outputs.items():
             self._values[f"{self.vessel.name}.{name}"] = np.array(value)
@@ -124,7 +129,7 @@ class VesselControl:
 
     def _take_orders(self, time: float) -> None:
         """At the beginning of a leg its orders replace the ones in force."""
-        state, course = self._state, self.vessel.course
+        state, course = self._state, self._course
         leg = course.leg_index(time)
         if leg != state.leg:
             state.leg = leg
@@ -134,15 +139,12 @@ class VesselControl:
             self._values[f"{self.vessel.name}.heading_order"] = np.array(state.heading_order)
 
     def _motion(self) -> tuple[Array, float, float, float, float]:
-        """Position (2,), heading, speed ahead, speed to port, rate of turn."""
-        pose, twist = self._values[f"{self.vessel.name}.pose"], self._values[f"{self.vessel.name}.twist"]
-        heading = heading_of(pose[3:])
-        c, s = math.cos(heading), math.sin(heading)
-        return pose[:2], heading, c * twist[0] + s * twist[1], c * twist[1] - s * twist[0], float(twist[5])
+        """See `planar_motion`."""
+        return planar_motion(self._values[f"{self.vessel.name}.pose"], self._values[f"{self.vessel.name}.twist"])
 
     def _lane_offset(self, position: Array) -> float:
         """Distance [m] to port that the vessel must go to be on its line; 0 without one."""
-        through = self.vessel.course.legs[self._state.leg].through
+        through = self._course.legs[self._state.leg].through
         if through is None:
             return 0.0
         direction = self._state.heading_order
@@ -174,7 +176,7 @@ class VesselControl:
     def _side_thrust(self, offset: float, sway: float, step_size: float) -> float:
         """Thrust to port [N] that brings the vessel to its line; 0 without side thrusters or without a line."""
         state, w, limit = self._state, self.vessel.gains.lane_bandwidth, self.vessel.propulsion.side_thrust
-        if limit == 0.0 or self.vessel.course.legs[state.leg].through is None:
+        if limit == 0.0 or self._course.legs[state.leg].through is None:
             return 0.0
         mass = self.vessel.hull.mass_properties.mass
         wanted = mass * (w**2 * offset - 2.0 * w * sway + 0.1 * w**3 * state.lane_integral)
@@ -193,45 +195,20 @@ class VesselControl:
         state.lane_integral += _integrand(offset, wanted, correction) * math.cos(correction) ** 2 * step_size
         return correction
 
-    def _wind_wrench(self) -> Array:
-        """Force and moment of the wind on the superstructure about the centre of mass, world frame."""
-        superstructure = self.vessel.superstructure
-        if superstructure is None:
-            return np.zeros(6)
-        pose, twist = self._values[f"{self.vessel.name}.pose"], self._values[f"{self.vessel.name}.twist"]
-        arm = _rotate(pose[3:], np.array(superstructure.center))
-        velocity = twist[:3] + np.cross(twist[3:], arm)
-        force = superstructure.wind_force(self._values[f"{self.vessel.name}.wind"], velocity)
-        force[2] = 0.0
-        return np.concatenate([force, np.cross(arm, force)])
-
-
-def heading_of(orientation: Array) -> float:
-    """Heading [rad] of the x axis of a body with orientation xyzw: counter-clockwise about z from the world's +x."""
-    x, y, z, w = (float(component) for component in orientation)
-    return math.atan2(2.0 * (x * y + w * z), 1.0 - 2.0 * (y * y + z * z))
-
-
-def _rotate(orientation: Array, vector: Array) -> Array:
-    """A body vector (3,) in the world frame: v + 2 q x (q x v + w v)."""
-    axis, w = orientation[:3], orientation[3]
-    return vector + 2.0 * np.cross(axis, np.cross(axis, vector) + w * vector)
-
 
 def _integrand(error: float, wanted: float, limited: float) -> float:
     """The error, or 0 where integrating it would push a saturated actuator further (conditional integration)."""
     return 0.0 if (wanted - limited) * error > 0.0 else error
 
 
-def _variables(vessel: str) -> list[Variable]:
-    """Variables of the controller of the vessel of that name."""
+def control_variables(vessel: str, orders: Mapping[str, str]) -> list[Variable]:
+    """Variables of whoever steers the vessel of that name by `orders`, a unit for each order's name."""
     given, taken = Causality.INPUT, Causality.OUTPUT
     return [
         Variable(f"{vessel}.pose", "m, 1", (7,), given),
         Variable(f"{vessel}.twist", "m/s, rad/s", (6,), given),
         Variable(f"{vessel}.wind", "m/s", (3,), given),
-        Variable(f"{vessel}.speed_order", "m/s", (), given),
-        Variable(f"{vessel}.heading_order", "rad", (), given),
+        *(Variable(f"{vessel}.{order}", unit, (), given) for order, unit in orders.items()),
         Variable(f"{vessel}.applied_wrench", "N, N m", (6,), taken),
         Variable(f"{vessel}.thrust", "N", (), taken),
         Variable(f"{vessel}.side_thrust", "N", (), taken),

@@ -79,14 +79,14 @@ class ControlGains:
 class Vessel:
     """A vessel under orders.
 
-    position (x, y) [m]: of midships at the start; heading [rad], counter-clockwise about z from +x; tow_point (3,) [m]
-    in the body frame, where a tow line is made fast.
+    course: what its helmsman keeps to, None without one; position (x, y) [m]: of midships at the start; heading [rad],
+    counter-clockwise about z from +x; tow_point (3,) [m] in the body frame, where a tow line is made fast.
     """
 
     name: str
     hull: Hull
     propulsion: Propulsion
-    course: Course
+    course: Course | None
     position: tuple[float, float]
     heading: float
     tow_point: tuple[float, float, float]
@@ -104,6 +104,41 @@ class Vessel:
     def initial_tow_point(self, water_level: float) -> Array:
         """The tow point (3,) [m] in the world at the start."""
         return self.initial_pose(water_level)[0] + rotated(np.array(self.tow_point), self.heading)
+
+    def wind_wrench(self, pose: Array, twist: Array, wind: Array) -> Array:
+        """Force and moment (6,) of the wind (3,) [m/s] on the superstructure about the centre of mass, world frame."""
+        if self.superstructure is None:
+            return np.zeros(6)
+        arm = _rotate(pose[3:], np.array(self.superstructure.center))
+        velocity = twist[:3] + np.cross(twist[3:], arm)
+        force = self.superstructure.wind_force(wind, velocity)
+        force[2] = 0.0
+        return np.concatenate([force, np.cross(arm, force)])
+
+
+def heading_of(orientation: Array) -> float:
+    """Heading [rad] of the x axis of a body with orientation xyzw: counter-clockwise about z from the world's +x."""
+    x, y, z, w = (float(component) for component in orientation)
+    return math.atan2(2.0 * (x * y + w * z), 1.0 - 2.0 * (y * y + z * z))
+
+
+def planar_motion(pose: Array, twist: Array) -> tuple[Array, float, float, float, float]:
+    """Position (2,) [m], heading [rad], speed ahead and to port [m/s], rate of turn [rad/s] of a body (7,), (6,)."""
+    heading = heading_of(pose[3:])
+    c, s = math.cos(heading), math.sin(heading)
+    return pose[:2], heading, c * twist[0] + s * twist[1], c * twist[1] - s * twist[0], float(twist[5])
+
+
+def planar_wrench(heading: float, thrust: float, side_thrust: float, yaw_moment: float) -> Array:
+    """Wrench (6,) in the world frame of thrust ahead and to port [N] and a moment about z [N m]."""
+    c, s = math.cos(heading), math.sin(heading)
+    return np.array([thrust * c - side_thrust * s, thrust * s + side_thrust * c, 0.0, 0.0, 0.0, yaw_moment])
+
+
+def _rotate(orientation: Array, vector: Array) -> Array:
+    """A body vector (3,) in the world frame: v + 2 q x (q x v + w v)."""
+    axis, w = orientation[:3], orientation[3]
+    return vector + 2.0 * np.cross(axis, np.cross(axis, vector) + w * vector)
 
 
 def rotated(vector: Array, heading: float) -> Array:

@@ -1,7 +1,8 @@
 """The fluid as a participant of a coupled run.
 
 Variables of every coupled body <body>: inputs `<body>.pose`, `<body>.twist`, `<body>.inverse_mass`, `<body>.free_acceleration`, the
-body's motion at the start of a step and how it answers an impulse; output `<body>.wrench`, the mean over the step. Input
+body's motion at the start of a step and how it answers an impulse; outputs `<body>.wrench`, the mean over the step, and
+`<body>.foreseen_twist`, what the fluid takes the body's twist to be at the end of it. Input
 `inverse_mass` (6 n, 6 n), where it is connected, is how all coupled bodies answer together, tied by joints, in place of their own.
 Within the step the fluid lets the bodies answer inside its pressure solve (see `oilsim.rigid_response`); the rigid engine then makes
 the same motion from the wrenches, so that momentum passes without loss.
@@ -14,8 +15,10 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 
+from coupling.added_mass import WettedSurface
 from coupling.participant import Causality, Status, StepResult, Variable, checked_value, variable_table
 from oilsim.solver import AdvanceReport, Fluid, FluidError
+from oilsim.walls import rotation_matrix
 
 Array = npt.NDArray[np.float64]
 
@@ -25,6 +28,7 @@ MOTION_VARIABLES = (
     ("inverse_mass", "1/kg, 1/(kg m2)", (6, 6)),
     ("free_acceleration", "m/s2, rad/s2", (6,)),
 )
+OUTPUTS = ("wrench", "foreseen_twist")
 
 
 class FluidParticipant:
@@ -39,7 +43,8 @@ class FluidParticipant:
             for body in self._boundaries
             for quantity, _, shape in MOTION_VARIABLES
         }
-        self._wrenches = {body: np.zeros(6) for body in self._boundaries}
+        self._surfaces: dict[str, WettedSurface] = {}
+        self._outputs = {f"{body}.{what}": np.zeros(6) for body in self._boundaries for what in OUTPUTS}
         inputs = [
             Variable(f"{body}.{quantity}", unit, shape, Causality.INPUT)
             for body in self._boundaries
@@ -49,7 +54,14 @@ class FluidParticipant:
         if self._boundaries:
             size = 6 * len(self._boundaries)
             inputs.append(Variable("inverse_mass", "1/kg, 1/(kg m), 1/(kg m2)", (size, size), Causality.INPUT))
-        outputs = [Variable(f"{body}.wrench", "N, N m", (6,), Causality.OUTPUT) for body in self._boundaries]
+        outputs = [
+            variable
+            for body in self._boundaries
+            for variable in (
+                Variable(f"{body}.wrench", "N, N m", (6,), Causality.OUTPUT, is_mean=True),
+                Variable(f"{body}.foreseen_twist", "m/s, rad/s", (6,), Causality.OUTPUT),
+            )
+        ]
         self._variables = variable_table([*inputs, *outputs])
         self.report: AdvanceReport | None = None
 
@@ -71,12 +83,10 @@ class FluidParticipant:
         """Nothing is left to do."""
 
     def get(self, name: str) -> Array:
-        """A fresh copy of a body's wrench [N, N m]."""
-        body = name.removesuffix(".wrench")
-        if body == name or body not in self._wrenches:
-            allowed = ", ".join(f"{body}.wrench" for body in self._wrenches)
-            raise ValueError(f"{self._name!r} has no output {name!r}, allowed: {allowed}")
-        return self._wrenches[body].copy()
+        """A fresh copy of a body's wrench [N, N m] or foreseen twist [m/s, rad/s]."""
+        if name not in self._outputs:
+            raise ValueError(f"{self._name!r} has no output {name!r}, allowed: {', '.join(self._outputs)}")
+        return self._outputs[name].copy()
 
     def set(self, name: str, value: Array) -> None:
         """Set a body's motion; it is used at the next step."""
@@ -107,19 +117,34 @@ class FluidParticipant:
         except FluidError as error:
             return StepResult(Status.ERROR, time, str(error))
         for body, handle in self._boundaries.items():
-            self._wrenches[body] = self._fluid.boundary_wrench(handle)
+            self._outputs[f"{body}.wrench"] = self._fluid.boundary_wrench(handle)
+            self._outputs[f"{body}.foreseen_twist"] = self._fluid.boundary_twist(handle)
         return StepResult(Status.OK, time + step_size)
 
     def expected_twist(self, body: str) -> Array:
         """Twist (6,) [m/s, rad/s] that the fluid expects a body to have now, after the wrench it was given."""
-        return self._fluid.boundary_twist(self._boundaries[body])
+        return self._outputs[f"{body}.foreseen_twist"].copy()
+
+    def added_mass(self, body: str) -> Array:
+        """(6, 6) [kg, kg m, kg m2] of the liquid that a body sets moving, as it lies about it now, world frame."""
+        fluid, config, pose = self._fluid, self._fluid.config, self._inputs[f"{body}.pose"]
+        if body not in self._surfaces:
+            boundary = fluid.work.walls.boundaries[self._boundaries[body]]
+            self._surfaces[body] = WettedSurface(boundary, config.particle_spacing, config.dimension)
+        position = fluid.state.position.astype(np.float64).T - pose[:3]
+        period = np.subtract(config.upper, config.lower) * config.periodic
+        position -= period * np.round(np.divide(position, period, out=np.zeros_like(position), where=period > 0.0))
+        mass = config.rest_volume * np.array([phase.rest_density for phase in config.phases])[fluid.state.phase]
+        rotation = rotation_matrix(pose[3:])
+        turn = np.kron(np.eye(2), rotation)
+        return np.asarray(turn @ self._surfaces[body].added_mass(position @ rotation, mass) @ turn.T)
 
     def save_state(self) -> object:
-        """The fluid's state with the last wrenches and inputs."""
+        """The fluid's state with the last outputs and inputs."""
         return {
             "fluid": self._fluid.save_state(),
             "inputs": {name: value.copy() for name, value in self._inputs.items()},
-            "wrenches": {name: value.copy() for name, value in self._wrenches.items()},
+            "outputs": {name: value.copy() for name, value in self._outputs.items()},
         }
 
     def restore_state(self, state: object) -> None:
@@ -128,7 +153,7 @@ class FluidParticipant:
             raise TypeError(f"{self._name!r}: restore_state wants what save_state returned, not {type(state).__name__}")
         self._fluid.restore_state(state["fluid"])
         self._inputs = {name: value.copy() for name, value in state["inputs"].items()}
-        self._wrenches = {name: value.copy() for name, value in state["wrenches"].items()}
+        self._outputs = {name: value.copy() for name, value in state["outputs"].items()}
 
     def terminate(self) -> None:
         """End the fluid's threads."""

@@ -2,17 +2,15 @@
 
 Its inputs, outputs and parameters keep their names. A number is an array of shape (1,), so that it connects to a joint's
 tension; the elements of an FMI 2 array, named `wrench[1]` to `wrench[6]`, are one variable `wrench` of shape (6,); an FMI 3
-array has its own shape. Units are those of the model description with the dot of a product written as a space ("N m"), "1"
-where it names none; elements of mixed units name each once ("N, N m"). Integers and booleans travel as numbers.
+array has its own shape. Units are those of the model description, see `fmu_variables`. Integers and booleans travel as numbers.
 """
 
 from __future__ import annotations
 
-import math
-import re
 import shutil
 import tempfile
 from collections.abc import Mapping
+from contextlib import chdir
 from pathlib import Path
 
 import fmpy
@@ -23,32 +21,36 @@ from fmpy.fmi2 import FMU2Slave, fmi2LastSuccessfulTime
 from fmpy.fmi3 import FMU3Slave
 from fmpy.model_description import ModelDescription, ModelVariable, read_model_description
 
-from coupling.participant import Causality, Status, StepResult, Variable, checked_value, variable_table
+from coupling.participant import Causality, Status, StepResult, Variable, checked_value
+from coupling.participants.fmu_messages import FmuMessages
+from coupling.participants.fmu_variables import grouped, variables_of
 
 Array = npt.NDArray[np.float64]
 
 DISCARD_STATUS = 2  # fmi2Discard, fmi3Discard
-ELEMENT = re.compile(r"^(?P<name>.+)\[(?P<index>\d+)\]$")
-NUMBERS = {"Real", "Integer", "Enumeration", "Boolean", "Float64", "Float32"} | {
-    f"{sign}Int{bits}" for sign in ("", "U") for bits in (8, 16, 32, 64)
-}
 ACCESS = {"Enumeration": "Integer"}  # kinds read and written as another kind in FMI 2
 
 
 class FmuParticipant:
     """Runs one FMU; it is unpacked when the run begins and thrown away when it ends."""
 
-    def __init__(self, name: str, path: str | Path, start_values: Mapping[str, float | bool] | None = None) -> None:
-        """`start_values` sets parameters and initial inputs by name.
+    def __init__(
+        self,
+        name: str,
+        path: str | Path,
+        start_values: Mapping[str, float | bool] | None = None,
+        units: Mapping[str, str] | None = None,
+    ) -> None:
+        """`start_values` sets parameters and initial inputs by name, `units` says what the FMU itself does not of its units.
 
         FileNotFoundError for a missing file; ValueError, with every problem at once, for one that is no FMU, has no
-        co-simulation or no binary for this platform, or for start values that it does not know.
+        co-simulation or no binary for this platform, for start values that it does not know, or units that are stated.
         """
         self._name = name
         self._path = Path(path)
         self._description = _read(self._path)
-        self._members = _group(self._description)
-        self._variables = variable_table(_declare(key, members) for key, members in self._members.items())
+        self._members = grouped(self._description)
+        self._variables = variables_of(self._description, self._members, units or {})
         self._start_values = {
             key: checked_value(
                 name, self._variables, key, np.resize(np.asarray(value, dtype=np.float64), self._variables[key].shape)
@@ -59,6 +61,7 @@ class FmuParticipant:
         self._fmu: FMU2Slave | FMU3Slave | None = None
         self._is_initialized = False
         self._handles: list[object] = []
+        self._messages = FmuMessages()
 
     @property
     def name(self) -> str:
@@ -70,29 +73,50 @@ class FmuParticipant:
         """See the module."""
         return self._variables
 
+    def rehearse(self) -> None:
+        """Load the FMU, make an instance and let it go, to find out before a run that it can; ValueError if it cannot."""
+        try:
+            fmu = self._instantiate()
+            fmu.freeInstance()
+        except Exception as cause:
+            raise ValueError(f"FMU {self._path} cannot be loaded: {self._messages.explain(cause)}") from cause
+        finally:
+            self._forget()
+
     def enter_initialization_mode(self, start_time: float) -> None:
         """Unpack, instantiate, set start values, and compute initial outputs."""
+        try:
+            fmu = self._instantiate()
+            if isinstance(fmu, FMU2Slave):
+                fmu.setupExperiment(startTime=start_time)
+            for key, value in self._start_values.items():
+                self._write(key, value)
+            if isinstance(fmu, FMU3Slave):
+                fmu.enterInitializationMode(startTime=start_time)
+            else:
+                fmu.enterInitializationMode()
+        except Exception as cause:
+            raise RuntimeError(self._messages.explain(cause)) from cause
+
+    def _instantiate(self) -> FMU2Slave | FMU3Slave:
+        """A fresh instance, unpacked into a folder of its own."""
         description = self._description
         self._folder = tempfile.mkdtemp(prefix="oilsim-fmu-")
         fmpy.extract(str(self._path), self._folder)
         kind = FMU2Slave if description.fmiVersion.startswith("2") else FMU3Slave
-        self._fmu = kind(
-            guid=description.guid,
-            unzipDirectory=self._folder,
-            modelIdentifier=description.coSimulation.modelIdentifier,
-            instanceName=self._name,
-        )
-        if isinstance(self._fmu, FMU3Slave):
-            self._fmu.instantiate(earlyReturnAllowed=True)
+        with chdir(Path.cwd()):  # FMPy goes to the binary's folder, and stays there if it cannot load it
+            fmu = kind(
+                guid=description.guid,
+                unzipDirectory=self._folder,
+                modelIdentifier=description.coSimulation.modelIdentifier,
+                instanceName=self._name,
+            )
+        if isinstance(fmu, FMU3Slave):
+            fmu.instantiate(earlyReturnAllowed=True, loggingOn=True, logMessage=self._messages.listener)
         else:
-            self._fmu.instantiate()
-            self._fmu.setupExperiment(startTime=start_time)
-        for key, value in self._start_values.items():
-            self._write(key, value)
-        if isinstance(self._fmu, FMU3Slave):
-            self._fmu.enterInitializationMode(startTime=start_time)
-        else:
-            self._fmu.enterInitializationMode()
+            fmu.instantiate(callbacks=self._messages.callbacks, loggingOn=True)
+        self._fmu = fmu
+        return fmu
 
     def exit_initialization_mode(self) -> None:
         """Initial inputs are set."""
@@ -121,14 +145,15 @@ class FmuParticipant:
         except FMICallException as failure:
             if failure.status != DISCARD_STATUS:
                 self._forget()  # the standard forbids any further call after a fatal error
-                return StepResult(Status.ERROR, time, str(failure))
+                return StepResult(Status.ERROR, time, self._messages.explain(failure))
             reached = time if isinstance(fmu, FMU3Slave) else fmu.getRealStatus(fmi2LastSuccessfulTime)
-            return StepResult(Status.DISCARD, float(reached), str(failure))
+            return StepResult(Status.DISCARD, float(reached), self._messages.explain(failure))
         if result is None:
             return StepResult(Status.OK, time + step_size)
         _, wants_end, is_early, reached = result
         if wants_end:
-            return StepResult(Status.ERROR, reached, f"{self._path.name} asked to end the run")
+            text = f"{self._path.name} asked to end the run"
+            return StepResult(Status.EARLY_RETURN, reached, text, terminate_simulation=True)
         return StepResult(Status.EARLY_RETURN if is_early else Status.OK, reached if is_early else time + step_size)
 
     def save_state(self) -> object:
@@ -238,40 +263,3 @@ def _read(path: Path) -> ModelDescription:
 def _kind(variable: ModelVariable) -> str:
     """What comes after `get` and `set` in the interface's calls."""
     return str(ACCESS.get(variable.type, variable.type))
-
-
-def _group(description: ModelDescription) -> dict[str, list[ModelVariable]]:
-    """Numeric inputs, outputs and parameters by name, elements of one FMI 2 array together and in order."""
-    offered = [
-        variable
-        for variable in description.modelVariables
-        if variable.causality in ("input", "output", "parameter") and variable.type in NUMBERS
-    ]
-
-    def place(variable: ModelVariable) -> tuple[str, int]:
-        match = ELEMENT.match(variable.name)
-        return (match["name"], int(match["index"])) if match else (variable.name, 0)
-
-    groups: dict[str, list[ModelVariable]] = {}
-    for variable in offered:
-        groups.setdefault(place(variable)[0], []).append(variable)
-    result: dict[str, list[ModelVariable]] = {}
-    for name, members in groups.items():
-        members.sort(key=lambda member: place(member)[1])
-        alike = len({(member.type, member.causality) for member in members}) == 1
-        indices = [place(member)[1] for member in members]
-        if alike and indices == list(range(indices[0], indices[0] + len(members))):
-            result[name] = members
-        else:
-            result |= {member.name: [member] for member in members}
-    return result
-
-
-def _declare(name: str, members: list[ModelVariable]) -> Variable:
-    """The variable that stands for these members."""
-    units = list(dict.fromkeys((member.unit or "1").replace(".", " ") for member in members))
-    dimensions = [int(dimension.start) for dimension in members[0].dimensions or [] if dimension.start is not None]
-    shape = tuple(dimensions) if dimensions else (len(members),)
-    if math.prod(shape) == 0:
-        shape = (1,)
-    return Variable(name, ", ".join(units), shape, Causality(members[0].causality))

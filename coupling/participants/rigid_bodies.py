@@ -2,7 +2,8 @@
 
 Variables of every body <body>: inputs `<body>.wrench` (of the fluid) and `<body>.applied_wrench` (of anything else),
 outputs `<body>.pose`, `<body>.twist`, `<body>.inverse_mass`, `<body>.free_acceleration`; of every joint: output
-`<joint>.tension`; of the coupled bodies together: output `inverse_mass`. A body that is held takes wrenches and ignores them.
+`<joint>.tension`; of every line: output `<line>.tension`, input `<line>.length`; of the coupled bodies together: output
+`inverse_mass`. A body that is held takes wrenches and ignores them.
 """
 
 from __future__ import annotations
@@ -51,8 +52,15 @@ class RigidBodyParticipant:
                 else:
                     self._getters[variable.name] = partial(getattr(world, quantity), body)
         for joint in world.joint_names:
-            declared.append(Variable(f"{joint}.tension", "N", (1,), Causality.OUTPUT))
+            declared.append(Variable(f"{joint}.tension", "N", (1,), Causality.OUTPUT, is_mean=True))
             self._getters[declared[-1].name] = partial(self._tension, joint)
+        for line in world.lines.names:
+            declared += [
+                Variable(f"{line}.tension", "N", (1,), Causality.OUTPUT),
+                Variable(f"{line}.length", "m", (1,), Causality.INPUT),
+            ]
+            self._getters[f"{line}.tension"] = partial(self._tension, line)
+            self._setters[f"{line}.length"] = partial(self._order_length, line)
         if coupled:
             size = 6 * len(coupled)
             declared.append(Variable("inverse_mass", "1/kg, 1/(kg m), 1/(kg m2)", (size, size), Causality.OUTPUT))
@@ -106,6 +114,9 @@ class RigidBodyParticipant:
     def terminate(self) -> None:
         """Close the client."""
         self._world.close()
+
+    def _order_length(self, line: str, length: Array) -> None:
+        self._world.lines.order_length(line, float(length[0]))
 
     def _tension(self, joint: str) -> Array:
         return np.array([self._world.tension(joint)])

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 
@@ -11,51 +9,9 @@ from coupling.algorithms import GaussSeidel, Jacobi
 from coupling.co_simulation import CoSimulation
 from coupling.connection import Connection
 from coupling.errors import CoSimulationError, CouplingSetupError
-from coupling.participant import Array, Causality, Status, StepResult, Variable, checked_value, variable_table
+from coupling.participant import Status, StepResult
 from recordings.frame import Event, Frame, RunDescription
-
-
-class Accumulator:
-    """dy/dt = u, exactly, for an input held over the step; writes every call it gets into a shared log."""
-
-    def __init__(self, name: str, log: list[tuple[object, ...]], shape: tuple[int, ...] = (), unit: str = "m") -> None:
-        self.name = name
-        self.log = log
-        self.variables = variable_table(
-            [Variable("u", unit, shape, Causality.INPUT), Variable("y", unit, shape, Causality.OUTPUT)]
-        )
-        self.input = np.zeros(shape)
-        self.output = np.ones(shape)
-        self.on_step: Callable[[float, float], StepResult | None] = lambda time, step_size: None
-
-    def enter_initialization_mode(self, start_time: float) -> None:
-        self.log.append((self.name, "enter", start_time))
-
-    def exit_initialization_mode(self) -> None:
-        self.log.append((self.name, "exit"))
-
-    def get(self, name: str) -> Array:
-        return np.copy(self.output)
-
-    def set(self, name: str, value: Array) -> None:
-        self.input = checked_value(self.name, self.variables, name, value)
-
-    def do_step(self, time: float, step_size: float) -> StepResult:
-        self.log.append((self.name, "step", time, step_size))
-        result = self.on_step(time, step_size)
-        if result is not None:
-            return result
-        self.output = self.output + step_size * self.input
-        return StepResult(Status.OK, time + step_size)
-
-    def save_state(self) -> object:
-        return self.output
-
-    def restore_state(self, state: object) -> None:
-        self.output = np.asarray(state)
-
-    def terminate(self) -> None:
-        self.log.append((self.name, "terminate"))
+from tests.coupling.accumulator import Accumulator
 
 
 class Watcher:
@@ -156,7 +112,7 @@ def test_every_setup_problem_is_reported_at_once() -> None:
     for part in (
         "participant 'a' appears twice",
         "target participant 'nobody' does not exist, allowed: a, b, c",
-        "source variable 'nothing' does not exist, allowed: u, y",
+        "source variable 'nothing' does not exist, allowed: u, y, mean",
         "source is an input, allowed: output",
         "target is an output, allowed: input",
         "shape () feeds shape (3,)",
@@ -315,7 +271,7 @@ def test_wall_time_is_counted_per_participant() -> None:
 
 def test_values_are_checked_when_set() -> None:
     participant = Accumulator("pump", [], (3,))
-    with pytest.raises(ValueError, match="'pump' has no variable 'x', allowed: u, y"):
+    with pytest.raises(ValueError, match="'pump' has no variable 'x', allowed: u, y, mean"):
         participant.set("x", np.zeros(3))
     with pytest.raises(ValueError, match="'y' is an output"):
         participant.set("y", np.zeros(3))

@@ -136,6 +136,20 @@ def test_variables_are_those_of_the_model(build: Build) -> None:
     }
 
 
+@pytest.mark.parametrize("version", [2, 3])
+def test_units_that_an_fmu_leaves_open_can_be_said(build: Build, version: int) -> None:
+    path = build(version)
+    assert FmuParticipant("winch", path).variables["tension"].unit == "1"
+    winch = FmuParticipant("winch", path, units={"tension": "kN", "speed": "kn"})
+    known = winch.variables["tension"].known_unit
+    assert known is not None
+    assert known.factor == 1000.0
+    with pytest.raises(ValueError, match="unit of 'pull' is given, which is no variable, allowed: tension, speed"):
+        FmuParticipant("winch", path, units={"pull": "N"})
+    with pytest.raises(ValueError, match="unit of 'tension' is 'stone', which is not known"):
+        FmuParticipant("winch", path, units={"tension": "stone"})
+
+
 def test_two_fmus_and_a_boolean_in_one_run(build: Build) -> None:
     first, second = FmuParticipant("first", build(2)), FmuParticipant("second", build(3))
     connections = [Connection("first", "length", "second", "tension"), Connection("second", "length", "first", "speed")]
@@ -161,7 +175,7 @@ def test_failing_fmu_is_named(build: Build) -> None:
     run = CoSimulation([winch], [], 0.1)
     run.initialize()
     winch.set("tension", np.array([2e6]))
-    with pytest.raises(CoSimulationError, match=r"'winch' failed at 0 s: error: .*DoStep failed"):
+    with pytest.raises(CoSimulationError, match=r"'winch' failed at 0 s: error: .*DoStep failed.*rope parted"):
         run.step()
     winch.terminate()
 
@@ -182,3 +196,10 @@ def test_bad_fmus_are_refused(build: Build, tmp_path: Path) -> None:
                 bare.writestr(item, whole.read(item))
     with pytest.raises(ValueError, match=r"bare\.fmu has binaries for no platform, needed: "):
         FmuParticipant("winch", tmp_path / "bare.fmu")
+    with zipfile.ZipFile(build(3)) as whole, zipfile.ZipFile(tmp_path / "broken.fmu", "w") as broken:
+        for item in whole.namelist():
+            broken.writestr(item, b"no program" if item.startswith("binaries") else whole.read(item))
+    broken_fmu = FmuParticipant("winch", tmp_path / "broken.fmu")
+    with pytest.raises(ValueError, match=r"broken\.fmu cannot be loaded: .*(file too short|invalid ELF header)"):
+        broken_fmu.rehearse()
+    assert Path.cwd().is_dir()  # not the folder that was unpacked and thrown away

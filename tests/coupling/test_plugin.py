@@ -10,6 +10,7 @@ import numpy as np
 import pybullet
 import pybullet_data
 import pytest
+import trimesh
 from scipy.spatial.transform import Rotation
 
 from coupling.plugin import FluidWorld, attach_fluid
@@ -31,8 +32,10 @@ def client() -> Iterator[int]:
     pybullet.disconnect(identifier)
 
 
-def pool(spacing: float, side: float, depth: float) -> Fluid:
-    """A square tank of water on the ground, centred on the z axis."""
+def pool(
+    spacing: float, side: float, depth: float, hollow: tuple[tuple[float, float, float], ...] = ((0, 0, 0), (0, 0, 0))
+) -> Fluid:
+    """A square tank of water on the ground, centred on the z axis, but for a hollow box (centre, half extents)."""
     half = 0.5 * side
     config = FluidConfig(
         particle_spacing=spacing,
@@ -43,7 +46,9 @@ def pool(spacing: float, side: float, depth: float) -> Fluid:
     fluid = Fluid(config, threads=1)
     sides = ("-x", "+x", "-y", "+y", "-z")
     fluid.add_boundary(tank_walls((-half, -half, 0.0), (half, half, 2.0 * side), spacing, sides=sides))
-    fluid.add_particles(block((-half, -half, 0.0), (half, half, depth), spacing), phase="water")
+    water = block((-half, -half, 0.0), (half, half, depth), spacing)
+    center, extents = hollow
+    fluid.add_particles(water[(np.abs(water - center) >= extents).any(axis=1)], phase="water")
     return fluid
 
 
@@ -210,6 +215,72 @@ def test_many_links_and_bodies_that_come_and_go(client: int) -> None:
     pybullet.removeBody(robot, physicsClientId=client)
     assert fluid.boundary_count == before
     world.step()
+
+
+def test_a_concave_mesh_in_memory_is_asked_for_and_taken(client: int) -> None:
+    profile = np.array([[0, 0], [0.2, 0], [0.2, 0.2], [0.12, 0.2], [0.12, 0.08], [0, 0.08]])
+    bowl = trimesh.creation.revolve(profile, sections=24)
+    shape = pybullet.createCollisionShape(
+        pybullet.GEOM_MESH, vertices=bowl.vertices.tolist(), indices=bowl.faces.ravel().tolist(), physicsClientId=client
+    )
+    body = pybullet.createMultiBody(0.0, shape, physicsClientId=client)
+    fluid = pool(0.04, 0.2, 0.08)
+    world = attach_fluid(client, fluid, [])
+    with pytest.raises(ValueError, match=rf"body {body} .* keeps to itself, allowed: add_body with meshes="):
+        world.add_body(body)
+    before = fluid.boundary_count
+    world.add_body(body, meshes={-1: bowl})
+    assert fluid.boundary_count > before
+    with pytest.raises(ValueError, match=f"body {body} meets the fluid already"):
+        world.add_body(body, meshes={-1: bowl})
+
+
+def float_chain(client: int, height: float, density: float) -> int:
+    """Three boxes of edge 0.1 m in a row, hinged across, without damping and motors."""
+    edge, mass = 0.1, density * 1e-3
+    shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=[0.5 * edge] * 3, physicsClientId=client)
+    body = pybullet.createMultiBody(
+        mass, shape, basePosition=(-1.2 * edge, 0, height), linkMasses=[mass] * 2, linkCollisionShapeIndices=[shape] * 2,
+        linkVisualShapeIndices=[-1] * 2, linkPositions=[(0.6 * edge, 0, 0), (1.2 * edge, 0, 0)],
+        linkOrientations=[(0, 0, 0, 1)] * 2, linkInertialFramePositions=[(0.6 * edge, 0, 0)] * 2,
+        linkInertialFrameOrientations=[(0, 0, 0, 1)] * 2, linkParentIndices=[0, 1],
+        linkJointTypes=[pybullet.JOINT_REVOLUTE] * 2, linkJointAxis=[(0, 1, 0)] * 2, physicsClientId=client,
+    )  # fmt: skip
+    for link in links(body, client):
+        pybullet.changeDynamics(
+            body, link, linearDamping=0, angularDamping=0, jointDamping=0, physicsClientId=client,
+            localInertiaDiagonal=[mass * edge**2 / 6] * 3,
+        )  # fmt: skip
+        if link >= 0:
+            pybullet.setJointMotorControl2(body, link, pybullet.VELOCITY_CONTROL, force=0, physicsClientId=client)
+    return body
+
+
+def test_hinged_floats_far_lighter_than_water_rise_and_lie_still(client: int) -> None:
+    # a fortieth of the water's density: forces a step late, or free bodies' masses with joint forces a step late, blow up
+    density = 25.0
+    pybullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=client)
+    pybullet.setTimeStep(0.01, physicsClientId=client)
+    body = float_chain(client, 0.14, density)
+    world = attach_fluid(client, pool(0.025, 0.5, 0.2, hollow=((0, 0, 0.14), (0.18, 0.06, 0.06))), [body])
+    lifts, speeds, momenta = [], [], []
+    for _ in range(150):
+        world.step()
+        lifts.append(sum(world.wrench(body, link)[2] for link in links(body, client)))
+        speeds.append(np.linalg.norm(pybullet.getBaseVelocity(body, physicsClientId=client)[0]))
+        moving = [pybullet.getBaseVelocity(body, physicsClientId=client)[0]]
+        moving += [state[6] for state in pybullet.getLinkStates(body, [0, 1], 1, 1, physicsClientId=client)]
+        momenta.append(density * 1e-3 * sum(velocity[2] for velocity in moving))
+    assert max(speeds) < 2.0
+    assert max(speeds[100:]) < 0.3 * max(speeds)
+    # what the water gave, less the weight, is the momentum of all links; pybullet turns them with the step, first order in it
+    weight = 3e-3 * density * GRAVITY
+    given = 0.01 * (np.sum(lifts[50:]) - 100 * weight)
+    assert given == pytest.approx(momenta[-1] - momenta[49], abs=1e-2 * weight)
+    hinges = pybullet.getLinkStates(body, [0, 1], physicsClientId=client)
+    # afloat at 0.25 m, where one may lie folded onto the next
+    heights = [state[0][2] for state in hinges]
+    assert min(heights) > 0.2 and max(heights) < 0.4, heights
 
 
 def test_bodies_without_a_solid_are_refused(client: int) -> None:

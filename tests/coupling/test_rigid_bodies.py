@@ -329,3 +329,49 @@ def test_worlds_do_not_touch_each_other(world: RigidBodyWorld, space: RigidBodyW
     assert space.pose("box")[2] == 0.0
     space.advance(0.1)
     assert space.pose("box")[2] == 0.0
+
+
+def test_force_that_somebody_else_left_pending_is_found(space: RigidBodyWorld) -> None:
+    add_box(space, "hull")
+    space.set_wrench("hull", np.array([10.0, 0.0, 0.0, 0.0, 1.0, 0.0]))
+    space.advance(0.05)
+    forgotten = np.array([0.0, 0.0, 5.0, 0.0, 0.0, 0.0])  # as of a step that was broken off
+    space._client.push(space._bodies["hull"].bullet, forgotten, space.pose("hull")[:3])
+    with pytest.raises(RuntimeError, match=r"body 'hull' receives an impulse of \[.*\] N s and N m s that no wrench"):
+        space.advance(0.05)
+
+
+def test_step_that_is_broken_off_leaves_no_force_behind_after_a_restore(space: RigidBodyWorld) -> None:
+    class Broken(UniformMotion):
+        def at(self, time: float):
+            if time > 0.02:
+                raise ZeroDivisionError("no such time")
+            return super().at(time)
+
+    add_box(space, "hull")
+    mesh = box((0.1, 0.1, 0.1))
+    broken = Broken(position=(5.0, 0.0, 0.0))
+    space.add_body("led", mesh, mass_properties(mesh, density=1.0), motion=broken)
+    space.set_wrench("hull", np.array([10.0, 0.0, 0.0, 0.0, 1.0, 0.0]))
+    state = space.save_state()
+    space.advance(0.01)
+    expected = space.twist("hull")
+    with pytest.raises(ZeroDivisionError):
+        space.advance(0.05)
+    space.restore_state(state)
+    space.advance(0.01)
+    np.testing.assert_array_equal(space.twist("hull"), expected)
+
+
+def test_world_without_free_bodies_takes_no_step_of_the_engine(
+    world: RigidBodyWorld, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    steps = []
+    monkeypatch.setattr("coupling.bullet_client.pybullet.stepSimulation", lambda **options: steps.append(options))
+    mesh = box((0.1, 0.1, 0.1))
+    world.add_body("rock", mesh, mass_properties(mesh, density=1.0), motion="fixed")
+    led = UniformMotion(position=(0.0, 0.0, 0.0), linear_velocity=(1.0, 0.0, 0.0))
+    world.add_body("piston", mesh, mass_properties(mesh, density=1.0), motion=led)
+    world.advance(0.5)
+    assert not steps
+    np.testing.assert_allclose(world.pose("piston")[:3], (0.5, 0.0, 0.0), atol=1e-12)

@@ -6,8 +6,10 @@ from tests.validation.case import Case
 from tests.validation.channel import LAYERED, START_UP
 from tests.validation.dam_break import DAM_FRONT, DAM_PRESSURE
 from tests.validation.drop import CONSERVATION, ELLIPTICAL_DROP
+from tests.validation.floating import ARCHIMEDES, SUBMERGED
 from tests.validation.hydrostatics import STILL_COLUMN
 from tests.validation.interfaces import LOCK_EXCHANGE, RAYLEIGH_TAYLOR
+from tests.validation.released import HEAVE_DECAY, RELEASE, SURFACING
 from tests.validation.spreading import OIL_SLICK, VISCOUS_CURRENT
 from tests.validation.two_layers import TWO_LAYERS
 from tests.validation.viscous import INVISCID_SHEAR, SHEAR_WAVE, TAYLOR_GREEN
@@ -18,6 +20,7 @@ CASES: tuple[Case, ...] = tuple(
         (
             STILL_COLUMN, TWO_LAYERS, CONSERVATION, SHEAR_WAVE, INVISCID_SHEAR, START_UP, LAYERED, ELLIPTICAL_DROP, TAYLOR_GREEN,
             STANDING_WAVE, DAM_FRONT, DAM_PRESSURE, INTERFACE_WAVE, RAYLEIGH_TAYLOR, LOCK_EXCHANGE, VISCOUS_CURRENT, OIL_SLICK,
+            ARCHIMEDES, SUBMERGED, RELEASE, SURFACING, HEAVE_DECAY,
         ),
         key=lambda case: case.number,
     )

@@ -14,6 +14,9 @@ from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.cases import CASES, select
 from tests.validation.channel import couette, poiseuille
 from tests.validation.drop import ellipse_axes
+from tests.validation.floating import SIZE, solids
+from tests.validation.released import added_mass, turning_points
+from tests.validation.rigid import disc
 from tests.validation.scenes import read_table
 from tests.validation.waves import exact_omega, interface_roots
 
@@ -77,7 +80,7 @@ def test_unknown_case_is_refused(capsys):
 def test_cases_are_chosen_by_name_or_number():
     assert [case.number for case in select("13, still-column")] == [1, 13]
     assert select("") == list(CASES)
-    assert len({case.name for case in CASES}) == len(CASES) == 17
+    assert len({case.name for case in CASES}) == len(CASES) == 22
 
 
 def test_reference_solutions_agree_with_the_tables():
@@ -88,3 +91,35 @@ def test_reference_solutions_agree_with_the_tables():
     assert ellipse_axes(t).ravel() == pytest.approx(np.concatenate([a, b]), rel=2e-4)
     assert 2.0 * math.pi / exact_omega(math.pi, 1.0) == pytest.approx(1.13392, rel=1e-4)
     assert 2.0 * math.pi / interface_roots()[1] == pytest.approx(2.5340, rel=1e-4)
+
+
+def test_solids_are_closed_and_have_their_volumes():
+    meshes = solids()
+    assert all(mesh.is_watertight and mesh.is_winding_consistent and mesh.volume > 0.0 for mesh in meshes.values())
+    exact = {"box": 1.0, "cylinder": math.pi / 4.0, "sphere": math.pi / 6.0, "L-beam": 0.35 + 0.35 * 0.65}
+    assert {name: meshes[name].volume / SIZE**3 for name in exact} == pytest.approx(exact)
+
+
+def test_added_mass_is_a_half_with_lambs_corrections_at_one_wall():
+    # Lamb (1932), art. 137: 1 + 3/8 (a/h)^3 moving square to a wall, 1 + 3/16 (a/h)^3 along it, in leading order
+    far = 1e3
+    assert added_mass(1.0, far, far, far) == pytest.approx(0.5)
+    assert added_mass(1.0, far, 2.0, far) == pytest.approx(0.5 * (1.0 + 3.0 / 8.0 / 8.0))
+    assert added_mass(1.0, far, far, 2.0) == pytest.approx(0.5 * (1.0 - 3.0 / 8.0 / 8.0))
+
+
+def test_a_disc_of_points_has_the_volume_of_its_two_rings():
+    points = disc(0.5, 0.05)
+    assert points.volume.sum() == pytest.approx(math.pi * (0.5**2 - 0.4**2))
+    assert points.area.sum() == pytest.approx(math.pi)
+
+
+def test_turning_points_of_a_decaying_cosine():
+    time = np.arange(0.0, 10.0, 0.05)
+    height = np.exp(-0.2 * time) * np.cos(time)
+    # extrema where tan t = -0.2
+    expected = [(n * math.pi - math.atan(0.2)) for n in (1, 2, 3)]
+    found = turning_points(time, height)
+    # a parabola through three samples either side: off by about z'''/z'' (3 h)^2 / 10 at most
+    assert [t for t, _ in found] == pytest.approx(expected, abs=2e-3)
+    assert [z for _, z in found] == pytest.approx([math.exp(-0.2 * t) * math.cos(t) for t in expected], abs=1e-4)

@@ -5,10 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from vessels.control import VesselControl, heading_of
+from vessels.control import VesselControl
 from vessels.course import Course, CourseLeg, course_through, wrap_angle
 from vessels.hull import float_hull, raked_barge
-from vessels.vessel import ControlGains, Propulsion, Superstructure, Vessel
+from vessels.manual import ManualControl
+from vessels.vessel import ControlGains, Propulsion, Superstructure, Vessel, heading_of
 
 HULL = float_hull(raked_barge(1.2, 0.4, 0.12, 0.24, rake=0.1), 0.12, water_density=1000.0)
 MASS, YAW_INERTIA = HULL.mass_properties.mass, float(HULL.mass_properties.inertia[2, 2])
@@ -20,7 +21,7 @@ def make_vessel(*legs, side_thrust=0.0, bollard_pull=40.0, **changes):
         "name": "tug",
         "hull": HULL,
         "propulsion": Propulsion(bollard_pull=bollard_pull, astern_pull=20.0, yaw_moment=10.0, side_thrust=side_thrust),
-        "course": Course(legs=legs),
+        "course": Course(legs=legs) if legs else None,
         "position": (0.0, 0.0),
         "heading": 0.0,
         "tow_point": (-0.6, 0.0, 0.1),
@@ -205,3 +206,31 @@ def test_initial_pose_puts_midships_and_tow_point_where_they_belong():
     assert position[2] + HULL.mesh.bounds[0, 2] == pytest.approx(0.6 - 0.12)  # keel at the draft
     assert heading_of(orientation) == pytest.approx(math.pi / 2)
     assert vessel.initial_tow_point(0.6)[:2] == pytest.approx([2.0, 2.4])  # astern of a vessel that heads +y
+
+
+def test_vessel_without_a_helmsman_pushes_as_ordered_and_as_its_machinery_can():
+    vessel = make_vessel(side_thrust=5.0)
+    with pytest.raises(ValueError, match="'tug' has no course"):
+        VesselControl(vessel)
+    control = ManualControl(vessel)
+    control.enter_initialization_mode(0.0)
+    control.set("tug.pose", np.array([0.0, 0.0, 0.0, 0.0, 0.0, math.sin(0.25 * math.pi), math.cos(0.25 * math.pi)]))
+    control.exit_initialization_mode()
+    control.do_step(0.0, STEP)
+    assert control.get("tug.applied_wrench") == pytest.approx(np.zeros(6))  # no order, no push
+    control.set("tug.thrust_order", np.array(10.0))
+    control.set("tug.side_thrust_order", np.array(-2.0))
+    control.set("tug.yaw_moment_order", np.array(3.0))
+    control.do_step(STEP, STEP)
+    # heading +y: ahead is +y, to port is -x
+    assert control.get("tug.applied_wrench") == pytest.approx([2.0, 10.0, 0.0, 0.0, 0.0, 3.0])
+    saved = control.save_state()
+    control.set("tug.thrust_order", np.array(-100.0))
+    control.set("tug.side_thrust_order", np.array(100.0))
+    control.set("tug.yaw_moment_order", np.array(-100.0))
+    control.do_step(2 * STEP, STEP)
+    given = [float(control.get(f"tug.{what}")) for what in ("thrust", "side_thrust", "yaw_moment")]
+    assert given == [-20.0, 5.0, -10.0]  # astern pull, side thrusters and steering moment at their limits
+    control.restore_state(saved)
+    control.do_step(2 * STEP, STEP)
+    assert control.get("tug.applied_wrench") == pytest.approx([2.0, 10.0, 0.0, 0.0, 0.0, 3.0])

@@ -1,0 +1,112 @@
+"""How the links of a tree of joints answer impulses: in the coordinates of the joints, where joints cannot part.
+
+Twists of the links (6 L) follow from the rates q' of the tree's free coordinates, V = S q', the base's own six among them unless it is
+fixed. With M = blockdiag(m 1, I) of the links,
+
+    W_c = S (S^T M S)^-1 S^T                                              twist by impulse,
+    a_c = S (S^T M S)^-1 S^T (f - M b) + b,   b = dS/dt q',               acceleration by the wrenches f.
+
+A joint holds its point and its axes in both links. Seen from the parent p, with the joint's point j in the child c moving at the rate s
+along its slides and the child turning at the rate w about its hinges,
+
+    b_j = b_p + beta_p x r_pj + omega_p x (omega_p x r_pj) + 2 omega_p x s,     beta_c = beta_p + omega_p x w,
+    b_c = b_j + beta_c x r_jc + omega_c x (omega_c x r_jc).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+
+def no_axes() -> Array:
+    """(0, 3): a joint without freedoms of one kind."""
+    return np.zeros((0, 3))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TreeLink:
+    """One link at one instant, world frame.
+
+    Attributes:
+        parent: index of the link that it hangs on, before it in the tree; -1 for the base.
+        position: (3,) of the centre of mass [m]; twist: (6,) [m/s, rad/s].
+        mass: [kg]; inertia: (3, 3) about the centre of mass [kg m2].
+        joint_point: (3,) [m]; of the base, anything.
+        slides, turns: (k, 3) unit axes along and about which it moves freely against its parent.
+    """
+
+    parent: int
+    position: Array
+    twist: Array
+    mass: float
+    inertia: Array
+    joint_point: Array
+    slides: Array = field(default_factory=no_axes)
+    turns: Array = field(default_factory=no_axes)
+
+
+class ArticulatedTree:
+    """Links of one body, base first; `is_fixed`: the base does not move by forces."""
+
+    def __init__(self, links: list[TreeLink], *, is_fixed: bool) -> None:
+        self._links = links
+        freedoms = (0 if is_fixed else 6) + sum(len(link.slides) + len(link.turns) for link in links[1:])
+        self._motion = np.zeros((len(links), 6, freedoms))  # S
+        self._bias = np.zeros((len(links), 6))  # b
+        if not is_fixed:
+            self._motion[0, :, :6] = np.eye(6)
+        at = 0 if is_fixed else 6
+        for index, link in enumerate(links[1:], 1):
+            at = self._hang(index, link, links[link.parent], at)
+        self._momentum = np.array([self._mass_times(link, s) for link, s in zip(links, self._motion, strict=True)])
+        matrix = np.einsum("lak,lan->kn", self._motion, self._momentum)
+        self._answer = np.linalg.inv(matrix) if freedoms else np.zeros((0, 0))
+
+    def inverse_mass(self) -> Array:
+        """W_c (6 L, 6 L) [1/kg, 1/(kg m), 1/(kg m2)]."""
+        motion = self._motion.reshape(6 * len(self._links), -1)
+        return motion @ self._answer @ motion.T
+
+    def acceleration(self, gravity: Array) -> Array:
+        """(L, 6) under gravity (3,) [m/s2] and the links' own turning."""
+        force = np.zeros(len(self._answer))
+        for n, link in enumerate(self._links):
+            wrench = -self._mass_times(link, self._bias[n])
+            wrench[:3] += link.mass * gravity
+            wrench[3:] -= np.cross(link.twist[3:], link.inertia @ link.twist[3:])
+            force += self._motion[n].T @ wrench
+        return self._motion @ (self._answer @ force) + self._bias
+
+    def _hang(self, index: int, link: TreeLink, parent: TreeLink, at: int) -> int:
+        """Columns and bias of a link from its parent's; `at` is its first own column, returns the next link's."""
+        to_joint, to_center = link.joint_point - parent.position, link.position - link.joint_point
+        of_parent = self._motion[link.parent]
+        motion = self._motion[index]
+        motion[3:] = of_parent[3:]
+        motion[:3] = of_parent[:3] + np.cross(of_parent[3:], to_joint + to_center, axis=0)
+        for axis in link.slides:
+            motion[:3, at] = axis
+            at += 1
+        for axis in link.turns:
+            motion[:3, at], motion[3:, at] = np.cross(axis, to_center), axis
+            at += 1
+        rate, turn = parent.twist[3:], link.twist[3:]
+        slip = link.twist[:3] - np.cross(turn, to_center) - parent.twist[:3] - np.cross(rate, to_joint)
+        linear, angular = self._bias[link.parent, :3], self._bias[link.parent, 3:]
+        at_joint = (
+            linear + np.cross(angular, to_joint) + np.cross(rate, np.cross(rate, to_joint)) + 2 * np.cross(rate, slip)
+        )
+        own = angular + np.cross(rate, turn - rate)
+        self._bias[index, :3] = at_joint + np.cross(own, to_center) + np.cross(turn, np.cross(turn, to_center))
+        self._bias[index, 3:] = own
+        return at
+
+    @staticmethod
+    def _mass_times(link: TreeLink, motion: Array) -> Array:
+        """M times rows of linear and angular motion (6, ...)."""
+        return np.concatenate([link.mass * motion[:3], link.inertia @ motion[3:]])

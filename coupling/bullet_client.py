@@ -1,0 +1,164 @@
+"""Bodies and joints on a pybullet client of our own, with pybullet's defaults that spoil physics put right.
+
+Damping is 0; inertia is that of the body, not of its bounding box; bodies do not fall asleep; joints do not give way; pairs are ordered,
+so that a step can be repeated. pybullet's axes of a body are the principal ones, those of its mesh are turned against them.
+"""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import trimesh
+from scipy.spatial.transform import Rotation
+
+from coupling.bodies import MassProperties, convex_vertices
+from coupling.motion import Motion, Vector
+from coupling.quiet_pybullet import pybullet
+
+Array = npt.NDArray[np.float64]
+
+UNYIELDING_MASS = 1e12  # [kg] of a body on a prescribed motion: joints and contacts do not move it
+UNYIELDING_FORCE = 1e15  # [N] a joint can take; pybullet's own limit is 120 kN at 240 Hz
+FREE_GROUP, HELD_GROUP = 1, 2  # collision groups: held bodies do not collide with each other
+
+
+@dataclass(frozen=True, eq=False)
+class BulletBody:
+    """A body of the client, and the turn from its principal axes to its mesh's."""
+
+    unique_id: int
+    principal_axes: Rotation
+    to_mesh: Array  # the inverse turn as a quaternion
+
+
+class BulletClient:
+    """A client without a window; quantities are of centres of mass, in the world frame, in SI units."""
+
+    def __init__(self, gravity: Vector, solver_iterations: int) -> None:
+        self._client: int = pybullet.connect(pybullet.DIRECT)
+        self._is_pushed = False  # forces are pending in the client
+        self._call(pybullet.setGravity, *gravity)
+        self._call(
+            pybullet.setPhysicsEngineParameter,
+            deterministicOverlappingPairs=1,
+            numSolverIterations=solver_iterations,
+            numSubSteps=0,
+        )
+
+    def add_body(
+        self, mesh: trimesh.Trimesh, properties: MassProperties, *, is_free: bool, is_guided: bool, contact: bool, friction: float
+    ) -> BulletBody:  # fmt: skip
+        """Make a body that is free, guided along a motion, or fixed; `mesh` is about its centre of mass."""
+        moments, axes = properties.principal_axes()
+        shape = self._collision_shape(mesh, axes, is_free=is_free) if contact else -1
+        mass = properties.mass if is_free else UNYIELDING_MASS if is_guided else 0.0
+        turn = Rotation.from_matrix(axes)
+        body = BulletBody(self._call(pybullet.createMultiBody, mass, shape), turn, turn.inv().as_quat())
+        self._call(
+            pybullet.changeDynamics,
+            body.unique_id,
+            -1,
+            mass=mass,  # which would overwrite the inertia if it came later
+            localInertiaDiagonal=(moments if is_free else np.full(3, mass)).tolist(),
+            linearDamping=0.0,
+            angularDamping=0.0,
+            jointDamping=0.0,
+            lateralFriction=friction,
+            activationState=pybullet.ACTIVATION_STATE_DISABLE_SLEEPING,
+        )
+        group, mask = (FREE_GROUP, FREE_GROUP | HELD_GROUP) if is_free else (HELD_GROUP, FREE_GROUP)
+        self._call(pybullet.setCollisionFilterGroupMask, body.unique_id, -1, group, mask)
+        return body
+
+    def add_joint(self, first: BulletBody, first_point: Array, second: BulletBody | None, second_point: Array) -> int:
+        """Hold a point of two bodies together, or of one and the world; points along the bodies' own axes. Returns its handle."""
+        pivots = [first.principal_axes.inv().apply(first_point).tolist()]
+        pivots.append((second_point if second is None else second.principal_axes.inv().apply(second_point)).tolist())
+        second_id = -1 if second is None else second.unique_id
+        kind, axis = pybullet.JOINT_POINT2POINT, [0.0, 0.0, 0.0]
+        joint: int = self._call(
+            pybullet.createConstraint, first.unique_id, -1, second_id, -1, kind, axis, *pivots
+        )  # fmt: skip
+        self._call(pybullet.changeConstraint, joint, maxForce=UNYIELDING_FORCE)
+        if second is not None:
+            self._call(pybullet.setCollisionFilterPair, first.unique_id, second_id, -1, -1, 0)
+        return joint
+
+    def tension(self, joint: int) -> float:
+        """Magnitude of the force a joint carried in the last step [N]."""
+        return math.hypot(*self._call(pybullet.getConstraintState, joint))
+
+    def place(self, body: BulletBody, motion: Motion) -> None:
+        """Put a body where `motion` says; pybullet stops a body that it places, so the velocity comes second."""
+        orientation = (Rotation.from_quat(motion.orientation) * body.principal_axes).as_quat()
+        self._call(pybullet.resetBasePositionAndOrientation, body.unique_id, motion.position, orientation)
+        self.set_velocity(body, motion.linear_velocity, motion.angular_velocity)
+
+    def set_velocity(self, body: BulletBody, linear: Array, angular: Array) -> None:
+        """Give a body velocities [m/s, rad/s]."""
+        self._call(pybullet.resetBaseVelocity, body.unique_id, linear.tolist(), angular.tolist())
+
+    def push(self, body: BulletBody, wrench: Array, position: Array) -> None:
+        """Let a wrench act on a body whose centre is at `position` over the coming step; pybullet forgets it afterwards."""
+        self._is_pushed = True
+        force, torque, world = wrench[:3].tolist(), wrench[3:].tolist(), pybullet.WORLD_FRAME
+        self._call(pybullet.applyExternalForce, body.unique_id, -1, force, position.tolist(), world)
+        self._call(pybullet.applyExternalTorque, body.unique_id, -1, torque, world)
+
+    def step(self, duration: float) -> None:
+        """One step of the engine [s]."""
+        self._call(pybullet.setTimeStep, duration)
+        self._call(pybullet.stepSimulation)
+        self._is_pushed = False
+
+    def read(self, bodies: Sequence[BulletBody]) -> tuple[Array, Array]:
+        """Poses (B, 7) with the meshes' axes and twists (B, 6) of one body or more."""
+        placed = [self._call(pybullet.getBasePositionAndOrientation, body.unique_id) for body in bodies]
+        twist = np.array([self._call(pybullet.getBaseVelocity, body.unique_id) for body in bodies]).reshape(-1, 6)
+        to_mesh = Rotation.from_quat([body.to_mesh for body in bodies])
+        turns = (Rotation.from_quat([turn for _, turn in placed]) * to_mesh).as_quat()
+        return np.hstack([np.array([position for position, _ in placed]), turns]), twist
+
+    def is_touching(self, body: BulletBody) -> bool:
+        """Whether the body was in contact with anything in the last step."""
+        return bool(self._call(pybullet.getContactPoints, body.unique_id))
+
+    def save(self) -> bytes:
+        """All that the engine knows of its bodies' motion."""
+        with tempfile.TemporaryDirectory(prefix="oilsim-") as folder:
+            path = Path(folder) / "state.bullet"
+            self._call(pybullet.saveBullet, str(path))
+            return path.read_bytes()
+
+    def restore(self, content: bytes) -> None:
+        """Back to what `save` returned. Forces of a step that was broken off would stay pending: a step takes them off first."""
+        if self._is_pushed:
+            self._call(pybullet.stepSimulation)
+            self._is_pushed = False
+        with tempfile.TemporaryDirectory(prefix="oilsim-") as folder:
+            path = Path(folder) / "state.bullet"
+            path.write_bytes(content)
+            self._call(pybullet.restoreState, fileName=str(path))
+
+    def close(self) -> None:
+        """Give the client back."""
+        if pybullet.isConnected(self._client):
+            pybullet.disconnect(self._client)
+
+    def _call(self, function: Callable, *arguments: object, **keywords: object):  # type: ignore[no-untyped-def]
+        """A pybullet call on this client."""
+        return function(*arguments, physicsClientId=self._client, **keywords)
+
+    def _collision_shape(self, mesh: trimesh.Trimesh, axes: Array, *, is_free: bool) -> int:
+        """The shape along principal axes: convex for a free body (a moving concave one falls through others)."""
+        if is_free:
+            vertices = convex_vertices(mesh.vertices) @ axes
+            return self._call(pybullet.createCollisionShape, pybullet.GEOM_MESH, vertices=vertices.tolist())
+        vertices, indices = (mesh.vertices @ axes).tolist(), mesh.faces.ravel().tolist()
+        return self._call(pybullet.createCollisionShape, pybullet.GEOM_MESH, vertices=vertices, indices=indices)

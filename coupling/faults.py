@@ -1,0 +1,100 @@
+"""A participant that fails when it is told to, for tests of masters and exercises; offered by `coupling.testing`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from enum import Enum
+
+import numpy as np
+
+from coupling.participant import Array, Causality, Participant, Status, StepResult, Variable
+
+SHORTER = 0.75  # of the full step: what an early return leaves, and half a discarded step, are below
+
+
+class Fault(Enum):
+    """What a `FaultyParticipant` does.
+
+    EARLY_RETURN: it stops half way and asks to be called again; DISCARD: it refuses a step of full length, its state unchanged;
+    ERROR: it says that it cannot go on; EXCEPTION: it raises; NAN: the step succeeds but its outputs are no numbers; LATE: it
+    says that it has come further than it was asked to.
+    """
+
+    EARLY_RETURN = "early return"
+    DISCARD = "discard"
+    ERROR = "error"
+    EXCEPTION = "exception"
+    NAN = "nan"
+    LATE = "late"
+
+
+class FaultyParticipant:
+    """Another participant that has a fault at one time, `at_time` [s]; otherwise it is that participant."""
+
+    def __init__(self, participant: Participant, fault: Fault, *, at_time: float) -> None:
+        self._participant = participant
+        self._fault = fault
+        self._at_time = at_time
+        self._is_spoilt = False
+        self._full_step: float | None = None
+
+    @property
+    def name(self) -> str:
+        """The participant's own."""
+        return self._participant.name
+
+    @property
+    def variables(self) -> Mapping[str, Variable]:
+        """The participant's own."""
+        return self._participant.variables
+
+    def enter_initialization_mode(self, start_time: float) -> None:
+        """See `Participant`."""
+        self._participant.enter_initialization_mode(start_time)
+
+    def exit_initialization_mode(self) -> None:
+        """See `Participant`."""
+        self._participant.exit_initialization_mode()
+
+    def get(self, name: str) -> Array:
+        """The participant's value; NaN for every output while it is spoilt."""
+        value = self._participant.get(name)
+        is_output = self.variables[name].causality is Causality.OUTPUT
+        return np.full_like(value, np.nan) if self._is_spoilt and is_output else value
+
+    def set(self, name: str, value: Array) -> None:
+        """See `Participant`."""
+        self._participant.set(name, value)
+
+    def do_step(self, time: float, step_size: float) -> StepResult:
+        """The participant's step, or the fault if `at_time` lies in it."""
+        if not time <= self._at_time < time + step_size:
+            return self._participant.do_step(time, step_size)
+        self._full_step = self._full_step or step_size
+        text = f"injected at {self._at_time:g} s"
+        if self._fault is Fault.EXCEPTION:
+            raise RuntimeError(f"exception {text}")
+        if self._fault is Fault.ERROR:
+            return StepResult(Status.ERROR, time, f"error {text}")
+        if self._fault is Fault.DISCARD and step_size > SHORTER * self._full_step:
+            return StepResult(Status.DISCARD, time, f"discard {text}")
+        if self._fault is Fault.EARLY_RETURN and step_size > SHORTER * self._full_step:
+            half = self._participant.do_step(time, 0.5 * step_size)
+            return StepResult(Status.EARLY_RETURN, half.last_successful_time, f"early return {text}")
+        result = self._participant.do_step(time, step_size)
+        self._is_spoilt = self._fault is Fault.NAN
+        if self._fault is Fault.LATE:
+            return StepResult(Status.OK, result.last_successful_time + step_size, f"late {text}")
+        return result
+
+    def save_state(self) -> object:
+        """See `Participant`."""
+        return self._participant.save_state()
+
+    def restore_state(self, state: object) -> None:
+        """See `Participant`."""
+        self._participant.restore_state(state)
+
+    def terminate(self) -> None:
+        """See `Participant`."""
+        self._participant.terminate()

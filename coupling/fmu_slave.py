@@ -1,0 +1,186 @@
+"""A participant behind the FMI interface: what runs inside an FMU that `coupling.fmu_export` built.
+
+The slave's class mixes `ParticipantSlave` into `pythonfmu.Fmi2Slave` or `pythonfmu3.Fmi3Slave`, which come with the FMU; oilsim
+itself is taken from the Python that hosts the FMU. Nothing here touches the working directory, the environment or the module path of
+the host, and every instance has its own participant, so that several run in one process.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, ClassVar
+from xml.etree.ElementTree import Element, SubElement
+
+import numpy as np
+
+from coupling.participant import Causality, Participant, Status, Variable
+from coupling.units import BASE, SYMBOLS, read_unit
+from recordings.checkpoint import state_from_bytes, state_to_bytes
+
+CAUSALITIES = {Causality.INPUT: "input", Causality.OUTPUT: "output", Causality.PARAMETER: "parameter"}
+
+
+class ParticipantSlave:
+    """Gives `factory` of the class, ``package.module:callable``, called with the FMU's resource folder, an FMI face.
+
+    The callable takes a `pathlib.Path` and returns a `Participant` of numbers, shapes () or (1,), that has a value for every
+    input and parameter from the start. experiment: the start time, stop time and step size [s] that the FMU proposes.
+    """
+
+    factory: ClassVar[str]
+    experiment: ClassVar[tuple[float, float, float]]
+    description: str
+    vars: Mapping[int, Any]  # of pythonfmu's slave
+
+    def __init__(self, **keywords: Any) -> None:
+        super().__init__(**keywords)
+        module, _, name = self.factory.partition(":")
+        self.participant: Participant = getattr(importlib.import_module(module), name)(Path(keywords["resources"]))
+        self._start_time = self.experiment[0]
+        self._time = self._start_time
+        for variable in self.participant.variables.values():
+            self._register(variable)
+
+    def setup_experiment(self, start_time: float, *_: object) -> None:
+        """The master's start time [s]."""
+        self._start_time = self._time = start_time
+
+    def enter_initialization_mode(self) -> None:
+        """See `Participant`."""
+        self.participant.enter_initialization_mode(self._start_time)
+
+    def exit_initialization_mode(self) -> None:
+        """See `Participant`."""
+        self.participant.exit_initialization_mode()
+
+    def advance(self, time: float, step_size: float) -> bool:
+        """Step the participant; False if it discarded the step, RuntimeError if it failed."""
+        result = self.participant.do_step(time, step_size)
+        if result.status is Status.DISCARD:
+            return False
+        if result.status is not Status.OK:
+            raise RuntimeError(f"{result.status.value} at {result.last_successful_time:g} s: {result.message}")
+        self._time = time + step_size
+        return True
+
+    def terminate(self) -> None:
+        """See `Participant`."""
+        self.participant.terminate()
+
+    def _get_fmu_state(self) -> dict[str, Any]:
+        return {"time": self._time, "participant": self.participant.save_state()}
+
+    def _set_fmu_state(self, state: dict[str, Any]) -> None:
+        self._time = state["time"]
+        self.participant.restore_state(state["participant"])
+
+    @staticmethod
+    def _fmu_state_to_bytes(state: dict[str, Any]) -> bytes:
+        return state_to_bytes(state)
+
+    @staticmethod
+    def _fmu_state_from_bytes(data: bytes) -> dict[str, Any]:
+        return state_from_bytes(data)
+
+    def _register(self, variable: Variable) -> None:
+        """Make a variable of the participant one of the FMU."""
+        if int(np.prod(variable.shape)) != 1:
+            raise ValueError(f"variable {variable.name!r} has shape {variable.shape}, allowed: a number, () or (1,)")
+        name, shape = variable.name, variable.shape
+        self._declare(
+            variable,
+            getter=lambda: float(self.participant.get(name).item()),
+            setter=lambda value: self.participant.set(name, np.full(shape, value)),
+        )
+
+    def _declare(self, variable: Variable, **access: Any) -> None:
+        raise NotImplementedError
+
+    def _describe_units(self, root: Element, after: str, elements: Mapping[str, Element]) -> None:
+        """Give `elements`, variables by name, their units, and declare those behind the element called `after`."""
+        units = Element("UnitDefinitions")
+        for unit in dict.fromkeys(variable.unit for variable in self.participant.variables.values()):
+            SubElement(SubElement(units, "Unit", {"name": unit}), "BaseUnit", _base_unit(unit))
+        root.insert([child.tag for child in root].index(after) + 1, units)
+        for name, variable in self.participant.variables.items():
+            elements[name].set("unit", variable.unit)
+        root.set("variableNamingConvention", "flat")
+
+
+def _base_unit(unit: str) -> dict[str, str]:
+    """Exponents of the SI base units, factor and offset, as FMI writes them; ValueError for a unit that is not known."""
+    known = read_unit(unit)
+    if known is None:
+        raise ValueError(f"unit {unit!r} is not known, allowed: products of {', '.join(SYMBOLS)}")
+    attributes = {base: str(power) for base, power in zip(BASE, known.exponents, strict=True) if power}
+    plain = {"factor": 1.0, "offset": 0.0}
+    return attributes | {
+        name: str(getattr(known, name)) for name, value in plain.items() if getattr(known, name) != value
+    }
+
+
+class Slave2(ParticipantSlave):
+    """For `pythonfmu.Fmi2Slave`."""
+
+    def do_step(self, current_time: float, step_size: float) -> bool:
+        """See `advance`."""
+        return self.advance(current_time, step_size)
+
+    def _declare(self, variable: Variable, **access: Any) -> None:
+        fmi = importlib.import_module("pythonfmu")
+        causality = getattr(fmi.Fmi2Causality, CAUSALITIES[variable.causality])
+        is_parameter = variable.causality is Causality.PARAMETER
+        variability = fmi.Fmi2Variability.fixed if is_parameter else fmi.Fmi2Variability.continuous
+        entry = fmi.Real(variable.name, causality=causality, variability=variability, **access)
+        self.register_variable(entry, nested=False)  # type: ignore[attr-defined]
+
+    def to_xml(self, *arguments: Any) -> Element:
+        """The model description, with units and the initial unknowns that FMI 2 asks for."""
+        root: Element = super().to_xml(*arguments)  # type: ignore[misc]
+        variables = root.findall("ModelVariables/ScalarVariable")
+        self._describe_units(root, "CoSimulation", {str(v.get("name")): v[0] for v in variables})
+        structure = root.find("ModelStructure")
+        if structure is not None:
+            unknowns = SubElement(structure, "InitialUnknowns")
+            for index, variable in enumerate(variables, start=1):
+                if variable.get("causality") == "output":
+                    SubElement(unknowns, "Unknown", {"index": str(index)})
+        return root
+
+
+class Slave3(ParticipantSlave):
+    """For `pythonfmu3.Fmi3Slave`."""
+
+    def __init__(self, **keywords: Any) -> None:
+        super().__init__(**keywords)
+        fmi = importlib.import_module("pythonfmu3")
+        time = fmi.Float64(
+            "time",
+            causality=fmi.Fmi3Causality.independent,
+            variability=fmi.Fmi3Variability.continuous,
+            getter=lambda: self._time,
+        )
+        self.register_variable(time, nested=False)  # type: ignore[attr-defined]
+
+    def do_step(self, current_time: float, step_size: float) -> Any:
+        """See `advance`."""
+        fmi = importlib.import_module("pythonfmu3")
+        done = self.advance(current_time, step_size)
+        return fmi.Fmi3StepResult(status=fmi.Fmi3Status.ok if done else fmi.Fmi3Status.discard)
+
+    def _declare(self, variable: Variable, **access: Any) -> None:
+        fmi = importlib.import_module("pythonfmu3")
+        causality = getattr(fmi.Fmi3Causality, CAUSALITIES[variable.causality])
+        is_parameter = variable.causality is Causality.PARAMETER
+        variability = fmi.Fmi3Variability.fixed if is_parameter else fmi.Fmi3Variability.continuous
+        entry = fmi.Float64(variable.name, causality=causality, variability=variability, **access)
+        self.register_variable(entry, nested=False)  # type: ignore[attr-defined]
+
+    def to_xml(self, *arguments: Any) -> Element:
+        """The model description, with units."""
+        root: Element = super().to_xml(*arguments)  # type: ignore[misc]
+        variables = root.findall("ModelVariables/Float64")
+        self._describe_units(root, "CoSimulation", {str(v.get("name")): v for v in variables})
+        return root

@@ -1,0 +1,164 @@
+"""Links of pybullet bodies as a fluid meets them: where they are, how they move, how they answer impulses together.
+
+Links of one body hang together in a tree (`articulated_tree`); bodies may be tied to each other or to the world by constraints, point
+to point or fixed (`articulation`). A motor that keeps its joint's rate counts as a joint that does not give way; any other motor is
+a force that nobody announces. All is read from the client anew each step, nothing in it is changed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.linalg import block_diag
+from scipy.spatial.transform import Rotation
+
+from coupling.articulated_tree import ArticulatedTree, TreeLink
+from coupling.articulation import Articulation, PointJoint
+from coupling.quiet_pybullet import pybullet
+
+Array = npt.NDArray[np.float64]
+LinkKey = tuple[int, int]  # unique id of the body and index of the link, -1 for the base
+
+STEADY = 0.25  # [rad/s2, m/s2] of a joint up to which its motor is said to keep its rate: what iterations of the engine leave
+KEPT = {pybullet.JOINT_POINT2POINT: False, pybullet.JOINT_FIXED: True}  # constraints known here: do they hold the turn?
+
+
+@dataclass(frozen=True, eq=False)
+class LinkSystem:
+    """Links of some bodies at one instant, a row each in the order of `keys`.
+
+    pose (L, 7) of the centres of mass; twist (L, 6); inverse_mass (6 L, 6 L) joints included; acceleration (L, 6) by gravity and turning,
+    joints included; is_free (L,) whether forces move it.
+    """
+
+    keys: list[LinkKey]
+    pose: Array
+    twist: Array
+    inverse_mass: Array
+    acceleration: Array
+    is_free: npt.NDArray[np.bool_]
+
+
+class LinkedBody:
+    """One body of a client; ValueError from what it tells once it has been removed there."""
+
+    def __init__(self, client: int, body: int) -> None:
+        self._client, self._body = client, body
+        count = pybullet.getNumJoints(body, physicsClientId=client)
+        self._joints = [pybullet.getJointInfo(body, n, physicsClientId=client) for n in range(count)]
+        self._rates = np.full(count, np.nan)
+
+    @property
+    def keys(self) -> list[LinkKey]:
+        """Base first."""
+        return [(self._body, link) for link in range(-1, len(self._joints))]
+
+    def read(self, step_size: float) -> tuple[Array, list[TreeLink]]:
+        """Poses (L, 7) of the centres of mass, and the links as a tree, base first; `step_size` [s] since the last call."""
+        position, orientation, states = self._states()
+        poses = [(*position, *orientation), *((*state[0], *state[1]) for state in states)]
+        twists, kept = self.twists(), self._kept_joints(step_size)
+        links = [self._link(-1, -1, poses[0], twists[0], position, _axes(pybullet.JOINT_FIXED, np.zeros(3)))]
+        for n, (joint, state) in enumerate(zip(self._joints, states, strict=True)):
+            kind = pybullet.JOINT_FIXED if kept[n] else joint[2]
+            axes = _axes(kind, Rotation.from_quat(state[1]).apply(joint[13]))  # of the centre of mass, not of the link
+            links.append(self._link(n, joint[16], poses[n + 1], twists[n + 1], state[4], axes))
+        return np.array(poses), links
+
+    def twists(self) -> Array:
+        """(L, 6) of the centres of mass [m/s, rad/s]."""
+        base = np.concatenate(pybullet.getBaseVelocity(self._body, physicsClientId=self._client))
+        return np.array([base, *(np.concatenate(state[6:8]) for state in self._states()[2])])
+
+    def _states(self) -> tuple[Sequence[float], Sequence[float], Sequence[tuple]]:
+        """Position and orientation of the base, and pybullet's states of the other links."""
+        try:
+            base = pybullet.getBasePositionAndOrientation(self._body, physicsClientId=self._client)
+        except pybullet.error as cause:
+            raise ValueError(
+                f"body {self._body} is no longer in the client, allowed: remove_body({self._body}) takes it out of the fluid"
+            ) from cause
+        if not self._joints:
+            return (*base, ())
+        links = list(range(len(self._joints)))
+        return (*base, pybullet.getLinkStates(self._body, links, 1, 1, physicsClientId=self._client))
+
+    def _link(
+        self, index: int, parent: int, pose: Sequence[float], twist: Array, joint_point: Sequence[float], axes: tuple[Array, Array]
+    ) -> TreeLink:  # fmt: skip
+        mass, _, moments, *_ = pybullet.getDynamicsInfo(self._body, index, physicsClientId=self._client)
+        rotation = Rotation.from_quat(pose[3:]).as_matrix()
+        return TreeLink(
+            parent=parent + 1 if index >= 0 else -1, position=np.array(pose[:3]), twist=twist, mass=float(mass),
+            inertia=rotation @ np.diag(moments) @ rotation.T, joint_point=np.array(joint_point), slides=axes[0], turns=axes[1],
+        )  # fmt: skip
+
+    def _kept_joints(self, step_size: float) -> list[bool]:
+        """Which joints a motor kept at their rates in the last step."""
+        if not self._joints:
+            return []
+        states = pybullet.getJointStates(self._body, range(len(self._joints)), physicsClientId=self._client)
+        rates, torques = np.array([state[1] for state in states]), np.array([state[3] for state in states])
+        kept = (torques != 0.0) & (np.abs(rates - self._rates) <= STEADY * step_size)
+        self._rates = rates
+        return [bool(each) for each in kept]
+
+
+def read_links(client: int, bodies: Iterable[LinkedBody], gravity: Array, step_size: float) -> LinkSystem:
+    """Every link of the bodies, under gravity (3,) [m/s2]; what constraints drifted is taken back within `step_size` [s]."""
+    keys: list[LinkKey] = []
+    poses, twists, masses, accelerations, is_free = [np.zeros((0, 7))], [np.zeros((0, 6))], [], [np.zeros((0, 6))], []
+    for body in bodies:
+        pose, links = body.read(step_size)
+        fixed_base = links[0].mass == 0.0
+        tree = ArticulatedTree(links, is_fixed=fixed_base)
+        keys += body.keys
+        poses.append(pose)
+        twists.append(np.array([link.twist for link in links]))
+        masses.append(tree.inverse_mass())
+        accelerations.append(tree.acceleration(gravity))
+        is_free += [bool(np.diag(block).any()) for block in _blocks(masses[-1])]
+    inverse_mass = block_diag(*masses) if masses else np.zeros((0, 0))
+    acceleration, pose, twist = np.concatenate(accelerations), np.concatenate(poses), np.concatenate(twists)
+    joints = _constraints(client, {key: row for row, key in enumerate(keys)})
+    if joints:
+        tied = Articulation(joints, pose, twist, inverse_mass)
+        inverse_mass, acceleration = tied.inverse_mass(), tied.acceleration(acceleration, step_size)
+    return LinkSystem(keys, pose, twist, inverse_mass, acceleration, np.array(is_free, dtype=bool))
+
+
+def _blocks(matrix: Array) -> list[Array]:
+    """The (6, 6) blocks on the diagonal."""
+    return [matrix[n : n + 6, n : n + 6] for n in range(0, len(matrix), 6)]
+
+
+def _axes(kind: int, axis: Array) -> tuple[Array, Array]:
+    """Axes (k, 3) along which a joint slides and about which it turns."""
+    none, single = np.zeros((0, 3)), axis[None]
+    if kind == pybullet.JOINT_REVOLUTE:
+        return none, single
+    if kind == pybullet.JOINT_PRISMATIC:
+        return single, none
+    if kind == pybullet.JOINT_SPHERICAL:
+        return none, np.eye(3)
+    if kind == pybullet.JOINT_PLANAR:  # turns about the axis and slides across it
+        return np.linalg.svd(single)[2][1:], single
+    return none, none
+
+
+def _constraints(client: int, row_of: dict[LinkKey, int]) -> list[PointJoint]:
+    """Constraints among the links, and between them and what does not move."""
+    joints = []
+    for index in range(pybullet.getNumConstraints(physicsClientId=client)):
+        identifier = pybullet.getConstraintUniqueId(index, physicsClientId=client)
+        first, first_link, second, second_link, kind, _, first_point, second_point, *_ = pybullet.getConstraintInfo(
+            identifier, physicsClientId=client
+        )
+        row, other = row_of.get((first, first_link)), row_of.get((second, second_link), -1)
+        if row is None or kind not in KEPT or (other < 0 and second >= 0):
+            continue  # what it does comes as a force
+        joints.append(PointJoint(row, other, np.array(first_point), np.array(second_point), KEPT[kind]))
+    return joints

@@ -1,0 +1,180 @@
+"""One participant as the master drives it: sub-rate, early returns, discarded steps, events, and its outputs, read once.
+
+Rules, after FMI 3:
+
+early return  the participant is called again from where it stopped, with the inputs it has
+discard       its state is as before; it is asked for half the step, then half of that, down to 2^-HALVINGS of it
+event         discrete states are updated until they are settled, and the run's observers are told
+terminate     how far it came counts; the run ends in order once the others have made the step
+error         `CoSimulationError` with the participant's name and the time; so for times that do not fit
+
+Outputs are read once after every step, found finite, and handed on from here. An output that is a mean over the step
+(`Variable.is_mean`) is the mean over all parts of the step, weighted with their durations.
+"""
+
+from __future__ import annotations
+
+import time as wall_clock
+from dataclasses import dataclass
+from typing import NoReturn
+
+import numpy as np
+
+from coupling.errors import CoSimulationError
+from coupling.participant import Array, Causality, EventParticipant, Participant, Status, StepResult
+
+TIME_TOLERANCE = 1e-9  # of a step: far above rounding, far below anything that moves
+HALVINGS = 10  # of a step that is discarded: a thousandth of it
+PARTS_ALLOWED = 5000  # of one step, so that a participant that never advances is found
+EVENT_ROUNDS = 100  # at one time, so that states that never settle are found
+
+
+class Discarded(Exception):
+    """A step that a participant could not make, for a master that takes all of them back and asks for a shorter one."""
+
+    def __init__(self, participant: str, message: str) -> None:
+        self.participant = participant
+        self.message = message
+        super().__init__(f"participant {participant!r} discarded a step: {message or 'no reason given'}")
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """What a participant and its outputs go back to."""
+
+    state: object
+    outputs: dict[str, Array]
+
+
+class Stepper:
+    """Drives `participant`, which makes `sub_rate` equal steps for each of the master's."""
+
+    def __init__(self, participant: Participant, sub_rate: int = 1) -> None:
+        self.participant = participant
+        self.sub_rate = sub_rate
+        self.outputs: dict[str, Array] = {}
+        self.inputs: dict[str, Array] = {}  # as they were set last
+        self.wall_seconds = 0.0
+        self.wants_end: str | None = None  # why, once the participant has asked for the run's end
+        self.events: list[tuple[float, str]] = []  # time [s] and text of those since the master took them
+        self.passes_discards_on = False  # to the master, which takes back everybody's step
+        self._given = [v for v in participant.variables.values() if v.causality is Causality.OUTPUT]
+        self._means = [v for v in self._given if v.is_mean]
+        self._sums: dict[str, Array] = {}
+
+    @property
+    def name(self) -> str:
+        """The participant's."""
+        return self.participant.name
+
+    def set(self, name: str, value: Array) -> None:
+        """Give the participant an input."""
+        self.inputs[name] = value
+        self.participant.set(name, value)
+
+    def advance(self, begin: float, end: float) -> None:
+        """From `begin` to `end` [s]; CoSimulationError if the participant cannot."""
+        started = wall_clock.perf_counter()
+        self._sums.clear()
+        span = (end - begin) / self.sub_rate
+        for index in range(self.sub_rate):
+            last = end if index == self.sub_rate - 1 else begin + (index + 1) * span
+            self._cover(begin + index * span, last)
+        self.read_outputs(end)
+        self.outputs |= {name: total / (end - begin) for name, total in self._sums.items()}
+        self.wall_seconds += wall_clock.perf_counter() - started
+
+    def read_outputs(self, time: float) -> None:
+        """Take every output from the participant and find those that are not finite."""
+        self.outputs = {}
+        for variable in self._given:
+            value = self.participant.get(variable.name)
+            if not np.isfinite(value).all():
+                self.fail(time, f"output {variable.name!r} is {value}, allowed: finite numbers")
+            self.outputs[variable.name] = value
+
+    def save(self) -> Snapshot:
+        """The participant's state with its outputs; NotImplementedError if it cannot."""
+        return Snapshot(self.participant.save_state(), dict(self.outputs))
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Back to what `save` returned."""
+        self.participant.restore_state(snapshot.state)
+        self.outputs = dict(snapshot.outputs)
+        self.events.clear()
+        self.wants_end = None
+
+    def fail(self, time: float, message: str, cause: BaseException | None = None) -> NoReturn:
+        """Raise under the participant's name."""
+        raise CoSimulationError(self.name, time, message) from cause
+
+    def _cover(self, begin: float, end: float) -> None:
+        """One step, in as many parts as the participant needs."""
+        tolerance, reached, span, halvings = TIME_TOLERANCE * (end - begin), begin, end - begin, 0
+        for _ in range(PARTS_ALLOWED):
+            part = min(span, end - reached)
+            result = self._call(reached, part)
+            if result.status is Status.DISCARD:
+                halvings += 1
+                self._refuse_discard(reached, part, halvings, result)
+                span = 0.5 * part
+                continue
+            self._check(result, begin, reached, reached + part, tolerance)
+            duration, reached = result.last_successful_time - reached, result.last_successful_time
+            if self.sub_rate > 1 or duration < end - begin - tolerance:
+                self._add_means(duration)
+            self._note(result)
+            if reached >= end - tolerance or result.terminate_simulation:
+                return
+        self.fail(begin, f"stopped at {reached} s, allowed: {end} s")
+
+    def _call(self, time: float, step_size: float) -> StepResult:
+        try:
+            return self.participant.do_step(time, step_size)
+        except Exception as cause:
+            self.fail(time, str(cause) or type(cause).__name__, cause)
+
+    def _refuse_discard(self, time: float, part: float, halvings: int, result: StepResult) -> None:
+        """Raise if the step is not to be tried again here."""
+        if self.passes_discards_on:
+            raise Discarded(self.name, result.message)
+        if halvings > HALVINGS:
+            reason = result.message or "no reason given"
+            self.fail(time, f"discard: {reason}, down to a step of {part:.3g} s")
+
+    def _check(self, result: StepResult, begin: float, reached: float, asked: float, tolerance: float) -> None:
+        """Raise for an error and for a time that does not fit."""
+        now = result.last_successful_time
+        if result.status is Status.ERROR:
+            self.fail(begin, f"error: {result.message or 'no reason given'}")
+        if not reached - tolerance <= now <= asked + tolerance:
+            self.fail(begin, f"reached {now} s, allowed: {reached} to {asked} s")
+        if result.status is Status.OK and now < asked - tolerance:
+            self.fail(begin, f"stopped at {now} s without an early return, allowed: {asked} s")
+
+    def _add_means(self, duration: float) -> None:
+        """Take a part of a step into the means over all of it."""
+        for variable in self._means:
+            part = duration * self.participant.get(variable.name)
+            self._sums[variable.name] = self._sums.get(variable.name, 0.0) + part
+
+    def _note(self, result: StepResult) -> None:
+        """See to events and to a wish to end."""
+        if result.event_handling_needed:
+            self._settle_events(result)
+        if result.terminate_simulation:
+            self.wants_end = result.message or "it has come to its end"
+
+    def _settle_events(self, result: StepResult) -> None:
+        time = result.last_successful_time
+        if not isinstance(self.participant, EventParticipant):
+            self.fail(time, "asks for event handling, but has no update_discrete_states")
+        for _ in range(EVENT_ROUNDS):
+            try:
+                again = self.participant.update_discrete_states()
+            except Exception as cause:
+                self.fail(time, str(cause) or type(cause).__name__, cause)
+            if not again:
+                self.events.append((time, result.message or "event"))
+                return
+        self.fail(time, f"discrete states do not settle in {EVENT_ROUNDS} rounds")

@@ -1,0 +1,77 @@
+"""`oilsim build-fmu`: an FMU from a model's source, one that is shipped or one's own."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from importlib import resources
+from pathlib import Path
+
+from scenarios.exit_codes import DONE
+from scenarios.problems import Problem, ScenarioError, suggestion
+
+SHIPPED = {"tow-winch": "tow_winch.py", "autopilot": "autopilot.py"}  # in `vessels`
+STEP_SIZE, STOP_TIME = 0.02, 10.0  # [s] of the experiment that the FMU proposes
+
+
+def register(commands: argparse._SubParsersAction) -> None:
+    """Add the subcommand."""
+    parser = commands.add_parser(
+        "build-fmu", help="build an FMU from a model: a tow winch, an autopilot, one of your own"
+    )
+    parser.add_argument(
+        "model",
+        metavar="MODEL",
+        help=f"{' or '.join(SHIPPED)}, or a Python file with a coupling.scalar_model.ScalarModel",
+    )
+    parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="the FMU to write; MODEL.fmu by default")
+    add_version(parser)
+    parser.set_defaults(command=_build)
+
+
+def add_version(parser: argparse.ArgumentParser) -> None:
+    """Add --fmi."""
+    parser.add_argument("--fmi", type=int, choices=(2, 3), default=3, help="version of the standard; 3 by default")
+
+
+def require_folder(path: Path, option: str) -> None:
+    """ScenarioError unless a file can be made at `path`."""
+    if path.is_dir() or not path.absolute().parent.is_dir():
+        raise ScenarioError([Problem(option, f"is {str(path)!r}, allowed: a file in a folder that exists")], "oilsim")
+
+
+def _build(options: argparse.Namespace) -> int:
+    from coupling.fmu_export import FmuContent, FmuExportError, export_fmu
+    from coupling.scalar_model import MODEL_FILE, model_in
+
+    source = _source(options.model)
+    output = options.output or Path(f"{Path(options.model).stem}.fmu")
+    require_folder(output, "--output")
+    try:
+        model = model_in(source)
+        content = FmuContent(
+            identifier=model.name,
+            factory="coupling.scalar_model:model_in_folder",
+            description=(type(model).__doc__ or model.name).strip().splitlines()[0],
+            step_size=STEP_SIZE,
+            stop_time=STOP_TIME,
+            any_step=True,
+            files={MODEL_FILE: source},
+        )
+        export_fmu(content, output, options.fmi)
+    except (FmuExportError, ValueError) as error:
+        raise ScenarioError([Problem(str(options.model), f"cannot be built: {error}")], "oilsim") from error
+    print(f"{output}: {model.name}, FMI {options.fmi}")
+    return DONE
+
+
+def _source(model: str) -> Path:
+    """The file of a model that is shipped, or the file itself."""
+    if model in SHIPPED:
+        return Path(str(resources.files("vessels"))) / SHIPPED[model]
+    path = Path(model)
+    if re.search(r"\.py$", model) and path.is_file():
+        return path
+    hint = suggestion(model, SHIPPED) or ","
+    text = f"is neither a shipped model nor a Python file{hint} allowed: {', '.join(SHIPPED)}, a .py file"
+    raise ScenarioError([Problem(f"model {model!r}", text)], "oilsim")

@@ -1,0 +1,39 @@
+"""`oilsim export-fmu`: a whole exercise as an FMU."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from scenarios.commands.build_fmu import add_version, require_folder
+from scenarios.commands.scenario_options import add_scenario, overrides
+from scenarios.exit_codes import DONE
+from scenarios.problems import Problem, ScenarioError
+
+
+def register(commands: argparse._SubParsersAction) -> None:
+    """Add the subcommand."""
+    parser = commands.add_parser("export-fmu", help="write a whole exercise as an FMU for other co-simulation masters")
+    add_scenario(parser)
+    parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="the FMU to write; NAME.fmu by default")
+    add_version(parser)
+    parser.set_defaults(command=_export)
+
+
+def _export(options: argparse.Namespace) -> int:
+    from coupling.fmu_export import FmuExportError, export_fmu
+    from scenarios.exercise_fmu import exercise_content, exercise_signals
+    from scenarios.load import load_scenario
+
+    loaded = load_scenario(options.scenario, overrides=overrides(options), demo=options.demo)
+    output = options.output or Path(f"{loaded.scenario.name}.fmu")
+    require_folder(output, "--output")
+    try:
+        export_fmu(exercise_content(loaded.scenario), output, options.fmi)
+    except FmuExportError as error:
+        raise ScenarioError([Problem(loaded.scenario.name, f"cannot be exported: {error}")], "oilsim") from error
+    signals = exercise_signals(loaded.scenario).values()
+    taken = [signal.name for signal in signals if signal.is_input]
+    print(f"{output}: {loaded.scenario.name}, FMI {options.fmi}, {len(signals) - len(taken)} outputs")
+    print(f"inputs: {', '.join(taken) or 'none'}")
+    return DONE

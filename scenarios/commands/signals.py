@@ -1,0 +1,30 @@
+"""`oilsim signals`: the signals of a scenario, which FMUs are connected to and an exported FMU has."""
+
+from __future__ import annotations
+
+import argparse
+
+from scenarios.commands.scenario_options import add_scenario, overrides
+from scenarios.exit_codes import DONE
+
+
+def register(commands: argparse._SubParsersAction) -> None:
+    """Add the subcommand."""
+    parser = commands.add_parser("signals", help="the numbers of a scenario that FMUs can be connected to")
+    add_scenario(parser)
+    parser.set_defaults(command=_signals)
+
+
+def _signals(options: argparse.Namespace) -> int:
+    from rich.console import Console
+    from rich.table import Table
+
+    from scenarios.load import load_scenario
+    from scenarios.signals import signals_of
+
+    scenario = load_scenario(options.scenario, overrides=overrides(options), demo=options.demo).scenario
+    table = Table("signal", "unit", "")
+    for signal in signals_of(scenario).values():
+        table.add_row(signal.name, signal.unit, f"taken, {signal.start:g} at first" if signal.is_input else "given")
+    Console().print(table)
+    return DONE

@@ -1,0 +1,86 @@
+"""FMUs and their connections, checked before anything is built: files, variables, causalities, units."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from coupling.connection import Connection, connection_problems
+from coupling.participant import Variable
+from coupling.participants.fmu import FmuParticipant
+from scenarios.fmus import ORDERS, PREFIX, READINGS, FmuSettings, connections_of
+from scenarios.problems import Problem, problems_of, suggestion
+from scenarios.signal_board import signal_variables
+from scenarios.signals import Signal
+
+SHOWN = 12  # signals that an error names
+
+
+@dataclass(frozen=True)
+class _Declared:
+    """Stands for the signals of a run that has not been built."""
+
+    name: str
+    variables: Mapping[str, Variable]
+
+
+def fmu_problems(fmus: Mapping[str, FmuSettings], signals: Mapping[str, Signal]) -> Iterator[Problem]:
+    """Everything that is wrong with the FMUs of a scenario."""
+    loaded: dict[str, FmuParticipant] = {}
+    for name, settings in fmus.items():
+        try:
+            loaded[PREFIX + name] = FmuParticipant(PREFIX + name, settings.file, settings.start, settings.units)
+        except (ValueError, OSError) as error:
+            yield Problem(f"fmus.{name}", f"cannot be used: {error}")
+    boards = {board: _Declared(board, signal_variables(signals)) for board in (ORDERS, READINGS)}
+    participants: dict[str, Any] = {**boards, **loaded}
+    connections = {}
+    for path, connection in connections_of(fmus).items():
+        ends = {connection.source, connection.target}
+        if any(PREFIX + name in ends and PREFIX + name not in loaded for name in fmus):
+            continue  # its FMU has been reported
+        connections[path] = connection
+        unknown = _unknown_signal(connection, signals)
+        if unknown:
+            yield Problem(path, unknown)
+            continue
+        for text in connection_problems(connection, participants):
+            yield Problem(path, f"does not fit: {text.removeprefix(f'{connection}: ')}")
+    yield from _doubly_driven(connections)
+
+
+def _unknown_signal(connection: Connection, signals: Mapping[str, Signal]) -> str:
+    """What is wrong with a connection to a signal that does not exist, with those that may have been meant; else nothing."""
+    takes = connection.target == ORDERS
+    name = connection.target_variable if takes else connection.source_variable
+    if not (takes or connection.source == READINGS) or name in signals:
+        return ""
+    fitting = [signal for signal, one in signals.items() if one.is_input == takes]
+    place = name.rpartition(".")[0] + "."
+    near = [signal for signal in fitting if signal.startswith(place)] or fitting
+    shown = near[:SHOWN] + ([f"... {len(near) - SHOWN} more, see oilsim signals"] if len(near) > SHOWN else [])
+    direction = "that a run takes" if takes else "that a run gives"
+    hint = suggestion(name, fitting) or ","
+    return f"is {name!r}, which is no signal {direction}{hint} allowed: {', '.join(shown) or 'none is there'}"
+
+
+def _doubly_driven(connections: Mapping[str, Connection]) -> Iterator[Problem]:
+    """Signals that more than one output drives."""
+    drivers: dict[str, list[str]] = {}
+    for path, connection in connections.items():
+        if connection.target == ORDERS:
+            drivers.setdefault(connection.target_variable, []).append(path)
+    for signal, paths in drivers.items():
+        if len(paths) > 1:
+            yield Problem(paths[1], f"drives {signal!r}, which {paths[0]} drives already, allowed: one of them")
+
+
+def fmu_participants(fmus: Mapping[str, FmuSettings]) -> tuple[FmuParticipant, ...]:
+    """The FMUs, each of them tried out; ScenarioError for one that cannot run here, before anything is computed."""
+    participants = []
+    for name, settings in fmus.items():
+        with problems_of(f"fmus.{name}", "cannot be used"):
+            participants.append(FmuParticipant(PREFIX + name, settings.file, settings.start, settings.units))
+            participants[-1].rehearse()
+    return tuple(participants)

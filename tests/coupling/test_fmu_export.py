@@ -1,0 +1,217 @@
+"""FMUs made of participants, for real: the same numbers as the participant itself, rolled back, in one process with others."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+from typing import Literal
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy import simulate_fmu
+from fmpy.validation import validate_fmu
+
+from coupling.fmu_export import FmuContent, FmuExportError, export_fmu
+from coupling.participant import Status
+from coupling.participants.fmu import FmuParticipant
+from coupling.scalar_model import MODEL_FILE, ScalarModel, given, model_in, parameter, taken
+
+Version = Literal[2, 3]
+
+TANK = '''
+from coupling.participant import Status, StepResult
+from coupling.scalar_model import ScalarModel, given, parameter, taken
+
+class {name}(ScalarModel):
+    """A tank that is filled."""
+
+    inflow = taken("m3/s", 0.5)
+    area = parameter("m2", 2.0)
+    level = given("m")
+
+    def check(self):
+        if not self.area > 0.0:
+            raise ValueError("area is %g m2, allowed: above 0" % self.area)
+
+    def advance(self, time, step_size):
+        self.level += {sign} step_size * self.inflow / self.area
+        if self.level > 10.0:
+            raise RuntimeError("tank overflows")
+
+    def do_step(self, time, step_size):
+        if self.inflow < 0.0:
+            return StepResult(Status.DISCARD, time, "no outflow")
+        return super().do_step(time, step_size)
+'''
+
+
+def build(folder: Path, version: Version, name: str = "Tank", sign: str = "") -> Path:
+    """The FMU of a tank, which empties if sign is -."""
+    source = folder / f"{name}.py"
+    source.write_text(TANK.format(name=name, sign=sign))
+    path = folder / f"{name}-{version}.fmu"
+    content = FmuContent(
+        identifier=name,
+        factory="coupling.scalar_model:model_in_folder",
+        description="a tank",
+        step_size=0.1,
+        stop_time=2.0,
+        any_step=True,
+        files={MODEL_FILE: source},
+    )
+    export_fmu(content, path, version)
+    return path
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_fmu_gives_what_its_model_gives_bit_for_bit(tmp_path: Path, version: Version) -> None:
+    path = build(tmp_path, version)
+    assert validate_fmu(str(path)) == []
+    model = model_in(tmp_path / "Tank.py")
+    fmu = FmuParticipant("tank", path, {"area": 3.0})
+    assert {name: variable.unit for name, variable in fmu.variables.items()} == {
+        "inflow": "m3/s",
+        "area": "m2",
+        "level": "m",
+    }
+    model.set("area", np.array([3.0]))
+    rng = np.random.default_rng(7)
+    fmu.enter_initialization_mode(0.0)
+    fmu.exit_initialization_mode()
+    saved: tuple[object, object] | None = None
+    for k, inflow in enumerate(rng.random(20)):
+        for one in (fmu, model):
+            one.set("inflow", np.array([inflow]))
+            assert one.do_step(0.1 * k, 0.1).status is Status.OK
+        np.testing.assert_array_equal(fmu.get("level"), model.get("level"))
+        if k == 9:
+            saved = fmu.save_state(), model.save_state()
+    assert saved is not None
+    assert isinstance(saved[0], bytes)
+    for one, state in ((fmu, saved[0]), (model, saved[1])):
+        one.restore_state(state)
+        one.do_step(1.0, 0.1)
+    np.testing.assert_array_equal(fmu.get("level"), model.get("level"))
+    fmu.terminate()
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_fmpy_runs_it_by_itself(tmp_path: Path, version: Version) -> None:
+    path = build(tmp_path, version)
+    result = simulate_fmu(str(path), stop_time=1.0, output_interval=0.1, start_values={"inflow": 0.4})
+    assert result["level"][-1] == pytest.approx(1.0 * 0.4 / 2.0)
+    description = fmpy.read_model_description(str(path))
+    assert (description.modelName, description.description) == ("Tank", "a tank")
+    assert description.coSimulation.canGetAndSetFMUstate
+    assert description.coSimulation.canHandleVariableCommunicationStepSize
+    level = next(variable for variable in description.modelVariables if variable.name == "level")
+    assert level.unit == "m"
+    assert {unit.name: unit.baseUnit.m for unit in description.unitDefinitions}["m3/s"] == 3
+
+
+def test_two_fmus_of_one_process_keep_apart(tmp_path: Path) -> None:
+    fmus = []
+    for version in (3, 2):
+        for name, sign in (("Filling", ""), ("Emptying", "-")):
+            fmus.append(FmuParticipant(name, build(tmp_path, version, name, sign)))
+    for fmu in fmus:
+        fmu.enter_initialization_mode(0.0)
+        fmu.exit_initialization_mode()
+    for fmu in fmus:
+        fmu.do_step(0.0, 2.0)
+    assert [float(fmu.get("level")[0]) for fmu in fmus] == [0.5, -0.5, 0.5, -0.5]
+    for fmu in fmus:
+        fmu.terminate()
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_failures_are_told_in_the_models_words(tmp_path: Path, version: Version) -> None:
+    path = build(tmp_path, version)
+    with pytest.raises(RuntimeError, match="area is -1 m2, allowed: above 0"):
+        FmuParticipant("tank", path, {"area": -1.0}).enter_initialization_mode(0.0)
+    fmu = FmuParticipant("tank", path, {"inflow": 100.0})
+    fmu.enter_initialization_mode(0.0)
+    fmu.exit_initialization_mode()
+    result = fmu.do_step(0.0, 1.0)
+    assert result.status is Status.ERROR
+    assert "tank overflows" in result.message
+    fmu.terminate()
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_a_discarded_step_is_a_discarded_step(tmp_path: Path, version: Version) -> None:
+    fmu = FmuParticipant("tank", build(tmp_path, version), {"inflow": -1.0})
+    fmu.enter_initialization_mode(0.0)
+    fmu.exit_initialization_mode()
+    result = fmu.do_step(0.0, 0.1)
+    assert (result.status, result.last_successful_time) == (Status.DISCARD, 0.0)
+    fmu.set("inflow", np.array([1.0]))
+    assert fmu.do_step(0.0, 0.1).status is Status.OK
+    fmu.terminate()
+
+
+def test_missing_extra_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("coupling.fmu_export.PACKAGES", {3: "no_such_package"})
+    with pytest.raises(
+        FmuExportError, match=r"no_such_package is not installed, needed for FMI 3: pip install 'oilsim\[fmu\]'"
+    ):
+        build(tmp_path, 3)
+    assert not list(tmp_path.glob("*.fmu"))
+
+
+def test_host_without_oilsim_is_told_what_to_install(tmp_path: Path) -> None:
+    """The FMU's script in a Python that finds none of our packages."""
+    path = build(tmp_path, 3)
+    folder = fmpy.extract(str(path), str(tmp_path / "unpacked"))
+    script = next((Path(folder) / "resources").glob("oilsim_fmu_*.py"))
+    code = f"""
+import sys, importlib.abc
+class Nothing(importlib.abc.MetaPathFinder):
+    def find_spec(self, name, path=None, target=None):
+        if name.split('.')[0] == 'coupling':
+            raise ModuleNotFoundError(f"No module named {{name!r}}")
+sys.meta_path.insert(0, Nothing())
+sys.path.insert(0, {str(script.parent)!r})
+import {script.stem}
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert "this FMU needs oilsim in the Python of its host: pip install oilsim" in done.stderr
+
+
+def test_what_cannot_be_an_fmu_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="identifier of an FMU is 'my tank'"):
+        FmuContent(identifier="my tank", factory="", description="", step_size=0.1, stop_time=1.0)
+    (tmp_path / "none.py").write_text("x = 1\n")
+    with pytest.raises(ValueError, match=r"none\.py defines none, allowed: one subclass"):
+        model_in(tmp_path / "none.py")
+    (tmp_path / "wrong.py").write_text("x = y\n")
+    with pytest.raises(ValueError, match=r"wrong\.py cannot be run: NameError: name 'y' is not defined"):
+        model_in(tmp_path / "wrong.py")
+    (tmp_path / "odd.py").write_text(TANK.format(name="Odd", sign="").replace("m3/s", "stone"))
+    content = FmuContent(
+        identifier="Odd",
+        factory="coupling.scalar_model:model_in_folder",
+        description="",
+        step_size=0.1,
+        stop_time=1.0,
+        files={MODEL_FILE: tmp_path / "odd.py"},
+    )
+    with pytest.raises(
+        FmuExportError,
+        match="cannot build the FMU of Odd: ValueError: unit 'stone' is not known, allowed",
+    ):
+        export_fmu(content, tmp_path / "odd.fmu", 3)
+
+
+def test_models_may_inherit_their_variables() -> None:
+    class Base(ScalarModel):
+        first = taken("m")
+        second = parameter("m", 1.0)
+
+    class Derived(Base):
+        third = given("m")
+
+    assert list(Derived().variables) == ["first", "second", "third"]

@@ -1,0 +1,179 @@
+"""The test kit: what its checks measure is so, and they fail where they should; every fault ends or mends as it is meant to."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from coupling.bodies import box, sphere
+from coupling.co_simulation import CoSimulation
+from coupling.errors import CoSimulationError
+from coupling.testing import (
+    Fault,
+    FaultyParticipant,
+    Scene,
+    assert_draft,
+    assert_momentum_conserved,
+    assert_pressure_hydrostatic,
+    empty_space,
+    tank,
+)
+from oilsim.phases import Phase
+from tests.coupling.accumulator import Accumulator
+
+SPACING = 0.05
+DRY = Phase(name="water", rest_density=1000.0)
+STICKY = Phase(name="water", rest_density=1000.0, adhesion=5.0)
+SYRUP = Phase(name="water", rest_density=1000.0, dynamic_viscosity=1.0)
+
+
+def collision(phase: Phase, *, no_slip: bool = False) -> Scene:
+    """A block of liquid that flies past the side of a resting box of a fifth its density."""
+    scene = empty_space(size=(6.0, 6.0, 6.0), particle_spacing=SPACING, phases=(phase,))
+    scene.add_body("box", box((0.3, 0.3, 0.3)), density=200.0, position=(0.0, 0.05, 0.0), no_slip=no_slip)
+    scene.fill((-0.5, -0.2, -0.2), (-0.2, 0.2, 0.2), velocity=(2.0, 0.3, 0.0))
+    return scene
+
+
+@pytest.mark.parametrize(("phase", "no_slip"), [(DRY, False), (SYRUP, True), (STICKY, False)])
+def test_momentum_is_conserved_whatever_acts(phase: Phase, no_slip: bool) -> None:
+    with collision(phase, no_slip=no_slip) as scene:
+        # linear: pair by pair in float32. Angular: corrections of positions carry momentum along, up to 6e-5 of m |v| r a step
+        assert_momentum_conserved(scene, steps=30, within=1e-6, angular_within=1e-4)
+        assert scene.world.twist("box")[0] > 1.0  # something was exchanged
+
+
+def test_exchange_itself_conserves_angular_momentum_where_steps_agree() -> None:
+    # with one step of the fluid and of the bodies in each communication step, bodies turn by what the fluid counts
+    scene = Scene(collision(DRY).fluid.config, communication_step=1.0 / 250.0)
+    with scene:
+        scene.add_body("box", box((0.3, 0.3, 0.3)), density=200.0, position=(0.0, 0.05, 0.0))
+        scene.fill((-0.5, -0.2, -0.2), (-0.2, 0.2, 0.2), velocity=(2.0, 0.3, 0.0))
+        budget = scene.fluid.watch()
+        for _ in range(40):
+            before = scene.world.momentum()
+            scene.step()
+            assert budget.last is not None
+            given = budget.last.part(*budget.last.parts).impulse_on_bodies
+            np.testing.assert_allclose(scene.world.momentum() - before, given, atol=1e-9)
+        assert np.linalg.norm(scene.world.momentum()[3:]) > 0.1
+
+
+THICK = Phase(name="water", rest_density=1000.0, dynamic_viscosity=20.0)
+LAYER, THICKNESS, TIME = 0.2, 0.05, 0.2
+
+
+def drag(no_slip: bool) -> float:
+    """Speed of a plate of the liquid's density after TIME between two layers that move at 1 m/s."""
+    with empty_space(size=(6.0, 6.0, 6.0), particle_spacing=SPACING, phases=(THICK,)) as scene:
+        scene.add_body("plate", box((0.5, 0.5, THICKNESS)), density=1000.0, position=(0.0, 0.0, 0.0), no_slip=no_slip)
+        for low, high in ((0.5 * THICKNESS, LAYER + 0.5 * THICKNESS), (-LAYER - 0.5 * THICKNESS, -0.5 * THICKNESS)):
+            scene.fill((-0.25, -0.25, low), (0.25, 0.25, high), velocity=(1.0, 0.0, 0.0))
+        scene.run(TIME)
+        return float(scene.world.twist("plate")[0])
+
+
+def diffused() -> float:
+    """The same in one dimension: rho du/dt = mu d2u/dz2 above a plate of half the mass, no stress at the outer surface."""
+    cells = 400
+    width, half = LAYER / cells, 0.5 * THICKNESS
+    rate = np.zeros((cells + 1, cells + 1))  # the plate, then the layer's cells
+    distances, masses = [0.5 * width, *[width] * (cells - 1)], [half, *[width] * cells]
+    for index, distance in enumerate(distances):
+        exchange = THICK.dynamic_viscosity / THICK.rest_density / distance
+        for own, other in ((index, index + 1), (index + 1, index)):
+            rate[own, own] -= exchange / masses[own]
+            rate[own, other] += exchange / masses[own]
+    start = np.ones(cells + 1)
+    start[0] = 0.0
+    return float((expm(TIME * rate) @ start)[0])
+
+
+def test_viscous_liquid_drags_a_body_that_it_sticks_to() -> None:
+    # half a spacing lies between the plate and the first particles, where the gradient is a quarter too small at first
+    assert drag(no_slip=True) == pytest.approx(diffused(), rel=0.25)
+    assert (
+        abs(drag(no_slip=False)) < 0.03
+    )  # without friction only what pressure finds rough in a surface made of points
+
+
+def test_adhesion_pulls_a_body_to_the_liquid() -> None:
+    for phase, pulls in ((STICKY, True), (DRY, False)):
+        with empty_space(size=(6.0, 6.0, 6.0), particle_spacing=SPACING, phases=(phase,)) as scene:
+            scene.add_body("plate", box((0.3, 0.3, 0.1)), density=500.0, position=(0.0, 0.0, 0.0))
+            scene.fill((-0.15, -0.15, 0.05), (0.15, 0.15, 0.15))
+            assert_momentum_conserved(scene, steps=10, angular_within=1e-4) if pulls else scene.run(0.1)
+            speed = scene.world.twist("plate")[2]
+            assert speed > 1e-3 if pulls else abs(speed) < 1e-6
+
+
+# checks
+
+
+def test_draft_and_pressure() -> None:
+    with tank(size=(0.6, 0.6, 0.8), depth=0.3, particle_spacing=SPACING) as scene:
+        scene.add_body("raft", box((0.3, 0.3, 0.2)), density=500.0, position=(0.3, 0.3, 0.3))
+        scene.run(1.0)
+        assert_draft(scene, "raft", 0.1, within=SPACING)
+        with pytest.raises(AssertionError, match=r"draft of 'raft' is 0\.\d+ m, expected: 0\.15 m within 0\.01 m"):
+            assert_draft(scene, "raft", 0.15, within=0.01)
+
+
+def test_hydrostatic_pressure() -> None:
+    with tank(size=(0.5, 0.5, 0.6), depth=0.4, particle_spacing=SPACING) as scene:
+        scene.run(0.5)
+        assert_pressure_hydrostatic(scene, at=(0.25, 0.25), within=0.03)
+        with pytest.raises(AssertionError, match=r"pressure at z = .* m is .* Pa, expected: .* Pa within 0\.03"):
+            assert_pressure_hydrostatic(scene, at=(0.25, 0.25), within=0.03, density=1200.0)
+
+
+def test_level_counts_what_bodies_displace() -> None:
+    with tank(size=(0.5, 0.5, 0.8), depth=0.4, particle_spacing=SPACING) as scene:
+        scene.add_body("ball", sphere(0.1), density=900.0, position=(0.25, 0.25, 0.2), motion="fixed")
+        assert scene.simulation.is_running
+        water = scene.fluid.particle_count * SPACING**3
+        assert scene.level() == pytest.approx((water + 4.0 / 3.0 * np.pi * 0.1**3) / 0.25, rel=1e-3)
+        assert scene.draft("ball") == pytest.approx(scene.level() - 0.1, abs=1e-3)
+
+
+def test_momentum_that_is_not_conserved_is_found() -> None:
+    with collision(DRY) as scene:
+        scene.world.set_applied_wrench("box", np.array([50.0, 0, 0, 0, 0, 0]))
+        with pytest.raises(AssertionError, match=r"momentum changes by \[0\.\d+, .* N s in the step to 0\.01 s"):
+            assert_momentum_conserved(scene)
+
+
+# faults
+
+
+def run_with(fault: Fault) -> tuple[CoSimulation, Accumulator]:
+    inner = Accumulator("pump", [])
+    inner.input = np.array(1.0)
+    run = CoSimulation([FaultyParticipant(inner, fault, at_time=0.25)], [], 0.1)
+    run.initialize()
+    return run, inner
+
+
+@pytest.mark.parametrize("fault", [Fault.EARLY_RETURN, Fault.DISCARD])
+def test_faults_that_a_master_mends(fault: Fault) -> None:
+    run, inner = run_with(fault)
+    run.run(0.5)
+    assert float(inner.output) == pytest.approx(1.5, abs=1e-14)
+    assert len([entry for entry in inner.log if entry[1] == "step"]) == 6
+
+
+@pytest.mark.parametrize(
+    ("fault", "message"),
+    [
+        (Fault.ERROR, r"failed at 0\.2 s: error: error injected at 0\.25 s"),
+        (Fault.EXCEPTION, r"failed at 0\.2 s: exception injected at 0\.25 s"),
+        (Fault.NAN, r"failed at 0\.3 s: output 'y' is nan"),
+        (Fault.LATE, r"failed at 0\.2 s: reached 0\.4"),
+    ],
+)
+def test_faults_that_end_a_run(fault: Fault, message: str) -> None:
+    run, _ = run_with(fault)
+    with pytest.raises(CoSimulationError, match=r"participant 'pump' " + message):
+        run.run(0.5)
+    assert not run.is_running

@@ -1,0 +1,268 @@
+"""A whole exercise as an FMU, for real: the same numbers as under our own master, in FMPy and in an independent one, rolled back."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Literal
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy import simulate_fmu
+from fmpy.validation import validate_fmu
+
+from coupling.participant import Causality, Status
+from coupling.participants.fmu import FmuParticipant
+from scenarios.build import build
+from scenarios.cli import main
+from scenarios.exercise_fmu import ExerciseParticipant
+from scenarios.load import load_scenario
+from scenarios.summary import SummaryObserver
+
+EXAMPLE = Path(__file__).parents[2] / "docs" / "fmus" / "winch-tow.toml"
+STEP, STEPS, ORDERED = 0.02, 12, 4  # s, number, step from which the orders below are given
+ORDERS = {"vessels.tug.speed_order": 0.5, "forcing.wind.speed": 9.0, "forcing.current.direction": 0.4}
+EXTRA = """
+[phases.oil]
+oil = "alaska-north-slope"
+
+[fill.slick]
+shape = "block"
+phase = "oil"
+lower = [1.0, 0.6, 0.32]
+upper = [1.8, 1.2, 0.48]
+
+[forcing.wind]
+speed = 4.0
+gustiness = 0.3
+
+[forcing.current]
+speed = 0.1
+"""
+
+Build = Callable[[int], Path]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A small exercise with oil, wind and current, and a winch of its own, which is an FMU."""
+    place = tmp_path_factory.mktemp("exercise")
+    text = EXAMPLE.read_text().replace("particle_spacing = 0.12", "particle_spacing = 0.16")
+    (place / "tow.toml").write_text(text.replace("[run]", "[run]\nthreads = 1") + EXTRA)
+    assert main(["build-fmu", "tow-winch", "-o", str(place / "tow-winch.fmu")]) == 0
+    return place
+
+
+@pytest.fixture(scope="module")
+def exported(folder: Path) -> Build:
+    """The exercise as an FMU of a version, exported by the command, once each; the files it was made from are gone then."""
+    for version in (2, 3):
+        assert (
+            main(
+                [
+                    "export-fmu",
+                    str(folder / "tow.toml"),
+                    "--fmi",
+                    str(version),
+                    "-o",
+                    str(folder / f"tow-{version}.fmu"),
+                ]
+            )
+            == 0
+        )
+    return lambda version: folder / f"tow-{version}.fmu"
+
+
+@pytest.fixture(scope="module")
+def own_run(folder: Path) -> dict[str, float]:
+    """Every output after the same orders under our own master."""
+    exercise = ExerciseParticipant("tow", load_scenario(folder / "tow.toml").scenario)
+    outputs = [name for name, variable in exercise.variables.items() if variable.causality is Causality.OUTPUT]
+    assembly = build(load_scenario(folder / "tow.toml").scenario)
+    run = assembly.co_simulation([SummaryObserver(assembly)])  # somebody watches, so the scores are kept
+    run.initialize()
+    control = assembly.parts.controls["tug"]
+    for k in range(STEPS):
+        if k == ORDERED:
+            control.set("tug.speed_order", np.array(0.5))
+            control.set("tug.wind", np.array([9.0, 0.0, 0.0]))
+            current, wind = assembly.fluid.forcings
+            wind.speed = 9.0
+            current.velocity = (0.1 * np.cos(0.4), 0.1 * np.sin(0.4), 0.0)
+            assembly.scoring.take_current(np.array(current.velocity))
+        run.step()
+    result = {name: exercise._signals[name].read(assembly.parts) for name in outputs}
+    run.terminate()
+    return result
+
+
+def drive(fmu: FmuParticipant, begin: int = 0, end: int = STEPS) -> None:
+    for k in range(begin, end):
+        if k == ORDERED:
+            for name, value in ORDERS.items():
+                fmu.set(name, np.array([value]))
+        result = fmu.do_step(k * STEP, STEP)
+        assert result.status is Status.OK, result.message
+
+
+def begun(path: Path) -> FmuParticipant:
+    fmu = FmuParticipant("exercise", path)
+    fmu.enter_initialization_mode(0.0)
+    fmu.exit_initialization_mode()
+    return fmu
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_it_agrees_with_our_own_master(exported: Build, own_run: dict[str, float], version: Literal[2, 3]) -> None:
+    """All outputs, poses, tensions, oil and scores: closer than 1e-9; in fact equal, bit for bit."""
+    before = os.getcwd(), dict(os.environ)
+    fmu = begun(exported(version))
+    drive(fmu)
+    assert len(own_run) == 60
+    for name, value in own_run.items():
+        assert float(fmu.get(name)[0]) == value, name
+    assert own_run["vessels.tug.thrust"] != 0.0
+    assert own_run["booms.main.oil_inside"] + own_run["booms.main.oil_outside"] > 0.0
+    assert (os.getcwd(), dict(os.environ)) == before
+    fmu.terminate()
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_its_state_goes_back_and_into_another_instance(
+    exported: Build, own_run: dict[str, float], version: Literal[2, 3]
+) -> None:
+    fmu, other = begun(exported(version)), begun(exported(version))
+    drive(fmu, 0, 6)
+    state = fmu.save_state()
+    assert isinstance(state, bytes)
+    drive(fmu, 6)
+    fmu.restore_state(state)
+    other.restore_state(state)
+    for one in (fmu, other):
+        drive(one, 6)
+        for name, value in own_run.items():
+            assert float(one.get(name)[0]) == value, name
+        one.terminate()
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_it_is_sound_and_fmpy_runs_it(exported: Build, own_run: dict[str, float], version: Literal[2, 3]) -> None:
+    path = exported(version)
+    assert validate_fmu(str(path)) == []
+    description = fmpy.read_model_description(str(path))
+    assert description.defaultExperiment.stepSize == str(STEP) or float(description.defaultExperiment.stepSize) == STEP
+    units = {variable.name: variable.unit for variable in description.modelVariables}
+    assert units["booms.main.tug.tension"] == "N"
+    assert units["booms.main.oil_lost.drainage"] == "m3"
+    starts = {variable.name: variable.start for variable in description.modelVariables if variable.causality == "input"}
+    assert float(starts["forcing.wind.speed"]) == 4.0
+    assert "booms.main.tug.payout" not in starts  # the winch inside drives it
+    # FMPy sets inputs before every step, ours once: the same orders from the same step on
+    given = np.zeros(4, dtype=[("time", float), *((name, float) for name in ORDERS)])
+    given["time"] = STEP * np.array([0.0, ORDERED - 0.5, ORDERED - 0.5, STEPS])
+    for name, value in ORDERS.items():
+        given[name] = (float(starts[name]), float(starts[name]), value, value)
+    result = simulate_fmu(str(path), stop_time=STEPS * STEP, output_interval=STEP, input=given)
+    assert result["time"][-1] == pytest.approx(STEPS * STEP)
+    for name, value in own_run.items():
+        assert result[name][-1] == value, name
+
+
+ECOS = """
+import ctypes, json, sys
+from pathlib import Path
+ctypes.CDLL(str(Path(sys.prefix) / "lib" / "libtbb.so.12"), mode=ctypes.RTLD_GLOBAL)
+from ecospy import EcosSimulation, EcosSimulationStructure
+path, steps, ordered, orders, outputs = json.loads(sys.argv[1])
+structure = EcosSimulationStructure()
+structure.add_model("exercise", path)
+simulation = EcosSimulation(structure=structure, step_size=0.02)
+assert simulation.init()
+for k in range(steps):
+    if k == ordered:
+        for name, value in orders.items():
+            simulation.set_real("exercise::" + name, value)
+    simulation.step()
+print(json.dumps({name: simulation.get_real("exercise::" + name) for name in outputs}))
+simulation.terminate()
+simulation.free()
+"""
+
+
+@pytest.mark.skipif(
+    importlib.util.find_spec("ecospy") is None, reason="the independent master comes with the extra dev"
+)
+@pytest.mark.parametrize("version", [2, 3])
+def test_an_independent_master_gets_the_same(
+    exported: Build, own_run: dict[str, float], version: Literal[2, 3]
+) -> None:
+    """Ecos, a master written in C++, in a process of its own."""
+    arguments = json.dumps([str(exported(version)), STEPS, ORDERED, ORDERS, list(own_run)])
+    command = [sys.executable, "-c", ECOS, arguments]
+    root = Path(__file__).parents[2]
+    paths = os.pathsep.join(filter(None, (str(root), os.environ.get("PYTHONPATH"))))
+    done = subprocess.run(
+        command,
+        capture_output=True,
+        text=True,
+        check=False,
+        env=os.environ | {"PYTHONPATH": paths},
+        cwd=exported(2).parent,
+    )
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout.splitlines()[-1]) == own_run
+
+
+def test_steps_and_starts_of_its_master(exported: Build) -> None:
+    """It begins when its master begins, takes several communication steps at once, and refuses parts of one."""
+    fmu = FmuParticipant("exercise", exported(3))
+    fmu.enter_initialization_mode(100.0)
+    fmu.exit_initialization_mode()
+    assert fmu.do_step(100.0, 5 * STEP).status is Status.OK
+    same = begun(exported(3))
+    drive(same, 0, ORDERED)
+    same.do_step(ORDERED * STEP, STEP)
+    np.testing.assert_array_equal(fmu.get("vessels.tug.x"), same.get("vessels.tug.x"))
+    result = fmu.do_step(100.0 + 5 * STEP, 0.013)
+    assert result.status is Status.ERROR
+    assert "allowed: from 100.1 s, whole multiples of communication_step = 0.02 s" in result.message
+    for one in (fmu, same):
+        one.terminate()
+
+
+def test_it_needs_no_file_of_the_scenario(exported: Build, tmp_path: Path) -> None:
+    """Meshes and FMUs travel inside."""
+    path = shutil.copy(exported(3), tmp_path)
+    with_files = fmpy.extract(str(path), str(tmp_path / "unpacked"))
+    assert (Path(with_files) / "resources" / "fmus-winch.fmu").is_file()
+    packed = json.loads((Path(with_files) / "resources" / "scenario.json").read_text())
+    assert packed["fmus"]["winch"]["file"] == "fmus-winch.fmu"
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_a_shipped_exercise_is_exported(
+    tmp_path: Path, version: Literal[2, 3], capsys: pytest.CaptureFixture[str]
+) -> None:
+    target = tmp_path / "sweep.fmu"
+    assert main(["export-fmu", "u-sweep", "--demo", "--fmi", str(version), "-o", str(target)]) == 0
+    assert "inputs: tow.speed, tow.heading, forcing.current.speed, forcing.current.direction" in capsys.readouterr().out
+    assert validate_fmu(str(target)) == []
+
+
+def test_bad_input_ends_with_2(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert main(["export-fmu", "u-sweep", "-o", str(tmp_path / "no" / "x.fmu")]) == 2
+    assert "allowed: a file in a folder that exists" in capsys.readouterr().err
+    assert main(["build-fmu", "tow-wich"]) == 2
+    assert "did you mean 'tow-winch'? allowed: tow-winch, autopilot, a .py file" in capsys.readouterr().err
+    monkeypatch.setattr("coupling.fmu_export.PACKAGES", {2: "no_such_package", 3: "no_such_package"})
+    assert main(["export-fmu", "u-sweep", "-o", str(tmp_path / "x.fmu")]) == 2
+    assert "no_such_package is not installed, needed for FMI 3: pip install 'oilsim[fmu]'" in capsys.readouterr().err

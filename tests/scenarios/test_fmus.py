@@ -1,0 +1,230 @@
+"""FMUs in a scenario, for real: a winch on a tow line, an autopilot on a tug; what is wrong with them is told before the run."""
+
+from __future__ import annotations
+
+import math
+import shutil
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from coupling.errors import CoSimulationError
+from coupling.participants.fmu import FmuParticipant
+from recordings.checkpoint import state_from_bytes, state_hash, state_to_bytes
+from recordings.frame import Event, Frame, RunDescription
+from scenarios.build import Assembly, build
+from scenarios.cli import main
+from scenarios.load import load_scenario
+from scenarios.problems import ScenarioError
+
+EXAMPLES = Path(__file__).parents[2] / "docs" / "fmus"
+QUICK = ("fluid.particle_spacing=0.16", "run.threads=1", "run.duration=0.4")
+LINE = "boom/main/tow-tug"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The example scenarios with the FMUs they ask for, built by the command: the winch for FMI 3, the autopilot for FMI 2."""
+    place = tmp_path_factory.mktemp("fmus")
+    for file in EXAMPLES.glob("*.toml"):
+        shutil.copy(file, place)
+    assert main(["build-fmu", "tow-winch", "-o", str(place / "tow-winch.fmu")]) == 0
+    assert main(["build-fmu", "autopilot", "--fmi", "2", "-o", str(place / "autopilot.fmu")]) == 0
+    return place
+
+
+class LastFrame:
+    """Keeps the series of the last frame."""
+
+    def __init__(self) -> None:
+        self.scalars: Mapping[str, float] = {}
+
+    def initialized(self, run: RunDescription) -> None:
+        pass
+
+    def step_completed(self, frame: Frame) -> None:
+        self.scalars = frame.scalars
+
+    def event(self, event: Event) -> None:
+        pass
+
+    def terminated(self, reason: str) -> None:
+        pass
+
+
+def assembled(file: Path, *overrides: str) -> Assembly:
+    return build(load_scenario(file, overrides=[*QUICK, *overrides]).scenario)
+
+
+def participant(assembly: Assembly, name: str) -> FmuParticipant:
+    found = next(one for one in assembly.participants if one.name == name)
+    assert isinstance(found, FmuParticipant)
+    return found
+
+
+def test_winch_renders_until_the_line_pulls_as_ordered(folder: Path) -> None:
+    """On the winch the tug pays out line under load; with the brake set the line keeps its length and pulls harder."""
+    lengths, tensions = {}, {}
+    for brake in (0, 1):
+        winch = {"brake": brake, "brake_holding": 500, "tension_order": 5}
+        settings = [f"fmus.winch.start.{name}={value}" for name, value in winch.items()]
+        hurry = ("run.duration=2.0", "vessels.tug.acceleration=1.0", "vessels.tug.legs.0.speed=0.5")
+        assembly = assembled(folder / "winch-tow.toml", *hurry, *settings)
+        assert assembly.world is not None
+        run = assembly.co_simulation()
+        run.initialize()
+        peak = []
+        for _ in range(50):
+            run.step()
+            peak.append(assembly.world.tension(LINE))
+        # what the drum has paid out is what the line has grown by, in the same communication step
+        grown = assembly.world.lines.length(LINE) - assembly.world.lines.laid_length(LINE)
+        assert grown == pytest.approx(float(participant(assembly, "fmus.winch").get("paid_out")[0]), abs=1e-12)
+        lengths[brake], tensions[brake] = grown, max(peak)
+        run.terminate()
+    assert lengths[1] == 0.0
+    assert lengths[0] > 0.02
+    assert tensions[0] < tensions[1]
+
+
+def test_autopilot_turns_a_tug_without_a_helmsman(folder: Path) -> None:
+    assembly = assembled(folder / "autopilot-turn.toml", "run.duration=3.0", "fmus.autopilot.start.engaged=true")
+    watch = LastFrame()
+    run = assembly.co_simulation([watch])
+    run.initialize()
+    run.run(3.0)
+    control = assembly.parts.controls["tug"]
+    assert float(control.get("tug.heading")) > math.radians(15.0)
+    assert float(control.get("tug.speed")) > 0.05
+    pilot = participant(assembly, "fmus.autopilot")
+    # the tug pushes as the autopilot says, in the same step
+    assert float(control.get("tug.thrust")) == float(pilot.get("thrust")[0])
+    assert float(control.get("tug.yaw_moment")) == float(pilot.get("yaw_moment")[0])
+    # and the recording is shown it
+    assert watch.scalars["fmus/autopilot/thrust"] == float(pilot.get("thrust")[0])
+    run.terminate()
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_a_model_of_ones_own_drives_the_wind_in_knots(folder: Path, version: int) -> None:
+    """The squall of the documentation: 20 kn at its peak, which is what the liquid and the tug feel in m/s."""
+    target = folder / f"squall-{version}.fmu"
+    assert main(["build-fmu", str(EXAMPLES / "squall.py"), "--fmi", str(version), "-o", str(target)]) == 0
+    squall = [f'fmus.squall.file="{target.name}"', "fmus.squall.start.start=0.0", "fmus.squall.start.duration=0.2"]
+    wind = ["forcing.wind.speed=2.0", 'fmus.squall.outputs.speed="forcing.wind.speed"']
+    assembly = assembled(folder / "winch-tow.toml", *squall, *wind)
+    run = assembly.co_simulation()
+    run.initialize()
+    run.run(0.1)
+    felt = assembly.parts.controls["tug"].get("tug.wind")
+    assert felt == pytest.approx([20.0 * 1852.0 / 3600.0, 0.0, 0.0], rel=1e-12)
+    assert assembly.fluid.forcings[0].speed == felt[0]
+    run.run(0.3)
+    assert assembly.fluid.forcings[0].speed == pytest.approx(4.0 * 1852.0 / 3600.0, rel=1e-12)
+    run.terminate()
+
+
+def test_a_run_with_an_fmu_repeats_from_its_saved_state(folder: Path) -> None:
+    assembly = assembled(folder / "winch-tow.toml")
+    run = assembly.co_simulation()
+    run.initialize()
+    run.run(0.2)
+    saved = run.save_state()
+    run.run(0.3)
+    after = state_hash(run.save_state())
+    run.restore_state(state_from_bytes(state_to_bytes(saved)))
+    assert run.communication_point.index == 10
+    run.run(0.3)
+    assert state_hash(run.save_state()) == after
+    run.terminate()
+
+
+def test_units_are_compared_and_ends_checked(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Each fault is one line with its place; the exit code is 2 and nothing was built."""
+    faults = {
+        'fmus.winch.inputs.tension="booms.main.tug.tensoin"': "is 'booms.main.tug.tensoin', which is no signal that a run"
+        " gives, did you mean 'booms.main.tug.tension'? allowed: booms.main.tug.tension",
+        'fmus.winch.inputs.tesnion="booms.main.tug.tension"': "target variable 'tesnion' does not exist, allowed: tension",
+        'fmus.winch.inputs.tension="vessels.tug.x"': "unit 'm' feeds unit 'N'",
+        'fmus.winch.inputs.paid_out="vessels.tug.x"': "target is an output, allowed: input",
+        'fmus.winch.outputs.paid_out="vessels.tug.x"': "target is an output, allowed: input",
+        'fmus.winch.outputs.paid_out="booms.main.tug.payuot"': "which is no signal that a run takes, did you mean 'booms.main.tug.payout'?",
+        'fmus.winch.inputs.tension="fmus.wind.speed"': "source participant 'fmus.wind' does not exist",
+        'fmus.winch.outputs.speed="booms.main.tug.payout"': "which fmus.winch.outputs.paid_out drives already",
+        'fmus.winch.units.tension="kN"': "unit of 'tension' is given as 'kN', but the FMU itself says 'N'",
+        "fmus.winch.start.capacity=3": "has no parameter or input 'capacity', allowed: tension, speed_order",
+        'fmus.winch.start.brake="on"': "fmus.winch.start.brake is 'on', allowed: a number, true or false",
+        'fmus.winch.file="nowhere.fmu"': "nowhere.fmu does not exist",
+        'fmus.winch.file="winch-tow.toml"': "winch-tow.toml is no FMU",
+        'vessels.tug.control="manual"': 'vessels.tug.legs are given, allowed: only with control = "helmsman"',
+        "booms.main.tow_line=0.0": "booms.main.line_stiffness is given, allowed: only with tow_line above 0 m",
+    }
+    for setting, told in faults.items():
+        assert main(["check", str(folder / "winch-tow.toml"), "--set", setting]) == 2, setting
+        assert told in capsys.readouterr().err, setting
+
+
+def test_broken_fmu_is_refused_before_anything_is_computed(folder: Path, tmp_path: Path) -> None:
+    for file in folder.iterdir():
+        shutil.copy(file, tmp_path)
+    with zipfile.ZipFile(folder / "tow-winch.fmu") as whole, zipfile.ZipFile(tmp_path / "tow-winch.fmu", "w") as broken:
+        for item in whole.namelist():
+            broken.writestr(item, b"no program" if item.startswith("binaries") else whole.read(item))
+    with pytest.raises(ScenarioError, match=r"fmus\.winch cannot be used: FMU .*tow-winch\.fmu cannot be loaded"):
+        assembled(tmp_path / "winch-tow.toml")
+    with zipfile.ZipFile(folder / "tow-winch.fmu") as whole, zipfile.ZipFile(tmp_path / "tow-winch.fmu", "w") as bare:
+        for item in whole.namelist():
+            if not item.startswith("binaries"):
+                bare.writestr(item, whole.read(item))
+    with pytest.raises(ScenarioError, match=r"has binaries for no platform, needed: "):
+        load_scenario(tmp_path / "winch-tow.toml")
+
+
+def test_failing_fmu_ends_the_run_under_its_name(folder: Path) -> None:
+    assembly = assembled(folder / "winch-tow.toml", "fmus.winch.start.brake_slip=-3.0")
+    with pytest.raises(
+        CoSimulationError, match=r"'fmus\.winch' failed at 0 s: .*brake_slip is -3 N s/m, allowed: above 0"
+    ):
+        assembly.co_simulation().initialize()
+
+
+def test_line_too_stiff_for_its_bodies_is_refused(folder: Path) -> None:
+    with pytest.raises(
+        ScenarioError, match=r"booms\.main\.line_stiffness cannot be used: .*stiffness is 1e\+07 N, allowed: up to"
+    ):
+        assembled(folder / "winch-tow.toml", "booms.main.line_stiffness=1e7")
+
+
+def test_signals_reach_what_they_are_called_after(folder: Path) -> None:
+    """Wind, current and tow orders, each put into effect where it is felt."""
+    extra = (
+        "forcing.wind.speed=3.0",
+        "forcing.current.speed=0.1",
+        "forcing.waves.height=0.02",
+        "forcing.waves.period=1.0",
+    )
+    assembly = assembled(folder / "winch-tow.toml", *extra, "tow.speed=0.1", "tow.heading=0.0", "vessels.tug.legs=[]")
+    board = next(one for one in assembly.participants if one.name == "orders")
+    control, fluid = assembly.parts.controls["tug"], assembly.fluid
+    for name, value in (
+        ("forcing.wind.speed", 5.0),
+        ("forcing.wind.direction", math.pi / 2),
+        ("forcing.current.speed", 0.3),
+        ("forcing.current.direction", math.pi),
+        ("tow.speed", 0.25),
+    ):
+        board.set(name, np.array([value]))
+        assert board.get(name)[0] == value
+    current, waves, wind = fluid.forcings
+    assert (wind.speed, wind.direction) == (5.0, math.pi / 2)
+    assert control.get("tug.wind") == pytest.approx([0.0, 5.0, 0.0], abs=1e-12)
+    assert current.velocity == pytest.approx((-0.3, 0.0, 0.0), abs=1e-12)
+    assert waves.drift == pytest.approx((-0.3, 0.0), abs=1e-12)
+    assert float(control.get("tug.speed_order")) == 0.25
+    with pytest.raises(ValueError, match=r"signal 'tow\.speed' is nan, allowed: a finite number of m/s"):
+        board.set("tow.speed", np.array([math.nan]))
+    for one in assembly.participants:
+        one.terminate()

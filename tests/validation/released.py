@@ -1,0 +1,228 @@
+"""Cases 10 and 21: light bodies let go under water, and the heave of a half-immersed cylinder."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from coupling.bodies import sphere
+from oilsim.boundary import tank_walls
+from oilsim.config import FluidConfig
+from oilsim.initial_conditions import block
+from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
+from tests.validation.rigid import Body, disc, outside, put_solid, solid_tank
+from tests.validation.scenes import GRAVITY, SAMPLE, liquid, read_table
+
+Double = NDArray[np.float64]
+
+WATER = 1000.0  # kg/m3
+DIAMETER = 0.4  # m, of the sphere
+SIDE, DEPTH = 2.5 * DIAMETER, 2.5 * DIAMETER  # of its tank; the sphere starts in the middle
+RATIOS = (0.02, 0.05, 0.1, 0.5)
+SETTLE, BEAT, BEATS = (
+    0.3,
+    0.002,
+    5,
+)  # s held before the release; s between samples after it, and how many give the acceleration
+STEPS, SURFACING_TIME = 1000, 9.0  # of the fluid from the release through the surface, and about how long they take [s]
+RADIUS = 0.25  # m, of the cylinder
+RELEASED = 1.0 / 3.0  # of the radius: how high above its waterline it is let go
+HALF_WIDTH, WATER_DEPTH = 14.0, 6.0  # of the radius: waves do not come back within the run
+LAST = 11.5  # of sqrt(R / g): length of the run
+
+
+def added_mass(radius: float, side: float, below: float, above: float) -> float:
+    """Added mass coefficient of a sphere that starts to rise in a square tank, `below` over its floor and `above` under its surface.
+
+    Walls and the surface mirror its dipole, the walls and the floor so that no water passes (a vertical dipole is reversed by the floor),
+    the surface so that there is no pressure. An image that moves with s U, at (r, theta) from the axis of motion, adds
+    s U a^3 (3 cos^2 theta - 1) / (2 r^3) to the water's velocity; against water that moves at -e U a sphere has C_a = (1 + 3 e) / 2.
+    """
+    reach = 12
+    heights = [(0.0, 1.0)]
+    for n in range(-reach, reach + 1):
+        period, sign = 2.0 * n * (below + above), (-1.0) ** n
+        heights += [(period, sign)] * (n != 0) + [(period - 2.0 * below, -sign)]
+    backflow = 0.0
+    for i, j in itertools.product(range(-reach, reach + 1), repeat=2):
+        for height, sign in heights:
+            square = (i * side) ** 2 + (j * side) ** 2 + height**2
+            if square > 0.0:
+                backflow -= sign * radius**3 * (3.0 * height**2 / square - 1.0) / (2.0 * square**1.5)
+    return 0.5 * (1.0 + 3.0 * backflow)
+
+
+def held_sphere(bench: Bench, ratio: float, spacing: float, **options: float) -> Body:
+    """A light sphere in the middle of its tank, held until the water about it has settled, and free from now on."""
+    mesh, start = sphere(0.5 * DIAMETER), np.array([0.5 * SIDE, 0.5 * SIDE, 0.5 * DEPTH])
+    fluid, points = solid_tank(bench, SIDE, DEPTH, spacing, (liquid(WATER),), **options)
+    body = put_solid(fluid, mesh, ratio * WATER, start)
+    fluid.add_particles(outside(points, mesh, start, spacing), phase="water")
+    for _ in range(round(SETTLE / SAMPLE)):
+        body.advance(bench, SAMPLE)
+    body.freedoms[:] = 1.0
+    return body
+
+
+def first_acceleration(bench: Bench, ratio: float, spacing: float) -> float:
+    """Acceleration over g of a light sphere just let go."""
+    body = held_sphere(bench, ratio, spacing, divergence_tolerance=1e-6, divergence_iterations=400)
+    speeds = [0.0]
+    for _ in range(BEATS):
+        body.advance(bench, BEAT)
+        speeds.append(float(body.twist[2]))
+    body.fluid.close()
+    return float(np.polyfit(BEAT * np.arange(BEATS + 1), speeds, 1)[0]) / GRAVITY
+
+
+def release(resolution: int, bench: Bench) -> Outcome:
+    """Case 10: acceleration of light spheres just let go under water."""
+    bench.plan(len(RATIOS) * (SETTLE + BEATS * BEAT))
+    found = [first_acceleration(bench, ratio, DIAMETER / resolution) for ratio in RATIOS]
+    return Outcome(
+        values={f"acceleration / g, ratio {ratio:g}": value for ratio, value in zip(RATIOS, found, strict=True)},
+        traces=(
+            trace("acceleration", RATIOS, found, markers=True),
+            trace("acceleration", RATIOS, [expected_acceleration(r) for r in RATIOS], "theory", reference=True),
+        ),
+    )
+
+
+def surfacing(resolution: int, bench: Bench) -> Outcome:
+    """Case 10: the same spheres through the surface and after."""
+    bench.plan(len(RATIOS) * (SETTLE + SURFACING_TIME))
+    values, traces = {}, []
+    for ratio in RATIOS:
+        body = held_sphere(bench, ratio, DIAMETER / resolution)
+        heights, before, count = [], bench.particle_steps, body.fluid.particle_count
+        while bench.particle_steps - before < STEPS * count:
+            body.advance(bench, SAMPLE)
+            heights.append(float(body.position[2]))
+        body.fluid.close()
+        swings = [np.ptp(quarter) for quarter in np.array_split(np.array(heights), 4)]
+        values[f"bobbing left, ratio {ratio:g}"] = float(swings[3] / swings[1])
+        traces.append(
+            trace("height", SAMPLE * np.arange(len(heights)), np.array(heights) / DIAMETER, f"ratio {ratio:g}")
+        )
+    return Outcome(values=values, traces=tuple(traces))
+
+
+def expected_acceleration(ratio: float) -> float:
+    """(1 - s) / (s + C_a), in g."""
+    mass = added_mass(0.5 * DIAMETER, SIDE, 0.5 * DEPTH, 0.5 * DEPTH)
+    return (1.0 - ratio) / (ratio + mass)
+
+
+def heave_decay(resolution: int, bench: Bench) -> Outcome:
+    """Case 21: a cylinder of half the density is let go above its waterline, free to heave only."""
+    spacing = RADIUS / resolution
+    unit = math.sqrt(RADIUS / GRAVITY)
+    half, depth, room = HALF_WIDTH * RADIUS, WATER_DEPTH * RADIUS, 4.0 * spacing
+    config = FluidConfig(
+        particle_spacing=spacing, phases=(liquid(WATER),), dimension=2, lower=(-half - room, -1.0, -depth - room),
+        upper=(half + room, 1.0, depth),
+    )  # fmt: skip
+    fluid = bench.fluid(config)
+    fluid.add_boundary(tank_walls((-half, 0, -depth), (half, 0, depth), spacing, sides=("-x", "+x", "-z"), dimension=2))
+    points = block((-half, 0, -depth), (half, 0, 0), spacing, 2)
+    start = np.array([0.0, 0.0, RELEASED * RADIUS])
+    fluid.add_particles(points[np.linalg.norm(points - start, axis=1) > RADIUS], phase="water")
+    body = Body(fluid, disc(RADIUS, spacing), 0.5 * WATER * math.pi * RADIUS**2, np.zeros((3, 3)), start)
+    bench.plan(unit * (2.0 + LAST))
+    beat = 0.05 * unit
+    for _ in range(40):
+        body.advance(bench, beat)
+    body.freedoms[2] = 1.0
+    heights = [1.0]
+    for _ in range(round(LAST / 0.05)):
+        body.advance(bench, beat)
+        heights.append(float(body.position[2]) / start[2])
+    fluid.close()
+    time, height = 0.05 * np.arange(len(heights)), np.array(heights)
+    extrema = turning_points(time, height)
+    table_time, table_height = read_table("heave_decay_half_cylinder_linear.csv")
+    found = dict(zip(("first", "second"), extrema, strict=False))
+    values = {f"{name} extremum": found.get(name, (math.nan, math.nan))[1] for name in ("first", "second")}
+    values["period"] = extrema[2][0] - extrema[0][0] if len(extrema) > 2 else math.nan
+    return Outcome(
+        values=values,
+        traces=(
+            trace("heave", time, height),
+            trace("heave", table_time, table_height, "linear potential theory", reference=True),
+        ),
+    )
+
+
+def turning_points(time: Double, height: Double) -> list[tuple[float, float]]:
+    """Time and height of the extrema after the start, each the vertex of a parabola through seven samples about it, alternating."""
+    found: list[tuple[float, float]] = []
+    sign = -1.0
+    begin = 1
+    crossings = np.flatnonzero(np.diff(np.sign(height)) != 0)
+    for first, last in zip(crossings, [*crossings[1:], len(height) - 1], strict=True):
+        middle = first + int(np.argmax(sign * height[first : last + 1]))
+        if begin < middle < len(height) - 4:
+            around = slice(middle - 3, middle + 4)
+            curve = np.polynomial.Polynomial.fit(time[around], height[around], 2)
+            vertex = float(curve.deriv().roots()[0])
+            found.append((vertex, float(curve(vertex))))
+        sign, begin = -sign, middle
+    return found
+
+
+RELEASE = Case(
+    number=10,
+    name="release",
+    title="Light spheres let go under water",
+    source="a = (1 - s) g / (s + C_a), C_a = 1/2 with the images of the tank's walls and of the surface",
+    setup="sphere of diameter D in the middle of a tank 2.5 D wide and deep, held for 0.3 s and let go",
+    length=DIAMETER,
+    length_symbol="D",
+    resolutions=(6, 10, 14),
+    quantities=tuple(
+        Quantity(name=f"acceleration / g, ratio {r:g}", unit="1", reference=expected_acceleration(r), gate=0.03)
+        for r in RATIOS
+    ),
+    panels=(Panel("acceleration", "density over the water's", "a / g"),),
+    run=release,
+    note="slope of the speed over the first 0.01 s; divergence tolerance 1e-6 with up to 400 products, as the pressure is new in one step.",
+)
+
+SURFACING = Case(
+    number=10,
+    name="surfacing",
+    title="Light spheres through the surface",
+    source="what is let go comes to rest",
+    setup="the spheres of case 10 for 1000 steps, through the surface",
+    length=DIAMETER,
+    length_symbol="D",
+    resolutions=(4, 6, 8),
+    quantities=tuple(
+        Quantity(name=f"bobbing left, ratio {r:g}", unit="1", reference=0.0, scale=1.0, gate=1.0) for r in RATIOS
+    ),
+    panels=(Panel("height", "t [s]", "height of the centre / D"),),
+    run=surfacing,
+    note="range of heights in the last quarter over that in the second: above 1 the oscillation grows.",
+)
+
+HEAVE_DECAY = Case(
+    number=21,
+    name="heave-decay",
+    title="Heave decay of a half-immersed cylinder",
+    source="linear potential theory (Ursell's multipoles, Cummins' equation)",
+    setup="cylinder of radius R and half the density, let go R/3 above its waterline in water 28 R wide and 6 R deep",
+    length=RADIUS,
+    length_symbol="R",
+    resolutions=(6, 8, 10),
+    quantities=(
+        Quantity(name="first extremum", unit="1", reference=-0.641, gate=0.05),
+        Quantity(name="second extremum", unit="1", reference=0.305, gate=0.05),
+        Quantity(name="period", unit="sqrt(R/g)", reference=6.87, gate=0.01),
+    ),
+    panels=(Panel("heave", "t / sqrt(R/g)", "z / z_0"),),
+    run=heave_decay,
+    note="the period is the time from the first to the third extremum.",
+)

@@ -1,0 +1,121 @@
+"""Bodies of the cases: solids in three dimensions and discs in two, held or free, and the tanks they lie in."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from coupling.bodies import mass_properties
+from coupling.hydrostatics import waterline_for_volume
+from coupling.signed_distance import SignedDistance
+from coupling.surface_sampling import boundary_particles
+from oilsim.boundary import BoundaryParticles, tank_walls
+from oilsim.config import FluidConfig
+from oilsim.initial_conditions import block
+from oilsim.phases import Phase
+from oilsim.solver import Fluid
+from tests.validation.case import Bench
+from tests.validation.scenes import GRAVITY
+
+Double = NDArray[np.float64]
+
+CLEARANCE = 0.3  # spacings from a body's surface within which no particle is put
+
+
+@dataclass
+class Body:
+    """A body in a fluid. inverse_inertia (3, 3) along its axes; `freedoms` (6,) 0 or 1: which of its velocities forces may change."""
+
+    fluid: Fluid
+    boundary: BoundaryParticles
+    mass: float
+    inverse_inertia: Double
+    position: Double
+    freedoms: Double = field(default_factory=lambda: np.zeros(6))
+    twist: Double = field(default_factory=lambda: np.zeros(6))
+    orientation: Double = field(default_factory=lambda: np.array([0.0, 0.0, 0.0, 1.0]))
+
+    def __post_init__(self) -> None:
+        self.handle = self.fluid.add_boundary(self.boundary)
+
+    @property
+    def rotation(self) -> Double:
+        """(3, 3) from the body's axes to the world's."""
+        return Rotation.from_quat(self.orientation).as_matrix()
+
+    def advance(self, bench: Bench, duration: float) -> Double:
+        """Move fluid and body on by `duration` [s]; returns the fluid's wrench (6,) on it [N, N m]."""
+        inverse_mass = np.zeros((6, 6))
+        inverse_mass[:3, :3] = np.eye(3) / self.mass
+        inverse_mass[3:, 3:] = self.rotation @ self.inverse_inertia @ self.rotation.T
+        inverse_mass *= np.outer(self.freedoms, self.freedoms)
+        fall = np.array([0.0, 0.0, -GRAVITY, 0.0, 0.0, 0.0]) * self.freedoms
+        self.fluid.set_boundary_motion(
+            self.handle, self.position, self.orientation, self.twist[:3], self.twist[3:], inverse_mass, fall
+        )
+        bench.advance(self.fluid, duration)
+        moved = self.fluid.work.walls.moving[self.handle]
+        self.position, self.orientation, self.twist = (
+            moved.position.copy(),
+            moved.orientation.copy(),
+            moved.twist.copy(),
+        )
+        return self.fluid.boundary_wrench(self.handle)
+
+
+def solid_tank(
+    bench: Bench, side: float, depth: float, spacing: float, phases: tuple[Phase, ...], **options: object
+) -> tuple[Fluid, Double]:
+    """A square tank [m], open above, empty; and the lattice of points that fills it to `depth`."""
+    room = 4.0 * spacing
+    config = FluidConfig(
+        particle_spacing=spacing, phases=phases, lower=(-room, -room, -room), upper=(side + room, side + room, 2.0 * depth),
+        **options,  # type: ignore[arg-type]
+    )  # fmt: skip
+    fluid = bench.fluid(config)
+    sides = ("-x", "+x", "-y", "+y", "-z")
+    fluid.add_boundary(tank_walls((0, 0, 0), (side, side, 1.6 * depth), spacing, sides=sides))
+    return fluid, block((0, 0, 0), (side, side, depth), spacing)
+
+
+def put_solid(fluid: Fluid, mesh: trimesh.Trimesh, density: float, position: Double) -> Body:
+    """A solid (its mesh about its centre of mass) of `density` [kg/m3], held until its freedoms are set."""
+    properties = mass_properties(mesh, density=density)
+    boundary = boundary_particles("solid", mesh, fluid.config.particle_spacing)
+    return Body(fluid, boundary, properties.mass, np.linalg.inv(properties.inertia), np.asarray(position, np.float64))
+
+
+def outside(points: Double, mesh: trimesh.Trimesh, position: Double, spacing: float) -> Double:
+    """Those of the points (n, 3) that lie outside the mesh at `position`."""
+    return points[SignedDistance(mesh).phi(points - position) > CLEARANCE * spacing]
+
+
+def waterline(body: Body, mesh: trimesh.Trimesh, volume: float) -> float:
+    """Height [m] of the water that would make the body, as it lies, displace `volume` [m3]."""
+    lying = mesh.copy()
+    lying.vertices = lying.vertices @ body.rotation.T + body.position
+    return waterline_for_volume(lying, volume)
+
+
+def disc(radius: float, spacing: float) -> BoundaryParticles:
+    """Wall particles of a disc [m] in the plane, about its centre: two rings, each point of its share of a ring one spacing thick."""
+    points, volumes, areas = [], [], []
+    for layer in range(2):
+        outer, inner = radius - layer * spacing, radius - (layer + 1) * spacing
+        count = round(math.pi * (outer + inner) / spacing)
+        angle = 2.0 * math.pi * np.arange(count) / count
+        share = math.pi * (outer**2 - inner**2) / count
+        centroid = (
+            math.sin(math.pi / count) / (math.pi / count) * 2.0 * (outer**3 - inner**3) / (3.0 * (outer**2 - inner**2))
+        )
+        points.append(centroid * np.column_stack([np.cos(angle), np.zeros(count), np.sin(angle)]))
+        volumes.append(np.full(count, share))
+        areas.append(np.full(count, 2.0 * math.pi * radius / count if layer == 0 else 0.0))
+    return BoundaryParticles(
+        name="disc", position=np.concatenate(points), volume=np.concatenate(volumes), area=np.concatenate(areas)
+    )
