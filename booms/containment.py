@@ -207,6 +207,12 @@ class ContainmentTracker:
         self._was_inside[index] = inside
         return self._report(time, index, inside, boom, water_level, np.array(current))
 
+    def lost_ids(self) -> dict[str, NDArray[np.uint32]]:
+        """Ids, increasing, of the particles that are lost now, by cause; causes that took none are left out."""
+        ids = np.flatnonzero(self._known & (self._fate == _Fate.LOST)).astype(np.uint32)
+        causes = self._cause[ids]
+        return {cause.name.lower(): ids[causes == cause] for cause in Cause if (causes == cause).any()}
+
     def save_state(self) -> dict[str, object]:
         """Everything needed to go on from here."""
         arrays = {name: getattr(self, name).copy() for name in ("_fate", "_was_inside", "_cause", "_known")}

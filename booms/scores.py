@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 
 def encounter_rate(boom_length: float, gap_ratio: float, speed: float, slick_thickness: float) -> float:
@@ -99,24 +99,27 @@ class TensionRecord:
 class LossSpeeds:
     """First-loss and gross-loss tow speed [m/s] of a run in which the speed is raised; None until they happen.
 
-    First loss: the lost share of all oil taken in first exceeds `first_share`. Gross loss: oil is lost faster than
-    `gross_rate` of it a second, by the loss since the last sample. After ASTM F2084, whose observers judge by eye.
+    First loss: the lost share of all oil taken in first exceeds `first_share`. Gross loss: over `window` [s], or from one
+    sample to the next if they are farther apart, more than `gross_rate` of it is lost a second; a single particle that
+    passes within a short step must not count as a torrent. After ASTM F2084, whose observers judge by eye.
     """
 
     first_share: float = 0.005
     gross_rate: float = 0.02
+    window: float = 1.0
     first_loss: float | None = None
     gross_loss: float | None = None
-    _lost: float = 0.0
-    _time: float | None = None
+    _past: list[tuple[float, float]] = field(default_factory=list)
 
     def add(self, time: float, tow_speed: float, lost: float, taken_in: float) -> None:
         """Sample at `time` [s]: volume lost so far and volume taken in so far [m3], recovered oil not deducted."""
-        if taken_in > 0.0:
-            if self.first_loss is None and lost / taken_in > self.first_share:
-                self.first_loss = tow_speed
-            if self._time is not None and time > self._time:
-                rate = (lost - self._lost) / (taken_in * (time - self._time))
-                if self.gross_loss is None and rate > self.gross_rate:
-                    self.gross_loss = tow_speed
-        self._lost, self._time = lost, time
+        if taken_in > 0.0 and self.first_loss is None and lost / taken_in > self.first_share:
+            self.first_loss = tow_speed
+        begin = time - self.window * (1.0 - 1e-9)
+        while len(self._past) > 1 and self._past[1][0] <= begin:
+            self._past.pop(0)
+        if taken_in > 0.0 and self.gross_loss is None and self._past and self._past[0][0] <= begin:
+            before, lost_before = self._past[0]
+            if (lost - lost_before) / (taken_in * (time - before)) > self.gross_rate:
+                self.gross_loss = tow_speed
+        self._past.append((time, lost))

@@ -8,7 +8,7 @@ kappa = pressure x time step / rho_ref [m2/s]. Both schemes share the form, with
     (H^T v)_i   = sum_j G_ij . (v_i - v_j) + ...    the exact transpose, the rate of compression [1/s]
 
 paper   G_ij = V grad W_ij, G_ib = V_b grad W_ib, w = 1, c = 0                                          (Eq. 7 and 14, sign mended)
-split   G_ij = (Y_i + Y_j) / 2 V grad W_ij, G_ib = Y_i V_b grad W_ib (Y: see `resolved_strain`), w = 2 and c = 1: a wall takes the pressure
+split   G_ij = (Y_i + Y_j) / 2 V grad W_ij, G_ib = Y_i V_b grad W_ib (Y: see `faces`), w = 2 and c = 1: a wall takes the pressure
         that the liquid's gradient extrapolates to it. A linear pressure is then balanced near walls as it is inside, and water
         lies still. c fades to 0 where liquid neighbours are too few for a gradient, and at the free surface, where its transpose
         would hold the water's edge.
@@ -27,6 +27,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from oilsim.faces import face_between, times_symmetric
 from oilsim.lanes import LANES, below, gather, load, only, root, spread, store, summed
 from oilsim.moments import inverse, smallest_eigenvalue
 from oilsim.neighbors import rows, separations
@@ -40,7 +41,7 @@ THIN, FULL = (
     np.float32(0.1),
     np.float32(0.2),
 )  # smallest eigenvalue of the liquid's moment between which c rises from 0 to 1
-RETURN = 7.5  # time in which a swollen or shrunken liquid returns to its density, in units of `time_unit`
+RETURN = 7.5  # time in which a swollen or shrunken liquid returns to its density, in units of `FluidConfig.time_unit`
 LARGEST_RETURN = np.float32(0.05)
 OPEN, COVERED = (
     np.float32(0.7),
@@ -103,26 +104,6 @@ def extrapolation_matrix(liquid, solid, plane):
     return trust * xx, trust * xy, trust * xz, trust * yy, trust * yz, trust * zz
 
 
-@njit(inline="always", **FAST)
-def times_symmetric(vx, vy, vz, m):
-    """m v for symmetric m, which is also the row vector v m."""
-    return (
-        vx * m[0] + vy * m[1] + vz * m[2],
-        vx * m[1] + vy * m[3] + vz * m[4],
-        vx * m[2] + vy * m[4] + vz * m[5],
-    )
-
-
-@njit(inline="always", **FAST)
-def face_between(matrix, i, j, ax, ay, az):
-    """(Y_i + Y_j) / 2 a."""
-    half = ONE / TWO
-    xx, xy = half * (matrix[0, i] + gather(matrix[0], j)), half * (matrix[1, i] + gather(matrix[1], j))
-    xz, yy = half * (matrix[2, i] + gather(matrix[2], j)), half * (matrix[3, i] + gather(matrix[3], j))
-    yz, zz = half * (matrix[4, i] + gather(matrix[4], j)), half * (matrix[5, i] + gather(matrix[5], j))
-    return times_symmetric(ax, ay, az, (xx, xy, xz, yy, yz, zz))
-
-
 @njit(**FAST)
 def cache_gradients(
     begin, end, position, wall, wall_volume, matrix, weight, period, fluid, walls, sigma, support, volume, wall_weight, plane,
@@ -130,7 +111,7 @@ def cache_gradients(
 ):  # fmt: skip
     """Cache G_ij per fluid pair in `gradient` (3, P), G_ib in `wall_gradient`, and what particles need of them.
 
-    matrix (7, N) Y_i or None for 1; weight (N,) rho_ref / rho_0 or None; wall_weight w. Fills own (3, N) [1/m],
+    matrix (6, N) Y_i or None for 1; weight (N,) rho_ref / rho_0 or None; wall_weight w. Fills own (3, N) [1/m],
     `extrapolation` (9, N) K_i row by row where walls are near (None: c = 0), the diagonal of A [1/m2], `coverage` sum V_b W_ib.
     """
     inverse_support = ONE / support
@@ -173,7 +154,7 @@ def cache_gradients(
                 slope = factor * content * kernel_slope_over_q(q, sigma)
                 ax, ay, az = slope * dx, slope * dy, slope * dz
                 if matrix is not None:
-                    ax, ay, az = times_symmetric(ax, ay, az, matrix[:6, i])
+                    ax, ay, az = times_symmetric(ax, ay, az, matrix[:, i])
                 store(wall_gradient[0], k, present, ax)
                 store(wall_gradient[1], k, present, ay)
                 store(wall_gradient[2], k, present, az)

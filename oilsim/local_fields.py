@@ -1,10 +1,9 @@
-"""Everything a particle learns from its neighbourhood in one pass: density, gradients, moments and the noise in its velocity.
+"""Everything a particle learns from its neighbourhood in one pass: density, gradients and moments.
 
 e_i   = sum_j V W_ij + sum_b V_b W_ib - 1                     compression (Qiu et al. 2021, Eq. 15 and 16)
 g_i   = sum_j V grad W_ij + sum_b V_b grad W_ib               0 inside a liquid, points out of it at a free surface
 M_i   = sum_j V grad W_ij x_ij^T + walls                      moment matrix, the unit matrix where gradients are exact; x_ij = x_j - x_i
 G_i   = sum_j (v_j - v_i) (L_i V grad W_ij)^T                 velocity gradient, exact for linear fields; L from liquid neighbours alone
-r_i   = sum_j V W_ij (v_i - v_j + G_i x_ij)                   what is left of the velocity beside that linear field: noise
 """
 
 from __future__ import annotations
@@ -12,13 +11,13 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from oilsim.faces import fill_face_matrix
 from oilsim.lanes import LANES, below, gather, load, only, root, spread, summed
-from oilsim.moments import determinant, inverse, smallest_eigenvalue
+from oilsim.moments import determinant, inverse
 from oilsim.neighbors import rows, separations
 from oilsim.smoothing_kernels import FAST, kernel, kernel_slope_over_q
 
-# rows of `field` (16, N): v 0-2, G 3-11 row by row, then
-NOISE, WEIGHT, STRAIN, THETA = 12, 13, 14, 15
+WEIGHT = 12  # row of `field` (13, N), after v 0-2 and G 3-11 row by row
 REGULAR = np.float32(0.01)  # determinant of a moment matrix from which a gradient is taken
 ZERO, ONE = np.float32(0.0), np.float32(1.0)
 
@@ -54,33 +53,29 @@ def add_walls(i, position, wall, wall_volume, period, walls, sigma, support):
 
 
 @njit(inline="always", **FAST)
-def fill_flow(i, gradients, spans, differences, offsets, field):
-    """Fill G and |r|^2 of `field` from sums over liquid neighbours.
+def fill_gradient(i, gradients, spans, field):
+    """Fill G of `field` from sums over liquid neighbours.
 
     gradients    factor V times the sums of (v_i - v_j) grad W_ij^T, row by row (9)
     spans        moment matrix of the liquid neighbours
-    differences  V W_ij (v_i - v_j);  offsets  V W_ij (x_i - x_j)
     """
     bxx, bxy, bxz, byy, byz, bzz = inverse(spans)
-    rest = ZERO
     for axis in range(3):
         ax, ay, az = gradients[3 * axis], gradients[3 * axis + 1], gradients[3 * axis + 2]
-        gx, gy, gz = ax * bxx + ay * bxy + az * bxz, ax * bxy + ay * byy + az * byz, ax * bxz + ay * byz + az * bzz
-        field[3 * axis + 3, i], field[3 * axis + 4, i], field[3 * axis + 5, i] = gx, gy, gz
-        noise = gx * offsets[0] + gy * offsets[1] + gz * offsets[2] - differences[axis]
-        rest += noise * noise
-    field[NOISE, i] = rest
+        field[3 * axis + 3, i] = ax * bxx + ay * bxy + az * bxz
+        field[3 * axis + 4, i] = ax * bxy + ay * byy + az * byz
+        field[3 * axis + 5, i] = ax * bxz + ay * byz + az * bzz
 
 
 @njit(**FAST)
 def local_fields(
-    begin, end, position, velocity, wall, wall_volume, weight, period, fluid, walls, sigma, support, volume, plane,
+    begin, end, position, velocity, wall, wall_volume, weight, period, fluid, walls, sigma, support, volume, plane, lattice,
     compression, gradient_sum, field, matrix,
 ):  # fmt: skip
-    """Fill e (N,), g (3, N) [1/m], `field` (16, N) and `matrix` (7, N): M^-1 as xx, xy, xz, yy, yz, zz and M's smallest eigenvalue.
+    """Fill e (N,), g (3, N) [1/m], `field` (13, N) and `matrix` (6, N), the Y that `faces` makes of M, as xx, xy, xz, yy, yz, zz.
 
-    position, velocity (3, N) [m, m/s]; weight (N,) rho_ref / rho_0 or None; `plane`: y is absent. `field` gets v, G, |r|^2 and the
-    weight; G and r are 0 where the liquid neighbours do not span space.
+    position, velocity (3, N) [m, m/s]; weight (N,) rho_ref / rho_0 or None; `plane`: y is absent. lattice: m_0.
+    `field` gets v, G and the weight; G is 0 where the liquid neighbours do not span space.
     """
     inverse_support = ONE / support
     factor = -volume * inverse_support * inverse_support
@@ -90,7 +85,6 @@ def local_fields(
         ui, vi, wi = velocity[0, i], velocity[1, i], velocity[2, i]
         content = gx = gy = gz = mxx = mxy = mxz = myy = myz = mzz = spread(ZERO)
         axx = axy = axz = ayx = ayy = ayz = azx = azy = azz = spread(ZERO)
-        rx = ry = rz = cx = cy = cz = spread(ZERO)
         first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
         for k in range(first, last, LANES):
             present = below(last, k)
@@ -98,10 +92,9 @@ def local_fields(
             dx, dy, dz = separations(xi, yi, zi, points, j, period)
             du, dv, dw = ui - gather(velocities[0], j), vi - gather(velocities[1], j), wi - gather(velocities[2], j)
             q = only(present, root(dx * dx + dy * dy + dz * dz) * inverse_support, ONE)
-            w = kernel(q, sigma)
             slope = kernel_slope_over_q(q, sigma)
             ax, ay, az = slope * dx, slope * dy, slope * dz
-            content += w
+            content += kernel(q, sigma)
             gx -= ax
             gy -= ay
             gz -= az
@@ -120,12 +113,6 @@ def local_fields(
             azx += dw * ax
             azy += dw * ay
             azz += dw * az
-            rx += w * du
-            ry += w * dv
-            rz += w * dw
-            cx += w * dx
-            cy += w * dy
-            cz += w * dz
         moment = (
             factor * summed(mxx), factor * summed(mxy), factor * summed(mxz),
             ONE if plane else factor * summed(myy), factor * summed(myz), factor * summed(mzz),
@@ -137,11 +124,9 @@ def local_fields(
                 factor * summed(ayx), factor * summed(ayy), factor * summed(ayz),
                 factor * summed(azx), factor * summed(azy), factor * summed(azz),
             )  # fmt: skip
-            differences = volume * summed(rx), volume * summed(ry), volume * summed(rz)
-            offsets = volume * summed(cx), volume * summed(cy), volume * summed(cz)
-            fill_flow(i, gradients, moment, differences, offsets, field)
+            fill_gradient(i, gradients, moment, field)
         else:
-            for n in range(3, 13):
+            for n in range(3, 12):
                 field[n, i] = ZERO
         solid, push, more = ZERO, (ZERO, ZERO, ZERO), (ZERO, ZERO, ZERO, ZERO, ZERO, ZERO)
         if walls.number[i] > 0:
@@ -154,5 +139,4 @@ def local_fields(
             moment[0] + more[0], moment[1] + more[1], moment[2] + more[2],
             ONE if plane else moment[3] + more[3], moment[4] + more[4], moment[5] + more[5],
         )  # fmt: skip
-        matrix[0, i], matrix[1, i], matrix[2, i], matrix[3, i], matrix[4, i], matrix[5, i] = inverse(whole)
-        matrix[6, i] = smallest_eigenvalue(whole)
+        fill_face_matrix(i, whole, lattice, matrix)

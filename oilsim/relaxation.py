@@ -1,30 +1,33 @@
 """One gentle step towards constant density, even order and quiet velocities; positions never become velocity.
 
     dx_i = sum_j V (L_i + L_j) grad W_ij + 2 L_i sum_b V_b grad W_ib - beta_i d^2 g_i,    L_i = -omega e_i / a
-    v_i -= sum_j theta_ij V W_ij 2 rho_j / (rho_i + rho_j) [v_i - v_j + (G_i + G_j) x_ij / 2],    theta_ij = (theta_i + theta_j) / 2
+    v_i -= theta sum_j V W_ij 2 rho_j / (rho_i + rho_j) [v_i - v_j + (G_i + G_j) x_ij / 2],    theta = 1 - exp(-dt / tau)
 
 The density constraint of Qiu et al. 2021 (Eq. 15-22) mends a share omega of the error a pass, with the lattice's
 a = V^2 sum |grad W|^2 for the diagonal of Eq. 13; what is left is carried to the next step. Inside the liquid the error counts with
 both signs; within reach of a free surface only compression counts, and nothing is shifted. beta grows with the strain of the flow
 and keeps neighbours evenly spread (particle shifting; Lind et al. 2012). It takes beta_i alone: shared between the two of a pair
 it would drive particles along grad beta, and compress calm water at the edge of a flow. The filter takes off what linear flow cannot
-explain, so that shear and rotation pass (`resolved_strain`). It conserves the momentum of every pair of liquid particles.
+explain, so that shear and rotation pass. It conserves the momentum of every pair of liquid particles.
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 from numba import njit
 
 from oilsim.lanes import LANES, below, gather, load, only, root, spread, summed
-from oilsim.local_fields import ONE, STRAIN, THETA, WEIGHT, ZERO
+from oilsim.local_fields import ONE, WEIGHT, ZERO
 from oilsim.neighbors import rows, separations
 from oilsim.smoothing_kernels import FAST, kernel, kernel_slope_over_q
 
 OMEGA = 0.2  # share of the density error mended a pass
 SURFACE = np.float32(0.3)  # |g_i| d from which a particle lies at a free surface
 LARGEST_SHIFT = np.float32(0.5)  # beta of any flow
-SHIFT_BY_STRAIN = np.float32(15.0)  # beta for each unit of strain x time step
+SHIFT_BY_STRAIN = np.float32(15.0)  # beta for each unit of |G| x time step
+SETTLING = 1.5  # tau, in which noise fades, in units of `FluidConfig.time_unit`
 
 
 @njit(**FAST)
@@ -61,7 +64,10 @@ def shift(begin, end, gradient_sum, near, field, time_step, square, position):
     """Move `position` (3, N) by -beta_i d^2 g_i where no free surface is near; square d^2 [m2]."""
     for i in range(begin, end):
         if not near[i]:
-            beta = min(SHIFT_BY_STRAIN * time_step * field[STRAIN, i], LARGEST_SHIFT) * square
+            strain = ZERO
+            for n in range(3, 12):
+                strain += field[n, i] * field[n, i]
+            beta = min(SHIFT_BY_STRAIN * time_step * math.sqrt(strain), LARGEST_SHIFT) * square
             position[0, i] -= beta * gradient_sum[0, i]
             position[1, i] -= beta * gradient_sum[1, i]
             position[2, i] -= beta * gradient_sum[2, i]
@@ -99,16 +105,16 @@ def wall_push(i, position, wall, wall_volume, own, period, walls, sigma, inverse
 
 @njit(**FAST)
 def relax(
-    begin, end, position, wall, wall_volume, field, multiplier, filtering, period, fluid, walls, sigma, support, volume,
+    begin, end, position, wall, wall_volume, field, multiplier, theta, period, fluid, walls, sigma, support, volume,
     push, change,
 ):  # fmt: skip
-    """Fill `push` (3, N) with dx_i [m] and `change` (3, N) with what v_i gains [m/s]; `filtering` or only relaxing."""
+    """Fill `push` (3, N) with dx_i [m] and `change` (3, N) with what v_i gains [m/s] by a filter of `theta`, 0 for none."""
     inverse_support = ONE / support
-    half = np.float32(0.5)
+    half, twice = np.float32(0.5), np.float32(2.0) * theta
     points = rows(position)
     for i in range(begin, end):
         xi, yi, zi = position[0, i], position[1, i], position[2, i]
-        ui, vi, wi, theta, weight = field[0, i], field[1, i], field[2, i], field[THETA, i], field[WEIGHT, i]
+        ui, vi, wi, weight = field[0, i], field[1, i], field[2, i], field[WEIGHT, i]
         own = multiplier[i]
         px = py = pz = sx = sy = sz = spread(ZERO)
         first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
@@ -121,8 +127,8 @@ def relax(
             px += slope * dx
             py += slope * dy
             pz += slope * dz
-            if filtering:
-                w = kernel(q, sigma) * (theta + gather(field[THETA], j)) * weight / (weight + gather(field[WEIGHT], j))
+            if theta > ZERO:
+                w = kernel(q, sigma) * twice * weight / (weight + gather(field[WEIGHT], j))
                 hx, hy, hz = half * dx, half * dy, half * dz
                 sx += w * (ui - gather(field[0], j) - linear(field, 3, i, j, hx, hy, hz))
                 sy += w * (vi - gather(field[1], j) - linear(field, 6, i, j, hx, hy, hz))

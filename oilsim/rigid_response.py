@@ -20,7 +20,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from oilsim.divergence import extrapolation_matrix, moment_of, times_symmetric
+from oilsim.divergence import extrapolation_matrix, moment_of
+from oilsim.faces import times_symmetric
 from oilsim.neighbors import Pairs, nearest_images
 from oilsim.smoothing_kernels import FAST
 from oilsim.walls import Contacts, Walls, add_wrench

@@ -1,7 +1,7 @@
 """Two ways to put the constraints together into a time step: ours ("split") and the paper's.
 
 split   1. x += dt v, neighbours
-        2. what neighbours tell (`local_fields`), what of it is flow (`resolved_strain`)
+        2. what neighbours tell (`local_fields`)
         3. density, order and quiet (`relaxation`): positions move, velocities only as the flow's field asks
         4. v* = v + dt (gravity, forcing, adhesion), viscosity implicitly
         5. bounded pressure solve for H^T v* (`divergence`), bodies answering inside it; v = v* - u
@@ -27,7 +27,6 @@ from oilsim.divergence import RETURN, add_density_feedback, divergence_multiplie
 from oilsim.parallel import block_count, total
 from oilsim.pressure_operator import PressureOperator
 from oilsim.pressure_projection import BoundConstrainedSolver
-from oilsim.resolved_strain import time_unit
 from oilsim.state import FluidState
 from oilsim.workspace import Workspace
 
@@ -77,7 +76,7 @@ def project_velocity(work: Workspace, state: FluidState, solver: BoundConstraine
         excess = operator.compression_rate()
         work.team.run(
             add_density_feedback, state.count, work.compression, work.near, work.field, np.float32(time_step),
-            np.float32(RETURN * time_unit(config)), excess,
+            np.float32(RETURN * config.time_unit), excess,
         )  # fmt: skip
         used, _ = solver.solve(
             operator, -excess, work.diagonal, kappa, config.divergence_tolerance / time_step, config.divergence_iterations,

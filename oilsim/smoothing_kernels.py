@@ -10,6 +10,7 @@ wall particles still fill it.
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 
 import numpy as np
@@ -60,6 +61,31 @@ def lattice_moment(dimension: int) -> float:
     squares = (points**2).sum(axis=1)
     slopes = np.array([-kernel_slope_over_q(q, sigma) for q in np.sqrt(squares) / SUPPORT]) / SUPPORT**2
     return float((slopes * squares).sum() / dimension)
+
+
+@lru_cache
+def lattice_stiffness(dimension: int) -> float:
+    """c, largest omega^2 d^2 rho / p of particles that swing about their lattice, pressed by p, with pair vectors V grad W / m.
+
+    Layers that move against each other, u = e cos(pi z), change no density. The pressure's force is -(2 p / m rho) sum_j V grad grad W_ij
+    (u_i - u_j), grad grad W = (W' / r) 1 + (W'' - W' / r) e e^T. No wave is shorter; the stiffer of the directions of e counts.
+    """
+    points = lattice(1.0, dimension)
+    squares = (points**2).sum(axis=1)
+    points, q = points[squares > 0.0], np.sqrt(squares[squares > 0.0]) / SUPPORT
+    sigma, outer = normalisation(1.0, dimension), np.maximum(1.0 - q, 0.0)
+    against = (points[:, 2] % 2.0 == 1.0) * 4.0 / lattice_moment(dimension)  # 2 (1 - cos(pi z)) / m
+    isotropic = -20.0 * sigma * outer**3 / SUPPORT**2
+    along = 60.0 * sigma * q * outer**2 / (SUPPORT * q) ** 2 / SUPPORT**2
+    return float((against[:, None] * (isotropic[:, None] + along[:, None] * points**2)).sum(axis=0)[[0, 2]].max())
+
+
+@lru_cache
+def lattice_fourth_moment(dimension: int) -> float:
+    """Sum of V W r^4 over the lattice of spacing 1."""
+    squares = (lattice(1.0, dimension) ** 2).sum(axis=1)
+    sigma = normalisation(1.0, dimension)
+    return float(sum(kernel(min(math.sqrt(square) / SUPPORT, 1.0), sigma) * square**2 for square in squares))
 
 
 @lru_cache

@@ -20,7 +20,7 @@ from oilsim.parallel import Team
 from oilsim.pressure_projection import BoundConstrainedSolver
 from oilsim.schemes import StepResult, paper_step, split_step
 from oilsim.state import FluidState
-from oilsim.time_step import RelativeSpeeds, cfl_time_step, equal_steps, relative_time_step
+from oilsim.time_step import RelativeSpeeds, cfl_time_step, equal_steps, relative_time_step, stable_time_step
 from oilsim.walls import MovingBody
 from oilsim.workspace import Workspace
 
@@ -171,9 +171,11 @@ class Fluid:
         limits = (config.cfl, config.minimum_time_step, config.maximum_time_step)
         if config.scheme == "paper" or self._relative_speeds is None:
             return cfl_time_step(config.particle_spacing, fastest, *limits)
-        return relative_time_step(
+        wanted = relative_time_step(
             config.particle_spacing, config.support_radius, fastest, self._relative_speeds, *limits
         )
+        stable = stable_time_step(config.particle_spacing, config.dimension, self.work.pressure_head(self.state))
+        return max(config.minimum_time_step, min(wanted, stable))
 
     def _step(self, time_step: float) -> StepResult:
         with self.work.stage("emitters"):

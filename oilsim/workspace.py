@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections import defaultdict
 from collections.abc import Iterator
@@ -29,15 +30,15 @@ from oilsim.neighbors import NeighborSearch, Pairs, make_grid
 from oilsim.parallel import Team, block_count, total
 from oilsim.relaxation import (
     OMEGA,
+    SETTLING,
     mark_near_surface,
     mark_surface,
     relax,
     relaxation_multiplier,
     shift,
 )
-from oilsim.resolved_strain import ResolvedStrain
 from oilsim.rigid_response import RigidResponse, extend_contacts
-from oilsim.smoothing_kernels import lattice_diagonal, normalisation
+from oilsim.smoothing_kernels import lattice_diagonal, lattice_moment, normalisation
 from oilsim.state import FluidState
 from oilsim.time_step import UNLIMITED, RelativeSpeeds, relative_speeds, summarised
 from oilsim.viscosity import (
@@ -70,12 +71,12 @@ class Workspace:
         self.sigma = np.float32(normalisation(config.particle_spacing, config.dimension))
         self.volume = np.float32(config.rest_volume)
         self.plane = config.dimension == 2
+        self._moment = np.float32(lattice_moment(config.dimension))
         self.split = config.scheme == "split"
         self._wall_weight = np.float32(2.0 if self.split else 1.0)
         grid = make_grid(config.lower, config.upper, config.periodic, config.support_radius, config.dimension)
         search = NeighborSearch(grid, team, period)
         self.lists = KeptLists(search, team, config.particle_spacing, config.dimension)
-        self._resolved = ResolvedStrain(config, team)
         self.walls = Walls(NeighborSearch(grid, team, period), config.lower, period)
         self.densities = np.array([phase.rest_density for phase in config.phases])
         self.viscosities = [config.viscosity_correction * phase.dynamic_viscosity for phase in config.phases]
@@ -114,7 +115,7 @@ class Workspace:
             self.rest_density = self.densities.astype(np.float32)[state.phase]
             self.coverage, self.compression, self.diagonal = np.empty((3, count), np.float32)
             self.own, self.gradient_sum = np.empty((2, 3, count), np.float32)
-            self.matrix: Real = np.empty((7, count), np.float32)
+            self.matrix: Real = np.empty((6, count), np.float32)
             self.near = np.empty(count, np.uint8)
             self.extrapolation = np.empty((9, count), np.float32) if self.split and walls.count else None
             self.gradient = _reserved(self.gradient, self.fluid_pairs)
@@ -140,6 +141,13 @@ class Workspace:
                 deformation, approach,
             )  # fmt: skip
             return summarised(deformation, approach)
+
+    def pressure_head(self, state: FluidState) -> Real:
+        """p / rho (N,) [m2/s2] of the last pressure solve; 0 before the first."""
+        if state.time_step == 0.0:
+            return np.zeros(state.count, np.float32)
+        head: Real = state.pressure_impulse * (self._weights[state.phase] / np.float32(state.time_step))
+        return head
 
     @property
     def _geometry(self) -> tuple[object, ...]:
@@ -220,33 +228,34 @@ class Workspace:
         if count == 0:
             return 0, 0.0
         spacing = np.float32(config.particle_spacing)
-        self.field = field = np.empty((16, count), np.float32)
+        self.field = field = np.empty((13, count), np.float32)
         surface = np.empty(count, np.float32)
         multiplier, push, change = np.empty(count, np.float32), np.empty_like(position), np.empty_like(position)
         rate = np.float32(OMEGA / lattice_diagonal(config.dimension)) * spacing**2
         limit = LARGEST_MULTIPLIER * spacing**2
+        theta = np.float32(-math.expm1(-time_step / (SETTLING * config.time_unit)))
         with self.stage("density"):
             run(
                 local_fields, count, position, state.velocity, walls.position, walls.volume, self.weight, *self._geometry,
-                self.plane, self.compression, self.gradient_sum, field, self.matrix,
+                self.plane, self._moment, self.compression, self.gradient_sum, field, self.matrix,
             )  # fmt: skip
             if self.budget is not None:
                 self.budget.add_strain(field, time_step)
             run(mark_surface, count, self.gradient_sum, spacing, surface)
             run(mark_near_surface, count, self.fluid_pairs, surface, self.near)
             self.closed = not self.near.any()
-            self._resolved.judge(position, field, self.matrix, time_step)
             mean = self._mean_compression()
             for iteration in range(1, config.density_iterations + 1):
                 run(relaxation_multiplier, count, self.compression, self.near, rate, limit, multiplier)
                 run(
-                    relax, count, position, walls.position, walls.volume, field, multiplier, iteration == 1, *self._geometry,
+                    relax, count, position, walls.position, walls.volume, field, multiplier, theta, *self._geometry,
                     push, change,
                 )  # fmt: skip
                 position += push
                 state.velocity += change
                 if iteration == 1:
                     run(shift, count, self.gradient_sum, self.near, field, np.float32(time_step), spacing**2, position)
+                    theta = np.float32(0.0)
                 if mean <= config.density_tolerance or iteration == config.density_iterations:
                     return iteration, mean
                 run(
@@ -349,11 +358,11 @@ class Workspace:
         no_slip = walls.no_slip
         if no_slip is not None:
             # one sheet of walls, of whatever volume, holds the liquid
-            held = walls.area * np.float32(wall_factor(config.dimension) * config.particle_spacing)
+            held = walls.area * np.float32(wall_factor(config.dimension, not self.split) * config.particle_spacing)
             no_slip = (no_slip * held / walls.volume).astype(np.float32)
         system.assemble(
             state.position, walls.position, state.phase, self._viscosity, no_slip, self.period,
-            self.wall_pairs, self.wall_gradient, config.particle_spacing, config.dimension,
+            self.wall_pairs, self.wall_gradient, walls.volume, config.particle_spacing, config.dimension, not self.split,
         )  # fmt: skip
         return system
 

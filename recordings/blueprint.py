@@ -1,4 +1,4 @@
-"""How the viewer opens a recording: scene on the left, series and events on the right, simulated time below."""
+"""How the viewer opens a recording: scenes on the left, legend, series and events on the right, simulated time below."""
 
 from __future__ import annotations
 
@@ -7,32 +7,30 @@ from typing import Literal
 
 import rerun.blueprint as rrb
 
-from recordings import entity_paths
+from recordings import entity_paths, palette
+from recordings.cameras import FollowingView, Places, following_views
 from recordings.frame import CameraView, RunDescription
-from recordings.plots import WORKINGS, plots_with_series
+from recordings.plots import COUPLING_PLOTS, HANDLING_PLOTS, OIL_PLOTS, SOLVER_PLOTS, plots_with_series
 
 _BACKGROUND = (224, 233, 240)
+_TABS = {"Oil": OIL_PLOTS, "Handling": HANDLING_PLOTS, "Solver": SOLVER_PLOTS, "Coupling": COUPLING_PLOTS}
+_MOST_NAMED = 5  # series in one diagram that still have room for a legend
 
 
-def run_blueprint(run: RunDescription, scalars: Collection[str], *, live: bool = False) -> rrb.Blueprint:
+def run_blueprint(
+    run: RunDescription, scalars: Collection[str], places: Places | None = None, *, live: bool = False
+) -> rrb.Blueprint:
     """The opening layout of a recording of ``run``, with diagrams of those series that are recorded.
 
-    ``live`` shows the newest frame, otherwise the viewer waits at the first one.
+    ``places`` are those of the bodies in the first frame. ``live`` shows the newest frame, otherwise the viewer plays
+    the recording at real speed, over and over.
     """
-    play: Literal["following", "paused"] = "following" if live else "paused"
+    play: Literal["following", "playing"] = "following" if live else "playing"
     time_panel = rrb.TimePanel(
-        timeline=entity_paths.TIMELINE_TIME, state="collapsed", playback_speed=1.0, play_state=play
+        timeline=entity_paths.TIMELINE_TIME, state="collapsed", playback_speed=1.0, play_state=play, loop_mode="all"
     )
-    tabs = []
-    chosen = plots_with_series(run.plots, [entity_paths.scalar_name(entity_paths.scalar(name)) for name in scalars])
-    for title, workings in (("Exercise", False), ("Solver", True)):
-        views = [_plot(plot, names) for plot, names in chosen.items() if (plot in WORKINGS) == workings]
-        if views:
-            tabs.append(rrb.Vertical(*views, name=title))
-    events = rrb.TextLogView(origin=f"/{entity_paths.EVENTS}", name="Events")
-    beside = rrb.Vertical(rrb.Tabs(*tabs), events, row_shares=[3, 1]) if tabs else events
     return rrb.Blueprint(
-        rrb.Horizontal(_scene(run), beside, column_shares=[5, 2]),
+        rrb.Horizontal(_scenes(run, places or {}), _beside(run, scalars), column_shares=[5, 2]),
         time_panel,
         rrb.BlueprintPanel(state="collapsed"),
         rrb.SelectionPanel(state="collapsed"),
@@ -41,28 +39,78 @@ def run_blueprint(run: RunDescription, scalars: Collection[str], *, live: bool =
     )
 
 
-def _plot(title: str, names: Collection[str]) -> rrb.TimeSeriesView:
-    """One diagram of some series."""
-    return rrb.TimeSeriesView(origin="/", contents=[f"/{entity_paths.scalar(name)}" for name in names], name=title)
+def _scenes(run: RunDescription, places: Places) -> rrb.Container | rrb.View:
+    """The overview, with the forces on the bodies behind it, over the cameras that follow boom and vessel."""
+    overview = _scene(run, "Overview", run.camera, hidden=[entity_paths.FORCES])
+    forces = _scene(run, "Forces", run.camera, hidden=_waters(run))
+    above = rrb.Tabs(overview, forces) if run.meshes else overview
+    close = [_following_scene(run, view) for view in following_views(run, places)]
+    return rrb.Vertical(above, rrb.Horizontal(*close), row_shares=[3, 2]) if close else above
 
 
-def _scene(run: RunDescription) -> rrb.Spatial3DView:
-    """The 3-D view; boundary particles are there but not shown, because a tank's walls would hide the water."""
-    hidden = {f"/{entity_paths.BOUNDARY}": rrb.EntityBehavior(visible=False)}
+def _following_scene(run: RunDescription, view: FollowingView) -> rrb.Spatial3DView:
+    hidden = [entity_paths.FORCES, *_waters(run)]
+    return _scene(run, view.title, view.camera, hidden=hidden, follows=entity_paths.body(view.body))
+
+
+def _scene(
+    run: RunDescription, title: str, camera: CameraView | None, *, hidden: Collection[str], follows: str | None = None
+) -> rrb.Spatial3DView:
+    """A 3-D view; boundary particles are there but not shown, because a tank's walls would hide the water."""
     return rrb.Spatial3DView(
         origin="/",
-        name=run.name,
-        overrides=hidden,
+        name=title,
+        overrides={f"/{path}": rrb.EntityBehavior(visible=False) for path in (entity_paths.BOUNDARY, *hidden)},
         background=_BACKGROUND,
         line_grid=False,
-        eye_controls=_eye(run.camera),
+        eye_controls=None if camera is None else _eye(camera, follows),
     )
 
 
-def _eye(camera: CameraView | None) -> rrb.EyeControls3D | None:
-    """The camera's place, if the run says one."""
-    if camera is None:
-        return None
+def _waters(run: RunDescription) -> list[str]:
+    """What would hide a boom from a near camera."""
+    return [entity_paths.phase(phase.name) for phase in run.phases if palette.is_water(phase.name)]
+
+
+def _eye(camera: CameraView, follows: str | None) -> rrb.EyeControls3D:
     return rrb.EyeControls3D(
-        kind=rrb.Eye3DKind.Orbital, position=camera.eye, look_target=camera.target, eye_up=(0.0, 0.0, 1.0)
+        kind=rrb.Eye3DKind.Orbital,
+        position=camera.eye,
+        look_target=camera.target,
+        eye_up=(0.0, 0.0, 1.0),
+        tracking_entity=None if follows is None else f"/{follows}",
     )
+
+
+def _beside(run: RunDescription, scalars: Collection[str]) -> rrb.Container | rrb.View:
+    """Legend, diagrams and events."""
+    names = [entity_paths.scalar_name(entity_paths.scalar(name)) for name in scalars]
+    chosen = plots_with_series(run.plots, names)
+    tabs = []
+    for title, plots in _TABS.items():
+        views = [_plot(plot, chosen.pop(plot)) for plot in plots if plot in chosen]
+        if views:
+            tabs.append(rrb.Vertical(*views, name=title))
+    if chosen:
+        tabs.insert(0, rrb.Vertical(*(_plot(plot, found) for plot, found in chosen.items()), name="Series"))
+    parts: list[tuple[rrb.Container | rrb.View, int]] = []
+    if run.exercise is not None:
+        parts.append((rrb.TextDocumentView(origin=f"/{entity_paths.LEGEND}", name="What you see"), 4))
+    if tabs:
+        parts.append((rrb.Tabs(*tabs), 13))
+    parts.append((_log(), 4))
+    return rrb.Vertical(*(part for part, _ in parts), row_shares=[share for _, share in parts])
+
+
+def _plot(title: str, names: Collection[str]) -> rrb.TimeSeriesView:
+    """One diagram of some series; the causes of loss have the colours of the legend and need none of their own."""
+    contents = [f"/{entity_paths.scalar(name)}" for name in names]
+    shown = 1 < len(names) <= _MOST_NAMED
+    legend = rrb.PlotLegend(rrb.Corner2D.LeftTop, visible=shown)
+    return rrb.TimeSeriesView(origin="/", contents=contents, name=title, plot_legend=legend)
+
+
+def _log() -> rrb.TextLogView:
+    """The events: when and what."""
+    columns = rrb.TextLogColumns(timeline_columns=[entity_paths.TIMELINE_TIME], text_log_columns=["Body"])
+    return rrb.TextLogView(origin=f"/{entity_paths.EVENTS}", name="Events", columns=columns)

@@ -38,15 +38,18 @@ def draw_map(axes: Axes, replay: Replay, moments: Sequence[Moment]) -> None:
         if positions is None or not len(positions):
             continue
         if palette.is_oil(phase.name):
-            _draw_outline(axes, first.positions[phase.name][:, across], run.particle_spacing, "dashed")
-            _draw_outline(axes, positions[:, across], run.particle_spacing, "solid")
+            before = first.positions.get(phase.name, positions[:0])
+            draw_outline(axes, before[:, across], run.particle_spacing, "dashed")
+            draw_outline(axes, positions[:, across], run.particle_spacing, "solid")
         _draw_particles(axes, positions[:, across], run.particle_spacing, color, palette.is_oil(phase.name))
+    for cause, positions in last.lost.items():
+        _draw_particles(axes, positions[:, across], run.particle_spacing, palette.cause_color(cause), True)
     for name, mesh in run.meshes.items():
         if name in first.bodies and _moves(first.bodies[name], last.bodies[name]):
-            _draw_body(axes, name, mesh, first.bodies[name], across, _FAINT)
+            draw_body(axes, name, mesh, first.bodies[name], across, _FAINT)
         if name in last.bodies:
-            _draw_body(axes, name, mesh, last.bodies[name], across, 1.0)
-    _draw_tracks(axes, replay, across)
+            draw_body(axes, name, mesh, last.bodies[name], across, 1.0)
+    draw_tracks(axes, replay, across)
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel("x [m]")
     axes.set_ylabel("z [m]" if side else "y [m]")
@@ -92,14 +95,14 @@ def _draw_particles(axes: Axes, points: Points, spacing: float, color: Color, st
     axes.imshow(image, origin="lower", extent=extent, interpolation="bilinear", zorder=1)
 
 
-def _draw_outline(axes: Axes, points: Points, spacing: float, style: str) -> None:
-    """The outline of the oil: where its density falls below half a particle a cell."""
+def draw_outline(axes: Axes, points: Points, spacing: float, style: str, color: str = "#5b3413") -> None:
+    """The outline of the oil (N, 2) [m]: where its density falls below half a particle a cell."""
     if len(points) < _FEWEST:
         return
     amount, x_edges, y_edges = _density(points, _OUTLINE_CELLS * spacing)
     smooth = gaussian_filter(amount, 0.7)
     middle = (0.5 * (x_edges[1:] + x_edges[:-1]), 0.5 * (y_edges[1:] + y_edges[:-1]))
-    axes.contour(*middle, smooth.T, levels=[0.5], colors=["#5b3413"], linestyles=style, linewidths=1.1, zorder=4)
+    axes.contour(*middle, smooth.T, levels=[0.5], colors=[color], linestyles=style, linewidths=1.1, zorder=4)
 
 
 def _density(points: Points, cell: float) -> tuple[Points, Points, Points]:
@@ -111,7 +114,7 @@ def _density(points: Points, cell: float) -> tuple[Points, Points, Points]:
     return amount, x_edges, y_edges
 
 
-def _draw_body(
+def draw_body(
     axes: Axes, name: str, mesh: MeshDescription, body: BodyFrame, across: tuple[int, int], opacity: float
 ) -> None:
     """A body's outline as seen along the map's axis: the hull of its vertices."""
@@ -130,7 +133,7 @@ def _draw_body(
         text.set(zorder=7, path_effects=[withStroke(linewidth=2.2, foreground=tuple(0.45 * tint))])
 
 
-def _draw_tracks(axes: Axes, replay: Replay, across: tuple[int, int]) -> None:
+def draw_tracks(axes: Axes, replay: Replay, across: tuple[int, int]) -> None:
     """The way of everything that moved by itself; of a boom only its ends and middle."""
     groups: dict[str, list[str]] = {}
     for name in replay.bodies:

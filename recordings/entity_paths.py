@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 FLUID = "fluid"
+LOST = "lost"
 BOUNDARY = "boundary"
 OUTLINES = "outlines"
 METRICS = "metrics"
 PROBES = "probes"
 FORCES = "forces"
 EVENTS = "events"
+LEGEND = "legend"
 BODIES = "bodies"
 VESSELS = "vessels"
 BOOM = "boom"
@@ -33,9 +35,14 @@ def phase(name: str) -> str:
     return _path(FLUID, name)
 
 
-def phase_ids(name: str) -> str:
-    """Path of a phase's particle ids, logged beside the particles whenever the set of ids changes."""
-    return _path(FLUID, name, "ids")
+def ids(particles: str) -> str:
+    """Path of the ids of the particles at a path, logged beside them whenever the set of ids changes."""
+    return _path(particles, "ids")
+
+
+def lost(cause: str) -> str:
+    """Path of the oil particles that booms lost by one cause; they lie under their phase's path as well."""
+    return _path(LOST, cause)
 
 
 def boundary(name: str) -> str:
@@ -70,6 +77,11 @@ def body_group(name: str) -> str:
     """The group a body's name puts it in: vessels, boom or bodies."""
     group, _, rest = name.partition("/")
     return group if group in BODY_GROUPS and rest else BODIES
+
+
+def label(name: str) -> str:
+    """Path of the name that is shown at a body."""
+    return f"{body(name)}/name"
 
 
 def force(name: str) -> str:

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from recordings.frame import MeshDescription
 
 STANDARD_GRAVITY = 9.81  # [m/s2]
+FULL_LENGTH = 3.0  # body lengths: the arrow of a boom, afloat on a sixth of its volume, must reach out of it
 
 
 def enclosed_volume(mesh: MeshDescription) -> float:
@@ -21,7 +22,7 @@ def enclosed_volume(mesh: MeshDescription) -> float:
 class ForceArrows:
     """One scale per body, fixed for the whole run, so that an arrow twice as long is a force twice as large.
 
-    A force as large as the full displacement of the body, rho g V, is drawn as long as the body. Boom segments and
+    A force as large as the full displacement of the body, rho g V, is drawn three times as long as the body. Boom segments and
     ships differ by orders of magnitude in force; scaled by their own size both can be seen.
     """
 
@@ -32,7 +33,7 @@ class ForceArrows:
             volume = enclosed_volume(mesh) if len(mesh.faces) else 0.0
             if volume > 0.0:
                 size = float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
-                self.metres_per_newton[name] = size / (rest_density * STANDARD_GRAVITY * volume)
+                self.metres_per_newton[name] = FULL_LENGTH * size / (rest_density * STANDARD_GRAVITY * volume)
 
     def vectors(self, name: str, forces: npt.NDArray[np.float64]) -> npt.NDArray[np.float64] | None:
         """Arrows (N, 3) [m] of the forces (N, 3) [N] on one body, or None for a body that has no scale."""

@@ -7,6 +7,7 @@ slash is a plain body).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -15,6 +16,8 @@ from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
+
+from recordings.exercise import ExerciseDescription, Site
 
 Color = tuple[int, int, int, int]  # red, green, blue, opacity, each 0 to 255
 EventLevel = Literal["info", "warning", "error"]
@@ -49,6 +52,9 @@ class PhaseFrame:
         _require_shape("phase id", self.id, (len(self.position),))
 
 
+NO_PARTICLES = PhaseFrame(np.empty((0, 3), np.float32), np.empty(0, np.uint32))
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BodyFrame:
     """One rigid body at one instant.
@@ -59,6 +65,7 @@ class BodyFrame:
         linear_velocity: (3,) [m/s].
         angular_velocity: (3,) [rad/s].
         wrench: (6,) force [N] and torque [N m] of the fluid on the body, mean over the last communication step.
+        tension: pull [N] in a boom or line where this body is part of it; NaN for every other body.
     """
 
     position: npt.NDArray[np.float64]
@@ -66,6 +73,7 @@ class BodyFrame:
     linear_velocity: npt.NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
     angular_velocity: npt.NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
     wrench: npt.NDArray[np.float64] = field(default_factory=lambda: np.zeros(6))
+    tension: float = math.nan
 
     def __post_init__(self) -> None:
         for name, length in _BODY_LENGTHS:
@@ -97,6 +105,7 @@ class Frame:
         bodies: Mapping[str, BodyFrame] = _NOTHING,  # type: ignore[assignment]
         scalars: Mapping[str, float] = _NOTHING,  # type: ignore[assignment]
         read_phases: Callable[[], Mapping[str, PhaseFrame]] = dict,
+        read_lost: Callable[[], Mapping[str, npt.NDArray[np.uint32]]] = dict,
     ) -> None:
         """Describe the communication point ``index`` (whole steps since the start) at ``time`` [s]."""
         self.index = index
@@ -104,11 +113,17 @@ class Frame:
         self.bodies = bodies
         self.scalars = scalars
         self._read_phases = read_phases
+        self._read_lost = read_lost
 
     @cached_property
     def phases(self) -> Mapping[str, PhaseFrame]:
         """The particles of each phase by its name."""
         return self._read_phases()
+
+    @cached_property
+    def lost(self) -> Mapping[str, npt.NDArray[np.uint32]]:
+        """Ids, increasing, of the oil particles that booms have lost, by cause."""
+        return self._read_lost()
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -169,6 +184,8 @@ class RunDescription:
         camera: the opening view; None lets the viewer choose.
         plots: titles of time series views with the scalars (names or "prefix/**") each shows; empty for the usual
             ones.
+        exercise: booms, current and water level, for the debrief; None for a run without booms.
+        site: where on Earth and when; None if nobody said so.
     """
 
     name: str
@@ -180,6 +197,8 @@ class RunDescription:
     boundaries: Mapping[str, npt.NDArray[np.float32]] = field(default_factory=dict)
     camera: CameraView | None = None
     plots: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    exercise: ExerciseDescription | None = None
+    site: Site | None = None
 
     def __post_init__(self) -> None:
         if not self.particle_spacing > 0.0:

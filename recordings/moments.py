@@ -4,23 +4,30 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
 
+from recordings import entity_paths
 from recordings.errors import RecordingError
 from recordings.frame import BodyFrame
 from recordings.replay import BodySeries, Replay, Series
 
+Positions = npt.NDArray[np.float32]
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Moment:
-    """Where everything was at one instant: time [s], particles (N, 3) by phase, bodies by name."""
+    """Where everything was at one instant: time [s], particles (N, 3) by phase, bodies by name.
+
+    lost: of the particles, those (N, 3) that booms had lost, by cause.
+    """
 
     time: float
-    positions: Mapping[str, npt.NDArray[np.float32]]
+    positions: Mapping[str, Positions]
     bodies: Mapping[str, BodyFrame]
+    lost: Mapping[str, npt.NDArray[np.float32]] = field(default_factory=dict)
 
 
 def recorded_steps(replay: Replay) -> list[tuple[int, float]]:
@@ -46,14 +53,28 @@ def read_moments(replay: Replay, steps: Sequence[tuple[int, float]]) -> list[Mom
     """What the recording knows of the given steps; a phase recorded now and then as it was last seen."""
     if not steps:
         raise RecordingError(replay.path, "holds no frames")
-    particles: dict[int, dict[str, npt.NDArray[np.float32]]] = {index: {} for index, _ in steps}
+    indices = [index for index, _ in steps]
+    particles: dict[int, dict[str, Positions]] = {index: {} for index in indices}
+    lost: dict[int, dict[str, Positions]] = {index: {} for index in indices}
     for phase in replay.run.phases:
-        known = replay.phase_times(phase.name).index.tolist()
-        source = {index: known[max(bisect_right(known, index) - 1, 0)] for index, _ in steps if known}
-        found = {at: frame.position for at, _, frame in replay.phase_frames(phase.name, set(source.values()))}
-        for index, at in source.items():
-            particles[index][phase.name] = found[at]
-    return [Moment(time=time, positions=particles[index], bodies=bodies_at(replay, index)) for index, time in steps]
+        for index, position in _as_last_seen(replay, entity_paths.phase(phase.name), indices).items():
+            particles[index][phase.name] = position
+    for cause in replay.lost_causes:
+        for index, position in _as_last_seen(replay, entity_paths.lost(cause), indices).items():
+            lost[index][cause] = position
+    return [
+        Moment(time=time, positions=particles[index], bodies=bodies_at(replay, index), lost=lost[index])
+        for index, time in steps
+    ]
+
+
+def _as_last_seen(replay: Replay, path: str, indices: Sequence[int]) -> dict[int, Positions]:
+    """Particles at some steps, or at the last step before at which they were recorded."""
+    known = replay.particle_times(path).index.tolist()
+    place = {index: bisect_right(known, index) - 1 for index in indices}
+    source = {index: known[at] for index, at in place.items() if at >= 0}
+    found = {at: frame.position for at, _, frame in replay.particles(path, set(source.values()))}
+    return {index: found[at] for index, at in source.items()}
 
 
 def bodies_at(replay: Replay, index: int) -> dict[str, BodyFrame]:

@@ -2,19 +2,63 @@
 
 from __future__ import annotations
 
+import numpy as np
+import numpy.typing as npt
+
 from recordings import entity_paths
 from recordings.frame import Color, MeshDescription, PhaseDescription
 
 WATER: Color = (64, 140, 196, 255)
 OIL: Color = (48, 28, 12, 255)
 WALL: Color = (150, 150, 155, 255)
+NAME: Color = (255, 255, 255, 255)
+LIMIT: Color = (200, 40, 40, 255)
 FORCE: Color = (214, 40, 110, 255)
 _OTHERS: tuple[Color, ...] = ((196, 120, 40, 255), (86, 150, 92, 255), (150, 96, 170, 255))
 _BODIES: dict[str, Color] = {
-    entity_paths.VESSELS: (178, 36, 44, 255),
+    entity_paths.VESSELS: (34, 52, 92, 255),
     entity_paths.BOOM: (255, 122, 20, 255),
     entity_paths.BODIES: (128, 122, 112, 255),
 }
+CAUSES: dict[str, tuple[str, Color]] = {
+    "drainage": ("red", (222, 32, 32, 255)),
+    "entrainment": ("magenta", (226, 0, 150, 255)),
+    "critical_accumulation": ("purple", (132, 62, 204, 255)),
+    "planing": ("yellow", (250, 205, 0, 255)),
+    "submergence": ("teal", (0, 150, 150, 255)),
+    "splash_over": ("white", (255, 255, 255, 255)),
+    "around_ends": ("green", (40, 168, 62, 255)),
+    "through": ("pink", (255, 150, 178, 255)),
+}
+_TENSION = np.array([[255, 236, 150], [255, 186, 60], [246, 112, 20], [200, 24, 30], [110, 0, 40]])
+
+
+def cause_color(cause: str) -> Color:
+    """The colour of oil that was lost by a cause."""
+    return CAUSES.get(cause, ("grey", (120, 120, 120, 255)))[1]
+
+
+def legend(full_tension: float) -> str:
+    """What the colours mean, in Markdown."""
+    causes = ", ".join(f"{name} *{cause.replace('_', ' ')}*" for cause, (name, _) in CAUSES.items())
+    return (
+        "**Oil** is dark while the boom holds it, or never met it. **Lost oil** by its cause: " + causes + ".\n\n"
+        f"**Boom**: pale when slack, orange at {0.5 * full_tension:.3g} N, dark red from {full_tension:.3g} N of tension.\n\n"
+        "**Water** is thinned so that oil under it shows. The tab *Forces* has the water's force on each body, an arrow three "
+        "times as long as the body when the force is its whole buoyancy."
+    )
+
+
+def css(color: Color) -> str:
+    """A colour without its opacity, as web pages and diagrams write it: #rrggbb."""
+    return "#" + "".join(f"{channel:02x}" for channel in color[:3])
+
+
+def tension_color(tension: npt.ArrayLike, full_tension: float) -> npt.NDArray[np.uint8]:
+    """Colours (N, 4) of a boom under tensions (N,) [N]: pale when slack, orange at half, dark red from full tension on."""
+    place = np.clip(np.atleast_1d(tension) / full_tension, 0.0, 1.0) * (len(_TENSION) - 1)
+    channels = [np.interp(place, np.arange(len(_TENSION)), _TENSION[:, channel]) for channel in range(3)]
+    return np.column_stack([*channels, np.full(len(place), 255.0)]).round().astype(np.uint8)
 
 
 def is_oil(name: str) -> bool:

@@ -18,9 +18,11 @@ from rerun.chunk import Chunk, LazyStore, RrdReader
 from recordings import entity_paths
 from recordings.columns import Rows, read_rows, read_single
 from recordings.errors import RecordingError
+from recordings.exercise import exercise_from_json, site_from_json
 from recordings.frame import (
     BodyFrame,
     CameraView,
+    Color,
     Event,
     EventLevel,
     MeshDescription,
@@ -52,13 +54,14 @@ class Series:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BodySeries:
-    """A body over time: pose (N, 7), twist (N, 6) and wrench (N, 6) at the same N instants."""
+    """A body over time: pose (N, 7), twist (N, 6), wrench (N, 6) and tension (N,), NaN if it has none, at N instants."""
 
     index: npt.NDArray[np.int64]
     time: npt.NDArray[np.float64]
     pose: npt.NDArray[np.float64]
     twist: npt.NDArray[np.float64]
     wrench: npt.NDArray[np.float64]
+    tension: npt.NDArray[np.float64]
 
     def frame(self, row: int) -> BodyFrame:
         """The body at one instant."""
@@ -68,6 +71,7 @@ class BodySeries:
             linear_velocity=self.twist[row, :3],
             angular_velocity=self.twist[row, 3:],
             wrench=self.wrench[row],
+            tension=float(self.tension[row]),
         )
 
 
@@ -123,6 +127,8 @@ class Replay:
             boundaries=self._boundaries(),
             camera=CameraView(tuple(camera["eye"]), tuple(camera["target"])) if camera else None,
             plots={title: tuple(names) for title, names in plots.items()},
+            exercise=exercise_from_json(scenario.get("exercise") or ""),
+            site=site_from_json(scenario.get("site") or ""),
         )
 
     @cached_property
@@ -134,6 +140,7 @@ class Replay:
     @cached_property
     def bodies(self) -> Mapping[str, BodySeries]:
         """Every body's motion by its name."""
+        tensions = self._rows(_body_paths(), "tension")
         bodies = {}
         for path, parts in self._rows(_body_paths(), "motion").items():
             motion = _series(parts, 19)
@@ -143,6 +150,7 @@ class Replay:
                 pose=motion.value[:, :7],
                 twist=motion.value[:, 7:13],
                 wrench=motion.value[:, 13:],
+                tension=_series(tensions[path]).value if path in tensions else np.full(len(motion.index), np.nan),
             )
         return bodies
 
@@ -165,9 +173,25 @@ class Replay:
         self, name: str, indices: Collection[int] | None = None
     ) -> Iterator[tuple[int, float, PhaseFrame]]:
         """Communication step, time [s] and particles of one phase, frame by frame; of ``indices`` only if given."""
-        ids = self._phase_ids.get(name, [])
+        return self.particles(entity_paths.phase(name), indices)
+
+    def lost_frames(
+        self, cause: str, indices: Collection[int] | None = None
+    ) -> Iterator[tuple[int, float, PhaseFrame]]:
+        """The same for the oil particles that booms have lost by one cause; each is one of its phase's particles too."""
+        return self.particles(entity_paths.lost(cause), indices)
+
+    @cached_property
+    def lost_causes(self) -> tuple[str, ...]:
+        """Every cause by which booms have lost oil during the run."""
+        paths = self._rows((f"/{entity_paths.LOST}/**",), "Points3D:positions")
+        return tuple(sorted(path.removeprefix(f"{entity_paths.LOST}/") for path in paths))
+
+    def particles(self, path: str, indices: Collection[int] | None = None) -> Iterator[tuple[int, float, PhaseFrame]]:
+        """Step, time [s] and particles at an entity path, frame by frame; of ``indices`` only if given."""
+        ids = self._ids(path)
         changes = [index for index, _ in ids]
-        for chunk in self._chunks(f"/{entity_paths.phase(name)}"):
+        for chunk in self._chunks(f"/{path}"):
             rows = read_rows(chunk, "Points3D:positions")
             if rows is None:
                 continue
@@ -178,23 +202,22 @@ class Replay:
 
     def phase_times(self, name: str) -> Series:
         """Steps and times at which a phase's particles were recorded, with their number as value."""
-        rows = self._rows((f"/{entity_paths.phase(name)}",), "Points3D:positions")
-        parts = rows.get(entity_paths.phase(name), [])
+        return self.particle_times(entity_paths.phase(name))
+
+    def particle_times(self, path: str) -> Series:
+        """Steps and times at which the particles at an entity path were recorded, with their number as value."""
+        parts = self._rows((f"/{path}",), "Points3D:positions").get(path, [])
         counted = [Rows(index=p.index, time=p.time, lengths=np.ones_like(p.lengths), values=p.lengths) for p in parts]
         return _series(counted)
 
-    @cached_property
-    def _phase_ids(self) -> dict[str, list[tuple[int, npt.NDArray[np.uint32]]]]:
-        """By phase, the particle ids from a step on until the next."""
-        found: dict[str, list[tuple[int, npt.NDArray[np.uint32]]]] = {}
-        for phase in self._phase_descriptions():
-            path = entity_paths.phase_ids(phase.name)
-            changes = []
-            for part in self._rows((f"/{path}",), "ranges").get(path, []):
-                rows = zip(part.index.tolist(), part.split(), strict=True)
-                changes += [(index, ids_of_ranges(ranges.astype(np.uint32))) for index, ranges in rows]
-            found[phase.name] = sorted(changes, key=lambda change: change[0])
-        return found
+    def _ids(self, particles: str) -> list[tuple[int, npt.NDArray[np.uint32]]]:
+        """The ids of the particles at a path, each from a step on until the next."""
+        path = entity_paths.ids(particles)
+        changes: list[tuple[int, npt.NDArray[np.uint32]]] = []
+        for part in self._rows((f"/{path}",), "ranges").get(path, []):
+            rows = zip(part.index.tolist(), part.split(), strict=True)
+            changes += [(index, ids_of_ranges(ranges.astype(np.uint32))) for index, ranges in rows]
+        return sorted(changes, key=lambda change: change[0])
 
     def _phase_descriptions(self) -> tuple[PhaseDescription, ...]:
         """The fluids, in the order they were described."""
@@ -215,8 +238,7 @@ class Replay:
             vertices, faces = read_rows(chunk, "vertices"), read_rows(chunk, "faces")
             factor = read_rows(chunk, "Mesh3D:albedo_factor")
             if vertices is not None and faces is not None:
-                packed = int(factor.values[0]) if factor is not None else 0xFFFFFFFF
-                color = ((packed >> 24) & 255, (packed >> 16) & 255, (packed >> 8) & 255, packed & 255)
+                color = _unpacked(int(factor.values[0])) if factor is not None and len(factor.values) else None
                 name = entity_paths.body_name(chunk.entity_path)
                 corners = vertices.values.astype(np.float32).reshape(-1, 3)
                 triangles = faces.values.astype(np.uint32).reshape(-1, 3)
@@ -252,6 +274,11 @@ def _lazy_store(reader: RrdReader) -> LazyStore | None:
         return reader.store()
     except (ValueError, RuntimeError):
         return None
+
+
+def _unpacked(color: int) -> Color:
+    """Red, green, blue and opacity of a colour in one number."""
+    return (color >> 24) & 255, (color >> 16) & 255, (color >> 8) & 255, color & 255
 
 
 def _body_paths() -> tuple[str, ...]:

@@ -23,11 +23,12 @@ import numpy as np
 import numpy.typing as npt
 import rerun as rr
 
-from recordings import entity_paths, palette
+from recordings import entity_paths, looks, palette
 from recordings.blueprint import run_blueprint
 from recordings.errors import RecordingError
+from recordings.exercise import to_json
 from recordings.force_arrows import ForceArrows
-from recordings.frame import Event, MeshDescription, PhaseDescription, RunDescription
+from recordings.frame import NO_PARTICLES, Event, MeshDescription, PhaseFrame, RunDescription
 from recordings.sample import Block, Sample, id_ranges
 
 APPLICATION = "oilsim"
@@ -37,9 +38,6 @@ _FLUSH_SECONDS = 60.0
 _ANSWER_SECONDS = 1.0
 _TIMED_OUT = "timed out"  # in Rerun's error
 _LEVELS = {"info": rr.TextLogLevel.INFO, "warning": rr.TextLogLevel.WARN, "error": rr.TextLogLevel.ERROR}
-_WATER_RADIUS = 0.17  # in particle spacings
-_WALL_CLASS = 100
-_ARROW_RADIUS = -1.5  # negative: in points on the screen
 
 
 class RerunWriter:
@@ -50,35 +48,46 @@ class RerunWriter:
         self._stream = stream
         self._live = live
         self._run: RunDescription | None = None
+        self._spacing = 0.0
         self._shown_scalars: set[str] = set()
         self._arrows = ForceArrows()
         self._last_instants: tuple[int, ...] = ()
         self._last_times: list[rr.TimeColumn] = []
         self._last_ids: dict[str, npt.NDArray[np.uint32]] = {}
+        self._places: dict[str, npt.NDArray[np.float64]] = {}
+        self._causes: list[str] = []
+        self._full_tension: dict[str, float] = {}
 
     def write_run(self, run: RunDescription, terms: Mapping[str, float]) -> None:
         """Write what does not change: properties, colours, boundaries and meshes."""
-        self._run = run
+        self._run, self._spacing = run, run.particle_spacing
         density = max((phase.rest_density for phase in run.phases), default=1000.0)
         self._arrows = ForceArrows(run.meshes, density)
+        booms = run.exercise.booms if run.exercise else ()
+        self._full_tension = {name: boom.full_tension for boom in booms for name in boom.segments}
         self._write_properties(run, terms)
-        self._static("/", rr.ViewCoordinates.RIGHT_HAND_Z_UP, _annotations(run.phases))
+        self._static("/", rr.ViewCoordinates.RIGHT_HAND_Z_UP, looks.classes(run.phases))
         for index, phase in enumerate(run.phases):
-            look = rr.Points3D.from_fields(class_ids=[index], radii=[_radius(phase.name, run.particle_spacing)])
+            look = looks.phase(index, phase.name, run.particle_spacing)
             self._static(entity_paths.phase(phase.name), look, rr.AnyValues(description=json.dumps(asdict(phase))))
         for name, points in run.boundaries.items():
             self._write_boundary(name, np.array(points, dtype=np.float32), run.particle_spacing)
         for name, mesh in run.meshes.items():
             self._write_mesh(name, mesh)
         self._write_arrow_looks()
+        if booms:
+            legend = palette.legend(max(boom.full_tension for boom in booms))
+            self._static(entity_paths.LEGEND, rr.TextDocument(legend, media_type=rr.MediaType.MARKDOWN))
 
     def write_samples(self, samples: Sequence[Sample]) -> None:
         """Write a block of samples, one chunk per entity."""
         for name in _names(sample.phases for sample in samples):
-            self._write_phase(name, [sample for sample in samples if name in sample.phases])
+            having = [sample for sample in samples if name in sample.phases]
+            self._write_particles(entity_paths.phase(name), having, [sample.phases[name] for sample in having])
+        self._write_lost(samples)
         for name in _names(sample.bodies for sample in samples):
             self._write_body(name, [sample for sample in samples if name in sample.bodies])
-        self._lay_out(set(_names(sample.scalars for sample in samples)))
+        self._lay_out(set(_names(sample.scalars for sample in samples)), samples[0])
         for name in _names(sample.scalars for sample in samples):
             having = [sample for sample in samples if name in sample.scalars]
             values = np.array([sample.scalars[name] for sample in having], dtype=np.float64)
@@ -99,18 +108,27 @@ class RerunWriter:
         """Write why the run ended."""
         self._stream.send_property("end", rr.AnyValues(reason=reason))
 
-    def _lay_out(self, scalars: set[str]) -> None:
+    def _lay_out(self, scalars: set[str], sample: Sample) -> None:
         """Tell the viewer how to open the recording, as soon as it is known which series there are."""
-        if self._run is not None and (not self._shown_scalars or scalars - self._shown_scalars):
-            self._shown_scalars |= scalars
-            self._stream.send_blueprint(run_blueprint(self._run, sorted(self._shown_scalars), live=self._live))
+        fresh = scalars - self._shown_scalars
+        if self._run is None or (self._shown_scalars and not fresh):
+            return
+        self._shown_scalars |= fresh
+        for name in sorted(fresh):
+            self._static(entity_paths.scalar(name), looks.line(name))
+        if not self._places:
+            self._places = {name: motion[:3] for name, motion in sample.bodies.items()}
+        layout = run_blueprint(self._run, sorted(self._shown_scalars), self._places, live=self._live)
+        self._stream.send_blueprint(layout)
 
     def _write_properties(self, run: RunDescription, terms: Mapping[str, float]) -> None:
         """Write scenario, versions and the terms of this recording where the viewer and `replay` look for them."""
         self._stream.send_recording_name(run.name)
         camera = json.dumps(asdict(run.camera)) if run.camera else ""
         plots = json.dumps(run.plots)
-        self._stream.send_property("scenario", rr.AnyValues(name=run.name, text=run.text, camera=camera, plots=plots))
+        exercise, site = to_json(run.exercise), to_json(run.site)
+        facts = rr.AnyValues(name=run.name, text=run.text, camera=camera, plots=plots, exercise=exercise, site=site)
+        self._stream.send_property("scenario", facts)
         fixed = {"format_version": FORMAT_VERSION, "particle_spacing": run.particle_spacing}
         self._stream.send_property("recording", rr.AnyValues(**fixed, **terms))
         if run.properties:
@@ -118,12 +136,9 @@ class RerunWriter:
 
     def _write_boundary(self, name: str, points: npt.NDArray[np.float32], spacing: float) -> None:
         """Write boundary particles once, and their bounding box as an outline that hides nothing."""
-        look = rr.Points3D(points, class_ids=[_WALL_CLASS], radii=[0.25 * spacing])
-        self._static(entity_paths.boundary(name), look)
+        self._static(entity_paths.boundary(name), looks.wall(points, spacing))
         if len(points):
-            lower, upper = points.min(axis=0), points.max(axis=0)
-            edges = rr.LineStrips3D(_box_edges(lower, upper), colors=[palette.WALL], radii=[0.12 * spacing])
-            self._static(entity_paths.outline(name), edges)
+            self._static(entity_paths.outline(name), looks.outline(points, spacing))
 
     def _write_mesh(self, name: str, mesh: MeshDescription) -> None:
         """Write a body's triangles; its pose follows frame by frame.
@@ -137,35 +152,45 @@ class RerunWriter:
         shape = rr.Mesh3D(
             vertex_positions=corners.reshape(-1, 3),
             vertex_normals=np.repeat(normal, 3, axis=0),
-            albedo_factor=palette.body_color(name, mesh),
+            albedo_factor=None if name in self._full_tension else palette.body_color(name, mesh),
             face_rendering="DoubleSided",
         )
         described = rr.AnyValues(vertices=mesh.vertices.ravel(), faces=mesh.faces.ravel())
         self._static(entity_paths.body(name), shape, described)
+        if entity_paths.body_group(name) == entity_paths.VESSELS:
+            self._static(entity_paths.label(name), looks.name_over(mesh, name.partition("/")[2]))
 
     def _write_arrow_looks(self) -> None:
         """Write colour, thickness and scale of the force arrows."""
         for name, scale in self._arrows.metres_per_newton.items():
-            look = rr.Arrows3D.from_fields(colors=[palette.FORCE], radii=[_ARROW_RADIUS])
-            self._static(entity_paths.force(name), look, rr.AnyValues(metres_per_newton=scale))
+            self._static(entity_paths.force(name), looks.force(), rr.AnyValues(metres_per_newton=scale))
 
-    def _write_phase(self, name: str, samples: Sequence[Sample]) -> None:
-        """Write positions of one phase, and before them its ids where they differ from the ones before."""
+    def _write_particles(self, path: str, samples: Sequence[Sample], frames: Sequence[PhaseFrame]) -> None:
+        """Write particles, and before them their ids where they differ from the ones before."""
         changed, ranges = [], []
-        for sample in samples:
-            ids = sample.phases[name].id
-            before = self._last_ids.get(name)
-            if before is None or not np.array_equal(ids, before):
-                self._last_ids[name] = ids
+        for sample, frame in zip(samples, frames, strict=True):
+            before = self._last_ids.get(path)
+            if before is None or not np.array_equal(frame.id, before):
+                self._last_ids[path] = frame.id
                 changed.append(sample)
-                ranges.append(id_ranges(ids))
+                ranges.append(id_ranges(frame.id))
         if changed:
             values = rr.AnyValues.columns(ranges=np.concatenate(ranges)).partition([len(item) for item in ranges])
-            self._columns(entity_paths.phase_ids(name), changed, values)
-        positions = [sample.phases[name].position for sample in samples]
+            self._columns(entity_paths.ids(path), changed, values)
+        positions = [frame.position for frame in frames]
         together = positions[0] if len(positions) == 1 else np.concatenate(positions)
         column = rr.Points3D.columns(positions=together).partition([len(position) for position in positions])
-        self._columns(entity_paths.phase(name), samples, column)
+        self._columns(path, samples, column)
+
+    def _write_lost(self, samples: Sequence[Sample]) -> None:
+        """Write the oil that booms lost, by cause; a cause that was seen once is written on, be it without particles."""
+        lost = [(sample, sample.lost) for sample in samples if sample.lost is not None]
+        for cause in dict.fromkeys([*self._causes, *_names(found for _, found in lost)]):
+            if cause not in self._causes:
+                self._causes.append(cause)
+                self._static(entity_paths.lost(cause), looks.lost(cause, self._spacing))
+            frames = [found.get(cause, NO_PARTICLES) for _, found in lost]
+            self._write_particles(entity_paths.lost(cause), [sample for sample, _ in lost], frames)
 
     def _write_body(self, name: str, samples: Sequence[Sample]) -> None:
         """Write the motion of one body at full precision, and the pose and force that the viewer draws."""
@@ -173,10 +198,21 @@ class RerunWriter:
         position, orientation, force = motion[:, :3], motion[:, 3:7], motion[:, 13:16]
         drawn = rr.Transform3D.columns(translation=position, quaternion=orientation)
         exact = rr.AnyValues.columns(motion=motion.ravel()).partition([motion.shape[1]] * len(motion))
-        self._columns(entity_paths.body(name), samples, [*drawn, *exact])
+        self._columns(entity_paths.body(name), samples, [*drawn, *exact, *self._tension_columns(name, samples)])
         vectors = self._arrows.vectors(name, force)
         if vectors is not None:
             self._columns(entity_paths.force(name), samples, rr.Arrows3D.columns(origins=position, vectors=vectors))
+
+    def _tension_columns(self, name: str, samples: Sequence[Sample]) -> list[rr.ComponentColumn]:
+        """The tension in a body, and the colour that shows it on a boom."""
+        tension = np.array([sample.tensions.get(name, np.nan) for sample in samples])
+        if np.isnan(tension).any():
+            return []
+        exact = rr.AnyValues.columns(tension=tension)
+        if name not in self._full_tension:
+            return [*exact]
+        colors = palette.tension_color(tension, self._full_tension[name])
+        return [*exact, *rr.Mesh3D.columns(albedo_factor=colors)]
 
     def _static(self, path: str, *components: rr.AsComponents) -> None:
         self._stream.log(path, *components, static=True, strict=True)
@@ -313,30 +349,6 @@ def _refusal(path: Path) -> str | None:
     return None
 
 
-def _box_edges(lower: npt.NDArray[np.float32], upper: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
-    """The twelve edges of a box, (12, 2, 3)."""
-    bits = [(first, second, axis) for axis in range(3) for first in (0, 1) for second in (0, 1)]
-    edges = []
-    for first, second, axis in bits:
-        corner = np.insert(np.array([first, second], dtype=np.float32), axis, 0.0)
-        edges.append([corner, np.insert(np.array([first, second], dtype=np.float32), axis, 1.0)])
-    return np.array(lower + (upper - lower) * np.array(edges), dtype=np.float32)
-
-
 def _names(mappings: Iterable[Mapping[str, object]]) -> list[str]:
     """Every name in any of the mappings, in order of first appearance."""
     return list(dict.fromkeys(name for mapping in mappings for name in mapping))
-
-
-def _annotations(phases: Sequence[PhaseDescription]) -> rr.AnnotationContext:
-    """Name and colour of every class of points."""
-    classes = [
-        rr.AnnotationInfo(id=index, label=phase.name, color=palette.phase_color(phase, index))
-        for index, phase in enumerate(phases)
-    ]
-    return rr.AnnotationContext([*classes, rr.AnnotationInfo(id=_WALL_CLASS, label="wall", color=palette.WALL)])
-
-
-def _radius(name: str, spacing: float) -> float:
-    """Half the spacing, but small for water: the viewer draws no translucent points, and oil under water must show."""
-    return spacing * (_WATER_RADIUS if palette.is_water(name) else 0.5)

@@ -70,8 +70,8 @@ class Course:
         """Orders that are due, one communication step, and what happened in it."""
         self._give_orders()
         self.simulation.step()
-        for text in self._assembly.scoring.take_events():
-            self.simulation.emit(text, level="warning", source="boom")
+        for happening in self._assembly.scoring.take_happenings():
+            self.simulation.emit(happening.text, level=happening.level, source=happening.source)
 
     def begin(self, restart: Restart | None = None) -> None:
         """The first frame, or the state of a checkpoint; it is the first checkpoint of this run too."""

@@ -1,4 +1,4 @@
-"""The `oilsim` command: list, check and run scenarios; replay, compare, verify and repair recordings.
+"""The `oilsim` command: list, check and run scenarios; replay, debrief, compare, verify, export and repair recordings.
 
 Exit codes: 0 done, 2 bad input (what, where, what is allowed), 1 failed run (the recording so far is kept) or difference found.
 """
@@ -11,11 +11,11 @@ import sys
 from collections.abc import Sequence
 
 from recordings.errors import RecordingError
-from scenarios.commands import check, compare, list, repair, replay, run, verify
+from scenarios.commands import check, compare, debrief, export, list, repair, replay, report, run, verify
 from scenarios.exit_codes import BAD_INPUT, INTERRUPTED
 from scenarios.problems import ScenarioError
 
-COMMANDS = (list, check, run, replay, compare, verify, repair)
+COMMANDS = (list, check, run, replay, debrief, compare, verify, report, export, repair)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -17,6 +17,7 @@ def give_orders(assembly: Assembly, scenario: Scenario) -> None:
         course = course_of(scenario.vessels[control.vessel.name], scenario)
         if course != control.vessel.course:
             control.change_course(course)
+    assembly.scoring.take_orders([control.vessel for control in assembly.controls])
     set_wind(scenario, assembly.controls)
     for emitter, pipe in zip(assembly.fluid.emitters, scenario.emitters.values(), strict=True):
         emitter.speed = pipe.speed

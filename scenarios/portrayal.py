@@ -1,7 +1,8 @@
-"""What observers are shown of a run: once its description, then a frame at each communication point."""
+"""What observers are shown of a run at each communication point: a frame."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
@@ -10,53 +11,31 @@ from numpy.typing import NDArray
 from coupling.co_simulation import CommunicationPoint
 from coupling.rigid_body_world import RigidBodyWorld
 from oilsim.solver import AdvanceReport, Fluid
+from recordings.entity_paths import BOOM
 from recordings.frame import (
     BodyFrame,
-    CameraView,
     Frame,
-    MeshDescription,
-    PhaseDescription,
     PhaseFrame,
-    RunDescription,
 )
 from scenarios.coupling_figures import CouplingFigures
+from scenarios.fleet import Fleet
 from scenarios.instruments import RunFigures, probe_readings
 from scenarios.scenario import Scenario
 from scenarios.scoring import Scoring
 from scenarios.solids import Solid
-from scenarios.versions import versions
 
 Array = NDArray[np.float64]
 Wrench = Callable[[str], Array]
 
 
-def describe_run(
-    scenario: Scenario, fluid: Fluid, tank: int | None, solids: Sequence[Solid], *, text: str, overrides: Sequence[str]
-) -> RunDescription:
-    """Everything about the run that does not change."""
-    properties: dict[str, str | float] = {f"version_{name}": version for name, version in versions().items()}
-    properties |= {"title": scenario.title, "seed": float(scenario.run.seed), "overrides": " ".join(overrides)}
-    camera = scenario.camera
-    return RunDescription(
-        name=scenario.name,
-        text=text,
-        particle_spacing=scenario.fluid.particle_spacing,
-        properties=properties,
-        phases=tuple(
-            PhaseDescription(
-                name=name, rest_density=phase.rest_density, dynamic_viscosity=phase.viscosity, color=phase.color
-            )
-            for name, phase in scenario.phases.items()
-        ),
-        meshes={
-            solid.name: MeshDescription(
-                vertices=solid.placed.mesh.vertices, faces=solid.placed.mesh.faces, color=solid.color
-            )
-            for solid in solids
-        },
-        boundaries={} if tank is None else {"tank": fluid.boundary_positions(tank)},
-        camera=None if camera is None else CameraView(eye=camera.eye, target=camera.target),
-    )
+def _pulls(fleet: Fleet) -> dict[str, tuple[str, ...]]:
+    """By boom segment and tow line, the joints at its ends."""
+    found: dict[str, tuple[str, ...]] = {}
+    for joint in fleet.joints:
+        for body in (joint.body_a, joint.body_b):
+            if body is not None and body.startswith(f"{BOOM}/"):
+                found[body] = (*found.get(body, ()), joint.name)
+    return found
 
 
 class FramePainter:
@@ -68,6 +47,7 @@ class FramePainter:
         fluid: Fluid,
         world: RigidBodyWorld | None,
         solids: Sequence[Solid],
+        fleet: Fleet,
         wrench: Wrench,
         scoring: Scoring,
         coupling_figures: CouplingFigures,
@@ -78,6 +58,7 @@ class FramePainter:
         self._fluid = fluid
         self._world = world
         self._solids = solids
+        self._pulls = _pulls(fleet)
         self._wrench = wrench
         self._scoring = scoring
         self._coupling_figures = coupling_figures
@@ -94,6 +75,7 @@ class FramePainter:
             bodies={solid.name: self._body(solid) for solid in self._solids},
             scalars=scalars,
             read_phases=self._phases,
+            read_lost=self._scoring.lost_ids,
         )
 
     def _phases(self) -> Mapping[str, PhaseFrame]:
@@ -113,6 +95,7 @@ class FramePainter:
             linear_velocity=twist[:3],
             angular_velocity=twist[3:],
             wrench=self._wrench(solid.name),
+            tension=max((self._world.tension(joint) for joint in self._pulls.get(solid.name, ())), default=math.nan),
         )
 
     def _pose_and_wrench(self, name: str) -> tuple[Array, Array]:

@@ -106,6 +106,7 @@ CHAPTERS: tuple[tuple[str, tuple[type[Section], ...]], ...] = (
     ("probes.NAME", get_args(probes.Probe)),
     ("recording", (scenario.RecordingSettings,)),
     ("camera", (scenario.CameraSettings,)),
+    ("site", (scenario.SiteSettings,)),
 )
 
 

@@ -7,9 +7,11 @@ carry the suffix ``_kn`` (knots) and one for an angle ``_deg`` (degrees).
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from datetime import datetime
 
 from scenarios import checks
 from scenarios.bodies import Body
@@ -71,6 +73,28 @@ class CameraSettings(Section):
 
 
 @dataclass(frozen=True, kw_only=True)
+class SiteSettings(Section):
+    """Where on Earth the exercise is, for far-field models that go on from its recording; the run itself does not use it.
+
+    latitude, longitude  of the world's origin, WGS 84
+    bearing              [rad] of the x axis, clockwise from north
+    start                date and time of the start, ISO 8601, such as 2026-05-01T08:00:00Z
+    """
+
+    latitude: float = quantity("degrees north", at_least=-89.0, at_most=89.0)
+    longitude: float = quantity("degrees east", at_least=-180.0, at_most=360.0)
+    bearing: float = quantity("rad", default=0.5 * math.pi)
+    start: str = "2000-01-01T00:00:00Z"
+
+    def problems(self) -> Iterator[Problem]:
+        """The start must be a date and time."""
+        try:
+            datetime.fromisoformat(self.start)
+        except ValueError:
+            yield Problem("start", f"is {self.start!r}, allowed: ISO 8601, such as 2026-05-01T08:00:00Z")
+
+
+@dataclass(frozen=True, kw_only=True)
 class Scenario(Section):
     """The whole of a run. Tables of named things (`phases`, `fill`, ...) are mappings from name to settings.
 
@@ -96,6 +120,7 @@ class Scenario(Section):
     probes: Mapping[str, Probe] = field(default_factory=dict)
     recording: RecordingSettings = field(default_factory=RecordingSettings)
     camera: CameraSettings | None = None
+    site: SiteSettings | None = None
     demo: Mapping[str, object] = field(default_factory=dict)
 
     def problems(self) -> Iterator[Problem]:

@@ -2,25 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from booms.containment import BoomState, ContainmentOptions, ContainmentReport, ContainmentTracker
+from booms.containment import PRACTICE_SPEED, BoomState, ContainmentOptions, ContainmentReport, ContainmentTracker
 from booms.deployment import BoomLayout
 from booms.scores import LossSpeeds, TensionRecord
 from coupling.rigid_body_world import RigidBodyWorld
 from oilsim.solver import Fluid
+from recordings.frame import EventLevel
 from scenarios.build_fluid import horizontal
 from scenarios.fleet import Fleet, body_of
 from scenarios.scenario import Scenario
+from vessels.vessel import Vessel
 
 Array = NDArray[np.float64]
 
 KNOT = 1852.0 / 3600.0  # [m/s]
+
+
+@dataclass(frozen=True)
+class Happening:
+    """Something worth a line in the log."""
+
+    text: str
+    level: EventLevel
+    source: str
 
 
 class BoomScore:
@@ -38,6 +50,8 @@ class BoomScore:
         self._vessels = [body_of(end) for end in settings.ends if isinstance(end, str)]
         self._time: float | None = None
         self._worst: dict[str, float] = {}
+        self._told: set[str] = set()
+        self._happenings: list[Happening] = []
         spacing = scenario.fluid.particle_spacing
         self._tracker = ContainmentTracker(
             ContainmentOptions(
@@ -62,14 +76,43 @@ class BoomScore:
         self.report = report
         step = 0.0 if self._time is None else time - self._time
         self._time = time
-        scalars = report.scalars()
+        speed = self._tow_speed(world, current)
+        scalars = report.scalars() | {"metrics/tow_speed": speed, "metrics/normal_speed_limit": PRACTICE_SPEED}
+        scalars |= {f"metrics/current/{axis}": float(current[place]) for place, axis in enumerate("xy")}
         for end, joint in self._tension_joints.items():
             tension = world.tension(joint)
             self._tensions[end].add(tension, step)
             scalars[f"metrics/tow_tension/{end}"] = tension
-        self._losses.add(time, self._tow_speed(world, current), report.lost, report.retained + report.lost)
+        self._losses.add(time, speed, report.lost, report.retained + report.lost)
         self._remember(report)
+        self._announce(report, speed)
         return scalars
+
+    def lost_ids(self) -> dict[str, NDArray[np.uint32]]:
+        """Ids of the oil particles that the boom has lost, by cause."""
+        return self._tracker.lost_ids()
+
+    def take_happenings(self) -> list[Happening]:
+        """What has happened since the last call."""
+        happenings, self._happenings = self._happenings, []
+        return happenings
+
+    def _announce(self, report: ContainmentReport, speed: float) -> None:
+        """Say what happens for the first time."""
+        through = f"at {speed / KNOT:.2f} kn through the water"
+        normal = "water meets it faster than 0.7 kn along its normal"
+        self._tell_once("too fast", report.normal_speed > PRACTICE_SPEED, normal)
+        self._tell_once("first loss", self._losses.first_loss is not None, f"loses oil for the first time, {through}")
+        for cause, volume in report.lost_by_cause.items():
+            self._tell_once(cause, volume > 0.0, f"first oil lost by {cause.replace('_', ' ')}, {through}")
+        self._tell_once(
+            "gross loss", self._losses.gross_loss is not None, f"loses over 2 % of its oil a second, {through}"
+        )
+
+    def _tell_once(self, key: str, happens: bool, text: str) -> None:
+        if happens and key not in self._told:
+            self._told.add(key)
+            self._happenings.append(Happening(text, level="warning", source=f"boom {self.name}"))
 
     def _state(self, world: RigidBodyWorld) -> BoomState:
         names = [segment.name for segment in self._layout.segments]
@@ -93,10 +136,6 @@ class BoomScore:
         draft = report.effective_draft
         self._worst["effective_draft"] = min(self._worst.get("effective_draft", draft), draft)
 
-    def first_loss_speed(self) -> float | None:
-        """Tow speed [m/s] at the first loss, None before it."""
-        return self._losses.first_loss
-
     def save_state(self) -> dict[str, Any]:
         """The account as it stands."""
         return {
@@ -106,6 +145,7 @@ class BoomScore:
             "losses": asdict(self._losses),
             "time": self._time,
             "worst": dict(self._worst),
+            "told": sorted(self._told),
         }
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
@@ -115,6 +155,7 @@ class BoomScore:
         self._tensions = {end: TensionRecord(**record) for end, record in saved["tensions"].items()}
         self._losses = LossSpeeds(**saved["losses"])
         self._time, self._worst = saved["time"], dict(saved["worst"])
+        self._told, self._happenings = set(saved["told"]), []
 
     def summary(self) -> dict[str, Any]:
         """The boom's scores; speeds in knots and angles in degrees where the key says so."""
@@ -152,14 +193,16 @@ class Scoring:
         self._oils = [name for name, phase in scenario.phases.items() if phase.is_oil]
         current = scenario.forcing.current
         self._current = np.zeros(3) if current is None else np.array(horizontal(current.speed, current.direction))
-        self._events: list[str] = []
-        self._leaked: set[str] = set()
+        self._orders = tuple(_orders(fleet.vessels))
+        self._announced_until = -math.inf  # [s]
+        self._happenings: list[Happening] = []
         self.booms = tuple(
             BoomScore(name, scenario, layout, fleet.tensions_of(name)) for name, layout in fleet.booms.items()
         )
 
     def __call__(self, time: float) -> dict[str, float]:
         """Update all accounts; with several booms, each one's series carry its name."""
+        self._announce_orders(time)
         if not self.booms or self._world is None:
             return {}
         oil = self._oil()
@@ -168,24 +211,42 @@ class Scoring:
             values = boom.update(time, self._world, oil, self._level, self._current)
             several = len(self.booms) > 1
             scalars |= {_of_boom(key, boom.name) if several else key: value for key, value in values.items()}
-            self._note_first_loss(boom)
         return scalars
 
-    def take_events(self) -> Sequence[str]:
-        """What happened since the last call."""
-        events, self._events = self._events, []
-        return events
+    def take_happenings(self) -> Sequence[Happening]:
+        """What has happened since the last call."""
+        happenings, self._happenings = self._happenings, []
+        return [*happenings, *(found for boom in self.booms for found in boom.take_happenings())]
+
+    def lost_ids(self) -> dict[str, NDArray[np.uint32]]:
+        """Ids, increasing, of the oil particles that any boom has lost, by cause."""
+        found: dict[str, list[NDArray[np.uint32]]] = {}
+        for boom in self.booms:
+            for cause, ids in boom.lost_ids().items():
+                found.setdefault(cause, []).append(ids)
+        return {cause: np.unique(np.concatenate(parts)) for cause, parts in found.items()}
+
+    def _announce_orders(self, time: float) -> None:
+        """Say which orders hold from now on."""
+        for start, text in self._orders:
+            if self._announced_until < start <= time:
+                self._happenings.append(Happening(text, level="info", source="orders"))
+        self._announced_until = time
 
     def save_state(self) -> dict[str, Any]:
         """All accounts as they stand."""
         booms = {boom.name: boom.save_state() for boom in self.booms}
-        return {"booms": booms, "leaked": sorted(self._leaked), "events": list(self._events)}
+        return {"booms": booms, "announced_until": self._announced_until}
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
         """Back to what `save_state` returned."""
         for boom in self.booms:
             boom.restore_state(saved["booms"][boom.name])
-        self._leaked, self._events = set(saved["leaked"]), list(saved["events"])
+        self._announced_until, self._happenings = saved["announced_until"], []
+
+    def take_orders(self, vessels: Iterable[Vessel]) -> None:
+        """From now on the vessels have these courses."""
+        self._orders = tuple(_orders(vessels))
 
     def take_current(self, current: Array) -> None:
         """From now on the water itself runs at `current` (3,) [m/s]."""
@@ -216,13 +277,19 @@ class Scoring:
         ids = [self._fluid.phase_ids(name) for name in self._oils]
         return np.concatenate(positions).astype(np.float64), np.concatenate(ids)
 
-    def _note_first_loss(self, boom: BoomScore) -> None:
-        speed = boom.first_loss_speed()
-        if speed is not None and boom.name not in self._leaked:
-            self._leaked.add(boom.name)
-            self._events.append(
-                f"boom {boom.name} loses oil for the first time, at {speed / KNOT:.2f} kn through the water"
-            )
+
+def _orders(vessels: Iterable[Vessel]) -> Iterator[tuple[float, str]]:
+    """When vessels get orders [s], and which; vessels that get the same at once share a line."""
+    together: dict[tuple[float, float, float], list[str]] = {}
+    for vessel in vessels:
+        for leg in vessel.course.legs:
+            together.setdefault((leg.start_time, leg.speed, leg.heading), []).append(vessel.name)
+    for (start, speed, heading), names in together.items():
+        if speed == 0.0:
+            yield start, f"{' and '.join(names)}: hold your places"
+        else:
+            course = f"heading {math.degrees(heading):.0f} deg from x"
+            yield start, f"{' and '.join(names)}: make {speed / KNOT:.2f} kn over the ground, {course}"
 
 
 def _of_boom(key: str, boom: str) -> str:

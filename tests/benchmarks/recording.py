@@ -23,7 +23,7 @@ SPACING = 0.03
 BODIES = 62
 CASES: dict[str, tuple[int, float | None, dict[str, int]]] = {
     "full precision": (0, None, {}),
-    f"full precision, {BODIES} bodies": (BODIES, None, {}),
+    f"full precision, boom of {BODIES}, a quarter of the oil lost": (BODIES, None, {}),
     "grid 1/4096 m": (0, 1 / 4096, {}),
     "grid 1/1024 m": (0, 1 / 1024, {}),
     "grid 1/256 m": (0, 1 / 256, {}),
@@ -41,10 +41,19 @@ def _frame(index: int, bodies: int) -> Frame:
     phases = {"ocean": PhaseFrame(ocean, ids[:OCEAN]), "oil": PhaseFrame(oil, ids[OCEAN:])}
     upright = np.array([0.0, 0.0, 0.0, 1.0])
     segments = {
-        f"boom/segment-{i:02d}": BodyFrame(position=random.normal(size=3), orientation=upright) for i in range(bodies)
+        f"boom/segment-{i:02d}": BodyFrame(position=random.normal(size=3), orientation=upright, tension=random.normal())
+        for i in range(bodies)
     }
+    lost = {"drainage": ids[OCEAN : OCEAN + OIL // 4]} if bodies else {}
     scalars = {f"series-{i}": float(random.normal()) for i in range(20)}
-    return Frame(index=index, time=index / FRAME_RATE, bodies=segments, scalars=scalars, read_phases=lambda: phases)
+    return Frame(
+        index=index,
+        time=index / FRAME_RATE,
+        bodies=segments,
+        scalars=scalars,
+        read_phases=lambda: phases,
+        read_lost=lambda: lost,
+    )
 
 
 def measure(bodies: int, precision: float | None, every: dict[str, int]) -> tuple[float, float, float]:

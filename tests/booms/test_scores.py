@@ -77,3 +77,14 @@ def test_loss_speeds_are_those_at_which_loss_begins_and_gets_gross():
         speeds.add(float(k), 0.1 * k, volume, 1.0)
     assert speeds.first_loss == pytest.approx(0.2)  # 2 % of the oil, the first sample above 1 %
     assert speeds.gross_loss == pytest.approx(0.4)  # 15 % a second, the first rate above 5 %
+
+
+def test_one_particle_in_a_short_step_is_no_gross_loss():
+    """0.4 % of the oil within 0.02 s is 20 % a second for a moment, and 0.4 % a second over a second."""
+    speeds = LossSpeeds()
+    for k in range(200):
+        speeds.add(0.02 * k, 0.5, 0.004 if k >= 100 else 0.0, 1.0)
+    assert speeds.gross_loss is None
+    for k in range(200, 300):
+        speeds.add(0.02 * k, 0.6, 0.004 + 0.001 * (k - 199), 1.0)  # 5 % a second from 4 s on
+    assert speeds.gross_loss == pytest.approx(0.6)

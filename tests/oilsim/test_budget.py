@@ -11,8 +11,7 @@ from oilsim.forcing import Wind
 from oilsim.initial_conditions import block
 from oilsim.ledger import CAUSES
 from oilsim.phases import Phase
-from oilsim.smoothing_kernels import SUPPORT, kernel_slope_over_q, lattice_moment, normalisation
-from oilsim.viscosity import REGULAR
+from oilsim.smoothing_kernels import SUPPORT, kernel, normalisation
 
 OILY = (
     Phase(name="water", rest_density=1000.0),
@@ -70,15 +69,12 @@ def flying_at_a_cube(make_fluid, **motion):
 
 
 def lattice_rate(k):
-    """Eq. 25 for v_x = sin k z on a square lattice of spacing 1, sum_j 8 (-W' / r) x^2 / (r^2 + REGULAR) (1 - cos k z), over k^2.
-
-    Pair vectors are divided by the lattice's moment, which makes gradients exact there.
-    """
+    """The viscous pair force for v_x = sin k z on a square lattice of spacing 1, sum f x^2 (1 - cos k z) / k^2, f = 16 W / sum W r^4."""
     x, z = (axis.ravel() for axis in np.meshgrid(np.arange(-3, 4), np.arange(-3, 4)))
     r = np.hypot(x, z)
-    slope = np.array([-kernel_slope_over_q(q, normalisation(1.0, 2)) / SUPPORT**2 for q in r / SUPPORT])
-    pairs = 8.0 * slope * x**2 / (r**2 + REGULAR) * (1.0 - np.cos(k * z))
-    return float(pairs.sum()) / k**2 / lattice_moment(2)
+    weight = np.array([kernel(min(q, 1.0), normalisation(1.0, 2)) for q in r / SUPPORT])
+    pairs = 16.0 * weight / (weight * r**4).sum() * x**2 * (1.0 - np.cos(k * z))
+    return float(pairs.sum()) / k**2
 
 
 def energy_of_all(ledger):

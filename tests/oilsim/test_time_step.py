@@ -7,7 +7,9 @@ import pytest
 
 from oilsim.boundary import BoundaryParticles, tank_walls
 from oilsim.initial_conditions import block
-from oilsim.time_step import RelativeSpeeds, cfl_time_step, equal_steps, relative_time_step
+from oilsim.pressure_operator import PressureOperator
+from oilsim.smoothing_kernels import lattice_moment, lattice_stiffness
+from oilsim.time_step import STABLE, RelativeSpeeds, cfl_time_step, equal_steps, relative_time_step, stable_time_step
 
 SPACING, LIMITS = 0.1, (0.4, 1e-4, 1e-2)
 STILL = (0.0, 0.0, 0.0)
@@ -117,3 +119,48 @@ def test_momentum_of_a_falling_block_is_exact_in_long_steps(make_fluid):
     steps = [fluid.advance(0.01).sub_steps for _ in range(40)]
     assert steps == [1] * 40
     assert fluid.momentum()[2] == pytest.approx(-9.81 * 0.4 * mass, rel=1e-4)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_pressed_layers_swing_as_stiffly_as_their_lattice(make_fluid, dimension):
+    # layers moved by +-e along x or z under kappa = 1: u = H kappa = c kappa / d^2 times the displacement, for the stiffer of the two
+    stiffness = []
+    for axis in (0, 2):
+        fluid = make_fluid(
+            dimension=dimension,
+            lower=(0.0,) * 3,
+            upper=(1.0,) * 3,
+            periodic=(True, dimension == 3, True),
+            gravity=STILL,
+        )
+        points = block((0, 0, 0), (1, 1, 1), SPACING, dimension)
+        displacement = 0.002 * SPACING * (-1.0) ** np.round(points[:, 2] / SPACING - 0.5)
+        points[:, axis] += displacement
+        fluid.add_particles(points, phase="water")
+        work, state = fluid.work, fluid.state
+        work.search(state)
+        work.matrix[:] = 0.0
+        work.matrix[[0, 3, 5]] = 1.0 / lattice_moment(dimension)
+        work.linearise(state.position)
+        PressureOperator(work, state).apply(np.ones(state.count, np.float32))
+        # apply takes u off velocities that were 0
+        pushed = state.velocity[axis].astype(np.float64)[np.argsort(state.id)]
+        stiffness.append(-float((pushed * displacement).sum() / (displacement**2).sum()) * SPACING**2)
+    # sums of terms of order 1 / d that nearly cancel, over displacements of 2e-3 d
+    assert max(stiffness) == pytest.approx(lattice_stiffness(dimension), rel=2e-3)
+
+
+def test_stable_step_is_that_of_the_pressure(make_fluid):
+    head = np.full(1000, 4.0, np.float32)
+    head[:5] = 1e6  # 5 in 1000 are not asked
+    expected = STABLE * 2.0 * SPACING / (2.0 * np.sqrt(lattice_stiffness(3)))
+    assert stable_time_step(SPACING, 3, head) == pytest.approx(expected)
+    assert stable_time_step(SPACING, 3, -head) == np.inf
+    assert stable_time_step(SPACING, 3, head[:0]) == np.inf
+    # 20 layers of 0.1 m: p / rho = 19.6 m2/s2 at the floor, sqrt(2.3 * 19) = 6.6 m/s
+    fluid = make_fluid(lower=(-0.5,) * 3, upper=(1.5, 1.5, 3.0), maximum_time_step=0.1)
+    fluid.add_boundary(tank_walls((0, 0, 0), (0.4, 0.4, 2.5), SPACING, sides=("-x", "+x", "-y", "+y", "-z")))
+    fluid.add_particles(block((0, 0, 0), (0.4, 0.4, 2.0), SPACING), phase="water")
+    fluid.advance(0.02)
+    report = fluid.advance(0.2)
+    assert report.time_step == pytest.approx(0.2 / 8, rel=1e-6)

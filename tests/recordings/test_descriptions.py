@@ -92,12 +92,12 @@ def test_enclosed_volume_of_a_box_anywhere() -> None:
     assert enclosed_volume(moved) == pytest.approx(BOX_SIZE.prod(), rel=1e-5)  # float32 coordinates
 
 
-def test_an_arrow_is_as_long_as_the_body_at_full_displacement() -> None:
+def test_an_arrow_is_three_times_as_long_as_the_body_at_full_displacement() -> None:
     density = 1027.0
     lift = np.array([[0.0, 0.0, density * STANDARD_GRAVITY * BOX_SIZE.prod()]])
     arrow = ForceArrows({"box": _box()}, density).vectors("box", lift)
     assert arrow is not None
-    np.testing.assert_allclose(arrow, [[0.0, 0.0, np.linalg.norm(BOX_SIZE)]], rtol=1e-6)
+    np.testing.assert_allclose(arrow, [[0.0, 0.0, 3.0 * np.linalg.norm(BOX_SIZE)]], rtol=1e-6)
 
 
 def _fill(monkeypatch: pytest.MonkeyPatch, moments: list[float], count: int = 1) -> list[int]:
@@ -106,7 +106,7 @@ def _fill(monkeypatch: pytest.MonkeyPatch, moments: list[float], count: int = 1)
     for index, moment in enumerate(moments):
         monkeypatch.setattr("recordings.sample.time.monotonic", lambda now=moment: now)
         phase = PhaseFrame(np.zeros((count, 3), np.float32), np.arange(count, dtype=np.uint32))
-        block.add(Sample(index=index, time=0.0, phases={"oil": phase}, bodies={}, scalars={}))
+        block.add(Sample(index=index, time=0.0, phases={"oil": phase}, bodies={}, tensions={}, lost={}, scalars={}))
         if block.full:
             sizes.append(len(block.take()))
     return sizes

@@ -114,9 +114,9 @@ def test_key_steps_begin_and_end_with_the_run() -> None:
 
 
 def test_plots_show_only_what_was_recorded() -> None:
-    names = ["tow_tension/port", "probes/gauge", "oil_inside", "something_else"]
+    names = ["tow_tension/port", "probes/gauge", "oil_lost", "something_else"]
     assert plots_with_series({}, names) == {
-        "Oil [m³]": ["oil_inside"],
+        "Oil held and lost [m³]": ["oil_lost"],
         "Tow tension [N]": ["tow_tension/port"],
         "Probes": ["probes/gauge"],
     }

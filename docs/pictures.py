@@ -1,0 +1,48 @@
+"""Runs every shipped scenario, coarse and short, and draws its picture from its recording into docs/pictures.
+
+``python docs/pictures.py [NAME ...]``: about ten minutes on one core for all of them.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from pathlib import Path
+
+from PIL import Image
+
+from recordings.picture import draw_picture
+from scenarios.cli import main
+
+FOLDER = Path(__file__).with_name("pictures")
+SIZE = (1200, 750)
+RUNS: dict[str, list[str]] = {
+    "u-sweep": ["--demo"],
+    "calm-spread": ["--set", "fluid.particle_spacing=0.05", "--until", "4"],
+    "wind-drift": ["--set", "fluid.particle_spacing=0.05", "--until", "4"],
+    "rock-coating": ["--demo"],
+    "dam-break": ["--set", "fluid.particle_spacing=0.02"],
+    "wave-flume": ["--until", "6"],
+    "floating-box": ["--demo"],
+    "two-layer": ["--set", "fluid.particle_spacing=0.033", "--until", "2"],
+    "still-column": ["--until", "2"],
+}
+
+
+def make(name: str, folder: Path) -> None:
+    """Run one scenario and draw it."""
+    recording = folder / f"{name}.rrd"
+    code = main(["run", name, *RUNS[name], "--threads", "1", "--record", str(recording)])
+    if code != 0:
+        raise SystemExit(f"{name} ended with {code}")
+    whole = folder / f"{name}.png"
+    draw_picture(recording, whole)
+    target = (FOLDER.parent if name == "u-sweep" else FOLDER) / f"{name}.jpg"
+    Image.open(whole).convert("RGB").resize(SIZE, Image.Resampling.LANCZOS).save(target, quality=85, optimize=True)
+
+
+if __name__ == "__main__":
+    FOLDER.mkdir(exist_ok=True)
+    with tempfile.TemporaryDirectory() as temporary:
+        for chosen in sys.argv[1:] or RUNS:
+            make(chosen, Path(temporary))

@@ -1,0 +1,69 @@
+"""Where the viewer's cameras stand: over the whole scene, at a boom's apex, at a vessel that tows it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from recordings import entity_paths
+from recordings.exercise import BoomDescription
+from recordings.frame import CameraView, RunDescription
+
+Places = Mapping[str, npt.NDArray[np.float64]]
+_APEX_REACH = 0.3  # of the boom's length: how far off its camera stands
+_VESSEL_REACH = 2.2  # of the vessel's length
+
+
+@dataclass(frozen=True)
+class FollowingView:
+    """A camera that starts at ``camera`` and keeps its place relative to a body."""
+
+    title: str
+    body: str
+    camera: CameraView
+
+
+def following_views(run: RunDescription, places: Places) -> list[FollowingView]:
+    """Cameras for every boom's apex and for the first vessel at it; ``places`` (3,) [m] are those of the first frame."""
+    views = []
+    for boom in run.exercise.booms if run.exercise else ():
+        if not all(name in places for name in boom.segments):
+            continue
+        views.append(_at_apex(boom, places))
+        towing = next((f"{entity_paths.VESSELS}/{end}" for end in boom.ends), "")
+        if towing in places and towing in run.meshes:
+            length = float(np.ptp(run.meshes[towing].vertices, axis=0).max())
+            views.append(_at_vessel(boom, towing, length, places))
+    return views
+
+
+def _outward(boom: BoomDescription, places: Places) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """The apex, and the horizontal unit vector from the middle between the ends to it."""
+    apex = np.asarray(places[boom.segments[len(boom.segments) // 2]])
+    away = apex - 0.5 * (places[boom.segments[0]] + places[boom.segments[-1]])
+    away[2] = 0.0
+    return apex, away / max(float(np.linalg.norm(away)), 1e-9)
+
+
+def _at_apex(boom: BoomDescription, places: Places) -> FollowingView:
+    """From outside the U and above, where what leaks comes out."""
+    apex, outward = _outward(boom, places)
+    eye = apex + _APEX_REACH * boom.length * (outward + np.array([0.0, 0.0, 0.8]))
+    return FollowingView(f"Apex of {boom.name}", boom.segments[len(boom.segments) // 2], _view(eye, apex))
+
+
+def _at_vessel(boom: BoomDescription, vessel: str, length: float, places: Places) -> FollowingView:
+    """From ahead of the vessel, looking back over it at the boom."""
+    _, outward = _outward(boom, places)
+    target = np.asarray(places[vessel])
+    eye = target + _VESSEL_REACH * length * (np.array([0.0, 0.0, 0.6]) - outward)
+    return FollowingView(f"Vessel {vessel.partition('/')[2]}", vessel, _view(eye, target))
+
+
+def _view(eye: npt.NDArray[np.float64], target: npt.NDArray[np.float64]) -> CameraView:
+    return CameraView(
+        (float(eye[0]), float(eye[1]), float(eye[2])), (float(target[0]), float(target[1]), float(target[2]))
+    )

@@ -1,0 +1,109 @@
+"""Which frames and which oil an export takes from a recording."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from recordings import entity_paths, palette
+from recordings.errors import RecordingError
+from recordings.frame import PhaseFrame
+from recordings.replay import Replay
+
+AFLOAT = "afloat"  # what oil is that no boom has lost
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class OilFrame:
+    """All oil at one recorded instant.
+
+    position  (N, 3) [m]; id (N,); phase (N,) index into `oil_names`
+    cause     (N,) index into ("afloat", *lost_causes)
+    """
+
+    index: int
+    time: float
+    position: npt.NDArray[np.float32]
+    id: npt.NDArray[np.uint32]
+    phase: npt.NDArray[np.int32]
+    cause: npt.NDArray[np.int32]
+
+
+def oil_names(replay: Replay) -> list[str]:
+    """The phases that are oil; RecordingError if none is."""
+    names = [phase.name for phase in replay.run.phases if palette.is_oil(phase.name)]
+    if not names:
+        known = ", ".join(phase.name for phase in replay.run.phases)
+        raise RecordingError(replay.path, f"has no oil, its phases are {known}")
+    return names
+
+
+def causes(replay: Replay) -> tuple[str, ...]:
+    """What may have become of oil, in the order of `OilFrame.cause`."""
+    return (AFLOAT, *replay.lost_causes)
+
+
+def every(indices: list[int], interval: float | None, times: list[float]) -> list[int]:
+    """Those steps that lie at least ``interval`` [s] apart, the first and the last among them; all of them for None."""
+    if interval is None or not indices:
+        return indices
+    kept, last = [], -np.inf
+    for index, time in zip(indices, times, strict=True):
+        if time - last >= interval * (1.0 - 1e-9):
+            kept.append(index)
+            last = time
+    return kept if kept[-1] == indices[-1] else [*kept, indices[-1]]
+
+
+def oil_frames(replay: Replay, interval: float | None = None, *, lost_only: bool = False) -> Iterator[OilFrame]:
+    """All oil, frame by frame ``interval`` [s] apart; or only what booms have lost."""
+    names = oil_names(replay)
+    clock = replay.phase_times(names[0])
+    indices = every(clock.index.tolist(), interval, clock.time.tolist())
+    wanted = set(indices)
+    phases = [_by_index(replay, entity_paths.phase(name), wanted) for name in names]
+    lost = [_by_index(replay, entity_paths.lost(cause), wanted) for cause in replay.lost_causes]
+    times = dict(zip(clock.index.tolist(), clock.time.tolist(), strict=True))
+    for index in indices:
+        frame = _joined(index, times[index], phases, lost)
+        if lost_only:
+            frame = _where(frame, frame.cause > 0)
+        yield frame
+
+
+def _by_index(replay: Replay, path: str, wanted: set[int]) -> dict[int, PhaseFrame]:
+    return {index: frame for index, _, frame in replay.particles(path, wanted)}
+
+
+def _joined(
+    index: int, time: float, phases: list[dict[int, PhaseFrame]], lost: list[dict[int, PhaseFrame]]
+) -> OilFrame:
+    """The phases of one frame, one after another, with what became of each particle."""
+    present = [(number, frames[index]) for number, frames in enumerate(phases) if index in frames]
+    ids = np.concatenate([frame.id for _, frame in present])
+    cause = np.zeros(len(ids), dtype=np.int32)
+    for number, frames in enumerate(lost, start=1):
+        if index in frames:
+            cause[np.isin(ids, frames[index].id)] = number
+    return OilFrame(
+        index=index,
+        time=time,
+        position=np.concatenate([frame.position for _, frame in present]),
+        id=ids,
+        phase=np.concatenate([np.full(len(frame.id), number, dtype=np.int32) for number, frame in present]),
+        cause=cause,
+    )
+
+
+def _where(frame: OilFrame, chosen: npt.NDArray[np.bool_]) -> OilFrame:
+    return OilFrame(
+        index=frame.index,
+        time=frame.time,
+        position=frame.position[chosen],
+        id=frame.id[chosen],
+        phase=frame.phase[chosen],
+        cause=frame.cause[chosen],
+    )

@@ -1,0 +1,69 @@
+"""Slick outlines, oil particles, booms and tracks as GeoJSON (RFC 7946) for maps and geographic information systems."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from recordings.entity_paths import VESSELS, body_group
+from recordings.exercise import Site
+from recordings.export.chosen import causes, oil_frames
+from recordings.export.geography import date_at, longitude_latitude
+from recordings.export.outline import slick_outlines
+from recordings.replay import Replay
+
+_DIGITS = 8  # of a degree: a millimetre
+
+Points = npt.NDArray[np.floating]
+
+
+def write_geojson(
+    replay: Replay, path: Path, site: Site, *, interval: float | None = None, particles: bool = False
+) -> int:
+    """Write outlines (and, if asked for, particles) ``interval`` [s] apart; returns the number of features."""
+    features = [*_tracks(replay, site)]
+    names = causes(replay)
+    for frame in oil_frames(replay, interval):
+        stamp = {"time_s": frame.time, "time": date_at(site, frame.time).isoformat()}
+        for cause in range(len(names)):
+            of_cause = frame.position[frame.cause == cause]
+            if not len(of_cause):
+                continue
+            facts = stamp | {"cause": names[cause], "volume_m3": len(of_cause) * replay.run.particle_spacing**3}
+            if particles:
+                geometry = {"type": "MultiPoint", "coordinates": _coordinates(site, of_cause)}
+                features.append(_feature(geometry, facts | {"kind": "particles"}))
+            outlines = slick_outlines(of_cause[:, :2], replay.run.particle_spacing)
+            polygons = [[_coordinates(site, ring) for ring in polygon] for polygon in outlines]
+            features.append(_feature({"type": "MultiPolygon", "coordinates": polygons}, facts | {"kind": "slick"}))
+    collection = {"type": "FeatureCollection", "features": features}
+    path.write_text(json.dumps(collection), encoding="utf-8")
+    return len(features)
+
+
+def _tracks(replay: Replay, site: Site) -> Iterator[dict[str, Any]]:
+    """The vessels' ways, and the booms' lines at the last frame."""
+    for name, series in replay.bodies.items():
+        if body_group(name) == VESSELS and len(series.time) > 1:
+            geometry = {"type": "LineString", "coordinates": _coordinates(site, series.pose[:, :2])}
+            yield _feature(geometry, {"kind": "track", "vessel": name.partition("/")[2]})
+    for boom in replay.run.exercise.booms if replay.run.exercise else ():
+        places = [replay.bodies[name].pose[-1, :2] for name in boom.segments if name in replay.bodies]
+        if len(places) > 1:
+            geometry = {"type": "LineString", "coordinates": _coordinates(site, np.array(places))}
+            yield _feature(geometry, {"kind": "boom", "boom": boom.name})
+
+
+def _feature(geometry: dict[str, Any], properties: dict[str, Any]) -> dict[str, Any]:
+    return {"type": "Feature", "geometry": geometry, "properties": properties}
+
+
+def _coordinates(site: Site, points: Points) -> list[list[float]]:
+    """Longitude, latitude of points (N, 2 or more) [m]."""
+    both = np.column_stack(longitude_latitude(site, points))
+    return [[round(longitude, _DIGITS), round(latitude, _DIGITS)] for longitude, latitude in both.tolist()]

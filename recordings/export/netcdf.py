@@ -1,0 +1,121 @@
+"""Oil particles as CF NetCDF in the ragged layout of NOAA's nc_particles, from which GNOME and OpenDrift go on.
+
+All particles of all instants lie one after another along the dimension ``data``; ``particle_count(time)`` says how many
+belong to each instant. NetCDF 3 with 64-bit offsets, which every reader of NetCDF knows.
+Layout: github.com/NOAA-ORR-ERD/nc_particles, draft standard 0.1.0.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from scipy.io import netcdf_file
+
+from recordings.exercise import Site
+from recordings.export.chosen import OilFrame, causes, oil_frames, oil_names
+from recordings.export.geography import longitude_latitude, start_time
+from recordings.replay import Replay
+
+_GRAMS = 1000.0  # per kilogramme
+IN_WATER = 2  # GNOME's status code
+_ATTRIBUTES: dict[str, dict[str, str]] = {
+    "longitude": {"long_name": "longitude of the particle", "standard_name": "longitude", "units": "degrees_east"},
+    "latitude": {"long_name": "latitude of the particle", "standard_name": "latitude", "units": "degrees_north"},
+    "depth": {
+        "long_name": "particle depth below the still water level",
+        "standard_name": "depth",
+        "units": "m",
+        "positive": "down",
+        "axis": "z positive down",
+    },
+    "mass": {"long_name": "mass of the particle", "units": "grams"},
+    "density": {"long_name": "density of the oil", "units": "kg m-3"},
+    "viscosity": {"long_name": "kinematic viscosity of the oil", "units": "m2 s-1"},
+    "age": {"long_name": "time since the start of the recording", "units": "seconds"},
+    "id": {"long_name": "particle ID"},
+    "status_codes": {"long_name": "particle status code", "flag_values": "2", "flag_meanings": "2: in_water"},
+}
+
+
+def write_netcdf(
+    replay: Replay, path: Path, site: Site, *, interval: float | None = None, lost_only: bool = False
+) -> int:
+    """Write the oil, ``interval`` [s] apart or in every recorded frame; returns the number of instants.
+
+    With ``lost_only``, particles that booms hold are left out: what escaped is what drifts on.
+    """
+    frames = list(oil_frames(replay, interval, lost_only=lost_only))
+    with netcdf_file(path, "w", version=2) as file:
+        _write_header(file, replay, site)
+        file.createDimension("time", len(frames))
+        file.createDimension("data", sum(len(frame.id) for frame in frames))
+        time = file.createVariable("time", "d", ("time",))
+        time[:] = np.array([frame.time for frame in frames])
+        start = start_time(site).replace(tzinfo=None)
+        _describe(
+            time, {"units": f"seconds since {start.isoformat()}", "standard_name": "time", "calendar": "standard"}
+        )
+        count = file.createVariable("particle_count", "i", ("time",))
+        count[:] = np.array([len(frame.id) for frame in frames], dtype=np.int32)
+        ragged = {"ragged_row_count": "particle count at nth timestep", "sample_dimension": "data", "units": "1"}
+        _describe(count, {"long_name": "number of particles in a given timestep", **ragged})
+        for name, values in _columns(replay, site, frames).items():
+            variable = file.createVariable(name, "d" if values.dtype.kind == "f" else "i", ("data",))
+            variable[:] = values
+            _describe(variable, _ATTRIBUTES.get(name) or _cause_attributes(replay))
+    return len(frames)
+
+
+def _columns(replay: Replay, site: Site, frames: list[OilFrame]) -> dict[str, npt.NDArray[np.generic]]:
+    """Every particle variable, all instants one after another."""
+    position = np.concatenate([frame.position for frame in frames])
+    phase = np.concatenate([frame.phase for frame in frames])
+    oils = [oil for name in oil_names(replay) for oil in replay.run.phases if oil.name == name]
+    density = np.array([oil.rest_density for oil in oils])
+    viscosity = np.array([oil.dynamic_viscosity / oil.rest_density for oil in oils])
+    longitude, latitude = longitude_latitude(site, position)
+    level = replay.run.exercise.water_level if replay.run.exercise else _surface(position)
+    age = np.repeat([frame.time - frames[0].time for frame in frames], [len(frame.id) for frame in frames])
+    return {
+        "longitude": longitude,
+        "latitude": latitude,
+        "depth": np.maximum(level - position[:, 2].astype(np.float64), 0.0),
+        "mass": _GRAMS * density[phase] * replay.run.particle_spacing**3,
+        "density": density[phase],
+        "viscosity": viscosity[phase],
+        "age": age,
+        "id": np.concatenate([frame.id for frame in frames]).astype(np.int32),
+        "status_codes": np.full(len(phase), IN_WATER, dtype=np.int32),
+        "cause": np.concatenate([frame.cause for frame in frames]),
+    }
+
+
+def _surface(position: npt.NDArray[np.float32]) -> float:
+    """Height [m] of the surface where nothing else says it: that of the highest oil."""
+    return float(np.percentile(position[:, 2], 99.0)) if len(position) else 0.0
+
+
+def _cause_attributes(replay: Replay) -> dict[str, str]:
+    names = causes(replay)
+    return {
+        "long_name": "what became of the particle: afloat, or by what cause a boom lost it",
+        "flag_values": " ".join(str(number) for number in range(len(names))),
+        "flag_meanings": " ".join(names),
+    }
+
+
+def _write_header(file: netcdf_file, replay: Replay, site: Site) -> None:
+    file.Conventions = "CF-1.8"
+    file.title = f"oil particles of {replay.run.name}"
+    file.source = f"oilsim {replay.run.properties.get('version_oilsim', '')}".strip()
+    setattr(file, "CF:featureType", "particle_trajectory")  # the draft's own name for it
+    file.comment = (
+        f"x axis {site.bearing:g} degrees clockwise from north at {site.latitude:.6f} N {site.longitude:.6f} E"
+    )
+
+
+def _describe(variable: object, attributes: dict[str, str]) -> None:
+    for name, text in attributes.items():
+        setattr(variable, name, text)

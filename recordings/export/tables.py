@@ -1,0 +1,109 @@
+"""Every series of a recording, the log, and particle tracks, as CSV or Parquet tables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.csv
+import pyarrow.parquet
+
+from recordings.errors import RecordingError
+from recordings.export.chosen import every
+from recordings.replay import Replay
+
+Format = Literal["csv", "parquet"]
+_MOTION = (
+    "x", "y", "z", "qx", "qy", "qz", "qw", "vx", "vy", "vz", "wx", "wy", "wz", "fx", "fy", "fz", "tx", "ty", "tz", "tension",
+)  # fmt: skip
+
+
+def write_tables(
+    replay: Replay,
+    folder: Path,
+    kind: Format,
+    *,
+    tracks: Sequence[str] = (),
+    ids: Sequence[int] = (),
+    interval: float | None = None,
+) -> list[Path]:
+    """Write series, bodies, events and particles by phase in ``tracks`` (of ``ids`` only if given); returns the files.
+
+    Every table has a row per instant, with ``step`` and ``time`` [s] first, except: bodies and particles, which have a row
+    per instant and body or particle; events, a row each. SI units; body columns are pose, twist, wrench and tension.
+    """
+    known = [phase.name for phase in replay.run.phases]
+    for name in tracks:
+        if name not in known:
+            raise RecordingError(replay.path, f"has no particles of {name!r}, allowed: {', '.join(known)}")
+    folder.mkdir(parents=True, exist_ok=True)
+    tables = {"series": _series_table(replay), "bodies": _body_table(replay), "events": _event_table(replay)}
+    written = [_write(folder / f"{name}.{kind}", table, kind) for name, table in tables.items() if table.num_rows]
+    for name in tracks:
+        path = folder / f"particles-{name}.{kind}"
+        _write_parts(path, _particle_parts(replay, name, ids, interval), kind)
+        written.append(path)
+    return written
+
+
+def _series_table(replay: Replay) -> pa.Table:
+    """All scalar series beside each other, empty where one has no value at an instant."""
+    times: dict[int, float] = {}
+    for series in replay.scalars.values():
+        times |= dict(zip(series.index.tolist(), series.time.tolist(), strict=True))
+    steps = np.array(sorted(times), dtype=np.int64)
+    columns: dict[str, pa.Array] = {"step": pa.array(steps), "time": pa.array([times[step] for step in steps.tolist()])}
+    for name, series in sorted(replay.scalars.items()):
+        values, known = np.zeros(len(steps)), np.zeros(len(steps), dtype=bool)
+        place = np.searchsorted(steps, series.index)
+        values[place], known[place] = series.value, True
+        columns[name] = pa.array(values, mask=~known)
+    return pa.table(columns)
+
+
+def _body_table(replay: Replay) -> pa.Table:
+    parts = []
+    for name, series in replay.bodies.items():
+        motion = np.column_stack([series.pose, series.twist, series.wrench, series.tension])
+        heads = {"step": series.index, "time": series.time, "body": pa.array([name] * len(series.index))}
+        parts.append(pa.table(heads | dict(zip(_MOTION, motion.T, strict=True))))
+    return pa.concat_tables(parts) if parts else pa.table({"step": pa.array([], pa.int64())})
+
+
+def _event_table(replay: Replay) -> pa.Table:
+    rows = [{"time": e.time, "level": e.level, "source": e.source, "text": e.text} for e in replay.events]
+    return pa.Table.from_pylist(rows)
+
+
+def _particle_parts(replay: Replay, name: str, ids: Sequence[int], interval: float | None) -> Iterator[pa.Table]:
+    """A table for each instant."""
+    clock = replay.phase_times(name)
+    kept = set(every(clock.index.tolist(), interval, clock.time.tolist()))
+    for index, time, frame in replay.phase_frames(name, kept):
+        chosen = np.isin(frame.id, np.array(ids, dtype=np.uint32)) if ids else slice(None)
+        position = frame.position[chosen]
+        columns = {"step": np.full(len(position), index), "time": np.full(len(position), time), "id": frame.id[chosen]}
+        yield pa.table(columns | dict(zip("xyz", np.ascontiguousarray(position.T), strict=True)))
+
+
+def _write(path: Path, table: pa.Table, kind: Format) -> Path:
+    if kind == "csv":
+        pyarrow.csv.write_csv(table, path)
+    else:
+        pyarrow.parquet.write_table(table, path)
+    return path
+
+
+def _write_parts(path: Path, parts: Iterator[pa.Table], kind: Format) -> None:
+    """Write tables of one schema one after another, never all of them in memory."""
+    writer = None
+    for part in parts:
+        if writer is None:
+            opened = pyarrow.csv.CSVWriter if kind == "csv" else pyarrow.parquet.ParquetWriter
+            writer = opened(path, part.schema)
+        writer.write_table(part)
+    if writer is not None:
+        writer.close()

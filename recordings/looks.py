@@ -1,0 +1,79 @@
+"""Colours, sizes and names that entities have in the viewer, written once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+import rerun as rr
+
+from recordings import palette
+from recordings.frame import MeshDescription, PhaseDescription
+
+_WATER_RADIUS = 0.17  # in particle spacings: the viewer draws no translucent points, and oil under water must show
+_RADIUS = 0.5
+_LOST_RADIUS = 0.6  # a little more than oil's, so that it covers the same particle of its phase
+_WALL_CLASS = 100
+_ARROW_RADIUS = -1.5  # negative: in points on the screen
+
+
+def classes(phases: Sequence[PhaseDescription]) -> rr.AnnotationContext:
+    """Name and colour of every class of points."""
+    entries = [
+        rr.AnnotationInfo(id=index, label=phase.name, color=palette.phase_color(phase, index))
+        for index, phase in enumerate(phases)
+    ]
+    return rr.AnnotationContext([*entries, rr.AnnotationInfo(id=_WALL_CLASS, label="wall", color=palette.WALL)])
+
+
+def phase(index: int, name: str, spacing: float) -> rr.Points3D:
+    """The particles of one phase."""
+    radius = spacing * (_WATER_RADIUS if palette.is_water(name) else _RADIUS)
+    return rr.Points3D.from_fields(class_ids=[index], radii=[radius])
+
+
+def lost(cause: str, spacing: float) -> rr.Points3D:
+    """Oil that was lost by one cause."""
+    return rr.Points3D.from_fields(colors=[palette.cause_color(cause)], radii=[_LOST_RADIUS * spacing])
+
+
+def wall(points: npt.NDArray[np.float32], spacing: float) -> rr.Points3D:
+    """Static boundary particles (N, 3) [m]."""
+    return rr.Points3D(points, class_ids=[_WALL_CLASS], radii=[0.25 * spacing])
+
+
+def outline(points: npt.NDArray[np.float32], spacing: float) -> rr.LineStrips3D:
+    """The box round static boundary particles, which hides nothing."""
+    edges = _box_edges(points.min(axis=0), points.max(axis=0))
+    return rr.LineStrips3D(edges, colors=[palette.WALL], radii=[0.12 * spacing])
+
+
+def name_over(mesh: MeshDescription, name: str) -> rr.Points3D:
+    """A body's name over its highest point."""
+    above = np.array([[0.0, 0.0, 1.6 * float(mesh.vertices[:, 2].max())]], dtype=np.float32)
+    return rr.Points3D(above, labels=[name], colors=[palette.NAME], radii=[0.0], show_labels=True)
+
+
+def force() -> rr.Arrows3D:
+    """The arrow of a force."""
+    return rr.Arrows3D.from_fields(colors=[palette.FORCE], radii=[_ARROW_RADIUS])
+
+
+def line(name: str) -> rr.SeriesLines:
+    """The name of a series, and the colour of its cause for one that tells of lost oil."""
+    last = name.rpartition("/")[2]
+    if "oil_lost/" in name:
+        return rr.SeriesLines(names=[last.replace("_", " ")], colors=[palette.cause_color(last)], widths=[2.0])
+    colors = [palette.LIMIT] if name.endswith("_limit") else None
+    return rr.SeriesLines(names=[last.replace("_", " ")], colors=colors)
+
+
+def _box_edges(lower: npt.NDArray[np.float32], upper: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+    """The twelve edges of a box, (12, 2, 3)."""
+    bits = [(first, second, axis) for axis in range(3) for first in (0, 1) for second in (0, 1)]
+    edges = []
+    for first, second, axis in bits:
+        corner = np.insert(np.array([first, second], dtype=np.float32), axis, 0.0)
+        edges.append([corner, np.insert(np.array([first, second], dtype=np.float32), axis, 1.0)])
+    return np.array(lower + (upper - lower) * np.array(edges), dtype=np.float32)

@@ -1,0 +1,29 @@
+"""`oilsim debrief`: one page that tells an exercise, made from its recording alone."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from scenarios.exit_codes import DONE
+
+
+def register(commands: argparse._SubParsersAction) -> None:
+    """Add the subcommand."""
+    parser = commands.add_parser("debrief", help="write a page that debriefs an exercise from its recording")
+    parser.add_argument("recording", type=Path, metavar="FILE", help="a recording (.rrd)")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="folder for page and pictures; NAME-debrief by default")
+    parser.add_argument("--criteria", type=Path, metavar="FILE.toml", help="limits and weights of the grade")
+    parser.set_defaults(command=_debrief)
+
+
+def _debrief(options: argparse.Namespace) -> int:
+    from scenarios.commands.export_options import file_errors
+    from scenarios.debrief.grade import CRITERIA, read_criteria
+    from scenarios.debrief.page import write_debrief
+
+    criteria = CRITERIA if options.criteria is None else read_criteria(options.criteria)
+    folder = options.out or Path(f"{options.recording.stem}-debrief")
+    with file_errors():
+        print(write_debrief(options.recording, folder, criteria))
+    return DONE

@@ -1,0 +1,96 @@
+"""`oilsim export`: a recording for far-field models, maps and ParaView."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scenarios.exit_codes import BAD_INPUT, DONE
+from scenarios.problems import Problem, ScenarioError
+
+if TYPE_CHECKING:
+    from recordings.exercise import Site
+    from recordings.replay import Replay
+
+
+def register(commands: argparse._SubParsersAction) -> None:
+    """Add the subcommand."""
+    parser = commands.add_parser("export", help="write a recording for far-field models, maps or ParaView")
+    parser.add_argument("recording", type=Path, metavar="FILE", help="a recording (.rrd)")
+    parser.add_argument("--netcdf", type=Path, metavar="FILE.nc", help="oil particles for GNOME and OpenDrift")
+    parser.add_argument(
+        "--geojson", type=Path, metavar="FILE.geojson", help="slick outlines, booms and tracks for maps"
+    )
+    parser.add_argument("--vtk", type=Path, metavar="DIR", help="particles and bodies for ParaView")
+    parser.add_argument(
+        "--every", type=float, metavar="S", help="instants at most so often [s]; every frame by default"
+    )
+    parser.add_argument("--lost-only", action="store_true", help="in NetCDF, only oil that booms have lost")
+    parser.add_argument("--particles", action="store_true", help="in GeoJSON, the particles beside the outlines")
+    parser.add_argument(
+        "--site", metavar="LAT,LON", help="where the world's origin lies [degrees]; the scenario's [site] by default"
+    )
+    parser.add_argument(
+        "--bearing", type=float, metavar="DEG", help="of the x axis, clockwise from north; 90 by default"
+    )
+    parser.add_argument("--start", metavar="TIME", help="when the run began, ISO 8601, such as 2026-05-01T08:00:00Z")
+    parser.set_defaults(command=_export)
+
+
+def _export(options: argparse.Namespace) -> int:
+    from recordings.replay import Replay
+    from scenarios.commands.export_options import file_errors, interval, require_some
+
+    require_some(options, "netcdf", "geojson", "vtk")
+    apart = interval(options)
+    replay = Replay(options.recording)
+    site = _site(options, replay) if options.netcdf or options.geojson else None
+    try:
+        with file_errors():
+            _write(options, replay, site, apart)
+    except ModuleNotFoundError as error:
+        print(f"oilsim: {error.name} is not installed; pip install 'oilsim[export]'", file=sys.stderr)
+        return BAD_INPUT
+    return DONE
+
+
+def _write(options: argparse.Namespace, replay: Replay, site: Site | None, apart: float | None) -> None:
+    if options.netcdf is not None and site is not None:
+        from recordings.export.netcdf import write_netcdf
+
+        write_netcdf(replay, options.netcdf, site, interval=apart, lost_only=options.lost_only)
+    if options.geojson is not None and site is not None:
+        from recordings.export.geojson import write_geojson
+
+        write_geojson(replay, options.geojson, site, interval=apart, particles=options.particles)
+    if options.vtk is not None:
+        from recordings.export.vtk_files import write_vtk
+
+        write_vtk(replay, options.vtk, interval=apart)
+
+
+def _site(options: argparse.Namespace, replay: Replay) -> Site:
+    """Where on Earth: by the options, else by the recording."""
+    from recordings.exercise import Site
+
+    known = replay.run.site
+    if options.site is None and known is None:
+        problem = "is missing and the scenario has no [site], allowed: LAT,LON in degrees"
+        raise ScenarioError([Problem("--site", problem)], "oilsim")
+    known = known or Site(latitude=0.0, longitude=0.0)
+    latitude, longitude = (known.latitude, known.longitude) if options.site is None else _degrees(options.site)
+    bearing = known.bearing if options.bearing is None else options.bearing
+    try:
+        return Site(latitude=latitude, longitude=longitude, bearing=bearing, start=options.start or known.start)
+    except ValueError as error:
+        raise ScenarioError([Problem("--site, --bearing, --start", f"do not fit: {error}")], "oilsim") from error
+
+
+def _degrees(text: str) -> tuple[float, float]:
+    try:
+        latitude, longitude = (float(part) for part in text.split(","))
+    except ValueError:
+        raise ScenarioError([Problem("--site", f"is {text!r}, allowed: LAT,LON in degrees")], "oilsim") from None
+    return latitude, longitude

@@ -1,0 +1,43 @@
+"""Checks that the subcommands that write a recording in other formats share."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from scenarios.problems import Problem, ScenarioError
+
+
+def require_some(options: argparse.Namespace, *names: str) -> None:
+    """Refuse a call that asks for nothing."""
+    if all(getattr(options, name) is None for name in names):
+        listed = ", ".join(f"--{name}" for name in names)
+        raise ScenarioError([Problem("format", f"is missing, allowed: one or more of {listed}")], "oilsim")
+
+
+@contextmanager
+def file_errors() -> Iterator[None]:
+    """Turn a file or folder that cannot be written into one clear error."""
+    try:
+        yield
+    except OSError as error:
+        where = str(error.filename or "output")
+        raise ScenarioError([Problem(where, f"cannot be written: {error.strerror or error}")], "oilsim") from error
+
+
+def interval(options: argparse.Namespace) -> float | None:
+    """The --every option [s], checked."""
+    seconds: float | None = options.every
+    if seconds is not None and not (math.isfinite(seconds) and seconds > 0.0):
+        raise ScenarioError([Problem("--every", f"is {seconds}, allowed: above 0 s")], "oilsim")
+    return seconds
+
+
+def whole_numbers(option: str, text: str) -> tuple[int, ...]:
+    """Numbers separated by commas."""
+    try:
+        return tuple(int(part) for part in text.split(",") if part)
+    except ValueError:
+        raise ScenarioError([Problem(option, f"is {text!r}, allowed: whole numbers and commas")], "oilsim") from None

@@ -1,0 +1,136 @@
+"""What a recording tells of each boom over time, computed from its segments' motions and the recorded series."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from booms.containment import BoomState
+from booms.scores import LossSpeeds
+from recordings.exercise import BoomDescription, ExerciseDescription
+from recordings.replay import BodySeries, Replay, Series
+
+Array = NDArray[np.float64]
+
+KNOT = 1852.0 / 3600.0  # [m/s]
+UNDER_WAY = 0.5  # of the highest tow speed through the water: faster counts as towing
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BoomAccount:
+    """One boom over the N recorded instants.
+
+    time          (N,) [s]
+    states        N shapes of the boom
+    tension       (N, S) [N] along the boom; NaN in a recording without it
+    tow_tension   by end, (N,) [N]
+    oil           "retained", "lost", "free", "removed", "recovered" and "lost/<cause>": (N,) [m3]
+    tow_speed     (N,) [m/s] through the water, mean of the vessels
+    current       (N, 2) [m/s]
+    """
+
+    boom: BoomDescription
+    time: Array
+    states: tuple[BoomState, ...]
+    current: Array
+    water_level: float
+    tension: Array
+    tow_tension: Mapping[str, Array]
+    oil: Mapping[str, Array]
+    tow_speed: Array
+
+    @cached_property
+    def normal_speed(self) -> Array:
+        """Speed (N, S) [m/s] at which water meets each segment along its normal."""
+        return np.array([state.normal_speed(now) for state, now in zip(self.states, self.current, strict=True)])
+
+    @cached_property
+    def skirt_angle(self) -> Array:
+        """Lean (N, S) [rad] of each segment's skirt from the vertical."""
+        return np.array([state.skirt_angle() for state in self.states])
+
+    @cached_property
+    def effective_draft(self) -> Array:
+        """Depth (N, S) [m] of each skirt's foot below the still water."""
+        feet = [state.heights(self.boom.freeboard, self.boom.skirt_depth)[1] for state in self.states]
+        return self.water_level - np.array(feet)
+
+    @cached_property
+    def gap_ratio(self) -> Array:
+        """Distance of the ends over the boom's length, (N,)."""
+        return np.array([state.gap_ratio for state in self.states])
+
+    @cached_property
+    def under_way(self) -> NDArray[np.bool_]:
+        """Instants (N,) at which the boom is towed, or held in a current, in earnest."""
+        return np.asarray(self.tow_speed >= UNDER_WAY * self.tow_speed.max())
+
+    @cached_property
+    def causes(self) -> dict[str, Array]:
+        """Oil lost over time (N,) [m3] by each cause that took any, the greatest loss first."""
+        lost = {name.removeprefix("lost/"): volume for name, volume in self.oil.items() if name.startswith("lost/")}
+        return dict(sorted(((k, v) for k, v in lost.items() if v.any()), key=lambda item: -float(item[1][-1])))
+
+    @cached_property
+    def loss_speeds(self) -> LossSpeeds:
+        """Tow speeds at the first and at the gross loss."""
+        losses = LossSpeeds()
+        taken_in = self.oil["retained"] + self.oil["lost"]
+        for row in zip(self.time, self.tow_speed, self.oil["lost"], taken_in, strict=True):
+            losses.add(*(float(value) for value in row))
+        return losses
+
+
+def boom_accounts(replay: Replay) -> list[BoomAccount]:
+    """An account of every boom whose segments and oil the recording holds."""
+    exercise = replay.run.exercise
+    if exercise is None:
+        return []
+    several = len(exercise.booms) > 1
+    found = []
+    for boom in exercise.booms:
+        prefix = f"{boom.name}/" if several else ""
+        retained = replay.scalars.get(f"{prefix}oil_retained")
+        if retained is not None and len(retained.index) and all(name in replay.bodies for name in boom.segments):
+            found.append(_account(replay, exercise, boom, prefix))
+    return found
+
+
+def _account(replay: Replay, exercise: ExerciseDescription, boom: BoomDescription, prefix: str) -> BoomAccount:
+    series = {name.removeprefix(prefix): one.value for name, one in replay.scalars.items() if name.startswith(prefix)}
+    segments = [replay.bodies[name] for name in boom.segments]
+    clock: Series = replay.scalars[f"{prefix}oil_retained"]
+    count = min(len(clock.index), *(len(segment.index) for segment in segments))
+    still = np.zeros(count)
+    return BoomAccount(
+        boom=boom,
+        time=clock.time[:count],
+        states=tuple(_state(boom, segments, row) for row in range(count)),
+        current=np.stack(
+            [series.get(f"current/{axis}", still + exercise.current[k])[:count] for k, axis in enumerate("xy")], 1
+        ),
+        water_level=exercise.water_level,
+        tension=np.stack([segment.tension[:count] for segment in segments], axis=1),
+        tow_tension={
+            name.removeprefix("tow_tension/"): value[:count]
+            for name, value in series.items()
+            if name.startswith("tow_tension/")
+        },
+        oil={name.removeprefix("oil_"): value[:count] for name, value in series.items() if name.startswith("oil_")},
+        tow_speed=series.get("tow_speed", still)[:count],
+    )
+
+
+def _state(boom: BoomDescription, segments: list[BodySeries], row: int) -> BoomState:
+    pose = np.array([segment.pose[row] for segment in segments])
+    return BoomState(
+        position=pose[:, :3],
+        orientation=pose[:, 3:],
+        velocity=np.array([segment.twist[row, :3] for segment in segments]),
+        joint_points=np.array(boom.joint_points),
+        waterline=boom.waterline,
+    )

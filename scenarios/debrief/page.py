@@ -1,0 +1,204 @@
+"""Writes the debrief: one HTML page that needs nothing else, and its pictures as PNG files beside it."""
+
+from __future__ import annotations
+
+import base64
+import io
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import matplotlib.image
+import numpy as np
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from matplotlib.figure import Figure
+
+from booms.containment import MODELLED, RESOLVED
+from booms.scores import drainage_speed, skirt_drag_coefficient, tow_force
+from recordings import palette
+from recordings.replay import Replay
+from recordings.style import STYLE
+from scenarios.debrief.account import KNOT, BoomAccount, boom_accounts
+from scenarios.debrief.diagrams import DIAGRAMS, probe_diagram
+from scenarios.debrief.grade import CRITERIA, LETTERS, Criterion, Grade, grade
+from scenarios.debrief.key_moments import KeyMoment, key_moments
+from scenarios.debrief.slick_map import slick_map
+
+PAGE = "debrief.html"
+_DPI = 110
+_COARSE = 5.0  # particles in a skirt's depth, below which its leakage is coarsely resolved
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BoomChapter:
+    """What the page says of one boom: grade, diagrams as SVG text by name, and its table of figures."""
+
+    account: BoomAccount
+    grade: Grade
+    diagrams: dict[str, str]
+    figures: list[tuple[str, str]]
+
+
+def write_debrief(recording: Path, folder: Path, criteria: tuple[Criterion, ...] = CRITERIA) -> Path:
+    """Read a recording and write its debrief into ``folder``, which is made if need be; returns the page's path."""
+    replay = Replay(recording)
+    accounts = boom_accounts(replay)
+    moments = key_moments(replay, accounts)
+    folder.mkdir(parents=True, exist_ok=True)
+    with mpl.rc_context({**STYLE, "svg.hashsalt": "oilsim", "font.family": "DejaVu Sans"}):
+        pictures = [_write_scene(moment, folder) for moment in moments]
+        map_picture = _write_figure(slick_map(replay, moments), folder / "map.png")
+        probes = probe_diagram(replay, moments)
+        probe_picture = "" if probes is None else _write_figure(probes, folder / "probes.png")
+        chapters = [_chapter(replay, account, moments, criteria, folder, len(accounts) > 1) for account in accounts]
+    page = (
+        _environment()
+        .get_template("page.html")
+        .render(
+            run=replay.run,
+            end_reason=replay.end_reason,
+            repaired_from=replay.repaired_from,
+            recording=recording.name,
+            duration=moments[-1].time,
+            moments=[(moment, picture) for moment, picture in zip(moments, pictures, strict=True)],
+            map=map_picture,
+            probes=probe_picture,
+            chapters=chapters,
+            letters=LETTERS,
+            events=replay.events,
+            causes=[(cause, palette.css(palette.cause_color(cause))) for cause in palette.CAUSES],
+            notes=_notes(replay),
+        )
+    )
+    target = folder / PAGE
+    target.write_text(page, encoding="utf-8")
+    (folder / "grade.json").write_text(json.dumps(_grades(chapters), indent=1) + "\n", encoding="utf-8")
+    return target
+
+
+def _environment() -> Environment:
+    environment = Environment(
+        loader=PackageLoader("scenarios.debrief", "."), autoescape=True, undefined=StrictUndefined, trim_blocks=True
+    )
+    environment.filters["figure"] = lambda value: f"{value:.1f}".removesuffix(".0") if value < 100.0 else f"{value:.0f}"
+    return environment
+
+
+def _chapter(
+    replay: Replay,
+    account: BoomAccount,
+    moments: Sequence[KeyMoment],
+    criteria: tuple[Criterion, ...],
+    folder: Path,
+    several: bool,
+) -> BoomChapter:
+    prefix = f"{account.boom.name}-" if several else ""
+    diagrams = {}
+    for name, draw in DIAGRAMS.items():
+        figure = draw(account, moments)
+        if figure is not None:
+            diagrams[name] = _write_figure(figure, folder / f"{prefix}{name}.png")
+    return BoomChapter(
+        account=account, grade=grade(account, criteria), diagrams=diagrams, figures=_figures(replay, account)
+    )
+
+
+def _write_scene(moment: KeyMoment, folder: Path) -> str:
+    """Write a key moment's picture; returns it as a data URL."""
+    path = folder / f"moment-{moment.number}.png"
+    matplotlib.image.imsave(path, np.ascontiguousarray(moment.image))
+    return "data:image/png;base64," + base64.b64encode(path.read_bytes()).decode("ascii")
+
+
+def _write_figure(figure: Figure, path: Path) -> str:
+    """Write a figure as PNG; returns it as SVG text, without the XML declaration."""
+    figure.savefig(path, dpi=_DPI)
+    text = io.StringIO()
+    figure.savefig(text, format="svg", metadata={"Date": None})
+    svg = text.getvalue()
+    return svg[svg.index("<svg") :]
+
+
+def _figures(replay: Replay, account: BoomAccount) -> list[tuple[str, str]]:
+    """The table of a boom's figures."""
+    oil = {name: float(volume[-1]) for name, volume in account.oil.items()}
+    losses = account.loss_speeds
+    rows = [
+        ("Oil held at the end", _volume(oil["retained"])),
+        ("Oil lost at the end", _volume(oil["lost"])),
+        *((f"&nbsp;&nbsp;by {cause.replace('_', ' ')}", _volume(float(v[-1]))) for cause, v in account.causes.items()),
+        ("Lost once and taken back, in all", _volume(oil["recovered"])),
+        ("Not met by the boom", _volume(oil["free"])),
+        ("Left the simulated water", _volume(oil["removed"])),
+        ("Tow speed at the first loss (0.5 % of the oil)", _knots(losses.first_loss)),
+        ("Tow speed at gross loss (2 % of the oil a second)", _knots(losses.gross_loss)),
+        ("Highest speed normal to the boom", _knots(float(account.normal_speed.max()))),
+    ]
+    return rows + _rules_of_thumb(replay, account)
+
+
+def _rules_of_thumb(replay: Replay, account: BoomAccount) -> list[tuple[str, str]]:
+    """What formulas say of the same tow, beside what was measured."""
+    boom, under_way = account.boom, account.under_way
+    oils = [phase.rest_density for phase in replay.run.phases if palette.is_oil(phase.name)]
+    waters = [phase.rest_density for phase in replay.run.phases if not palette.is_oil(phase.name)]
+    rows = []
+    if oils and waters and max(oils) < max(waters):
+        limit = drainage_speed(max(oils), max(waters), boom.skirt_depth)
+        rows.append(("Speed at which this skirt drains, Froude number 0.5", _knots(limit)))
+    speed, gap = float(account.tow_speed[under_way].mean()), float(account.gap_ratio[under_way].mean())
+    if waters and 0.0 < gap < 1.0 and account.tow_tension:
+        force, _ = tow_force(
+            boom.length, gap, boom.skirt_depth, speed, drag_coefficient=skirt_drag_coefficient(), density=max(waters)
+        )
+        mean = np.mean([tension[under_way].mean() for tension in account.tow_tension.values()])
+        rows.append(("Tension at an end by the rule 26 A V², at the mean tow speed", f"{force:.3g} N"))
+        rows.append(("Mean tension at an end, as recorded", f"{mean:.3g} N"))
+    return rows
+
+
+def _notes(replay: Replay) -> list[str]:
+    """What to bear in mind when reading the page."""
+    spacing = replay.run.particle_spacing
+    notes = [f"Particles are {1000.0 * spacing:.3g} mm apart; nothing finer is resolved."]
+    for boom in replay.run.exercise.booms if replay.run.exercise else ():
+        deep = boom.skirt_depth / spacing
+        if deep < _COARSE:
+            coarse = f"The skirt of boom {boom.name} is {deep:.2g} particles deep: see how it fails,"
+            notes.append(f"{coarse} and trust neither the speed at which it does nor its draft.")
+    if replay.run.exercise:
+        notes += [f"Resolved by the particles: {RESOLVED}.", f"Modelled: {MODELLED}."]
+    return notes
+
+
+def _grades(chapters: Sequence[BoomChapter]) -> dict[str, Any]:
+    return {
+        chapter.account.boom.name: {
+            "grade": chapter.grade.letter,
+            "share": chapter.grade.share,
+            "capped_by": chapter.grade.capped_by,
+            "findings": {
+                finding.criterion.key: {
+                    "value": finding.value,
+                    "verdict": finding.verdict,
+                    "unit": finding.criterion.unit,
+                    "good": finding.criterion.good,
+                    "acceptable": finding.criterion.acceptable,
+                    "weight": finding.criterion.weight,
+                }
+                for finding in chapter.grade.findings
+            },
+        }
+        for chapter in chapters
+    }
+
+
+def _volume(volume: float) -> str:
+    return f"{volume:.3g} m³" if volume >= 1.0 else f"{1000.0 * volume:.3g} l"
+
+
+def _knots(speed: float | None) -> str:
+    return "not reached" if speed is None else f"{speed / KNOT:.2f} kn"

@@ -1,0 +1,221 @@
+"""Exports open in the programs they are for, and hold what was recorded: places, times, ids, causes, areas."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import numpy as np
+import pyarrow.csv
+import pyarrow.parquet
+import pytest
+import xarray
+
+from recordings.errors import RecordingError
+from recordings.exercise import Site
+from recordings.export.chosen import every, oil_frames
+from recordings.export.geography import date_at, longitude_latitude
+from recordings.export.geojson import write_geojson
+from recordings.export.netcdf import write_netcdf
+from recordings.export.outline import slick_outlines
+from recordings.export.tables import write_tables
+from recordings.export.vtk_files import write_vtk
+from recordings.frame import BodyFrame, Event, Frame, MeshDescription, PhaseDescription, PhaseFrame, RunDescription
+from recordings.recorder import Recorder
+from recordings.replay import Replay
+
+SITE = Site(latitude=45.0, longitude=5.0, bearing=90.0, start="2026-05-01T10:00:00+02:00")
+SPACING, SIDE = 0.1, 12
+LOST = np.array([7, 8, 20], dtype=np.uint32)
+
+
+def oil(index: int) -> np.ndarray:
+    """A square film that drifts by a metre along x in every frame."""
+    x, y = np.meshgrid(np.arange(SIDE) * SPACING, np.arange(SIDE) * SPACING)
+    return np.column_stack([x.ravel() + index, y.ravel(), np.full(x.size, 0.25)]).astype(np.float32)
+
+
+def frame(index: int) -> Frame:
+    ids = np.arange(SIDE * SIDE, dtype=np.uint32)
+    kept = slice(None, None if index < 3 else -4)  # four particles leave the tank
+    hull = BodyFrame(position=np.array([index, 2.0, 0.0]), orientation=np.array([0.0, 0.0, 0.0, 1.0]))
+    return Frame(
+        index=index,
+        time=0.5 * index,
+        bodies={"vessels/port": hull},
+        scalars={"oil_retained": 1.0 - 0.1 * index, **({"probes/gauge": 3.0} if index == 2 else {})},
+        read_phases=lambda: {"oil": PhaseFrame(oil(index)[kept], ids[kept])},
+        read_lost=lambda: {"drainage": LOST} if index >= 2 else {},
+    )
+
+
+@pytest.fixture(scope="module")
+def replay(tmp_path_factory: pytest.TempPathFactory) -> Replay:
+    path = tmp_path_factory.mktemp("export") / "film.rrd"
+    corners = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    hull = MeshDescription(vertices=corners, faces=np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]))
+    phase = PhaseDescription(name="oil", rest_density=900.0, dynamic_viscosity=0.09)
+    with Recorder(path, frame_rate=2.0) as recorder:
+        recorder.initialized(
+            RunDescription(name="film", particle_spacing=SPACING, phases=(phase,), meshes={"vessels/port": hull})
+        )
+        for index in range(5):
+            recorder.step_completed(frame(index))
+        recorder.event(Event(1.0, 'it "leaks", here', "warning", "boom main"))
+    return Replay(path)
+
+
+def test_a_degree_at_45_north_is_as_long_as_geodesy_says() -> None:
+    """WGS 84 at 45 degrees: 111 131.78 m a degree of latitude, 78 846.84 m a degree of longitude."""
+    metres = np.array([[788.46835, 0.0], [0.0, 1111.3178]])  # x is east, y is north
+    longitude, latitude = longitude_latitude(SITE, metres)
+    np.testing.assert_allclose(longitude, [5.01, 5.0], atol=1e-8)
+    np.testing.assert_allclose(latitude, [45.0, 45.01], atol=1e-8)
+
+
+@pytest.mark.parametrize(("bearing", "north", "east"), [(0.0, 1.0, 0.0), (90.0, 0.0, 1.0), (180.0, -1.0, 0.0)])
+def test_the_x_axis_points_along_the_bearing(bearing: float, north: float, east: float) -> None:
+    longitude, latitude = longitude_latitude(replace(SITE, bearing=bearing), np.array([[100.0, 0.0, 9.0]]))
+    moved = np.array([latitude[0] - 45.0, longitude[0] - 5.0])
+    np.testing.assert_allclose(moved, [north * 100.0 / 111131.78, east * 100.0 / 78846.835], atol=1e-10)
+
+
+def test_dates_are_in_utc() -> None:
+    assert date_at(SITE, 90.0) == datetime(2026, 5, 1, 8, 1, 30, tzinfo=UTC)
+
+
+def test_instants_are_at_least_the_interval_apart_and_end_with_the_last() -> None:
+    times = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5]
+    assert every([0, 1, 2, 3, 4, 5], 0.2, times) == [0, 2, 4, 5]
+    assert every([0, 1, 2, 3, 4, 5], None, times) == [0, 1, 2, 3, 4, 5]
+    assert every([], 0.2, []) == []
+
+
+def test_oil_frames_know_which_particles_are_lost(replay: Replay) -> None:
+    frames = list(oil_frames(replay, 1.0))
+    assert [one.time for one in frames] == [0.0, 1.0, 2.0]
+    assert [int(one.cause.sum()) for one in frames] == [0, 3, 3]
+    assert [one.id.tolist() for one in oil_frames(replay, 1.0, lost_only=True)] == [[], LOST.tolist(), LOST.tolist()]
+
+
+def test_netcdf_opens_in_xarray_with_the_ragged_layout(replay: Replay, tmp_path: Path) -> None:
+    assert write_netcdf(replay, tmp_path / "oil.nc", SITE) == 5
+    with xarray.open_dataset(tmp_path / "oil.nc") as data:
+        counts = data.particle_count.values
+        assert counts.tolist() == [144, 144, 144, 140, 140]
+        assert data.sizes["data"] == counts.sum()
+        assert data.time.values[2] == np.datetime64("2026-05-01T08:00:01")
+        start = counts[:2].sum()
+        longitude, latitude = longitude_latitude(SITE, oil(2))
+        np.testing.assert_array_equal(data.longitude.values[start : start + 144], longitude)
+        np.testing.assert_array_equal(data.latitude.values[start : start + 144], latitude)
+        np.testing.assert_array_equal(data.id.values[start : start + 144], np.arange(144))
+        lost = data.cause.values[start : start + 144]
+        assert data.cause.attrs["flag_meanings"].split() == ["afloat", "drainage"]
+        assert np.flatnonzero(lost).tolist() == LOST.tolist()
+        np.testing.assert_allclose(data.mass.values, 1000.0 * 900.0 * SPACING**3)
+        np.testing.assert_allclose(data.viscosity.values, 1e-4)
+        assert (data.depth.values == 0.0).all()  # the film is the surface
+
+
+def test_netcdf_opens_in_noaas_own_reader(replay: Replay, tmp_path: Path) -> None:
+    reader = pytest.importorskip("nc_particles.nc4_particles", reason="nc_particles is not installed").Reader
+    write_netcdf(replay, tmp_path / "oil.nc", SITE, lost_only=True)
+    opened = reader(str(tmp_path / "oil.nc"))
+    assert opened.get_timestep(4, ["id"])["id"].tolist() == LOST.tolist()
+    assert len(opened.get_timestep(0, ["id"])["id"]) == 0
+
+
+def test_opendrift_goes_on_from_the_netcdf(replay: Replay, tmp_path: Path) -> None:
+    """Lost oil is seeded where and when the recording ends, and goes east with a current of 0.2 m/s for an hour."""
+    openoil = pytest.importorskip("opendrift.models.openoil", reason="OpenDrift is not installed")
+    write_netcdf(replay, tmp_path / "oil.nc", SITE, lost_only=True)
+    with xarray.open_dataset(tmp_path / "oil.nc") as data:
+        last = slice(-int(data.particle_count.values[-1]), None)
+        longitude, latitude = data.longitude.values[last], data.latitude.values[last]
+        time = data.time.values[-1].astype("datetime64[s]").item()
+    model = openoil.OpenOil(loglevel=50, weathering_model="noaa")
+    weather = {
+        "x_sea_water_velocity": 0.2,
+        "y_sea_water_velocity": 0.0,
+        "x_wind": 0.0,
+        "y_wind": 5.0,
+        "land_binary_mask": 0,
+    }
+    settings = {f"environment:constant:{name}": value for name, value in weather.items()}
+    for name, value in (settings | {"drift:current_uncertainty": 0.0, "drift:wind_uncertainty": 0.0}).items():
+        model.set_config(name, value)
+    model.seed_elements(lon=longitude, lat=latitude, z=0.0, time=time, oil_type="GENERIC LIGHT CRUDE")
+    model.run(duration=timedelta(hours=1), time_step=600)
+    drifted = (np.sort(model.elements.lon) - np.sort(longitude)) * 78846.835
+    np.testing.assert_allclose(drifted, 720.0, rtol=0.01)
+
+
+def test_an_outline_has_the_area_of_the_film() -> None:
+    """Squares of n x n particles stand for (n d)^2; discs cut corners and scallop edges, by less than d / 10 of rim."""
+    (polygon,) = slick_outlines(oil(0)[:, :2], SPACING)
+    (ring,) = polygon
+    assert (ring[0] == ring[-1]).all()
+    x, y = ring.T
+    area = 0.5 * (x[:-1] * y[1:] - x[1:] * y[:-1]).sum()
+    whole = (SIDE * SPACING) ** 2
+    assert whole - 4.0 * SIDE * SPACING * 0.1 * SPACING < area <= whole * (1.0 + 1e-9)  # positive: counter-clockwise
+
+
+def test_geojson_has_outlines_by_cause_with_their_volume(replay: Replay, tmp_path: Path) -> None:
+    write_geojson(replay, tmp_path / "oil.geojson", SITE, interval=1.0, particles=True)
+    features = json.loads((tmp_path / "oil.geojson").read_text())["features"]
+    slicks = [f["properties"] for f in features if f["properties"]["kind"] == "slick"]
+    assert [(s["time_s"], s["cause"]) for s in slicks] == [
+        (0.0, "afloat"), (1.0, "afloat"), (1.0, "drainage"), (2.0, "afloat"), (2.0, "drainage"),
+    ]  # fmt: skip
+    assert slicks[1]["volume_m3"] == pytest.approx((144 - 3) * SPACING**3)
+    assert slicks[1]["time"] == "2026-05-01T08:00:01+00:00"
+    (track,) = [f for f in features if f["properties"]["kind"] == "track"]
+    longitude, latitude = longitude_latitude(SITE, np.array([[4.0, 2.0]]))
+    np.testing.assert_allclose(track["geometry"]["coordinates"][-1], [longitude[0], latitude[0]], atol=1e-8)
+    dots = [f for f in features if f["geometry"]["type"] == "MultiPoint"]
+    assert sum(len(f["geometry"]["coordinates"]) for f in dots) == 144 + 144 + 140
+
+
+def test_vtk_reads_back_with_points_ids_and_times(replay: Replay, tmp_path: Path) -> None:
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+    from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
+
+    assert write_vtk(replay, tmp_path, interval=1.0) == 6
+    series = json.loads((tmp_path / "oil.vtp.series").read_text())["files"]
+    assert [entry["time"] for entry in series] == [0.0, 1.0, 2.0]
+    reader = vtkXMLPolyDataReader()
+    reader.SetFileName(str(tmp_path / series[1]["name"]))
+    reader.Update()
+    found = reader.GetOutput()
+    np.testing.assert_array_equal(vtk_to_numpy(found.GetPoints().GetData()), oil(2))
+    assert np.flatnonzero(vtk_to_numpy(found.GetPointData().GetArray("lost_by"))).tolist() == LOST.tolist()
+    reader.SetFileName(str(tmp_path / "bodies_000004.vtp"))
+    reader.Update()
+    hull = reader.GetOutput()
+    assert hull.GetNumberOfPolys() == 4
+    assert vtk_to_numpy(hull.GetPoints().GetData())[:, 0].max() == pytest.approx(5.0)
+
+
+@pytest.mark.parametrize("kind", ["csv", "parquet"])
+def test_tables_hold_every_series_and_the_tracks_asked_for(kind: str, replay: Replay, tmp_path: Path) -> None:
+    written = write_tables(replay, tmp_path, kind, tracks=["oil"], ids=[7, 143])
+    read = pyarrow.csv.read_csv if kind == "csv" else pyarrow.parquet.read_table
+    tables = {path.stem: read(path) for path in written}
+    series = tables["series"].to_pydict()
+    assert series["time"] == [0.0, 0.5, 1.0, 1.5, 2.0]
+    assert series["oil_retained"] == [1.0 - 0.1 * index for index in range(5)]
+    assert series["probes/gauge"] == [None, None, 3.0, None, None]
+    assert tables["bodies"].to_pydict()["x"] == [0.0, 1.0, 2.0, 3.0, 4.0]
+    assert tables["events"].to_pydict()["text"] == ['it "leaks", here']
+    track = tables["particles-oil"].to_pydict()
+    assert track["id"] == [7, 143, 7, 143, 7, 143, 7, 7]
+    assert track["x"][0] == pytest.approx(0.7)
+
+
+def test_tracks_of_an_unknown_phase_are_refused(replay: Replay, tmp_path: Path) -> None:
+    with pytest.raises(RecordingError, match="allowed: oil"):
+        write_tables(replay, tmp_path / "none", "csv", tracks=["ole"])

@@ -1,0 +1,277 @@
+"""The debrief says what happened: the account by formula, the grade by its rules, and a page that needs nothing else."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import matplotlib.image
+import numpy as np
+import pytest
+
+from booms.containment import PRACTICE_SPEED
+from recordings.exercise import BoomDescription, ExerciseDescription
+from recordings.frame import BodyFrame, Event, Frame, MeshDescription, PhaseDescription, PhaseFrame, RunDescription
+from recordings.recorder import Recorder
+from recordings.replay import Replay
+from scenarios.cli import main
+from scenarios.debrief.account import BoomAccount, boom_accounts
+from scenarios.debrief.grade import CRITERIA, grade, read_criteria
+from scenarios.debrief.key_moments import key_moments
+from scenarios.debrief.page import write_debrief
+from scenarios.problems import ScenarioError
+
+FRAMES = 21
+CURRENT = 0.1  # [m/s] along -x
+LEAN = math.radians(10.0)
+SEGMENTS = tuple(f"boom/main/segment-{k:02d}" for k in range(3))
+BOOM = BoomDescription(
+    name="main",
+    segments=SEGMENTS,
+    ends=("port", "starboard"),
+    length=3.0,
+    skirt_depth=0.5,
+    freeboard=0.3,
+    waterline=0.0,
+    joint_points=((-0.5, 0.0, 0.0), (0.5, 0.0, 0.0)),
+    full_tension=100.0,
+)
+MIDDLES = ((0.5, 0.5), (0.0, 0.0), (0.5, -0.5))  # a square U: one side, the bottom across x, the other side
+HEADINGS = (math.pi, -0.5 * math.pi, 0.0)  # of the segments, from port's end to starboard's
+
+
+def tow_speed(index: int) -> float:
+    """Over the ground [m/s]: 0.2 in the first half, 0.4 afterwards."""
+    return 0.2 if index < FRAMES // 2 + 1 else 0.4
+
+
+def segment(place: int, index: int) -> BodyFrame:
+    """Along x at the tow speed, leaning about the boom by 10 degrees."""
+    (x, y), heading = MIDDLES[place], HEADINGS[place]
+    turn = np.array([0.0, 0.0, math.sin(0.5 * heading), math.cos(0.5 * heading)])
+    lean = np.array([math.sin(0.5 * LEAN), 0.0, 0.0, math.cos(0.5 * LEAN)])
+    travelled = 0.1 * sum(tow_speed(k) for k in range(index))
+    return BodyFrame(
+        position=np.array([x + travelled, y, 1.0]),
+        orientation=product(turn, lean),
+        linear_velocity=np.array([tow_speed(index), 0.0, 0.0]),
+        tension=20.0 + index,
+    )
+
+
+def product(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Quaternion product, xyzw."""
+    vector = first[3] * second[:3] + second[3] * first[:3] + np.cross(first[:3], second[:3])
+    return np.append(vector, first[3] * second[3] - first[:3] @ second[:3])
+
+
+def frame(index: int) -> Frame:
+    """Two of ten litres go after half the time; port pulls with 30 N, starboard with 24 N, and once with 60 N."""
+    lost = 0.002 if index > FRAMES // 2 else 0.0
+    speed = tow_speed(index) + CURRENT
+    vessel = BodyFrame(position=np.array([3.0, 0.0, 1.0]), orientation=np.array([0.0, 0.0, 0.0, 1.0]))
+    particles = np.random.default_rng(1).random((10, 3)).astype(np.float32) * 0.3 + np.float32([0.3, -0.1, 0.9])
+    return Frame(
+        index=index,
+        time=0.1 * index,
+        bodies={name: segment(place, index) for place, name in enumerate(SEGMENTS)} | {"vessels/port": vessel},
+        scalars={
+            "oil_retained": 0.010 - lost, "oil_lost": lost, "oil_lost/drainage": lost, "oil_lost/planing": 0.0, "oil_free": 0.0,
+            "oil_removed": 0.0, "oil_recovered": 0.0, "tow_speed": speed, "current/x": -CURRENT, "current/y": 0.0,
+            "tow_tension/port": 30.0, "tow_tension/starboard": 60.0 if index == 15 else 24.0,
+        },
+        read_phases=lambda: {"oil": PhaseFrame(particles, np.arange(10, dtype=np.uint32))},
+        read_lost=lambda: {"drainage": np.array([2, 5], np.uint32)} if lost else {},
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A made-up exercise whose every figure follows from a formula."""
+    path = tmp_path_factory.mktemp("exercise") / "made-up.rrd"
+    corners = np.array([[x, y, z] for x in (-0.4, 0.4) for y in (-0.05, 0.05) for z in (-0.2, 0.2)])
+    box = MeshDescription(vertices=corners, faces=np.array([[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5]]))
+    phases = (
+        PhaseDescription(name="water", rest_density=1000.0),
+        PhaseDescription(name="oil", rest_density=900.0),
+    )
+    run = RunDescription(
+        name="made-up",
+        particle_spacing=0.1,
+        phases=phases,
+        meshes=dict.fromkeys([*SEGMENTS, "vessels/port"], box),
+        properties={"title": "Oil & <boom>"},
+        exercise=ExerciseDescription(booms=(BOOM,), current=(-CURRENT, 0.0), water_level=1.0),
+    )
+    with Recorder(path, frame_rate=10.0) as recorder:
+        recorder.initialized(run)
+        for index in range(FRAMES):
+            recorder.step_completed(frame(index))
+            if index == 11:
+                recorder.event(Event(1.1, "leaks <now>", "warning", "boom main"))
+    return path
+
+
+@pytest.fixture(scope="module")
+def account(recording: Path) -> BoomAccount:
+    """The account of its boom."""
+    (found,) = boom_accounts(Replay(recording))
+    return found
+
+
+def test_normal_speed_is_that_of_the_water_across_each_segment(account: BoomAccount) -> None:
+    """The bottom of the U meets the water at tow speed plus current, its sides, along x, at none."""
+    expected = np.array([[0.0, tow_speed(k) + CURRENT, 0.0] for k in range(FRAMES)])
+    np.testing.assert_allclose(account.normal_speed, expected, atol=1e-9)
+
+
+def test_lean_draft_gap_and_tension_follow_from_the_poses(account: BoomAccount) -> None:
+    np.testing.assert_allclose(account.skirt_angle, LEAN, atol=1e-9)
+    np.testing.assert_allclose(account.effective_draft, 0.5 * math.cos(LEAN), atol=1e-9)
+    np.testing.assert_allclose(account.gap_ratio, 1.0 / 3.0, atol=1e-9)
+    np.testing.assert_allclose(account.tension[:, 1], 20.0 + np.arange(FRAMES))
+
+
+def test_the_grade_follows_from_its_criteria(account: BoomAccount) -> None:
+    """Under way is all of the run (0.3 of 0.5 m/s is more than half); over 0.7 kn = 0.36 m/s the last 10 of 21 frames."""
+    judged = grade(account)
+    assert CURRENT + 0.2 < PRACTICE_SPEED < CURRENT + 0.4
+    values = {finding.criterion.key: finding.value for finding in judged.findings}
+    starboard = (20 * 24.0 + 60.0) / 21.0
+    assert values == pytest.approx(
+        {
+            "held": 80.0, "encountered": 100.0, "speed": 100.0 * 10 / 21, "gap": 0.0, "lean": 10.0,
+            "draft": 100.0 * math.cos(LEAN), "snatch": 60.0 / starboard, "sharing": 100.0 * (30.0 - starboard) / 30.0,
+        },
+        abs=1e-6,
+    )  # fmt: skip
+    verdicts = {finding.criterion.key: finding.verdict for finding in judged.findings}
+    assert verdicts == {
+        "held": "partly met", "encountered": "met", "speed": "missed", "gap": "met", "lean": "met", "draft": "met",
+        "snatch": "partly met", "sharing": "met",
+    }  # fmt: skip
+    assert judged.share == pytest.approx((3 * 0.5 + 2 + 0 + 1 + 1 + 1 + 0.5 + 1) / 12)
+    assert (judged.letter, judged.capped_by) == ("C", "")
+
+
+def test_a_decisive_criterion_that_is_missed_caps_the_grade(account: BoomAccount) -> None:
+    spilt = replace(
+        account, oil={**account.oil, "retained": 0.7 * account.oil["retained"] / 0.8, "lost": np.full(FRAMES, 0.004)}
+    )
+    lenient = tuple(replace(c, weight=0.1) if c.key == "held" else c for c in CRITERIA)
+    judged = grade(spilt, lenient)
+    assert judged.share > 0.6
+    assert (judged.letter, judged.capped_by) == ("D", "Oil held")
+
+
+def test_what_cannot_be_told_is_left_out_of_the_grade(account: BoomAccount) -> None:
+    silent = replace(account, tow_tension={})
+    verdicts = {finding.criterion.key: finding.verdict for finding in grade(silent).findings}
+    assert verdicts["snatch"] is None and verdicts["sharing"] is None
+    assert grade(silent).share == pytest.approx((3 * 0.5 + 2 + 0 + 1 + 1 + 1) / 10)
+
+
+def test_a_trainers_own_limits(account: BoomAccount, tmp_path: Path) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text("[held]\ngood = 75\nacceptable = 50\n[speed]\nweight = 0\n")
+    judged = grade(account, read_criteria(file))
+    assert judged.share == pytest.approx((3 + 2 + 1 + 1 + 1 + 0.5 + 1) / 10)
+    assert judged.letter == "A"
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("[hold]\ngood = 1", "hold is unknown, allowed: draft"),
+        ("[held]\nbest = 1", "held.best is unknown, allowed: good"),
+        ("[held]\ngood = 'high'", "held.good is 'high', allowed: a finite number"),
+        ("[held]\ngood = 80", "held has good equal to acceptable"),
+        ("held = 3", "held is 3, allowed: a table"),
+        ("[held", "is no TOML"),
+    ],
+)
+def test_wrong_criteria_are_refused(text: str, said: str, tmp_path: Path) -> None:
+    file = tmp_path / "wrong.toml"
+    file.write_text(text)
+    with pytest.raises(ScenarioError, match=re.escape(said)):
+        read_criteria(file)
+
+
+def test_key_moments_are_beginning_warning_peak_and_end(recording: Path, account: BoomAccount) -> None:
+    moments = key_moments(Replay(recording), [account])
+    assert [moment.time for moment in moments] == pytest.approx([0.0, 1.1, 1.5, 2.0])
+    assert moments[1].captions == ("boom main: leaks <now>",)
+    assert "60 N at starboard" in moments[2].captions[0]
+    assert len(moments[-1].moment.lost["drainage"]) == 2
+
+
+def test_the_page_needs_nothing_else_and_shows_all(recording: Path, tmp_path: Path) -> None:
+    page = write_debrief(recording, tmp_path / "out").read_text(encoding="utf-8")
+    assert not re.search(r"""(src|href)\s*=\s*["'](?!data:|#)""", page)
+    assert "@import" not in page and "url(http" not in page
+    for criterion in CRITERIA:
+        assert criterion.title in page
+    assert "leaks &lt;now&gt;" in page and "<now>" not in page
+    assert "Oil &amp; &lt;boom&gt;" in page
+    assert page.count("<svg") == 6 and page.count("<img ") == 4
+    for name in ("map", "oil", "speed", "tension", "skirt", "along", "moment-1"):
+        image = matplotlib.image.imread(tmp_path / "out" / f"{name}.png")
+        assert image[..., :3].std() > 0.01  # something is drawn
+    saved = json.loads((tmp_path / "out" / "grade.json").read_text())
+    assert saved["main"]["grade"] == "C"
+
+
+def test_a_run_without_booms_is_debriefed_without_a_grade(tmp_path: Path) -> None:
+    small = ["--set", "fluid.particle_spacing=0.1", "--until", "0.04", "--threads", "1"]
+    record = tmp_path / "still.rrd"
+    assert main(["run", "still-column", *small, "--record", str(record)]) == 0
+    assert main(["debrief", str(record), "--out", str(tmp_path / "out")]) == 0
+    page = (tmp_path / "out" / "debrief.html").read_text(encoding="utf-8")
+    assert "Grade" not in page and "Key moments" in page
+    assert "<h2>Probes</h2>" in page and (tmp_path / "out" / "probes.png").is_file()
+
+
+def test_a_real_exercise_goes_all_the_way_from_run_to_exports(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    small = ["--set", "fluid.particle_spacing=0.125", "--set", "run.communication_step=0.01", "--until", "0.04"]
+    site = ["--set", "site.latitude=58.9", "--set", "site.longitude=5.6"]
+    assert main(["run", "u-sweep", *small, *site, "--threads", "1", "--record", "sweep.rrd"]) == 0
+    assert main(["debrief", "sweep.rrd"]) == 0
+    assert main(["report", "sweep.rrd", "--csv", "tables", "--tracks", "oil"]) == 0
+    assert main(["export", "sweep.rrd", "--netcdf", "oil.nc", "--geojson", "oil.geojson", "--vtk", "film"]) == 0
+    assert Path("sweep-debrief/debrief.html").stat().st_size > 100_000
+    assert {"series.csv", "bodies.csv", "events.csv", "particles-oil.csv"} <= {p.name for p in Path("tables").iterdir()}
+    (boom,) = boom_accounts(Replay("sweep.rrd"))
+    assert not np.isnan(boom.tension).any()
+    assert boom.gap_ratio[0] == pytest.approx(1.0 / 3.0, abs=0.05)
+    replay = Replay("sweep.rrd")
+    np.testing.assert_allclose(boom.normal_speed.max(axis=1), replay.scalars["normal_speed"].value, rtol=1e-9)
+    assert any("hold your places" in event.text for event in replay.events)
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["debrief", "nothing.rrd"],
+        ["report", "nothing.rrd"],
+        ["report", "made-up.rrd", "--csv", "x", "--every", "0"],
+        ["report", "made-up.rrd", "--csv", "x", "--ids", "1,two"],
+        ["export", "made-up.rrd"],
+        ["export", "made-up.rrd", "--netcdf", "x.nc"],
+        ["export", "made-up.rrd", "--netcdf", "x.nc", "--site", "north"],
+        ["export", "made-up.rrd", "--netcdf", "x.nc", "--site", "99,5"],
+        ["export", "made-up.rrd", "--netcdf", "no/such/folder/x.nc", "--site", "58,5"],
+    ],
+)
+def test_bad_input_is_one_clear_error(
+    arguments: list[str], recording: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(recording.parent)
+    assert main(arguments) == 2
+    said = capsys.readouterr().err
+    assert "allowed" in said or "no such file" in said or "cannot be written" in said
