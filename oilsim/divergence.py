@@ -10,8 +10,9 @@ kappa = pressure x time step / rho_ref [m2/s]. Both schemes share the form, with
 paper   G_ij = V grad W_ij, G_ib = V_b grad W_ib, w = 1, c = 0                                          (Eq. 7 and 14, sign mended)
 split   G_ij = (Y_i + Y_j) / 2 V grad W_ij, G_ib = Y_i V_b grad W_ib (Y: see `faces`), w = 2 and c = 1: a wall takes the pressure
         that the liquid's gradient extrapolates to it. A linear pressure is then balanced near walls as it is inside, and water
-        lies still. c fades to 0 where liquid neighbours are too few for a gradient, and at the free surface, where its transpose
-        would hold the water's edge.
+        lies still. c fades to 0 where liquid neighbours are too few for a gradient, and at the free surface beside walls at rest, where
+        its transpose would hold the water's edge: waves would lose three times as much. Beside bodies it stays, because the
+        uppermost particles would press their dry part up, and they would ride high.
 
 The gradient at i comes from its liquid neighbours, B_i sum_j G_ij (kappa_j - kappa_i), B_i = (sum_j G_ij x_ij^T)^-1, so that the walls'
 part is K_i (sum_j G_ij kappa_j - kappa_i sum_j G_ij) with one matrix K_i = c_i sum_b G_ib x_ib^T B_i per particle:
@@ -83,8 +84,8 @@ def moment_of(i, position, other, period, pairs, gradient):
 
 
 @njit(inline="always", **FAST)
-def extrapolation_matrix(liquid, solid, plane):
-    """c B from the moments of liquid and walls; `plane`: y is absent."""
+def extrapolation_matrix(liquid, solid, by_body, plane):
+    """c B from the moments of liquid and walls; by_body: a moving body is within reach; `plane`: y is absent."""
     unit = ONE if plane else ZERO
     half = ONE / TWO
     own = (
@@ -96,7 +97,7 @@ def extrapolation_matrix(liquid, solid, plane):
         own[3] + solid[4], own[4] + half * (solid[5] + solid[7]), own[5] + solid[8],
     )  # fmt: skip
     spanned = min((smallest_eigenvalue(own) - THIN) / (FULL - THIN), ONE)
-    covered = min((smallest_eigenvalue(whole) - OPEN) / (COVERED - OPEN), ONE)
+    covered = ONE if by_body else min((smallest_eigenvalue(whole) - OPEN) / (COVERED - OPEN), ONE)
     if spanned <= ZERO or covered <= ZERO:
         return ZERO, ZERO, ZERO, ZERO, ZERO, ZERO
     trust = spanned * covered * covered * (THREE - TWO * covered)
@@ -106,13 +107,14 @@ def extrapolation_matrix(liquid, solid, plane):
 
 @njit(**FAST)
 def cache_gradients(
-    begin, end, position, wall, wall_volume, matrix, weight, period, fluid, walls, sigma, support, volume, wall_weight, plane,
+    begin, end, position, wall, wall_volume, matrix, weight, period, fluid, walls, sigma, support, volume, wall_weight, by_body, plane,
     gradient, wall_gradient, own, extrapolation, diagonal, coverage,
 ):  # fmt: skip
     """Cache G_ij per fluid pair in `gradient` (3, P), G_ib in `wall_gradient`, and what particles need of them.
 
-    matrix (6, N) Y_i or None for 1; weight (N,) rho_ref / rho_0 or None; wall_weight w. Fills own (3, N) [1/m],
-    `extrapolation` (9, N) K_i row by row where walls are near (None: c = 0), the diagonal of A [1/m2], `coverage` sum V_b W_ib.
+    matrix (6, N) Y_i or None for 1; weight (N,) rho_ref / rho_0 or None; wall_weight w; by_body (N,): a body is within reach.
+    Fills own (3, N) [1/m], `extrapolation` (9, N) K_i row by row where walls are near (None: c = 0), the diagonal of A [1/m2],
+    `coverage` sum V_b W_ib.
     """
     inverse_support = ONE / support
     factor = inverse_support * inverse_support
@@ -167,7 +169,8 @@ def cache_gradients(
             gz += wall_weight * summed(wz)
             if extrapolation is not None:
                 solid = moment_of(i, position, wall, period, walls, wall_gradient)
-                lever = extrapolation_matrix(moment_of(i, position, position, period, fluid, gradient), solid, plane)
+                liquid = moment_of(i, position, position, period, fluid, gradient)
+                lever = extrapolation_matrix(liquid, solid, by_body[i], plane)
                 kxx, kxy, kxz = times_symmetric(solid[0], solid[1], solid[2], lever)
                 kyx, kyy, kyz = times_symmetric(solid[3], solid[4], solid[5], lever)
                 kzx, kzy, kzz = times_symmetric(solid[6], solid[7], solid[8], lever)

@@ -40,6 +40,7 @@ def extend_contacts(contacts, position, wall, period, fluid, walls, gradient, wa
         matrix = extrapolation_matrix(
             moment_of(i, position, position, period, fluid, gradient),
             moment_of(i, position, wall, period, walls, wall_gradient),
+            True,
             plane,
         )
         reach[c] = 0.0

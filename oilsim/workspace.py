@@ -121,6 +121,8 @@ class Workspace:
             self.gradient = _reserved(self.gradient, self.fluid_pairs)
             self.wall_gradient = _reserved(self.wall_gradient, self.wall_pairs)
             self.touching = walls.touching(self.wall_pairs, count)
+            self.by_body = np.zeros(count, bool)
+            self.by_body[self.touching] = True
 
     def relative_speeds(self, state: FluidState, fastest: float) -> RelativeSpeeds:
         """What speeds relative to neighbours and walls keep below (see `time_step`), 0 where it could not shorten a step.
@@ -276,7 +278,7 @@ class Workspace:
         with self.stage("gradients"):
             self.team.run(
                 cache_gradients, position.shape[1], position, walls.position, walls.volume, matrix, self.weight, *self._geometry,
-                self._wall_weight, self.plane, self.gradient, self.wall_gradient, self.own, self.extrapolation, self.diagonal,
+                self._wall_weight, self.by_body, self.plane, self.gradient, self.wall_gradient, self.own, self.extrapolation, self.diagonal,
                 self.coverage,
             )  # fmt: skip
             self.contacts: Contacts = walls.contacts(self.touching, self.wall_pairs, self.wall_gradient)

@@ -264,7 +264,7 @@ def test_hinged_floats_far_lighter_than_water_rise_and_lie_still(client: int) ->
     body = float_chain(client, 0.14, density)
     world = attach_fluid(client, pool(0.025, 0.5, 0.2, hollow=((0, 0, 0.14), (0.18, 0.06, 0.06))), [body])
     lifts, speeds, momenta = [], [], []
-    for _ in range(150):
+    for _ in range(200):
         world.step()
         lifts.append(sum(world.wrench(body, link)[2] for link in links(body, client)))
         speeds.append(np.linalg.norm(pybullet.getBaseVelocity(body, physicsClientId=client)[0]))
@@ -272,15 +272,15 @@ def test_hinged_floats_far_lighter_than_water_rise_and_lie_still(client: int) ->
         moving += [state[6] for state in pybullet.getLinkStates(body, [0, 1], 1, 1, physicsClientId=client)]
         momenta.append(density * 1e-3 * sum(velocity[2] for velocity in moving))
     assert max(speeds) < 2.0
-    assert max(speeds[100:]) < 0.3 * max(speeds)
+    assert max(speeds[150:]) < 0.3 * max(speeds)
     # what the water gave, less the weight, is the momentum of all links; pybullet turns them with the step, first order in it
     weight = 3e-3 * density * GRAVITY
-    given = 0.01 * (np.sum(lifts[50:]) - 100 * weight)
+    given = 0.01 * (np.sum(lifts[50:]) - 150 * weight)
     assert given == pytest.approx(momenta[-1] - momenta[49], abs=1e-2 * weight)
     hinges = pybullet.getLinkStates(body, [0, 1], physicsClientId=client)
-    # afloat at 0.25 m, where one may lie folded onto the next
+    # afloat at 0.25 m; links do not see each other, so that one may lie folded onto the next, or half under it
     heights = [state[0][2] for state in hinges]
-    assert min(heights) > 0.2 and max(heights) < 0.4, heights
+    assert min(heights) > 0.15 and max(heights) < 0.4, heights
 
 
 def test_bodies_without_a_solid_are_refused(client: int) -> None:
