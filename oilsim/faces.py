@@ -19,7 +19,7 @@ from oilsim.smoothing_kernels import FAST
 
 ZERO, ONE, TWO, THREE = np.float32(0.0), np.float32(1.0), np.float32(2.0), np.float32(3.0)
 HALF = np.float32(0.5)
-THIN, FULL = np.float32(0.4), np.float32(0.8)
+THIN, FULL = np.float32(0.6), np.float32(0.9)
 
 
 @njit(inline="always", **FAST)
