@@ -20,6 +20,7 @@ from oilsim.smoothing_kernels import FAST
 Real = NDArray[np.float32]
 
 EXPANSION = np.float32(0.26)
+OVERSHOT = 0.5  # share of a gradient step that reduces the error, below which it is far too long
 LEAST = 4  # products a solve, even if the tolerance is met before: what is left over piles up in water at rest
 
 
@@ -128,7 +129,7 @@ class BoundConstrainedSolver:
         if self._free.size != count:
             self._free, self._direction, self._image = np.empty((3, count), np.float32)
             self._sums = np.empty((block_count(count), 3))
-        self._system, self._gradient, self._closed = system, gradient, closed
+        self._system, self._gradient, self._closed, self._stiff = system, gradient, closed, False
         if closed:
             _centre(gradient)
         used = 0
@@ -148,7 +149,7 @@ class BoundConstrainedSolver:
                 break
             if proportional and step > feasible:
                 self._move(kappa, feasible)
-                self._expand(kappa, diagonal)
+                self._expand(kappa, diagonal, step - feasible)
                 used += 1
                 chopped, reduced, residual = self._split(kappa, diagonal)
                 self._direction[:] = self._free
@@ -173,12 +174,21 @@ class BoundConstrainedSolver:
         )
         self._system.follow(length)
 
-    def _expand(self, kappa: Real, diagonal: Real) -> None:
-        """A projected gradient step from the bound."""
-        self._split(kappa, diagonal)
-        self._direction[:] = kappa - np.maximum(kappa - EXPANSION * self._free, 0.0)
+    def _expand(self, kappa: Real, diagonal: Real, length: float) -> None:
+        """A projected gradient step from the bound, no longer than reduces the error.
+
+        Bodies far lighter than water make some directions so stiff that it overshoots. From then on it is the rest `length` of the
+        conjugate direction, which knows them, bent along the bounds.
+        """
+        if self._stiff:
+            self._direction[:] = kappa - np.maximum(kappa - np.float32(length) * self._direction, 0.0)
+        else:
+            self._split(kappa, diagonal)
+            self._direction[:] = kappa - np.maximum(kappa - EXPANSION * self._free, 0.0)
         self._multiply()
-        self._move(kappa, 1.0)
+        step, _, curvature = self._step_lengths(kappa)
+        self._stiff = self._stiff or step < OVERSHOT
+        self._move(kappa, max(min(step, 1.0), 0.0) if curvature > 0.0 else 0.0)
 
     def _level(self, kappa: Real) -> None:
         """Bring the mean of kappa, which nothing determines in a closed box, to 0."""
