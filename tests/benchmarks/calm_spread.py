@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import resource
 import subprocess
 import sys
 import tempfile
@@ -31,7 +32,7 @@ from scenarios.load import load_scenario
 STEP = 0.04
 PHASES = (("fall", 0.0, 0.25), ("splash", 0.25, 3.0), ("calm", 8.0, 10.0))
 SIZES = ((10_000, 0.0615), (40_000, 0.0388), (87_000, 0.03), (300_000, 0.0199), (1_000_000, 0.01327))
-WHOLE_RUN_UP_TO = 100_000  # particles; a larger run is measured in the fall and the first splash
+WHOLE_RUN_UP_TO = 100_000  # particles; larger runs are measured in the first steps of the fall
 STAGES = ("search", "density", "gradients", "viscosity", "divergence", "contact")
 
 FIRST_STEP = """
@@ -98,14 +99,23 @@ def phases_table(console: Console, overrides: tuple[str, ...], until: float) -> 
 def sizes_table(console: Console, steps: int) -> None:
     """Cost per particle from small to large, at the start of the fall."""
     table = Table(title="calm-spread by size, first steps of the fall")
-    for column in ("particles", "spacing [m]", "ms a sub-step", "ns a particle and sub-step"):
+    for column in (
+        "particles",
+        "spacing [m]",
+        "ms a sub-step",
+        "ns a particle and sub-step",
+        "memory of the process [GB]",
+    ):
         table.add_column(column, justify="right")
     for _, spacing in SIZES:
         fluid = calm_spread([f"fluid.particle_spacing={spacing}"])
         fluid.advance(STEP)
         cost = [ms / report.sub_steps for ms, report in (timed_step(fluid) for _ in range(steps))]
         per_particle = 1e6 * np.median(cost) / fluid.particle_count
-        table.add_row(f"{fluid.particle_count}", f"{spacing}", f"{np.median(cost):.1f}", f"{per_particle:.0f}")
+        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
+        table.add_row(
+            f"{fluid.particle_count}", f"{spacing}", f"{np.median(cost):.1f}", f"{per_particle:.0f}", f"{peak:.1f}"
+        )
     console.print(table)
 
 
@@ -199,11 +209,11 @@ def main() -> None:
     console = Console(width=190)
     first_step_table(console)
     for particles, spacing in SIZES[:1] if quick else SIZES:
-        whole = 10.0 if particles <= WHOLE_RUN_UP_TO else 0.5
-        phases_table(console, (f"fluid.particle_spacing={spacing}",), until=1.0 if quick else whole)
+        if particles <= WHOLE_RUN_UP_TO:
+            phases_table(console, (f"fluid.particle_spacing={spacing}",), until=1.0 if quick else 10.0)
     coarse = ("fluid.particle_spacing=0.06",) if quick else ()
-    phases_table(console, (*coarse, "fluid.scheme=paper"), until=0.5 if quick else 3.0)
-    sizes_table(console, steps=2 if quick else 10)
+    phases_table(console, (*coarse, "fluid.scheme=paper"), until=0.5 if quick else 1.0)
+    sizes_table(console, steps=2 if quick else 4)
     threads_table(console, steps=2 if quick else 10)
     skips_table(console, steps=5 if quick else 40)
 
