@@ -20,7 +20,7 @@ from oilsim.parallel import Team
 from oilsim.pressure_projection import BoundConstrainedSolver
 from oilsim.schemes import StepResult, paper_step, split_step
 from oilsim.state import FluidState
-from oilsim.time_step import RelativeSpeeds, cfl_time_step, equal_steps, relative_time_step, stable_time_step
+from oilsim.time_step import cfl_time_step, equal_steps, relative_time_step, stable_time_step
 from oilsim.walls import MovingBody
 from oilsim.workspace import Workspace
 
@@ -68,7 +68,7 @@ class Fluid:
         self._duration = 0.0
         self._counts: dict[str, dict[str, int]] = {"removed": {}, "emitted": {}}
         self.last_time_step = config.maximum_time_step
-        self._relative_speeds: RelativeSpeeds | None = None  # at the end of the last step, None if that is not known
+        self._relative_speed: float | None = None  # [m/s] at the end of the last step, None if that is not known
 
     # what it holds
 
@@ -86,7 +86,7 @@ class Fluid:
             raise ValueError(f"particles of phase {phase!r} have y other than 0, allowed: 0 in two dimensions")
         speeds = np.broadcast_to(np.asarray(velocity, np.float64), points.shape)
         self.state.append(points, speeds, self.config.phase_index(phase))
-        self._relative_speeds = None
+        self._relative_speed = None
 
     def add_boundary(self, boundary: BoundaryParticles) -> int:
         """Add a solid surface at rest; returns the handle that the other calls take."""
@@ -169,11 +169,9 @@ class Fluid:
     def _time_step(self) -> float:
         config, fastest = self.config, self._largest_speed()
         limits = (config.cfl, config.minimum_time_step, config.maximum_time_step)
-        if config.scheme == "paper" or self._relative_speeds is None:
+        if config.scheme == "paper" or self._relative_speed is None:
             return cfl_time_step(config.particle_spacing, fastest, *limits)
-        wanted = relative_time_step(
-            config.particle_spacing, config.support_radius, fastest, self._relative_speeds, *limits
-        )
+        wanted = relative_time_step(config.particle_spacing, fastest, self._relative_speed, *limits)
         stable = stable_time_step(config.particle_spacing, config.dimension, self.work.pressure_head(self.state))
         return max(config.minimum_time_step, min(wanted, stable))
 
@@ -184,7 +182,7 @@ class Fluid:
             result = paper_step(self.work, self.state, time_step, self._drive)
         else:
             result = split_step(self.work, self.state, self._solver, time_step, self._drive)
-            self._relative_speeds = self.work.relative_speeds(self.state, self._largest_speed())
+            self._relative_speed = self.work.relative_speed(self.state, self._largest_speed())
         with self.work.stage("outflow"):
             self._remove_outflow()
         for body in self.work.walls.moving.values():
@@ -331,7 +329,7 @@ class Fluid:
             "time": self.time,
             "duration": self._duration,
             "last_time_step": self.last_time_step,
-            "relative_speeds": self._relative_speeds,
+            "relative_speed": self._relative_speed,
             "state": self.state.save(),
             "lists": self.work.lists.save(self.state, self.work.walls),
             "bodies": {str(h): {k: np.copy(v) for k, v in vars(b).items()} for h, b in self.work.walls.moving.items()},
@@ -342,7 +340,7 @@ class Fluid:
     def restore_state(self, saved: dict[str, Any]) -> None:
         """Back to what `save_state` returned; the fluid must hold the same boundaries, forcings and emitters."""
         self.time, self._duration, self.last_time_step = saved["time"], saved["duration"], saved["last_time_step"]
-        self._relative_speeds = saved["relative_speeds"]
+        self._relative_speed = saved["relative_speed"]
         self.state.restore(saved["state"])
         self.work.lists.restore(saved["lists"])
         for handle, values in saved["bodies"].items():

@@ -5,12 +5,11 @@ What must be resolved is motion relative to the neighbourhood,
 
     u_i^2 = sum_j w_ij |v_i - v_j|^2 / sum_j w_ij,   w = (1 - r / H)+,   for particles with enough neighbours,
 
-and the approach to walls, a_i = -n_i . (v_i - v_b) with the normal n_i by the same weights. The split scheme takes
+and the approach to walls, -n_i . (v_i - v_b) with the normal n_i by the same weights. The split scheme takes
 
-    dt = max(lambda d / v_max,  min(lambda d / u_most,  d / 2 a_max,  (H - d) / v_max)),
+    dt = max(lambda d / v_max,  min(lambda d / u_most,  d / v_max)),
 
-u_most being what all but OUTLIERS of the particles keep below, the larger of u and a of each: torn off drops collide at speeds that
-the rest does not know.
+u_most being what all but OUTLIERS of the particles keep below: torn off drops collide at speeds that the rest does not know.
 
 However calm, particles swing about their places under the pressure that presses them together, at omega^2 = c p / (rho d^2) or less
 (`lattice_stiffness`). Positions and velocities are stepped in turn, which is stable up to omega dt = 2:
@@ -20,13 +19,12 @@ However calm, particles swing about their places under the pressure that presses
 with the p / rho that all but OUTLIERS keep below. Beyond it water boils, and the pressure solve has its hands full: a pool of ten layers
 costs twice as much a second at twice this step.
 
-No step goes further than H - d: what had no neighbour within its support H before meets it at d or more, and a wall is not crossed unseen.
+No step goes further than d: what had no neighbour within 2 d before meets it at d or more, and a wall is not crossed unseen.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -101,41 +99,26 @@ def relative_speeds(
     walls,
     slow,
     support,
-    deformation,
-    approach,
+    square,
 ):
-    """Fill `deformation` and `approach` (N,) with u_i^2 and a_i^2 [m2/s2].
+    """Fill `square` (N,) with u_i^2 or the squared approach to a wall [m2/s2], whichever is larger.
 
     position, velocity (3, N) [m, m/s]; wall (3, M) [m], of which those from `resting` on move with `twist` (bodies, 6) of their
     `owner` at `arm` (3, M - resting) [m]. Particles no faster than `slow` [m/s] are passed over where no body moves.
     """
     inverse_range = np.float32(1.0) / support
     for i in range(begin, end):
+        greatest = np.float32(0.0)
         ui, vi, wi = velocity[0, i], velocity[1, i], velocity[2, i]
-        deformation[i] = approach[i] = np.float32(0.0)
         fast = ui * ui + vi * vi + wi * wi > slow * slow
         if fast:
-            deformation[i] = squared_deformation(i, position, velocity, period, fluid, inverse_range)
+            greatest = squared_deformation(i, position, velocity, period, fluid, inverse_range)
         if fast or twist.shape[0] > 0:
-            approach[i] = squared_approach(
+            approach = squared_approach(
                 i, position, velocity, wall, resting, owner, arm, twist, period, walls, inverse_range
             )
-
-
-class RelativeSpeeds(NamedTuple):
-    """u_most and a_max [m/s] of the module's docstring."""
-
-    most: float
-    approach: float
-
-
-UNLIMITED = RelativeSpeeds(0.0, 0.0)
-
-
-def summarised(deformation: NDArray[np.float32], approach: NDArray[np.float32]) -> RelativeSpeeds:
-    """The speeds that limit the step, from u_i^2 and a_i^2 (N,)."""
-    square = np.maximum(deformation, approach)
-    return RelativeSpeeds(math.sqrt(most(square)), math.sqrt(float(approach.max(initial=0.0))))
+            greatest = max(greatest, approach)
+        square[i] = greatest
 
 
 def most(values: NDArray[np.float32]) -> float:
@@ -159,18 +142,13 @@ def cfl_time_step(spacing: float, largest_speed: float, cfl: float, minimum: flo
 
 
 def relative_time_step(
-    spacing: float,
-    support: float,
-    largest_speed: float,
-    speeds: RelativeSpeeds,
-    cfl: float,
-    minimum: float,
-    maximum: float,
+    spacing: float, largest_speed: float, relative_speed: float, cfl: float, minimum: float, maximum: float
 ) -> float:
-    """The step [s] of the module's docstring; support H [m], the rest as for `cfl_time_step`."""
-    lengths = (cfl * spacing, 0.5 * spacing, support - spacing)
-    limits = [length / speed for length, speed in zip(lengths, (*speeds, largest_speed), strict=True) if speed > 0.0]
-    return max(cfl_time_step(spacing, largest_speed, cfl, minimum, maximum), min(*limits, maximum, math.inf))
+    """The step [s] of the module's docstring; relative_speed u_most [m/s], the rest as for `cfl_time_step`."""
+    longest = math.inf if largest_speed == 0.0 else spacing / largest_speed
+    deforming = math.inf if relative_speed == 0.0 else cfl * spacing / relative_speed
+    shortest = cfl_time_step(spacing, largest_speed, cfl, minimum, maximum)
+    return max(shortest, min(longest, deforming, maximum))
 
 
 def equal_steps(remaining: float, time_step: float) -> float:

@@ -40,7 +40,7 @@ from oilsim.relaxation import (
 from oilsim.rigid_response import RigidResponse, extend_contacts
 from oilsim.smoothing_kernels import lattice_diagonal, lattice_moment, normalisation
 from oilsim.state import FluidState
-from oilsim.time_step import UNLIMITED, RelativeSpeeds, relative_speeds, summarised
+from oilsim.time_step import most, relative_speeds
 from oilsim.viscosity import (
     NEGLIGIBLE,
     ViscousSystem,
@@ -124,25 +124,23 @@ class Workspace:
             self.by_body = np.zeros(count, bool)
             self.by_body[self.touching] = True
 
-    def relative_speeds(self, state: FluidState, fastest: float) -> RelativeSpeeds:
-        """What speeds relative to neighbours and walls keep below (see `time_step`), 0 where it could not shorten a step.
+    def relative_speed(self, state: FluidState, fastest: float) -> float:
+        """What most speeds [m/s] relative to the neighbourhood keep below (see `time_step`), 0 where it could not shorten a step.
 
         `fastest` [m/s]: largest speed of all. Of a pair that matters one is faster than half their relative speed.
         """
         config, walls, spacing = self.config, self.walls, self.config.particle_spacing
         if fastest * config.maximum_time_step <= config.cfl * spacing:
-            return UNLIMITED
-        longest = min((config.support_radius - spacing) / fastest, config.maximum_time_step)
-        slow = 0.5 * config.cfl * spacing / longest
+            return 0.0
+        slow = 0.5 * config.cfl * max(fastest, spacing / config.maximum_time_step)
         twist = np.array([body.twist for body in walls.moving.values()], np.float32).reshape(-1, 6)
-        deformation, approach = np.empty((2, state.count), np.float32)
+        square = np.empty(state.count, np.float32)
         with self.stage("time step"):
             self.team.run(
                 relative_speeds, state.count, state.position, state.velocity, walls.position, walls.resting, walls.owner,
-                walls.arm, twist, self.period, self.fluid_pairs, self.wall_pairs, np.float32(slow), self.support,
-                deformation, approach,
+                walls.arm, twist, self.period, self.fluid_pairs, self.wall_pairs, np.float32(slow), self.support, square,
             )  # fmt: skip
-            return summarised(deformation, approach)
+            return math.sqrt(most(square))
 
     def pressure_head(self, state: FluidState) -> Real:
         """p / rho (N,) [m2/s2] of the last pressure solve; 0 before the first."""
