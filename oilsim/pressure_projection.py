@@ -1,9 +1,10 @@
 """Bound-constrained conjugate gradients for the pressure: kappa >= 0, A kappa - b >= 0, complementary.
 
 MPRGP (modified proportioning with reduced gradient projections; Dostal & Schoeberl 2005) with diagonal scaling. A is symmetric
-positive semi-definite. The scaled operator's largest eigenvalue was measured as 7.5 in three
-dimensions and 4.3 in two, so that a gradient step of EXPANSION <= 2 / 7.5 never overshoots. Liquid that fills a closed box has no
-surface at which it could part: its pressure has no bound there, and no level.
+positive semi-definite. The scaled operator's largest eigenvalue was measured as 7.5 in three dimensions and 4.3 in two, so that in
+liquid a gradient step of EXPANSION <= 2 / 7.5 never overshoots. A body far lighter than water ties all particles around it together and
+makes it larger by orders: every step is cut to what reduces the error. Liquid that fills a closed box has no surface at which it
+could part: its pressure has no bound there, and no level.
 """
 
 from __future__ import annotations
@@ -119,9 +120,9 @@ class BoundConstrainedSolver:
     ) -> tuple[int, float]:
         """Improve `kappa` in place until the mean residual is `tolerance` [1/s]; returns products used and that mean.
 
-        gradient (N,) is A kappa - b [1/s] of the kappa given, none of it negative unless `closed`, and moves with it; diagonal (N,)
-        is that of A. The mean over the `watched` particles, those that touch bodies, must meet the tolerance too: a small body would be
-        lost in a large sea.
+        kappa (N,) [m2/s], nowhere negative unless `closed`; gradient (N,) [1/s] is A kappa - b of it, and moves with it; diagonal (N,)
+        [1/m2] is that of A. The mean over the `watched` particles, those that touch bodies, must meet the tolerance too: a small body
+        would be lost in a large sea.
         """
         count = kappa.size
         if count == 0:

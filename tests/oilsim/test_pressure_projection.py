@@ -1,0 +1,81 @@
+"""The bounded solve against the exact solution: in plain systems, and where a light body ties many particles together."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import nnls
+
+from oilsim.parallel import Team
+from oilsim.pressure_projection import BoundConstrainedSolver
+
+COUNT = 200
+
+
+class DenseSystem:
+    """A as a matrix; `moved` is what has followed kappa."""
+
+    def __init__(self, root):
+        self.root = root
+        self.moved = np.zeros(len(root))
+
+    def product(self, vector, image):
+        self._change = self.root @ vector
+        image[:] = self.root.T @ self._change
+
+    def follow(self, length):
+        self.moved += length * self._change
+
+
+def laplacian_root(stiffness):
+    """H of a chain of particles, and one row more: a body that all particles push, of A's largest eigenvalue `stiffness` over it."""
+    chain = np.eye(COUNT) - 0.95 * np.eye(COUNT, k=1)
+    body = np.sqrt(stiffness / COUNT) * np.random.default_rng(2).uniform(0.5, 1.5, COUNT)
+    return np.vstack([chain, body])
+
+
+def warm_start():
+    """A pressure that lies far off."""
+    return np.random.default_rng(5).uniform(0.0, 1.0, COUNT).astype(np.float32)
+
+
+def velocities(root):
+    """What a pressure on half of the particles undoes, and noise, in which others want to part."""
+    rng = np.random.default_rng(3)
+    pressed = np.where(rng.random(COUNT) < 0.5, rng.uniform(0.5, 1.5, COUNT), 0.0)
+    return root @ pressed + 0.1 * rng.normal(size=len(root))
+
+
+@pytest.mark.parametrize("stiffness", [0.0, 3.0, 3e2, 3e4])
+def test_solution_is_exact_however_light_the_body(stiffness):
+    root = laplacian_root(stiffness)
+    wanted = velocities(root)
+    exact, _ = nnls(root, wanted)
+    system, start = DenseSystem(root), warm_start()
+    kappa = start.copy()
+    gradient = (root.T @ (root @ start - wanted)).astype(np.float32)
+    scale = float(np.abs(gradient).mean())
+    diagonal = (root**2).sum(axis=0).astype(np.float32)
+    used, residual = BoundConstrainedSolver(Team(1)).solve(system, gradient, diagonal, kappa, 1e-6 * scale, 2000, False)
+    assert used < 2000 and residual <= 1e-6 * scale
+    assert 0.2 < (exact > 0.0).mean() < 0.99
+    assert kappa.min() >= 0.0
+    # the energy left over, of that at the start; quadratic in the residual, times the condition number
+    at_start, left, least = (0.5 * np.square(root @ x - wanted).sum() for x in (start, kappa, exact))
+    assert left - least < 1e-6 * at_start
+    # what follows kappa is the effect of all that it moved by
+    assert -system.moved == pytest.approx(root @ (kappa.astype(np.float64) - start), abs=1e-3)
+
+
+@pytest.mark.parametrize("stiffness", [0.0, 3e4])
+def test_error_never_grows_with_the_number_of_products(stiffness):
+    root = laplacian_root(stiffness)
+    wanted = velocities(root)
+    energies = []
+    for iterations in range(1, 60):
+        system, kappa = DenseSystem(root), warm_start()
+        gradient = (root.T @ (root @ kappa - wanted)).astype(np.float32)
+        diagonal = (root**2).sum(axis=0).astype(np.float32)
+        BoundConstrainedSolver(Team(1)).solve(system, gradient, diagonal, kappa, 0.0, iterations, False)
+        energies.append(0.5 * np.square(root @ kappa - wanted).sum())
+    assert (np.diff(energies) <= 1e-5 * energies[0]).all()
