@@ -29,6 +29,9 @@ class ParticipantSlave:
     input and parameter from the start. experiment: the start time, stop time and step size [s] that the FMU proposes.
     """
 
+    library: ClassVar[str]  # the module that the slave comes from
+    prefix: ClassVar[str]  # of its classes' names
+    number: ClassVar[str]  # its class of a floating-point variable
     factory: ClassVar[str]
     experiment: ClassVar[tuple[float, float, float]]
     description: str
@@ -89,14 +92,24 @@ class ParticipantSlave:
         if int(np.prod(variable.shape)) != 1:
             raise ValueError(f"variable {variable.name!r} has shape {variable.shape}, allowed: a number, () or (1,)")
         name, shape = variable.name, variable.shape
-        self._declare(
-            variable,
+        self._add_number(
+            name,
+            CAUSALITIES[variable.causality],
+            "fixed" if variable.causality is Causality.PARAMETER else "continuous",
             getter=lambda: float(self.participant.get(name).item()),
             setter=lambda value: self.participant.set(name, np.full(shape, value)),
         )
 
-    def _declare(self, variable: Variable, **access: Any) -> None:
-        raise NotImplementedError
+    def _add_number(self, name: str, causality: str, variability: str, **access: Any) -> None:
+        """Register a floating-point variable of the FMU; `access`: its getter and setter."""
+        fmi = importlib.import_module(self.library)
+        entry = getattr(fmi, self.number)(
+            name,
+            causality=getattr(getattr(fmi, f"{self.prefix}Causality"), causality),
+            variability=getattr(getattr(fmi, f"{self.prefix}Variability"), variability),
+            **access,
+        )
+        self.register_variable(entry, nested=False)  # type: ignore[attr-defined]  # of pythonfmu's slave
 
     def _describe_units(self, root: Element, after: str, elements: Mapping[str, Element]) -> None:
         """Give `elements`, variables by name, their units, and declare those behind the element called `after`."""
@@ -124,17 +137,11 @@ def _base_unit(unit: str) -> dict[str, str]:
 class Slave2(ParticipantSlave):
     """For `pythonfmu.Fmi2Slave`."""
 
+    library, prefix, number = "pythonfmu", "Fmi2", "Real"
+
     def do_step(self, current_time: float, step_size: float) -> bool:
         """See `advance`."""
         return self.advance(current_time, step_size)
-
-    def _declare(self, variable: Variable, **access: Any) -> None:
-        fmi = importlib.import_module("pythonfmu")
-        causality = getattr(fmi.Fmi2Causality, CAUSALITIES[variable.causality])
-        is_parameter = variable.causality is Causality.PARAMETER
-        variability = fmi.Fmi2Variability.fixed if is_parameter else fmi.Fmi2Variability.continuous
-        entry = fmi.Real(variable.name, causality=causality, variability=variability, **access)
-        self.register_variable(entry, nested=False)  # type: ignore[attr-defined]
 
     def to_xml(self, *arguments: Any) -> Element:
         """The model description, with units and the initial unknowns that FMI 2 asks for."""
@@ -153,30 +160,17 @@ class Slave2(ParticipantSlave):
 class Slave3(ParticipantSlave):
     """For `pythonfmu3.Fmi3Slave`."""
 
+    library, prefix, number = "pythonfmu3", "Fmi3", "Float64"
+
     def __init__(self, **keywords: Any) -> None:
         super().__init__(**keywords)
-        fmi = importlib.import_module("pythonfmu3")
-        time = fmi.Float64(
-            "time",
-            causality=fmi.Fmi3Causality.independent,
-            variability=fmi.Fmi3Variability.continuous,
-            getter=lambda: self._time,
-        )
-        self.register_variable(time, nested=False)  # type: ignore[attr-defined]
+        self._add_number("time", "independent", "continuous", getter=lambda: self._time)
 
     def do_step(self, current_time: float, step_size: float) -> Any:
         """See `advance`."""
         fmi = importlib.import_module("pythonfmu3")
         done = self.advance(current_time, step_size)
         return fmi.Fmi3StepResult(status=fmi.Fmi3Status.ok if done else fmi.Fmi3Status.discard)
-
-    def _declare(self, variable: Variable, **access: Any) -> None:
-        fmi = importlib.import_module("pythonfmu3")
-        causality = getattr(fmi.Fmi3Causality, CAUSALITIES[variable.causality])
-        is_parameter = variable.causality is Causality.PARAMETER
-        variability = fmi.Fmi3Variability.fixed if is_parameter else fmi.Fmi3Variability.continuous
-        entry = fmi.Float64(variable.name, causality=causality, variability=variability, **access)
-        self.register_variable(entry, nested=False)  # type: ignore[attr-defined]
 
     def to_xml(self, *arguments: Any) -> Element:
         """The model description, with units."""

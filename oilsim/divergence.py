@@ -105,6 +105,50 @@ def extrapolation_matrix(liquid, solid, by_body, plane):
     return trust * xx, trust * xy, trust * xz, trust * yy, trust * yz, trust * zz
 
 
+@njit(inline="always", **FAST)
+def store_vector(vectors, k, present, ax, ay, az):
+    """Lanes of three components to `vectors` (3, P) from k on."""
+    store(vectors[0], k, present, ax)
+    store(vectors[1], k, present, ay)
+    store(vectors[2], k, present, az)
+
+
+@njit(inline="always", **FAST)
+def cache_wall_gradients(i, position, wall, wall_volume, matrix, period, walls, sigma, inverse_support, wall_gradient):
+    """Cache G_ib of particle i; returns their sum [1/m] and the coverage sum V_b W_ib."""
+    factor = inverse_support * inverse_support
+    points = rows(wall)
+    wx = wy = wz = cover = spread(ZERO)
+    first, last = walls.start[i], walls.start[i] + np.int64(walls.number[i])
+    for k in range(first, last, LANES):
+        present = below(last, k)
+        b = load(walls.neighbor, k, present)
+        dx, dy, dz = separations(position[0, i], position[1, i], position[2, i], points, b, period)
+        q = root(dx * dx + dy * dy + dz * dz) * inverse_support
+        content = only(present, gather(wall_volume, b), ZERO)
+        cover += content * kernel(q, sigma)
+        slope = factor * content * kernel_slope_over_q(q, sigma)
+        ax, ay, az = slope * dx, slope * dy, slope * dz
+        if matrix is not None:
+            ax, ay, az = times_symmetric(ax, ay, az, matrix[:, i])
+        store_vector(wall_gradient, k, present, ax, ay, az)
+        wx += ax
+        wy += ay
+        wz += az
+    return summed(wx), summed(wy), summed(wz), summed(cover)
+
+
+@njit(inline="always", **FAST)
+def fill_extrapolation(i, position, wall, period, fluid, walls, gradient, wall_gradient, by_body, plane, extrapolation):
+    """Fill column i of `extrapolation` (9, N) with K_i, row by row."""
+    solid = moment_of(i, position, wall, period, walls, wall_gradient)
+    liquid = moment_of(i, position, position, period, fluid, gradient)
+    lever = extrapolation_matrix(liquid, solid, by_body[i], plane)
+    for row in range(3):
+        kx, ky, kz = times_symmetric(solid[3 * row], solid[3 * row + 1], solid[3 * row + 2], lever)
+        extrapolation[3 * row, i], extrapolation[3 * row + 1, i], extrapolation[3 * row + 2, i] = kx, ky, kz
+
+
 @njit(**FAST)
 def cache_gradients(
     begin, end, position, wall, wall_volume, matrix, weight, period, fluid, walls, sigma, support, volume, wall_weight, by_body, plane,
@@ -118,7 +162,7 @@ def cache_gradients(
     """
     inverse_support = ONE / support
     factor = inverse_support * inverse_support
-    points, wall_points = rows(position), rows(wall)
+    points = rows(position)
     for i in range(begin, end):
         xi, yi, zi = position[0, i], position[1, i], position[2, i]
         fx = fy = fz = square = spread(ZERO)
@@ -132,55 +176,26 @@ def cache_gradients(
             ax, ay, az = slope * dx, slope * dy, slope * dz
             if matrix is not None:
                 ax, ay, az = face_between(matrix, i, j, ax, ay, az)
-            store(gradient[0], k, present, ax)
-            store(gradient[1], k, present, ay)
-            store(gradient[2], k, present, az)
+            store_vector(gradient, k, present, ax, ay, az)
             fx += ax
             fy += ay
             fz += az
             length = ax * ax + ay * ay + az * az
             square += length if weight is None else length * gather(weight, j)
         sx, sy, sz = summed(fx), summed(fy), summed(fz)
-        gx, gy, gz = sx, sy, sz
-        covered = ZERO
+        gx, gy, gz, coverage[i] = sx, sy, sz, ZERO
         if walls.number[i] > 0:
-            wx = wy = wz = cover = spread(ZERO)
-            first, last = walls.start[i], walls.start[i] + np.int64(walls.number[i])
-            for k in range(first, last, LANES):
-                present = below(last, k)
-                b = load(walls.neighbor, k, present)
-                dx, dy, dz = separations(xi, yi, zi, wall_points, b, period)
-                q = root(dx * dx + dy * dy + dz * dz) * inverse_support
-                content = only(present, gather(wall_volume, b), ZERO)
-                cover += content * kernel(q, sigma)
-                slope = factor * content * kernel_slope_over_q(q, sigma)
-                ax, ay, az = slope * dx, slope * dy, slope * dz
-                if matrix is not None:
-                    ax, ay, az = times_symmetric(ax, ay, az, matrix[:, i])
-                store(wall_gradient[0], k, present, ax)
-                store(wall_gradient[1], k, present, ay)
-                store(wall_gradient[2], k, present, az)
-                wx += ax
-                wy += ay
-                wz += az
-            covered = summed(cover)
-            gx += wall_weight * summed(wx)
-            gy += wall_weight * summed(wy)
-            gz += wall_weight * summed(wz)
+            wx, wy, wz, coverage[i] = cache_wall_gradients(
+                i, position, wall, wall_volume, matrix, period, walls, sigma, inverse_support, wall_gradient
+            )
+            gx, gy, gz = gx + wall_weight * wx, gy + wall_weight * wy, gz + wall_weight * wz
             if extrapolation is not None:
-                solid = moment_of(i, position, wall, period, walls, wall_gradient)
-                liquid = moment_of(i, position, position, period, fluid, gradient)
-                lever = extrapolation_matrix(liquid, solid, by_body[i], plane)
-                kxx, kxy, kxz = times_symmetric(solid[0], solid[1], solid[2], lever)
-                kyx, kyy, kyz = times_symmetric(solid[3], solid[4], solid[5], lever)
-                kzx, kzy, kzz = times_symmetric(solid[6], solid[7], solid[8], lever)
-                extrapolation[0, i], extrapolation[1, i], extrapolation[2, i] = kxx, kxy, kxz
-                extrapolation[3, i], extrapolation[4, i], extrapolation[5, i] = kyx, kyy, kyz
-                extrapolation[6, i], extrapolation[7, i], extrapolation[8, i] = kzx, kzy, kzz
-                gx -= kxx * sx + kxy * sy + kxz * sz
-                gy -= kyx * sx + kyy * sy + kyz * sz
-                gz -= kzx * sx + kzy * sy + kzz * sz
-        coverage[i] = covered
+                fill_extrapolation(
+                    i, position, wall, period, fluid, walls, gradient, wall_gradient, by_body, plane, extrapolation
+                )
+                gx -= extrapolation[0, i] * sx + extrapolation[1, i] * sy + extrapolation[2, i] * sz
+                gy -= extrapolation[3, i] * sx + extrapolation[4, i] * sy + extrapolation[5, i] * sz
+                gz -= extrapolation[6, i] * sx + extrapolation[7, i] * sy + extrapolation[8, i] * sz
         own[0, i], own[1, i], own[2, i] = gx, gy, gz
         length_of_own = gx * gx + gy * gy + gz * gz
         diagonal[i] = summed(square) + (length_of_own if weight is None else length_of_own * weight[i]) + TINY

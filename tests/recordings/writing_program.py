@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import sys
 import time
 
@@ -90,6 +91,7 @@ def main(path: str, frame_count: int, pause: float, ocean_count: int) -> None:
 
 
 if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell starts its background jobs with SIGINT ignored
     try:
         main(sys.argv[1], int(sys.argv[2]), float(sys.argv[3]), int(sys.argv[4]))
     except RecordingError as error:
