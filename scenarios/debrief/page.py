@@ -135,7 +135,10 @@ def _figures(replay: Replay, account: BoomAccount) -> list[tuple[str, str]]:
         ("Left the simulated water", _volume(oil["removed"])),
         ("Tow speed at the first loss (0.5 % of the oil)", _knots(losses.first_loss)),
         ("Tow speed at gross loss (2 % of the oil a second)", _knots(losses.gross_loss)),
-        ("Highest speed normal to the boom", _knots(float(account.normal_speed.max()))),
+        (
+            f"Highest speed normal to the boom, held for {account.hold_time:.2g} s",
+            _knots(float(account.held_speed.max())),
+        ),
     ]
     return rows + _rules_of_thumb(replay, account)
 
