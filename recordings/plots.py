@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 OIL_PLOTS: Mapping[str, tuple[str, ...]] = {
     "Oil held and lost [m³]": ("oil_retained", "oil_lost"),
     "Oil lost by cause [m³]": ("oil_lost/**",),
-    "Speed [m/s]": ("tow_speed", "normal_speed", "normal_speed_limit"),
+    "Speed [m/s]": ("tow_speed", "normal_speed_held", "normal_speed_limit"),
     "Probes": ("probes/**",),
 }
 HANDLING_PLOTS: Mapping[str, tuple[str, ...]] = {
@@ -18,7 +18,7 @@ HANDLING_PLOTS: Mapping[str, tuple[str, ...]] = {
 SOLVER_PLOTS: Mapping[str, tuple[str, ...]] = {
     "Kinetic energy [J]": ("kinetic_energy",),
     "Iterations per step": ("iterations_density", "iterations_divergence", "iterations_viscosity"),
-    "Density error [-]": ("density_error",),
+    "Compression left by the solves [-]": ("residual_density", "residual_divergence"),
     "Time step [s]": ("time_step",),
     "Real-time factor [-]": ("real_time_factor",),
 }
