@@ -95,7 +95,7 @@ def _beside(run: RunDescription, scalars: Collection[str]) -> rrb.Container | rr
         tabs.insert(0, rrb.Vertical(*(_plot(plot, found) for plot, found in chosen.items()), name="Series"))
     parts: list[tuple[rrb.Container | rrb.View, int]] = []
     if run.exercise is not None:
-        parts.append((rrb.TextDocumentView(origin=f"/{entity_paths.LEGEND}", name="What you see"), 4))
+        parts.append((rrb.TextDocumentView(origin=f"/{entity_paths.LEGEND}", name="What you see"), 5))
     if tabs:
         parts.append((rrb.Tabs(*tabs), 13))
     parts.append((_log(), 4))

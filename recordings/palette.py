@@ -42,10 +42,9 @@ def legend(full_tension: float) -> str:
     """What the colours mean, in Markdown."""
     causes = ", ".join(f"{name} *{cause.replace('_', ' ')}*" for cause, (name, _) in CAUSES.items())
     return (
-        "**Oil** is dark while the boom holds it, or never met it. **Lost oil** by its cause: " + causes + ".\n\n"
+        f"**Oil** is dark; **lost oil** by its cause: {causes}.\n\n"
         f"**Boom**: pale when slack, orange at {0.5 * full_tension:.3g} N, dark red from {full_tension:.3g} N of tension.\n\n"
-        "**Water** is thinned so that oil under it shows. The tab *Forces* has the water's force on each body, an arrow three "
-        "times as long as the body when the force is its whole buoyancy."
+        "**Water** is drawn thin. Tab *Forces*: the water's force on each body, three body lengths for its whole buoyancy."
     )
 
 

@@ -106,9 +106,12 @@ class BoomScore:
     def _announce(self, report: ContainmentReport, speed: float, held: float) -> None:
         """Say what happens for the first time."""
         through = f"at {speed / KNOT:.2f} kn through the water"
+        share = 100.0 * self._losses.first_share
         normal = f"water has met it faster than 0.7 kn along its normal for {self._held.window:.2g} s"
         self._tell_once("too fast", held > PRACTICE_SPEED, normal)
-        self._tell_once("first loss", self._losses.first_loss is not None, f"loses oil for the first time, {through}")
+        self._tell_once(
+            "first loss", self._losses.first_loss is not None, f"has lost over {share:g} % of its oil, {through}"
+        )
         for cause, volume in report.lost_by_cause.items():
             self._tell_once(cause, volume > 0.0, f"first oil lost by {cause.replace('_', ' ')}, {through}")
         self._tell_once(

@@ -59,7 +59,7 @@ def speed_diagram(account: BoomAccount, moments: Sequence[KeyMoment]) -> Figure:
     """Speeds in knots against the 0.7 knots from which a boom loses oil."""
     figure = empty_figure(2.9)
     axes = figure.subplots()
-    limit, held = PRACTICE_SPEED / KNOT, account.held_speed.max(axis=1) / KNOT
+    limit, held = PRACTICE_SPEED / KNOT, _held_speed(account).max(axis=1) / KNOT
     worst = np.abs(account.normal_flow).max(axis=1) / KNOT
     axes.plot(
         account.time,
@@ -133,7 +133,7 @@ def skirt_diagram(account: BoomAccount, moments: Sequence[KeyMoment]) -> Figure:
 def along_diagram(account: BoomAccount, moments: Sequence[KeyMoment]) -> Figure:
     """Speed, lean and tension along the boom over time: where it was weak."""
     maps: list[tuple[str, str, Array, str, float | None]] = [
-        ("Speed held normal to the boom; white line: 0.7 kn", "kn", account.held_speed / KNOT, "viridis", 0.7),
+        ("Speed held normal to the boom; white line: 0.7 kn", "kn", _held_speed(account) / KNOT, "viridis", 0.7),
         ("Lean of the skirt", "deg", np.degrees(account.skirt_angle), "cividis", None),
     ]
     if not np.isnan(account.tension).any():
@@ -143,13 +143,19 @@ def along_diagram(account: BoomAccount, moments: Sequence[KeyMoment]) -> Figure:
     place = (np.arange(account.tension.shape[1]) + 0.5) * account.boom.length / account.tension.shape[1]
     for axes, (title, unit, values, colors, level) in zip(rows, maps, strict=True):
         image = axes.pcolormesh(account.time, place, values.T, cmap=colors, shading="nearest", rasterized=True)
-        if level is not None and values.min() < level < values.max():
+        if level is not None and np.nanmin(values) < level < np.nanmax(values):
             axes.contour(account.time, place, values.T, levels=[level], colors="white", linewidths=1.0)
         figure.colorbar(image, ax=axes, label=unit, pad=0.01)
         axes.set_title(f"{title}, along the boom from {account.boom.ends[0]}", loc="left", fontsize=10.5)
         axes.set_ylabel("m")
     _finish(list(rows), moments, grid=False)
     return figure
+
+
+def _held_speed(account: BoomAccount) -> Array:
+    """Speeds held (N, S) [m/s], NaN as long as none can have been held."""
+    begun = account.time - account.time[0] >= account.hold_time
+    return np.where(begun[:, None], account.held_speed, np.nan)
 
 
 def probe_diagram(replay: Replay, moments: Sequence[KeyMoment]) -> Figure | None:
