@@ -153,9 +153,9 @@ def along_diagram(account: BoomAccount, moments: Sequence[KeyMoment]) -> Figure:
 
 
 def _held_speed(account: BoomAccount) -> Array:
-    """Speeds held (N, S) [m/s], NaN as long as none can have been held."""
+    """Speeds held (N, S) [m/s], NaN until one can have been held; 0 if the run is too short for that."""
     begun = account.time - account.time[0] >= account.hold_time
-    return np.where(begun[:, None], account.held_speed, np.nan)
+    return np.where(begun[:, None], account.held_speed, np.nan if begun.any() else 0.0)
 
 
 def probe_diagram(replay: Replay, moments: Sequence[KeyMoment]) -> Figure | None:
