@@ -93,7 +93,7 @@ def _beside(run: RunDescription, scalars: Collection[str]) -> rrb.Container | rr
     if chosen:
         tabs.insert(0, rrb.Vertical(*(_plot(plot, found) for plot, found in chosen.items()), name="Series"))
     told: rrb.Container | rrb.View = rrb.TextDocumentView(origin=f"/{entity_paths.LEGEND}", name="What you see")
-    parts = [(told, 5 if run.exercise is not None else 3)]
+    parts = [(told, 6 if run.exercise is not None else 3)]
     if tabs:
         parts.append((rrb.Tabs(*tabs), 13))
     parts.append((_log(), 4))
