@@ -143,7 +143,7 @@ class RigidResponse:
         count = len(walls.moving)
         self._inverse_mass = walls.inverse_mass()
         self._impulse, self._answer = np.zeros((2, count, 6))
-        self._collected = np.zeros((2, count, 6))
+        self._way, self._collected = np.zeros((2, 2, count, 6))
 
     @property
     def present(self) -> bool:
@@ -183,12 +183,17 @@ class RigidResponse:
     def accept(self, kappa: Real) -> None:
         """Hand the impulses of `kappa` to the bodies."""
         self.answer(kappa)
+        self.turn(0.0)
         self.collect(1.0)
         self.hand_over()
 
-    def collect(self, share: float) -> None:
-        """Keep `share` times the last answer for the bodies."""
-        self._collected += share * np.stack([self._impulse, self._answer])
+    def turn(self, share: float) -> None:
+        """The way to collect along becomes the last answer, and `share` of the way so far."""
+        self._way = share * self._way + np.stack([self._impulse, self._answer])
+
+    def collect(self, length: float) -> None:
+        """Keep `length` times the way for the bodies."""
+        self._collected += length * self._way
 
     def hand_over(self) -> None:
         """Hand the bodies what was collected for them."""

@@ -35,6 +35,7 @@ from oilsim.smoothing_kernels import FAST, lattice_stiffness
 
 OUTLIERS = 5e-3  # share of the particles whose relative speed is not asked
 STABLE = 0.9  # share of the lattice's limit that is used: disorder makes some particles swing faster
+REACH = 1.0
 SPRAY = 8  # neighbours below which a particle is a drop that flies for itself
 TINY = np.float32(1e-20)
 
@@ -145,7 +146,7 @@ def relative_time_step(
     spacing: float, largest_speed: float, relative_speed: float, cfl: float, minimum: float, maximum: float
 ) -> float:
     """The step [s] of the module's docstring; relative_speed u_most [m/s], the rest as for `cfl_time_step`."""
-    longest = math.inf if largest_speed == 0.0 else spacing / largest_speed
+    longest = math.inf if largest_speed == 0.0 else REACH * spacing / largest_speed
     deforming = math.inf if relative_speed == 0.0 else cfl * spacing / relative_speed
     shortest = cfl_time_step(spacing, largest_speed, cfl, minimum, maximum)
     return max(shortest, min(longest, deforming, maximum))

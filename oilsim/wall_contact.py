@@ -20,9 +20,11 @@ from numba import njit
 
 from oilsim.smoothing_kernels import FAST
 
-NEAREST = 0.25  # spacings from the wall at which contact begins
+NEAREST = np.float32(0.25)  # spacings from the wall at which contact begins
 LARGEST_PUSH = np.float32(0.1)  # spacings by which one step moves a particle out
 ALONE = 0.15  # share of a drop's kernel, beside its own part, that liquid may fill
+DISTANCES = (np.float32(-0.5), np.float32(2.75))
+SLOW = np.float32(0.0)
 TINY = np.float32(1e-12)
 
 
@@ -44,20 +46,43 @@ def wall_approach(begin, end, walls, wall_gradient, velocity, slope, rate):
         rate[i] = hx * velocity[0, i] + hy * velocity[1, i] + hz * velocity[2, i]
 
 
+@njit(inline="always", **FAST)
+def distance_to_wall(coverage, coverages):
+    """Distance [d] from a flat wall that covers `coverage` of the kernel; coverages (n,) are those at even DISTANCES, falling."""
+    last = coverages.size - 1
+    n = 0
+    while n < last - 1 and coverages[n + 1] >= coverage:
+        n += 1
+    part = (coverages[n] - coverage) / (coverages[n] - coverages[n + 1])
+    step = (DISTANCES[1] - DISTANCES[0]) / np.float32(last)
+    return DISTANCES[0] + step * (np.float32(n) + max(min(part, np.float32(1.0)), np.float32(0.0)))
+
+
 @njit(**FAST)
-def wall_contact(begin, end, coverage, compression, drop, slope, rate, limit, time_step, velocity, strength):
-    """Stop drops (less liquid than `drop`) that approach beyond the limit; `strength` gets beta_i [m2/s]."""
+def wall_contact(begin, end, coverage, compression, drop, slope, rate, coverages, reach, velocity, strength):
+    """Stop particles that would cross a wall, and drops (less liquid than `drop`) NEAREST to it; `strength` gets beta_i [m2/s].
+
+    coverages as for `distance_to_wall`; reach spacing / time step [m/s].
+    """
     for i in range(begin, end):
         strength[i] = np.float32(0.0)
-        if coverage[i] > np.float32(0.0) and np.float32(1.0) + compression[i] - coverage[i] < drop:
-            excess = rate[i] - max(limit - coverage[i], np.float32(0.0)) / time_step
-            if excess > np.float32(0.0):
-                hx, hy, hz = slope[0, i], slope[1, i], slope[2, i]
-                beta = excess / (hx * hx + hy * hy + hz * hz + TINY)
-                velocity[0, i] -= beta * hx
-                velocity[1, i] -= beta * hy
-                velocity[2, i] -= beta * hz
-                strength[i] = beta
+        if rate[i] <= np.float32(0.0):
+            continue
+        hx, hy, hz = slope[0, i], slope[1, i], slope[2, i]
+        size = math.sqrt(hx * hx + hy * hy + hz * hz) + TINY
+        approach = rate[i] / size
+        if approach < SLOW * reach:
+            continue
+        gap = distance_to_wall(coverage[i], coverages)
+        if np.float32(1.0) + compression[i] - coverage[i] < drop:
+            gap -= NEAREST
+        excess = approach - max(gap, np.float32(0.0)) * reach
+        if excess > np.float32(0.0):
+            beta = excess / size
+            velocity[0, i] -= beta * hx
+            velocity[1, i] -= beta * hy
+            velocity[2, i] -= beta * hz
+            strength[i] = beta
 
 
 @njit(**FAST)

@@ -50,7 +50,7 @@ from oilsim.viscosity import (
     viscous_reaction,
     wall_factor,
 )
-from oilsim.wall_contact import NEAREST, drop_share, wall_approach, wall_contact, wall_push
+from oilsim.wall_contact import DISTANCES, NEAREST, drop_share, wall_approach, wall_contact, wall_push
 from oilsim.walls import Contacts, Walls
 
 Real = NDArray[np.float32]
@@ -86,7 +86,8 @@ class Workspace:
         scale = adhesion_scale(config.dimension) / config.particle_spacing**config.dimension
         strength = [phase.adhesion * scale / phase.rest_density for phase in config.phases]
         self._adhesion = np.array(strength, np.float32) if any(strength) else None
-        self._nearest = np.float32(wall_coverage(NEAREST, config.dimension))
+        self._nearest = np.float32(wall_coverage(float(NEAREST), config.dimension))
+        self._coverages = np.array([wall_coverage(float(h), config.dimension) for h in np.linspace(*DISTANCES, 66)], np.float32)
         self._drop = drop_share(float(self.sigma) * config.rest_volume)
         self.seconds: defaultdict[str, float] = defaultdict(float)
         self.budget: Budget | None = None  # who keeps accounts of the stages; nobody unless asked for
@@ -384,8 +385,8 @@ class Workspace:
             if response.present:
                 response.add_motion(rate)
             run(
-                wall_contact, count, self.coverage, self.compression, self._drop, slope, rate, self._nearest,
-                np.float32(time_step), state.velocity, strength,
+                wall_contact, count, self.coverage, self.compression, self._drop, slope, rate, self._coverages,
+                np.float32(self.config.particle_spacing / time_step), state.velocity, strength,
             )  # fmt: skip
             run(
                 wall_push, count, self.coverage, self.compression, self._drop, slope, self._nearest,

@@ -9,7 +9,6 @@ from oilsim.boundary import BoundaryParticles, tank_walls
 from oilsim.initial_conditions import block
 from oilsim.phases import Phase
 from oilsim.pressure_operator import PressureOperator
-from oilsim.pressure_projection import EXPANSION
 from oilsim.smoothing_kernels import SUPPORT, lattice_moment
 
 from .conftest import disturbed
@@ -208,16 +207,3 @@ def test_diagonal_is_that_of_the_operator(make_fluid, kind, scheme):
         unit = np.zeros(fluid.particle_count, np.float32)
         unit[i] = 1.0
         assert image(operator, unit)[i] == pytest.approx(float(fluid.work.diagonal[i]), rel=ROUNDOFF)
-
-
-@pytest.mark.parametrize(("kind", "dimension"), SCENES)
-def test_a_gradient_step_of_the_solver_never_overshoots(make_fluid, kind, dimension):
-    # EXPANSION <= 2 / largest eigenvalue of D^-1/2 A D^-1/2, found by power iteration, which approaches it from below
-    fluid, operator = scene(make_fluid, kind, dimension=dimension)
-    root = np.sqrt(fluid.work.diagonal.astype(np.float64))
-    vector = np.random.default_rng(2).normal(size=fluid.particle_count)
-    for _ in range(60):
-        vector = vector / np.linalg.norm(vector)
-        mapped = image(operator, (vector / root).astype(np.float32)) / root
-        largest, vector = vector @ mapped, mapped
-    assert 1.0 < largest < 2.0 / EXPANSION
