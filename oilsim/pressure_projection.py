@@ -25,7 +25,7 @@ from oilsim.smoothing_kernels import FAST
 
 Real = NDArray[np.float32]
 
-LEAST = 4  # products a solve, even if the tolerance is met before: what is left over piles up in water at rest
+LEAST = 3  # products a solve, even if the tolerance is met before: what is left over piles up in water at rest
 ZERO = np.float32(0.0)
 
 
@@ -57,7 +57,7 @@ def advance(begin, end, kappa, gradient, direction, image, diagonal, closed, fac
         scaled[i] = g / diagonal[i] if face[i] else ZERO
         if face[i]:
             sums[i // BLOCK, 0] += abs(g)
-            sums[i // BLOCK, 2] += (ZERO if closed else diagonal[i] * max(-kappa[i], ZERO))
+            sums[i // BLOCK, 2] += ZERO if closed else diagonal[i] * max(-kappa[i], ZERO)
         else:
             sums[i // BLOCK, 1] += max(-g, ZERO)
 
@@ -132,7 +132,13 @@ class BoundConstrainedSolver:
         if count == 0:
             return 0, 0.0
         self._reserve(count)
-        self._system, self._kappa, self._gradient, self._diagonal, self._closed = system, kappa, gradient, diagonal, closed
+        self._system, self._kappa, self._gradient, self._diagonal, self._closed = (
+            system,
+            kappa,
+            gradient,
+            diagonal,
+            closed,
+        )
         self._watched = watched if watched is not None and watched.size else None
         if closed:
             _centre(gradient)
@@ -178,8 +184,15 @@ class BoundConstrainedSolver:
             self._system.turn(share)
             step, before = curvature / square, curvature
             on_face, off_face, harm = self._run(
-                advance, self._kappa, self._gradient, *vectors, self._diagonal, self._closed, self._face,
-                np.float32(step), self._scaled,
+                advance,
+                self._kappa,
+                self._gradient,
+                *vectors,
+                self._diagonal,
+                self._closed,
+                self._face,
+                np.float32(step),
+                self._scaled,
             )
             self._system.follow(step)
             spoilt = harm > on_face if harm > 0.0 and not opening else off_face + harm > on_face
