@@ -46,7 +46,7 @@ THIN, FULL = (
     np.float32(0.2),
 )  # smallest eigenvalue of the liquid's moment between which c rises from 0 to 1
 RETURN = 7.5  # time in which a swollen or shrunken liquid returns to its density, in units of `FluidConfig.time_unit`
-LARGEST_RETURN = np.float32(0.05)
+LARGEST_RETURN = np.float32(0.05)  # share of its volume that either asks for at most
 OPEN, COVERED = (
     np.float32(0.7),
     np.float32(0.95),
@@ -300,17 +300,18 @@ def add_density_feedback(begin, end, compression, near, field, time_step, return
     """Add to `rate` [1/s] what a step's finite length and densities already wrong ask of the divergence; `field` as from `local_fields`.
 
     A step x += dt v changes volumes by det(1 + dt G) = 1 + dt div v - dt^2 tr(G G) / 2 + ...: strain compresses and rotation swells, unless
-    the divergence makes up for it. Position corrections even density out between neighbours, but a whole body of water that has
-    swollen or shrunk by a little feels none: the pressure brings the inside of the liquid back in `return_time`. Spray below SPRAY of the
-    rest density contracts at will.
+    the divergence makes up for it. The series serves while a step deforms little, and counts up to LARGEST_RETURN of the volume: taken at
+    its word for a drop that hits water, it would throw it back faster than it came. Position corrections even density out between
+    neighbours, but a whole body of water that has swollen or shrunk by a little feels none: the pressure brings the inside of the liquid
+    back in `return_time`. Spray below SPRAY of the rest density contracts at will.
     """
-    half = np.float32(0.5) * time_step
+    half, most = np.float32(0.5) * time_step, LARGEST_RETURN / time_step
     for i in range(begin, end):
         error = compression[i]
         rate[i] += min(ONE + error - SPRAY, ZERO) / time_step
         squares = field[3, i] * field[3, i] + field[7, i] * field[7, i] + field[11, i] * field[11, i]
         products = field[4, i] * field[6, i] + field[5, i] * field[9, i] + field[8, i] * field[10, i]
-        rate[i] += half * (squares + TWO * products)
+        rate[i] += max(min(half * (squares + TWO * products), most), -most)
         if not near[i]:
             rate[i] += max(min(error, LARGEST_RETURN), -LARGEST_RETURN) / return_time
 

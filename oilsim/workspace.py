@@ -52,7 +52,7 @@ from oilsim.viscosity import (
     viscous_reaction,
     wall_factor,
 )
-from oilsim.wall_contact import DISTANCES, NEAREST, drop_share, wall_approach, wall_contact, wall_push
+from oilsim.wall_contact import DISTANCES, NEAREST, PLACES, drop_share, wall_approach, wall_contact, wall_push
 from oilsim.walls import Contacts, Walls
 
 Real = NDArray[np.float32]
@@ -90,7 +90,7 @@ class Workspace:
         self._adhesion = np.array(strength, np.float32) if any(strength) else None
         self._nearest = np.float32(wall_coverage(float(NEAREST), config.dimension))
         self._coverages = np.array(
-            [wall_coverage(float(h), config.dimension) for h in np.linspace(*DISTANCES, 66)], np.float32
+            [wall_coverage(float(h), config.dimension) for h in np.linspace(*DISTANCES, PLACES)], np.float32
         )
         self._drop = drop_share(float(self.sigma) * config.rest_volume)
         self.seconds: defaultdict[str, float] = defaultdict(float)
@@ -248,7 +248,7 @@ class Workspace:
             )  # fmt: skip
             if self.budget is not None:
                 self.budget.add_strain(field, time_step)
-            run(mark_surface, count, self.gradient_sum, spacing, surface)
+            run(mark_surface, count, self.gradient_sum, self.compression, spacing, surface)
             run(mark_near_surface, count, self.fluid_pairs, surface, self.near)
             self.closed = not self.near.any()
             mean = self._mean_compression()

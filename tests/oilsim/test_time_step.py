@@ -9,7 +9,7 @@ from oilsim.boundary import BoundaryParticles, tank_walls
 from oilsim.initial_conditions import block
 from oilsim.pressure_operator import PressureOperator
 from oilsim.smoothing_kernels import lattice_moment, lattice_stiffness
-from oilsim.time_step import STABLE, cfl_time_step, equal_steps, relative_time_step, stable_time_step
+from oilsim.time_step import REACH, STABLE, cfl_time_step, equal_steps, relative_time_step, stable_time_step
 
 SPACING, LIMITS = 0.1, (0.4, 1e-4, 1e-2)
 STILL = (0.0, 0.0, 0.0)
@@ -32,7 +32,7 @@ def test_eq_30_and_31():
     ("fastest", "relative", "expected"),
     [
         (1.0, 0.0, 1e-2),  # the largest step, 0.1 d
-        (20.0, 0.0, 0.1 / 20.0),  # moves as one: a spacing a step
+        (20.0, 0.0, REACH * 0.1 / 20.0),  # moves as one: all that it could not see is still a spacing off
         (20.0, 16.0, 0.4 * 0.1 / 16.0),  # deforms: cfl spacings a step, relative to each other
         (20.0, 40.0, 0.4 * 0.1 / 20.0),  # never shorter than Eq. 30
         (1e9, 0.0, 1e-4),  # the shortest
