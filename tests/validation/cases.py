@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from tests.validation.boom_in_waves import BOOM_IN_WAVES
 from tests.validation.case import Case
 from tests.validation.channel import LAYERED, START_UP
 from tests.validation.dam_break import DAM_FRONT, DAM_PRESSURE
@@ -20,7 +21,7 @@ CASES: tuple[Case, ...] = tuple(
         (
             STILL_COLUMN, TWO_LAYERS, CONSERVATION, SHEAR_WAVE, INVISCID_SHEAR, START_UP, LAYERED, ELLIPTICAL_DROP, TAYLOR_GREEN,
             STANDING_WAVE, DAM_FRONT, DAM_PRESSURE, INTERFACE_WAVE, RAYLEIGH_TAYLOR, LOCK_EXCHANGE, VISCOUS_CURRENT, OIL_SLICK,
-            ARCHIMEDES, SUBMERGED, RELEASE, SURFACING, HEAVE_DECAY,
+            ARCHIMEDES, SUBMERGED, RELEASE, SURFACING, BOOM_IN_WAVES, HEAVE_DECAY,
         ),
         key=lambda case: case.number,
     )
