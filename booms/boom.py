@@ -18,6 +18,7 @@ Array = NDArray[np.float64]
 FloatShape = Literal["cylinder", "box"]
 
 END_TAPER = 0.01  # of a segment's length
+BALLAST_FRACTION = 0.35  # of a boom's mass, where nothing else is said
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,7 +43,7 @@ class Boom:
     skirt_thickness: float
     design_skirt_thickness: float
     float_shape: FloatShape = "cylinder"
-    ballast_fraction: float = 0.35
+    ballast_fraction: float = BALLAST_FRACTION
     joint_height: float | None = None
     maximum_turn: float = math.radians(75.0)
     water_density: float = 1027.0
@@ -158,6 +159,7 @@ def boom_of_ratio(
     buoyancy_to_weight: float,
     skirt_thickness: float,
     float_shape: FloatShape = "cylinder",
+    ballast_fraction: float = BALLAST_FRACTION,
     water_density: float = 1027.0,
 ) -> Boom:
     """Boom whose float is sized so that gross buoyancy / weight comes out as asked; the float is as wide as high.
@@ -177,6 +179,7 @@ def boom_of_ratio(
             skirt_thickness=skirt_thickness,
             design_skirt_thickness=skirt_thickness,
             float_shape=float_shape,
+            ballast_fraction=ballast_fraction,
             water_density=water_density,
         )
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Literal
 
+from booms.boom import BALLAST_FRACTION
 from scenarios.fields import Point2, Section, quantity
 from scenarios.problems import Problem
 
@@ -99,6 +100,7 @@ class BoomSettings(Section):
     freeboard           [m] above it
     buoyancy_to_weight  gross: displacement of the whole boom over its weight; the float is sized for it
     skirt_thickness     [m] as built; it is simulated at least one particle spacing thick
+    ballast_fraction    part of the mass that is a chain along the skirt's foot; the lighter the boom, the more it takes to stand upright
     tow_line            [m] of line between each end and its vessel
     line_stiffness      [N] axial stiffness EA of these lines, which then pull only, have no mass and may be winched; without it they
                         are rigid links
@@ -111,6 +113,7 @@ class BoomSettings(Section):
     freeboard: float = quantity("m", above=0.0)
     buoyancy_to_weight: float = quantity("", default=5.0, above=1.0)
     skirt_thickness: float = quantity("m", default=0.005, above=0.0)
+    ballast_fraction: float = quantity("", default=BALLAST_FRACTION, at_least=0.0, at_most=0.95)
     tow_line: float = quantity("m", default=0.0, at_least=0.0)
     line_stiffness: float | None = quantity("N", default=None, above=0.0)
 

@@ -195,6 +195,7 @@ def _boom(settings: BoomSettings, scenario: Scenario) -> Boom:
         freeboard=settings.freeboard,
         buoyancy_to_weight=settings.buoyancy_to_weight,
         skirt_thickness=settings.skirt_thickness,
+        ballast_fraction=settings.ballast_fraction,
         water_density=water_density(scenario),
     )
     return built.resolved_by(scenario.fluid.particle_spacing)

@@ -7,17 +7,17 @@ array has its own shape. Units are those of the model description, see `fmu_vari
 
 from __future__ import annotations
 
-import shutil
 import tempfile
 from collections.abc import Mapping
 from contextlib import chdir
+from dataclasses import replace
 from pathlib import Path
 
 import fmpy
 import numpy as np
 import numpy.typing as npt
 from fmpy.fmi1 import FMICallException
-from fmpy.fmi2 import FMU2Slave, fmi2LastSuccessfulTime
+from fmpy.fmi2 import FMU2Slave, fmi2LastSuccessfulTime, fmi2Terminated
 from fmpy.fmi3 import FMU3Slave
 from fmpy.model_description import ModelDescription, ModelVariable, read_model_description
 
@@ -57,7 +57,7 @@ class FmuParticipant:
             )
             for key, value in self._checked_start_values(start_values or {}).items()
         }
-        self._folder: str | None = None
+        self._folder: tempfile.TemporaryDirectory[str] | None = None  # goes with this object at the latest
         self._fmu: FMU2Slave | FMU3Slave | None = None
         self._is_initialized = False
         self._handles: list[object] = []
@@ -101,13 +101,13 @@ class FmuParticipant:
     def _instantiate(self) -> FMU2Slave | FMU3Slave:
         """A fresh instance, unpacked into a folder of its own."""
         description = self._description
-        self._folder = tempfile.mkdtemp(prefix="oilsim-fmu-")
-        fmpy.extract(str(self._path), self._folder)
+        self._folder = tempfile.TemporaryDirectory(prefix="oilsim-fmu-", ignore_cleanup_errors=True)
+        fmpy.extract(str(self._path), self._folder.name)
         kind = FMU2Slave if description.fmiVersion.startswith("2") else FMU3Slave
         with chdir(Path.cwd()):  # FMPy goes to the binary's folder, and stays there if it cannot load it
             fmu = kind(
                 guid=description.guid,
-                unzipDirectory=self._folder,
+                unzipDirectory=self._folder.name,
                 modelIdentifier=description.coSimulation.modelIdentifier,
                 instanceName=self._name,
             )
@@ -138,23 +138,57 @@ class FmuParticipant:
         self._write(name, checked_value(self._name, self._variables, name, value))
 
     def do_step(self, time: float, step_size: float) -> StepResult:
-        """One `doStep`; early return, discard and a wish to end are passed on."""
+        """One `doStep`; early return, discard and a wish to end are passed on.
+
+        After a discard FMI 2 allows no step but from an earlier state, so such an FMU is saved before each one, and taken back.
+        """
         fmu = self._running()
+        can_go_back = self._description.coSimulation.canGetAndSetFMUstate
+        before = fmu.getFMUState() if isinstance(fmu, FMU2Slave) and can_go_back else None
         try:
-            result = fmu.doStep(time, step_size)
+            result = fmu.doStep(time, step_size, False)  # whoever drives it may go back to before this step
         except FMICallException as failure:
-            if failure.status != DISCARD_STATUS:
-                self._forget()  # the standard forbids any further call after a fatal error
-                return StepResult(Status.ERROR, time, self._messages.explain(failure))
-            reached = time if isinstance(fmu, FMU3Slave) else fmu.getRealStatus(fmi2LastSuccessfulTime)
-            return StepResult(Status.DISCARD, float(reached), self._messages.explain(failure))
+            if failure.status == DISCARD_STATUS:
+                return self._discarded(time, step_size, self._messages.explain(failure), before)
+            self._forget()  # the standard forbids any further call after a fatal error
+            return StepResult(Status.ERROR, time, self._messages.explain(failure))
+        finally:
+            if before is not None and self._fmu is not None:
+                fmu.freeFMUState(before)
         if result is None:
             return StepResult(Status.OK, time + step_size)
         _, wants_end, is_early, reached = result
         if wants_end:
-            text = f"{self._path.name} asked to end the run"
-            return StepResult(Status.EARLY_RETURN, reached, text, terminate_simulation=True)
+            return self._ended(reached)
         return StepResult(Status.EARLY_RETURN if is_early else Status.OK, reached if is_early else time + step_size)
+
+    def _discarded(self, time: float, step_size: float, message: str, before: object | None) -> StepResult:
+        """What follows a discard; the FMU is in the state `before`, or as far as it says that it could come."""
+        fmu = self._running()
+        if isinstance(fmu, FMU3Slave):  # which leaves its state as it was
+            return StepResult(Status.DISCARD, time, message)
+        reached = float(fmu.getRealStatus(fmi2LastSuccessfulTime))
+        if fmu.getBooleanStatus(fmi2Terminated) and not self._confuses_discard_with_end:
+            return self._ended(reached)
+        if before is None:
+            self._forget()
+            return StepResult(
+                Status.ERROR, time, f"{message}; {self._path.name} cannot be taken back for a shorter step"
+            )
+        fmu.setFMUState(before)
+        if not time < reached < time + step_size:
+            return StepResult(Status.DISCARD, time, message)
+        shorter = self.do_step(time, reached - time)
+        return replace(shorter, status=Status.EARLY_RETURN) if shorter.status is Status.OK else shorter
+
+    def _ended(self, reached: float) -> StepResult:
+        text = f"{self._path.name} asked to end the run"
+        return StepResult(Status.EARLY_RETURN, reached, text, terminate_simulation=True)
+
+    @property
+    def _confuses_discard_with_end(self) -> bool:
+        """Whether it says fmi2Terminated after every discard, as PythonFMU's binary does (0.7)."""
+        return "PythonFMU" in (self._description.generationTool or "")
 
     def save_state(self) -> object:
         """The FMU's state: bytes if it can be serialised, else a handle that is good until the run ends.
@@ -203,7 +237,7 @@ class FmuParticipant:
     def _forget(self) -> None:
         """Let go of the instance without a further call to it, and remove what was unpacked."""
         if self._folder is not None:
-            shutil.rmtree(self._folder, ignore_errors=True)
+            self._folder.cleanup()
         self._fmu, self._folder, self._is_initialized = None, None, False
         self._handles.clear()
 

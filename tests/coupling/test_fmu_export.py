@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 from typing import Literal
 
@@ -11,8 +12,11 @@ import fmpy
 import numpy as np
 import pytest
 from fmpy import simulate_fmu
+from fmpy.fmi2 import FMU2Slave
 from fmpy.validation import validate_fmu
 
+from coupling.co_simulation import CoSimulation
+from coupling.errors import CoSimulationError
 from coupling.fmu_export import FmuContent, FmuExportError, export_fmu
 from coupling.participant import Status
 from coupling.participants.fmu import FmuParticipant
@@ -47,10 +51,27 @@ class {name}(ScalarModel):
 '''
 
 
-def build(folder: Path, version: Version, name: str = "Tank", sign: str = "") -> Path:
-    """The FMU of a tank, which empties if sign is -."""
+# a step that is too long is found out on the way: FMI 2 leaves it to the master to take it back
+STIFF = """
+from coupling.participant import Status, StepResult
+from coupling.scalar_model import ScalarModel, given, taken
+
+class Stiff(ScalarModel):
+    speed = taken("m/s", 1.0)
+    place = given("m")
+
+    def do_step(self, time, step_size):
+        self.place += step_size * self.speed
+        if step_size > 0.03:
+            return StepResult(Status.DISCARD, time, "too long")
+        return StepResult(Status.OK, time + step_size)
+"""
+
+
+def build(folder: Path, version: Version, name: str = "Tank", sign: str = "", text: str = TANK) -> Path:
+    """The FMU of a tank, which empties if sign is -, or of another model."""
     source = folder / f"{name}.py"
-    source.write_text(TANK.format(name=name, sign=sign))
+    source.write_text(text.format(name=name, sign=sign))
     path = folder / f"{name}-{version}.fmu"
     content = FmuContent(
         identifier=name,
@@ -150,6 +171,57 @@ def test_a_discarded_step_is_a_discarded_step(tmp_path: Path, version: Version) 
     fmu.set("inflow", np.array([1.0]))
     assert fmu.do_step(0.0, 0.1).status is Status.OK
     fmu.terminate()
+
+
+def stiff_run(path: Path, rolls_back: bool = False) -> tuple[FmuParticipant, CoSimulation]:
+    """A run of an FMU that discards steps; its own time of a step is 0.1 s."""
+    fmu = FmuParticipant("stiff", path)
+    run = CoSimulation([fmu], [], 0.1, rolls_back=rolls_back)
+    run.initialize()
+    return fmu, run
+
+
+@pytest.mark.parametrize("rolls_back", [False, True])
+def test_after_a_discard_fmi_2_is_taken_back_for_shorter_steps(tmp_path: Path, rolls_back: bool) -> None:
+    fmu, run = stiff_run(build(tmp_path, 2, "Stiff", text=STIFF), rolls_back)
+    assert run.rollback_faults == {}
+    run.run(0.4)
+    assert fmu.get("place") == pytest.approx(0.4, rel=1e-12)
+    run.terminate()
+
+
+def test_fmi_2_goes_as_far_as_it_says_it_can(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    fmu, run = stiff_run(build(tmp_path, 2, "Stiff", text=STIFF))
+    monkeypatch.setattr(FMU2Slave, "getRealStatus", lambda *_: 0.02)  # PythonFMU can only say that it has not moved
+    result = fmu.do_step(0.0, 0.1)
+    assert (result.status, result.last_successful_time) == (Status.EARLY_RETURN, 0.02)
+    assert fmu.get("place") == pytest.approx(0.02, rel=1e-12)
+    run.terminate()
+
+
+def test_fmi_2_that_discards_and_cannot_be_taken_back_is_named(tmp_path: Path) -> None:
+    _, run = stiff_run(without("canGetAndSetFMUstate", build(tmp_path, 2, "Stiff", text=STIFF)))
+    message = r"'stiff' failed at 0 s: error: .*discard.*; bare\.fmu cannot be taken back for a shorter step"
+    with pytest.raises(CoSimulationError, match=message):
+        run.step()
+
+
+def test_fmi_2_that_discards_for_it_has_ended_ends_the_run(tmp_path: Path) -> None:
+    _, run = stiff_run(without("PythonFMU", build(tmp_path, 2, "Stiff", text=STIFF)))
+    run.step()
+    assert not run.is_running
+
+
+def without(word: str, path: Path) -> Path:
+    """A copy of an FMU whose description has a word less."""
+    bare = path.with_name("bare.fmu")
+    with zipfile.ZipFile(path) as whole, zipfile.ZipFile(bare, "w") as copy:
+        for item in whole.namelist():
+            content = whole.read(item)
+            if item == "modelDescription.xml":
+                content = content.replace(f'{word}="true"'.encode(), b"").replace(f'"{word} '.encode(), b'"other ')
+            copy.writestr(item, content)
+    return bare
 
 
 def test_missing_extra_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

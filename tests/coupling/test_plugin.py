@@ -236,7 +236,8 @@ def test_a_concave_mesh_in_memory_is_asked_for_and_taken(client: int) -> None:
 
 
 def float_chain(client: int, height: float, density: float) -> int:
-    """Three boxes of edge 0.1 m in a row, hinged across, without damping and motors."""
+    """Three boxes of edge 0.1 m in a row, hinged across, without damping and motors; they bump into each other as they fold."""
+    collide = pybullet.URDF_USE_SELF_COLLISION | pybullet.URDF_USE_SELF_COLLISION_INCLUDE_PARENT
     edge, mass = 0.1, density * 1e-3
     shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=[0.5 * edge] * 3, physicsClientId=client)
     body = pybullet.createMultiBody(
@@ -244,7 +245,7 @@ def float_chain(client: int, height: float, density: float) -> int:
         linkVisualShapeIndices=[-1] * 2, linkPositions=[(0.6 * edge, 0, 0), (1.2 * edge, 0, 0)],
         linkOrientations=[(0, 0, 0, 1)] * 2, linkInertialFramePositions=[(0.6 * edge, 0, 0)] * 2,
         linkInertialFrameOrientations=[(0, 0, 0, 1)] * 2, linkParentIndices=[0, 1],
-        linkJointTypes=[pybullet.JOINT_REVOLUTE] * 2, linkJointAxis=[(0, 1, 0)] * 2, physicsClientId=client,
+        linkJointTypes=[pybullet.JOINT_REVOLUTE] * 2, linkJointAxis=[(0, 1, 0)] * 2, flags=collide, physicsClientId=client,
     )  # fmt: skip
     for link in links(body, client):
         pybullet.changeDynamics(
@@ -264,7 +265,7 @@ def test_hinged_floats_far_lighter_than_water_rise_and_lie_still(client: int) ->
     body = float_chain(client, 0.14, density)
     world = attach_fluid(client, pool(0.025, 0.5, 0.2, hollow=((0, 0, 0.14), (0.18, 0.06, 0.06))), [body])
     lifts, speeds, momenta = [], [], []
-    for _ in range(200):
+    for _ in range(150):
         world.step()
         lifts.append(sum(world.wrench(body, link)[2] for link in links(body, client)))
         speeds.append(np.linalg.norm(pybullet.getBaseVelocity(body, physicsClientId=client)[0]))
@@ -272,15 +273,14 @@ def test_hinged_floats_far_lighter_than_water_rise_and_lie_still(client: int) ->
         moving += [state[6] for state in pybullet.getLinkStates(body, [0, 1], 1, 1, physicsClientId=client)]
         momenta.append(density * 1e-3 * sum(velocity[2] for velocity in moving))
     assert max(speeds) < 2.0
-    assert max(speeds[150:]) < 0.3 * max(speeds)
+    assert max(speeds[100:]) < 0.3 * max(speeds)
     # what the water gave, less the weight, is the momentum of all links; pybullet turns them with the step, first order in it
     weight = 3e-3 * density * GRAVITY
-    given = 0.01 * (np.sum(lifts[50:]) - 150 * weight)
+    given = 0.01 * (np.sum(lifts[50:]) - 100 * weight)
     assert given == pytest.approx(momenta[-1] - momenta[49], abs=1e-2 * weight)
     hinges = pybullet.getLinkStates(body, [0, 1], physicsClientId=client)
-    # afloat at 0.25 m; links do not see each other, so that one may lie folded onto the next, or half under it
-    heights = [state[0][2] for state in hinges]
-    assert min(heights) > 0.15 and max(heights) < 0.4, heights
+    heights = [state[0][2] for state in hinges]  # afloat at 0.23 m
+    assert min(heights) > 0.2 and max(heights) < 0.4, heights
 
 
 def test_bodies_without_a_solid_are_refused(client: int) -> None:

@@ -113,11 +113,15 @@ class Bench:
         """Advance `fluid` by `duration` [s] and count it."""
         begin = time.perf_counter()
         report = fluid.advance(duration)
-        self.wall_seconds += time.perf_counter() - begin
-        self.particle_steps += report.sub_steps * fluid.particle_count
+        self.count(duration, time.perf_counter() - begin, report.sub_steps * fluid.particle_count)
+        return report
+
+    def count(self, duration: float, wall_seconds: float, particle_steps: int) -> None:
+        """Count the work of something else than `advance` that went on by `duration` [s]."""
+        self.wall_seconds += wall_seconds
+        self.particle_steps += particle_steps
         self._done += duration
         self.progress(min(1.0, self._done / self._planned))
-        return report
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from tests.validation.boom_in_waves import BOOM_IN_WAVES
 from tests.validation.case import Case
 from tests.validation.channel import LAYERED, START_UP
 from tests.validation.dam_break import DAM_FRONT, DAM_PRESSURE
@@ -11,6 +12,7 @@ from tests.validation.hydrostatics import STILL_COLUMN
 from tests.validation.interfaces import LOCK_EXCHANGE, RAYLEIGH_TAYLOR
 from tests.validation.released import HEAVE_DECAY, RELEASE, SURFACING
 from tests.validation.spreading import OIL_SLICK, VISCOUS_CURRENT
+from tests.validation.towing import TOWED_PLATE
 from tests.validation.two_layers import TWO_LAYERS
 from tests.validation.viscous import INVISCID_SHEAR, SHEAR_WAVE, TAYLOR_GREEN
 from tests.validation.waves import INTERFACE_WAVE, STANDING_WAVE
@@ -20,7 +22,7 @@ CASES: tuple[Case, ...] = tuple(
         (
             STILL_COLUMN, TWO_LAYERS, CONSERVATION, SHEAR_WAVE, INVISCID_SHEAR, START_UP, LAYERED, ELLIPTICAL_DROP, TAYLOR_GREEN,
             STANDING_WAVE, DAM_FRONT, DAM_PRESSURE, INTERFACE_WAVE, RAYLEIGH_TAYLOR, LOCK_EXCHANGE, VISCOUS_CURRENT, OIL_SLICK,
-            ARCHIMEDES, SUBMERGED, RELEASE, SURFACING, HEAVE_DECAY,
+            ARCHIMEDES, SUBMERGED, RELEASE, SURFACING, BOOM_IN_WAVES, HEAVE_DECAY, TOWED_PLATE,
         ),
         key=lambda case: case.number,
     )

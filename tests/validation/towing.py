@@ -1,0 +1,111 @@
+"""Case 22: the drag of a plate towed square to itself, F = 0.5 rho C_d A V^2, between walls far away.
+
+Plane. The water fills its channel and has no weight, so that no wave takes part and speed alone sets the scale of force: its exponent
+tests that nothing else does.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from oilsim.boundary import solid_box, tank_walls
+from oilsim.config import FluidConfig
+from oilsim.initial_conditions import block
+from oilsim.solver import Fluid
+from scenarios.motions import TowingMotion
+from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
+from tests.validation.scenes import liquid
+
+Double = NDArray[np.float64]
+
+PLATE = 0.25  # m: its height h
+WATER = 1000.0  # kg/m3
+SPEEDS = (0.25, 0.5, 1.0)  # m/s
+ROOM, HEIGHT = 5.0, 12.0  # h: before the plate at the start and at the end; of the channel
+RISE, COUNTED, TRAVEL = 2.0, 12.0, 24.0  # h: travelled while the speed rises, before the mean begins, in all
+BEATS = 20  # samples of the force in a travel of h
+MASKELL = 0.96  # epsilon of a plate from side to side of a channel (Maskell 1963)
+
+
+def towing_tank(bench: Bench, spacing: float) -> tuple[Fluid, int]:
+    """A closed channel full of water at rest, with the plate in it; its handle."""
+    lower = (-ROOM * PLATE, -1.0, -0.5 * HEIGHT * PLATE)
+    upper = ((TRAVEL + ROOM) * PLATE, 1.0, 0.5 * HEIGHT * PLATE)
+    room = np.array([4.0 * spacing, 0.0, 4.0 * spacing])
+    config = FluidConfig(
+        particle_spacing=spacing, phases=(liquid(WATER),), dimension=2, gravity=(0.0, 0.0, 0.0), lower=tuple(lower - room),
+        upper=tuple(upper + room),
+    )  # fmt: skip
+    fluid = bench.fluid(config)
+    fluid.add_boundary(tank_walls(lower, upper, spacing, sides=("-x", "+x", "-z", "+z"), dimension=2))
+    points = block(lower, upper, spacing, 2)
+    inside = (np.abs(points[:, 0]) < 0.5 * spacing) & (np.abs(points[:, 2]) < 0.5 * PLATE)
+    fluid.add_particles(points[~inside], phase="water")
+    return fluid, fluid.add_boundary(solid_box((spacing, 0.0, PLATE), spacing, dimension=2, name="plate"))
+
+
+def drag(bench: Bench, spacing: float, speed: float) -> tuple[Double, Double]:
+    """Travel [h] and drag [N/m] of the plate at the samples."""
+    fluid, plate = towing_tank(bench, spacing)
+    motion = TowingMotion(position=(0.0, 0.0, 0.0), velocity=(speed, 0.0, 0.0), rise_time=2.0 * RISE * PLATE / speed)
+    places, forces = [0.0], [0.0]
+    while places[-1] < TRAVEL:
+        now = motion.at(fluid.time)
+        fluid.set_boundary_motion(plate, now.position, now.orientation, now.linear_velocity, now.angular_velocity)
+        bench.advance(fluid, PLATE / (speed * BEATS))
+        places.append(float(motion.at(fluid.time).position[0]) / PLATE)
+        forces.append(-float(fluid.boundary_wrench(plate)[0]))
+    fluid.close()
+    return np.array(places), np.array(forces)
+
+
+def unblocked(coefficient: float) -> float:
+    """The coefficient without walls: C_d / (1 + epsilon C_d h / H) (Maskell 1963)."""
+    return coefficient / (1.0 + MASKELL * coefficient / HEIGHT)
+
+
+def towed_plate(resolution: int, bench: Bench) -> Outcome:
+    """Case 22: the plate at three speeds."""
+    bench.plan(sum((TRAVEL + RISE) * PLATE / speed for speed in SPEEDS))
+    means, traces = [], []
+    for speed in SPEEDS:
+        places, forces = drag(bench, PLATE / resolution, speed)
+        means.append(float(forces[places > COUNTED].mean()))
+        coefficients = forces / (0.5 * WATER * speed**2 * PLATE)
+        smooth = np.convolve(coefficients, np.full(BEATS, 1.0 / BEATS), mode="valid")
+        traces.append(trace("drag", places[BEATS - 1 :], smooth, f"{speed:g} m/s"))
+    coefficient = np.mean(np.array(means) / (0.5 * WATER * np.array(SPEEDS) ** 2 * PLATE))
+    return Outcome(
+        values={
+            "exponent of speed": float(np.polyfit(np.log(SPEEDS), np.log(means), 1)[0]),
+            "drag coefficient": unblocked(float(coefficient)),
+            "drag coefficient between the walls": float(coefficient),
+        },
+        traces=(*traces, trace("force", SPEEDS, means, markers=True)),
+    )
+
+
+TOWED_PLATE = Case(
+    number=22,
+    name="towed-plate",
+    title="Drag of a plate towed square to itself",
+    source="F = 0.5 rho C_d A V^2; C_d of a long plate 1.9 to 2.0 in tow and wind tunnels (Fage and Johansen 1927, Hoerner 1965)",
+    setup=f"plate of height h, one spacing thick, across a closed channel {HEIGHT:g} h high, plane, without weight; "
+    f"{', '.join(f'{speed:g}' for speed in SPEEDS)} m/s; mean over {COUNTED:g} h to {TRAVEL:g} h of travel",
+    length=PLATE,
+    length_symbol="h",
+    resolutions=(4, 6, 8),
+    quantities=(
+        Quantity(name="exponent of speed", unit="1", reference=2.0, scale=1.0, gate=0.03),
+        Quantity(name="drag coefficient", unit="1", reference=1.9, scale=1.0, gate=0.1),
+        Quantity(name="drag coefficient between the walls", unit="1", reference=1.9, scale=1.0),
+    ),
+    panels=(
+        Panel("drag", "travel / h", "C_d, mean over h", y_range=(0.0, 4.0)),
+        Panel("force", "V [m/s]", "F [N/m]", log_x=True, log_y=True),
+    ),
+    run=towed_plate,
+    note="the drag coefficient is corrected for blockage by Maskell; a plane wake has no turbulence across it, and one of a plate of a "
+    "few spacings rolls up late.",
+)
