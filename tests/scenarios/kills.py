@@ -1,4 +1,4 @@
-"""Real runs of `oilsim` that are killed, and what is left of them: used by a test for a few, by a benchmark for many."""
+"""Real runs of `oilsim` that are killed, and what is left of them: for a test, and for a benchmark's table."""
 
 from __future__ import annotations
 
