@@ -99,7 +99,8 @@ def _beside(run: RunDescription, scalars: Collection[str]) -> rrb.Container | rr
         if views:
             tabs.append(rrb.Vertical(*views, name=title))
     if chosen:
-        tabs.insert(0, rrb.Vertical(*(_plot(plot, found) for plot, found in chosen.items()), name="Series"))
+        own = rrb.Vertical(*(_plot(plot, found) for plot, found in chosen.items()), name="Series")
+        tabs.insert(0 if run.exercise is None else 1, own)
     told: rrb.Container | rrb.View = rrb.TextDocumentView(origin=f"/{entity_paths.LEGEND}", name="What you see")
     parts = [(told, 6 if run.exercise is not None else 3)]
     if tabs:

@@ -12,9 +12,12 @@ from recordings.exercise import BoomDescription, ExerciseDescription, Site
 from recordings.frame import CameraView, MeshDescription, PhaseDescription, RunDescription
 from scenarios.build_fluid import horizontal
 from scenarios.fleet import Fleet
+from scenarios.probes import PressureProbe, WaveGauge
 from scenarios.scenario import Scenario, SiteSettings
 from scenarios.scene import Scene
 from scenarios.versions import versions
+
+_QUANTITIES = {PressureProbe: "pressure [Pa]", WaveGauge: "height of the surface [m]"}  # what one number may be
 
 
 def describe_run(scene: Scene, *, text: str, overrides: Sequence[str]) -> RunDescription:
@@ -44,6 +47,11 @@ def describe_run(scene: Scene, *, text: str, overrides: Sequence[str]) -> RunDes
         camera=None if camera is None else CameraView(eye=camera.eye, target=camera.target),
         exercise=exercise,
         site=None if scenario.site is None else _site(scenario.site),
+        plots={
+            f"Probe {name}: {_QUANTITIES[type(probe)]}": (f"probes/{name}",)
+            for name, probe in scenario.probes.items()
+            if type(probe) in _QUANTITIES
+        },
     )
 
 
