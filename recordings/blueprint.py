@@ -102,7 +102,7 @@ def _beside(run: RunDescription, scalars: Collection[str]) -> rrb.Container | rr
         own = rrb.Vertical(*(_plot(plot, found) for plot, found in chosen.items()), name="Series")
         tabs.insert(0 if run.exercise is None else 1, own)
     told: rrb.Container | rrb.View = rrb.TextDocumentView(origin=f"/{entity_paths.LEGEND}", name="What you see")
-    parts = [(told, 6 if run.exercise is not None else 3)]
+    parts = [(told, 6 if run.exercise is not None else 4 if run.meshes else 3)]
     if tabs:
         parts.append((rrb.Tabs(*tabs), 13))
     parts.append((_log(), 4))
