@@ -9,7 +9,8 @@ and the approach to walls, -n_i . (v_i - v_b) with the normal n_i by the same we
 
     dt = max(lambda d / v_max,  min(lambda d / u_most,  REACH d / v_max)),
 
-u_most being what all but OUTLIERS of the particles keep below: torn off drops collide at speeds that the rest does not know.
+u_most being what all but OUTLIERS of the particles keep below: torn off drops collide at speeds that the rest does not know. Of many
+particles a sample is asked.
 
 However calm, particles swing about their places under the pressure that presses them together, at omega^2 = c p / (rho d^2) or less
 (`lattice_stiffness`). Positions and velocities are stepped in turn, which is stable up to omega dt = 2:
@@ -31,14 +32,16 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from oilsim.neighbors import nearest_images
+from oilsim.lanes import LANES, below, gather, load, only, positive, root, spread, summed
+from oilsim.neighbors import nearest_images, rows, separations
 from oilsim.smoothing_kernels import FAST, SUPPORT, lattice_stiffness
 
 OUTLIERS = 5e-3  # share of the particles whose relative speed is not asked
+SAMPLE = 10_000  # particles, at least, that are asked of a larger number: enough to know their outliers by a sixth
 STABLE = 0.9  # share of the lattice's limit that is used: disorder makes some particles swing faster
 REACH = SUPPORT - 1.0  # spacings that a particle may go in a step
 SPRAY = 8  # neighbours below which a particle is a drop that flies for itself
-TINY = np.float32(1e-20)
+TINY, ZERO, ONE = np.float32(1e-20), np.float32(0.0), np.float32(1.0)
 
 
 @njit(inline="always", **FAST)
@@ -46,17 +49,18 @@ def squared_deformation(i, position, velocity, period, fluid, inverse_range):
     """u_i^2 [m2/s2]; 0 for spray. inverse_range 1 / H [1/m]."""
     xi, yi, zi = position[0, i], position[1, i], position[2, i]
     ui, vi, wi = velocity[0, i], velocity[1, i], velocity[2, i]
-    weights, squares, present = np.float32(0.0), np.float32(0.0), 0
-    for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
-        j = fluid.neighbor[k]
-        dx, dy, dz = nearest_images(xi - position[0, j], yi - position[1, j], zi - position[2, j], period)
-        du, dv, dw = ui - velocity[0, j], vi - velocity[1, j], wi - velocity[2, j]
-        r = math.sqrt(dx * dx + dy * dy + dz * dz)
-        weight = max(np.float32(1.0) - r * inverse_range, np.float32(0.0))
+    points, velocities = rows(position), rows(velocity)
+    weights = squares = spread(ZERO)
+    first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
+    for k in range(first, last, LANES):
+        present = below(last, k)
+        j = load(fluid.neighbor, k, present)
+        dx, dy, dz = separations(xi, yi, zi, points, j, period)
+        du, dv, dw = ui - gather(velocities[0], j), vi - gather(velocities[1], j), wi - gather(velocities[2], j)
+        weight = only(present, positive(ONE - root(dx * dx + dy * dy + dz * dz) * inverse_range), ZERO)
         weights += weight
         squares += weight * (du * du + dv * dv + dw * dw)
-        present += weight > np.float32(0.0)
-    return squares / (weights + TINY) if present >= SPRAY else np.float32(0.0)
+    return summed(squares) / (summed(weights) + TINY) if fluid.number[i] >= SPRAY else ZERO
 
 
 @njit(inline="always", **FAST)
@@ -101,16 +105,17 @@ def relative_speeds(
     walls,
     slow,
     support,
+    stride,
     square,
 ):
-    """Fill `square` (N,) with u_i^2 or the squared approach to a wall [m2/s2], whichever is larger.
+    """Fill `square` with u_i^2 or the squared approach to a wall [m2/s2], whichever is larger, of every stride-th particle.
 
     position, velocity (3, N) [m, m/s]; wall (3, M) [m], of which those from `resting` on move with `twist` (bodies, 6) of their
     `owner` at `arm` (3, M - resting) [m]. Particles no faster than `slow` [m/s] are passed over where no body moves.
     """
     inverse_range = np.float32(1.0) / support
-    for i in range(begin, end):
-        greatest = np.float32(0.0)
+    for sample in range(begin, end):
+        i, greatest = sample * stride, ZERO
         ui, vi, wi = velocity[0, i], velocity[1, i], velocity[2, i]
         fast = ui * ui + vi * vi + wi * wi > slow * slow
         if fast:
@@ -120,7 +125,12 @@ def relative_speeds(
                 i, position, velocity, wall, resting, owner, arm, twist, period, walls, inverse_range
             )
             greatest = max(greatest, approach)
-        square[i] = greatest
+        square[sample] = greatest
+
+
+def sampling_stride(count: int) -> int:
+    """Of `count` particles, in cell order, every which one is asked."""
+    return max(1, count // SAMPLE)
 
 
 def most(values: NDArray[np.float32]) -> float:
