@@ -4,7 +4,8 @@
     v_i -= theta sum_j V W_ij 2 rho_j / (rho_i + rho_j) [v_i - v_j + (G_i + G_j) x_ij / 2],    theta = 1 - exp(-dt / tau)
 
 The density constraint of Qiu et al. 2021 (Eq. 15-22) mends a share omega of the error a pass, with the lattice's
-a = V^2 sum |grad W|^2 for the diagonal of Eq. 13; what is left is carried to the next step. Inside the liquid the error counts with
+a = V^2 sum |grad W|^2 for the diagonal of Eq. 13; what is left is carried to the next step. Where one pass a step is not enough, further
+ones have inertia (Polyak 1964). Inside the liquid the error counts with
 both signs; within reach of a free surface only compression counts, and nothing is shifted. beta grows with the strain of the flow
 and keeps neighbours evenly spread (particle shifting; Lind et al. 2012). It takes beta_i alone: shared between the two of a pair
 it would drive particles along grad beta, and compress calm water at the edge of a flow. The filter takes off what linear flow cannot
@@ -29,6 +30,9 @@ OMEGA = 0.2  # share of the density error mended a pass
 SURFACE = np.float32(0.3)  # |g_i| d from which a particle lies at a free surface
 LARGEST_SHIFT = np.float32(0.5)  # beta of any flow
 SHIFT_BY_STRAIN = np.float32(15.0)  # beta for each unit of |G| x time step
+INERTIA = np.float32(
+    0.7
+)  # share of a pass's motion that the next one of the step repeats: smooth errors mend in fewer passes
 LEAST_SHARE = 0.3  # theta below which the filter waits for later steps: it costs as much as the rest of a pass twice
 SETTLING = 1.5  # tau, in which noise fades, in units of `FluidConfig.time_unit`
 
@@ -108,10 +112,13 @@ def wall_push(i, position, wall, wall_volume, own, period, walls, sigma, inverse
 
 @njit(**FAST)
 def relax(
-    begin, end, position, wall, wall_volume, field, multiplier, theta, period, fluid, walls, sigma, support, volume,
+    begin, end, position, wall, wall_volume, field, multiplier, theta, inertia, period, fluid, walls, sigma, support, volume,
     push, change,
 ):  # fmt: skip
-    """Fill `push` (3, N) with dx_i [m] and `change` (3, N) with what v_i gains [m/s] by a filter of `theta`, 0 for none."""
+    """Fill `push` (3, N) with dx_i [m], `inertia` times what it held included, and `change` (3, N) with what v_i gains [m/s].
+
+    theta: share of the filter; 0 leaves `change` without meaning.
+    """
     inverse_support = ONE / support
     half, twice = np.float32(0.5), np.float32(2.0) * theta
     points = rows(position)
@@ -140,9 +147,9 @@ def relax(
         bx = by = bz = ZERO
         if walls.number[i] > 0 and own != ZERO:
             bx, by, bz = wall_push(i, position, wall, wall_volume, own, period, walls, sigma, inverse_support)
-        push[0, i] = weight * (factor * summed(px) + bx)
-        push[1, i] = weight * (factor * summed(py) + by)
-        push[2, i] = weight * (factor * summed(pz) + bz)
+        push[0, i] = inertia * push[0, i] + weight * (factor * summed(px) + bx)
+        push[1, i] = inertia * push[1, i] + weight * (factor * summed(py) + by)
+        push[2, i] = inertia * push[2, i] + weight * (factor * summed(pz) + bz)
         change[0, i] = -volume * summed(sx)
         change[1, i] = -volume * summed(sy)
         change[2, i] = -volume * summed(sz)

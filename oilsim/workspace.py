@@ -31,6 +31,7 @@ from oilsim.local_fields import local_fields
 from oilsim.neighbors import NeighborSearch, Pairs, make_grid
 from oilsim.parallel import Team, block_count, total
 from oilsim.relaxation import (
+    INERTIA,
     LEAST_SHARE,
     OMEGA,
     SETTLING,
@@ -238,40 +239,25 @@ class Workspace:
         self.closed = True
         if count == 0:
             return 0, 0.0
-        spacing = np.float32(config.particle_spacing)
-        self.field = field = np.empty((13, count), np.float32)
-        surface = np.empty(count, np.float32)
-        multiplier, push, change = np.empty(count, np.float32), np.empty_like(position), np.empty_like(position)
-        rate = np.float32(OMEGA / lattice_diagonal(config.dimension)) * spacing**2
-        limit = LARGEST_MULTIPLIER * spacing**2
-        state.noisy_time += time_step
-        theta = np.float32(-math.expm1(-state.noisy_time / (SETTLING * config.time_unit)))
-        if theta < LEAST_SHARE:
-            theta = np.float32(0.0)
-        else:
-            state.noisy_time = 0.0
+        multiplier, push, change = np.empty(count, np.float32), np.zeros_like(position), np.empty_like(position)
+        square = np.float32(config.particle_spacing**2)
+        rate, limit = np.float32(OMEGA / lattice_diagonal(config.dimension)) * square, LARGEST_MULTIPLIER * square
+        theta, inertia = self._filter_share(state, time_step), np.float32(0.0)
         with self.stage("density"):
-            run(
-                local_fields, count, position, state.velocity, walls.position, walls.volume, self.weight, *self._geometry,
-                self.plane, self._moment, self.compression, self.gradient_sum, field, self.matrix,
-            )  # fmt: skip
-            if self.budget is not None:
-                self.budget.add_strain(field, time_step)
-            run(mark_surface, count, self.gradient_sum, self.compression, spacing, surface)
-            run(mark_near_surface, count, self.fluid_pairs, surface, self.near)
-            self.closed = not self.near.any()
+            self._look_around(state, time_step)
             mean = self._mean_compression()
             for iteration in range(1, config.density_iterations + 1):
                 run(relaxation_multiplier, count, self.compression, self.near, rate, limit, multiplier)
                 run(
-                    relax, count, position, walls.position, walls.volume, field, multiplier, theta, *self._geometry,
+                    relax, count, position, walls.position, walls.volume, self.field, multiplier, theta, inertia, *self._geometry,
                     push, change,
                 )  # fmt: skip
                 position += push
-                state.velocity += change
+                if theta > 0.0:
+                    state.velocity += change
                 if iteration == 1:
-                    run(shift, count, self.gradient_sum, self.near, field, np.float32(time_step), spacing**2, position)
-                    theta = np.float32(0.0)
+                    run(shift, count, self.gradient_sum, self.near, self.field, np.float32(time_step), square, position)
+                    theta, inertia = np.float32(0.0), INERTIA
                 if mean <= config.density_tolerance or iteration == config.density_iterations:
                     return iteration, mean
                 run(
@@ -279,6 +265,29 @@ class Workspace:
                 )
                 mean = self._mean_compression()
         raise AssertionError("the loop returns")
+
+    def _look_around(self, state: FluidState, time_step: float) -> None:
+        """What `local_fields` tells of every particle, and which are near a free surface."""
+        run, count = self.team.run, state.count
+        self.field, surface = np.empty((13, count), np.float32), np.empty(count, np.float32)
+        run(
+            local_fields, count, state.position, state.velocity, self.walls.position, self.walls.volume, self.weight, *self._geometry,
+            self.plane, self._moment, self.compression, self.gradient_sum, self.field, self.matrix,
+        )  # fmt: skip
+        if self.budget is not None:
+            self.budget.add_strain(self.field, time_step)
+        run(mark_surface, count, self.gradient_sum, self.compression, np.float32(self.config.particle_spacing), surface)
+        run(mark_near_surface, count, self.fluid_pairs, surface, self.near)
+        self.closed = not self.near.any()
+
+    def _filter_share(self, state: FluidState, time_step: float) -> np.float32:
+        """theta of the filter of noise; 0 while it waits."""
+        state.noisy_time += time_step
+        theta = -math.expm1(-state.noisy_time / (SETTLING * self.config.time_unit))
+        if theta < LEAST_SHARE:
+            return np.float32(0.0)
+        state.noisy_time = 0.0
+        return np.float32(theta)
 
     def _mean_compression(self) -> float:
         """Mean of (C_i)+; in a box without free surface, whose mean density is given, about the mean of C_i."""
