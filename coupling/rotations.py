@@ -22,3 +22,10 @@ def cross(first: Array, second: Array) -> Array:
     """first x second, both (B, 3); several times faster than numpy's own for few rows."""
     (a, b, c), (x, y, z) = first.T, second.T
     return np.stack([b * z - c * y, c * x - a * z, a * y - b * x], axis=1)
+
+
+def turned(first: Array, second: Array) -> Array:
+    """Products (B, 4) of the quaternions (B, 4) xyzw: the turn `second`, and then `first`."""
+    axis, real, other_axis, other_real = first[:, :3], first[:, 3:], second[:, :3], second[:, 3:]
+    vector = real * other_axis + other_real * axis + cross(axis, other_axis)
+    return np.hstack([vector, real * other_real - (axis * other_axis).sum(axis=1, keepdims=True)])
