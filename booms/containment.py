@@ -102,10 +102,14 @@ class BoomState:
         along /= np.linalg.norm(along, axis=1)[:, None]
         return np.stack([along[:, 1], -along[:, 0]], axis=1)
 
-    def normal_speed(self, current: Array) -> Array:
-        """Speed (S,) [m/s] at which water meets each segment along its normal: |(v - current) . n|; current (2,)."""
+    def normal_flow(self, current: Array) -> Array:
+        """Velocity (S,) [m/s] of each segment through the water along its normal: (v - current) . n; current (2,)."""
         relative = self.velocity[:, :2] - np.asarray(current)[:2]
-        return np.abs((relative * self.normal()).sum(axis=1))
+        return np.asarray((relative * self.normal()).sum(axis=1))
+
+    def normal_speed(self, current: Array) -> Array:
+        """Speed (S,) [m/s] at which water meets each segment along its normal, now."""
+        return np.abs(self.normal_flow(current))
 
     def skirt_angle(self) -> Array:
         """Lean (S,) [rad] of the skirt from the vertical: angle between the body's z axis and the world's."""

@@ -5,6 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
 
 def encounter_rate(boom_length: float, gap_ratio: float, speed: float, slick_thickness: float) -> float:
     """Oil met a second [m3/s] by a boom swept through a slick: Q = L (gap / L) V h.
@@ -93,6 +98,37 @@ class TensionRecord:
     def mean(self) -> float:
         """Impulse / time; 0 before the first sample."""
         return self._impulse / self._duration if self._duration > 0.0 else 0.0
+
+
+@dataclass(kw_only=True)
+class HeldSpeed:
+    """Speed at which water keeps running against each segment of a boom: the mean over the last `window` [s].
+
+    Oil is drawn under a skirt by a flow that lasts: to get from the surface past the foot, water must come on by at least about
+    the skirt's depth d. A wobble of the boom that is over before that moves the same water to and fro and draws nothing under.
+    So the speed U that matters is one held over d / U.
+    """
+
+    window: float
+    _past: list[tuple[float, Array, Array]] = field(default_factory=list)
+
+    @classmethod
+    def at(cls, speed: float, skirt_depth: float) -> HeldSpeed:
+        """With the window skirt_depth / speed: the time in which water at `speed` [m/s] passes a skirt of that depth [m]."""
+        return cls(window=skirt_depth / speed)
+
+    def add(self, time: float, flow: Array) -> Array:
+        """Sample at `time` [s] of the flow (S,) [m/s] along each segment's normal; returns what is held (S,), at first 0."""
+        way = np.zeros_like(flow)
+        if self._past:
+            before, flow_before, way_before = self._past[-1]
+            way = way_before + 0.5 * (time - before) * (flow_before + flow)
+        self._past.append((time, flow, way))
+        begin = time - self.window * (1.0 - 1e-9)
+        while self._past[1:] and self._past[1][0] <= begin:
+            self._past.pop(0)
+        since, _, way_since = self._past[0]
+        return np.abs(way - way_since) / (time - since) if since <= begin else np.zeros_like(way)
 
 
 @dataclass(kw_only=True)

@@ -22,6 +22,7 @@ class PipeEmitter:
     mouth [m], direction (made a unit vector), radius [m], speed [m/s], spacing d [m]; start [s] and volume [m3] bound it,
     volume None pours for ever. A layer of particles enters HOLD spacings before the mouth whenever the jet has moved one
     spacing, a rate of (particles of a layer) d^2 speed [m3/s]; on the way to the mouth particles keep the jet's velocity.
+    `speed` may be changed at any time; at 0 the pipe is shut where layers enter, and what is in front of that is free to run out.
     """
 
     def __init__(
@@ -29,10 +30,10 @@ class PipeEmitter:
         start: float = 0.0, volume: float | None = None,
     ) -> None:  # fmt: skip
         length = math.sqrt(sum(c * c for c in direction))
-        if not (radius >= 0.5 * spacing and speed > 0.0 and length > 0.0):
+        if not (radius >= 0.5 * spacing and speed >= 0.0 and length > 0.0):
             raise ValueError(
                 f"pipe: radius {radius} m, speed {speed} m/s, direction {direction}, "
-                f"allowed: radius {0.5 * spacing} m or more, speed above 0, direction not 0"
+                f"allowed: radius {0.5 * spacing} m or more, speed 0 or more, direction not 0"
             )
         self.phase, self.radius, self.speed, self.spacing, self.start = phase, radius, speed, spacing, start
         self.mouth = np.asarray(mouth, np.float64)
@@ -41,9 +42,14 @@ class PipeEmitter:
         self.particles_left = None if volume is None else round(volume / spacing**3)
         self._travelled = spacing
 
+    def is_running(self, time: float) -> bool:
+        """Whether liquid moves through the pipe: it is open, and the last layer has not come out of the mouth."""
+        poured = self.particles_left == 0 and self._travelled > HOLD * self.spacing
+        return time >= self.start and self.speed > 0.0 and not poured
+
     def emit(self, time: float, time_step: float) -> NDArray[np.float64]:
         """Positions (n, 3) of the particles that enter during the step."""
-        if time < self.start or self.particles_left == 0:
+        if not self.is_running(time):
             return np.empty((0, 3))
         self._travelled += self.speed * time_step
         layers = []
@@ -61,8 +67,10 @@ class PipeEmitter:
         """Velocity of the jet [m/s]."""
         return self.speed * self.direction
 
-    def hold(self, position: Real, velocity: Real) -> None:
-        """Give the particles inside the pipe (3, N) the jet's velocity, in place."""
+    def hold(self, time: float, position: Real, velocity: Real) -> None:
+        """Give the particles inside a running pipe (3, N) the jet's velocity, in place."""
+        if not self.is_running(time):
+            return
         relative = position - self.mouth.astype(np.float32)[:, None]
         along = self.direction.astype(np.float32) @ relative
         near = np.flatnonzero((along < 0.0) & (along > -np.float32((HOLD + 1.0) * self.spacing)))

@@ -35,6 +35,14 @@ def fill_face_matrix(i, moment, lattice, matrix):
     matrix[3, i], matrix[4, i], matrix[5, i] = plain + z * yy, z * yz, plain + z * zz
 
 
+def largest_stretch(lattice: float) -> float:
+    """The most that Y, and so a mean of two, lengthens a vector, for the lattice's m_0: the greatest over the fade."""
+    eigenvalue = np.linspace(THIN, FULL, 101)
+    z = (eigenvalue - THIN) / (FULL - THIN)
+    z *= z * (3.0 - 2.0 * z)
+    return max(1.0, float(((1.0 - z) / lattice + z / eigenvalue).max()))
+
+
 @njit(inline="always", **FAST)
 def times_symmetric(vx, vy, vz, m):
     """m v for symmetric m, which is also the row vector v m."""

@@ -45,7 +45,8 @@ class Vector(types.Type):
 REALS = Vector("float32", ir.FloatType(), "f32")
 INDICES = Vector("uint32", ir.IntType(32), "i32")
 TRUTHS = Vector("bool", ir.IntType(1), "i1")
-ELEMENTS = {types.float32: REALS, types.uint32: INDICES}
+ELEMENTS = {types.float32: REALS, types.uint32: INDICES, types.int16: REALS}
+SHORTS = ir.VectorType(ir.IntType(16), LANES)
 
 
 @register_model(Vector)
@@ -105,8 +106,11 @@ def _below(context, builder, signature, arguments):
 
 
 def load(values, k, present):
-    """values[k + lane] where `present`, 0 elsewhere; values are float32 or uint32 and lie side by side."""
-    result = np.zeros(LANES, values.dtype)
+    """values[k + lane] where `present`, 0 elsewhere; values are float32, uint32 or int16 and lie side by side.
+
+    Whole numbers of 16 bits become float32. They are read LANES at a time, so that many must lie in the array from k on.
+    """
+    result = np.zeros(LANES, np.float32 if values.dtype == np.int16 else values.dtype)
     result[present] = values[k : k + np.count_nonzero(present)]
     return result
 
@@ -114,18 +118,26 @@ def load(values, k, present):
 @compiled(load, lambda values, k, present: ELEMENTS[values.dtype](values, types.int64, TRUTHS))
 def _load(context, builder, signature, arguments):
     values = context.make_array(signature.args[0])(context, builder, arguments[0])
-    return masked_load(builder, values.data, arguments[1], signature.return_type, arguments[2])
+    if signature.args[0].dtype != types.int16:
+        return masked_load(builder, values.data, arguments[1], signature.return_type, arguments[2])
+    shorts = builder.load(builder.bitcast(builder.gep(values.data, [arguments[1]]), SHORTS.as_pointer()), align=2)
+    return builder.select(arguments[2], builder.sitofp(shorts, REALS.llvm), constant(REALS, 0))
 
 
 def store(values, k, present, lanes):
-    """values[k + lane] = lanes where `present`."""
-    values[k : k + np.count_nonzero(present)] = np.broadcast_to(lanes, LANES)[present]
+    """values[k + lane] = lanes where `present`; an array of int16, which takes whole numbers, gets something in absent lanes too."""
+    count = LANES if values.dtype == np.int16 else np.count_nonzero(present)
+    values[k : k + count] = np.broadcast_to(lanes, LANES)[:count]
 
 
 @compiled(store, lambda values, k, present, lanes: types.void(values, types.int64, TRUTHS, ELEMENTS[values.dtype]))
 def _store(context, builder, signature, arguments):
     values, k, present, lanes = arguments
     base, vector = context.make_array(signature.args[0])(context, builder, values).data, signature.args[3]
+    if signature.args[0].dtype == types.int16:
+        place = builder.bitcast(builder.gep(base, [k]), SHORTS.as_pointer())
+        builder.store(builder.fptosi(lanes, SHORTS), place, align=2)
+        return context.get_dummy_value()
     place = builder.bitcast(builder.gep(base, [k]), vector.llvm.as_pointer())
     call(builder, f"masked.store.{vector.suffix}.p0", ir.VoidType(), lanes, place, ir.IntType(32)(4), present)
     return context.get_dummy_value()
@@ -196,6 +208,11 @@ def floor(x):
     return np.floor(x)
 
 
+def rounded(x):
+    """The nearest whole number, for a scalar or lanes; it stays a float."""
+    return np.rint(x)
+
+
 def positive(x):
     """max(x, 0) of a scalar or of lanes."""
     return np.maximum(x, x - x)
@@ -214,6 +231,7 @@ def _elementwise(function: Callable[..., Any], name: str) -> None:
 
 _elementwise(root, "sqrt")
 _elementwise(floor, "floor")
+_elementwise(rounded, "rint")
 
 
 @compiled(positive, _same)

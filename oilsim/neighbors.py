@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from oilsim import lanes
 from oilsim.compaction import LANES, append_near
 from oilsim.grid import (
     Grid,
@@ -34,7 +35,7 @@ Real = NDArray[np.float32]
 
 
 class Pairs(NamedTuple):
-    """Neighbour lists: neighbours of particle i are neighbor[start[i] : start[i] + number[i]]."""
+    """Neighbour lists: neighbours of particle i are neighbor[start[i] : start[i] + number[i]]; lists begin at multiples of lanes.LANES."""
 
     start: NDArray[np.int64]
     number: Index
@@ -189,7 +190,7 @@ class NeighborSearch:
         """
         count = position.shape[1]
         share = self._shares.setdefault(name, 48 if other is position else 16)
-        grid, padding = (widened(self.grid, skin), LANES) if skin > 0.0 else (self.grid, 1)
+        grid, padding = (widened(self.grid, skin), LANES) if skin > 0.0 else (self.grid, lanes.LANES)
         room, full = block_count(max(count, 1)) * BLOCK, np.zeros(1, np.uint8)
         while True:
             pairs = self.reserve(name, room, room * share)

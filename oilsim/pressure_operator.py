@@ -20,6 +20,7 @@ class PressureOperator:
         self._response = work.pressure_response(state.position)
         self._change = np.empty_like(state.velocity)
         self._seen = np.empty_like(state.velocity)
+        self._way = np.zeros_like(state.velocity)
         if self._response.present:
             self._response.add_compliance(work.diagonal)
 
@@ -47,9 +48,19 @@ class PressureOperator:
         if self._response.present:
             self._response.add_answer(result)
 
+    def turn(self, share: float) -> None:
+        """The way to follow becomes the vector of the last product, and `share` of the way so far."""
+        if share == 0.0:
+            self._way, self._change = self._change, self._way
+        else:
+            self._way *= np.float32(share)
+            self._way += self._change
+        if self._response.present:
+            self._response.turn(share)
+
     def follow(self, length: float) -> None:
-        """Velocities follow kappa, which has moved by -length times the vector of the last product; bodies wait for `hand_over`."""
-        self._change *= np.float32(length)
+        """Velocities follow kappa, which has moved by -length times the way; bodies wait for `hand_over`."""
+        np.multiply(self._way, np.float32(length), out=self._change)
         self._state.velocity += self._change
         if self._response.present:
             self._response.collect(-length)

@@ -1,10 +1,15 @@
-"""Bound-constrained conjugate gradients for the pressure: kappa >= 0, A kappa - b >= 0, complementary.
+"""Bound-constrained conjugate residuals for the pressure: kappa >= 0, A kappa - b >= 0, complementary.
 
-MPRGP (modified proportioning with reduced gradient projections; Dostal & Schoeberl 2005) with diagonal scaling. A is symmetric
-positive semi-definite. The scaled operator's largest eigenvalue was measured as 7.5 in three dimensions and 4.3 in two, so that in
-liquid a gradient step of EXPANSION <= 2 / 7.5 never overshoots. A body far lighter than water ties all particles around it together and
-makes it larger by orders: every step is cut to what reduces the error. Liquid that fills a closed box has no surface at which it
-could part: its pressure has no bound there, and no level.
+The face is the set of particles that are under pressure, or would be after one Jacobi step: kappa > g / diag A, g = A kappa - b. On it,
+and as if there were no bound, conjugate residuals (Stiefel 1955; Saad 2003, 6.8) bring g down as fast as any method that takes one
+product a step: g is the rate of compression that is left, and what the tolerance is about. Pressures that have become negative are then
+set to 0, which takes one product more, and the face is chosen anew: the primal-dual active set strategy of Hintermueller, Ito & Kunisch
+(2003), with a few steps in place of the exact solution. A round ends when the clamping would undo as much as is left to be gained.
+
+A body far lighter than water ties all particles around it together, and clamping some may then do more harm than the steps did good. A
+round that leaves the error's energy greater than it found it is taken back, and a projected gradient step, cut to what reduces
+the error, begins the next. Liquid that fills a closed box has no surface at which it could part: its pressure has no bound there, and
+no level.
 """
 
 from __future__ import annotations
@@ -20,64 +25,58 @@ from oilsim.smoothing_kernels import FAST
 
 Real = NDArray[np.float32]
 
-EXPANSION = np.float32(0.26)
-OVERSHOT = 0.5  # share of a gradient step that reduces the error, below which it is far too long
-LEAST = 4  # products a solve, even if the tolerance is met before: what is left over piles up in water at rest
+LEAST = 3  # products a solve, even if the tolerance is met before: what is left over piles up in water at rest
+ZERO = np.float32(0.0)
 
 
 @njit(**FAST)
-def split_gradient(begin, end, kappa, gradient, diagonal, closed, free, sums):
-    """Split the gradient A kappa - b into its free and chopped parts, each over the diagonal.
+def choose_face(begin, end, kappa, gradient, diagonal, closed, opening, face, scaled, sums):
+    """Mark the `face`, fill `scaled` with g / diag A on it; block sums `sums` (blocks, 3): the residual."""
+    for i in range(begin, end):
+        if i % BLOCK == 0 or i == begin:
+            sums[i // BLOCK, 0] = 0.0
+        g = gradient[i]
+        z = g / diagonal[i]
+        face[i] = closed or kappa[i] > ZERO or (opening and g < ZERO)
+        scaled[i] = z if face[i] else ZERO
+        sums[i // BLOCK, 0] += abs(g) if closed or kappa[i] > ZERO else max(-g, ZERO)
 
-    Fills `free` (gradient / diagonal where kappa > 0) and the block sums `sums` (blocks, 3): chopped^2, reduced free . free,
-    and the residual |gradient| of both kinds, the rate by which density would still change [1/s].
+
+@njit(**FAST)
+def advance(begin, end, kappa, gradient, direction, image, diagonal, closed, face, step, scaled, sums):
+    """kappa -= step direction, gradient -= step A direction, `scaled` follows.
+
+    Block sums `sums` (blocks, 3) [1/s]: the residual on the face and off it, and what clamping negative pressures would add to it.
     """
     for i in range(begin, end):
         if i % BLOCK == 0 or i == begin:
             sums[i // BLOCK, 0] = sums[i // BLOCK, 1] = sums[i // BLOCK, 2] = 0.0
+        kappa[i] -= step * direction[i]
+        gradient[i] -= step * image[i]
         g = gradient[i]
-        scaled = g / diagonal[i]
-        if closed:
-            free[i] = scaled
-            sums[i // BLOCK, 1] += scaled * g
-            sums[i // BLOCK, 2] += abs(g)
-        elif kappa[i] > np.float32(0.0):
-            free[i] = scaled
-            sums[i // BLOCK, 1] += min(kappa[i] / EXPANSION, scaled) * g
-            sums[i // BLOCK, 2] += abs(g)
+        scaled[i] = g / diagonal[i] if face[i] else ZERO
+        if face[i]:
+            sums[i // BLOCK, 0] += abs(g)
+            sums[i // BLOCK, 2] += ZERO if closed else diagonal[i] * max(-kappa[i], ZERO)
         else:
-            free[i] = np.float32(0.0)
-            if g < np.float32(0.0):
-                sums[i // BLOCK, 0] += scaled * g
-                sums[i // BLOCK, 2] -= g
+            sums[i // BLOCK, 1] += max(-g, ZERO)
 
 
 @njit(**FAST)
-def step_lengths(begin, end, kappa, gradient, direction, image, closed, sums):
-    """Block sums (blocks, 3): gradient . direction, direction . A direction, and the longest feasible step."""
+def turn(begin, end, scaled, product, share, diagonal, face, direction, image, sums):
+    """The next direction, scaled + share direction, and its image; block sums `sums` (blocks, 3): |image|^2 / diag A on the face."""
     for i in range(begin, end):
         if i % BLOCK == 0 or i == begin:
-            sums[i // BLOCK, 0] = sums[i // BLOCK, 1] = 0.0
-            sums[i // BLOCK, 2] = np.inf
-        p = direction[i]
-        sums[i // BLOCK, 0] += gradient[i] * p
-        sums[i // BLOCK, 1] += p * image[i]
-        if p > np.float32(0.0) and not closed:
-            sums[i // BLOCK, 2] = min(sums[i // BLOCK, 2], kappa[i] / p)
-
-
-@njit(**FAST)
-def advance(begin, end, kappa, gradient, direction, image, closed, step):
-    """kappa -= step direction, gradient -= step A direction; kappa stays at or above 0."""
-    for i in range(begin, end):
-        value = kappa[i] - step * direction[i]
-        kappa[i] = value if closed else max(value, np.float32(0.0))
-        gradient[i] -= step * image[i]
+            sums[i // BLOCK, 0] = 0.0
+        direction[i] = scaled[i] + share * direction[i]
+        image[i] = product[i] + share * image[i]
+        if face[i]:
+            sums[i // BLOCK, 0] += image[i] * image[i] / diagonal[i]
 
 
 @njit(**FAST)
 def dot(begin, end, left, right, sums):
-    """Block sums of left . right."""
+    """Block sums (blocks,) of left . right."""
     for i in range(begin, end):
         if i % BLOCK == 0 or i == begin:
             sums[i // BLOCK] = 0.0
@@ -90,22 +89,27 @@ class System(Protocol):
     def product(self, vector: Real, image: Real) -> None:
         """Write A vector into image."""
 
+    def turn(self, share: float) -> None:
+        """The way to follow becomes the vector of the last product, and `share` of the way so far."""
+
     def follow(self, length: float) -> None:
-        """kappa has moved by -length times the vector of the last product."""
+        """kappa has moved by -length times the way."""
 
 
 class BoundConstrainedSolver:
-    """MPRGP on vectors of one size; keeps its work vectors over the steps.
-
-    Each round takes one of three steps: along conjugate directions while particles under pressure dominate the error
-    (proportional); to the bound and on by the projected gradient where such a step would make a pressure negative (expansion); or along
-    the chopped gradient, which brings particles under pressure (proportioning).
-    """
+    """Solves systems of one size; keeps its work vectors over the steps."""
 
     def __init__(self, team: Team) -> None:
         self._team = team
-        self._free, self._direction, self._image = np.empty((3, 0), np.float32)
-        self._sums = np.empty((0, 3))
+        self._size = -1
+
+    def _reserve(self, count: int) -> None:
+        if self._size != count:
+            self._size = count
+            self._scaled, self._product, self._direction, self._image = np.empty((4, count), np.float32)
+            self._first_kappa, self._first_gradient = np.empty((2, count), np.float32)
+            self._face = np.empty(count, bool)
+            self._sums = np.zeros((block_count(count), 3))
 
     def solve(
         self,
@@ -122,117 +126,150 @@ class BoundConstrainedSolver:
 
         kappa (N,) [m2/s], nowhere negative unless `closed`; gradient (N,) [1/s] is A kappa - b of it, and moves with it; diagonal (N,)
         [1/m2] is that of A. The mean over the `watched` particles, those that touch bodies, must meet the tolerance too: a small body
-        would be lost in a large sea.
+        would be lost in a large sea. `iterations` may be exceeded by two products.
         """
         count = kappa.size
         if count == 0:
             return 0, 0.0
-        if self._free.size != count:
-            self._free, self._direction, self._image = np.empty((3, count), np.float32)
-            self._sums = np.empty((block_count(count), 3))
-        self._system, self._gradient, self._closed, self._stiff = system, gradient, closed, False
+        self._reserve(count)
+        self._system, self._kappa, self._gradient, self._diagonal, self._closed = (
+            system,
+            kappa,
+            gradient,
+            diagonal,
+            closed,
+        )
+        self._watched = watched if watched is not None and watched.size else None
         if closed:
             _centre(gradient)
-        used = 0
-        chopped, reduced, residual = self._split(kappa, diagonal)
-        self._direction[:] = self._free
-        while used < iterations:
-            near_bodies = _watched_residual(kappa, gradient, closed, watched)
-            if (closed or used >= LEAST) and residual <= tolerance * count and near_bodies <= tolerance:
+        used, opening = 0, True
+        self._first_kappa[:], self._first_gradient[:] = kappa, gradient
+        while True:
+            residual = self._run(choose_face, kappa, gradient, diagonal, closed, opening, self._face, self._scaled)[0]
+            enough = used >= (0 if closed else LEAST) and self._settled(residual, tolerance)
+            if opening and (enough or used >= iterations):
                 break
-            proportional = chopped <= reduced
-            if not proportional:
-                self._direction[:] = np.where((kappa > 0.0) | closed, 0.0, np.minimum(gradient, 0.0) / diagonal)
-            self._multiply()
-            used += 1
-            step, feasible, curvature = self._step_lengths(kappa)
-            if not curvature > 0.0:
-                break
-            if proportional and step > feasible:
-                self._move(kappa, feasible)
-                self._expand(kappa, diagonal, step - feasible)
-                used += 1
-                chopped, reduced, residual = self._split(kappa, diagonal)
-                self._direction[:] = self._free
+            used += self._descend(tolerance, opening, max(LEAST - used, 1), max(iterations - used, 1))
+            if closed:
+                continue
+            clamped = self._clamp()
+            used += clamped
+            if self._worse():
+                opening = not clamped or used >= iterations
+                if opening:
+                    used += self._take_back()
             else:
-                self._move(kappa, step)
-                chopped, reduced, residual = self._split(kappa, diagonal)
-                self._conjugate(curvature if proportional else None)
+                opening = True
+            if opening:
+                self._first_kappa[:], self._first_gradient[:] = kappa, gradient
         if closed:
-            self._level(kappa)
+            self._level()
         return used, residual / count
 
-    def _multiply(self) -> None:
-        """The image of the direction."""
-        self._system.product(self._direction, self._image)
-        if self._closed:
-            _centre(self._image)
+    def _descend(self, tolerance: float, opening: bool, least: int, most: int) -> int:
+        """Conjugate residuals on the face, bounds ignored; returns products."""
+        vectors = self._direction, self._image
+        self._direction[:], self._image[:] = 0.0, 0.0
+        share, before, used = 0.0, 0.0, 0
+        while True:
+            self._multiply(self._scaled)
+            used += 1
+            curvature = self._dot(self._scaled, self._product)
+            if not curvature > 0.0:
+                return used
+            share = curvature / before if used > 1 else 0.0
+            square = self._run(
+                turn, self._scaled, self._product, np.float32(share), self._diagonal, self._face, *vectors
+            )[0]
+            self._system.turn(share)
+            step, before = curvature / square, curvature
+            on_face, off_face, harm = self._run(
+                advance,
+                self._kappa,
+                self._gradient,
+                *vectors,
+                self._diagonal,
+                self._closed,
+                self._face,
+                np.float32(step),
+                self._scaled,
+            )
+            self._system.follow(step)
+            spoilt = harm > on_face if harm > 0.0 and not opening else off_face + harm > on_face
+            if spoilt or used >= most or (used >= least and self._settled(on_face + off_face, tolerance)):
+                return used
 
-    def _move(self, kappa: Real, length: float) -> None:
-        """kappa -= length direction, and all that hangs on it."""
-        self._team.run(
-            advance, kappa.size, kappa, self._gradient, self._direction, self._image, self._closed, np.float32(length)
-        )
+    def _clamp(self) -> int:
+        """Set negative pressures to 0; returns products."""
+        self._scaled[:] = np.minimum(self._kappa, 0.0)
+        if not self._scaled.any():
+            return 0
+        self._move(self._scaled, 1.0)
+        np.maximum(self._kappa, 0.0, out=self._kappa)
+        return 1
+
+    def _worse(self) -> bool:
+        """Whether the error's energy, x A x / 2 - b x, has grown since the round began."""
+        np.subtract(self._kappa, self._first_kappa, out=self._direction)
+        np.add(self._gradient, self._first_gradient, out=self._image)
+        return self._dot(self._direction, self._image) > 0.0
+
+    def _take_back(self) -> int:
+        """Undo the round, and take a projected gradient step; returns products."""
+        way = self._direction
+        self._move(way, 1.0)
+        self._kappa[:] = self._first_kappa
+        scaled = self._gradient / self._diagonal
+        np.subtract(self._kappa, np.maximum(self._kappa - scaled, 0.0), out=way)
+        self._multiply(way)
+        slope, curvature = self._dot(way, self._gradient), self._dot(way, self._product)
+        self._go(way, min(slope / curvature, 1.0) if curvature > 0.0 else 0.0)
+        np.maximum(self._kappa, 0.0, out=self._kappa)
+        return 2
+
+    def _settled(self, residual: float, tolerance: float) -> bool:
+        """Whether the mean residual, of all and of the watched, is within the tolerance."""
+        if residual > tolerance * self._size:
+            return False
+        if self._watched is None:
+            return True
+        rate, face = self._gradient[self._watched], self._face[self._watched]
+        return float(np.where(face, np.abs(rate), np.maximum(-rate, 0.0)).mean(dtype=np.float64)) <= tolerance
+
+    def _multiply(self, vector: Real) -> None:
+        """The product of A and a vector."""
+        self._system.product(vector, self._product)
+        if self._closed:
+            _centre(self._product)
+
+    def _move(self, vector: Real, length: float) -> None:
+        """kappa -= length vector, by a product, and all that hangs on it."""
+        self._multiply(vector)
+        self._go(vector, length)
+
+    def _go(self, vector: Real, length: float) -> None:
+        """kappa -= length times the vector of the last product."""
+        self._kappa -= np.float32(length) * vector
+        self._gradient -= np.float32(length) * self._product
+        self._system.turn(0.0)
         self._system.follow(length)
 
-    def _expand(self, kappa: Real, diagonal: Real, length: float) -> None:
-        """A projected gradient step from the bound, no longer than reduces the error.
+    def _dot(self, left: Real, right: Real) -> float:
+        sums = self._sums[:, 0].copy()
+        self._team.run(dot, self._size, left, right, sums)
+        return total(sums)
 
-        Bodies far lighter than water make some directions so stiff that it overshoots. From then on it is the rest `length` of the
-        conjugate direction, which knows them, bent along the bounds.
-        """
-        if self._stiff:
-            self._direction[:] = kappa - np.maximum(kappa - np.float32(length) * self._direction, 0.0)
-        else:
-            self._split(kappa, diagonal)
-            self._direction[:] = kappa - np.maximum(kappa - EXPANSION * self._free, 0.0)
-        self._multiply()
-        step, _, curvature = self._step_lengths(kappa)
-        self._stiff = self._stiff or step < OVERSHOT
-        self._move(kappa, max(min(step, 1.0), 0.0) if curvature > 0.0 else 0.0)
-
-    def _level(self, kappa: Real) -> None:
+    def _level(self) -> None:
         """Bring the mean of kappa, which nothing determines in a closed box, to 0."""
-        self._direction[:] = kappa.mean(dtype=np.float64)
-        self._multiply()
-        self._move(kappa, 1.0)
+        self._direction[:] = self._kappa.mean(dtype=np.float64)
+        self._move(self._direction, 1.0)
 
-    def _split(self, kappa: Real, diagonal: Real) -> tuple[float, float, float]:
-        """See `split_gradient`; sums over all particles."""
-        self._team.run(
-            split_gradient, kappa.size, kappa, self._gradient, diagonal, self._closed, self._free, self._sums
-        )
-        chopped, reduced, residual = (float(value) for value in self._sums.sum(axis=0))
-        return chopped, reduced, residual
-
-    def _step_lengths(self, kappa: Real) -> tuple[float, float, float]:
-        """Length of the minimising step, of the longest feasible one, and the curvature along the direction."""
-        arguments = (kappa, self._gradient, self._direction, self._image, self._closed, self._sums)
-        self._team.run(step_lengths, kappa.size, *arguments)
-        along, curvature = (float(value) for value in self._sums[:, :2].sum(axis=0))
-        return along / curvature if curvature > 0.0 else 0.0, float(self._sums[:, 2].min()), curvature
-
-    def _conjugate(self, curvature: float | None) -> None:
-        """The next direction: the free gradient, made conjugate to the last direction if `curvature` is given."""
-        if curvature is None:
-            self._direction[:] = self._free
-            return
-        partial = np.zeros(len(self._sums))
-        self._team.run(dot, self._free.size, self._free, self._image, partial)
-        self._direction *= np.float32(-total(partial) / curvature)
-        self._direction += self._free
+    def _run(self, kernel: object, *arguments: object) -> tuple[float, float, float]:
+        """Run a kernel that ends with block sums over all particles; returns the totals."""
+        self._team.run(kernel, self._size, *arguments, self._sums)  # type: ignore[arg-type]
+        return total(self._sums[:, 0]), total(self._sums[:, 1]), total(self._sums[:, 2])
 
 
 def _centre(values: Real) -> None:
     """Take the mean off."""
     values -= np.float32(values.mean(dtype=np.float64))
-
-
-def _watched_residual(kappa: Real, gradient: Real, closed: bool, watched: NDArray[np.uint32] | None) -> float:
-    """Mean residual [1/s] of some particles, as `split_gradient` counts it."""
-    if watched is None or watched.size == 0:
-        return 0.0
-    chosen = gradient[watched]
-    return float(
-        np.where((kappa[watched] > 0.0) | closed, np.abs(chosen), np.maximum(-chosen, 0.0)).mean(dtype=np.float64)
-    )

@@ -18,6 +18,7 @@ import math
 import numpy as np
 from numba import njit
 
+from oilsim.divergence import SPRAY
 from oilsim.lanes import LANES, below, gather, load, only, root, spread, summed
 from oilsim.local_fields import ONE, WEIGHT, ZERO
 from oilsim.neighbors import rows, separations
@@ -31,11 +32,11 @@ SETTLING = 1.5  # tau, in which noise fades, in units of `FluidConfig.time_unit`
 
 
 @njit(**FAST)
-def mark_surface(begin, end, gradient_sum, spacing, surface):
-    """Set `surface` (N,), float32, to 1 where the kernel's gradients do not cancel: at free surfaces and in spray."""
+def mark_surface(begin, end, gradient_sum, compression, spacing, surface):
+    """Set `surface` (N,), float32, to 1 at free surfaces, where the kernel's gradients do not cancel, and in spray."""
     for i in range(begin, end):
         gx, gy, gz = gradient_sum[0, i] * spacing, gradient_sum[1, i] * spacing, gradient_sum[2, i] * spacing
-        surface[i] = ONE if gx * gx + gy * gy + gz * gz > SURFACE * SURFACE else ZERO
+        surface[i] = ONE if gx * gx + gy * gy + gz * gz > SURFACE * SURFACE or ONE + compression[i] < SPRAY else ZERO
 
 
 @njit(**FAST)

@@ -20,7 +20,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from oilsim.divergence import extrapolation_matrix, moment_of
+from oilsim.divergence import PairVectors, extrapolation_matrix, moment_of, scaled
 from oilsim.faces import times_symmetric
 from oilsim.neighbors import Pairs, nearest_images
 from oilsim.smoothing_kernels import FAST
@@ -38,7 +38,7 @@ def extend_contacts(contacts, position, wall, period, fluid, walls, gradient, wa
     for c in range(contacts.particle.size):
         i = contacts.particle[c]
         matrix = extrapolation_matrix(
-            moment_of(i, position, position, period, fluid, gradient),
+            scaled(gradient.quantum, moment_of(i, position, position, period, fluid, gradient.whole)),
             moment_of(i, position, wall, period, walls, wall_gradient),
             True,
             plane,
@@ -60,9 +60,9 @@ def extend_contacts(contacts, position, wall, period, fluid, walls, gradient, wa
         # summed in registers: where sums are stored as they grow, the compiler's order of summation hangs on where arrays lie
         fx = fy = fz = np.float32(0.0)
         for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
-            fx += gradient[0, k]
-            fy += gradient[1, k]
-            fz += gradient[2, k]
+            fx += gradient.quantum * gradient.whole[0, k]
+            fy += gradient.quantum * gradient.whole[1, k]
+            fz += gradient.quantum * gradient.whole[2, k]
         for row in range(6):
             extrapolated = reach[c, row, 0] * fx + reach[c, row, 1] * fy + reach[c, row, 2] * fz
             jacobian[c, row] = wall_weight * contacts.jacobian[c, row] - extrapolated
@@ -80,10 +80,10 @@ def gather_impulses(contacts, fluid, gradient, kappa, scale, impulse):
         if contacts.reach.shape[0] > 0:
             sx = sy = sz = 0.0
             for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
-                other = scale * kappa[fluid.neighbor[k]]
-                sx += gradient[0, k] * other
-                sy += gradient[1, k] * other
-                sz += gradient[2, k] * other
+                other = scale * gradient.quantum * kappa[fluid.neighbor[k]]
+                sx += gradient.whole[0, k] * other
+                sy += gradient.whole[1, k] * other
+                sz += gradient.whole[2, k] * other
             for axis in range(6):
                 n = contacts.reach[c, axis]
                 impulse[contacts.body[c], axis] += n[0] * sx + n[1] * sy + n[2] * sz
@@ -136,14 +136,14 @@ def add_compliance(contacts, inverse_mass, scale, diagonal):
 class RigidResponse:
     """The bodies' part of one pressure solve. Twists stay as they are until impulses are handed over."""
 
-    def __init__(self, walls: Walls, contacts: Contacts, fluid: Pairs, gradient: Real, scale: float) -> None:
+    def __init__(self, walls: Walls, contacts: Contacts, fluid: Pairs, gradient: PairVectors, scale: float) -> None:
         """scale: V rho_ref [kg], what turns kappa / rho_ref times J into an impulse."""
         self._walls, self._contacts, self._scale = walls, contacts, scale
         self._fluid, self._gradient = fluid, gradient
         count = len(walls.moving)
         self._inverse_mass = walls.inverse_mass()
         self._impulse, self._answer = np.zeros((2, count, 6))
-        self._collected = np.zeros((2, count, 6))
+        self._way, self._collected = np.zeros((2, 2, count, 6))
 
     @property
     def present(self) -> bool:
@@ -183,12 +183,17 @@ class RigidResponse:
     def accept(self, kappa: Real) -> None:
         """Hand the impulses of `kappa` to the bodies."""
         self.answer(kappa)
+        self.turn(0.0)
         self.collect(1.0)
         self.hand_over()
 
-    def collect(self, share: float) -> None:
-        """Keep `share` times the last answer for the bodies."""
-        self._collected += share * np.stack([self._impulse, self._answer])
+    def turn(self, share: float) -> None:
+        """The way to collect along becomes the last answer, and `share` of the way so far."""
+        self._way = share * self._way + np.stack([self._impulse, self._answer])
+
+    def collect(self, length: float) -> None:
+        """Keep `length` times the way for the bodies."""
+        self._collected += length * self._way
 
     def hand_over(self) -> None:
         """Hand the bodies what was collected for them."""

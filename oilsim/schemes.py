@@ -36,12 +36,13 @@ Drive = Callable[[FluidState, float], None]
 
 @dataclass(frozen=True)
 class StepResult:
-    """Iterations of the solves and the mean compression left by the density constraint."""
+    """Iterations of the solves and the mean compression they leave: of positions, and that to which the velocities lead in a step."""
 
     density_iterations: int
     divergence_iterations: int
     viscosity_iterations: int
     density_error: float
+    divergence_error: float
 
 
 def split_step(
@@ -56,13 +57,15 @@ def split_step(
     drive(state, time_step)
     work.adhere(state, time_step)
     viscosity_iterations = work.resist(state, time_step)
-    divergence_iterations = project_velocity(work, state, solver, time_step)
+    divergence_iterations, divergence_error = project_velocity(work, state, solver, time_step)
     work.touch_walls(state, time_step)
-    return StepResult(density_iterations, divergence_iterations, viscosity_iterations, density_error)
+    return StepResult(density_iterations, divergence_iterations, viscosity_iterations, density_error, divergence_error)
 
 
-def project_velocity(work: Workspace, state: FluidState, solver: BoundConstrainedSolver, time_step: float) -> int:
-    """Make velocities and bodies free of compression by one bounded pressure solve; returns its products."""
+def project_velocity(
+    work: Workspace, state: FluidState, solver: BoundConstrainedSolver, time_step: float
+) -> tuple[int, float]:
+    """Make velocities and bodies free of compression by one bounded pressure solve; returns its products and the mean residual."""
     config = work.config
     kappa = state.pressure_impulse
     if not work.closed:
@@ -78,12 +81,12 @@ def project_velocity(work: Workspace, state: FluidState, solver: BoundConstraine
             add_density_feedback, state.count, work.compression, work.near, work.field, np.float32(time_step),
             np.float32(RETURN * config.time_unit), excess,
         )  # fmt: skip
-        used, _ = solver.solve(
+        used, residual = solver.solve(
             operator, -excess, work.diagonal, kappa, config.divergence_tolerance / time_step, config.divergence_iterations,
             work.closed, work.touching,
         )  # fmt: skip
         operator.hand_over()
-    return used
+    return used, residual * time_step
 
 
 def paper_step(work: Workspace, state: FluidState, time_step: float, drive: Drive) -> StepResult:
@@ -98,15 +101,15 @@ def paper_step(work: Workspace, state: FluidState, time_step: float, drive: Driv
     work.linearise(state.position)
     drive(state, time_step)
     work.adhere(state, time_step)
-    divergence_iterations = correct_velocity(work, state, time_step)
+    divergence_iterations, divergence_error = correct_velocity(work, state, time_step)
     state.pressure_impulse += work.pushed
     viscosity_iterations = work.resist(state, time_step)
     work.touch_walls(state, time_step)
-    return StepResult(density_iterations, divergence_iterations, viscosity_iterations, density_error)
+    return StepResult(density_iterations, divergence_iterations, viscosity_iterations, density_error, divergence_error)
 
 
-def correct_velocity(work: Workspace, state: FluidState, time_step: float) -> int:
-    """Alg. 1: Jacobi corrections of the velocity where density would rise; returns the iterations."""
+def correct_velocity(work: Workspace, state: FluidState, time_step: float) -> tuple[int, float]:
+    """Alg. 1: Jacobi corrections of the velocity where density would rise; returns the iterations and the mean residual."""
     config, run, count = work.config, work.team.run, state.count
     correction, error = np.empty(count, np.float32), np.zeros(block_count(count))
     state.pressure_impulse[:] = 0.0
@@ -119,8 +122,9 @@ def correct_velocity(work: Workspace, state: FluidState, time_step: float) -> in
                 divergence_multiplier, count, rate, work.diagonal, work.fluid_pairs, np.float32(time_step),
                 state.pressure_impulse, correction, error,
             )  # fmt: skip
-            settled = total(error) <= config.divergence_tolerance * count and iteration > 0
+            residual = total(error) / max(count, 1)
+            settled = residual <= config.divergence_tolerance and iteration > 0
             if settled or iteration == config.divergence_iterations:
-                return iteration
+                return iteration, residual
             operator.apply(correction)
     raise AssertionError("the loop returns")

@@ -53,6 +53,11 @@ def normalisation(spacing: float, dimension: int) -> float:
     return float(1.0 / (sum(kernel(value, 1.0) for value in q) * spacing**dimension))
 
 
+def steepest_slope(spacing: float, dimension: int) -> float:
+    """The largest |grad W| [1/m4; 1/m3 in two dimensions], that at q = 1/4."""
+    return -0.25 * float(kernel_slope_over_q(0.25, normalisation(spacing, dimension))) / (SUPPORT * spacing)
+
+
 @lru_cache
 def lattice_moment(dimension: int) -> float:
     """Trace over dimension of M = sum_j V x_ij (x) grad W_ij on the lattice, what an exact gradient would make 1."""

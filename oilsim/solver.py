@@ -30,7 +30,9 @@ Double = NDArray[np.float64]
 
 @dataclass(frozen=True, kw_only=True)
 class AdvanceReport:
-    """What happened during an advance; iterations are means over its sub-steps, density_error the mean compression left.
+    """What happened during an advance, as means over its sub-steps: iterations, and the mean compression that the solves leave.
+
+    density_error: of positions; divergence_error: that to which velocities lead in a sub-step.
 
     budget: energy and momentum by cause if the fluid is watched, else None.
     """
@@ -39,6 +41,7 @@ class AdvanceReport:
     time_step: float
     iterations: dict[str, float]
     density_error: float
+    divergence_error: float
     density_error_max: float
     stage_seconds: dict[str, float]
     removed: dict[str, int] = field(default_factory=dict)
@@ -196,7 +199,7 @@ class Fluid:
                 self.add_particles(entering, phase=emitter.phase, velocity=emitter.velocity)
                 counts = self._counts["emitted"]
                 counts[emitter.phase] = counts.get(emitter.phase, 0) + len(entering)
-            emitter.hold(self.state.position, self.state.velocity)
+            emitter.hold(self.time, self.state.position, self.state.velocity)
 
     def _drive(self, state: FluidState, time_step: float) -> None:
         if not self.forcings:
@@ -238,6 +241,7 @@ class Fluid:
             time_step=self.last_time_step,
             iterations={kind: mean(f"{kind}_iterations") for kind in ("density", "divergence", "viscosity")},
             density_error=mean("density_error"),
+            divergence_error=mean("divergence_error"),
             density_error_max=float(self.work.compression.max(initial=0.0)),
             stage_seconds=dict(self.work.seconds),
             removed=self._counts["removed"],

@@ -7,7 +7,7 @@ What must be resolved is motion relative to the neighbourhood,
 
 and the approach to walls, -n_i . (v_i - v_b) with the normal n_i by the same weights. The split scheme takes
 
-    dt = max(lambda d / v_max,  min(lambda d / u_most,  d / v_max)),
+    dt = max(lambda d / v_max,  min(lambda d / u_most,  REACH d / v_max)),
 
 u_most being what all but OUTLIERS of the particles keep below: torn off drops collide at speeds that the rest does not know.
 
@@ -19,7 +19,8 @@ However calm, particles swing about their places under the pressure that presses
 with the p / rho that all but OUTLIERS keep below. Beyond it water boils, and the pressure solve has its hands full: a pool of ten layers
 costs twice as much a second at twice this step.
 
-No step goes further than d: what had no neighbour within 2 d before meets it at d or more, and a wall is not crossed unseen.
+No step goes further than REACH d: what had no neighbour within the support before meets it at d or more, and no wall is crossed unseen
+(see `wall_contact`).
 """
 
 from __future__ import annotations
@@ -31,10 +32,11 @@ from numba import njit
 from numpy.typing import NDArray
 
 from oilsim.neighbors import nearest_images
-from oilsim.smoothing_kernels import FAST, lattice_stiffness
+from oilsim.smoothing_kernels import FAST, SUPPORT, lattice_stiffness
 
 OUTLIERS = 5e-3  # share of the particles whose relative speed is not asked
 STABLE = 0.9  # share of the lattice's limit that is used: disorder makes some particles swing faster
+REACH = SUPPORT - 1.0  # spacings that a particle may go in a step
 SPRAY = 8  # neighbours below which a particle is a drop that flies for itself
 TINY = np.float32(1e-20)
 
@@ -145,7 +147,7 @@ def relative_time_step(
     spacing: float, largest_speed: float, relative_speed: float, cfl: float, minimum: float, maximum: float
 ) -> float:
     """The step [s] of the module's docstring; relative_speed u_most [m/s], the rest as for `cfl_time_step`."""
-    longest = math.inf if largest_speed == 0.0 else spacing / largest_speed
+    longest = math.inf if largest_speed == 0.0 else REACH * spacing / largest_speed
     deforming = math.inf if relative_speed == 0.0 else cfl * spacing / relative_speed
     shortest = cfl_time_step(spacing, largest_speed, cfl, minimum, maximum)
     return max(shortest, min(longest, deforming, maximum))

@@ -29,6 +29,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from oilsim.divergence import PairVectors, load_vector
 from oilsim.lanes import LANES, below, gather, load, only, positive, root, spread, store, summed
 from oilsim.neighbors import Pairs, rows, separations
 from oilsim.parallel import Team, block_count, total
@@ -111,7 +112,7 @@ def viscous_coefficients(
         for k in range(first, last, LANES):
             present = below(last, k)
             j = load(fluid.neighbor, k, present)
-            ax, ay, az = load(gradient[0], k, present), load(gradient[1], k, present), load(gradient[2], k, present)
+            ax, ay, az = load_vector(gradient, k, present)
             dx, dy, dz = separations(xi, yi, zi, points, j, period)
             mu = spread(own[0]) if own.size == 1 else gather(own, gather(phase, j))
             k_ij = stiffness(ax, ay, az, dx, dy, dz, volume, sigma, inverse_support, regular, factor)
@@ -148,7 +149,7 @@ def viscous_force(begin, end, active, fluid, gradient, pair_stiffness, block, ve
         for k in range(first, last, LANES):
             present = below(last, k)
             j = load(fluid.neighbor, k, present)
-            ax, ay, az = load(gradient[0], k, present), load(gradient[1], k, present), load(gradient[2], k, present)
+            ax, ay, az = load_vector(gradient, k, present)
             along = ax * gather(velocities[0], j) + ay * gather(velocities[1], j) + az * gather(velocities[2], j)
             s = load(pair_stiffness, k, present) * along
             fx += s * ax
@@ -218,9 +219,11 @@ def viscosity_matrix(viscosities: list[float], same_phase_only: bool) -> Real:
 class ViscousSystem:
     """The linear system of one step; `solve` makes a velocity implicit, `explicit` steps it forward."""
 
-    def __init__(self, team: Team, active: NDArray[np.uint32], fluid: Pairs, gradient: Real, plane: bool) -> None:
+    def __init__(
+        self, team: Team, active: NDArray[np.uint32], fluid: Pairs, gradient: PairVectors, plane: bool
+    ) -> None:
         self._team, self.active, self._fluid, self._gradient, self._plane = team, active, fluid, gradient, plane
-        self.pair_stiffness = np.empty(gradient.shape[1], np.float32)
+        self.pair_stiffness = np.empty(gradient.whole.shape[1], np.float32)
         self.block: Real = np.empty((6, 0), np.float32)
 
     def assemble(

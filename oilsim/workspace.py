@@ -7,6 +7,7 @@ import time
 from collections import defaultdict
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +24,8 @@ from oilsim.density import (
     density_push,
     push_reaction,
 )
-from oilsim.divergence import cache_gradients
+from oilsim.divergence import PairVectors, cache_gradients
+from oilsim.faces import largest_stretch
 from oilsim.kept_lists import KeptLists
 from oilsim.local_fields import local_fields
 from oilsim.neighbors import NeighborSearch, Pairs, make_grid
@@ -38,7 +40,7 @@ from oilsim.relaxation import (
     shift,
 )
 from oilsim.rigid_response import RigidResponse, extend_contacts
-from oilsim.smoothing_kernels import lattice_diagonal, lattice_moment, normalisation
+from oilsim.smoothing_kernels import lattice_diagonal, lattice_moment, normalisation, steepest_slope
 from oilsim.state import FluidState
 from oilsim.time_step import most, relative_speeds
 from oilsim.viscosity import (
@@ -50,7 +52,7 @@ from oilsim.viscosity import (
     viscous_reaction,
     wall_factor,
 )
-from oilsim.wall_contact import NEAREST, drop_share, wall_approach, wall_contact, wall_push
+from oilsim.wall_contact import DISTANCES, NEAREST, PLACES, drop_share, wall_approach, wall_contact, wall_push
 from oilsim.walls import Contacts, Walls
 
 Real = NDArray[np.float32]
@@ -86,11 +88,16 @@ class Workspace:
         scale = adhesion_scale(config.dimension) / config.particle_spacing**config.dimension
         strength = [phase.adhesion * scale / phase.rest_density for phase in config.phases]
         self._adhesion = np.array(strength, np.float32) if any(strength) else None
-        self._nearest = np.float32(wall_coverage(NEAREST, config.dimension))
+        self._nearest = np.float32(wall_coverage(float(NEAREST), config.dimension))
+        self._coverages = np.array(
+            [wall_coverage(float(h), config.dimension) for h in np.linspace(*DISTANCES, PLACES)], np.float32
+        )
         self._drop = drop_share(float(self.sigma) * config.rest_volume)
         self.seconds: defaultdict[str, float] = defaultdict(float)
         self.budget: Budget | None = None  # who keeps accounts of the stages; nobody unless asked for
-        self.gradient: Real = np.empty((3, 0), np.float32)
+        longest = config.rest_volume * steepest_slope(config.particle_spacing, config.dimension)
+        longest *= largest_stretch(lattice_moment(config.dimension))
+        self.gradient = PairVectors(np.empty((3, 0), np.int16), np.float32(longest / np.iinfo(np.int16).max))
         self.wall_gradient: Real = np.empty((3, 0), np.float32)
         self._density_multiplier: Real = np.empty(0, np.float32)
 
@@ -118,7 +125,7 @@ class Workspace:
             self.matrix: Real = np.empty((6, count), np.float32)
             self.near = np.empty(count, np.uint8)
             self.extrapolation = np.empty((9, count), np.float32) if self.split and walls.count else None
-            self.gradient = _reserved(self.gradient, self.fluid_pairs)
+            self.gradient = self.gradient._replace(whole=_reserved(self.gradient.whole, self.fluid_pairs))
             self.wall_gradient = _reserved(self.wall_gradient, self.wall_pairs)
             self.touching = walls.touching(self.wall_pairs, count)
             self.by_body = np.zeros(count, bool)
@@ -241,7 +248,7 @@ class Workspace:
             )  # fmt: skip
             if self.budget is not None:
                 self.budget.add_strain(field, time_step)
-            run(mark_surface, count, self.gradient_sum, spacing, surface)
+            run(mark_surface, count, self.gradient_sum, self.compression, spacing, surface)
             run(mark_near_surface, count, self.fluid_pairs, surface, self.near)
             self.closed = not self.near.any()
             mean = self._mean_compression()
@@ -384,8 +391,8 @@ class Workspace:
             if response.present:
                 response.add_motion(rate)
             run(
-                wall_contact, count, self.coverage, self.compression, self._drop, slope, rate, self._nearest,
-                np.float32(time_step), state.velocity, strength,
+                wall_contact, count, self.coverage, self.compression, self._drop, slope, rate, self._coverages,
+                np.float32(self.config.particle_spacing / time_step), state.velocity, strength,
             )  # fmt: skip
             run(
                 wall_push, count, self.coverage, self.compression, self._drop, slope, self._nearest,
@@ -395,6 +402,6 @@ class Workspace:
                 response.accept(strength * self.rest_density)
 
 
-def _reserved(kept: Real, pairs: Pairs) -> Real:
-    """Storage (3, P) for a value per pair, reused while it is large enough."""
-    return kept if kept.shape[1] >= pairs.neighbor.size else np.empty((3, pairs.neighbor.size), np.float32)
+def _reserved(kept: NDArray[Any], pairs: Pairs) -> NDArray[Any]:
+    """Storage (3, P) for a vector per pair, reused while it is large enough."""
+    return kept if kept.shape[1] >= pairs.neighbor.size else np.empty((3, pairs.neighbor.size), kept.dtype)

@@ -10,10 +10,9 @@ import rerun.blueprint as rrb
 from recordings import entity_paths, palette
 from recordings.cameras import FollowingView, Places, following_views
 from recordings.frame import CameraView, RunDescription
-from recordings.plots import COUPLING_PLOTS, HANDLING_PLOTS, OIL_PLOTS, SOLVER_PLOTS, plots_with_series
+from recordings.plots import plots_with_series, usual_plots
 
 _BACKGROUND = (224, 233, 240)
-_TABS = {"Oil": OIL_PLOTS, "Handling": HANDLING_PLOTS, "Solver": SOLVER_PLOTS, "Coupling": COUPLING_PLOTS}
 _MOST_NAMED = 5  # series in one diagram that still have room for a legend
 
 
@@ -87,15 +86,14 @@ def _beside(run: RunDescription, scalars: Collection[str]) -> rrb.Container | rr
     names = [entity_paths.scalar_name(entity_paths.scalar(name)) for name in scalars]
     chosen = plots_with_series(run.plots, names)
     tabs = []
-    for title, plots in _TABS.items():
+    for title, plots in usual_plots(names).items():
         views = [_plot(plot, chosen.pop(plot)) for plot in plots if plot in chosen]
         if views:
             tabs.append(rrb.Vertical(*views, name=title))
     if chosen:
         tabs.insert(0, rrb.Vertical(*(_plot(plot, found) for plot, found in chosen.items()), name="Series"))
-    parts: list[tuple[rrb.Container | rrb.View, int]] = []
-    if run.exercise is not None:
-        parts.append((rrb.TextDocumentView(origin=f"/{entity_paths.LEGEND}", name="What you see"), 4))
+    told: rrb.Container | rrb.View = rrb.TextDocumentView(origin=f"/{entity_paths.LEGEND}", name="What you see")
+    parts = [(told, 5 if run.exercise is not None else 3)]
     if tabs:
         parts.append((rrb.Tabs(*tabs), 13))
     parts.append((_log(), 4))

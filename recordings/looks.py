@@ -12,6 +12,7 @@ from recordings import palette
 from recordings.frame import MeshDescription, PhaseDescription
 
 _WATER_RADIUS = 0.17  # in particle spacings: the viewer draws no translucent points, and oil under water must show
+_LONE_WATER_RADIUS = 0.35  # where there is no oil: full enough to see its surface, and bodies through it
 _RADIUS = 0.5
 _LOST_RADIUS = 0.6  # a little more than oil's, so that it covers the same particle of its phase
 _WALL_CLASS = 100
@@ -27,10 +28,10 @@ def classes(phases: Sequence[PhaseDescription]) -> rr.AnnotationContext:
     return rr.AnnotationContext([*entries, rr.AnnotationInfo(id=_WALL_CLASS, label="wall", color=palette.WALL)])
 
 
-def phase(index: int, name: str, spacing: float) -> rr.Points3D:
-    """The particles of one phase."""
-    radius = spacing * (_WATER_RADIUS if palette.is_water(name) else _RADIUS)
-    return rr.Points3D.from_fields(class_ids=[index], radii=[radius])
+def phase(index: int, name: str, spacing: float, *, beside_oil: bool) -> rr.Points3D:
+    """The particles of one phase, water the thinner if there is oil."""
+    water = _WATER_RADIUS if beside_oil else _LONE_WATER_RADIUS
+    return rr.Points3D.from_fields(class_ids=[index], radii=[spacing * (water if palette.is_water(name) else _RADIUS)])
 
 
 def lost(cause: str, spacing: float) -> rr.Points3D:

@@ -38,17 +38,6 @@ def cause_color(cause: str) -> Color:
     return CAUSES.get(cause, ("grey", (120, 120, 120, 255)))[1]
 
 
-def legend(full_tension: float) -> str:
-    """What the colours mean, in Markdown."""
-    causes = ", ".join(f"{name} *{cause.replace('_', ' ')}*" for cause, (name, _) in CAUSES.items())
-    return (
-        "**Oil** is dark while the boom holds it, or never met it. **Lost oil** by its cause: " + causes + ".\n\n"
-        f"**Boom**: pale when slack, orange at {0.5 * full_tension:.3g} N, dark red from {full_tension:.3g} N of tension.\n\n"
-        "**Water** is thinned so that oil under it shows. The tab *Forces* has the water's force on each body, an arrow three "
-        "times as long as the body when the force is its whole buoyancy."
-    )
-
-
 def css(color: Color) -> str:
     """A colour without its opacity, as web pages and diagrams write it: #rrggbb."""
     return "#" + "".join(f"{channel:02x}" for channel in color[:3])

@@ -7,8 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 OIL_PLOTS: Mapping[str, tuple[str, ...]] = {
     "Oil held and lost [m³]": ("oil_retained", "oil_lost"),
     "Oil lost by cause [m³]": ("oil_lost/**",),
-    "Speed [m/s]": ("tow_speed", "normal_speed", "normal_speed_limit"),
-    "Probes": ("probes/**",),
+    "Speed [m/s]": ("tow_speed", "normal_speed_held", "normal_speed_limit"),
 }
 HANDLING_PLOTS: Mapping[str, tuple[str, ...]] = {
     "Tow tension [N]": ("tow_tension/**",),
@@ -18,7 +17,7 @@ HANDLING_PLOTS: Mapping[str, tuple[str, ...]] = {
 SOLVER_PLOTS: Mapping[str, tuple[str, ...]] = {
     "Kinetic energy [J]": ("kinetic_energy",),
     "Iterations per step": ("iterations_density", "iterations_divergence", "iterations_viscosity"),
-    "Density error [-]": ("density_error",),
+    "Compression left by the solves [-]": ("residual_density", "residual_divergence"),
     "Time step [s]": ("time_step",),
     "Real-time factor [-]": ("real_time_factor",),
 }
@@ -34,7 +33,42 @@ COUPLING_PLOTS: Mapping[str, tuple[str, ...]] = {
     "Impulse exchanged [N s]": ("ledger/exchange/impulse_x", "ledger/exchange/impulse_y", "ledger/exchange/impulse_z"),
     "Residuals of the ledger [-]": ("ledger/energy_residual", "ledger/momentum_residual"),
 }
-USUAL_PLOTS: Mapping[str, tuple[str, ...]] = {**OIL_PLOTS, **HANDLING_PLOTS, **SOLVER_PLOTS, **COUPLING_PLOTS}
+_AXES = ("x", "y", "z")
+_ANGLES = ("roll_deg", "pitch_deg", "yaw_deg")
+
+
+def probe_plots(names: Collection[str]) -> dict[str, tuple[str, ...]]:
+    """A diagram for each quantity of each probe among the series ``names``, since their units differ."""
+    found: dict[str, tuple[str, ...]] = {}
+    for name in names:
+        root, _, place = name.partition("/")
+        if root == "probes":
+            probe, _, component = place.partition("/")
+            quantity = _quantity(component, of_body=f"probes/{probe}/{_ANGLES[0]}" in names)
+            title = f"Probe {probe}{quantity}"
+            found[title] = (*found.get(title, ()), name)
+    return found
+
+
+def _quantity(component: str, *, of_body: bool) -> str:
+    """What a probe's component is one of."""
+    if component in _AXES:
+        return ": position [m]" if of_body else ": velocity [m/s]"
+    if component in _ANGLES:
+        return ": angles [deg]"
+    units = {"force": ": force [N]", "torque": ": torque [N m]"}
+    return units.get(component.partition("_")[0], "")
+
+
+def usual_plots(names: Collection[str]) -> dict[str, dict[str, tuple[str, ...]]]:
+    """By subject, the diagrams that a run with the series ``names`` may have."""
+    return {
+        "Oil": dict(OIL_PLOTS),
+        "Probes": probe_plots(names),
+        "Handling": dict(HANDLING_PLOTS),
+        "Solver": dict(SOLVER_PLOTS),
+        "Coupling": dict(COUPLING_PLOTS),
+    }
 
 
 def matches(pattern: str, name: str) -> bool:
@@ -47,9 +81,10 @@ def matches(pattern: str, name: str) -> bool:
 
 def plots_with_series(plots: Mapping[str, tuple[str, ...]], names: Collection[str]) -> dict[str, list[str]]:
     """The plots that have something to show, with the names of the series each shows."""
+    usual = {title: patterns for subject in usual_plots(names).values() for title, patterns in subject.items()}
     chosen = {
         title: [name for name in names if any(matches(pattern, name) for pattern in patterns)]
-        for title, patterns in (plots or USUAL_PLOTS).items()
+        for title, patterns in (plots or usual).items()
     }
     return {title: found for title, found in chosen.items() if found}
 

@@ -47,7 +47,8 @@ class Recorder:
             frame_rate: recorded frames per simulated second [1/s].
             precision: grid that positions are rounded to [m], a power of two, stated in the file; None keeps every
                 bit.
-            every: by phase name, record its particles in every so many recorded frames only; 1 if not named.
+            every: by phase name, record its particles in the first and then in every so many recorded frames only; 1 if not
+                named.
             live: a viewer that is shown the same frames, and loses some when it cannot keep up.
         """
         if not frame_rate > 0.0:
@@ -66,6 +67,7 @@ class Recorder:
         self._finalizer: weakref.finalize[[RerunFile, LiveView | None], Recorder] | None = None
         self._last_slot = -1
         self._last_index = 0
+        self._is_first = True
         _require_writable(self.path)
 
     def __enter__(self) -> Recorder:
@@ -101,6 +103,7 @@ class Recorder:
         self._last_slot = slot
         sample = take_sample(frame, precision=self.precision, phases=self._due_phases(frame))
         self.recorded_frames += 1
+        self._is_first = False
         file.add(sample)
         if self._live is not None:
             self._live.show(sample)
@@ -131,7 +134,7 @@ class Recorder:
         """The phases whose particles this frame records; None stands for all, and then nobody need ask for names."""
         if not self.every:
             return None
-        return {name for name in frame.phases if self.recorded_frames % self.every.get(name, 1) == 0}
+        return {name for name in frame.phases if self._is_first or self.recorded_frames % self.every.get(name, 1) == 0}
 
     def _open_file(self) -> RerunFile:
         if self._file is None:

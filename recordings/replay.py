@@ -107,6 +107,18 @@ class Replay:
         return dict(groups)
 
     @property
+    def precision(self) -> float | None:
+        """Grid [m] that positions of particles were rounded to; None: none."""
+        return float(self.properties["recording"].get("precision", 0.0)) or None
+
+    @property
+    def thinning(self) -> dict[str, int]:
+        """By phase, in how many frames it was recorded once; phases in every frame are left out."""
+        terms = self.properties["recording"]
+        every = {phase.name: int(terms.get(f"every_{phase.name}", 1)) for phase in self.run.phases}
+        return {name: count for name, count in every.items() if count > 1}
+
+    @property
     def end_reason(self) -> str:
         """Why the run ended; empty when nobody could say so any more."""
         return str(self.properties.get("end", {}).get("reason", ""))

@@ -23,6 +23,7 @@ class ReplayCheck:
     Attributes:
         compared: recorded frames that were met and found equal.
         difference: the first one found, in words; empty so far if none was.
+        precision: grid [m] on which the particles were recorded and are compared; None: bit for bit, like all else.
         last_index: of the last recorded frame.
     """
 
@@ -30,7 +31,7 @@ class ReplayCheck:
         """Read the recording's small series; its particles are read as the run goes on. RecordingError if it has no frame."""
         self.compared = 0
         self.difference = ""
-        self._precision = float(replay.properties["recording"].get("precision", 0.0)) or None
+        self.precision = replay.precision
         self._particles = {phase.name: _Particles(replay.phase_frames(phase.name)) for phase in replay.run.phases}
         self._bodies = {
             name: _Rows(one.index, np.hstack([one.pose, one.twist, one.wrench])) for name, one in replay.bodies.items()
@@ -70,7 +71,7 @@ class ReplayCheck:
         for name, particles in self._particles.items():
             recorded = particles.at(frame.index)
             if recorded is not None:
-                yield from _different_particles(name, recorded, frame.phases[name], self._precision)
+                yield from _different_particles(name, recorded, frame.phases[name], self.precision)
         yield from _different_rows(
             "body", self._bodies, frame.index, {n: body.motion for n, body in frame.bodies.items()}
         )

@@ -29,6 +29,7 @@ from recordings.errors import RecordingError
 from recordings.exercise import to_json
 from recordings.force_arrows import ForceArrows
 from recordings.frame import NO_PARTICLES, Event, MeshDescription, PhaseFrame, RunDescription
+from recordings.legend import legend
 from recordings.sample import Block, Sample, id_ranges
 
 APPLICATION = "oilsim"
@@ -67,17 +68,16 @@ class RerunWriter:
         self._full_tension = {name: boom.full_tension for boom in booms for name in boom.segments}
         self._write_properties(run, terms)
         self._static("/", rr.ViewCoordinates.RIGHT_HAND_Z_UP, looks.classes(run.phases))
+        oily = any(palette.is_oil(phase.name) for phase in run.phases)
         for index, phase in enumerate(run.phases):
-            look = looks.phase(index, phase.name, run.particle_spacing)
+            look = looks.phase(index, phase.name, run.particle_spacing, beside_oil=oily)
             self._static(entity_paths.phase(phase.name), look, rr.AnyValues(description=json.dumps(asdict(phase))))
         for name, points in run.boundaries.items():
             self._write_boundary(name, np.array(points, dtype=np.float32), run.particle_spacing)
         for name, mesh in run.meshes.items():
             self._write_mesh(name, mesh)
         self._write_arrow_looks()
-        if booms:
-            legend = palette.legend(max(boom.full_tension for boom in booms))
-            self._static(entity_paths.LEGEND, rr.TextDocument(legend, media_type=rr.MediaType.MARKDOWN))
+        self._static(entity_paths.LEGEND, rr.TextDocument(legend(run), media_type=rr.MediaType.MARKDOWN))
 
     def write_samples(self, samples: Sequence[Sample]) -> None:
         """Write a block of samples, one chunk per entity."""

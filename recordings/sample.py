@@ -135,6 +135,11 @@ def rounded(position: npt.NDArray[np.float32], precision: float | None) -> npt.N
     return scaled
 
 
+def grid_within(precision: float) -> float:
+    """The coarsest grid [m] of a power of two that is not coarser than ``precision`` [m]."""
+    return math.ldexp(0.5, math.frexp(precision)[1])
+
+
 def require_power_of_two(precision: float | None) -> None:
     """Refuse a precision whose grid binary numbers cannot hold."""
     if precision is None:

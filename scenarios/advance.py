@@ -59,7 +59,7 @@ class Course:
             if requests.stop is not None:
                 self._save_and_say()
             elif self._checkpoints is not None:
-                self._save(self._checkpoints)  # so that a run can be made longer
+                self._save(self._checkpoints, asked=True)  # so that a run can be made longer
             self.state_hash = run_state_hash(simulation, self._assembly)
             simulation.terminate("completed" if requests.stop is None else f"stopped by signal {requests.stop}")
         except (CoSimulationError, RecordingError) as error:
@@ -89,7 +89,7 @@ class Course:
                     keeper.restore_state(restart.state[name])
             self.simulation.emit(f"goes on from {restart.source.name}", source="oilsim")
         if self._checkpoints is not None and self._checkpoints.is_due(0):
-            self._save(self._checkpoints)
+            self._save(self._checkpoints, asked=False)
 
     def _is_done(self) -> bool:
         run = self._plan.scenario.run
@@ -109,16 +109,20 @@ class Course:
         if self._requests.take_checkpoint():
             self._save_and_say()
         elif self._checkpoints is not None and self._checkpoints.is_due(index):
-            self._save(self._checkpoints)
+            self._save(self._checkpoints, asked=False)
+            thinned = self._checkpoints.thin_out()
+            if thinned:
+                self.simulation.emit(thinned, source="oilsim")
 
     def _save_and_say(self) -> None:
         """A checkpoint that somebody waits for."""
         if self._checkpoints is None:
             self.simulation.emit("no checkpoint is kept: --checkpoints names no folder", source="oilsim")
         else:
-            self.simulation.emit(f"checkpoint {self._save(self._checkpoints)}", source="oilsim")
+            path = self._save(self._checkpoints, asked=True)
+            self.simulation.emit(f"checkpoint {path}", source="oilsim")
 
-    def _save(self, checkpoints: CheckpointWriter) -> Path:
+    def _save(self, checkpoints: CheckpointWriter, *, asked: bool) -> Path:
         state = run_state(self.simulation, self._assembly)
         state |= {name: keeper.save_state() for name, keeper in self._keepers.items()}
-        return checkpoints.write(self.simulation.communication_point.index, state)
+        return checkpoints.write(self.simulation.communication_point.index, state, asked=asked)

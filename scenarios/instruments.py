@@ -73,6 +73,7 @@ class RunFigures:
         report = self._report()
         if report is not None:
             figures["metrics/time_step"] = report.time_step
-            figures["metrics/density_error"] = report.density_error
+            figures["metrics/residual_density"] = report.density_error
+            figures["metrics/residual_divergence"] = report.divergence_error
             figures |= {f"metrics/iterations_{kind}": count for kind, count in report.iterations.items()}
         return figures

@@ -211,7 +211,7 @@ class PipeEmitterSettings(Section):
     mouth      [m] its centre
     direction  of the flow, any length
     radius     [m] of the pipe
-    speed      [m/s] of the flow
+    speed      [m/s] of the flow; 0: it is shut, until an order opens it
     start      [s] when it opens
     volume     [m3] after which it closes; None: it stays open
     """
@@ -220,7 +220,7 @@ class PipeEmitterSettings(Section):
     mouth: Vector = quantity("m")
     direction: Vector = quantity("", default=(0.0, 0.0, -1.0))
     radius: float = quantity("m", above=0.0)
-    speed: float = quantity("m/s", above=0.0)
+    speed: float = quantity("m/s", at_least=0.0)
     start: float = quantity("s", default=0.0, at_least=0.0)
     volume: float | None = quantity("m3", default=None, above=0.0)
 

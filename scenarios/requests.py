@@ -1,17 +1,16 @@
-"""What somebody asks a run for by signals: to stop in order (Ctrl-C, SIGTERM), or to write a checkpoint (SIGUSR1)."""
+"""What somebody asks a run for by signals: to stop in order (Ctrl-C, SIGTERM, a closed terminal), or for a checkpoint (SIGUSR1)."""
 
 from __future__ import annotations
 
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from types import FrameType
-from typing import Any
 
 from scenarios.exit_codes import DONE
 
-STOP = (int(signal.SIGINT), int(signal.SIGTERM))
+STOP = (int(signal.SIGINT), int(signal.SIGTERM), int(signal.SIGHUP))
 SAVE = int(signal.SIGUSR1)
 
 
@@ -44,26 +43,30 @@ class Requests:
 def requests_by_signal() -> Iterator[Requests]:
     """Within the block the first signal to stop asks for an orderly one, a second one ends the program at once.
 
-    Outside the main thread signals cannot be caught; nothing is asked there.
+    A signal that the program was started to ignore stays ignored: a script starts its background jobs so that Ctrl-C does not reach
+    them, and nohup its command so that it outlives the terminal. Outside the main thread signals cannot be caught; nothing is asked
+    there.
     """
     requests = Requests()
     if threading.current_thread() is not threading.main_thread():
         yield requests
         return
-    previous: dict[int, Any] = {}
+    before = {number: signal.getsignal(number) for number in (*STOP, SAVE)}
+    heeded = [number for number, handler in before.items() if handler is not signal.SIG_IGN]
 
-    def restore(numbers: tuple[int, ...]) -> None:
-        for number in numbers:
-            signal.signal(number, previous[number])
+    def restore(numbers: Collection[int]) -> None:
+        for number in heeded:
+            if number in numbers:
+                signal.signal(number, before[number])
 
     def ask(number: int, _: FrameType | None) -> None:
         requests.ask(number)
         if number in STOP:
             restore(STOP)
 
-    for number in (*STOP, SAVE):
-        previous[number] = signal.signal(number, ask)
+    for number in heeded:
+        signal.signal(number, ask)
     try:
         yield requests
     finally:
-        restore((*STOP, SAVE))
+        restore(heeded)

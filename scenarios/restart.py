@@ -1,7 +1,7 @@
 """Checkpoints of runs: when they are written and where they lie, which one a run goes on from, and what is in them.
 
-The checkpoints of ``sweep.rrd`` lie in the folder ``sweep.checkpoints``, one file for each, and stay there: an instructor may go
-back to any of them.
+The checkpoints of ``sweep.rrd`` lie in the folder ``sweep.checkpoints``, one file for each: an instructor may go back to any of them,
+and to any time after the first.
 """
 
 from __future__ import annotations
@@ -43,15 +43,18 @@ def run_state_hash(simulation: CoSimulation, assembly: Assembly) -> str:
 
 
 class CheckpointWriter:
-    """Writes the checkpoints of one run into a folder of their own."""
+    """Writes the checkpoints of one run into a folder of their own, and thins them out when they become too many.
+
+    Every second one of those written unasked is then deleted and the interval between them doubles. The first stays, hence every
+    time can be gone back to, if by more steps; those that somebody asked for stay too.
+    """
 
     def __init__(self, folder: Path, plan: Plan) -> None:
         """Make the folder, empty of checkpoints of earlier runs; CheckpointError if that cannot be."""
         self.folder = folder
         self._plan = plan
-        run = plan.scenario.run
-        interval = plan.scenario.recording.checkpoint_interval
-        self._every = max(1, round(interval / run.communication_step)) if interval > 0.0 else 0
+        self._unasked: dict[int, Path] = {}
+        self._every = _steps_between(plan)
         self._versions = versions()
         try:
             folder.mkdir(exist_ok=True)
@@ -64,7 +67,7 @@ class CheckpointWriter:
         """Whether a checkpoint is to be written at a communication point unasked."""
         return self._every > 0 and index % self._every == 0
 
-    def write(self, index: int, state: dict[str, Any]) -> Path:
+    def write(self, index: int, state: dict[str, Any], *, asked: bool) -> Path:
         """Write one; CheckpointError if it cannot be written, and then the ones before are as they were."""
         time = index * self._plan.scenario.run.communication_step
         path = self.folder / f"step-{index:09d}{ENDING}"
@@ -76,7 +79,29 @@ class CheckpointWriter:
             state=state,
         )
         save_checkpoint(path, checkpoint)
+        if asked:
+            self._unasked.pop(index, None)
+        else:
+            self._unasked[index] = path
         return path
+
+    def thin_out(self) -> str:
+        """Delete what is too much, and say so; empty if nothing was."""
+        kept = self._plan.scenario.recording.checkpoints_kept
+        if len(self._unasked) <= kept:
+            return ""
+        ends = min(self._unasked), max(self._unasked)
+        self._every *= 2
+        for index in [index for index in self._unasked if index % self._every and index not in ends]:
+            self._unasked.pop(index).unlink(missing_ok=True)
+        interval = self._every * self._plan.scenario.run.communication_step
+        return f"over {kept} checkpoints: from now on one every {interval:g} s is kept, and the first"
+
+
+def _steps_between(plan: Plan) -> int:
+    """Communication steps from one checkpoint to the next; 0: none is written unasked."""
+    interval = plan.scenario.recording.checkpoint_interval
+    return max(1, round(interval / plan.scenario.run.communication_step)) if interval > 0.0 else 0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

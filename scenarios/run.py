@@ -16,6 +16,7 @@ from scenarios.exit_codes import FAILED
 from scenarios.plan import Plan
 from scenarios.problems import Problem, ScenarioError
 from scenarios.progress import ProgressDisplay
+from scenarios.recorder_terms import grid, thinning
 from scenarios.requests import requests_by_signal
 from scenarios.restart import CheckpointWriter, Restart, checkpoint_folder
 from scenarios.scenario import Scenario
@@ -115,7 +116,13 @@ def _recorder(scenario: Scenario, options: RunOptions) -> Recorder | None:
         from recordings.live import LiveView
 
         live = LiveView()
-    return Recorder(options.record, scenario.recording.frame_rate, live=live)
+    return Recorder(
+        options.record,
+        scenario.recording.frame_rate,
+        precision=grid(scenario),
+        every=thinning(scenario),
+        live=live,
+    )
 
 
 def _require_writable(options: RunOptions) -> None:

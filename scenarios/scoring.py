@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from copy import deepcopy
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 
 from booms.containment import PRACTICE_SPEED, BoomState, ContainmentOptions, ContainmentReport, ContainmentTracker
 from booms.deployment import BoomLayout
-from booms.scores import LossSpeeds, TensionRecord
+from booms.scores import HeldSpeed, LossSpeeds, TensionRecord
 from coupling.rigid_body_world import RigidBodyWorld
 from oilsim.solver import Fluid
 from recordings.frame import EventLevel
@@ -48,6 +49,7 @@ class BoomScore:
         self._tension_joints = dict(tensions)
         self._tensions = {end: TensionRecord() for end in tensions}
         self._losses = LossSpeeds()
+        self._held = HeldSpeed.at(PRACTICE_SPEED, settings.skirt_depth)
         self._vessels = [body_of(end) for end in settings.ends if isinstance(end, str)]
         self._time: float | None = None
         self._worst: dict[str, float] = {}
@@ -71,22 +73,25 @@ class BoomScore:
         self, time: float, world: RigidBodyWorld, oil: tuple[Array, NDArray[np.uint32]], level: float, current: Array
     ) -> dict[str, float]:
         """Take the state at `time` [s] into the account; oil is positions (N, 3) [m] and ids (N,), current (3,) [m/s]."""
+        state = self._state(world)
         report = self._tracker.update(
-            time, self._state(world), *oil, water_level=level, current=(float(current[0]), float(current[1]))
+            time, state, *oil, water_level=level, current=(float(current[0]), float(current[1]))
         )
         self.report = report
+        held = float(self._held.add(time, state.normal_flow(current)).max())
         step = 0.0 if self._time is None else time - self._time
         self._time = time
         speed = self._tow_speed(world, current)
-        scalars = report.scalars() | {"metrics/tow_speed": speed, "metrics/normal_speed_limit": PRACTICE_SPEED}
+        scalars = report.scalars() | {"metrics/tow_speed": speed}
+        scalars |= {"metrics/normal_speed_held": held, "metrics/normal_speed_limit": PRACTICE_SPEED}
         scalars |= {f"metrics/current/{axis}": float(current[place]) for place, axis in enumerate("xy")}
         for end, joint in self._tension_joints.items():
             tension = world.tension(joint)
             self._tensions[end].add(tension, step)
             scalars[f"metrics/tow_tension/{end}"] = tension
         self._losses.add(time, speed, report.lost, report.retained + report.lost)
-        self._remember(report)
-        self._announce(report, speed)
+        self._remember(report, held)
+        self._announce(report, speed, held)
         return scalars
 
     def lost_ids(self) -> dict[str, NDArray[np.uint32]]:
@@ -98,12 +103,15 @@ class BoomScore:
         happenings, self._happenings = self._happenings, []
         return happenings
 
-    def _announce(self, report: ContainmentReport, speed: float) -> None:
+    def _announce(self, report: ContainmentReport, speed: float, held: float) -> None:
         """Say what happens for the first time."""
         through = f"at {speed / KNOT:.2f} kn through the water"
-        normal = "water meets it faster than 0.7 kn along its normal"
-        self._tell_once("too fast", report.normal_speed > PRACTICE_SPEED, normal)
-        self._tell_once("first loss", self._losses.first_loss is not None, f"loses oil for the first time, {through}")
+        share = 100.0 * self._losses.first_share
+        normal = f"water has met it faster than 0.7 kn along its normal for {self._held.window:.2g} s"
+        self._tell_once("too fast", held > PRACTICE_SPEED, normal)
+        self._tell_once(
+            "first loss", self._losses.first_loss is not None, f"has lost over {share:g} % of its oil, {through}"
+        )
         for cause, volume in report.lost_by_cause.items():
             self._tell_once(cause, volume > 0.0, f"first oil lost by {cause.replace('_', ' ')}, {through}")
         self._tell_once(
@@ -131,9 +139,9 @@ class BoomScore:
         speeds = [float(np.linalg.norm(world.twist(name)[:2] - current[:2])) for name in self._vessels]
         return float(np.mean(speeds)) if speeds else float(np.linalg.norm(current[:2]))
 
-    def _remember(self, report: ContainmentReport) -> None:
-        for key in ("normal_speed", "skirt_angle"):
-            self._worst[key] = max(self._worst.get(key, 0.0), getattr(report, key))
+    def _remember(self, report: ContainmentReport, held: float) -> None:
+        for key, value in (("normal_speed_held", held), ("skirt_angle", report.skirt_angle)):
+            self._worst[key] = max(self._worst.get(key, 0.0), value)
         draft = report.effective_draft
         self._worst["effective_draft"] = min(self._worst.get("effective_draft", draft), draft)
 
@@ -152,6 +160,7 @@ class BoomScore:
             "report": None if self.report is None else asdict(self.report),
             "tensions": {end: asdict(record) for end, record in self._tensions.items()},
             "losses": asdict(self._losses),
+            "held": asdict(self._held),
             "time": self._time,
             "worst": dict(self._worst),
             "told": sorted(self._told),
@@ -162,7 +171,7 @@ class BoomScore:
         self._tracker.restore_state(saved["tracker"])
         self.report = None if saved["report"] is None else ContainmentReport(**saved["report"])
         self._tensions = {end: TensionRecord(**record) for end, record in saved["tensions"].items()}
-        self._losses = LossSpeeds(**saved["losses"])
+        self._losses, self._held = LossSpeeds(**deepcopy(saved["losses"])), HeldSpeed(**deepcopy(saved["held"]))
         self._time, self._worst = saved["time"], dict(saved["worst"])
         self._told, self._happenings = set(saved["told"]), []
 
@@ -175,7 +184,7 @@ class BoomScore:
         return {
             "retained_share": report.retained / taken_in if taken_in > 0.0 else None,
             "gap_ratio": report.gap_ratio,
-            "largest_normal_speed_kn": self._worst["normal_speed"] / KNOT,
+            "largest_held_normal_speed_kn": self._worst["normal_speed_held"] / KNOT,
             "largest_skirt_angle_deg": float(np.degrees(self._worst["skirt_angle"])),
             "smallest_effective_draft_m": self._worst["effective_draft"],
             "first_loss_speed_kn": _knots(self._losses.first_loss),

@@ -24,11 +24,13 @@ from scenarios.versions import versions
 class Verdict:
     """How many recorded frames came out equal, and the first that did not, in words; empty if there is none.
 
+    precision: grid [m] on which particles are recorded and compared; None: all is compared bit for bit, as series and bodies are.
     versions: those that are not the recording's, in words.
     """
 
     equal_frames: int
     difference: str
+    precision: float | None
     versions: str
 
 
@@ -52,10 +54,13 @@ def verify(recording: Path, *, threads: int | None = None, until: float | None =
                 course.step()
             simulation.terminate("verified")
         except CoSimulationError as error:
-            return Verdict(
-                equal_frames=check.compared, difference=f"the run fails: {error}", versions=_other_versions(replay)
-            )
-    return Verdict(equal_frames=check.compared, difference=check.difference, versions=_other_versions(replay))
+            check.difference = f"the run fails: {error}"
+    return Verdict(
+        equal_frames=check.compared,
+        difference=check.difference,
+        precision=check.precision,
+        versions=_other_versions(replay),
+    )
 
 
 def _plan_of(replay: Replay, threads: int | None) -> Plan:

@@ -30,5 +30,7 @@ def _verify(options: argparse.Namespace) -> int:
     if verdict.difference:
         print(f"differs after {verdict.equal_frames} equal frames: {verdict.difference}")
         return FAILED
-    print(f"0 frames differ, {verdict.equal_frames} are equal bit for bit")
+    told = f"0 frames differ, {verdict.equal_frames} are equal bit for bit"
+    grid = verdict.precision
+    print(told if grid is None else f"{told}, particles on the recorded grid of 1/{1.0 / grid:g} m")
     return DONE

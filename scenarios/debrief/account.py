@@ -9,8 +9,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from booms.containment import BoomState
-from booms.scores import LossSpeeds
+from booms.containment import PRACTICE_SPEED, BoomState
+from booms.scores import HeldSpeed, LossSpeeds
 from recordings.exercise import BoomDescription, ExerciseDescription
 from recordings.replay import BodySeries, Replay, Series
 
@@ -44,9 +44,20 @@ class BoomAccount:
     tow_speed: Array
 
     @cached_property
-    def normal_speed(self) -> Array:
-        """Speed (N, S) [m/s] at which water meets each segment along its normal."""
-        return np.array([state.normal_speed(now) for state, now in zip(self.states, self.current, strict=True)])
+    def normal_flow(self) -> Array:
+        """Velocity (N, S) [m/s] of each segment through the water along its normal."""
+        return np.array([state.normal_flow(now) for state, now in zip(self.states, self.current, strict=True)])
+
+    @property
+    def hold_time(self) -> float:
+        """Time [s] over which a speed counts as held: that in which water at 0.7 knots passes the skirt's depth."""
+        return HeldSpeed.at(PRACTICE_SPEED, self.boom.skirt_depth).window
+
+    @cached_property
+    def held_speed(self) -> Array:
+        """Speed (N, S) [m/s] at which water kept running against each segment, see `HeldSpeed`."""
+        held = HeldSpeed(window=self.hold_time)
+        return np.array([held.add(float(time), flow) for time, flow in zip(self.time, self.normal_flow, strict=True)])
 
     @cached_property
     def skirt_angle(self) -> Array:

@@ -59,16 +59,24 @@ def speed_diagram(account: BoomAccount, moments: Sequence[KeyMoment]) -> Figure:
     """Speeds in knots against the 0.7 knots from which a boom loses oil."""
     figure = empty_figure(2.9)
     axes = figure.subplots()
-    limit, worst = PRACTICE_SPEED / KNOT, account.normal_speed.max(axis=1) / KNOT
-    apex = account.normal_speed[:, account.normal_speed.shape[1] // 2] / KNOT
-    axes.plot(account.time, worst, color=_LINES[0], linewidth=1.6, label="normal to the boom, largest")
-    axes.plot(account.time, apex, color=_LINES[0], linewidth=1.0, alpha=0.55, label="normal to the boom, at its middle")
+    limit, held = PRACTICE_SPEED / KNOT, _held_speed(account).max(axis=1) / KNOT
+    worst = np.abs(account.normal_flow).max(axis=1) / KNOT
+    axes.plot(
+        account.time,
+        held,
+        color=_LINES[0],
+        linewidth=1.6,
+        label=f"normal to the boom, largest held for {account.hold_time:.2g} s",
+    )
+    axes.plot(
+        account.time, worst, color=_LINES[0], linewidth=1.0, alpha=0.4, label="normal to the boom, at its largest"
+    )
     if account.tow_speed.any():
         axes.plot(
             account.time, account.tow_speed / KNOT, color=_LINES[1], linewidth=1.6, label="tow, through the water"
         )
     axes.axhline(limit, color="#c23030", linewidth=1.4, linestyle="--", label=f"{limit:.1f} kn: oil is lost")
-    axes.fill_between(account.time, limit, worst, where=worst > limit, color="#c23030", alpha=0.18, linewidth=0.0)
+    axes.fill_between(account.time, limit, held, where=held > limit, color="#c23030", alpha=0.18, linewidth=0.0)
     axes.set_ylim(bottom=0.0)
     axes.set_title("Speed of the water against the boom", loc="left")
     axes.set_ylabel("kn")
@@ -125,7 +133,7 @@ def skirt_diagram(account: BoomAccount, moments: Sequence[KeyMoment]) -> Figure:
 def along_diagram(account: BoomAccount, moments: Sequence[KeyMoment]) -> Figure:
     """Speed, lean and tension along the boom over time: where it was weak."""
     maps: list[tuple[str, str, Array, str, float | None]] = [
-        ("Speed normal to the boom; white line: 0.7 kn", "kn", account.normal_speed / KNOT, "viridis", 0.7),
+        ("Speed held normal to the boom; white line: 0.7 kn", "kn", _held_speed(account) / KNOT, "viridis", 0.7),
         ("Lean of the skirt", "deg", np.degrees(account.skirt_angle), "cividis", None),
     ]
     if not np.isnan(account.tension).any():
@@ -135,13 +143,19 @@ def along_diagram(account: BoomAccount, moments: Sequence[KeyMoment]) -> Figure:
     place = (np.arange(account.tension.shape[1]) + 0.5) * account.boom.length / account.tension.shape[1]
     for axes, (title, unit, values, colors, level) in zip(rows, maps, strict=True):
         image = axes.pcolormesh(account.time, place, values.T, cmap=colors, shading="nearest", rasterized=True)
-        if level is not None and values.min() < level < values.max():
+        if level is not None and np.nanmin(values) < level < np.nanmax(values):
             axes.contour(account.time, place, values.T, levels=[level], colors="white", linewidths=1.0)
         figure.colorbar(image, ax=axes, label=unit, pad=0.01)
         axes.set_title(f"{title}, along the boom from {account.boom.ends[0]}", loc="left", fontsize=10.5)
         axes.set_ylabel("m")
     _finish(list(rows), moments, grid=False)
     return figure
+
+
+def _held_speed(account: BoomAccount) -> Array:
+    """Speeds held (N, S) [m/s], NaN until one can have been held; 0 if the run is too short for that."""
+    begun = account.time - account.time[0] >= account.hold_time
+    return np.where(begun[:, None], account.held_speed, np.nan if begun.any() else 0.0)
 
 
 def probe_diagram(replay: Replay, moments: Sequence[KeyMoment]) -> Figure | None:

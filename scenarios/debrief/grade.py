@@ -89,7 +89,7 @@ def _met(account: BoomAccount) -> float | None:
 
 
 def _time_too_fast(account: BoomAccount) -> float:
-    return 100.0 * float((account.normal_speed.max(axis=1) > PRACTICE_SPEED).mean())
+    return 100.0 * float((account.held_speed.max(axis=1) > PRACTICE_SPEED).mean())
 
 
 def _gap(account: BoomAccount) -> float:
@@ -129,7 +129,8 @@ CRITERIA = (
     ),
     Criterion(
         key="speed", title="Time over 0.7 kn", unit="%", good=0.0, acceptable=10.0, weight=2.0, measure=_time_too_fast,
-        what="Time during which water met some part of the boom at more than 0.7 knots along its normal, from where on oil is lost.",
+        what="Time during which water kept running against some part of the boom at more than 0.7 knots along its normal, from where on "
+        "oil is lost: the mean over the time in which it passes the skirt's depth, since a shorter wobble draws no oil under.",
     ),
     Criterion(
         key="gap", title="Gap ratio off 1:3", unit="%", good=8.0, acceptable=15.0, weight=1.0, measure=_gap,

@@ -18,6 +18,7 @@ _CLOSE = 0.05  # of the run: what happens within shares a picture
 _TELL_TIME = 0.05  # [s] off the moment shown: worth saying when
 _WIDTH = 930  # pixels
 _ORDERS = ("orders", "instructor")  # who gives them
+_TECHNICAL = ("master", "oilsim")  # who speaks of the simulation, not of the exercise: that stays in the log
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -55,6 +56,8 @@ def _gathered(
     """Times and captions, in order; what happens close together is one moment, the most pressing ones are kept."""
     happenings = [(begin, 1, "the exercise begins"), (end, 0, "the exercise ends")]
     for event in replay.events:
+        if event.source in _TECHNICAL and event.level == "info":
+            continue
         text = f"{event.source}: {event.text}" if event.source else event.text
         pressing = event.level != "info" or (event.source in _ORDERS and event.time > begin)
         happenings.append((event.time, 2 if pressing else 1, text))

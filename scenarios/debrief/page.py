@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import io
 import json
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -62,6 +63,7 @@ def write_debrief(recording: Path, folder: Path, criteria: tuple[Criterion, ...]
             end_reason=replay.end_reason,
             repaired_from=replay.repaired_from,
             recording=recording.name,
+            changes=_changes(replay),
             duration=moments[-1].time,
             moments=[(moment, picture) for moment, picture in zip(moments, pictures, strict=True)],
             map=map_picture,
@@ -135,7 +137,10 @@ def _figures(replay: Replay, account: BoomAccount) -> list[tuple[str, str]]:
         ("Left the simulated water", _volume(oil["removed"])),
         ("Tow speed at the first loss (0.5 % of the oil)", _knots(losses.first_loss)),
         ("Tow speed at gross loss (2 % of the oil a second)", _knots(losses.gross_loss)),
-        ("Highest speed normal to the boom", _knots(float(account.normal_speed.max()))),
+        (
+            f"Highest speed normal to the boom, held for {account.hold_time:.2g} s",
+            _knots(float(account.held_speed.max())),
+        ),
     ]
     return rows + _rules_of_thumb(replay, account)
 
@@ -160,15 +165,23 @@ def _rules_of_thumb(replay: Replay, account: BoomAccount) -> list[tuple[str, str
     return rows
 
 
+def _changes(replay: Replay) -> str:
+    """How the scenario was changed for this run; the number of threads changes nothing."""
+    return re.sub(r"run\.threads=\d+ ?", "", str(replay.run.properties.get("overrides", ""))).strip()
+
+
 def _notes(replay: Replay) -> list[str]:
     """What to bear in mind when reading the page."""
     spacing = replay.run.particle_spacing
     notes = [f"Particles are {1000.0 * spacing:.3g} mm apart; nothing finer is resolved."]
+    if replay.precision is not None:
+        notes.append(f"Pictures and outlines show them to {500.0 * replay.precision:.2g} mm, as they were recorded.")
+    notes += [f"Of {name} one frame in {count} was recorded." for name, count in replay.thinning.items()]
     for boom in replay.run.exercise.booms if replay.run.exercise else ():
         deep = boom.skirt_depth / spacing
         if deep < _COARSE:
             coarse = f"The skirt of boom {boom.name} is {deep:.2g} particles deep: see how it fails,"
-            notes.append(f"{coarse} and trust neither the speed at which it does nor its draft.")
+            notes.append(f"{coarse} and trust neither the speed at which it does, nor its draft, nor its pull.")
     if replay.run.exercise:
         notes += [f"Resolved by the particles: {RESOLVED}.", f"Modelled: {MODELLED}."]
     return notes

@@ -38,7 +38,7 @@ def main() -> None:
             writer = CheckpointWriter(Path(folder), Plan(scenario=scenario))
             begun = time.perf_counter()
             for index in range(WRITES):
-                path = writer.write(index, run_state(simulation, assembly))
+                path = writer.write(index, run_state(simulation, assembly), asked=False)
             write = (time.perf_counter() - begun) / WRITES
             size = path.stat().st_size
         second = step / scenario.run.communication_step

@@ -1,10 +1,13 @@
 """Scores against worked examples and closed formulas."""
 
 import math
+from dataclasses import asdict
 
+import numpy as np
 import pytest
 
 from booms.scores import (
+    HeldSpeed,
     LossSpeeds,
     TensionRecord,
     catenary_parameter,
@@ -88,3 +91,23 @@ def test_one_particle_in_a_short_step_is_no_gross_loss():
     for k in range(200, 300):
         speeds.add(0.02 * k, 0.6, 0.004 + 0.001 * (k - 199), 1.0)  # 5 % a second from 4 s on
     assert speeds.gross_loss == pytest.approx(0.6)
+
+
+def test_a_wobble_is_not_held_and_a_lasting_flow_is():
+    """A skirt of 0.18 m, which water at 0.36 m/s passes in 0.5 s, ten steps: means over these, whichever way the water runs."""
+    held = HeldSpeed.at(0.36, 0.18)
+    flows = [0.3] * 11 + [0.9, -0.5] * 10 + [0.4] * 11
+    speeds = np.array([held.add(0.05 * k, np.array([flow, -flow])) for k, flow in enumerate(flows)])
+    assert (speeds[:, 0] == speeds[:, 1]).all()
+    assert (speeds[:10] == 0.0).all()
+    assert speeds[10, 0] == pytest.approx(0.3)
+    assert speeds[21:31, 0] == pytest.approx(0.2)  # every step between 0.9 and -0.5 has this mean
+    assert speeds[-1, 0] == pytest.approx(0.4)
+
+
+def test_held_speed_goes_on_from_its_saved_account():
+    held = HeldSpeed.at(0.5, 0.5)
+    for k in range(30):
+        held.add(0.1 * k, np.array([0.1 * k]))
+    other = HeldSpeed(**asdict(held))
+    assert other.add(3.0, np.array([3.0])) == held.add(3.0, np.array([3.0])) == pytest.approx(2.5)

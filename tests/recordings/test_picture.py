@@ -114,11 +114,22 @@ def test_key_steps_begin_and_end_with_the_run() -> None:
 
 
 def test_plots_show_only_what_was_recorded() -> None:
-    names = ["tow_tension/port", "probes/gauge", "oil_lost", "something_else"]
+    names = [
+        "tow_tension/port",
+        "probes/gauge",
+        "probes/box/x",
+        "probes/box/force_x",
+        "probes/box/roll_deg",
+        "oil_lost",
+        "other",
+    ]
     assert plots_with_series({}, names) == {
         "Oil held and lost [m³]": ["oil_lost"],
+        "Probe gauge": ["probes/gauge"],
+        "Probe box: position [m]": ["probes/box/x"],
+        "Probe box: force [N]": ["probes/box/force_x"],
+        "Probe box: angles [deg]": ["probes/box/roll_deg"],
         "Tow tension [N]": ["tow_tension/port"],
-        "Probes": ["probes/gauge"],
     }
 
 

@@ -13,6 +13,7 @@ from recordings.errors import RecordingError
 from recordings.frame import Event, Frame
 from recordings.recorder import Recorder
 from recordings.replay import Replay
+from recordings.sample import grid_within
 
 FRAMES = 35  # three blocks of ten and a rest
 
@@ -108,7 +109,7 @@ def test_particles_are_not_read_unless_due(tmp_path: Path, made_up: ModuleType) 
 def test_precision_rounds_to_its_grid_and_says_so(record: Callable[..., Path], made_up: ModuleType) -> None:
     grid = 1.0 / 1024.0
     replay = Replay(record(3, precision=grid))
-    assert replay.properties["recording"]["precision"] == grid
+    assert replay.precision == grid
     for index, _, phase in replay.phase_frames("ocean"):
         expected = made_up.make_frame(index).phases["ocean"].position
         assert np.abs(phase.position - expected).max() <= 0.5 * grid
@@ -119,7 +120,17 @@ def test_a_thinned_phase_is_recorded_now_and_then(record: Callable[..., Path]) -
     replay = Replay(record(10, every={"ocean": 4}))
     assert [index for index, _, _ in replay.phase_frames("ocean")] == [0, 4, 8]
     assert [index for index, _, _ in replay.phase_frames("oil")] == list(range(10))
-    assert replay.properties["recording"]["every_ocean"] == 4.0
+    assert replay.thinning == {"ocean": 4}
+
+
+def test_the_grid_is_the_next_power_of_two_that_is_not_coarser() -> None:
+    assert [grid_within(wanted) for wanted in (0.03 / 32, 1 / 1024, 0.001, 0.5, 3.0)] == [
+        1 / 2048,
+        1 / 1024,
+        1 / 1024,
+        0.5,
+        2.0,
+    ]
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import subprocess
 import sys
 import time
@@ -11,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from recordings.errors import RecordingError
-from recordings.replay import Replay
+from recordings.replay import BodySeries, Replay, Series
 from scenarios.restart import find_restart
 
 STARTED = 3  # frames; before, kernels are loaded
@@ -44,10 +45,19 @@ class Kill:
         return max(0.0, self.said - self.kept)
 
 
-def started_run(clock: Path, *arguments: str) -> subprocess.Popen[str]:
-    """Start `oilsim run` with these arguments, let it note its times in ``clock``, and wait until it has made its first steps."""
+def started_run(clock: Path, *arguments: str, ignoring: tuple[int, ...] = ()) -> subprocess.Popen[str]:
+    """Start `oilsim run` with these arguments, let it note its times in ``clock``, and wait until it has made its first steps.
+
+    It begins with Ctrl-C in effect even where the tests run in the background, except for the signals it is to be started `ignoring`.
+    """
+
+    def set_signals() -> None:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+        for number in ignoring:
+            signal.signal(number, signal.SIG_IGN)
+
     command = [sys.executable, str(Path(__file__).with_name("clocked_run.py")), str(clock), *arguments]
-    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, preexec_fn=set_signals)
     while not clock.is_file() or clock.read_text().count("\n") < STARTED:
         assert process.poll() is None, process.stderr.read() if process.stderr else ""
         time.sleep(0.005)
@@ -83,10 +93,13 @@ def _whole_lines(clock: Path) -> list[str]:
 
 def _last_whole_frame(replay: Replay) -> float:
     """Time [s] up to which every phase, body and series was kept without a gap; RecordingError for a gap."""
-    found = [replay.phase_times(phase.name) for phase in replay.run.phases]
-    found += [replay.scalars["ledger/fluid/kinetic_energy"], *replay.bodies.values()]
-    shortest = min(found, key=lambda series: len(series.index))
-    for series in found:
-        if not np.array_equal(series.index[: len(shortest.index)], np.arange(len(shortest.index))):
+    found: list[tuple[Series | BodySeries, int]] = [
+        (replay.phase_times(phase.name), replay.thinning.get(phase.name, 1)) for phase in replay.run.phases
+    ]
+    found += [(series, 1) for series in (replay.scalars["ledger/fluid/kinetic_energy"], *replay.bodies.values())]
+    frames = min(every * len(series.index) for series, every in found)
+    for series, every in found:
+        expected = np.arange(0, frames, every)
+        if not np.array_equal(series.index[: len(expected)], expected):
             raise RecordingError(replay.path, "has a gap")
-    return float(shortest.time[-1])
+    return float(replay.scalars["ledger/fluid/kinetic_energy"].time[frames - 1])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import signal
+import time
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from coupling.participants.fluid import FluidParticipant
 from recordings.frame import Frame, RunDescription
 from recordings.repair import has_footer
 from recordings.replay import Replay
+from scenarios import recorder_terms
 from scenarios.bodies import BoxBody, Fixed
 from scenarios.build import Assembly, build
 from scenarios.build_fluid import fill_positions
@@ -273,7 +275,7 @@ def test_body_too_small_for_the_particles_is_refused() -> None:
         build(scenario)
 
 
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130), (signal.SIGHUP, 129)])
 def test_signal_ends_a_run_in_order(number: signal.Signals, code: int, tmp_path: Path) -> None:
     """The step under way is finished, recording and summary are written, and the exit code names the signal."""
     record, summary = tmp_path / "run.rrd", tmp_path / "run.json"
@@ -288,6 +290,39 @@ def test_signal_ends_a_run_in_order(number: signal.Signals, code: int, tmp_path:
     assert 0.0 < result["simulated_s"] < 1000.0
     assert Replay(record).end_reason == result["ended"]
     assert has_footer(record)
+
+
+def test_signals_that_a_run_was_started_to_ignore_do_not_stop_it(tmp_path: Path) -> None:
+    """So a script starts what it ends with &, and nohup its command."""
+    clock, summary = tmp_path / "clock", tmp_path / "run.json"
+    settings = ["--set", "fluid.particle_spacing=0.1", "--until", "1000", "--threads", "1", "--no-record"]
+    ignored = (signal.SIGINT, signal.SIGHUP)
+    process = started_run(clock, "still-column", *settings, "--summary", str(summary), ignoring=ignored)
+    for number in ignored:
+        process.send_signal(number)
+    steps = clock.read_text().count("\n")
+    while clock.read_text().count("\n") < steps + 3:  # it goes on
+        assert process.poll() is None
+        time.sleep(0.005)
+    process.terminate()
+    process.communicate(timeout=60)
+    assert json.loads(summary.read_text())["ended"] == f"stopped by signal {int(signal.SIGTERM)}"
+
+
+@pytest.mark.parametrize(
+    ("name", "settings", "grid", "thinned"),
+    [
+        ("calm-spread", (), 1 / 2048, {"ocean": 2}),  # 30 mm / 32 = 1 / 1067 m
+        ("calm-spread", ("recording.precision=0", "recording.water_every=1"), None, {}),
+        ("calm-spread", ("recording.precision=0.01", "recording.water_every=5"), 1 / 128, {"ocean": 5}),
+        ("dam-break", (), 1 / 2048, {}),  # water is all there is to see
+        ("dam-break", ("recording.water_every=3",), 1 / 2048, {"water": 3}),
+    ],
+)
+def test_terms_of_recording(name: str, settings: tuple[str, ...], grid: float | None, thinned: dict[str, int]) -> None:
+    scenario = load_scenario(name, overrides=settings).scenario
+    assert recorder_terms.grid(scenario) == grid
+    assert recorder_terms.thinning(scenario) == thinned
 
 
 def test_failure_names_the_participant() -> None:

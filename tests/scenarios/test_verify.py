@@ -21,17 +21,19 @@ SETTINGS = [
 ]
 
 
-def record(path: Path) -> Path:
+def record(path: Path, *settings: str) -> Path:
     """Ten steps, each of them recorded."""
-    settings = [part for setting in SETTINGS for part in ("--set", setting)]
+    settings = [part for setting in (*SETTINGS, *settings) for part in ("--set", setting)]
     assert main(["run", "two-layer", *settings, "--threads", "1", "--record", str(path)]) == 0
     return path
 
 
 def test_a_recording_is_made_again_bit_for_bit(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """By other threads too."""
-    assert main(["verify", str(record(tmp_path / "run.rrd")), "--threads", "2"]) == 0
-    assert capsys.readouterr().out == "0 frames differ, 11 are equal bit for bit\n"
+    """By other threads too; particles as finely as they were recorded."""
+    for settings, told in (((), ", particles on the recorded grid of 1/512 m"), (("recording.precision=0",), "")):
+        path = record(tmp_path / "run.rrd", *settings)
+        assert main(["verify", str(path), "--threads", "2"]) == 0
+        assert capsys.readouterr().out == f"0 frames differ, 11 are equal bit for bit{told}\n"
 
 
 def test_the_first_frame_that_differs_is_named(
@@ -50,7 +52,7 @@ def test_the_first_frame_that_differs_is_named(
 
     with monkeypatch.context() as patch:
         patch.setattr(FluidParticipant, "do_step", disturbed)
-        path = record(tmp_path / "run.rrd")
+        path = record(tmp_path / "run.rrd", "recording.precision=0")
     assert main(["verify", str(path)]) == 1
     said = capsys.readouterr().out
     assert said.startswith("differs after 5 equal frames: frame 5 at 0.1 s: 1 of 50 particles of oil lie elsewhere")
