@@ -283,6 +283,73 @@ def test_hinged_floats_far_lighter_than_water_rise_and_lie_still(client: int) ->
     assert min(heights) > 0.2 and max(heights) < 0.4, heights
 
 
+def sea_on_the_ground(client: int, spacing: float, half: float, depth: float) -> tuple[Fluid, list[int]]:
+    """Water on plane.urdf between four boxes, and the ids of ground and boxes."""
+    # plane.urdf collides as a box of 200 m, its upper side at 0; the water on it has no other floor
+    ground = pybullet.loadURDF("plane.urdf", physicsClientId=client)
+    config = FluidConfig(
+        particle_spacing=spacing,
+        phases=(Phase(name="water", rest_density=1000.0),),
+        lower=(-2 * half, -2 * half, -0.2),
+        upper=(2 * half, 2 * half, 1.0),
+    )
+    fluid = Fluid(config, threads=1)
+    fluid.add_particles(block((-half, -half, 0.0), (half, half, depth), spacing), phase="water")
+    thick = 3 * spacing
+    long, short, high = half + thick, 0.5 * thick, 0.2
+    sides = []
+    for x, y in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+        size = [short if x else long, short if y else long, high]
+        shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=size, physicsClientId=client)
+        place = [x * (half + short), y * (half + short), high]
+        sides.append(pybullet.createMultiBody(0.0, shape, basePosition=place, physicsClientId=client))
+    pybullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=client)
+    return fluid, [ground, *sides]
+
+
+def test_ground_far_larger_than_the_sea_is_sampled_where_the_fluid_can_reach_it(client: int) -> None:
+    half, depth = 0.2, 0.15
+    fluid, held = sea_on_the_ground(client, 0.05, half, depth)
+    world = attach_fluid(client, fluid, held)
+    assert fluid.boundary_count < 20_000
+    loads = []
+    for _ in range(120):
+        world.step()
+        loads.append([-world.wrench(body)[2] for body in held])
+    weight = 1000.0 * GRAVITY * depth * (2 * half) ** 2
+    shares = np.mean(loads[60:], axis=0) / weight
+    assert shares.sum() == pytest.approx(1.0, rel=1e-3)
+    assert shares[0] == pytest.approx(1.0, rel=0.01)
+    ground = held[0]
+    pybullet.resetBasePositionAndOrientation(ground, (0, 0, -0.1), (0, 0, 0, 1), physicsClientId=client)
+    with pytest.raises(
+        ValueError, match=rf"body {ground} is larger than the fluid's domain .* remove_body\({ground}\)"
+    ):
+        world.step()
+
+
+def test_ground_larger_than_a_sea_that_repeats_is_refused(client: int) -> None:
+    ground = pybullet.loadURDF("plane.urdf", physicsClientId=client)
+    config = FluidConfig(
+        particle_spacing=0.05,
+        phases=(Phase(name="water", rest_density=1000.0),),
+        lower=(-0.5, -0.5, -0.2),
+        upper=(0.5, 0.5, 1.0),
+        periodic=(True, False, False),
+    )
+    with pytest.raises(ValueError, match=rf"body {ground} is larger than the fluid's domain, which repeats, allowed: "):
+        attach_fluid(client, Fluid(config, threads=1), [ground])
+
+
+def test_millimetres_taken_for_metres_are_told(client: int) -> None:
+    shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=[100, 100, 50], physicsClientId=client)
+    crate = pybullet.createMultiBody(5.0, shape, physicsClientId=client)
+    with pytest.raises(
+        ValueError, match=rf"body {crate}, link -1 cannot be sampled: .*200.* m takes .* allowed: 1e\+06; scale it down"
+    ):
+        attach_fluid(client, pool(0.05, 0.2, 0.05), [crate])
+
+
 def test_bodies_without_a_solid_are_refused(client: int) -> None:
     nothing = pybullet.createMultiBody(1.0, physicsClientId=client)
     world = attach_fluid(client, pool(0.05, 0.2, 0.05), [])
