@@ -1,7 +1,9 @@
 """Regular cells over the domain: which particles lie in which, and which cells can be reached from which.
 
-Cells are a support radius wide across and half of it along x, the fastest axis, so that the candidates of a row of cells
-are one contiguous range and few of them miss.
+Cells are a support radius wide across and half of it along z, the fastest axis, so that the candidates of a row of cells
+are one contiguous range and few of them miss. Rows are counted over strips of STRIP cells in y, in each strip along x: whatever the
+domain's extent, a particle's neighbours are near it in memory too. Seas are shallow, so columns of z are short. Counted in layers of
+z, the neighbours of a sea ten particles deep lay half of all particles apart, and every look at them cost twice as much.
 """
 
 from __future__ import annotations
@@ -14,23 +16,29 @@ from numba import njit
 
 from oilsim.smoothing_kernels import FAST
 
-CELLS_ACROSS = 1  # cells per support radius in y and z
-CELLS_ALONG = 2  # cells per support radius in x
+CELLS_ACROSS = 1  # cells per support radius in x and y
+CELLS_ALONG = 2  # cells per support radius in z
+STRIP = 8  # cells in y
 
 
 class Grid(NamedTuple):
-    """Regular cells over the domain: lower corner [m], inverse widths [1/m], counts, and which axes repeat."""
+    """Regular cells over the domain: lower corner [m], inverse widths [1/m], counts, and which axes repeat.
+
+    strip: cells in y that are counted together before x moves on.
+    """
 
     lower: tuple[float, float, float]
     inverse_width: tuple[float, float, float]
     cells: tuple[int, int, int]
     periodic: tuple[bool, bool, bool]
     reach: tuple[int, int, int]
+    strip: int
     support_radius: float
 
     @property
     def cell_count(self) -> int:
-        return self.cells[0] * self.cells[1] * self.cells[2]
+        """Cells that are counted, those of the last strip beyond the domain with them."""
+        return self.cells[0] * -(-self.cells[1] // self.strip) * self.strip * self.cells[2]
 
 
 def make_grid(
@@ -43,7 +51,7 @@ def make_grid(
     """Cells that cover the domain; a periodic axis must be at least three support radii long (ValueError)."""
     counts, inverse, reach = [], [], []
     for axis, (low, high, repeats) in enumerate(zip(lower, upper, periodic, strict=True)):
-        per_radius = CELLS_ALONG if axis == 0 else CELLS_ACROSS
+        per_radius = CELLS_ALONG if axis == 2 else CELLS_ACROSS
         extent = high - low
         if repeats and extent < 3.0 * support_radius:
             raise ValueError(
@@ -61,6 +69,7 @@ def make_grid(
         (counts[0], counts[1], counts[2]),
         periodic,
         (reach[0], reach[1], reach[2]),
+        min(STRIP, counts[1]),
         support_radius,
     )
 
@@ -81,14 +90,21 @@ def cell_coordinate(value, lower, inverse_width, count):
     return min(max(np.int64(math.floor((value - lower) * inverse_width)), 0), count - 1)
 
 
+@njit(inline="always", **FAST)
+def first_of_row(cx, cy, grid):
+    """The lowest of the cells above each other at (cx, cy)."""
+    strip = np.int64(grid.strip)
+    return (((cy // strip) * grid.cells[0] + cx) * strip + cy % strip) * grid.cells[2]
+
+
 @njit(**FAST)
 def assign_cells(begin, end, position, grid, cell):
-    """Fill `cell` with the linear cell of each particle, x fastest."""
+    """Fill `cell` with the cell of each particle."""
     for i in range(begin, end):
         cx = cell_coordinate(position[0, i], grid.lower[0], grid.inverse_width[0], grid.cells[0])
         cy = cell_coordinate(position[1, i], grid.lower[1], grid.inverse_width[1], grid.cells[1])
         cz = cell_coordinate(position[2, i], grid.lower[2], grid.inverse_width[2], grid.cells[2])
-        cell[i] = (cz * grid.cells[1] + cy) * grid.cells[0] + cx
+        cell[i] = first_of_row(cx, cy, grid) + cz
 
 
 @njit(**FAST)
@@ -114,11 +130,11 @@ def wrapped(c, count):
 
 
 @njit(inline="always", **FAST)
-def x_ranges(cx, reach, count, periodic):
-    """The cells within reach of cell cx along x as two half-open ranges, the second empty unless the axis wraps."""
-    if periodic and (cx - reach < 0 or cx + reach >= count):
-        return ((cx - reach) % count, count), (0, (cx + reach) % count + 1)
-    return (max(cx - reach, 0), min(cx + reach + 1, count)), (0, 0)
+def ranges_along(cz, reach, count, periodic):
+    """The cells within reach of cell cz of its row as two half-open ranges, the second empty unless the axis wraps."""
+    if periodic and (cz - reach < 0 or cz + reach >= count):
+        return ((cz - reach) % count, count), (0, (cz + reach) % count + 1)
+    return (max(cz - reach, 0), min(cz + reach + 1, count)), (0, 0)
 
 
 @njit(**FAST)
@@ -130,14 +146,14 @@ def mark_surroundings(position, grid, near):
         cx = cell_coordinate(position[0, b], grid.lower[0], grid.inverse_width[0], nx)
         cy = cell_coordinate(position[1, b], grid.lower[1], grid.inverse_width[1], ny)
         cz = cell_coordinate(position[2, b], grid.lower[2], grid.inverse_width[2], nz)
-        ranges = x_ranges(cx, rx, nx, grid.periodic[0])
-        for sz in range(cz - rz, cz + rz + 1):
-            if not grid.periodic[2] and (sz < 0 or sz >= nz):
+        ranges = ranges_along(cz, rz, nz, grid.periodic[2])
+        for sx in range(cx - rx, cx + rx + 1):
+            if not grid.periodic[0] and (sx < 0 or sx >= nx):
                 continue
             for sy in range(cy - ry, cy + ry + 1):
                 if not grid.periodic[1] and (sy < 0 or sy >= ny):
                     continue
-                row = (np.int64(wrapped(sz, nz)) * ny + np.int64(wrapped(sy, ny))) * nx
+                row = first_of_row(np.int64(wrapped(sx, nx)), np.int64(wrapped(sy, ny)), grid)
                 for low, high in ranges:
                     near[row + low : row + high] = 1
 
@@ -151,14 +167,14 @@ def find_ranges(cx, cy, cz, grid, cell_start, ranges):
     nx, ny, nz = grid.cells
     rx, ry, rz = grid.reach
     found = 0
-    along = x_ranges(cx, rx, nx, grid.periodic[0])
-    for sz in range(cz - rz, cz + rz + 1):
-        if not grid.periodic[2] and (sz < 0 or sz >= nz):
+    along = ranges_along(cz, rz, nz, grid.periodic[2])
+    for sx in range(cx - rx, cx + rx + 1):
+        if not grid.periodic[0] and (sx < 0 or sx >= nx):
             continue
         for sy in range(cy - ry, cy + ry + 1):
             if not grid.periodic[1] and (sy < 0 or sy >= ny):
                 continue
-            row = (np.int64(wrapped(sz, nz)) * ny + np.int64(wrapped(sy, ny))) * nx
+            row = first_of_row(np.int64(wrapped(sx, nx)), np.int64(wrapped(sy, ny)), grid)
             for low, high in along:
                 ranges[found, 0], ranges[found, 1] = cell_start[row + low], cell_start[row + high]
                 found += np.int64(ranges[found, 1] > ranges[found, 0])

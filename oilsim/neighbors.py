@@ -20,6 +20,7 @@ from oilsim.grid import (
     cell_coordinate,
     count_sort,
     find_ranges,
+    first_of_row,
     make_grid,
     mark_surroundings,
     widened,
@@ -101,7 +102,7 @@ def build_lists(
     full          set to 1 where a block ran out of places
     """
     reach_squared = np.float32(grid.support_radius * grid.support_radius)
-    rows = 2 * (2 * grid.reach[1] + 1) * (2 * grid.reach[2] + 1)
+    rows = 2 * (2 * grid.reach[0] + 1) * (2 * grid.reach[1] + 1)
     ranges, moving_ranges = np.empty((rows + 1, 2), np.int64), np.empty((rows + 1, 2), np.int64)
     found, moving_found, present_cell = 0, 0, np.int64(-1)
     for i in range(begin, end):
@@ -116,7 +117,7 @@ def build_lists(
         cx = cell_coordinate(xi, grid.lower[0], grid.inverse_width[0], grid.cells[0])
         cy = cell_coordinate(yi, grid.lower[1], grid.inverse_width[1], grid.cells[1])
         cz = cell_coordinate(zi, grid.lower[2], grid.inverse_width[2], grid.cells[2])
-        cell = (cz * grid.cells[1] + cy) * grid.cells[0] + cx
+        cell = first_of_row(cx, cy, grid) + cz
         if near is not None and near[cell] == 0:
             continue
         if cell != present_cell:

@@ -8,7 +8,8 @@ a = V^2 sum |grad W|^2 for the diagonal of Eq. 13; what is left is carried to th
 both signs; within reach of a free surface only compression counts, and nothing is shifted. beta grows with the strain of the flow
 and keeps neighbours evenly spread (particle shifting; Lind et al. 2012). It takes beta_i alone: shared between the two of a pair
 it would drive particles along grad beta, and compress calm water at the edge of a flow. The filter takes off what linear flow cannot
-explain, so that shear and rotation pass. It conserves the momentum of every pair of liquid particles.
+explain, so that shear and rotation pass. It conserves the momentum of every pair of liquid particles, and waits until the time dt since it
+last ran has made theta LEAST_SHARE.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ OMEGA = 0.2  # share of the density error mended a pass
 SURFACE = np.float32(0.3)  # |g_i| d from which a particle lies at a free surface
 LARGEST_SHIFT = np.float32(0.5)  # beta of any flow
 SHIFT_BY_STRAIN = np.float32(15.0)  # beta for each unit of |G| x time step
+LEAST_SHARE = 0.3  # theta below which the filter waits for later steps: it costs as much as the rest of a pass twice
 SETTLING = 1.5  # tau, in which noise fades, in units of `FluidConfig.time_unit`
 
 

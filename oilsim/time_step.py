@@ -31,14 +31,15 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from oilsim.neighbors import nearest_images
+from oilsim.lanes import LANES, below, gather, load, only, positive, root, spread, summed
+from oilsim.neighbors import nearest_images, rows, separations
 from oilsim.smoothing_kernels import FAST, SUPPORT, lattice_stiffness
 
 OUTLIERS = 5e-3  # share of the particles whose relative speed is not asked
 STABLE = 0.9  # share of the lattice's limit that is used: disorder makes some particles swing faster
 REACH = SUPPORT - 1.0  # spacings that a particle may go in a step
 SPRAY = 8  # neighbours below which a particle is a drop that flies for itself
-TINY = np.float32(1e-20)
+TINY, ZERO, ONE = np.float32(1e-20), np.float32(0.0), np.float32(1.0)
 
 
 @njit(inline="always", **FAST)
@@ -46,17 +47,18 @@ def squared_deformation(i, position, velocity, period, fluid, inverse_range):
     """u_i^2 [m2/s2]; 0 for spray. inverse_range 1 / H [1/m]."""
     xi, yi, zi = position[0, i], position[1, i], position[2, i]
     ui, vi, wi = velocity[0, i], velocity[1, i], velocity[2, i]
-    weights, squares, present = np.float32(0.0), np.float32(0.0), 0
-    for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
-        j = fluid.neighbor[k]
-        dx, dy, dz = nearest_images(xi - position[0, j], yi - position[1, j], zi - position[2, j], period)
-        du, dv, dw = ui - velocity[0, j], vi - velocity[1, j], wi - velocity[2, j]
-        r = math.sqrt(dx * dx + dy * dy + dz * dz)
-        weight = max(np.float32(1.0) - r * inverse_range, np.float32(0.0))
+    points, velocities = rows(position), rows(velocity)
+    weights = squares = spread(ZERO)
+    first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
+    for k in range(first, last, LANES):
+        present = below(last, k)
+        j = load(fluid.neighbor, k, present)
+        dx, dy, dz = separations(xi, yi, zi, points, j, period)
+        du, dv, dw = ui - gather(velocities[0], j), vi - gather(velocities[1], j), wi - gather(velocities[2], j)
+        weight = only(present, positive(ONE - root(dx * dx + dy * dy + dz * dz) * inverse_range), ZERO)
         weights += weight
         squares += weight * (du * du + dv * dv + dw * dw)
-        present += weight > np.float32(0.0)
-    return squares / (weights + TINY) if present >= SPRAY else np.float32(0.0)
+    return summed(squares) / (summed(weights) + TINY) if fluid.number[i] >= SPRAY else ZERO
 
 
 @njit(inline="always", **FAST)

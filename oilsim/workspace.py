@@ -31,6 +31,7 @@ from oilsim.local_fields import local_fields
 from oilsim.neighbors import NeighborSearch, Pairs, make_grid
 from oilsim.parallel import Team, block_count, total
 from oilsim.relaxation import (
+    LEAST_SHARE,
     OMEGA,
     SETTLING,
     mark_near_surface,
@@ -240,7 +241,12 @@ class Workspace:
         multiplier, push, change = np.empty(count, np.float32), np.empty_like(position), np.empty_like(position)
         rate = np.float32(OMEGA / lattice_diagonal(config.dimension)) * spacing**2
         limit = LARGEST_MULTIPLIER * spacing**2
-        theta = np.float32(-math.expm1(-time_step / (SETTLING * config.time_unit)))
+        state.noisy_time += time_step
+        theta = np.float32(-math.expm1(-state.noisy_time / (SETTLING * config.time_unit)))
+        if theta < LEAST_SHARE:
+            theta = np.float32(0.0)
+        else:
+            state.noisy_time = 0.0
         with self.stage("density"):
             run(
                 local_fields, count, position, state.velocity, walls.position, walls.volume, self.weight, *self._geometry,
