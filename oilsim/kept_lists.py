@@ -185,7 +185,7 @@ class KeptLists:
         if math.isfinite(motion):
             skin = self._spacing * choose_skin(motion / self._spacing, self._support / self._spacing, self._dimension)
         order, cell_start = self._search.order_by_cell(state.position)
-        state.take(order)
+        state.take(order, self._team)
         moving = walls.moving_position
         skin = skin if self._search.allows(skin) else 0.0
         self._build = Build(state.id.copy(), state.position.copy(), moving, walls.layout, skin)

@@ -3,13 +3,31 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from oilsim.divergence import pressure_velocity, seen_velocity, velocity_divergence
+from oilsim.smoothing_kernels import FAST
 from oilsim.state import FluidState
 from oilsim.workspace import Workspace
 
 Real = NDArray[np.float32]
+
+
+@njit(**FAST)
+def turn_way(begin, end, share, change, way):
+    """way = change + share way, (3, N) [m/s]."""
+    for i in range(begin, end):
+        for axis in range(3):
+            way[axis, i] = change[axis, i] + share * way[axis, i]
+
+
+@njit(**FAST)
+def follow_way(begin, end, length, way, velocity):
+    """velocity += length way, (3, N) [m/s]."""
+    for i in range(begin, end):
+        for axis in range(3):
+            velocity[axis, i] += length * way[axis, i]
 
 
 class PressureOperator:
@@ -53,15 +71,13 @@ class PressureOperator:
         if share == 0.0:
             self._way, self._change = self._change, self._way
         else:
-            self._way *= np.float32(share)
-            self._way += self._change
+            self._work.team.run(turn_way, self._count, np.float32(share), self._change, self._way)
         if self._response.present:
             self._response.turn(share)
 
     def follow(self, length: float) -> None:
         """Velocities follow kappa, which has moved by -length times the way; bodies wait for `hand_over`."""
-        np.multiply(self._way, np.float32(length), out=self._change)
-        self._state.velocity += self._change
+        self._work.team.run(follow_way, self._count, np.float32(length), self._way, self._state.velocity)
         if self._response.present:
             self._response.collect(-length)
 

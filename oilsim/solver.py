@@ -220,7 +220,7 @@ class Fluid:
                 count = int(np.count_nonzero(self.state.phase[outside] == index))
                 if count:
                     self._counts["removed"][phase.name] = self._counts["removed"].get(phase.name, 0) + count
-            self.state.take(np.flatnonzero(~outside))
+            self.state.take(np.flatnonzero(~outside), self.work.team)
 
     def _check(self) -> None:
         for name in ("position", "velocity"):

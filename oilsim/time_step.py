@@ -9,7 +9,8 @@ and the approach to walls, -n_i . (v_i - v_b) with the normal n_i by the same we
 
     dt = max(lambda d / v_max,  min(lambda d / u_most,  REACH d / v_max)),
 
-u_most being what all but OUTLIERS of the particles keep below: torn off drops collide at speeds that the rest does not know.
+u_most being what all but OUTLIERS of the particles keep below: torn off drops collide at speeds that the rest does not know. Of many
+particles a sample is asked.
 
 However calm, particles swing about their places under the pressure that presses them together, at omega^2 = c p / (rho d^2) or less
 (`lattice_stiffness`). Positions and velocities are stepped in turn, which is stable up to omega dt = 2:
@@ -36,6 +37,7 @@ from oilsim.neighbors import nearest_images, rows, separations
 from oilsim.smoothing_kernels import FAST, SUPPORT, lattice_stiffness
 
 OUTLIERS = 5e-3  # share of the particles whose relative speed is not asked
+SAMPLE = 10_000  # particles, at least, that are asked of a larger number: enough to know their outliers by a sixth
 STABLE = 0.9  # share of the lattice's limit that is used: disorder makes some particles swing faster
 REACH = SUPPORT - 1.0  # spacings that a particle may go in a step
 SPRAY = 8  # neighbours below which a particle is a drop that flies for itself
@@ -103,16 +105,17 @@ def relative_speeds(
     walls,
     slow,
     support,
+    stride,
     square,
 ):
-    """Fill `square` (N,) with u_i^2 or the squared approach to a wall [m2/s2], whichever is larger.
+    """Fill `square` with u_i^2 or the squared approach to a wall [m2/s2], whichever is larger, of every stride-th particle.
 
     position, velocity (3, N) [m, m/s]; wall (3, M) [m], of which those from `resting` on move with `twist` (bodies, 6) of their
     `owner` at `arm` (3, M - resting) [m]. Particles no faster than `slow` [m/s] are passed over where no body moves.
     """
     inverse_range = np.float32(1.0) / support
-    for i in range(begin, end):
-        greatest = np.float32(0.0)
+    for sample in range(begin, end):
+        i, greatest = sample * stride, ZERO
         ui, vi, wi = velocity[0, i], velocity[1, i], velocity[2, i]
         fast = ui * ui + vi * vi + wi * wi > slow * slow
         if fast:
@@ -122,7 +125,12 @@ def relative_speeds(
                 i, position, velocity, wall, resting, owner, arm, twist, period, walls, inverse_range
             )
             greatest = max(greatest, approach)
-        square[i] = greatest
+        square[sample] = greatest
+
+
+def sampling_stride(count: int) -> int:
+    """Of `count` particles, in cell order, every which one is asked."""
+    return max(1, count // SAMPLE)
 
 
 def most(values: NDArray[np.float32]) -> float:

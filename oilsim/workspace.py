@@ -43,7 +43,7 @@ from oilsim.relaxation import (
 from oilsim.rigid_response import RigidResponse, extend_contacts
 from oilsim.smoothing_kernels import lattice_diagonal, lattice_moment, normalisation, steepest_slope
 from oilsim.state import FluidState
-from oilsim.time_step import most, relative_speeds
+from oilsim.time_step import most, relative_speeds, sampling_stride
 from oilsim.viscosity import (
     NEGLIGIBLE,
     ViscousSystem,
@@ -142,19 +142,22 @@ class Workspace:
             return 0.0
         slow = 0.5 * config.cfl * max(fastest, spacing / config.maximum_time_step)
         twist = np.array([body.twist for body in walls.moving.values()], np.float32).reshape(-1, 6)
-        square = np.empty(state.count, np.float32)
+        stride = sampling_stride(state.count)
+        square = np.empty(-(-state.count // stride), np.float32)
         with self.stage("time step"):
             self.team.run(
-                relative_speeds, state.count, state.position, state.velocity, walls.position, walls.resting, walls.owner,
-                walls.arm, twist, self.period, self.fluid_pairs, self.wall_pairs, np.float32(slow), self.support, square,
+                relative_speeds, square.size, state.position, state.velocity, walls.position, walls.resting, walls.owner,
+                walls.arm, twist, self.period, self.fluid_pairs, self.wall_pairs, np.float32(slow), self.support, stride, square,
             )  # fmt: skip
             return math.sqrt(most(square))
 
     def pressure_head(self, state: FluidState) -> Real:
-        """p / rho (N,) [m2/s2] of the last pressure solve; 0 before the first."""
+        """p / rho [m2/s2] of the last pressure solve in a sample of the particles; 0 before the first."""
         if state.time_step == 0.0:
-            return np.zeros(state.count, np.float32)
-        head: Real = state.pressure_impulse * (self._weights[state.phase] / np.float32(state.time_step))
+            return np.zeros(1, np.float32)
+        stride = sampling_stride(state.count)
+        weight = self._weights[state.phase[::stride]]
+        head: Real = state.pressure_impulse[::stride] * (weight / np.float32(state.time_step))
         return head
 
     @property

@@ -133,7 +133,7 @@ def test_lists_are_renewed_when_particles_come_or_go(make_fluid):
         if change == "come":
             fluid.add_particles([(1.0, 1.0, 1.05)], phase="water")
         else:
-            fluid.state.take(np.arange(1, fluid.state.count))
+            fluid.state.take(np.arange(1, fluid.state.count), fluid.work.team)
         fluid.work.search(fluid.state)
         assert_lists_are_whole(fluid)
 
