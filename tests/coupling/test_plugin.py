@@ -52,6 +52,17 @@ def pool(
     return fluid
 
 
+def held_sides(client: int, half: float, thick: float, high: float) -> list[int]:
+    """Four boxes that stand around a square of half an edge `half` on the ground."""
+    bodies = []
+    for x, y in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+        size = [0.5 * thick if x else half + thick, 0.5 * thick if y else half + thick, 0.5 * high]
+        shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=size, physicsClientId=client)
+        place = [x * (half + 0.5 * thick), y * (half + 0.5 * thick), 0.5 * high]
+        bodies.append(pybullet.createMultiBody(0.0, shape, basePosition=place, physicsClientId=client))
+    return bodies
+
+
 def links(body: int, client: int) -> range:
     return range(-1, pybullet.getNumJoints(body, physicsClientId=client))
 
@@ -263,6 +274,9 @@ def test_hinged_floats_far_lighter_than_water_rise_and_lie_still(client: int) ->
     pybullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=client)
     pybullet.setTimeStep(0.01, physicsClientId=client)
     body = float_chain(client, 0.14, density)
+    held_sides(
+        client, 0.25, 0.1, 1.0
+    )  # of the pool, for pybullet: nothing else keeps a float that wanders from passing them
     world = attach_fluid(client, pool(0.025, 0.5, 0.2, hollow=((0, 0, 0.14), (0.18, 0.06, 0.06))), [body])
     lifts, speeds, momenta = [], [], []
     for _ in range(150):
@@ -295,16 +309,8 @@ def sea_on_the_ground(client: int, spacing: float, half: float, depth: float) ->
     )
     fluid = Fluid(config, threads=1)
     fluid.add_particles(block((-half, -half, 0.0), (half, half, depth), spacing), phase="water")
-    thick = 3 * spacing
-    long, short, high = half + thick, 0.5 * thick, 0.2
-    sides = []
-    for x, y in ((1, 0), (-1, 0), (0, 1), (0, -1)):
-        size = [short if x else long, short if y else long, high]
-        shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=size, physicsClientId=client)
-        place = [x * (half + short), y * (half + short), high]
-        sides.append(pybullet.createMultiBody(0.0, shape, basePosition=place, physicsClientId=client))
     pybullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=client)
-    return fluid, [ground, *sides]
+    return fluid, [ground, *held_sides(client, half, 3 * spacing, 0.4)]
 
 
 def test_ground_far_larger_than_the_sea_is_sampled_where_the_fluid_can_reach_it(client: int) -> None:
