@@ -21,16 +21,13 @@ def run_blueprint(
 ) -> rrb.Blueprint:
     """The opening layout of a recording of ``run``, with diagrams of those series that are recorded.
 
-    ``places`` are those of the bodies in the first frame. ``live`` shows the newest frame, otherwise the viewer plays
-    the recording at real speed, over and over.
+    ``places`` are those of the bodies in the first frame. ``live`` shows the newest frame, from cameras that stand still:
+    the viewer (0.41) goes too near to a body that it follows if the body's frames come in later than the layout.
+    Otherwise it plays the recording at real speed, over and over, and its cameras follow.
     """
-    play: Literal["following", "playing"] = "following" if live else "playing"
-    time_panel = rrb.TimePanel(
-        timeline=entity_paths.TIMELINE_TIME, state="collapsed", playback_speed=1.0, play_state=play, loop_mode="all"
-    )
     return rrb.Blueprint(
-        rrb.Horizontal(_scenes(run, places or {}), _beside(run, scalars), column_shares=[5, 2]),
-        time_panel,
+        rrb.Horizontal(_scenes(run, places or {}, follow=not live), _beside(run, scalars), column_shares=[5, 2]),
+        _time_panel("following", "off") if live else _time_panel("playing", "all"),
         rrb.BlueprintPanel(state="collapsed"),
         rrb.SelectionPanel(state="collapsed"),
         auto_views=False,
@@ -38,18 +35,29 @@ def run_blueprint(
     )
 
 
-def _scenes(run: RunDescription, places: Places) -> rrb.Container | rrb.View:
+def _time_panel(play_state: Literal["following", "playing"], loop_mode: Literal["off", "all"]) -> rrb.TimePanel:
+    """Simulated time at real speed; a viewer that loops does not follow the newest frame."""
+    return rrb.TimePanel(
+        timeline=entity_paths.TIMELINE_TIME,
+        state="collapsed",
+        playback_speed=1.0,
+        play_state=play_state,
+        loop_mode=loop_mode,
+    )
+
+
+def _scenes(run: RunDescription, places: Places, *, follow: bool) -> rrb.Container | rrb.View:
     """The overview, with the forces on the bodies behind it, over the cameras that follow boom and vessel."""
     overview = _scene(run, "Overview", run.camera, hidden=[entity_paths.FORCES])
     forces = _scene(run, "Forces", run.camera, hidden=_waters(run))
     above = rrb.Tabs(overview, forces) if run.meshes else overview
-    close = [_following_scene(run, view) for view in following_views(run, places)]
+    close = [_close_scene(run, view, follow=follow) for view in following_views(run, places)]
     return rrb.Vertical(above, rrb.Horizontal(*close), row_shares=[3, 2]) if close else above
 
 
-def _following_scene(run: RunDescription, view: FollowingView) -> rrb.Spatial3DView:
+def _close_scene(run: RunDescription, view: FollowingView, *, follow: bool) -> rrb.Spatial3DView:
     hidden = [entity_paths.FORCES, *_waters(run)]
-    return _scene(run, view.title, view.camera, hidden=hidden, follows=entity_paths.body(view.body))
+    return _scene(run, view.title, view.camera, hidden=hidden, follows=entity_paths.body(view.body) if follow else None)
 
 
 def _scene(
@@ -91,9 +99,10 @@ def _beside(run: RunDescription, scalars: Collection[str]) -> rrb.Container | rr
         if views:
             tabs.append(rrb.Vertical(*views, name=title))
     if chosen:
-        tabs.insert(0, rrb.Vertical(*(_plot(plot, found) for plot, found in chosen.items()), name="Series"))
+        own = rrb.Vertical(*(_plot(plot, found) for plot, found in chosen.items()), name="Series")
+        tabs.insert(0 if run.exercise is None else 1, own)
     told: rrb.Container | rrb.View = rrb.TextDocumentView(origin=f"/{entity_paths.LEGEND}", name="What you see")
-    parts = [(told, 5 if run.exercise is not None else 3)]
+    parts = [(told, 6 if run.exercise is not None else 4 if run.meshes else 3)]
     if tabs:
         parts.append((rrb.Tabs(*tabs), 13))
     parts.append((_log(), 4))

@@ -96,11 +96,11 @@ def _draw_particles(axes: Axes, points: Points, spacing: float, color: Color, st
 
 
 def draw_outline(axes: Axes, points: Points, spacing: float, style: str, color: str = "#5b3413") -> None:
-    """The outline of the oil (N, 2) [m]: where its density falls below half a particle a cell."""
+    """The outline of the oil (N, 2) [m], thick or thin: where half of the cells around hold any."""
     if len(points) < _FEWEST:
         return
     amount, x_edges, y_edges = _density(points, _OUTLINE_CELLS * spacing)
-    smooth = gaussian_filter(amount, 0.7)
+    smooth = gaussian_filter(np.minimum(amount, 1.0), 0.7)
     middle = (0.5 * (x_edges[1:] + x_edges[:-1]), 0.5 * (y_edges[1:] + y_edges[:-1]))
     axes.contour(*middle, smooth.T, levels=[0.5], colors=[color], linestyles=style, linewidths=1.1, zorder=4)
 

@@ -14,7 +14,7 @@ import numpy.typing as npt
 import rerun.blueprint as rrb
 from rerun.chunk import Chunk
 
-from recordings import entity_paths
+from recordings import entity_paths, looks
 from recordings.errors import RecordingError
 from recordings.plots import plots_with_series
 from recordings.repair import open_reader
@@ -139,9 +139,11 @@ def write_side_by_side(first: Path, second: Path, target: Path) -> None:
         raise RecordingError(target, f"cannot be written: {error}") from error
     stream.send_recording_name(f"{first.stem} (A) and {second.stem} (B)")
     replays = [Replay(path) for path in (first, second)]
-    for side, path in zip(SIDES, (first, second), strict=True):
-        chunks = open_reader(path).stream().drop(content=["/__properties/**"])
+    for side, replay in zip(SIDES, replays, strict=True):
+        chunks = open_reader(replay.path).stream().drop(content=["/__properties/**"])
         stream.send_chunks(chunks.map(lambda chunk, side=side: _moved(chunk, side)))
+        for name in replay.scalars:
+            stream.log(f"{side}/{entity_paths.scalar(name)}", looks.line(name, side), static=True, strict=True)
     stream.send_blueprint(_blueprint(replays))
     stream.flush()
     stream.disconnect()

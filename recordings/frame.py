@@ -182,8 +182,8 @@ class RunDescription:
         boundaries: static boundary particles by name, (M, 3) float32 [m] in the world frame.
         particle_spacing: edge of a particle's rest volume [m].
         camera: the opening view; None lets the viewer choose.
-        plots: titles of time series views with the scalars (names or "prefix/**") each shows; empty for the usual
-            ones.
+        plots: titles of time series views with the scalars (names or "prefix/**") each shows, beside the usual ones
+            of all other scalars.
         exercise: booms, current and water level, for the debrief; None for a run without booms.
         site: where on Earth and when; None if nobody said so.
     """

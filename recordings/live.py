@@ -63,19 +63,24 @@ class LiveView:
             self._samples.put_nowait(sample)
         except queue.Full:
             self.dropped_frames += 1
+            self._notice_closed_viewer()
 
     def tell(self, event: Event, frame_index: int) -> None:
         """Show a line of the log, with the next frame."""
         self._events.append((event, frame_index))
 
     def stop(self) -> None:
-        """Show what is waiting, unless the viewer does not take it soon; the viewer stays open."""
+        """Show what is waiting, unless the viewer does not take it soon; the viewer stays open. Safe to call twice."""
+        if self._stopping.is_set():
+            return
         self._stopping.set()
         if self._thread is not None:
             self._thread.join(_STOP_SECONDS)
         if self._feed is not None:
             self._feed.kill()
             self._feed.wait()
+        if self.dropped_frames and not self.problem:
+            _LOG.warning("live view left out %d frames; the recording has them", self.dropped_frames)
 
     def _work(self, run: RunDescription, recording_id: str) -> None:
         """The thread: a viewer that fails is a note in the log, never the end of the run."""
@@ -92,8 +97,19 @@ class LiveView:
             self._feed.wait()
         except (ViewerError, OSError) as error:
             if not self._stopping.is_set():
-                self.problem = "the viewer was closed" if isinstance(error, BrokenPipeError) else str(error)
-                _LOG.warning("live view ended: %s; the recording goes on", self.problem)
+                self._give_up("the viewer was closed" if isinstance(error, BrokenPipeError) else str(error))
+
+    def _notice_closed_viewer(self) -> None:
+        """A feed waits for a viewer that has ended as it does for one that stalls: ask the viewer itself."""
+        code = None if self.viewer is None else self.viewer.poll()
+        if code is not None:
+            self._give_up("the viewer was closed" if code <= 0 else "the viewer found no screen or no graphics driver")
+
+    def _give_up(self, problem: str) -> None:
+        """Say once why nothing is shown any more."""
+        if not self.problem:
+            self.problem = problem
+            _LOG.warning("live view ended: %s; the recording goes on", problem)
 
     def _show_all(self, pipe: IO[bytes], run: RunDescription) -> None:
         """Pass on one frame after another until told to stop."""

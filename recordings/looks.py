@@ -61,13 +61,14 @@ def force() -> rr.Arrows3D:
     return rr.Arrows3D.from_fields(colors=[palette.FORCE], radii=[_ARROW_RADIUS])
 
 
-def line(name: str) -> rr.SeriesLines:
-    """The name of a series, and the colour of its cause for one that tells of lost oil."""
+def line(name: str, run: str = "") -> rr.SeriesLines:
+    """The name of a series, with its run's beside those of another, and its cause's colour for one that tells of lost oil."""
     last = name.rpartition("/")[2]
+    label = " ".join(filter(None, (run, last.replace("_", " "))))
     if "oil_lost/" in name:
-        return rr.SeriesLines(names=[last.replace("_", " ")], colors=[palette.cause_color(last)], widths=[2.0])
+        return rr.SeriesLines(names=[label], colors=[palette.cause_color(last)], widths=[2.0])
     colors = [palette.LIMIT] if name.endswith("_limit") else None
-    return rr.SeriesLines(names=[last.replace("_", " ")], colors=colors)
+    return rr.SeriesLines(names=[label], colors=colors)
 
 
 def _box_edges(lower: npt.NDArray[np.float32], upper: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:

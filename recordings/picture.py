@@ -81,8 +81,10 @@ def _draw_title(figure: Figure, replay: Replay) -> None:
 
 def _draw_series(figure: Figure, place: SubplotSpec, replay: Replay, moments: Sequence[Moment]) -> None:
     """The events, and up to three diagrams over simulated time."""
-    told = [name for name, series in replay.scalars.items() if "/" not in name or np.any(series.value != 0.0)]
-    chosen = list(plots_with_series(replay.run.plots, told).items())[:_DIAGRAMS]
+    told = {name for name, series in replay.scalars.items() if "/" not in name or np.any(series.value != 0.0)}
+    plots = plots_with_series(replay.run.plots, list(replay.scalars))
+    showing = [(title, [name for name in names if name in told]) for title, names in plots.items()]
+    chosen = [(title, names) for title, names in showing if names][:_DIAGRAMS]
     heights = [_EVENT_ROW] * bool(replay.events) + [1.0] * len(chosen)
     if not heights:
         return

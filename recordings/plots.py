@@ -31,7 +31,13 @@ COUPLING_PLOTS: Mapping[str, tuple[str, ...]] = {
         "ledger/exchange/work",
     ),
     "Impulse exchanged [N s]": ("ledger/exchange/impulse_x", "ledger/exchange/impulse_y", "ledger/exchange/impulse_z"),
-    "Residuals of the ledger [-]": ("ledger/energy_residual", "ledger/momentum_residual"),
+    "Energy made by the exchange [J]": ("ledger/exchange/energy_made",),
+    "Residuals of the ledger [-]": (
+        "ledger/energy_residual",
+        "ledger/momentum_residual",
+        "ledger/exchange/energy_residual",
+        "ledger/exchange/momentum_residual",
+    ),
 }
 _AXES = ("x", "y", "z")
 _ANGLES = ("roll_deg", "pitch_deg", "yaw_deg")
@@ -80,11 +86,17 @@ def matches(pattern: str, name: str) -> bool:
 
 
 def plots_with_series(plots: Mapping[str, tuple[str, ...]], names: Collection[str]) -> dict[str, list[str]]:
-    """The plots that have something to show, with the names of the series each shows."""
-    usual = {title: patterns for subject in usual_plots(names).values() for title, patterns in subject.items()}
+    """A run's own plots, and the usual ones of what those do not show, with the names of the series each shows."""
+    own = _with_series(plots, names)
+    rest = [name for name in names if not any(name in found for found in own.values())]
+    usual = {title: patterns for subject in usual_plots(rest).values() for title, patterns in subject.items()}
+    return own | _with_series(usual, rest)
+
+
+def _with_series(plots: Mapping[str, tuple[str, ...]], names: Collection[str]) -> dict[str, list[str]]:
     chosen = {
         title: [name for name in names if any(matches(pattern, name) for pattern in patterns)]
-        for title, patterns in (plots or usual).items()
+        for title, patterns in plots.items()
     }
     return {title: found for title, found in chosen.items() if found}
 

@@ -7,12 +7,8 @@ where the bodies are, the fluid answers to the bodies' motion with wrenches, and
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-import numpy as np
-from scipy.spatial.transform import Rotation
-
-from coupling.bodies import box, mass_properties
 from coupling.body_exchange import BodyExchange
 from coupling.co_simulation import CoSimulation, FrameSource
 from coupling.connection import Connection
@@ -22,29 +18,25 @@ from coupling.participant import Participant
 from coupling.participants.fluid import FluidParticipant
 from coupling.participants.rigid_bodies import RigidBodyParticipant
 from coupling.rigid_body_world import RigidBodyWorld
-from coupling.surface_sampling import SurfaceSampling, particles_of, sample_surface
 from oilsim.solver import AdvanceReport, Fluid
 from recordings.frame import RunDescription
-from scenarios.build_fluid import build_fluid, fill_positions, water_level
 from scenarios.coupling_figures import CouplingFigures
-from scenarios.description import describe_exercise, describe_run
+from scenarios.description import describe_run
 from scenarios.drives import set_wind
 from scenarios.exchange import exchange_of
 from scenarios.exercise import body_of
-from scenarios.fleet import LINE_RELAXATION_TIME, Fleet, place_fleet
+from scenarios.fleet import Fleet
 from scenarios.fmus import ORDERS, READINGS, connections_of
-from scenarios.portrayal import FramePainter, Wrench
-from scenarios.probes import BodyProbe
-from scenarios.problems import problems_of
+from scenarios.portrayal import FramePainter
 from scenarios.scenario import Scenario
+from scenarios.scene import FLUID, Scene, build_scene
 from scenarios.scoring import Scoring
 from scenarios.signal_board import SignalBoard
 from scenarios.signals import RunParts, signals_of
-from scenarios.solids import Solid, own_solids, table_entry, vector
 from vessels.control import VesselControl
 from vessels.manual import ManualControl
 
-FLUID, BODIES = "fluid", "bodies"
+BODIES = "bodies"
 TO_FLUID = ("pose", "twist", "free_acceleration")
 
 
@@ -114,71 +106,53 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
     `text` is the scenario file's, `overrides` the changes made to it; both only go into the recording.
     """
     fmus = _fmus(scenario)
-    level = water_level(scenario, fill_positions(scenario))
-    fleet = place_fleet(scenario, level)
-    solids = (*own_solids(scenario), *fleet.solids)
-    positions = fill_positions(scenario, [solid.world_mesh() for solid in solids if solid.wetted])
-    with problems_of("fluid", "cannot be made"):
-        fluid, tank = build_fluid(scenario, positions)
-    coupled = _coupled(scenario, solids)
-    handles = _wet(fluid, solids, coupled)
-    world = _world(scenario, solids, fleet) if coupled else None
-    fluid_participant = FluidParticipant(FLUID, fluid, {name: handles[name] for name in coupled})
-    scoring = Scoring(scenario, fluid, world, fleet, level)
-    controls = tuple(VesselControl(vessel) if vessel.course else ManualControl(vessel) for vessel in fleet.vessels)
-    wind = scenario.forcing.wind
-    if wind is not None:
-        set_wind(fluid, controls, wind.speed, wind.direction)
+    scene = build_scene(scenario)
+    fluid, world, coupled = scene.fluid_participant, scene.world, scene.coupled
+    scoring = Scoring(scenario, scene.fluid, world, scene.fleet, scene.level)
+    controls = _controls(scene)
     bodies = (RigidBodyParticipant(BODIES, world, coupled),) if world is not None else ()
-    exchange, ledger = exchange_of(fluid_participant, BODIES, world, coupled, fluid.config.particle_spacing)
-    coupling_figures = CouplingFigures(fluid, fluid_participant, world, coupled, ledger)
-    parts = RunParts(
-        fluid=fluid,
-        world=world,
-        controls={control.vessel.name: control for control in controls},
-        scoring=scoring,
-        tension_joints=fleet.tension_joints,
-    )
+    exchange, ledger = exchange_of(fluid, BODIES, world, coupled, scene.fluid.config.particle_spacing)
+    figures = CouplingFigures(scene.fluid, fluid, world, coupled, ledger)
+    parts = _parts(scene, controls, scoring)
     orders, readings = _boards(scenario, parts)
     return Assembly(
         scenario=scenario,
-        fluid=fluid,
+        fluid=scene.fluid,
         world=world,
-        fluid_participant=fluid_participant,
+        fluid_participant=fluid,
         coupled=coupled,
-        fleet=fleet,
+        fleet=scene.fleet,
         scoring=scoring,
         parts=parts,
-        participants=(*fmus, *orders, *controls, fluid_participant, *bodies, *readings),
-        connections=(
-            *connections_of(scenario.fmus).values(),
-            *_body_connections(coupled),
-            *_vessel_connections(controls),
-        ),
-        description=describe_run(
-            scenario,
-            fluid,
-            tank,
-            solids,
-            exercise=describe_exercise(scenario, fleet, level),
-            text=text,
-            overrides=overrides,
-        ),
-        frame_source=FramePainter(
-            scenario,
-            fluid,
-            world,
-            solids,
-            fleet,
-            _wrench_reading(fluid_participant, coupled),
-            scoring,
-            coupling_figures,
-            lambda: fluid_participant.report,
-            fmus,
-        ),
-        coupling_figures=coupling_figures,
+        participants=(*fmus, *orders, *controls, fluid, *bodies, *readings),
+        connections=_connections(scenario, coupled, controls),
+        description=describe_run(scene, text=text, overrides=overrides),
+        frame_source=FramePainter(scene, scoring, figures, fmus),
+        coupling_figures=figures,
         exchange=exchange,
         ledger=ledger,
+    )
+
+
+def _controls(scene: Scene) -> tuple[VesselControl | ManualControl, ...]:
+    """The helmsmen; the wind blows on them as on the water."""
+    controls = tuple(
+        VesselControl(vessel) if vessel.course else ManualControl(vessel) for vessel in scene.fleet.vessels
+    )
+    wind = scene.scenario.forcing.wind
+    if wind is not None:
+        set_wind(scene.fluid, controls, wind.speed, wind.direction)
+    return controls
+
+
+def _parts(scene: Scene, controls: Sequence[VesselControl | ManualControl], scoring: Scoring) -> RunParts:
+    """What signals reach into."""
+    return RunParts(
+        fluid=scene.fluid,
+        world=scene.world,
+        controls={control.vessel.name: control for control in controls},
+        scoring=scoring,
+        tension_joints=scene.fleet.tension_joints,
     )
 
 
@@ -202,87 +176,12 @@ def _boards(scenario: Scenario, parts: RunParts) -> tuple[tuple[SignalBoard, ...
     return (SignalBoard(ORDERS, orders, parts),), (SignalBoard(READINGS, readings, parts),)
 
 
-def _coupled(scenario: Scenario, solids: Sequence[Solid]) -> tuple[str, ...]:
-    """Bodies that exchange motion and wrench with the fluid: those that move, and held ones whose force is asked for."""
-    probed = {probe.body for probe in scenario.probes.values() if isinstance(probe, BodyProbe)}
-    return tuple(solid.name for solid in solids if solid.wetted and (solid.motion != "fixed" or solid.name in probed))
-
-
-def _wrench_reading(fluid: FluidParticipant, coupled: Sequence[str]) -> Wrench:
-    """The fluid's wrench (6,) on a body; 0 on one that is not coupled."""
-    return lambda name: fluid.get(f"{name}.wrench") if name in coupled else np.zeros(6)
-
-
-def _wet(fluid: Fluid, solids: Sequence[Solid], coupled: Sequence[str]) -> dict[str, int]:
-    """Give the fluid the surfaces of all wetted solids; returns their handles by name.
-
-    A coupled one is placed about its centre of mass, another where it stands for good. Bodies of one mesh, such as a boom's
-    segments, share its sampling.
-    """
-    samplings: dict[int, SurfaceSampling] = {}
-    handles = {}
-    for solid in solids:
-        if not solid.wetted:
-            continue
-        mesh = solid.placed.mesh
-        if id(mesh) not in samplings:
-            with problems_of(table_entry(solid.name), "cannot be sampled with particles"):
-                samplings[id(mesh)] = sample_surface(mesh, fluid.config.particle_spacing)
-        surface = particles_of(solid.name, samplings[id(mesh)], no_slip=solid.no_slip)
-        if solid.name not in coupled:
-            rotation = Rotation.from_quat(solid.placed.orientation)
-            surface = replace(surface, position=rotation.apply(surface.position) + solid.placed.position)
-        handles[solid.name] = fluid.add_boundary(surface)
-    return handles
-
-
-def _world(scenario: Scenario, solids: Sequence[Solid], fleet: Fleet) -> RigidBodyWorld:
-    """All solids and joints in one rigid body world; the tank's walls too, if anything could run into them."""
-    world = RigidBodyWorld(gravity=scenario.fluid.gravity)
-    for solid in solids:
-        placed = solid.placed
-        x, y, z, w = (float(part) for part in placed.orientation)
-        world.add_body(
-            placed.name,
-            placed.mesh,
-            placed.mass_properties,
-            vector(placed.position),
-            (x, y, z, w),
-            motion=solid.motion,
-            linear_velocity=solid.linear_velocity,
-            angular_velocity=solid.angular_velocity,
-            contact=solid.contact,
-        )
-    if any(solid.motion == "free" and solid.contact for solid in solids):
-        _add_tank_sides(world, scenario)
-    for joint in fleet.joints:
-        world.add_joint(joint.name, joint.body_a, joint.body_b, vector(joint.point))
-    for line in fleet.lines:
-        with problems_of(f"booms.{line.name.split('/')[1]}.line_stiffness", "cannot be used"):
-            world.add_line(
-                line.name,
-                line.body_a,
-                line.body_b,
-                (vector(line.points[0]), vector(line.points[1])),
-                length=line.length,
-                stiffness=line.stiffness,
-                relaxation_time=LINE_RELAXATION_TIME,
-            )
-    return world
-
-
-def _add_tank_sides(world: RigidBodyWorld, scenario: Scenario) -> None:
-    """A slab behind each closed side of the tank, a tenth of the tank thick, for bodies to run into."""
-    lower, upper = np.array(scenario.tank.lower), np.array(scenario.tank.upper)
-    thickness = 0.1 * float((upper - lower).max())
-    for side in scenario.tank.closed_sides:
-        axis, outward = "xyz".index(side[1]), 1.0 if side[0] == "+" else -1.0
-        size = upper - lower + 2.0 * thickness
-        size[axis] = thickness
-        center = 0.5 * (lower + upper)
-        center[axis] = (upper if outward > 0.0 else lower)[axis] + 0.5 * outward * thickness
-        slab = box(vector(size))
-        world.add_body(f"tank/{side}", slab, mass_properties(slab, mass=1.0), vector(center), motion="fixed")
+def _connections(
+    scenario: Scenario, coupled: Sequence[str], controls: Sequence[VesselControl | ManualControl]
+) -> tuple[Connection, ...]:
+    """Between FMUs and signals, between bodies and fluid, between helmsmen and vessels."""
+    fmus = connections_of(scenario.fmus).values()
+    return (*fmus, *_body_connections(coupled), *_vessel_connections(controls))
 
 
 def _body_connections(coupled: Sequence[str]) -> list[Connection]:

@@ -8,30 +8,24 @@ from collections.abc import Sequence
 from booms.containment import PRACTICE_SPEED
 from booms.deployment import BoomLayout
 from booms.scores import skirt_drag_coefficient, tow_force
-from oilsim.solver import Fluid
 from recordings.exercise import BoomDescription, ExerciseDescription, Site
 from recordings.frame import CameraView, MeshDescription, PhaseDescription, RunDescription
 from scenarios.build_fluid import horizontal
 from scenarios.fleet import Fleet
+from scenarios.probes import PressureProbe, WaveGauge
 from scenarios.scenario import Scenario, SiteSettings
-from scenarios.solids import Solid
+from scenarios.scene import Scene
 from scenarios.versions import versions
 
+_QUANTITIES = {PressureProbe: "pressure [Pa]", WaveGauge: "height of the surface [m]"}  # what one number may be
 
-def describe_run(
-    scenario: Scenario,
-    fluid: Fluid,
-    tank: int | None,
-    solids: Sequence[Solid],
-    *,
-    exercise: ExerciseDescription | None,
-    text: str,
-    overrides: Sequence[str],
-) -> RunDescription:
+
+def describe_run(scene: Scene, *, text: str, overrides: Sequence[str]) -> RunDescription:
     """Everything about the run that does not change."""
+    scenario = scene.scenario
     properties: dict[str, str | float] = {f"version_{name}": version for name, version in versions().items()}
     properties |= {"title": scenario.title, "seed": float(scenario.run.seed), "overrides": " ".join(overrides)}
-    camera = scenario.camera
+    camera, exercise = scenario.camera, _describe_exercise(scenario, scene.fleet, scene.level)
     return RunDescription(
         name=scenario.name,
         text=text,
@@ -47,12 +41,17 @@ def describe_run(
             solid.name: MeshDescription(
                 vertices=solid.placed.mesh.vertices, faces=solid.placed.mesh.faces, color=solid.color
             )
-            for solid in solids
+            for solid in scene.solids
         },
-        boundaries={} if tank is None else {"tank": fluid.boundary_positions(tank)},
+        boundaries={} if scene.tank is None else {"tank": scene.fluid.boundary_positions(scene.tank)},
         camera=None if camera is None else CameraView(eye=camera.eye, target=camera.target),
         exercise=exercise,
         site=None if scenario.site is None else _site(scenario.site),
+        plots={
+            f"Probe {name}: {_QUANTITIES[type(probe)]}": (f"probes/{name}",)
+            for name, probe in scenario.probes.items()
+            if type(probe) in _QUANTITIES
+        },
     )
 
 
@@ -60,7 +59,7 @@ def _site(site: SiteSettings) -> Site:
     return Site(latitude=site.latitude, longitude=site.longitude, bearing=math.degrees(site.bearing), start=site.start)
 
 
-def describe_exercise(scenario: Scenario, fleet: Fleet, water_level: float) -> ExerciseDescription | None:
+def _describe_exercise(scenario: Scenario, fleet: Fleet, water_level: float) -> ExerciseDescription | None:
     """What a debrief must know of the booms; None without any."""
     if not fleet.booms:
         return None

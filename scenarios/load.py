@@ -155,7 +155,7 @@ def _keep(sound: dict[str, Any], problems: list[Problem], name: str, data: Any, 
 
 def _with_paths(data: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
     """The data with the files of meshes and FMUs as absolute paths."""
-    return files_replaced(data, lambda table, name, file: str(folder / file))
+    return files_replaced(data, lambda table, name, file: str(folder.absolute() / file))
 
 
 def files_replaced(data: Mapping[str, Any], replace: Callable[[str, str, str], str]) -> dict[str, Any]:

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from coupling.co_simulation import CommunicationPoint
 from coupling.participant import Causality, Participant
-from coupling.rigid_body_world import RigidBodyWorld
-from oilsim.solver import AdvanceReport, Fluid
 from recordings.entity_paths import BOOM
 from recordings.frame import (
     BodyFrame,
@@ -21,12 +19,11 @@ from recordings.frame import (
 from scenarios.coupling_figures import CouplingFigures
 from scenarios.fleet import Fleet
 from scenarios.instruments import RunFigures, probe_readings
-from scenarios.scenario import Scenario
+from scenarios.scene import Scene
 from scenarios.scoring import Scoring
 from scenarios.solids import Solid
 
 Array = NDArray[np.float64]
-Wrench = Callable[[str], Array]
 
 
 def _pulls(fleet: Fleet) -> dict[str, tuple[str, ...]]:
@@ -43,32 +40,16 @@ class FramePainter:
     """Makes the frame of a communication point: figures and poses at once, particles only for whoever asks."""
 
     def __init__(
-        self,
-        scenario: Scenario,
-        fluid: Fluid,
-        world: RigidBodyWorld | None,
-        solids: Sequence[Solid],
-        fleet: Fleet,
-        wrench: Wrench,
-        scoring: Scoring,
-        coupling_figures: CouplingFigures,
-        report: Callable[[], AdvanceReport | None],
-        fmus: Sequence[Participant] = (),
+        self, scene: Scene, scoring: Scoring, coupling_figures: CouplingFigures, fmus: Sequence[Participant] = ()
     ) -> None:
-        """`wrench` gives the fluid's wrench (6,) on a body, `report` the fluid's report on its last step; the outputs of `fmus` are
-        shown too.
-        """
-        self._fmus = fmus
-        self._scenario = scenario
-        self._fluid = fluid
-        self._world = world
-        self._solids = solids
-        self._pulls = _pulls(fleet)
-        self._wrench = wrench
+        """The outputs of `fmus` are shown too."""
+        self._scene = scene
+        self._pulls = _pulls(scene.fleet)
         self._scoring = scoring
         self._coupling_figures = coupling_figures
-        self._figures = RunFigures(fluid, report)
-        self._probes = probe_readings(scenario.probes, fluid, self._pose_and_wrench)
+        self._fmus = fmus
+        self._figures = RunFigures(scene.fluid, lambda: scene.fluid_participant.report)
+        self._probes = probe_readings(scene.scenario.probes, scene.fluid, self._pose_and_wrench)
 
     def __call__(self, point: CommunicationPoint) -> Frame:
         """The frame at a communication point; its particles must be asked for before the run goes on."""
@@ -78,7 +59,7 @@ class FramePainter:
         return Frame(
             index=point.index,
             time=point.time,
-            bodies={solid.name: self._body(solid) for solid in self._solids},
+            bodies={solid.name: self._body(solid) for solid in self._scene.solids},
             scalars=scalars,
             read_phases=self._phases,
             read_lost=self._scoring.lost_ids,
@@ -96,25 +77,27 @@ class FramePainter:
         return outputs
 
     def _phases(self) -> Mapping[str, PhaseFrame]:
-        fluid = self._fluid
+        fluid = self._scene.fluid
         return {
             name: PhaseFrame(position=fluid.phase_positions(name), id=fluid.phase_ids(name))
-            for name in self._scenario.phases
+            for name in self._scene.scenario.phases
         }
 
     def _body(self, solid: Solid) -> BodyFrame:
-        if self._world is None:
+        world = self._scene.world
+        if world is None:
             return BodyFrame(position=solid.placed.position, orientation=solid.placed.orientation)
-        pose, twist = self._world.pose(solid.name), self._world.twist(solid.name)
+        pose, twist = world.pose(solid.name), world.twist(solid.name)
         return BodyFrame(
             position=pose[:3],
             orientation=pose[3:],
             linear_velocity=twist[:3],
             angular_velocity=twist[3:],
-            wrench=self._wrench(solid.name),
-            tension=max((self._world.tension(joint) for joint in self._pulls.get(solid.name, ())), default=math.nan),
+            wrench=self._scene.wrench(solid.name),
+            tension=max((world.tension(joint) for joint in self._pulls.get(solid.name, ())), default=math.nan),
         )
 
     def _pose_and_wrench(self, name: str) -> tuple[Array, Array]:
-        assert self._world is not None  # a probed body is coupled
-        return self._world.pose(name), self._wrench(name)
+        world = self._scene.world
+        assert world is not None  # a probed body is coupled
+        return world.pose(name), self._scene.wrench(name)

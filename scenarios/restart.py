@@ -141,7 +141,7 @@ def find_restart(path: Path, at: float | None = None, scenario_hash: str | None 
     found = plan.fingerprint(checkpoint.index)
     if checkpoint.scenario_hash != found:
         told = f"belongs to scenario {checkpoint.scenario_hash[:12]}, what it describes is {found[:12]}"
-        raise CheckpointError(source, f"{told}: a mesh file has changed, or the checkpoint")
+        raise CheckpointError(source, f"{told}: the file of a mesh or FMU has changed, or the checkpoint")
     if scenario_hash is not None and scenario_hash != Plan(scenario=plan.scenario).fingerprint(0):
         raise CheckpointError(source, "belongs to another scenario than the one named beside it")
     if at is not None and _index_at(at, plan) < checkpoint.index:

@@ -50,6 +50,7 @@ def _export(options: argparse.Namespace) -> int:
     try:
         with file_errors():
             _write(options, replay, site, apart)
+            print(*filter(None, (options.netcdf, options.geojson, options.vtk)), sep="\n")
     except ModuleNotFoundError as error:
         print(f"oilsim: {error.name} is not installed; pip install 'oilsim[export]'", file=sys.stderr)
         return BAD_INPUT

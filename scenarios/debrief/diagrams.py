@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from booms.containment import PRACTICE_SPEED
 from recordings import palette
+from recordings.plots import labels, plots_with_series
 from recordings.replay import Replay
 from scenarios.debrief.account import KNOT, BoomAccount
 from scenarios.debrief.key_moments import KeyMoment
@@ -159,15 +160,20 @@ def _held_speed(account: BoomAccount) -> Array:
 
 
 def probe_diagram(replay: Replay, moments: Sequence[KeyMoment]) -> Figure | None:
-    """Every probe's readings, each on a scale of its own; None without probes."""
-    probes = {name: series for name, series in sorted(replay.scalars.items()) if name.startswith("probes/")}
+    """What the probes read, each quantity on a scale of its own; None without probes."""
+    probes = [name for name in sorted(replay.scalars) if name.startswith("probes/")]
     if not probes:
         return None
-    figure = empty_figure(1.0 + 1.1 * len(probes))
-    rows = np.atleast_1d(figure.subplots(len(probes), 1, sharex=True))
-    for axes, (name, series) in zip(rows, probes.items(), strict=True):
-        axes.plot(series.time, series.value, color=_LINES[0], linewidth=1.4)
-        axes.set_title(name.removeprefix("probes/"), loc="left", fontsize=10.5)
+    plots = plots_with_series(replay.run.plots, probes)
+    figure = empty_figure(1.0 + 1.3 * len(plots))
+    rows = np.atleast_1d(figure.subplots(len(plots), 1, sharex=True))
+    for axes, (title, names) in zip(rows, plots.items(), strict=True):
+        for color, name, label in zip(_LINES, names, labels(names), strict=False):
+            series = replay.scalars[name]
+            axes.plot(series.time, series.value, color=color, linewidth=1.4, label=label)
+        axes.set_title(title, loc="left", fontsize=10.5)
+        if len(names) > 1:
+            axes.legend(frameon=False, ncols=3, fontsize=9, loc="lower right", bbox_to_anchor=(1.0, 0.96))
     _finish(list(rows), moments)
     return figure
 

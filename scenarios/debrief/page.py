@@ -154,13 +154,14 @@ def _rules_of_thumb(replay: Replay, account: BoomAccount) -> list[tuple[str, str
     if oils and waters and max(oils) < max(waters):
         limit = drainage_speed(max(oils), max(waters), boom.skirt_depth)
         rows.append(("Speed at which this skirt drains, Froude number 0.5", _knots(limit)))
-    speed, gap = float(account.tow_speed[under_way].mean()), float(account.gap_ratio[under_way].mean())
+    speed = float(np.sqrt(np.mean(account.tow_speed[under_way] ** 2)))  # force goes with its square
+    gap = float(account.gap_ratio[under_way].mean())
     if waters and 0.0 < gap < 1.0 and account.tow_tension:
         force, _ = tow_force(
             boom.length, gap, boom.skirt_depth, speed, drag_coefficient=skirt_drag_coefficient(), density=max(waters)
         )
         mean = np.mean([tension[under_way].mean() for tension in account.tow_tension.values()])
-        rows.append(("Tension at an end by the rule 26 A V², at the mean tow speed", f"{force:.3g} N"))
+        rows.append(("Mean tension at an end by the rule 26 A V²", f"{force:.3g} N"))
         rows.append(("Mean tension at an end, as recorded", f"{mean:.3g} N"))
     return rows
 

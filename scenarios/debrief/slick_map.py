@@ -37,7 +37,10 @@ def slick_map(replay: Replay, moments: Sequence[KeyMoment]) -> Figure:
         _draw_moment(axes, replay, key, mpl.colors.to_hex(shade)) for key, shade in zip(moments, shades, strict=True)
     ]
     _draw_vessels(axes, replay, moments[0].moment, moments[-1].moment)
-    marks += _draw_lost(axes, moments[-1].moment)
+    marks += [
+        *_draw_lost(axes, moments[-1].moment),
+        Line2D([], [], color="#5c6b76", linestyle=(0, (4, 2)), label="tracks"),
+    ]
     axes.legend(handles=marks, frameon=False, fontsize=9, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel("x [m]")

@@ -2,7 +2,7 @@
 
     python -m tests.benchmarks.calm_spread [--quick]
 
-Figures are medians over the communication steps (0.04 s) they speak of, except wall seconds per simulated second, which are means.
+Figures are medians over the communication steps (1/30 s) they speak of, except wall seconds per simulated second, which are means.
 Machines differ and are noisy: compare the rows of one table with each other.
 """
 
@@ -29,7 +29,7 @@ from oilsim.solver import AdvanceReport, Fluid
 from scenarios.build_fluid import build_fluid, fill_positions
 from scenarios.load import load_scenario
 
-STEP = 0.04
+STEP = 1.0 / 30.0
 PHASES = (("fall", 0.0, 0.25), ("splash", 0.25, 3.0), ("calm", 8.0, 10.0))
 SIZES = ((10_000, 0.0615), (40_000, 0.0388), (87_000, 0.03), (300_000, 0.0199), (1_000_000, 0.01327))
 WHOLE_RUN_UP_TO = 100_000  # particles; larger runs are measured in the first steps of the fall

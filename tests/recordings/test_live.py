@@ -82,6 +82,29 @@ def test_a_viewer_that_stalls_costs_only_its_own_frames(tmp_path: Path, made_up:
     assert frames == list(range(FRAMES))
 
 
+def test_a_viewer_that_is_closed_costs_only_its_own_frames_and_is_told_of(
+    tmp_path: Path, made_up: ModuleType, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Closed after five frames; it is Rerun's own receiving end, which needs no screen."""
+    without_screen = ["--save", str(tmp_path / "seen.rrd")]
+    monkeypatch.setattr("recordings.live.start_viewer", lambda command: start_viewer([*command, *without_screen]))
+    live = LiveView()
+
+    def close_after_five(index: int) -> None:
+        if index < 5:
+            _wait_until(lambda: live.shown_frames > index)
+        elif index == 5:
+            assert live.viewer is not None
+            live.viewer.terminate()
+            live.viewer.wait()
+
+    _record(made_up, tmp_path / "file.rrd", live, close_after_five)
+    assert live.shown_frames >= 5
+    assert "live view ended: the viewer was closed; the recording goes on" in caplog.text
+    frames = [index for index, _, _ in Replay(tmp_path / "file.rrd").phase_frames("ocean")]
+    assert frames == list(range(FRAMES))
+
+
 def test_a_viewer_that_cannot_start_is_a_note_and_not_the_end(
     tmp_path: Path, made_up: ModuleType, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -131,6 +131,10 @@ def test_plots_show_only_what_was_recorded() -> None:
         "Probe box: angles [deg]": ["probes/box/roll_deg"],
         "Tow tension [N]": ["tow_tension/port"],
     }
+    own = plots_with_series({"Gauge [m]": ("probes/gauge",), "Nothing": ("probes/none",)}, names)
+    assert own["Gauge [m]"] == ["probes/gauge"]
+    assert {"Nothing", "Probe gauge"} & set(own) == set()
+    assert "Probe box: position [m]" in own
 
 
 def test_picture_of_a_recording_shows_oil_water_and_bodies(made_up: ModuleType, tmp_path: Path) -> None:

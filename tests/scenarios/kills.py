@@ -1,4 +1,4 @@
-"""Real runs of `oilsim` that are killed, and what is left of them: used by a test for a few, by a benchmark for many."""
+"""Real runs of `oilsim` that are killed, and what is left of them: for a test, and for a benchmark's table."""
 
 from __future__ import annotations
 
@@ -48,11 +48,13 @@ class Kill:
 def started_run(clock: Path, *arguments: str, ignoring: tuple[int, ...] = ()) -> subprocess.Popen[str]:
     """Start `oilsim run` with these arguments, let it note its times in ``clock``, and wait until it has made its first steps.
 
-    It begins with Ctrl-C in effect even where the tests run in the background, except for the signals it is to be started `ignoring`.
+    Ctrl-C and a closed terminal are in effect even where the tests run in the background or under nohup, except for the signals it
+    is to be started `ignoring`.
     """
 
     def set_signals() -> None:
-        signal.signal(signal.SIGINT, signal.SIG_DFL)
+        for number in (signal.SIGINT, signal.SIGHUP):
+            signal.signal(number, signal.SIG_DFL)
         for number in ignoring:
             signal.signal(number, signal.SIG_IGN)
 

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import math
+import os
 import shutil
+import subprocess
+import sys
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -140,6 +144,32 @@ def test_a_run_with_an_fmu_repeats_from_its_saved_state(folder: Path) -> None:
     run.run(0.3)
     assert state_hash(run.save_state()) == after
     run.terminate()
+
+
+def test_a_run_with_an_fmu_goes_on_from_a_checkpoint_in_another_program(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The scenario is named as in its own folder; the second program is started elsewhere."""
+    settings = [part for setting in (*QUICK, "recording.checkpoint_interval=0.2") for part in ("--set", setting)]
+    record, whole, second = (str(tmp_path / name) for name in ("whole.rrd", "whole.json", "second.json"))
+    monkeypatch.chdir(folder)
+    assert main(["run", "winch-tow.toml", *settings, "--record", record, "--summary", whole]) == 0
+    checkpoint = tmp_path / "whole.checkpoints" / "step-000000010.npz"
+    command = ["run", "--resume", str(checkpoint), "--no-record", "--summary", second]
+    subprocess.run(
+        [sys.executable, "-m", "scenarios.cli", *command],
+        check=True,
+        stderr=subprocess.DEVNULL,
+        cwd=tmp_path,
+        env=_here(),
+    )
+    hashes = [json.loads(Path(file).read_text())["state_hash"] for file in (whole, second)]
+    assert hashes[0] == hashes[1]
+
+
+def _here() -> dict[str, str]:
+    """The environment of a program that is started elsewhere and finds these packages."""
+    return os.environ | {"PYTHONPATH": str(EXAMPLES.parents[1])}
 
 
 def test_units_are_compared_and_ends_checked(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
