@@ -12,19 +12,21 @@ presses on one of them; a free body's inverse mass in their place, with the join
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.linalg import cho_solve, solve_triangular
+from scipy.linalg import lapack
 from scipy.sparse import csr_array
 
-from coupling.rotations import rotation_matrices
+from coupling.rotations import cross, rotation_matrices
 
 Array = npt.NDArray[np.float64]
 
 REGULAR = 1e-9  # of the mean diagonal of J W J^T, added to it: two joints on a line hold one direction twice
+AFTER, BEFORE = np.array([1, 2, 0]), np.array([2, 0, 1])  # axes, in cyclic order
 
 
 @dataclass(frozen=True)
@@ -38,13 +40,52 @@ class PointJoint:
     holds_turn: bool = False
 
 
+class Joints:
+    """Who holds whom, as arrays with one row for each body that a joint holds; it stays while the bodies move."""
+
+    def __init__(self, joints: Sequence[PointJoint]) -> None:
+        first_row = _first_rows(joints)
+        sides = [
+            (start, sign, body, point, joint.holds_turn)
+            for start, joint in zip(first_row[:-1], joints, strict=True)
+            for sign, body, point in ((1.0, joint.first, joint.first_point), (-1.0, joint.second, joint.second_point))
+            if body >= 0
+        ]
+        start = np.array([side[0] for side in sides], dtype=np.int64)
+        self._sign = np.array([side[1] for side in sides], dtype=np.float64)
+        self._body = np.array([side[2] for side in sides], dtype=np.int64)
+        self._point = np.array([side[3] for side in sides], dtype=np.float64).reshape(-1, 3)
+        turning = np.array([side[4] for side in sides], dtype=bool)
+        self._row_count = first_row[-1]
+        self._row = start[:, None] + np.arange(3)
+        column = 6 * self._body[:, None, None] + np.stack([np.arange(3), 3 + AFTER, 3 + BEFORE], axis=1)
+        turn_row, turn_column = self._row[turning] + 3, 6 * self._body[turning, None] + 3 + np.arange(3)
+        self._turn_sign = np.repeat(self._sign[turning], 3)
+        row = np.concatenate([np.repeat(self._row.ravel(), 3), turn_row.ravel()])
+        column = np.concatenate([column.ravel(), turn_column.ravel()])
+        self._order = np.lexsort((column, row))
+        self._column = column[self._order]
+        self._row_start = np.concatenate([[0], np.cumsum(np.bincount(row, minlength=self._row_count))])
+
+    def jacobian(self, pose: Array, twist: Array) -> tuple[csr_array, Array]:
+        """J (R, 6 B), three rows a joint and three more where it holds the turn, and dJ/dt V (R,)."""
+        arm = np.einsum("jab,jb->ja", rotation_matrices(pose[self._body, 3:]), self._point)
+        rate = twist[self._body, 3:]
+        bend = self._sign[:, None] * cross(rate, cross(rate, arm))
+        bias: Array = np.bincount(self._row.ravel(), bend.ravel(), self._row_count).astype(np.float64)
+        # (v + omega x r)_axis = v_axis + omega_after r_before - omega_before r_after
+        entries = self._sign[:, None, None] * np.stack([np.ones_like(arm), arm[:, BEFORE], -arm[:, AFTER]], axis=2)
+        values = np.concatenate([entries.ravel(), self._turn_sign])[self._order]
+        return csr_array((values, self._column, self._row_start), shape=(self._row_count, twist.size)), bias
+
+
 class Articulation:
     """Joints among bodies at one instant; pose (B, 7), twist (B, 6), inverse_mass (6 B, 6 B) without them."""
 
-    def __init__(self, joints: list[PointJoint], pose: Array, twist: Array, inverse_mass: Array) -> None:
+    def __init__(self, joints: Joints, pose: Array, twist: Array, inverse_mass: Array) -> None:
         self._twist = twist
         self._inverse_mass = inverse_mass
-        self._jacobian, self._bias = _hold(joints, rotation_matrices(pose[:, 3:]), twist)
+        self._jacobian, self._bias = joints.jacobian(pose, twist)
         self._spread = (self._jacobian @ inverse_mass).T  # W is symmetric, and J has a few entries a row only
         system = self._jacobian @ self._spread
         system[np.diag_indices_from(system)] += REGULAR * np.trace(system) / max(len(system), 1)
@@ -53,48 +94,15 @@ class Articulation:
     def inverse_mass(self, chosen: list[int] | None = None) -> Array:
         """W_c [1/kg, 1/(kg m), 1/(kg m2)] (6 B, 6 B), or its rows and columns `chosen`."""
         rows = slice(None) if chosen is None else chosen
-        half = solve_triangular(self._factor, self._spread[rows].T, lower=True)
+        half = lapack.dtrtrs(self._factor, self._spread[rows].T, lower=1)[0]
         return np.asarray(self._inverse_mass[rows][:, rows] - half.T @ half)
 
     def acceleration(self, free: Array, step_size: float) -> Array:
         """a_c (B, 6) for accelerations `free` (B, 6) that the bodies would have without joints; h is `step_size` [s]."""
         error = self._jacobian @ (free + self._twist / step_size).ravel() + self._bias
-        return free - (self._spread @ cho_solve((self._factor, True), error)).reshape(free.shape)
+        return free - (self._spread @ lapack.dpotrs(self._factor, error, lower=1)[0]).reshape(free.shape)
 
 
-def _hold(joints: list[PointJoint], rotations: Array, twist: Array) -> tuple[csr_array, Array]:
-    """J (R, 6 B), three rows a joint and three more where it holds the turn, and dJ/dt V (R,)."""
-    counts = np.array([6 if joint.holds_turn else 3 for joint in joints], dtype=np.int64)
-    first_row = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-    bias = np.zeros(first_row[-1])
-    rows, columns, values = [], [], []
-    for sign, side in ((1.0, "first"), (-1.0, "second")):
-        held = [n for n, joint in enumerate(joints) if getattr(joint, side) >= 0]
-        if not held:
-            continue
-        body = np.array([getattr(joints[n], side) for n in held])
-        point = np.array([getattr(joints[n], f"{side}_point") for n in held])
-        arm, rate, start = np.einsum("jab,jb->ja", rotations[body], point), twist[body, 3:], first_row[held]
-        np.add.at(bias, start[:, None] + np.arange(3), sign * np.cross(rate, np.cross(rate, arm)))
-        turning = np.array([joints[n].holds_turn for n in held])
-        for row, column, value in _entries(arm, turning):
-            chosen = turning if row >= 3 else np.ones(len(held), dtype=bool)
-            rows.append(start[chosen] + row)
-            columns.append(6 * body[chosen] + column)
-            values.append(sign * value[chosen])
-    if not rows:
-        return csr_array((first_row[-1], twist.size)), bias
-    entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
-    return csr_array(entries, shape=(first_row[-1], twist.size)), bias
-
-
-def _entries(arm: Array, turning: npt.NDArray[np.bool_]) -> Iterator[tuple[int, int, Array]]:
-    """Row, column and value (J,) of what a body's twist adds to a held point's velocity, v + omega x r, and to its turn."""
-    one = np.ones(len(arm))
-    for axis in range(3):
-        after, before = (axis + 1) % 3, (axis + 2) % 3
-        yield axis, axis, one
-        yield axis, 3 + after, arm[:, before]  # (omega x r)_axis = omega_after r_before - omega_before r_after
-        yield axis, 3 + before, -arm[:, after]
-        if turning.any():
-            yield 3 + axis, 3 + axis, one
+def _first_rows(joints: Sequence[PointJoint]) -> list[int]:
+    """The first row of J of every joint, and their number."""
+    return list(itertools.accumulate((6 if joint.holds_turn else 3 for joint in joints), initial=0))

@@ -20,6 +20,7 @@ from scipy.spatial.transform import Rotation
 from coupling.bodies import MassProperties, convex_vertices
 from coupling.motion import Motion, Vector
 from coupling.quiet_pybullet import pybullet
+from coupling.rotations import turned
 
 Array = npt.NDArray[np.float64]
 
@@ -121,8 +122,7 @@ class BulletClient:
         """Poses (B, 7) with the meshes' axes and twists (B, 6) of one body or more."""
         placed = [self._call(pybullet.getBasePositionAndOrientation, body.unique_id) for body in bodies]
         twist = np.array([self._call(pybullet.getBaseVelocity, body.unique_id) for body in bodies]).reshape(-1, 6)
-        to_mesh = Rotation.from_quat([body.to_mesh for body in bodies])
-        turns = (Rotation.from_quat([turn for _, turn in placed]) * to_mesh).as_quat()
+        turns = turned(np.array([turn for _, turn in placed]), np.array([body.to_mesh for body in bodies]))
         return np.hstack([np.array([position for position, _ in placed]), turns]), twist
 
     def is_touching(self, body: BulletBody) -> bool:

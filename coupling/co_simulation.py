@@ -20,13 +20,13 @@ from typing import Any, NoReturn
 
 from coupling.algorithms import Algorithm, GaussSeidel
 from coupling.connection import Connection, link, setup_problems
-from coupling.errors import CoSimulationError, CouplingSetupError
+from coupling.errors import CoSimulationError, CouplingSetupError, reason
 from coupling.exchange_ledger import ExchangeLedger
 from coupling.initialization import exchange_initial_values
 from coupling.observer import Observer
 from coupling.participant import Array, Participant
 from coupling.rollback import rollback_fault
-from coupling.stepper import HALVINGS, TIME_TOLERANCE, Discarded, Snapshot, Stepper
+from coupling.stepper import HALVINGS, TIME_TOLERANCE, Discarded, NotExchanged, Snapshot, Stepper
 from recordings.frame import Event, EventLevel, Frame, RunDescription
 
 ALL_AT_ONE_RATE: Mapping[str, int] = MappingProxyType({})
@@ -222,7 +222,7 @@ class CoSimulation:
         try:
             call()
         except Exception as cause:
-            self._fail(CoSimulationError(stepper.name, self.communication_point.time, _reason(cause)), cause)
+            self._fail(CoSimulationError(stepper.name, self.communication_point.time, reason(cause)), cause)
 
     def _in_order(self, call: Callable[[], None]) -> None:
         """Make a call to many participants; what it raises ends the run, under the name of the one that failed."""
@@ -230,9 +230,11 @@ class CoSimulation:
             call()
         except CoSimulationError as error:
             self._fail(error, error.__cause__)
-        except Exception as cause:
+        except NotExchanged as refusal:
             time = self.communication_point.time
-            self._fail(CoSimulationError("master", time, f"values could not be exchanged: {_reason(cause)}"), cause)
+            self._fail(CoSimulationError(refusal.participant, time, refusal.message), refusal.__cause__)
+        except Exception as cause:
+            self._fail(CoSimulationError("master", self.communication_point.time, reason(cause)), cause)
 
     def _begin_exchange(self) -> None:
         """First outputs, then the test of those that are to be taken back, then the algorithm's own preparation."""
@@ -352,10 +354,6 @@ def _save_into(states: dict[str, object], stepper: Stepper) -> None:
 
 def _tell(observer: Observer, event: Event) -> None:
     observer.event(event)
-
-
-def _reason(cause: BaseException) -> str:
-    return str(cause) or type(cause).__name__
 
 
 def _sub_rate_problems(participants: Sequence[Participant], sub_rates: Mapping[str, int]) -> list[str]:

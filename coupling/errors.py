@@ -30,3 +30,8 @@ class CoSimulationError(RuntimeError):
         self.time = time
         self.message = message
         super().__init__(f"participant {participant!r} failed at {time:.6g} s: {message}")
+
+
+def reason(cause: BaseException) -> str:
+    """What an exception says, on one line."""
+    return " ".join(str(cause).split()) or type(cause).__name__

@@ -129,7 +129,7 @@ class ExchangeLedger:
                     bond.solver,
                     time,
                     f"body {bond.body!r} took an impulse of {taken[index].tolist()} N s, the fluid gave "
-                    f"{given[index].tolist()} N s",
+                    f"{given[index].tolist()} N s, allowed: a part of {self._limits[0]:g} between them",
                 )
 
     def _check_energy(self, force: Array, time: float) -> None:

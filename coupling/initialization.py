@@ -37,7 +37,7 @@ def sweep(steppers: dict[str, Stepper], links: Sequence[Link]) -> list[Array]:
     values = []
     for link in links:
         where = link.connection
-        values.append(link.carried(steppers[where.source].participant.get(where.source_variable)))
+        values.append(link.carried(steppers[where.source].get(where.source_variable)))
         steppers[where.target].set(where.target_variable, values[-1])
     return values
 

@@ -14,6 +14,7 @@ Where pybullet's defaults spoil physics, a warning says so once, with the call t
 
 from __future__ import annotations
 
+import itertools
 import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -21,6 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 import trimesh
+from scipy.spatial.transform import Rotation
 
 from coupling.errors import UnresolvedSolidError
 from coupling.pybullet_defaults import tell_damping, tell_inertia
@@ -28,6 +30,7 @@ from coupling.pybullet_links import LinkedBody, LinkKey, LinkSystem, read_links
 from coupling.pybullet_shapes import link_mesh
 from coupling.quiet_pybullet import pybullet
 from coupling.rigid_state import steady
+from coupling.signed_distance import Box
 from coupling.surface_sampling import particles_of, sample_surface
 from oilsim.solver import AdvanceReport, Fluid
 
@@ -52,6 +55,7 @@ class FluidWorld:
         self._handles: dict[LinkKey, int] = {}  # of sampled links
         self._wrenches: dict[LinkKey, Array] = {}
         self._residuals: dict[LinkKey, _Residual] = {}
+        self._cut: dict[int, Array] = {}  # poses of bodies that are sampled in part
         self._damping_told = False
 
     def add_body(
@@ -73,9 +77,12 @@ class FluidWorld:
             if mesh is None:
                 continue
             try:
-                sampled[key] = mesh, sample_surface(mesh, self.fluid.config.particle_spacing)
+                spacing = self.fluid.config.particle_spacing
+                sampled[key] = mesh, sample_surface(mesh, spacing, within=self._reach(key, mesh))
             except UnresolvedSolidError as cause:
                 warnings.warn(f"body {body}, link {key[1]} does not meet the fluid: {cause}", stacklevel=3)
+            except ValueError as cause:
+                raise ValueError(f"body {body}, link {key[1]} cannot be sampled: {cause}") from cause
         if not sampled:
             raise ValueError(f"body {body} has no collision shape that the fluid can see, allowed: one link at least")
         for key, (mesh, sampling) in sampled.items():
@@ -90,6 +97,7 @@ class FluidWorld:
             raise ValueError(
                 f"body {body} does not meet the fluid, allowed: {', '.join(map(str, self._bodies)) or 'none'}"
             )
+        self._cut.pop(body, None)
         for key in self._bodies.pop(body).keys:
             self._residuals.pop(key, None)
             if key in self._handles:
@@ -113,6 +121,25 @@ class FluidWorld:
         self._learn(system, duration)
         return report
 
+    def _reach(self, key: LinkKey, mesh: trimesh.Trimesh) -> Box | None:
+        """What of a held base that is larger than the sea can be met, along its own axes: it is sampled there, as it lies now."""
+        config, (body, link) = self.fluid.config, key
+        lower, upper = np.array(config.lower), np.array(config.upper)
+        is_held = link < 0 and pybullet.getDynamicsInfo(body, link, physicsClientId=self._client)[0] == 0.0
+        if not is_held or np.max(mesh.extents) <= np.linalg.norm(upper - lower):
+            return None
+        if any(config.periodic):
+            raise ValueError(
+                f"body {body} is larger than the fluid's domain, which repeats, allowed: a domain that does not, or a tank's floor in "
+                "the body's place"
+            )
+        position, orientation = pybullet.getBasePositionAndOrientation(body, physicsClientId=self._client)
+        self._cut[body] = np.array([*position, *orientation])
+        corners = np.array(list(itertools.product(*zip(lower, upper, strict=True)))) - position
+        own = Rotation.from_quat(orientation).inv().apply(corners)
+        margin = 2.0 * config.support_radius
+        return own.min(axis=0) - margin, own.max(axis=0) + margin
+
     def _settings(self) -> tuple[float, Array]:
         """The client's own time step [s] and gravity (3,) [m/s2]."""
         parameters = pybullet.getPhysicsEngineParameters(physicsClientId=self._client)
@@ -124,6 +151,11 @@ class FluidWorld:
         rows = [row for row, key in enumerate(system.keys) if key in self._handles]
         for row in rows:
             key, pose, twist = system.keys[row], system.pose[row], system.twist[row]
+            if key[0] in self._cut and not np.allclose(pose, self._cut[key[0]]):
+                raise ValueError(
+                    f"body {key[0]} is larger than the fluid's domain and was sampled where it lay, allowed: to move it after "
+                    f"remove_body({key[0]}), and add it again"
+                )
             acceleration = system.acceleration[row].copy()
             if key in self._residuals:
                 acceleration += steady(self._residuals[key].earlier, self._residuals[key].later)
@@ -169,8 +201,8 @@ class FluidWorld:
 def attach_fluid(client: int, fluid: Fluid, bodies: Iterable[int], *, no_slip: bool = False) -> FluidWorld:
     """Put `fluid` into the pybullet client `client`, to meet the bodies with these unique ids.
 
-    Particles inside a body are not looked for: fill the fluid around the bodies. A plane has no inside; give the fluid a
-    tank instead (`oilsim.boundary.tank_walls`).
+    Particles inside a body are not looked for: fill the fluid around the bodies. A held body larger than the fluid's domain, such as
+    the ground of plane.urdf, is sampled where the fluid can reach it.
     """
     world = FluidWorld(client, fluid)
     for body in bodies:

@@ -16,7 +16,7 @@ from scipy.linalg import block_diag
 from scipy.spatial.transform import Rotation
 
 from coupling.articulated_tree import ArticulatedTree, TreeLink
-from coupling.articulation import Articulation, PointJoint
+from coupling.articulation import Articulation, Joints, PointJoint
 from coupling.quiet_pybullet import pybullet
 
 Array = npt.NDArray[np.float64]
@@ -125,7 +125,7 @@ def read_links(client: int, bodies: Iterable[LinkedBody], gravity: Array, step_s
     acceleration, pose, twist = np.concatenate(accelerations), np.concatenate(poses), np.concatenate(twists)
     joints = _constraints(client, {key: row for row, key in enumerate(keys)})
     if joints:
-        tied = Articulation(joints, pose, twist, inverse_mass)
+        tied = Articulation(Joints(joints), pose, twist, inverse_mass)
         inverse_mass, acceleration = tied.inverse_mass(), tied.acceleration(acceleration, step_size)
     return LinkSystem(keys, pose, twist, inverse_mass, acceleration, np.array(is_free, dtype=bool))
 

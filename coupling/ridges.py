@@ -41,11 +41,12 @@ def sharp_edges(mesh: trimesh.Trimesh, step: float) -> tuple[Array, Array]:
 
 
 def inset_ridges(mesh: trimesh.Trimesh, solid: SignedDistance, depth: float, step: float) -> tuple[Array, Array]:
-    """Corners (K, 3) and edge points (L, 3), about `step` apart, of the surface `depth` [m] below the mesh."""
+    """Corners (K, 3) and edge points (L, 3), about `step` apart, of the surface `depth` [m] below the mesh, where `solid` looks."""
     edge, inward = sharp_edges(mesh, step)
     corner, way = _corners(mesh)
     ridges = []
     for points in (corner + depth * way, edge + depth * inward):
+        points = points[solid.holds(points)]
         is_there = np.abs(solid.phi(points) + depth) < 0.02 * depth if len(points) else np.zeros(0, dtype=bool)
         ridges.append(points[is_there])
     return ridges[0], ridges[1]

@@ -27,13 +27,13 @@ import numpy.typing as npt
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from coupling.articulation import Articulation, PointJoint
+from coupling.articulation import Articulation, Joints, PointJoint
 from coupling.bodies import MassProperties
 from coupling.bullet_client import BulletBody, BulletClient
 from coupling.lines import ElasticLine, Lines
 from coupling.motion import STILL, UPRIGHT, Motion, PrescribedMotion, Quaternion, Vector
 from coupling.rigid_state import MOVING, RigidBodyState, pose_of, twist_of
-from coupling.rotations import cross
+from coupling.rotations import applied, cross
 
 Array = npt.NDArray[np.float64]
 
@@ -70,6 +70,7 @@ class RigidBodyWorld:
         self._tensions: dict[str, float] = {}
         self.lines = Lines()
         self._point_joints: list[PointJoint] = []
+        self._held: Joints | None = None
         self._articulation: Articulation | None = None
         self._accelerations: Array | None = None
         self._last_duration = sub_step
@@ -160,7 +161,7 @@ class RigidBodyWorld:
         self._tensions[name] = 0.0
         row = -1 if second is None else second.row
         self._point_joints.append(PointJoint(first.row, row, first_point, second_point))
-        self._articulation = None
+        self._held = self._articulation = None
 
     def add_line(
         self,
@@ -324,10 +325,12 @@ class RigidBodyWorld:
 
     def _articulated(self) -> Articulation:
         """The joints at the present instant."""
+        if self._held is None:
+            self._held = Joints(self._point_joints)
         if self._articulation is None:
             state = self._state
             inverse_mass = state.inverse_mass_matrix()
-            self._articulation = Articulation(self._point_joints, state.pose, state.twist, inverse_mass)
+            self._articulation = Articulation(self._held, state.pose, state.twist, inverse_mass)
             self._accelerations = None
         return self._articulation
 
@@ -353,8 +356,9 @@ class RigidBodyWorld:
         free = [body for body in self._bodies.values() if body.motion == "free"]
         led = [(body, body.motion) for body in self._bodies.values() if not isinstance(body.motion, str)]
         if free:
+            pushed = frozenset(np.flatnonzero(wrench.any(axis=1)).tolist())
             for body in free:
-                if wrench[body.row].any():
+                if body.row in pushed:
                     self._client.push(body.bullet, wrench[body.row], self._state.pose[body.row, :3])
             for body, motion in led:
                 self._aim(body, motion.at(end), sub_step)
@@ -391,12 +395,12 @@ class RigidBodyWorld:
         inertia, rate, momenta = state.world_inertia()[rows], rates[rows], state.momenta()[rows]
         gained = np.empty((len(free), 6))
         gained[:, :3] = state.mass[rows, None] * moving[:, :3] - momenta[:, :3]
-        gained[:, 3:] = np.einsum("bij,bj->bi", inertia, moving[:, 3:] - rate)
-        gained[:, 3:] += sub_step * cross(rate, np.einsum("bij,bj->bi", inertia, rate))
+        gained[:, 3:] = applied(inertia, moving[:, 3:] - rate)
+        gained[:, 3:] += sub_step * cross(rate, applied(inertia, rate))
         self._refuse_foreign(free, gained, sub_step * (wrench[rows] + state.weight(self._gravity)[rows]), momenta)
         state.pose[rows] = pose
         angular_momentum = momenta[:, 3:] + gained[:, 3:]
-        moving[:, 3:] = np.einsum("bij,bj->bi", state.inverse_masses()[rows, 3:, 3:], angular_momentum)
+        moving[:, 3:] = applied(state.inverse_masses()[rows, 3:, 3:], angular_momentum)
         state.twist[rows] = moving
 
     def _refuse_foreign(self, free: list[_Body], gained: Array, given: Array, momenta: Array) -> None:

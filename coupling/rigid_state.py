@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from coupling.bodies import MassProperties
 from coupling.motion import Motion
-from coupling.rotations import cross, rotation_matrices
+from coupling.rotations import applied, cross, in_world
 
 Array = npt.NDArray[np.float64]
 
@@ -60,11 +60,10 @@ class RigidBodyState:
     def _at_pose(self) -> tuple[Array, Array]:
         """World inertia (B, 3, 3) and `inverse_masses`, kept until a body moves."""
         if self._kept is None or not np.array_equal(self._kept[0], self.pose):
-            rotation = rotation_matrices(self.pose[:, 3:])
-            inertia = rotation @ self.inertia @ rotation.transpose(0, 2, 1)
+            inertia = in_world(self.pose[:, 3:], self.inertia)
             inverse = np.zeros((len(self.pose), 6, 6))
             inverse[:, [0, 1, 2], [0, 1, 2]] = 1.0 / self.mass[:, None]
-            inverse[:, 3:, 3:] = rotation @ self._inverse_inertia @ rotation.transpose(0, 2, 1)
+            inverse[:, 3:, 3:] = in_world(self.pose[:, 3:], self._inverse_inertia)
             inverse[~self.is_free] = 0.0
             self._kept = (self.pose.copy(), inertia, inverse)
         return self._kept[1:]
@@ -75,7 +74,7 @@ class RigidBodyState:
 
     def momenta(self) -> Array:
         """(B, 6) m v [kg m/s] and R I R^T omega about each centre of mass [kg m2/s]."""
-        angular = np.einsum("bij,bj->bi", self.world_inertia(), self.twist[:, 3:])
+        angular = applied(self.world_inertia(), self.twist[:, 3:])
         return np.hstack([self.mass[:, None] * self.twist[:, :3], angular])
 
     def weight(self, gravity: Array) -> Array:
@@ -100,7 +99,7 @@ class RigidBodyState:
         target = np.linalg.solve(middle, self.momenta()[:, 3:, None])[:, :, 0]
         rate = target
         for _ in range(2):
-            torque = cross(rate, np.einsum("bij,bj->bi", inertia, rate))
+            torque = cross(rate, applied(inertia, rate))
             rate = target + duration * np.linalg.solve(inertia, torque[:, :, None])[:, :, 0]
         return rate
 
@@ -139,7 +138,7 @@ class RigidBodyState:
         """(B, 6) as `free_acceleration`, without joints and contacts; 0 for a body that is held."""
         wrench = self.applied_wrench + self.line_wrench
         wrench[:, 3:] -= self.gyroscopic_torque()
-        acceleration = np.einsum("bij,bj->bi", self.inverse_masses(), wrench)
+        acceleration = applied(self.inverse_masses(), wrench)
         acceleration[self.is_free, :3] += gravity
         return acceleration
 

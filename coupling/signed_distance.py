@@ -17,6 +17,7 @@ from numba import njit
 
 Array = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
+Box = tuple[Array, Array]
 
 LEAF_SIZE = 6
 LATTICE_SHIFT = np.array(
@@ -49,12 +50,18 @@ class Nearest(NamedTuple):
 class SignedDistance:
     """Signed distance field of one mesh; `phi` below. Closed parts that overlap count as their union."""
 
-    def __init__(self, mesh: trimesh.Trimesh) -> None:
-        """ValueError if no triangle has an area."""
+    def __init__(self, mesh: trimesh.Trimesh, within: Box | None = None) -> None:
+        """`within`: lower and upper corner (3,) [m] of the box in which `lattice` looks; None: wherever the mesh is.
+
+        ValueError if no triangle has an area.
+        """
         keep = np.asarray(mesh.area_faces) > 1e-14 * float(np.max(mesh.extents)) ** 2
         if not keep.any():
             raise ValueError("mesh has no triangle with an area above 0")
         self.lower, self.upper = (np.asarray(bound, dtype=np.float64) for bound in mesh.bounds)
+        self.is_cut = within is not None
+        if within is not None:
+            self.lower, self.upper = np.maximum(self.lower, within[0]), np.minimum(self.upper, within[1])
         triangle = np.ascontiguousarray(mesh.triangles[keep], dtype=np.float64)
         normal = _feature_normals(mesh)[keep]
         self._trees = [_build_tree(triangle[part], normal[part]) for part in _solid_parts(mesh, keep)]
@@ -63,6 +70,10 @@ class SignedDistance:
     def is_union(self) -> bool:
         """Whether there are several closed parts, which may overlap."""
         return len(self._trees) > 1
+
+    def holds(self, points: Array) -> npt.NDArray[np.bool_]:
+        """Which of the points (K, 3) lie where `lattice` looks."""
+        return np.asarray(((points >= self.lower) & (points <= self.upper)).all(axis=1))
 
     def nearest(self, points: Array) -> Nearest:
         """Distance, closest point and normal for points (K, 3)."""

@@ -15,12 +15,13 @@ Outputs are read once after every step, found finite, and handed on from here. A
 from __future__ import annotations
 
 import time as wall_clock
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NoReturn
 
 import numpy as np
 
-from coupling.errors import CoSimulationError
+from coupling.errors import CoSimulationError, reason
 from coupling.participant import Array, Causality, EventParticipant, Participant, Status, StepResult
 
 TIME_TOLERANCE = 1e-9  # of a step: far above rounding, far below anything that moves
@@ -36,6 +37,15 @@ class Discarded(Exception):
         self.participant = participant
         self.message = message
         super().__init__(f"participant {participant!r} discarded a step: {message or 'no reason given'}")
+
+
+class NotExchanged(Exception):
+    """A value that a participant did not take or give."""
+
+    def __init__(self, participant: str, message: str) -> None:
+        self.participant = participant
+        self.message = message
+        super().__init__(f"participant {participant!r}: {message}")
 
 
 @dataclass(frozen=True)
@@ -68,9 +78,19 @@ class Stepper:
         return self.participant.name
 
     def set(self, name: str, value: Array) -> None:
-        """Give the participant an input."""
+        """Give the participant an input; NotExchanged if it does not take it."""
         self.inputs[name] = value
-        self.participant.set(name, value)
+        try:
+            self.participant.set(name, value)
+        except Exception as cause:
+            raise NotExchanged(self.name, f"input {name!r} does not take {value}: {reason(cause)}") from cause
+
+    def get(self, name: str) -> Array:
+        """An output as the participant has it now; NotExchanged if it does not give it."""
+        try:
+            return self.participant.get(name)
+        except Exception as cause:
+            raise NotExchanged(self.name, f"output {name!r} cannot be read: {reason(cause)}") from cause
 
     def advance(self, begin: float, end: float) -> None:
         """From `begin` to `end` [s]; CoSimulationError if the participant cannot."""
@@ -86,12 +106,12 @@ class Stepper:
 
     def read_outputs(self, time: float) -> None:
         """Take every output from the participant and find those that are not finite."""
-        self.outputs = {}
-        for variable in self._given:
-            value = self.participant.get(variable.name)
+        self.outputs = {variable.name: self.get(variable.name) for variable in self._given}
+        if all_finite(self.outputs.values()):
+            return
+        for name, value in self.outputs.items():
             if not np.isfinite(value).all():
-                self.fail(time, f"output {variable.name!r} is {value}, allowed: finite numbers")
-            self.outputs[variable.name] = value
+                self.fail(time, f"output {name!r} is {value}, allowed: finite numbers")
 
     def save(self) -> Snapshot:
         """The participant's state with its outputs; NotImplementedError if it cannot."""
@@ -132,7 +152,7 @@ class Stepper:
         try:
             return self.participant.do_step(time, step_size)
         except Exception as cause:
-            self.fail(time, str(cause) or type(cause).__name__, cause)
+            self.fail(time, reason(cause), cause)
 
     def _refuse_discard(self, time: float, part: float, halvings: int, result: StepResult) -> None:
         """Raise if the step is not to be tried again here."""
@@ -155,7 +175,7 @@ class Stepper:
     def _add_means(self, duration: float) -> None:
         """Take a part of a step into the means over all of it."""
         for variable in self._means:
-            part = duration * self.participant.get(variable.name)
+            part = duration * self.get(variable.name)
             self._sums[variable.name] = self._sums.get(variable.name, 0.0) + part
 
     def _note(self, result: StepResult) -> None:
@@ -173,8 +193,14 @@ class Stepper:
             try:
                 again = self.participant.update_discrete_states()
             except Exception as cause:
-                self.fail(time, str(cause) or type(cause).__name__, cause)
+                self.fail(time, reason(cause), cause)
             if not again:
                 self.events.append((time, result.message or "event"))
                 return
         self.fail(time, f"discrete states do not settle in {EVENT_ROUNDS} rounds")
+
+
+def all_finite(values: Iterable[Array]) -> bool:
+    """Whether every number of every array is finite, in one go: one look an array takes a good part of a small step."""
+    flat = [value.ravel() for value in values]
+    return not flat or bool(np.isfinite(np.concatenate(flat)).all())

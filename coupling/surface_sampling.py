@@ -21,7 +21,7 @@ from scipy.spatial import cKDTree
 from coupling.errors import UnresolvedSolidError
 from coupling.even_points import choose_apart, push_apart, random_distance
 from coupling.ridges import inset_ridges, sharp_edges
-from coupling.signed_distance import SignedDistance
+from coupling.signed_distance import Box, SignedDistance
 from coupling.solid_shells import STEP, Shells
 from oilsim.boundary import BoundaryParticles
 
@@ -36,6 +36,7 @@ CENTERINGS = 3  # rounds of moving points to their cells' centroids
 CORNER_REACH = (
     1.5  # spacings from the inset layer within which its points' cells cover a corner or edge; farther is thin
 )
+LARGEST = 1e6  # particles on a surface: a boundary for mistakes, such as millimetres taken for metres
 INNER_DEPTH = 1.1  # spacings: a core that is nowhere deeper is too thin for points of its own
 
 
@@ -89,11 +90,13 @@ def particles_of(name: str, sampling: SurfaceSampling, *, no_slip: bool = False)
 
 
 def sample_surface(
-    mesh: trimesh.Trimesh, particle_spacing: float, *, minimum_thickness: float | None = None
+    mesh: trimesh.Trimesh, particle_spacing: float, *, minimum_thickness: float | None = None, within: Box | None = None
 ) -> SurfaceSampling:
     """Sample a closed mesh for particles of spacing d [m]; parts thinner than `minimum_thickness` (d) count as that thick.
 
-    ValueError for an impossible spacing or thickness, UnresolvedSolidError for a solid smaller than a particle.
+    `within`: lower and upper corner (3,) [m] of the box that is sampled, of a solid far larger than the fluid; None: all of it.
+    ValueError for an impossible spacing or thickness or a solid of more than LARGEST particles, UnresolvedSolidError for one smaller
+    than a particle.
     """
     spacing = particle_spacing
     thickness = spacing if minimum_thickness is None else minimum_thickness
@@ -101,7 +104,12 @@ def sample_surface(
         raise ValueError(f"particle_spacing is {spacing} m, allowed: above 0")
     if not 0.0 <= thickness <= spacing:
         raise ValueError(f"minimum_thickness is {thickness} m, allowed: 0 to the particle spacing, {spacing} m")
-    solid = SignedDistance(mesh)
+    count = float(mesh.area) / spacing**2
+    if within is None and count > LARGEST:
+        raise ValueError(
+            f"mesh of size {mesh.extents} m takes {count:.3g} wall particles of {spacing} m, allowed: {LARGEST:g}; scale it down"
+        )
+    solid = SignedDistance(mesh, within)
     layer = _find_layer(mesh, solid, spacing)
     outer, is_middle = _spread(solid, layer, spacing)
     if len(outer) < 2:
@@ -247,12 +255,12 @@ def _areas(mesh: trimesh.Trimesh, solid: SignedDistance, outer: Array, spacing: 
     """Part of the surface (K,) nearest to each outer point [m2].
 
     Lattice points in a shell one step thick are step^2 of the surface each (co-area formula); they share out the mesh's own
-    area, unless it has parts that overlap, whose hidden surfaces do not count.
+    area, unless it is cut or has parts that overlap, whose hidden surfaces do not count.
     """
     step = CANDIDATE_STEP * spacing
     near, _ = solid.lattice(step, -0.5 * step, 0.5 * step)
     share = np.bincount(cKDTree(outer).query(near)[1], minlength=len(outer))
-    total = step**2 * len(near) if solid.is_union else float(mesh.area)
+    total = step**2 * len(near) if solid.is_union or solid.is_cut else float(mesh.area)
     areas: Array = share.astype(np.float64) * (total / max(len(near), 1))
     return areas
 

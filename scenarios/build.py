@@ -37,7 +37,7 @@ from vessels.control import VesselControl
 from vessels.manual import ManualControl
 
 BODIES = "bodies"
-TO_FLUID = ("pose", "twist", "inverse_mass", "free_acceleration")
+TO_FLUID = ("pose", "twist", "free_acceleration")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

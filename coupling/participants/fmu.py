@@ -7,6 +7,7 @@ array has its own shape. Units are those of the model description, see `fmu_vari
 
 from __future__ import annotations
 
+import sys
 import tempfile
 from collections.abc import Mapping
 from contextlib import chdir
@@ -23,6 +24,7 @@ from fmpy.model_description import ModelDescription, ModelVariable, read_model_d
 
 from coupling.participant import Causality, Status, StepResult, Variable, checked_value
 from coupling.participants.fmu_messages import FmuMessages
+from coupling.participants.fmu_rehearsal import is_own_process, try_out
 from coupling.participants.fmu_variables import grouped, variables_of
 
 Array = npt.NDArray[np.float64]
@@ -74,14 +76,24 @@ class FmuParticipant:
         return self._variables
 
     def rehearse(self) -> None:
-        """Load the FMU, make an instance and let it go, to find out before a run that it can; ValueError if it cannot."""
+        """Load the FMU, make an instance and let it go, to find out before a run that it can; ValueError if it cannot.
+
+        In a process of its own if there may be one, since what is broken in an FMU may crash or hang its process.
+        """
+        arguments = (self._name, str(self._path.resolve()))
+        problem = try_out(__name__, arguments) if is_own_process() else self.load_and_free()
+        if problem:
+            raise ValueError(f"FMU {self._path} cannot be loaded: {problem}")
+
+    def load_and_free(self) -> str:
+        """Make an instance and let it go; what is wrong with it, or nothing."""
         try:
-            fmu = self._instantiate()
-            fmu.freeInstance()
+            self._instantiate().freeInstance()
         except Exception as cause:
-            raise ValueError(f"FMU {self._path} cannot be loaded: {self._messages.explain(cause)}") from cause
+            return self._messages.explain(cause)
         finally:
             self._forget()
+        return ""
 
     def enter_initialization_mode(self, start_time: float) -> None:
         """Unpack, instantiate, set start values, and compute initial outputs."""
@@ -297,3 +309,7 @@ def _read(path: Path) -> ModelDescription:
 def _kind(variable: ModelVariable) -> str:
     """What comes after `get` and `set` in the interface's calls."""
     return str(ACCESS.get(variable.type, variable.type))
+
+
+if __name__ == "__main__":  # the rehearsal: NAME FILE
+    sys.exit(FmuParticipant(sys.argv[1], sys.argv[2]).load_and_free() or 0)

@@ -1,9 +1,9 @@
 """Rigid bodies as a participant of a coupled run.
 
 Variables of every body <body>: inputs `<body>.wrench` (of the fluid) and `<body>.applied_wrench` (of anything else),
-outputs `<body>.pose`, `<body>.twist`, `<body>.inverse_mass`, `<body>.free_acceleration`; of every joint: output
-`<joint>.tension`; of every line: output `<line>.tension`, input `<line>.length`; of the coupled bodies together: output
-`inverse_mass`. A body that is held takes wrenches and ignores them.
+outputs `<body>.pose`, `<body>.twist`, `<body>.free_acceleration`, `<body>.inverse_mass`; of every joint: output
+`<joint>.tension`; of every line: output `<line>.tension`, input `<line>.length`. Coupled bodies have one output `inverse_mass`
+together in place of their own. A body that is held takes wrenches and ignores them.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ BODY_VARIABLES = (
 class RigidBodyParticipant:
     """Steps a `RigidBodyWorld`; bodies and joints are all added before.
 
-    `coupled` names the bodies whose common `inverse_mass` (6 n, 6 n), joints included, is an output.
+    `coupled` names the bodies that tell one `inverse_mass` (6 n, 6 n), joints included.
     """
 
     def __init__(self, name: str, world: RigidBodyWorld, coupled: Sequence[str] = ()) -> None:
@@ -45,6 +45,8 @@ class RigidBodyParticipant:
         declared = []
         for body in world.body_names:
             for quantity, unit, shape, causality in BODY_VARIABLES:
+                if quantity == "inverse_mass" and body in coupled:
+                    continue
                 variable = Variable(f"{body}.{quantity}", unit, shape, causality)
                 declared.append(variable)
                 if causality is Causality.INPUT:

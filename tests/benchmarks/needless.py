@@ -7,7 +7,6 @@ does not need: walls at rest, a moving body far from the liquid, bodies that do 
 from __future__ import annotations
 
 import argparse
-import os
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -146,6 +145,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    for library in ("OPENBLAS", "OMP", "MKL"):
-        os.environ.setdefault(f"{library}_NUM_THREADS", "1")
     main()

@@ -153,6 +153,31 @@ def test_failing_participant_is_named_and_the_others_end_in_order() -> None:
         run.step()
 
 
+@pytest.mark.parametrize("at_start", [True, False])
+@pytest.mark.parametrize(
+    ("call", "owner", "message"),
+    [
+        ("set", "second", r"input 'u' does not take 1\.?\d*: no such quay"),
+        ("get", "first", r"output '\w+' cannot be read: no such"),
+    ],
+)
+def test_value_that_is_not_taken_or_given_is_named_with_its_participant(
+    monkeypatch: pytest.MonkeyPatch, call: str, owner: str, message: str, at_start: bool
+) -> None:
+    (first, second), _ = ring([])
+
+    def refuse(*arguments: object) -> None:
+        raise ZeroDivisionError("no such quay")
+
+    run = CoSimulation([first, second], [Connection("first", "y", "second", "u")], 0.1)
+    if not at_start:
+        run.initialize()
+    monkeypatch.setattr({"first": first, "second": second}[owner], call, refuse)
+    with pytest.raises(CoSimulationError, match=rf"participant '{owner}' failed at 0 s: {message}") as caught:
+        run.initialize() if at_start else run.step()
+    assert isinstance(caught.value.__cause__, ZeroDivisionError)
+
+
 @pytest.mark.parametrize(
     ("result", "message"),
     [

@@ -15,6 +15,7 @@ from coupling.co_simulation import CoSimulation
 from coupling.connection import Connection
 from coupling.errors import CoSimulationError, CouplingSetupError
 from coupling.participant import Causality
+from coupling.participants import fmu_rehearsal
 from coupling.participants.fmu import FmuParticipant
 
 # A tow winch: it reels in at a commanded speed, and its brake slips in proportion to the pull beyond what it holds.
@@ -202,4 +203,26 @@ def test_bad_fmus_are_refused(build: Build, tmp_path: Path) -> None:
     broken_fmu = FmuParticipant("winch", tmp_path / "broken.fmu")
     with pytest.raises(ValueError, match=r"broken\.fmu cannot be loaded: .*(file too short|invalid ELF header)"):
         broken_fmu.rehearse()
+    broken_fmu.load_and_free()
     assert Path.cwd().is_dir()  # not the folder that was unpacked and thrown away
+
+
+@pytest.mark.parametrize(
+    ("source", "told"),
+    [
+        ("import os; os.abort()", r"it crashes \(SIGABRT\)"),
+        ("import time; time.sleep(1e6)", "it does not come back within 4 s"),
+        (f"{WINCH_3}\nraise ImportError('no module named rope')", "it crashes .*: ImportError: no module named rope"),
+    ],
+    ids=["crash", "hang", "missing module"],
+)
+def test_fmus_that_crash_or_hang_do_no_harm(
+    build: Build, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, source: str, told: str
+) -> None:
+    with zipfile.ZipFile(build(3)) as whole, zipfile.ZipFile(tmp_path / "bad.fmu", "w") as bad:
+        for item in whole.namelist():
+            bad.writestr(item, source if item == "resources/winch_3.py" else whole.read(item))
+    if "sleep" in source:
+        monkeypatch.setattr(fmu_rehearsal, "PATIENCE", 4.0)
+    with pytest.raises(ValueError, match=rf"FMU .*bad\.fmu cannot be loaded: {told}"):
+        FmuParticipant("winch", tmp_path / "bad.fmu").rehearse()

@@ -52,6 +52,17 @@ def pool(
     return fluid
 
 
+def held_sides(client: int, half: float, thick: float, high: float) -> list[int]:
+    """Four boxes that stand around a square of half an edge `half` on the ground."""
+    bodies = []
+    for x, y in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+        size = [0.5 * thick if x else half + thick, 0.5 * thick if y else half + thick, 0.5 * high]
+        shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=size, physicsClientId=client)
+        place = [x * (half + 0.5 * thick), y * (half + 0.5 * thick), 0.5 * high]
+        bodies.append(pybullet.createMultiBody(0.0, shape, basePosition=place, physicsClientId=client))
+    return bodies
+
+
 def links(body: int, client: int) -> range:
     return range(-1, pybullet.getNumJoints(body, physicsClientId=client))
 
@@ -263,6 +274,9 @@ def test_hinged_floats_far_lighter_than_water_rise_and_lie_still(client: int) ->
     pybullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=client)
     pybullet.setTimeStep(0.01, physicsClientId=client)
     body = float_chain(client, 0.14, density)
+    held_sides(
+        client, 0.25, 0.1, 1.0
+    )  # of the pool, for pybullet: nothing else keeps a float that wanders from passing them
     world = attach_fluid(client, pool(0.025, 0.5, 0.2, hollow=((0, 0, 0.14), (0.18, 0.06, 0.06))), [body])
     lifts, speeds, momenta = [], [], []
     for _ in range(150):
@@ -281,6 +295,65 @@ def test_hinged_floats_far_lighter_than_water_rise_and_lie_still(client: int) ->
     hinges = pybullet.getLinkStates(body, [0, 1], physicsClientId=client)
     heights = [state[0][2] for state in hinges]  # afloat at 0.23 m
     assert min(heights) > 0.2 and max(heights) < 0.4, heights
+
+
+def sea_on_the_ground(client: int, spacing: float, half: float, depth: float) -> tuple[Fluid, list[int]]:
+    """Water on plane.urdf between four boxes, and the ids of ground and boxes."""
+    # plane.urdf collides as a box of 200 m, its upper side at 0; the water on it has no other floor
+    ground = pybullet.loadURDF("plane.urdf", physicsClientId=client)
+    config = FluidConfig(
+        particle_spacing=spacing,
+        phases=(Phase(name="water", rest_density=1000.0),),
+        lower=(-2 * half, -2 * half, -0.2),
+        upper=(2 * half, 2 * half, 1.0),
+    )
+    fluid = Fluid(config, threads=1)
+    fluid.add_particles(block((-half, -half, 0.0), (half, half, depth), spacing), phase="water")
+    pybullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=client)
+    return fluid, [ground, *held_sides(client, half, 3 * spacing, 0.4)]
+
+
+def test_ground_far_larger_than_the_sea_is_sampled_where_the_fluid_can_reach_it(client: int) -> None:
+    half, depth = 0.2, 0.15
+    fluid, held = sea_on_the_ground(client, 0.05, half, depth)
+    world = attach_fluid(client, fluid, held)
+    assert fluid.boundary_count < 20_000
+    loads = []
+    for _ in range(120):
+        world.step()
+        loads.append([-world.wrench(body)[2] for body in held])
+    weight = 1000.0 * GRAVITY * depth * (2 * half) ** 2
+    shares = np.mean(loads[60:], axis=0) / weight
+    assert shares.sum() == pytest.approx(1.0, rel=1e-3)
+    assert shares[0] == pytest.approx(1.0, rel=0.01)
+    ground = held[0]
+    pybullet.resetBasePositionAndOrientation(ground, (0, 0, -0.1), (0, 0, 0, 1), physicsClientId=client)
+    with pytest.raises(
+        ValueError, match=rf"body {ground} is larger than the fluid's domain .* remove_body\({ground}\)"
+    ):
+        world.step()
+
+
+def test_ground_larger_than_a_sea_that_repeats_is_refused(client: int) -> None:
+    ground = pybullet.loadURDF("plane.urdf", physicsClientId=client)
+    config = FluidConfig(
+        particle_spacing=0.05,
+        phases=(Phase(name="water", rest_density=1000.0),),
+        lower=(-0.5, -0.5, -0.2),
+        upper=(0.5, 0.5, 1.0),
+        periodic=(True, False, False),
+    )
+    with pytest.raises(ValueError, match=rf"body {ground} is larger than the fluid's domain, which repeats, allowed: "):
+        attach_fluid(client, Fluid(config, threads=1), [ground])
+
+
+def test_millimetres_taken_for_metres_are_told(client: int) -> None:
+    shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=[100, 100, 50], physicsClientId=client)
+    crate = pybullet.createMultiBody(5.0, shape, physicsClientId=client)
+    with pytest.raises(
+        ValueError, match=rf"body {crate}, link -1 cannot be sampled: .*200.* m takes .* allowed: 1e\+06; scale it down"
+    ):
+        attach_fluid(client, pool(0.05, 0.2, 0.05), [crate])
 
 
 def test_bodies_without_a_solid_are_refused(client: int) -> None:

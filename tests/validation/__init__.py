@@ -1,1 +1,7 @@
 """Physical validation of the fluid against formulas and published experiments: `make validate`, or `make validate CASE=name`."""
+
+import os
+
+for library in ("OPENBLAS", "OMP", "MKL"):
+    # Before numpy comes in: a linear algebra library that spins threads of its own takes the cores from the fluid.
+    os.environ.setdefault(f"{library}_NUM_THREADS", "1")

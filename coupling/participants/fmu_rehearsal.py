@@ -1,0 +1,42 @@
+"""A program tried out in a process of its own: one that crashes or never comes back is an error here, and not the end of everything."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Sequence
+
+PATIENCE = 120.0  # s until a program counts as hanging: far above what an exercise takes to be built
+
+
+def is_own_process() -> bool:
+    """Whether this Python was started as a program, and can be once more; within another program it was not."""
+    return bool(sys.executable and sys.orig_argv)
+
+
+def try_out(module: str, arguments: Sequence[str]) -> str:
+    """Run `python -m module arguments`; what is wrong, in the last line that it said, or nothing."""
+    search = os.pathsep.join(path for path in sys.path if path)
+    try:
+        done = subprocess.run(
+            [sys.executable, "-m", module, *arguments],
+            env=os.environ | {"PYTHONPATH": search},
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            errors="replace",
+            timeout=PATIENCE,
+        )
+    except subprocess.TimeoutExpired as late:
+        said = late.stderr.decode("utf-8", "replace") if isinstance(late.stderr, bytes) else late.stderr or ""
+        return f"it does not come back within {PATIENCE:g} s{_last_words(said)}"
+    if done.returncode < 0:
+        return f"it crashes ({signal.Signals(-done.returncode).name}){_last_words(done.stderr)}"
+    return "" if done.returncode == 0 else _last_words(done.stderr).removeprefix(": ")
+
+
+def _last_words(said: str) -> str:
+    lines = said.strip().splitlines()
+    return f": {lines[-1].strip()}" if lines else ""
