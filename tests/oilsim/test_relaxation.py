@@ -41,10 +41,11 @@ def filtered(fluid, theta):
     """What the filter alone (no multipliers, so no shift) adds to velocities (3, N), for a given theta."""
     work, state = fluid.work, fluid.state
     _, _, field, _ = fields(fluid)
-    push, change = np.empty((2, 3, state.count), np.float32)
+    push, change = np.zeros((2, 3, state.count), np.float32)
     relax(
         0, state.count, state.position, work.walls.position, work.walls.volume, field.T, np.zeros(state.count, np.float32),
-        np.float32(theta), work.period, work.fluid_pairs, work.wall_pairs, work.sigma, work.support, work.volume, push, change,
+        np.float32(theta), np.float32(0.0), work.period, work.fluid_pairs, work.wall_pairs, work.sigma, work.support,
+        work.volume, push, change,
     )  # fmt: skip
     assert not push.any()
     return change.astype(np.float64)
