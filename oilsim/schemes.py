@@ -23,6 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from oilsim.density_constraint import constrain_density
 from oilsim.divergence import RETURN, add_density_feedback, divergence_multiplier
 from oilsim.parallel import block_count, total
 from oilsim.pressure_operator import PressureOperator
@@ -95,14 +96,14 @@ def paper_step(work: Workspace, state: FluidState, time_step: float, drive: Driv
     work.fly(state, time_step)
     work.search(state)
     predicted = state.position.copy()
-    density_iterations, density_error = work.constrain_density(state.position, time_step)
+    density_iterations, density_error, pushed = constrain_density(work, state.position, time_step)
     with work.stage("density"):
         state.velocity += (state.position - predicted) / np.float32(time_step)
     work.linearise(state.position)
     drive(state, time_step)
     work.adhere(state, time_step)
     divergence_iterations, divergence_error = correct_velocity(work, state, time_step)
-    state.pressure_impulse += work.pushed
+    state.pressure_impulse += pushed
     viscosity_iterations = work.resist(state, time_step)
     work.touch_walls(state, time_step)
     return StepResult(density_iterations, divergence_iterations, viscosity_iterations, density_error, divergence_error)

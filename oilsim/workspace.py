@@ -18,18 +18,14 @@ from oilsim.budget import Budget
 from oilsim.config import FluidConfig
 from oilsim.density import (
     LARGEST_MULTIPLIER,
-    density_and_diagonal,
     density_constraint,
-    density_multiplier,
-    density_push,
-    push_reaction,
 )
 from oilsim.divergence import PairVectors, cache_gradients
 from oilsim.faces import largest_stretch
 from oilsim.kept_lists import KeptLists
 from oilsim.local_fields import local_fields
 from oilsim.neighbors import NeighborSearch, Pairs, make_grid
-from oilsim.parallel import Team, block_count, total
+from oilsim.parallel import Team
 from oilsim.relaxation import (
     INERTIA,
     LEAST_SHARE,
@@ -162,7 +158,8 @@ class Workspace:
         return head
 
     @property
-    def _geometry(self) -> tuple[object, ...]:
+    def geometry(self) -> tuple[object, ...]:
+        """What sums over neighbours need besides positions: periods, pairs, kernel constant, support and volume."""
         return (self.period, self.fluid_pairs, self.wall_pairs, self.sigma, self.support, self.volume)
 
     def wrap(self, state: FluidState) -> None:
@@ -190,49 +187,6 @@ class Workspace:
             state.position += np.float32(time_step) * state.velocity
         self.wrap(state)
 
-    def constrain_density(self, position: Real, reaction_time: float | None = None) -> tuple[int, float]:
-        """Alg. 2 on `position` (3, N) in place; returns iterations and the mean compression left.
-
-        With a `reaction_time` [s] (the paper's scheme, where pushes become velocities) moving bodies receive the opposite impulse,
-        and `pushed` (N,) holds what the pushes amount to in kappa / rho_ref [m2/s].
-        """
-        config, walls, run, count = self.config, self.walls, self.team.run, position.shape[1]
-        if count == 0:
-            return 0, 0.0
-        multiplier, push = np.zeros(count, np.float32), np.empty_like(position)
-        error = np.zeros(block_count(count))
-        self.pushed = np.zeros(count, np.float32)
-        relaxation = np.float32(config.relaxation)
-        limit = LARGEST_MULTIPLIER * np.float32(config.particle_spacing**2)
-        with self.stage("density"):
-            run(
-                density_and_diagonal, count, position, walls.position, walls.volume, self.weight, *self._geometry,
-                self.compression, self.diagonal, self.gradient_sum,
-            )  # fmt: skip
-            for iteration in range(config.density_iterations + 1):
-                run(density_multiplier, count, self.compression, self.diagonal, relaxation, limit, multiplier, error)
-                mean = total(error) / count
-                if mean <= config.density_tolerance or iteration == config.density_iterations:
-                    return iteration, mean
-                run(
-                    density_push, count, position, walls.position, walls.volume, self.weight, multiplier,
-                    *self._geometry, push,
-                )  # fmt: skip
-                if reaction_time is not None:
-                    self.pushed -= multiplier / np.float32(reaction_time)
-                if reaction_time is not None and self.touching.size:
-                    impulse = walls.zero_forces()
-                    push_reaction(
-                        self.touching, position, walls.position, walls.volume, multiplier, *self._geometry,
-                        np.float32(self.reference_density), walls.resting, walls.owner, walls.arm, impulse,
-                    )  # fmt: skip
-                    walls.receive(impulse / reaction_time)
-                position += push
-                run(
-                    density_constraint, count, position, walls.position, walls.volume, *self._geometry, self.compression
-                )
-        raise AssertionError("the loop returns")
-
     def relax(self, state: FluidState, time_step: float) -> tuple[int, float]:
         """One step of `relaxation`, more while the mean compression is above the tolerance; returns passes and that mean."""
         config, walls, run, count, position = self.config, self.walls, self.team.run, state.count, state.position
@@ -249,7 +203,7 @@ class Workspace:
             for iteration in range(1, config.density_iterations + 1):
                 run(relaxation_multiplier, count, self.compression, self.near, rate, limit, multiplier)
                 run(
-                    relax, count, position, walls.position, walls.volume, self.field, multiplier, theta, inertia, *self._geometry,
+                    relax, count, position, walls.position, walls.volume, self.field, multiplier, theta, inertia, *self.geometry,
                     push, change,
                 )  # fmt: skip
                 position += push
@@ -260,9 +214,7 @@ class Workspace:
                     theta, inertia = np.float32(0.0), INERTIA
                 if mean <= config.density_tolerance or iteration == config.density_iterations:
                     return iteration, mean
-                run(
-                    density_constraint, count, position, walls.position, walls.volume, *self._geometry, self.compression
-                )
+                run(density_constraint, count, position, walls.position, walls.volume, *self.geometry, self.compression)
                 mean = self._mean_compression()
         raise AssertionError("the loop returns")
 
@@ -271,7 +223,7 @@ class Workspace:
         run, count = self.team.run, state.count
         self.field, surface = np.empty((13, count), np.float32), np.empty(count, np.float32)
         run(
-            local_fields, count, state.position, state.velocity, self.walls.position, self.walls.volume, self.weight, *self._geometry,
+            local_fields, count, state.position, state.velocity, self.walls.position, self.walls.volume, self.weight, *self.geometry,
             self.plane, self._moment, self.compression, self.gradient_sum, self.field, self.matrix,
         )  # fmt: skip
         if self.budget is not None:
@@ -300,7 +252,7 @@ class Workspace:
         walls, matrix = self.walls, self.matrix if self.split else None
         with self.stage("gradients"):
             self.team.run(
-                cache_gradients, position.shape[1], position, walls.position, walls.volume, matrix, self.weight, *self._geometry,
+                cache_gradients, position.shape[1], position, walls.position, walls.volume, matrix, self.weight, *self.geometry,
                 self._wall_weight, self.by_body, self.plane, self.gradient, self.wall_gradient, self.own, self.extrapolation, self.diagonal,
                 self.coverage,
             )  # fmt: skip

@@ -16,7 +16,7 @@ Double = NDArray[np.float64]
 
 # start-up, the set-up of Morris et al. 1997
 HEIGHT = 1e-3  # m
-LENGTH = 0.5e-3  # m
+LENGTH = 0.75e-3  # m, twelve spacings at the coarsest
 VISCOSITY = 1e-6  # m2/s
 PULL = 1e-4  # m/s2
 TOP_SPEED = PULL * HEIGHT**2 / (8.0 * VISCOSITY)  # m/s, steady centreline speed; also the speed of Couette's wall

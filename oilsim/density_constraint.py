@@ -1,0 +1,76 @@
+"""The paper's density constraint on positions (Qiu et al. 2021, Alg. 2): Jacobi steps until the liquid is no longer compressed."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from oilsim.density import (
+    LARGEST_MULTIPLIER,
+    density_and_diagonal,
+    density_constraint,
+    density_multiplier,
+    density_push,
+    push_reaction,
+)
+from oilsim.parallel import block_count, total
+from oilsim.workspace import Workspace
+
+Real = NDArray[np.float32]
+
+
+def constrain_density(work: Workspace, position: Real, reaction_time: float | None = None) -> tuple[int, float, Real]:
+    """Alg. 2 on `position` (3, N) in place; returns iterations, the mean compression left and what the pushes amount to.
+
+    With a `reaction_time` [s] pushes become velocities: moving bodies receive the opposite impulse, and the pushes (N,) are told in
+    kappa / rho_ref [m2/s], 0 without it.
+    """
+    config, run, count = work.config, work.team.run, position.shape[1]
+    pushed = np.zeros(count, np.float32)
+    if count == 0:
+        return 0, 0.0, pushed
+    multiplier, push, error = np.zeros(count, np.float32), np.empty_like(position), np.zeros(block_count(count))
+    limit = LARGEST_MULTIPLIER * np.float32(config.particle_spacing**2)
+    walls = work.walls
+    with work.stage("density"):
+        run(
+            density_and_diagonal, count, position, walls.position, walls.volume, work.weight, *work.geometry,
+            work.compression, work.diagonal, work.gradient_sum,
+        )  # fmt: skip
+        for iteration in range(config.density_iterations + 1):
+            run(
+                density_multiplier, count, work.compression, work.diagonal, np.float32(config.relaxation), limit,
+                multiplier, error,
+            )  # fmt: skip
+            mean = total(error) / count
+            if mean <= config.density_tolerance or iteration == config.density_iterations:
+                return iteration, mean, pushed
+            run(
+                density_push,
+                count,
+                position,
+                walls.position,
+                walls.volume,
+                work.weight,
+                multiplier,
+                *work.geometry,
+                push,
+            )
+            if reaction_time is not None:
+                pushed -= multiplier / np.float32(reaction_time)
+                _react(work, position, multiplier, reaction_time)
+            position += push
+            run(density_constraint, count, position, walls.position, walls.volume, *work.geometry, work.compression)
+    raise AssertionError("the loop returns")
+
+
+def _react(work: Workspace, position: Real, multiplier: Real, reaction_time: float) -> None:
+    """Hand moving bodies the opposite of what pushes them."""
+    walls = work.walls
+    if work.touching.size:
+        impulse = walls.zero_forces()
+        push_reaction(
+            work.touching, position, walls.position, walls.volume, multiplier, *work.geometry,
+            np.float32(work.reference_density), walls.resting, walls.owner, walls.arm, impulse,
+        )  # fmt: skip
+        walls.receive(impulse / reaction_time)
