@@ -1,21 +1,27 @@
 """One gentle step towards constant density, even order and quiet velocities; positions never become velocity.
 
-    dx_i = sum_j V (L_i + L_j) grad W_ij + 2 L_i sum_b V_b grad W_ib - beta_i d^2 g_i,    L_i = -omega e_i / a
+    dx_i = sum_j V (L_i + L_j - (b_i + b_j) (1 - a q^2)) grad W_ij + 2 L_i sum_b V_b grad W_ib - beta_i d^2 g_i
     v_i -= theta sum_j V W_ij 2 rho_j / (rho_i + rho_j) [v_i - v_j + (G_i + G_j) x_ij / 2],    theta = 1 - exp(-dt / tau)
 
-The density constraint of Qiu et al. 2021 (Eq. 15-22) mends a share omega of the error a pass, with the lattice's
-a = V^2 sum |grad W|^2 for the diagonal of Eq. 13; what is left is carried to the next step. Where one pass a step is not enough, further
-ones have inertia (Polyak 1964). Inside the liquid the error counts with
-both signs; within reach of a free surface only compression counts, and nothing is shifted. beta grows with the strain of the flow
-and keeps neighbours evenly spread (particle shifting; Lind et al. 2012). It takes beta_i alone: shared between the two of a pair
-it would drive particles along grad beta, and compress calm water at the edge of a flow. The filter takes off what linear flow cannot
-explain, so that shear and rotation pass. It conserves the momentum of every pair of liquid particles, and waits until the time dt since it
-last ran has made theta LEAST_SHARE.
+The density constraint of Qiu et al. 2021 (Eq. 15-22), L_i = -omega e_i / a_0, mends a share omega of the error a pass, with the lattice's
+a_0 = V^2 sum |grad W|^2 for the diagonal of Eq. 13; what is left is carried to the next step. Where one pass a step is not enough, further
+ones have inertia (Polyak 1964). Inside the liquid the error counts with both signs; within reach of a free surface only compression
+counts. The filter takes off what linear flow cannot explain, so that shear and rotation pass. It waits until the time dt since it last ran
+has made theta LEAST_SHARE.
+
+Away from free surfaces particle shifting (Lind et al. 2012) keeps neighbours evenly spread, by beta, which grows with the strain of the
+flow. Out of reach of walls pairs share it, b = beta d^2 / 2, so that the liquid's centre of mass stays. A push that only drove neighbours
+apart would drive particles along grad beta, and compress calm water at the edge of a flow; this one draws together those further apart
+than half the support, q = r / H, with the a for which it has no virial on a lattice. Beside walls it keeps
+water moving (0.5 % of sqrt(g H) in a column of 32 particles): there a particle goes down g_i alone, the last term.
+
+Pairs keep their linear momentum.
 """
 
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 from numba import njit
@@ -24,15 +30,14 @@ from oilsim.divergence import SPRAY
 from oilsim.lanes import LANES, below, gather, load, only, root, spread, summed
 from oilsim.local_fields import ONE, WEIGHT, ZERO
 from oilsim.neighbors import rows, separations
-from oilsim.smoothing_kernels import FAST, kernel, kernel_slope_over_q
+from oilsim.smoothing_kernels import FAST, SUPPORT, kernel, kernel_slope_over_q, lattice
 
+HALF = np.float32(0.5)
 OMEGA = 0.2  # share of the density error mended a pass
 SURFACE = np.float32(0.3)  # |g_i| d from which a particle lies at a free surface
 LARGEST_SHIFT = np.float32(0.5)  # beta of any flow
-SHIFT_BY_STRAIN = np.float32(15.0)  # beta for each unit of |G| x time step
-INERTIA = np.float32(
-    0.7
-)  # share of a pass's motion that the next one of the step repeats: smooth errors mend in fewer passes
+SHIFT_BY_STRAIN = np.float32(10.0)  # beta for each unit of |G| x time step
+INERTIA = np.float32(0.7)  # of a pass's motion, repeated by the step's next one: smooth errors mend in fewer passes
 LEAST_SHARE = 0.3  # theta below which the filter waits for later steps: it costs as much as the rest of a pass twice
 SETTLING = 1.5  # tau, in which noise fades, in units of `FluidConfig.time_unit`
 
@@ -66,18 +71,33 @@ def relaxation_multiplier(begin, end, compression, near, rate, limit, multiplier
         multiplier[i] = -max(min(error, limit), least)
 
 
+@njit(inline="always", **FAST)
+def shift_coefficient(i, field, time_step):
+    """beta of particle i."""
+    strain = ZERO
+    for n in range(3, 12):
+        strain += field[n, i] * field[n, i]
+    return min(SHIFT_BY_STRAIN * time_step * math.sqrt(strain), LARGEST_SHIFT)
+
+
 @njit(**FAST)
-def shift(begin, end, gradient_sum, near, field, time_step, square, position):
-    """Move `position` (3, N) by -beta_i d^2 g_i where no free surface is near; square d^2 [m2]."""
+def shift_strength(begin, end, near, walls, field, time_step, square, strength):
+    """Fill `strength` (N,) with b_i [m2], 0 within reach of free surfaces and walls; square d^2 [m2]."""
     for i in range(begin, end):
-        if not near[i]:
-            strain = ZERO
-            for n in range(3, 12):
-                strain += field[n, i] * field[n, i]
-            beta = min(SHIFT_BY_STRAIN * time_step * math.sqrt(strain), LARGEST_SHIFT) * square
-            position[0, i] -= beta * gradient_sum[0, i]
-            position[1, i] -= beta * gradient_sum[1, i]
-            position[2, i] -= beta * gradient_sum[2, i]
+        alone = near[i] or walls.number[i] > 0
+        strength[i] = ZERO if alone else HALF * shift_coefficient(i, field, time_step) * square
+
+
+@njit(**FAST)
+def shift_by_walls(begin, end, near, walls, gradient_sum, field, time_step, square, position):
+    """Move `position` (3, N) by -beta_i d^2 g_i beside walls; square d^2 [m2]."""
+    for i in range(begin, end):
+        if near[i] or walls.number[i] == 0:
+            continue
+        beta = shift_coefficient(i, field, time_step) * square
+        position[0, i] -= beta * gradient_sum[0, i]
+        position[1, i] -= beta * gradient_sum[1, i]
+        position[2, i] -= beta * gradient_sum[2, i]
 
 
 @njit(inline="always", **FAST)
@@ -112,20 +132,20 @@ def wall_push(i, position, wall, wall_volume, own, period, walls, sigma, inverse
 
 @njit(**FAST)
 def relax(
-    begin, end, position, wall, wall_volume, field, multiplier, theta, inertia, period, fluid, walls, sigma, support, volume,
-    push, change,
+    begin, end, position, wall, wall_volume, field, multiplier, strength, balance, theta, inertia, period, fluid, walls, sigma, support,
+    volume, push, change,
 ):  # fmt: skip
     """Fill `push` (3, N) with dx_i [m], `inertia` times what it held included, and `change` (3, N) with what v_i gains [m/s].
 
-    theta: share of the filter; 0 leaves `change` without meaning.
+    strength (N,) b_i [m2], balance a; theta: share of the filter, 0 leaves `change` without meaning.
     """
     inverse_support = ONE / support
-    half, twice = np.float32(0.5), np.float32(2.0) * theta
+    factor, twice = volume * inverse_support * inverse_support, np.float32(2.0) * theta
     points = rows(position)
     for i in range(begin, end):
         xi, yi, zi = position[0, i], position[1, i], position[2, i]
         ui, vi, wi, weight = field[0, i], field[1, i], field[2, i], field[WEIGHT, i]
-        own = multiplier[i]
+        own, shifted = multiplier[i], strength[i]
         px = py = pz = sx = sy = sz = spread(ZERO)
         first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
         for k in range(first, last, LANES):
@@ -133,23 +153,31 @@ def relax(
             j = load(fluid.neighbor, k, present)
             dx, dy, dz = separations(xi, yi, zi, points, j, period)
             q = only(present, root(dx * dx + dy * dy + dz * dz) * inverse_support, ONE)
-            slope = (own + gather(multiplier, j)) * kernel_slope_over_q(q, sigma)
-            px += slope * dx
-            py += slope * dy
-            pz += slope * dz
+            stretch = own + gather(multiplier, j) - (shifted + gather(strength, j)) * (ONE - balance * q * q)
+            stretch *= factor * kernel_slope_over_q(q, sigma)
+            px += stretch * dx
+            py += stretch * dy
+            pz += stretch * dz
             if theta > ZERO:
-                w = kernel(q, sigma) * twice * weight / (weight + gather(field[WEIGHT], j))
-                hx, hy, hz = half * dx, half * dy, half * dz
+                w = kernel(q, sigma) * twice * volume / (weight + gather(field[WEIGHT], j))
+                hx, hy, hz = HALF * dx, HALF * dy, HALF * dz
                 sx += w * (ui - gather(field[0], j) - linear(field, 3, i, j, hx, hy, hz))
                 sy += w * (vi - gather(field[1], j) - linear(field, 6, i, j, hx, hy, hz))
                 sz += w * (wi - gather(field[2], j) - linear(field, 9, i, j, hx, hy, hz))
-        factor = volume * inverse_support * inverse_support
         bx = by = bz = ZERO
         if walls.number[i] > 0 and own != ZERO:
             bx, by, bz = wall_push(i, position, wall, wall_volume, own, period, walls, sigma, inverse_support)
-        push[0, i] = inertia * push[0, i] + weight * (factor * summed(px) + bx)
-        push[1, i] = inertia * push[1, i] + weight * (factor * summed(py) + by)
-        push[2, i] = inertia * push[2, i] + weight * (factor * summed(pz) + bz)
-        change[0, i] = -volume * summed(sx)
-        change[1, i] = -volume * summed(sy)
-        change[2, i] = -volume * summed(sz)
+        push[0, i] = inertia * push[0, i] + weight * (summed(px) + bx)
+        push[1, i] = inertia * push[1, i] + weight * (summed(py) + by)
+        push[2, i] = inertia * push[2, i] + weight * (summed(pz) + bz)
+        change[0, i] = -weight * summed(sx)
+        change[1, i] = -weight * summed(sy)
+        change[2, i] = -weight * summed(sz)
+
+
+@lru_cache
+def shift_balance(dimension: int) -> float:
+    """a, for which the lattice's sum of (1 - a q^2) (W' / r) r^2 is 0."""
+    squares = (lattice(1.0, dimension) ** 2).sum(axis=1) / SUPPORT**2
+    virial = np.array([kernel_slope_over_q(q, 1.0) for q in np.sqrt(squares)]) * squares
+    return float(virial.sum() / (virial * squares).sum())

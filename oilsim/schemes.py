@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oilsim.density_constraint import constrain_density
-from oilsim.divergence import RETURN, add_density_feedback, divergence_multiplier
+from oilsim.divergence import RETURN, RETURN_IN_A_BOX, add_density_feedback, divergence_multiplier
 from oilsim.parallel import block_count, total
 from oilsim.pressure_operator import PressureOperator
 from oilsim.pressure_projection import BoundConstrainedSolver
@@ -80,7 +80,7 @@ def project_velocity(
         excess = operator.compression_rate()
         work.team.run(
             add_density_feedback, state.count, work.compression, work.near, work.field, np.float32(time_step),
-            np.float32(RETURN * config.time_unit), excess,
+            np.float32((RETURN_IN_A_BOX if work.closed else RETURN) * config.time_unit), excess,
         )  # fmt: skip
         used, residual = solver.solve(
             operator, -excess, work.diagonal, kappa, config.divergence_tolerance / time_step, config.divergence_iterations,

@@ -35,7 +35,9 @@ from oilsim.relaxation import (
     mark_surface,
     relax,
     relaxation_multiplier,
-    shift,
+    shift_balance,
+    shift_by_walls,
+    shift_strength,
 )
 from oilsim.rigid_response import RigidResponse, extend_contacts
 from oilsim.smoothing_kernels import lattice_diagonal, lattice_moment, normalisation, steepest_slope
@@ -72,6 +74,7 @@ class Workspace:
         self.volume = np.float32(config.rest_volume)
         self.plane = config.dimension == 2
         self._moment = np.float32(lattice_moment(config.dimension))
+        self._balance = np.float32(shift_balance(config.dimension))
         self.split = config.scheme == "split"
         self._wall_weight = np.float32(2.0 if self.split else 1.0)
         grid = make_grid(config.lower, config.upper, config.periodic, config.support_radius, config.dimension)
@@ -200,18 +203,23 @@ class Workspace:
         with self.stage("density"):
             self._look_around(state, time_step)
             mean = self._mean_compression()
+            strength = np.empty(count, np.float32)
+            run(shift_strength, count, self.near, self.wall_pairs, self.field, np.float32(time_step), square, strength)
             for iteration in range(1, config.density_iterations + 1):
                 run(relaxation_multiplier, count, self.compression, self.near, rate, limit, multiplier)
                 run(
-                    relax, count, position, walls.position, walls.volume, self.field, multiplier, theta, inertia, *self.geometry,
-                    push, change,
+                    relax, count, position, walls.position, walls.volume, self.field, multiplier, strength, self._balance, theta,
+                    inertia, *self.geometry, push, change,
                 )  # fmt: skip
                 position += push
                 if theta > 0.0:
                     state.velocity += change
                 if iteration == 1:
-                    run(shift, count, self.gradient_sum, self.near, self.field, np.float32(time_step), square, position)
-                    theta, inertia = np.float32(0.0), INERTIA
+                    theta, inertia, strength[:] = np.float32(0.0), INERTIA, 0.0
+                    run(
+                        shift_by_walls, count, self.near, self.wall_pairs, self.gradient_sum, self.field, np.float32(time_step),
+                        square, position,
+                    )  # fmt: skip
                 if mean <= config.density_tolerance or iteration == config.density_iterations:
                     return iteration, mean
                 run(density_constraint, count, position, walls.position, walls.volume, *self.geometry, self.compression)

@@ -7,7 +7,8 @@ import pytest
 
 from oilsim.initial_conditions import block
 from oilsim.phases import Phase
-from oilsim.relaxation import relax
+from oilsim.relaxation import relax, shift_balance
+from oilsim.smoothing_kernels import SUPPORT, kernel_slope_over_q, lattice
 
 from .conftest import disturbed
 from .test_local_fields import EPSILON, SPACING, fields, linear_field
@@ -42,10 +43,10 @@ def filtered(fluid, theta):
     work, state = fluid.work, fluid.state
     _, _, field, _ = fields(fluid)
     push, change = np.zeros((2, 3, state.count), np.float32)
+    none, balance = np.zeros(state.count, np.float32), np.float32(shift_balance(fluid.config.dimension))
     relax(
-        0, state.count, state.position, work.walls.position, work.walls.volume, field.T, np.zeros(state.count, np.float32),
-        np.float32(theta), np.float32(0.0), work.period, work.fluid_pairs, work.wall_pairs, work.sigma, work.support,
-        work.volume, push, change,
+        0, state.count, state.position, work.walls.position, work.walls.volume, field.T, none, none, balance, np.float32(theta),
+        np.float32(0.0), work.period, work.fluid_pairs, work.wall_pairs, work.sigma, work.support, work.volume, push, change,
     )  # fmt: skip
     assert not push.any()
     return change.astype(np.float64)
@@ -144,3 +145,29 @@ def test_relaxation_conserves_momentum_of_a_flow(make_fluid):
     # velocities of 1 m/s are stored to half an EPSILON each
     roundoff = mass * EPSILON * np.abs(velocity).sum()
     assert np.abs(fluid.momentum() - before).max() < 1e-5 * changed + roundoff
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_shift_has_no_virial_on_a_lattice(dimension):
+    # sum_j (1 - a q^2) x_ij . grad W_ij = 0: particles are not driven to where the shift is weaker
+    points = lattice(1.0, dimension)
+    q = np.linalg.norm(points, axis=1) / SUPPORT
+    virial = q**2 * np.array([kernel_slope_over_q(value, 1.0) for value in q])
+    balanced = (1.0 - shift_balance(dimension) * q**2) * virial
+    assert abs(balanced.sum()) < 1e-12 * np.abs(virial).sum()
+    # neighbours at a spacing are driven apart
+    assert balanced[np.isclose(q, 1.0 / SUPPORT)].sum() < 0.0
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_shift_leaves_the_centre_of_mass_where_it_is(make_fluid, dimension):
+    # away from walls relaxation exchanges m dx between the two of a pair, of whatever phases
+    fluid = blob(make_fluid, dimension, lambda p: np.sin(3.0 * p) * ((1, 0, 1) if dimension == 2 else 1), phases=TWO)
+    work, state = fluid.work, fluid.state
+    work.search(state)
+    before = state.position.astype(np.float64)
+    work.relax(state, 0.005)
+    moved = (state.position - before) * work.rest_density
+    assert np.abs(moved).sum() > 0.0
+    # positions of 2 m are stored to half an EPSILON each
+    assert np.abs(moved.sum(axis=1)).max() < 1e-5 * np.abs(moved).sum() + 1000.0 * EPSILON * np.sqrt(state.count)
