@@ -38,7 +38,7 @@ SURFACE = np.float32(0.3)  # |g_i| d from which a particle lies at a free surfac
 LARGEST_SHIFT = np.float32(0.5)  # beta of any flow
 SHIFT_BY_STRAIN = np.float32(10.0)  # beta for each unit of |G| x time step
 INERTIA = np.float32(0.7)  # of a pass's motion, repeated by the step's next one: smooth errors mend in fewer passes
-LEAST_SHARE = 0.3  # theta below which the filter waits for later steps: it costs as much as the rest of a pass twice
+LEAST_SHARE = 0.1  # theta below which the filter waits for later steps, being dear; with 0.3 noise grows meanwhile
 SETTLING = 1.5  # tau, in which noise fades, in units of `FluidConfig.time_unit`
 
 
