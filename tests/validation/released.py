@@ -58,14 +58,17 @@ def added_mass(radius: float, side: float, below: float, above: float) -> float:
 
 
 def held_sphere(bench: Bench, ratio: float, spacing: float, **options: float) -> Body:
-    """A light sphere in the middle of its tank, held until the water about it has settled, and free from now on."""
+    """A light sphere in the middle of its tank, held until the water about it has settled, and free from now on to heave and to turn.
+
+    The tank holds water only: a sphere that leaps and drifts would come down beside it.
+    """
     mesh, start = sphere(0.5 * DIAMETER), np.array([0.5 * SIDE, 0.5 * SIDE, 0.5 * DEPTH])
     fluid, points = solid_tank(bench, SIDE, DEPTH, spacing, (liquid(WATER),), **options)
     body = put_solid(fluid, mesh, ratio * WATER, start)
     fluid.add_particles(outside(points, mesh, start, spacing), phase="water")
     for _ in range(round(SETTLE / SAMPLE)):
         body.advance(bench, SAMPLE)
-    body.freedoms[:] = 1.0
+    body.freedoms[2:] = 1.0
     return body
 
 
