@@ -169,7 +169,7 @@ def test_it_is_sound_and_fmpy_runs_it(exported: Build, own_run: dict[str, float]
     given["time"] = STEP * np.array([0.0, ORDERED - 0.5, ORDERED - 0.5, STEPS])
     for name, value in ORDERS.items():
         given[name] = (float(starts[name]), float(starts[name]), value, value)
-    result = simulate_fmu(str(path), stop_time=STEPS * STEP, output_interval=STEP, input=given)
+    result = simulate_fmu(str(path), stop_time=STEPS * STEP, output_interval=STEP, input=given, debug_logging=True)
     assert result["time"][-1] == pytest.approx(STEPS * STEP)
     for name, value in own_run.items():
         assert result[name][-1] == value, name
