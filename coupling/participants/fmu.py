@@ -7,6 +7,7 @@ array has its own shape. Units are those of the model description, see `fmu_vari
 
 from __future__ import annotations
 
+import os
 import sys
 import tempfile
 from collections.abc import Mapping
@@ -312,4 +313,7 @@ def _kind(variable: ModelVariable) -> str:
 
 
 if __name__ == "__main__":  # the rehearsal: NAME FILE
-    sys.exit(FmuParticipant(sys.argv[1], sys.argv[2]).load_and_free() or 0)
+    problem = FmuParticipant(sys.argv[1], sys.argv[2]).load_and_free()
+    print(problem, end="", file=sys.stderr, flush=True)
+    # without Python's end, in which binaries of Python FMUs now and then find the heap corrupted: a run does not ask for that
+    os._exit(1 if problem else 0)
