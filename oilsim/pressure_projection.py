@@ -28,7 +28,6 @@ from oilsim.smoothing_kernels import FAST
 Real = NDArray[np.float32]
 
 LEAST = 2  # products a solve, even if the tolerance is met before: what is left over piles up in water at rest
-LEAST_BESIDE_BODIES = 3  # with two, light ones float up to 0.15 d too high
 ZERO = np.float32(0.0)
 
 
@@ -145,7 +144,7 @@ class BoundConstrainedSolver:
         self._watched = watched if watched is not None and watched.size else None
         if closed:
             _centre(gradient)
-        least = 0 if closed else LEAST if self._watched is None else LEAST_BESIDE_BODIES
+        least = 0 if closed else LEAST
         used, opening = 0, True
         self._first_kappa[:], self._first_gradient[:] = kappa, gradient
         while True:

@@ -199,7 +199,7 @@ class Workspace:
         multiplier, push, change = np.empty(count, np.float32), np.zeros_like(position), np.empty_like(position)
         square = np.float32(config.particle_spacing**2)
         rate, limit = np.float32(OMEGA / lattice_diagonal(config.dimension)) * square, LARGEST_MULTIPLIER * square
-        theta, inertia = self._filter_share(state, time_step), np.float32(0.0)
+        theta = self._filter_share(state, time_step)
         with self.stage("density"):
             self._look_around(state, time_step)
             mean = self._mean_compression()
@@ -209,13 +209,13 @@ class Workspace:
                 run(relaxation_multiplier, count, self.compression, self.near, rate, limit, multiplier)
                 run(
                     relax, count, position, walls.position, walls.volume, self.field, multiplier, strength, self._balance, theta,
-                    inertia, *self.geometry, push, change,
+                    INERTIA, *self.geometry, push, change,
                 )  # fmt: skip
                 position += push
                 if theta > 0.0:
                     state.velocity += change
                 if iteration == 1:
-                    theta, inertia, strength[:] = np.float32(0.0), INERTIA, 0.0
+                    theta, strength[:], push[:] = np.float32(0.0), 0.0, 0.0  # what was shifted is not repeated
                     run(
                         shift_by_walls, count, self.near, self.wall_pairs, self.gradient_sum, self.field, np.float32(time_step),
                         square, position,

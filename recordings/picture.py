@@ -101,7 +101,7 @@ def _draw_series(figure: Figure, place: SubplotSpec, replay: Replay, moments: Se
         axes.margins(x=0.0, y=0.12)
         axes.grid(axis="y", color="#e3e8ec", linewidth=0.8)
         axes.tick_params(labelbottom=axes is rows[-1])
-        if len(names) > 1:
+        if len(names) > 1 or "/" in names[0]:  # the one cause of loss that there is has a name too
             axes.legend(frameon=False, ncols=4, loc="lower right", bbox_to_anchor=(1.0, 0.97), fontsize=9)
     for axes in rows:
         axes.set_xlim(moments[0].time, max(moments[-1].time, moments[0].time + 1e-3))

@@ -7,7 +7,7 @@ import pytest
 
 from oilsim.initial_conditions import block
 from oilsim.phases import Phase
-from oilsim.relaxation import relax, shift_balance
+from oilsim.relaxation import INERTIA, relax, shift_balance
 from oilsim.smoothing_kernels import SUPPORT, kernel_slope_over_q, lattice
 
 from .conftest import disturbed
@@ -171,3 +171,33 @@ def test_shift_leaves_the_centre_of_mass_where_it_is(make_fluid, dimension):
     assert np.abs(moved).sum() > 0.0
     # positions of 2 m are stored to half an EPSILON each
     assert np.abs(moved.sum(axis=1)).max() < 1e-5 * np.abs(moved).sum() + 1000.0 * EPSILON * np.sqrt(state.count)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_further_passes_repeat_pushes_but_not_shifts(make_fluid, dimension):
+    fluid = blob(make_fluid, dimension, linear_shear, density_tolerance=1e-6, density_iterations=3)
+    work, run, strengths, pushes, alone = fluid.work, fluid.work.team.run, [], [], []
+    fluid.state.position *= np.float32(0.98)
+
+    def watch(kernel, count, *arguments):
+        if kernel is relax:
+            push, change = np.zeros((2, 3, count), np.float32)
+            run(kernel, count, *arguments[:8], np.float32(0.0), *arguments[9:-2], push, change)
+            alone.append(push)
+            strengths.append(arguments[5].copy())
+        run(kernel, count, *arguments)
+        if kernel is relax:
+            pushes.append(arguments[-2].copy())
+
+    work.team.run = watch
+    work.search(fluid.state)
+    work.relax(fluid.state, 0.01)
+    assert [strength.any() for strength in strengths] == [True, False, False]
+    assert np.array_equal(pushes[1], alone[1])
+    assert np.allclose(pushes[2], alone[2] + INERTIA * pushes[1], atol=1e-6 * np.abs(pushes[2]).max())
+    assert np.abs(pushes[2] - alone[2]).max() > 0.1 * np.abs(pushes[2]).max()
+
+
+def linear_shear(points):
+    """A velocity (K, 3) [m/s] that grows by 20 m/s a metre."""
+    return 20.0 * np.stack([points[:, 2], 0.0 * points[:, 0], 0.0 * points[:, 0]], axis=1)
