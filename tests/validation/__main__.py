@@ -91,7 +91,8 @@ def main(arguments: list[str] | None = None) -> int:
     with Progress(*columns, console=console) as progress:
         whole = progress.add_task("all", total=len(cases))
         for case in cases:
-            results.append(run_case(case, options.levels, options.threads, progress))
+            levels = options.levels if options.cases else min(options.levels, case.spacings)
+            results.append(run_case(case, levels, options.threads, progress))
             report.write(results, options.output, options.threads)
             progress.advance(whole)
     console.print(f"report: {options.output / 'validation.md'}", highlight=False)

@@ -174,6 +174,7 @@ BOOM_IN_WAVES = Case(
         Panel("waves", "t [s]", "water between the bows [m]"),
     ),
     run=boom_in_waves,
+    spacings=1,
     note="towed by a current against held vessels; the skirt is as thick as the spacing and the float sized for the weight, so "
     "that the boom's section depends on the spacing, and lean and tension with it.",
 )

@@ -135,6 +135,7 @@ class Case:
     length       reference length [m] and its symbol; a run of resolution n has the spacing length / n
     resolutions  coarse, middle, reference
     run          run(resolution, bench) -> Outcome
+    spacings     how many of them, coarse first, a run of all cases takes; asked for by name a case runs them all
     note         limits of the measurement, for the report
     """
 
@@ -149,4 +150,5 @@ class Case:
     quantities: tuple[Quantity, ...]
     panels: tuple[Panel, ...]
     run: Callable[[int, Bench], Outcome]
+    spacings: int = 3
     note: str = ""

@@ -199,7 +199,7 @@ RELEASE = Case(
     setup="sphere of diameter D in the middle of a tank 2.5 D wide and deep, held for 0.3 s and let go",
     length=DIAMETER,
     length_symbol="D",
-    resolutions=(6, 10, 14),
+    resolutions=(8, 12, 16),
     quantities=tuple(
         Quantity(name=f"acceleration / g, ratio {r:g}", unit="1", reference=expected_acceleration(r), gate=0.03)
         for r in RATIOS
@@ -234,7 +234,7 @@ HEAVE_DECAY = Case(
     setup="cylinder of radius R and half the density, let go R/3 above its waterline in water 28 R wide and 6 R deep",
     length=RADIUS,
     length_symbol="R",
-    resolutions=(6, 8, 10),
+    resolutions=(8, 12, 16),
     quantities=(
         Quantity(name="first extremum", unit="1", reference=expected_extrema()[0][1], gate=0.05),
         Quantity(name="second extremum", unit="1", reference=expected_extrema()[1][1], gate=0.05),
