@@ -45,7 +45,7 @@ THIN, FULL = (
     np.float32(0.1),
     np.float32(0.2),
 )  # smallest eigenvalue of the liquid's moment between which c rises from 0 to 1
-RETURN = 1.5  # time in which a swollen or shrunken liquid returns to its density, in units of `FluidConfig.time_unit`
+RETURN = 1.5  # time in which a swollen or shrunken liquid returns to its density, in units of `time_unit`
 RETURN_IN_A_BOX = (
     7.5  # that of liquid without free surface, which cannot swell, and would only follow the noise of its density
 )
