@@ -14,8 +14,6 @@ Vector = tuple[float, float, float]
 Scheme = Literal["split", "paper"]
 Rule = tuple[str, Callable[[float], bool], str]
 
-WEIGHTLESS_UNIT = 0.065  # s: the unit of time without gravity; that of 4 cm of water with it
-
 RULES: tuple[Rule, ...] = (
     ("particle_spacing", lambda v: v > 0.0, "above 0 m"),
     ("density_tolerance", lambda v: 0.0 < v < 0.1, "above 0 and below 0.1"),
@@ -102,12 +100,6 @@ class FluidConfig:
     def support_radius(self) -> float:
         """Distance beyond which particles do not see each other [m]."""
         return SUPPORT * self.particle_spacing
-
-    @property
-    def time_unit(self) -> float:
-        """sqrt(d / g) [s], in which a particle falls half its spacing: scenes that are similar under Froude's law behave alike."""
-        gravity = math.hypot(*self.gravity)
-        return math.sqrt(self.particle_spacing / gravity) if gravity > 0.0 else WEIGHTLESS_UNIT
 
     def phase_index(self, name: str) -> int:
         """Index of the phase called `name`; ValueError names the phases there are."""

@@ -41,7 +41,7 @@ from oilsim.wall_pressure import fill_wall_pressure
 TINY = np.float32(1e-20)
 ZERO, ONE, TWO = np.float32(0.0), np.float32(1.0), np.float32(2.0)
 SPRAY = np.float32(0.6)  # density ratio below which particles may spread freely
-RETURN = 1.5  # time in which a swollen or shrunken liquid returns to its density, in units of `FluidConfig.time_unit`
+RETURN = 1.5  # time in which a swollen or shrunken liquid returns to its density, in units of `time_unit`
 RETURN_IN_A_BOX = (
     7.5  # that of liquid without free surface, which cannot swell, and would only follow the noise of its density
 )

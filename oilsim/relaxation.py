@@ -7,7 +7,7 @@ The density constraint of Qiu et al. 2021 (Eq. 15-22), L_i = -omega e_i / a_0, m
 a_0 = V^2 sum |grad W|^2 for the diagonal of Eq. 13; what is left is carried to the next step. Where one pass a step is not enough, further
 ones have inertia (Polyak 1964). Inside the liquid the error counts with both signs; within reach of a free surface only compression
 counts. The filter takes off what linear flow cannot explain, so that shear and rotation pass. It waits until the time dt since it last ran
-has made theta LEAST_SHARE.
+has made theta LEAST_SHARE; what tau is a multiple of changes with the flow where there is no gravity (`time_unit`).
 
 Away from free surfaces particle shifting (Lind et al. 2012) keeps neighbours evenly spread, by beta, which grows with the strain of the
 flow. Out of reach of walls pairs share it, b = beta d^2 / 2, so that the liquid's centre of mass stays. A push that only drove neighbours
@@ -39,7 +39,7 @@ LARGEST_SHIFT = np.float32(0.5)  # beta of any flow
 SHIFT_BY_STRAIN = np.float32(10.0)  # beta for each unit of |G| x time step
 INERTIA = np.float32(0.7)  # of a pass's motion, repeated by the step's next one: smooth errors mend in fewer passes
 LEAST_SHARE = 0.1  # theta below which the filter waits for later steps, being dear; with 0.3 noise grows meanwhile
-SETTLING = 1.5  # tau, in which noise fades, in units of `FluidConfig.time_unit`
+SETTLING = 1.5  # tau, in which noise fades, in units of `time_unit`
 
 
 @njit(**FAST)

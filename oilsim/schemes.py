@@ -81,7 +81,7 @@ def project_velocity(
         excess = operator.compression_rate()
         work.team.run(
             add_density_feedback, state.count, work.compression, work.near, work.field, np.float32(time_step),
-            np.float32((RETURN_IN_A_BOX if work.closed else RETURN) * config.time_unit), excess,
+            np.float32((RETURN_IN_A_BOX if work.closed else RETURN) * work.time_unit), excess,
         )  # fmt: skip
         used, residual = solver.solve(
             operator, -excess, work.diagonal, kappa, config.divergence_tolerance / time_step, config.divergence_iterations,

@@ -40,7 +40,8 @@ class FluidState:
 
     position (3, N) [m], velocity (3, N) [m/s], phase (N,) index into the phases, id (N,) never reused,
     pressure_impulse (N,) kappa / rho_ref = p dt / rho_ref [m2/s], the warm start of the pressure solve, for dt = time_step [s];
-    viscous_time, noisy_time [s]: time for which viscosity (`Workspace.resist`) and the filter of noise (`relaxation`) are still owed.
+    viscous_time [s]: time for which viscosity is still owed (`Workspace.resist`); noise_age: the integral of dt / tau since the filter of
+    noise last ran (`relaxation`).
     """
 
     position: Real = field(default_factory=_rows)
@@ -51,7 +52,7 @@ class FluidState:
     next_id: int = 0
     time_step: float = 0.0
     viscous_time: float = 0.0
-    noisy_time: float = 0.0
+    noise_age: float = 0.0
 
     @property
     def count(self) -> int:

@@ -25,7 +25,7 @@ from oilsim.faces import largest_stretch
 from oilsim.kept_lists import KeptLists
 from oilsim.local_fields import local_fields
 from oilsim.neighbors import NeighborSearch, Pairs, make_grid
-from oilsim.parallel import Team
+from oilsim.parallel import Team, block_count, total
 from oilsim.relaxation import (
     INERTIA,
     LEAST_SHARE,
@@ -43,6 +43,7 @@ from oilsim.rigid_response import RigidResponse, extend_contacts
 from oilsim.smoothing_kernels import lattice_diagonal, lattice_moment, normalisation, steepest_slope
 from oilsim.state import FluidState
 from oilsim.time_step import most, relative_speeds, sampling_stride
+from oilsim.time_unit import LONGEST, froude_unit, passing_unit, shear_rate_sums
 from oilsim.viscosity import (
     NEGLIGIBLE,
     ViscousSystem,
@@ -79,6 +80,8 @@ class Workspace:
         self._balance = np.float32(shift_balance(config.dimension))
         self.split = config.scheme == "split"
         self._wall_weight = np.float32(2.0 if self.split else 1.0)
+        self._weightless = not any(config.gravity)  # then every step finds the unit anew
+        self.time_unit = LONGEST if self._weightless else froude_unit(config.particle_spacing, config.gravity)
         grid = make_grid(config.lower, config.upper, config.periodic, config.support_radius, config.dimension)
         search = NeighborSearch(grid, team, period)
         self.lists = KeptLists(search, team, config.particle_spacing, config.dimension)
@@ -203,9 +206,9 @@ class Workspace:
         multiplier, push, change = np.empty(count, np.float32), np.zeros_like(position), np.empty_like(position)
         square = np.float32(config.particle_spacing**2)
         rate, limit = np.float32(OMEGA / lattice_diagonal(config.dimension)) * square, LARGEST_MULTIPLIER * square
-        theta = self._filter_share(state, time_step)
         with self.stage("density"):
             self._look_around(state, time_step)
+            theta = self._filter_share(state, time_step)
             mean = self._mean_compression()
             strength = np.empty(count, np.float32)
             run(shift_strength, count, self.near, self.wall_pairs, self.field, np.float32(time_step), square, strength)
@@ -243,14 +246,18 @@ class Workspace:
         run(mark_surface, count, self.gradient_sum, self.compression, np.float32(self.config.particle_spacing), surface)
         run(mark_near_surface, count, self.fluid_pairs, surface, self.near)
         self.closed = not self.near.any()
+        if self._weightless:
+            sums = np.zeros((block_count(count), 2))
+            run(shear_rate_sums, count, self.field, np.float32(self.config.cfl / time_step), sums)
+            self.time_unit = passing_unit(total(sums[:, 0]), total(sums[:, 1]))
 
     def _filter_share(self, state: FluidState, time_step: float) -> np.float32:
         """theta of the filter of noise; 0 while it waits."""
-        state.noisy_time += time_step
-        theta = -math.expm1(-state.noisy_time / (SETTLING * self.config.time_unit))
+        state.noise_age += time_step / (SETTLING * self.time_unit)
+        theta = -math.expm1(-state.noise_age)
         if theta < LEAST_SHARE:
             return np.float32(0.0)
-        state.noisy_time = 0.0
+        state.noise_age = 0.0
         return np.float32(theta)
 
     def _mean_compression(self) -> float:
