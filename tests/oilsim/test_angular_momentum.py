@@ -74,7 +74,8 @@ def test_rows_of_particles_keep_it_or_cannot_turn(make_fluid, count):
     for _ in range(10):
         before = angular_momentum(fluid.state, fluid.config)
         fluid.advance(0.01)
-        np.testing.assert_allclose(angular_momentum(fluid.state, fluid.config), before, atol=2e-7 * turnover(fluid))
+        # a thousandth of m d^2 is added to the inertia of a few m d^2
+        np.testing.assert_allclose(angular_momentum(fluid.state, fluid.config), before, atol=1e-6 * turnover(fluid))
     if count == 1:
         np.testing.assert_array_equal(fluid.state.velocity.T, velocity.astype(np.float32))
 
