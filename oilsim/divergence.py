@@ -33,27 +33,19 @@ from numpy.typing import NDArray
 
 from oilsim.faces import face_between, times_symmetric
 from oilsim.lanes import LANES, below, gather, load, only, root, rounded, spread, store, summed
-from oilsim.moments import inverse, smallest_eigenvalue
 from oilsim.neighbors import rows, separations
 from oilsim.parallel import BLOCK
 from oilsim.smoothing_kernels import FAST, kernel, kernel_slope_over_q
+from oilsim.wall_pressure import fill_wall_pressure
 
 TINY = np.float32(1e-20)
-ZERO, ONE, TWO, THREE = np.float32(0.0), np.float32(1.0), np.float32(2.0), np.float32(3.0)
+ZERO, ONE, TWO = np.float32(0.0), np.float32(1.0), np.float32(2.0)
 SPRAY = np.float32(0.6)  # density ratio below which particles may spread freely
-THIN, FULL = (
-    np.float32(0.1),
-    np.float32(0.2),
-)  # smallest eigenvalue of the liquid's moment between which c rises from 0 to 1
 RETURN = 1.5  # time in which a swollen or shrunken liquid returns to its density, in units of `FluidConfig.time_unit`
 RETURN_IN_A_BOX = (
     7.5  # that of liquid without free surface, which cannot swell, and would only follow the noise of its density
 )
 LARGEST_RETURN = np.float32(0.05)  # share of its volume that either asks for at most
-OPEN, COVERED = (
-    np.float32(0.7),
-    np.float32(0.95),
-)  # the same for that of liquid and walls together: 1 inside, a half at a free surface
 
 
 class PairVectors(NamedTuple):
@@ -74,70 +66,6 @@ def load_vector(vectors, k, present):
         quantum * load(vectors.whole[0], k, present), quantum * load(vectors.whole[1], k, present),
         quantum * load(vectors.whole[2], k, present),
     )  # fmt: skip
-
-
-@njit(inline="always", **FAST)
-def moment_of(i, position, other, period, pairs, gradient):
-    """sum_k G_ik x_ik^T over the pairs of i, row by row (9), in units of what is cached."""
-    xi, yi, zi = position[0, i], position[1, i], position[2, i]
-    coordinates, gradient_x, gradient_y, gradient_z = rows(other), gradient[0], gradient[1], gradient[2]
-    txx = txy = txz = tyx = tyy = tyz = tzx = tzy = tzz = spread(ZERO)
-    first, last = pairs.start[i], pairs.start[i] + np.int64(pairs.number[i])
-    for k in range(first, last, LANES):
-        present = below(last, k)
-        dx, dy, dz = separations(xi, yi, zi, coordinates, load(pairs.neighbor, k, present), period)
-        ax, ay, az = load(gradient_x, k, present), load(gradient_y, k, present), load(gradient_z, k, present)
-        txx -= ax * dx
-        txy -= ax * dy
-        txz -= ax * dz
-        tyx -= ay * dx
-        tyy -= ay * dy
-        tyz -= ay * dz
-        tzx -= az * dx
-        tzy -= az * dy
-        tzz -= az * dz
-    return (
-        summed(txx),
-        summed(txy),
-        summed(txz),
-        summed(tyx),
-        summed(tyy),
-        summed(tyz),
-        summed(tzx),
-        summed(tzy),
-        summed(tzz),
-    )
-
-
-@njit(inline="always", **FAST)
-def scaled(factor, m):
-    """factor m for a matrix of nine."""
-    return (
-        factor * m[0], factor * m[1], factor * m[2], factor * m[3], factor * m[4], factor * m[5], factor * m[6], factor * m[7],
-        factor * m[8],
-    )  # fmt: skip
-
-
-@njit(inline="always", **FAST)
-def extrapolation_matrix(liquid, solid, by_body, plane):
-    """c B from the moments of liquid and walls; by_body: a moving body is within reach; `plane`: y is absent."""
-    unit = ONE if plane else ZERO
-    half = ONE / TWO
-    own = (
-        liquid[0], half * (liquid[1] + liquid[3]), half * (liquid[2] + liquid[6]),
-        liquid[4] + unit, half * (liquid[5] + liquid[7]), liquid[8],
-    )  # fmt: skip
-    whole = (
-        own[0] + solid[0], own[1] + half * (solid[1] + solid[3]), own[2] + half * (solid[2] + solid[6]),
-        own[3] + solid[4], own[4] + half * (solid[5] + solid[7]), own[5] + solid[8],
-    )  # fmt: skip
-    spanned = min((smallest_eigenvalue(own) - THIN) / (FULL - THIN), ONE)
-    covered = ONE if by_body else min((smallest_eigenvalue(whole) - OPEN) / (COVERED - OPEN), ONE)
-    if spanned <= ZERO or covered <= ZERO:
-        return ZERO, ZERO, ZERO, ZERO, ZERO, ZERO
-    trust = spanned * covered * covered * (THREE - TWO * covered)
-    xx, xy, xz, yy, yz, zz = inverse(own)
-    return trust * xx, trust * xy, trust * xz, trust * yy, trust * yz, trust * zz
 
 
 @njit(inline="always", **FAST)
@@ -173,21 +101,10 @@ def cache_wall_gradients(i, position, wall, wall_volume, matrix, period, walls, 
     return summed(wx), summed(wy), summed(wz), summed(cover)
 
 
-@njit(inline="always", **FAST)
-def fill_extrapolation(i, position, wall, period, fluid, walls, gradient, wall_gradient, by_body, plane, extrapolation):
-    """Fill column i of `extrapolation` (9, N) with K_i, row by row."""
-    solid = moment_of(i, position, wall, period, walls, wall_gradient)
-    liquid = scaled(gradient.quantum, moment_of(i, position, position, period, fluid, gradient.whole))
-    lever = extrapolation_matrix(liquid, solid, by_body[i], plane)
-    for row in range(3):
-        kx, ky, kz = times_symmetric(solid[3 * row], solid[3 * row + 1], solid[3 * row + 2], lever)
-        extrapolation[3 * row, i], extrapolation[3 * row + 1, i], extrapolation[3 * row + 2, i] = kx, ky, kz
-
-
 @njit(**FAST)
 def cache_gradients(
     begin, end, position, wall, wall_volume, matrix, weight, period, fluid, walls, sigma, support, volume, wall_weight, by_body, plane,
-    gradient, wall_gradient, own, extrapolation, diagonal, coverage,
+    gravity, gradient, wall_gradient, own, extrapolation, waterline, diagonal, coverage,
 ):  # fmt: skip
     """Cache G_ij per fluid pair in `gradient`, G_ib in `wall_gradient` (3, Q) [1/m], and what particles need of them.
 
@@ -226,9 +143,11 @@ def cache_gradients(
             )
             gx, gy, gz = gx + wall_weight * wx, gy + wall_weight * wy, gz + wall_weight * wz
             if extrapolation is not None:
-                fill_extrapolation(
-                    i, position, wall, period, fluid, walls, gradient, wall_gradient, by_body, plane, extrapolation
-                )
+                open_to = sx + wx, sy + wy, sz + wz
+                fill_wall_pressure(
+                    i, position, wall, period, fluid, walls, gradient, wall_gradient, by_body, plane, gravity, open_to,
+                    inverse_support, extrapolation, waterline,
+                )  # fmt: skip
                 gx -= extrapolation[0, i] * sx + extrapolation[1, i] * sy + extrapolation[2, i] * sz
                 gy -= extrapolation[3, i] * sx + extrapolation[4, i] * sy + extrapolation[5, i] * sz
                 gz -= extrapolation[6, i] * sx + extrapolation[7, i] * sy + extrapolation[8, i] * sz

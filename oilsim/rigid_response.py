@@ -20,10 +20,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from oilsim.divergence import PairVectors, extrapolation_matrix, moment_of, scaled
+from oilsim.divergence import PairVectors
 from oilsim.faces import times_symmetric
 from oilsim.neighbors import Pairs, nearest_images
 from oilsim.smoothing_kernels import FAST
+from oilsim.wall_pressure import extrapolation_matrix, moment_of, scaled, spanned_share, symmetric
 from oilsim.walls import Contacts, Walls, add_wrench
 
 Real = NDArray[np.float32]
@@ -37,12 +38,9 @@ def extend_contacts(contacts, position, wall, period, fluid, walls, gradient, wa
     single = np.zeros((1, 6), np.float32)
     for c in range(contacts.particle.size):
         i = contacts.particle[c]
-        matrix = extrapolation_matrix(
-            scaled(gradient.quantum, moment_of(i, position, position, period, fluid, gradient.whole)),
-            moment_of(i, position, wall, period, walls, wall_gradient),
-            True,
-            plane,
-        )
+        liquid = moment_of(i, position, position, period, fluid, gradient.whole)
+        own = symmetric(scaled(gradient.quantum, liquid), np.float32(1.0) if plane else np.float32(0.0))
+        matrix = extrapolation_matrix(spanned_share(own), own)
         reach[c] = 0.0
         for k in range(walls.start[i], walls.start[i] + np.int64(walls.number[i])):
             b = walls.neighbor[k]

@@ -82,6 +82,7 @@ def project_velocity(
     state.time_step = time_step
     with work.stage("divergence"):
         operator = PressureOperator(work, state)
+        work.hold_waterline(state, time_step)
         operator.apply(kappa)
         excess = operator.compression_rate()
         work.team.run(

@@ -53,6 +53,7 @@ from oilsim.viscosity import (
     wall_factor,
 )
 from oilsim.wall_contact import DISTANCES, NEAREST, PLACES, drop_share, wall_approach, wall_contact, wall_push
+from oilsim.wall_pressure import PRESSED, hold_waterline
 from oilsim.walls import Contacts, Walls
 
 Real = NDArray[np.float32]
@@ -74,6 +75,7 @@ class Workspace:
         self.volume = np.float32(config.rest_volume)
         self.plane = config.dimension == 2
         self._moment = np.float32(lattice_moment(config.dimension))
+        self._gravity = tuple(np.float32(g) for g in config.gravity)
         self._balance = np.float32(shift_balance(config.dimension))
         self.split = config.scheme == "split"
         self._wall_weight = np.float32(2.0 if self.split else 1.0)
@@ -125,7 +127,9 @@ class Workspace:
             self.own, self.gradient_sum = np.empty((2, 3, count), np.float32)
             self.matrix: Real = np.empty((6, count), np.float32)
             self.near = np.empty(count, np.uint8)
-            self.extrapolation = np.empty((9, count), np.float32) if self.split and walls.count else None
+            walled = self.split and walls.count > 0
+            self.extrapolation = np.empty((9, count), np.float32) if walled else None
+            self.waterline = np.empty((3, count), np.float32) if walled else None
             self.gradient = self.gradient._replace(whole=_reserved(self.gradient.whole, self.fluid_pairs))
             self.wall_gradient = _reserved(self.wall_gradient, self.wall_pairs)
             self.touching = walls.touching(self.wall_pairs, count)
@@ -269,10 +273,21 @@ class Workspace:
         with self.stage("gradients"):
             self.team.run(
                 cache_gradients, position.shape[1], position, walls.position, walls.volume, matrix, self.weight, *self.geometry,
-                self._wall_weight, self.by_body, self.plane, self.gradient, self.wall_gradient, self.own, self.extrapolation, self.diagonal,
-                self.coverage,
+                self._wall_weight, self.by_body, self.plane, self._gravity, self.gradient, self.wall_gradient, self.own, self.extrapolation,
+                self.waterline, self.diagonal, self.coverage,
             )  # fmt: skip
             self.contacts: Contacts = walls.contacts(self.touching, self.wall_pairs, self.wall_gradient)
+
+    def hold_waterline(self, state: FluidState, time_step: float) -> None:
+        """Let walls at rest hold up the water's edge, as far as the pressure of the last step asks (see `wall_pressure`)."""
+        weight = math.hypot(*self.config.gravity)
+        if self.waterline is None or weight == 0.0:
+            return
+        pressed = PRESSED * self.config.particle_spacing * weight * time_step
+        self.team.run(
+            hold_waterline, state.count, self.wall_pairs, self.waterline, state.pressure_impulse, np.float32(pressed),
+            np.float32(time_step), state.velocity,
+        )  # fmt: skip
 
     def pressure_response(self, position: Real) -> RigidResponse:
         """How bodies answer pressures: in the split scheme to extrapolated ones too."""

@@ -1,0 +1,144 @@
+"""The pressure that walls take, extrapolated from the liquid beside them.
+
+    p_b = p_i + c_i x_ib . grad p_i,      grad p_i = B_i sum_j G_ij (p_j - p_i),      B_i = (sum_j G_ij x_ij^T)^-1      (see `divergence`)
+
+c fades to 0 where liquid neighbours are too few for a gradient, and at the free surface beside walls at rest: its transpose, which makes
+the divergence, would take water that rises along a wall for water that is compressed, and waves of 64 spacings would run 0.5 % faster.
+Without it walls pull the water's edge down by a fifth of its weight, which makes the pressure in a pool of 12 spacings' width a tenth
+of a spacing too high. So they hold the edge by the gradient that a free surface must have, across itself and from weight alone,
+
+    v_i += dt (1 - c_i) n_i (g . n_i) M_i,      M_i = - sum_b G_ib x_ib^T,      n_i the surface's normal,
+
+as far as the liquid is under pressure. A sheet that falls along a wall has its normal across gravity, and is not held.
+Bodies keep c at the surface: the uppermost particles would press their dry part up, and they would ride high.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from oilsim.faces import times_symmetric
+from oilsim.lanes import LANES, below, load, spread, summed
+from oilsim.moments import inverse, smallest_eigenvalue
+from oilsim.neighbors import rows, separations
+from oilsim.smoothing_kernels import FAST
+
+ZERO, ONE, THREE, HALF = np.float32(0.0), np.float32(1.0), np.float32(3.0), np.float32(0.5)
+THIN, FULL = np.float32(0.1), np.float32(0.2)  # smallest eigenvalue of the liquid's moment, between which c rises
+OPEN, COVERED = np.float32(0.7), np.float32(0.95)  # of that of liquid and walls: 1 inside, a half at a free surface
+FLAT = np.float32(0.25)  # |S| H that tells a free surface by half, S the sum of G_ij and G_ib: 1.5 at a flat one
+PRESSED = 0.25  # spacings of depth whose pressure makes an edge fully held
+
+
+@njit(inline="always", **FAST)
+def moment_of(i, position, other, period, pairs, gradient):
+    """sum_k G_ik x_ik^T over the pairs of i, row by row (9), in units of what is cached."""
+    xi, yi, zi = position[0, i], position[1, i], position[2, i]
+    coordinates, gradient_x, gradient_y, gradient_z = rows(other), gradient[0], gradient[1], gradient[2]
+    txx = txy = txz = tyx = tyy = tyz = tzx = tzy = tzz = spread(ZERO)
+    first, last = pairs.start[i], pairs.start[i] + np.int64(pairs.number[i])
+    for k in range(first, last, LANES):
+        present = below(last, k)
+        dx, dy, dz = separations(xi, yi, zi, coordinates, load(pairs.neighbor, k, present), period)
+        ax, ay, az = load(gradient_x, k, present), load(gradient_y, k, present), load(gradient_z, k, present)
+        txx -= ax * dx
+        txy -= ax * dy
+        txz -= ax * dz
+        tyx -= ay * dx
+        tyy -= ay * dy
+        tyz -= ay * dz
+        tzx -= az * dx
+        tzy -= az * dy
+        tzz -= az * dz
+    return (
+        summed(txx),
+        summed(txy),
+        summed(txz),
+        summed(tyx),
+        summed(tyy),
+        summed(tyz),
+        summed(tzx),
+        summed(tzy),
+        summed(tzz),
+    )
+
+
+@njit(inline="always", **FAST)
+def scaled(factor, m):
+    """factor m for a matrix of nine."""
+    return (
+        factor * m[0], factor * m[1], factor * m[2], factor * m[3], factor * m[4], factor * m[5], factor * m[6], factor * m[7],
+        factor * m[8],
+    )  # fmt: skip
+
+
+@njit(inline="always", **FAST)
+def symmetric(m, unit):
+    """The symmetric part of nine rows as six, with `unit` added to yy."""
+    return (
+        m[0], HALF * (m[1] + m[3]), HALF * (m[2] + m[6]), m[4] + unit, HALF * (m[5] + m[7]), m[8],
+    )  # fmt: skip
+
+
+@njit(inline="always", **FAST)
+def spanned_share(own):
+    """How far the liquid's moment suffices for a gradient, 0 to 1."""
+    return max(min((smallest_eigenvalue(own) - THIN) / (FULL - THIN), ONE), ZERO)
+
+
+@njit(inline="always", **FAST)
+def covered_share(own, wall):
+    """How far liquid and walls surround the particle, 0 at a free surface to 1."""
+    whole = (
+        own[0] + wall[0], own[1] + wall[1], own[2] + wall[2], own[3] + wall[3], own[4] + wall[4], own[5] + wall[5],
+    )  # fmt: skip
+    part = max(min((smallest_eigenvalue(whole) - OPEN) / (COVERED - OPEN), ONE), ZERO)
+    return part * part * (THREE - part - part)
+
+
+@njit(inline="always", **FAST)
+def extrapolation_matrix(trust, own):
+    """trust B from the liquid's moment (six)."""
+    if trust <= ZERO:
+        return ZERO, ZERO, ZERO, ZERO, ZERO, ZERO
+    xx, xy, xz, yy, yz, zz = inverse(own)
+    return trust * xx, trust * xy, trust * xz, trust * yy, trust * yz, trust * zz
+
+
+@njit(inline="always", **FAST)
+def fill_wall_pressure(
+    i, position, wall, period, fluid, walls, gradient, wall_gradient, by_body, plane, gravity, open_to, inverse_support,
+    extrapolation, waterline,
+):  # fmt: skip
+    """Fill column i of `extrapolation` (9, N) with K_i, row by row, and of `waterline` (3, N) with the acceleration of an edge [m/s2].
+
+    open_to: S = sum_j G_ij + sum_b G_ib [1/m], which points into the liquid at a free surface; by_body (N,): a moving body is within
+    reach; `plane`: y is absent; gravity (3) [m/s2]. G points at the wall, and so M is positive, while v -= grad p dt: hence the minus.
+    """
+    solid = moment_of(i, position, wall, period, walls, wall_gradient)
+    liquid = scaled(gradient.quantum, moment_of(i, position, position, period, fluid, gradient.whole))
+    own = symmetric(liquid, ONE if plane else ZERO)
+    spanned = spanned_share(own)
+    covered = ONE if by_body[i] else covered_share(own, symmetric(solid, ZERO))
+    lever = extrapolation_matrix(spanned * covered, own)
+    nx, ny, nz = open_to
+    flat = FLAT * inverse_support
+    across = (nx * gravity[0] + ny * gravity[1] + nz * gravity[2]) / (nx * nx + ny * ny + nz * nz + flat * flat)
+    across *= spanned * (ONE - covered)
+    for row in range(3):
+        mx, my, mz = solid[3 * row], solid[3 * row + 1], solid[3 * row + 2]
+        kx, ky, kz = times_symmetric(mx, my, mz, lever)
+        extrapolation[3 * row, i], extrapolation[3 * row + 1, i], extrapolation[3 * row + 2, i] = kx, ky, kz
+        waterline[row, i] = -across * (mx * nx + my * ny + mz * nz)
+
+
+@njit(**FAST)
+def hold_waterline(begin, end, walls, waterline, kappa, pressed, time_step, velocity):
+    """Add to `velocity` (3, N) what walls at rest give the water's edge, all of it where kappa was `pressed` [m2/s] or more."""
+    for i in range(begin, end):
+        if walls.number[i] > 0:
+            share = time_step * min(kappa[i] / pressed, ONE)
+            velocity[0, i] += share * waterline[0, i]
+            velocity[1, i] += share * waterline[1, i]
+            velocity[2, i] += share * waterline[2, i]
