@@ -136,14 +136,6 @@ class Workspace:
             self.by_body = np.zeros(count, bool)
             self.by_body[self.touching] = True
 
-    def touches_rest(self) -> bool:
-        """Whether any liquid has a wall at rest within reach; lists name those first."""
-        pairs, resting = self.wall_pairs, self.walls.resting
-        if not resting:
-            return False
-        alone = (pairs.number[: self.by_body.size] > 0) & ~self.by_body
-        return bool(alone.any() or (pairs.neighbor[pairs.start[self.touching]] < resting).any())
-
     def relative_speed(self, state: FluidState, fastest: float) -> float:
         """What most speeds [m/s] relative to the neighbourhood keep below (see `time_step`), 0 where it could not shorten a step.
 
