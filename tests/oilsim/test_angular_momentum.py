@@ -95,6 +95,25 @@ def test_nothing_is_done_beside_walls_at_rest_and_where_space_repeats(make_fluid
     assert "rotation" not in stages(tank)
 
 
+@pytest.mark.parametrize("gap", [0.15, 0.35])
+def test_a_wall_at_rest_is_noticed_beside_a_body(make_fluid, gap):
+    # one particle with a moving body 0.15 m to its right and a wall at rest to its left, within its reach of 0.275 m or not
+    fluid = make_fluid(**SPACE)
+    point = BoundaryParticles(name="point", position=np.zeros((1, 3)), volume=np.array([1e-3]), area=np.array([1e-2]))
+    shifted = BoundaryParticles(
+        name="wall", position=np.array([[-gap, 0.0, 0.0]]), volume=point.volume, area=point.area
+    )
+    fluid.add_boundary(shifted)
+    fluid.set_boundary_motion(fluid.add_boundary(point), (0.15, 0, 0), (0, 0, 0, 1), (0, 0, 0), (0, 0, 0))
+    fluid.add_particles([[0.0, 0.0, 0.0]], phase="water")
+    work = fluid.work
+    work.search(fluid.state)
+    assert work.by_body.all()
+    assert work.walls.rest_is_touched(work.wall_pairs, work.by_body, work.touching) == (
+        gap < fluid.config.support_radius
+    )
+
+
 def test_same_bits_with_any_number_of_threads_and_after_going_back(make_fluid):
     states = []
     for threads in (1, 3):
