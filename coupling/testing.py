@@ -272,14 +272,23 @@ class TankScene(Scene):
 
 
 def empty_space(
-    *, size: Vector, particle_spacing: float, phases: tuple[Phase, ...] = (WATER,), scheme: Scheme | None = None
+    *,
+    size: Vector,
+    particle_spacing: float,
+    phases: tuple[Phase, ...] = (WATER,),
+    communication_step: float = STEP,
+    scheme: Scheme | None = None,
 ) -> Scene:
-    """No walls and no gravity within `size` [m] about the origin: momentum is constant whatever happens."""
+    """No walls and no gravity within `size` [m] about the origin: momentum is constant whatever happens.
+
+    Angular momentum is constant to rounding where fluid and bodies make one step of their own in each `communication_step` [s]; bodies
+    make one in 1/240 s or less. Otherwise an impulse acts on a moving body at other places on the one side than on the other.
+    """
     x, y, z = (0.5 * length for length in size)
     config = FluidConfig(
         particle_spacing=particle_spacing, phases=phases, lower=(-x, -y, -z), upper=(x, y, z), gravity=(0.0, 0.0, 0.0)
     )
-    return Scene(config, scheme=scheme)
+    return Scene(config, communication_step=communication_step, scheme=scheme)
 
 
 def assert_draft(scene: Scene, body: str, expected: float, *, within: float) -> None:

@@ -34,7 +34,7 @@ MOVES = {"flight": "gravity", "wrap": "periodic"}  # stages that change position
 EXCHANGES = {"emitters": "emitters", "outflow": "outflow"}  # that change the particles; a step lies between them
 KICKS = {
     "gravity": "gravity", "density": "positions", "forcing": "forcing", "adhesion": "adhesion", "viscosity": "viscosity",
-    "divergence": "pressure", "contact": "contact",
+    "divergence": "pressure", "contact": "contact", "rotation": "rotation",
 }  # fmt: skip
 STAGES = MOVES | EXCHANGES | KICKS
 

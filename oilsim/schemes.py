@@ -5,6 +5,7 @@ split   1. x += dt v, neighbours
         3. density, order and quiet (`relaxation`): positions move, velocities only as the flow's field asks
         4. v* = v + dt (gravity, forcing, adhesion), viscosity implicitly
         5. bounded pressure solve for H^T v* (`divergence`), bodies answering inside it; v = v* - u
+        6. contact of single drops with walls; liquid off the walls gets lost angular momentum back (`angular_momentum`)
 paper   (Qiu et al. 2021, Alg. 3)
         1. v* = v + dt gravity, x* = x + dt v*, neighbours
         2. density constraint on positions, v* = (x_cd - x) / dt
@@ -23,6 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from oilsim.angular_momentum import AngularMomentum
 from oilsim.density_constraint import constrain_density
 from oilsim.divergence import RETURN, RETURN_IN_A_BOX, add_density_feedback, divergence_multiplier
 from oilsim.parallel import block_count, total
@@ -52,14 +54,18 @@ def split_step(
     """Advance `state` in place; `drive(state, dt)` adds currents, waves and wind to the velocities."""
     work.fly(state, time_step)
     work.search(state)
-    density_iterations, density_error = work.relax(state, time_step)
+    angular_momentum = AngularMomentum(work, state)
+    with angular_momentum.watch():
+        density_iterations, density_error = work.relax(state, time_step)
     work.linearise(state.position)
     work.accelerate(state, time_step)
     drive(state, time_step)
-    work.adhere(state, time_step)
-    viscosity_iterations = work.resist(state, time_step)
-    divergence_iterations, divergence_error = project_velocity(work, state, solver, time_step)
-    work.touch_walls(state, time_step)
+    with angular_momentum.watch():
+        work.adhere(state, time_step)
+        viscosity_iterations = work.resist(state, time_step)
+        divergence_iterations, divergence_error = project_velocity(work, state, solver, time_step)
+        work.touch_walls(state, time_step)
+    angular_momentum.give_back()
     return StepResult(density_iterations, divergence_iterations, viscosity_iterations, density_error, divergence_error)
 
 

@@ -220,6 +220,14 @@ class Walls:
             find_touching(walls, count, self.resting, touches)
         return np.flatnonzero(touches).astype(np.uint32)
 
+    def rest_is_touched(self, walls: Pairs, by_body: NDArray[np.bool_], touching: NDArray[np.uint32]) -> bool:
+        """Whether a fluid particle has a wall particle at rest within reach; `touching` a moving one, as `by_body` (N,) marks."""
+        if not self.resting:
+            return False
+        alone = (walls.number[: by_body.size] > 0) & ~by_body
+        # lists name those at rest first
+        return bool(alone.any() or (walls.neighbor[walls.start[touching]] < self.resting).any())
+
     def contacts(self, touching: NDArray[np.uint32], walls: Pairs, wall_gradient: Real) -> Contacts:
         """Contacts of the touching particles with moving bodies, from cached wall gradients."""
         room = int(walls.number[touching].sum())
