@@ -30,6 +30,7 @@ from oilsim.divergence import RETURN, RETURN_IN_A_BOX, add_density_feedback, div
 from oilsim.parallel import block_count, total
 from oilsim.pressure_operator import PressureOperator
 from oilsim.pressure_projection import BoundConstrainedSolver
+from oilsim.relaxation_stage import relax_liquid
 from oilsim.state import FluidState
 from oilsim.workspace import Workspace
 
@@ -56,7 +57,7 @@ def split_step(
     work.search(state)
     angular_momentum = AngularMomentum(work, state)
     with angular_momentum.watch():
-        density_iterations, density_error = work.relax(state, time_step)
+        density_iterations, density_error = relax_liquid(work, state, time_step)
     work.linearise(state.position)
     work.accelerate(state, time_step)
     drive(state, time_step)

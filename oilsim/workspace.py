@@ -16,34 +16,17 @@ from oilsim.adhesion import adhesion_acceleration, adhesion_reaction, adhesion_s
 from oilsim.boundary import wall_coverage
 from oilsim.budget import Budget
 from oilsim.config import FluidConfig
-from oilsim.density import (
-    LARGEST_MULTIPLIER,
-    density_constraint,
-)
 from oilsim.divergence import PairVectors, cache_gradients
 from oilsim.faces import largest_stretch
 from oilsim.kept_lists import KeptLists
-from oilsim.local_fields import local_fields
 from oilsim.neighbors import NeighborSearch, Pairs, make_grid
-from oilsim.parallel import Team, block_count, total
-from oilsim.relaxation import (
-    INERTIA,
-    LEAST_SHARE,
-    OMEGA,
-    SETTLING,
-    mark_near_surface,
-    mark_surface,
-    relax,
-    relaxation_multiplier,
-    shift_balance,
-    shift_by_walls,
-    shift_strength,
-)
+from oilsim.parallel import Team
+from oilsim.relaxation import shift_balance
 from oilsim.rigid_response import RigidResponse, extend_contacts
-from oilsim.smoothing_kernels import lattice_diagonal, lattice_moment, normalisation, steepest_slope
+from oilsim.smoothing_kernels import lattice_moment, normalisation, steepest_slope
 from oilsim.state import FluidState
 from oilsim.time_step import most, relative_speeds, sampling_stride
-from oilsim.time_unit import LONGEST, froude_unit, passing_unit, shear_rate_sums
+from oilsim.time_unit import LONGEST, froude_unit
 from oilsim.viscosity import (
     NEGLIGIBLE,
     ViscousSystem,
@@ -75,13 +58,13 @@ class Workspace:
         self.sigma = np.float32(normalisation(config.particle_spacing, config.dimension))
         self.volume = np.float32(config.rest_volume)
         self.plane = config.dimension == 2
-        self._moment = np.float32(lattice_moment(config.dimension))
+        self.moment = np.float32(lattice_moment(config.dimension))
         self._gravity = tuple(np.float32(g) for g in config.gravity)
-        self._balance = np.float32(shift_balance(config.dimension))
+        self.balance = np.float32(shift_balance(config.dimension))
         self.split = config.scheme == "split"
         self._wall_weight = np.float32(2.0 if self.split else 1.0)
-        self._weightless = not any(config.gravity)  # then every step finds the unit anew
-        self.time_unit = LONGEST if self._weightless else froude_unit(config.particle_spacing, config.gravity)
+        self.weightless = not any(config.gravity)  # then every step finds the unit anew
+        self.time_unit = LONGEST if self.weightless else froude_unit(config.particle_spacing, config.gravity)
         grid = make_grid(config.lower, config.upper, config.periodic, config.support_radius, config.dimension)
         search = NeighborSearch(grid, team, period)
         self.lists = KeptLists(search, team, config.particle_spacing, config.dimension)
@@ -105,6 +88,8 @@ class Workspace:
         longest *= largest_stretch(lattice_moment(config.dimension))
         self.gradient = PairVectors(np.empty((3, 0), np.int16), np.float32(longest / np.iinfo(np.int16).max))
         self.wall_gradient: Real = np.empty((3, 0), np.float32)
+        self.field: Real = np.empty((13, 0), np.float32)
+        self.closed = True  # no particle within reach of a free surface
         self._density_multiplier: Real = np.empty(0, np.float32)
 
     @contextmanager
@@ -196,75 +181,6 @@ class Workspace:
         with self.stage("flight"):
             state.position += np.float32(time_step) * state.velocity
         self.wrap(state)
-
-    def relax(self, state: FluidState, time_step: float) -> tuple[int, float]:
-        """One step of `relaxation`, more while the mean compression is above the tolerance; returns passes and that mean."""
-        config, walls, run, count, position = self.config, self.walls, self.team.run, state.count, state.position
-        self.closed = True
-        if count == 0:
-            return 0, 0.0
-        multiplier, push, change = np.empty(count, np.float32), np.zeros_like(position), np.empty_like(position)
-        square = np.float32(config.particle_spacing**2)
-        rate, limit = np.float32(OMEGA / lattice_diagonal(config.dimension)) * square, LARGEST_MULTIPLIER * square
-        with self.stage("density"):
-            self._look_around(state, time_step)
-            theta = self._filter_share(state, time_step)
-            mean = self._mean_compression()
-            strength = np.empty(count, np.float32)
-            run(shift_strength, count, self.near, self.wall_pairs, self.field, np.float32(time_step), square, strength)
-            for iteration in range(1, config.density_iterations + 1):
-                run(relaxation_multiplier, count, self.compression, self.near, rate, limit, multiplier)
-                run(
-                    relax, count, position, walls.position, walls.volume, self.field, multiplier, strength, self._balance, theta,
-                    INERTIA, *self.geometry, push, change,
-                )  # fmt: skip
-                position += push
-                if theta > 0.0:
-                    state.velocity += change
-                if iteration == 1:
-                    theta, strength[:], push[:] = np.float32(0.0), 0.0, 0.0  # what was shifted is not repeated
-                    run(
-                        shift_by_walls, count, self.near, self.wall_pairs, self.gradient_sum, self.field, np.float32(time_step),
-                        square, position,
-                    )  # fmt: skip
-                if mean <= config.density_tolerance or iteration == config.density_iterations:
-                    return iteration, mean
-                run(density_constraint, count, position, walls.position, walls.volume, *self.geometry, self.compression)
-                mean = self._mean_compression()
-        raise AssertionError("the loop returns")
-
-    def _look_around(self, state: FluidState, time_step: float) -> None:
-        """What `local_fields` tells of every particle, and which are near a free surface."""
-        run, count = self.team.run, state.count
-        self.field, surface = np.empty((13, count), np.float32), np.empty(count, np.float32)
-        run(
-            local_fields, count, state.position, state.velocity, self.walls.position, self.walls.volume, self.weight, *self.geometry,
-            self.plane, self._moment, self.compression, self.gradient_sum, self.field, self.matrix,
-        )  # fmt: skip
-        if self.budget is not None:
-            self.budget.add_strain(self.field, time_step)
-        run(mark_surface, count, self.gradient_sum, self.compression, np.float32(self.config.particle_spacing), surface)
-        run(mark_near_surface, count, self.fluid_pairs, surface, self.near)
-        self.closed = not self.near.any()
-        if self._weightless:
-            sums = np.zeros((block_count(count), 2))
-            run(shear_rate_sums, count, self.field, np.float32(self.config.cfl / time_step), sums)
-            self.time_unit = passing_unit(total(sums[:, 0]), total(sums[:, 1]))
-
-    def _filter_share(self, state: FluidState, time_step: float) -> np.float32:
-        """theta of the filter of noise; 0 while it waits."""
-        state.noise_age += time_step / (SETTLING * self.time_unit)
-        theta = -math.expm1(-state.noise_age)
-        if theta < LEAST_SHARE:
-            return np.float32(0.0)
-        state.noise_age = 0.0
-        return np.float32(theta)
-
-    def _mean_compression(self) -> float:
-        """Mean of (C_i)+; in a box without free surface, whose mean density is given, about the mean of C_i."""
-        if self.closed:
-            self.compression -= self.compression.mean(dtype=np.float64).astype(np.float32)
-        return float(np.maximum(self.compression, 0.0).mean(dtype=np.float64))
 
     def linearise(self, position: Real) -> None:
         """Cache pair gradients and what the pressure operator needs of them at `position`."""

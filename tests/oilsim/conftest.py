@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from oilsim.config import FluidConfig
 from oilsim.phases import Phase
+from oilsim.relaxation_stage import relax_liquid
 from oilsim.solver import Fluid
 
 WATER = Phase(name="water", rest_density=1000.0)
@@ -43,5 +44,5 @@ def prepare(fluid: Fluid, time_step: float = 1e-9) -> None:
     In the default time step no velocity is filtered; the relaxation moves particles as it does in any other.
     """
     fluid.work.search(fluid.state)
-    fluid.work.relax(fluid.state, time_step)
+    relax_liquid(fluid.work, fluid.state, time_step)
     fluid.work.linearise(fluid.state.position)

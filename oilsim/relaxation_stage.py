@@ -1,0 +1,103 @@
+"""The stage of a step that relaxes positions and noise, by the kernels of `relaxation`, and looks around for it."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from oilsim.density import LARGEST_MULTIPLIER, density_constraint
+from oilsim.local_fields import local_fields
+from oilsim.parallel import block_count, total
+from oilsim.relaxation import (
+    INERTIA,
+    LEAST_SHARE,
+    OMEGA,
+    SETTLING,
+    mark_near_surface,
+    mark_surface,
+    relax,
+    relaxation_multiplier,
+    shift_by_walls,
+    shift_strength,
+)
+from oilsim.smoothing_kernels import lattice_diagonal
+from oilsim.state import FluidState
+from oilsim.time_unit import passing_unit, shear_rate_sums
+
+if TYPE_CHECKING:
+    from oilsim.workspace import Workspace
+
+
+def relax_liquid(work: Workspace, state: FluidState, time_step: float) -> tuple[int, float]:
+    """One pass of `relaxation`, more while the mean compression is above the tolerance; returns passes and that mean."""
+    config, walls, run, count, position = work.config, work.walls, work.team.run, state.count, state.position
+    work.closed = True
+    if count == 0:
+        return 0, 0.0
+    multiplier, push, change = np.empty(count, np.float32), np.zeros_like(position), np.empty_like(position)
+    square = np.float32(config.particle_spacing**2)
+    rate, limit = np.float32(OMEGA / lattice_diagonal(config.dimension)) * square, LARGEST_MULTIPLIER * square
+    with work.stage("density"):
+        look_around(work, state, time_step)
+        theta = filter_share(work, state, time_step)
+        mean = mean_compression(work)
+        strength = np.empty(count, np.float32)
+        run(shift_strength, count, work.near, work.wall_pairs, work.field, np.float32(time_step), square, strength)
+        for iteration in range(1, config.density_iterations + 1):
+            run(relaxation_multiplier, count, work.compression, work.near, rate, limit, multiplier)
+            run(
+                relax, count, position, walls.position, walls.volume, work.field, multiplier, strength, work.balance, theta,
+                INERTIA, *work.geometry, push, change,
+            )  # fmt: skip
+            position += push
+            if theta > 0.0:
+                state.velocity += change
+            if iteration == 1:
+                theta, strength[:], push[:] = np.float32(0.0), 0.0, 0.0  # what was shifted is not repeated
+                run(
+                    shift_by_walls, count, work.near, work.wall_pairs, work.gradient_sum, work.field, np.float32(time_step),
+                    square, position,
+                )  # fmt: skip
+            if mean <= config.density_tolerance or iteration == config.density_iterations:
+                return iteration, mean
+            run(density_constraint, count, position, walls.position, walls.volume, *work.geometry, work.compression)
+            mean = mean_compression(work)
+    raise AssertionError("the loop returns")
+
+
+def look_around(work: Workspace, state: FluidState, time_step: float) -> None:
+    """What `local_fields` tells of every particle, which are near a free surface, and the unit of time of weightless liquid."""
+    run, count, spacing = work.team.run, state.count, np.float32(work.config.particle_spacing)
+    work.field, surface = np.empty((13, count), np.float32), np.empty(count, np.float32)
+    run(
+        local_fields, count, state.position, state.velocity, work.walls.position, work.walls.volume, work.weight, *work.geometry,
+        work.plane, work.moment, work.compression, work.gradient_sum, work.field, work.matrix,
+    )  # fmt: skip
+    if work.budget is not None:
+        work.budget.add_strain(work.field, time_step)
+    run(mark_surface, count, work.gradient_sum, work.compression, spacing, surface)
+    run(mark_near_surface, count, work.fluid_pairs, surface, work.near)
+    work.closed = not work.near.any()
+    if work.weightless:
+        sums = np.zeros((block_count(count), 2))
+        run(shear_rate_sums, count, work.field, np.float32(work.config.cfl / time_step), sums)
+        work.time_unit = passing_unit(total(sums[:, 0]), total(sums[:, 1]))
+
+
+def filter_share(work: Workspace, state: FluidState, time_step: float) -> np.float32:
+    """theta of the filter of noise; 0 while it waits."""
+    state.noise_age += time_step / (SETTLING * work.time_unit)
+    theta = -math.expm1(-state.noise_age)
+    if theta < LEAST_SHARE:
+        return np.float32(0.0)
+    state.noise_age = 0.0
+    return np.float32(theta)
+
+
+def mean_compression(work: Workspace) -> float:
+    """Mean of (C_i)+; in a box without free surface, whose mean density is given, about the mean of C_i."""
+    if work.closed:
+        work.compression -= work.compression.mean(dtype=np.float64).astype(np.float32)
+    return float(np.maximum(work.compression, 0.0).mean(dtype=np.float64))
