@@ -4,8 +4,8 @@
     v_i -= theta sum_j V W_ij 2 rho_j / (rho_i + rho_j) [v_i - v_j + (G_i + G_j) x_ij / 2],    theta = 1 - exp(-dt / tau)
 
 The density constraint of Qiu et al. 2021 (Eq. 15-22), L_i = -omega e_i / a_0, mends a share omega of the error a pass, with the lattice's
-a_0 = V^2 sum |grad W|^2 for the diagonal of Eq. 13; what is left is carried to the next step. Where one pass a step is not enough, further
-ones have inertia (Polyak 1964). Inside the liquid the error counts with both signs; within reach of a free surface only compression
+a_0 = V^2 sum |grad W|^2 for the diagonal of Eq. 13; what is left is carried to the next step. Where that would be too much, further passes
+follow, with inertia (Polyak 1964). Inside the liquid the error counts with both signs; within reach of a free surface only compression
 counts. The filter takes off what linear flow cannot explain, so that shear and rotation pass. It waits until the time dt since it last ran
 has made theta LEAST_SHARE; what tau is a multiple of changes with the flow where there is no gravity (`time_unit`).
 
@@ -13,7 +13,9 @@ Away from free surfaces particle shifting (Lind et al. 2012) keeps neighbours ev
 flow. Out of reach of walls pairs share it, b = beta d^2 / 2, so that the liquid's centre of mass stays. A push that only drove neighbours
 apart would drive particles along grad beta, and compress calm water at the edge of a flow; this one draws together those further apart
 than half the support, q = r / H, with the a for which it has no virial on a lattice. Beside walls it keeps
-water moving (0.5 % of sqrt(g H) in a column of 32 particles): there a particle goes down g_i alone, the last term.
+water moving (0.5 % of sqrt(g H) in a column of 32 particles): there a particle goes down g_i alone, the last term. Shifts compress where
+they end, at free surfaces and walls; a step finds them, and the next one makes them before it looks at densities, so that no pass is
+spent on what they did.
 
 Pairs keep their linear momentum.
 """
@@ -38,6 +40,9 @@ SURFACE = np.float32(0.3)  # |g_i| d from which a particle lies at a free surfac
 LARGEST_SHIFT = np.float32(0.5)  # beta of any flow
 SHIFT_BY_STRAIN = np.float32(10.0)  # beta for each unit of |G| x time step
 INERTIA = np.float32(0.7)  # of a pass's motion, repeated by the step's next one: smooth errors mend in fewer passes
+LEFT = (
+    0.75  # of the mean compression after a pass: in `calm-spread` 0.6 to 0.7 at once, and the step's shift comes after
+)
 LEAST_SHARE = 0.1  # theta below which the filter waits for later steps, being dear; with 0.3 noise grows meanwhile
 SETTLING = 1.5  # tau, in which noise fades, in units of `time_unit`
 
@@ -89,15 +94,15 @@ def shift_strength(begin, end, near, walls, field, time_step, square, strength):
 
 
 @njit(**FAST)
-def shift_by_walls(begin, end, near, walls, gradient_sum, field, time_step, square, position):
-    """Move `position` (3, N) by -beta_i d^2 g_i beside walls; square d^2 [m2]."""
+def shift_by_walls(begin, end, near, walls, gradient_sum, field, time_step, square, shift):
+    """Add -beta_i d^2 g_i [m] to `shift` (3, N) beside walls; square d^2 [m2]."""
     for i in range(begin, end):
         if near[i] or walls.number[i] == 0:
             continue
         beta = shift_coefficient(i, field, time_step) * square
-        position[0, i] -= beta * gradient_sum[0, i]
-        position[1, i] -= beta * gradient_sum[1, i]
-        position[2, i] -= beta * gradient_sum[2, i]
+        shift[0, i] -= beta * gradient_sum[0, i]
+        shift[1, i] -= beta * gradient_sum[1, i]
+        shift[2, i] -= beta * gradient_sum[2, i]
 
 
 @njit(inline="always", **FAST)
@@ -132,10 +137,11 @@ def wall_push(i, position, wall, wall_volume, own, period, walls, sigma, inverse
 
 @njit(**FAST)
 def relax(
-    begin, end, position, wall, wall_volume, field, multiplier, strength, balance, theta, inertia, period, fluid, walls, sigma, support,
-    volume, push, change,
+    begin, end, position, wall, wall_volume, field, multiplier, strength, balance, first, theta, inertia, period, fluid, walls, sigma,
+    support, volume, push, shift, change,
 ):  # fmt: skip
-    """Fill `push` (3, N) with dx_i [m], `inertia` times what it held included, and `change` (3, N) with what v_i gains [m/s].
+    """Fill `push` (3, N) with what mends density [m], `inertia` times what it held included; in a step's `first` pass also `shift` (3, N)
+    with what evens the order out [m] and `change` (3, N) with what v_i gains [m/s].
 
     strength (N,) b_i [m2], balance a; theta: share of the filter, 0 leaves `change` without meaning.
     """
@@ -146,18 +152,23 @@ def relax(
         xi, yi, zi = position[0, i], position[1, i], position[2, i]
         ui, vi, wi, weight = field[0, i], field[1, i], field[2, i], field[WEIGHT, i]
         own, shifted = multiplier[i], strength[i]
-        px = py = pz = sx = sy = sz = spread(ZERO)
-        first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
-        for k in range(first, last, LANES):
+        px = py = pz = ox = oy = oz = sx = sy = sz = spread(ZERO)
+        first_of, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
+        for k in range(first_of, last, LANES):
             present = below(last, k)
             j = load(fluid.neighbor, k, present)
             dx, dy, dz = separations(xi, yi, zi, points, j, period)
             q = only(present, root(dx * dx + dy * dy + dz * dz) * inverse_support, ONE)
-            stretch = own + gather(multiplier, j) - (shifted + gather(strength, j)) * (ONE - balance * q * q)
-            stretch *= factor * kernel_slope_over_q(q, sigma)
+            slope = factor * kernel_slope_over_q(q, sigma)
+            stretch = slope * (own + gather(multiplier, j))
             px += stretch * dx
             py += stretch * dy
             pz += stretch * dz
+            if first:
+                order = slope * (shifted + gather(strength, j)) * (balance * q * q - ONE)
+                ox += order * dx
+                oy += order * dy
+                oz += order * dz
             if theta > ZERO:
                 w = kernel(q, sigma) * twice * volume / (weight + gather(field[WEIGHT], j))
                 hx, hy, hz = HALF * dx, HALF * dy, HALF * dz
@@ -170,9 +181,9 @@ def relax(
         push[0, i] = inertia * push[0, i] + weight * (summed(px) + bx)
         push[1, i] = inertia * push[1, i] + weight * (summed(py) + by)
         push[2, i] = inertia * push[2, i] + weight * (summed(pz) + bz)
-        change[0, i] = -weight * summed(sx)
-        change[1, i] = -weight * summed(sy)
-        change[2, i] = -weight * summed(sz)
+        if first:
+            shift[0, i], shift[1, i], shift[2, i] = weight * summed(ox), weight * summed(oy), weight * summed(oz)
+            change[0, i], change[1, i], change[2, i] = -weight * summed(sx), -weight * summed(sy), -weight * summed(sz)
 
 
 @lru_cache

@@ -13,6 +13,7 @@ from oilsim.parallel import block_count, total
 from oilsim.relaxation import (
     INERTIA,
     LEAST_SHARE,
+    LEFT,
     OMEGA,
     SETTLING,
     mark_near_surface,
@@ -36,34 +37,35 @@ def relax_liquid(work: Workspace, state: FluidState, time_step: float) -> tuple[
     work.closed = True
     if count == 0:
         return 0, 0.0
-    multiplier, push, change = np.empty(count, np.float32), np.zeros_like(position), np.empty_like(position)
+    multiplier, strength = np.empty((2, count), np.float32)
+    push, change = np.zeros_like(position), np.empty_like(position)
     square = np.float32(config.particle_spacing**2)
     rate, limit = np.float32(OMEGA / lattice_diagonal(config.dimension)) * square, LARGEST_MULTIPLIER * square
     with work.stage("density"):
+        position += state.shift
         look_around(work, state, time_step)
         theta = filter_share(work, state, time_step)
-        mean = mean_compression(work)
-        strength = np.empty(count, np.float32)
         run(shift_strength, count, work.near, work.wall_pairs, work.field, np.float32(time_step), square, strength)
         for iteration in range(1, config.density_iterations + 1):
+            left = LEFT * mean_compression(work)
+            first = iteration == 1
             run(relaxation_multiplier, count, work.compression, work.near, rate, limit, multiplier)
             run(
-                relax, count, position, walls.position, walls.volume, work.field, multiplier, strength, work.balance, theta,
-                INERTIA, *work.geometry, push, change,
+                relax, count, position, walls.position, walls.volume, work.field, multiplier, strength, work.balance, first, theta,
+                INERTIA, *work.geometry, push, state.shift, change,
             )  # fmt: skip
             position += push
-            if theta > 0.0:
-                state.velocity += change
-            if iteration == 1:
-                theta, strength[:], push[:] = np.float32(0.0), 0.0, 0.0  # what was shifted is not repeated
+            if first:
+                if theta > 0.0:
+                    state.velocity += change
+                theta = np.float32(0.0)
                 run(
                     shift_by_walls, count, work.near, work.wall_pairs, work.gradient_sum, work.field, np.float32(time_step),
-                    square, position,
+                    square, state.shift,
                 )  # fmt: skip
-            if mean <= config.density_tolerance or iteration == config.density_iterations:
-                return iteration, mean
+            if left <= config.density_tolerance or iteration == config.density_iterations:
+                return iteration, left
             run(density_constraint, count, position, walls.position, walls.volume, *work.geometry, work.compression)
-            mean = mean_compression(work)
     raise AssertionError("the loop returns")
 
 

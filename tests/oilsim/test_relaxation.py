@@ -43,13 +43,13 @@ def filtered(fluid, theta):
     """What the filter alone (no multipliers, so no shift) adds to velocities (3, N), for a given theta."""
     work, state = fluid.work, fluid.state
     _, _, field, _ = fields(fluid)
-    push, change = np.zeros((2, 3, state.count), np.float32)
+    push, shift, change = np.zeros((3, 3, state.count), np.float32)
     none, balance = np.zeros(state.count, np.float32), np.float32(shift_balance(fluid.config.dimension))
     relax(
-        0, state.count, state.position, work.walls.position, work.walls.volume, field.T, none, none, balance, np.float32(theta),
-        np.float32(0.0), work.period, work.fluid_pairs, work.wall_pairs, work.sigma, work.support, work.volume, push, change,
+        0, state.count, state.position, work.walls.position, work.walls.volume, field.T, none, none, balance, True, np.float32(theta),
+        np.float32(0.0), work.period, work.fluid_pairs, work.wall_pairs, work.sigma, work.support, work.volume, push, shift, change,
     )  # fmt: skip
-    assert not push.any()
+    assert not push.any() and not shift.any()
     return change.astype(np.float64)
 
 
@@ -168,35 +168,51 @@ def test_shift_leaves_the_centre_of_mass_where_it_is(make_fluid, dimension):
     work.search(state)
     before = state.position.astype(np.float64)
     relax_liquid(work, state, 0.005)
-    moved = (state.position - before) * work.rest_density
+    moved = (state.position - before + state.shift) * work.rest_density
+    assert np.abs(state.shift).sum() > 0.0
     assert np.abs(moved).sum() > 0.0
     # positions of 2 m are stored to half an EPSILON each
     assert np.abs(moved.sum(axis=1)).max() < 1e-5 * np.abs(moved).sum() + 1000.0 * EPSILON * np.sqrt(state.count)
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
-def test_further_passes_repeat_pushes_but_not_shifts(make_fluid, dimension):
+def test_further_passes_repeat_pushes_and_a_step_shifts_once(make_fluid, dimension):
     fluid = blob(make_fluid, dimension, linear_shear, density_tolerance=1e-6, density_iterations=3)
-    work, run, strengths, pushes, alone = fluid.work, fluid.work.team.run, [], [], []
+    work, run, pushes, alone, shifts = fluid.work, fluid.work.team.run, [], [], []
     fluid.state.position *= np.float32(0.98)
 
     def watch(kernel, count, *arguments):
         if kernel is relax:
-            push, change = np.zeros((2, 3, count), np.float32)
-            run(kernel, count, *arguments[:8], np.float32(0.0), *arguments[9:-2], push, change)
+            push, shift, change = np.zeros((3, 3, count), np.float32)
+            run(kernel, count, *arguments[:-3], push, shift, change)
             alone.append(push)
-            strengths.append(arguments[5].copy())
         run(kernel, count, *arguments)
         if kernel is relax:
-            pushes.append(arguments[-2].copy())
+            pushes.append(arguments[-3].copy())
+            shifts.append(arguments[-2].copy())
 
     work.team.run = watch
     work.search(fluid.state)
     relax_liquid(work, fluid.state, 0.01)
-    assert [strength.any() for strength in strengths] == [True, False, False]
-    assert np.array_equal(pushes[1], alone[1])
-    assert np.allclose(pushes[2], alone[2] + INERTIA * pushes[1], atol=1e-6 * np.abs(pushes[2]).max())
-    assert np.abs(pushes[2] - alone[2]).max() > 0.1 * np.abs(pushes[2]).max()
+    assert np.array_equal(pushes[0], alone[0])
+    for before, push, fresh in zip(pushes, pushes[1:], alone[1:], strict=False):
+        assert np.allclose(push, fresh + INERTIA * before, atol=1e-6 * np.abs(push).max())
+        assert np.abs(push - fresh).max() > 0.1 * np.abs(push).max()
+    assert shifts[0].any() and all(np.array_equal(shift, shifts[0]) for shift in shifts)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_shift_is_made_before_densities_are_looked_at(make_fluid, dimension):
+    def moved_by(shift):
+        fluid = blob(make_fluid, dimension, lambda points: 0.0 * points)
+        fluid.work.search(fluid.state)
+        fluid.state.shift[:] = shift
+        relax_liquid(fluid.work, fluid.state, 1e-9)
+        return fluid.state.position.astype(np.float64)
+
+    # moved as one, particles find the densities that they had
+    apart = moved_by(0.001) - moved_by(0.0)
+    assert np.abs(apart - 0.001).max() < 1e-5
 
 
 def linear_shear(points):

@@ -89,7 +89,7 @@ def drop(make_fluid, speed):
 def after(fluid, speed, unit=None):
     """Positions (N, 3) [m] and velocities [m/s] over `speed` after STEPS; `unit` [s]: a fixed one in place of the flow's."""
     if unit is not None:
-        fluid.work.time_unit, fluid.work._weightless = unit, False
+        fluid.work.time_unit, fluid.work.weightless = unit, False
     for _ in range(STEPS):
         fluid.advance(STEP / speed)
     return fluid.phase_positions("water"), fluid.phase_velocities("water") / np.float32(speed)

@@ -100,7 +100,7 @@ def start_up_case(resolution: int, bench: Bench) -> Outcome:
 
 
 # two layers
-TALL, LONG, LAYER = 1.0, 0.5, 0.5  # m
+TALL, LONG, LAYER = 1.0, 0.625, 0.5  # m: ten spacings long at the coarsest
 RATIOS = (10.0, 100.0, 1000.0)
 THIN = 0.1  # m2/s, the thinner liquid's kinematic viscosity
 DRIVE = 0.32  # m/s2
