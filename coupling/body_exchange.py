@@ -101,6 +101,11 @@ class BodyExchange:
         return dict(self._schemes)
 
     @property
+    def interfaces(self) -> tuple[BodyInterface, ...]:
+        """The bodies as they were given."""
+        return tuple(self._interfaces.values())
+
+    @property
     def stability_numbers(self) -> Mapping[str, float]:
         """Largest ratio of added mass to mass of every body, by name, as the run began; NaN where its mass is unknown."""
         return dict(self._numbers)
