@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.validation import measure
+from tests.validation.drop import ellipse_axes
 
 
 def test_damped_cosine_is_recovered_under_noise():
@@ -90,3 +91,13 @@ def test_order_of_convergence(order):
     assert measure.order_of_convergence(spacing, 3.0 * spacing**order) == pytest.approx(order)
     assert math.isnan(measure.order_of_convergence(spacing, [0.1, 0.0, 0.1]))
     assert math.isnan(measure.order_of_convergence(spacing[:1], [0.1]))
+
+
+def test_ellipse_obeys_the_equations_of_motion():
+    # da/dt = -A a, db/dt = A b, dA/dt = A^2 (a^2 - b^2) / (a^2 + b^2), from p = 0 at the edge of u = (-A x, A z)
+    t = np.linspace(0.0, 0.0076, 400)
+    a, b = ellipse_axes(t)
+    rate = -np.gradient(a, t) / a
+    assert rate[0] == pytest.approx(100.0, rel=1e-3)
+    assert np.allclose(np.gradient(b, t)[2:-2], (rate * b)[2:-2], rtol=1e-4)
+    assert np.allclose(np.gradient(rate, t)[3:-3], (rate**2 * (a**2 - b**2) / (a**2 + b**2))[3:-3], rtol=2e-3, atol=2.0)

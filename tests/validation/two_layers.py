@@ -88,7 +88,8 @@ def two_layers(resolution: int, bench: Bench) -> Outcome:
     interface, surface = layer_boundaries(fluid, spacing)
     # p = g (rho_o h_o + rho_w h_w) at the floor
     expected = GRAVITY * (OIL_DENSITY * OIL_DEPTH + WATER_DENSITY * (WATER_DEPTH - spacing))
-    jump = profile_value(profile[0], profile[1], WATER_DEPTH, 0.15, 1)
+    oil = profile[0] > WATER_DEPTH  # one side of the kink
+    jump = profile_value(profile[0][oil], profile[1][oil], WATER_DEPTH, 0.15, 1)
     levels = pool_levels(bench, spacing)
     freeboard = steady_value(levels[1, levels[0] > POOL_RUN - POOL_MEAN])
     z = np.array([0.0, WATER_DEPTH, WATER_DEPTH + OIL_DEPTH])
