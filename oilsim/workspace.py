@@ -291,7 +291,7 @@ class Workspace:
             no_slip = (no_slip * held / walls.volume).astype(np.float32)
         system.assemble(
             state.position, walls.position, state.phase, self._viscosity, no_slip, self.period,
-            self.wall_pairs, self.wall_gradient, walls.volume, config.particle_spacing, config.dimension, not self.split,
+            self.wall_pairs, self.wall_gradient, walls.volume, config.particle_spacing, config.dimension, self.near if self.split else None,
         )  # fmt: skip
         return system
 
