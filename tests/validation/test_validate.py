@@ -13,7 +13,6 @@ from tests.validation.__main__ import main, run_level
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.cases import CASES, select
 from tests.validation.channel import couette, poiseuille
-from tests.validation.drop import ellipse_axes
 from tests.validation.floating import SIZE, solids
 from tests.validation.released import added_mass, turning_points
 from tests.validation.rigid import disc
@@ -87,8 +86,6 @@ def test_reference_solutions_agree_with_the_tables():
     times, speeds = read_table("poiseuille_centreline.csv")
     assert [float(poiseuille(np.array([5e-4]), t)[0]) for t in times] == pytest.approx(list(speeds), rel=2e-4)
     assert couette(np.array([0.0, 1e-3]), 0.1) == pytest.approx([0.0, 1.25e-5], abs=1e-9)
-    t, a, b, _ = read_table("elliptical_drop.csv")
-    assert ellipse_axes(t).ravel() == pytest.approx(np.concatenate([a, b]), rel=2e-4)
     assert 2.0 * math.pi / exact_omega(math.pi, 1.0) == pytest.approx(1.13392, rel=1e-4)
     assert 2.0 * math.pi / interface_roots()[1] == pytest.approx(2.5340, rel=1e-4)
 
