@@ -153,8 +153,9 @@ def relax(
         ui, vi, wi, weight = field[0, i], field[1, i], field[2, i], field[WEIGHT, i]
         own, shifted = multiplier[i], strength[i]
         px = py = pz = ox = oy = oz = sx = sy = sz = spread(ZERO)
-        first_of, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
-        for k in range(first_of, last, LANES):
+        start = fluid.start[i]
+        last = start + np.int64(fluid.number[i])
+        for k in range(start, last, LANES):
             present = below(last, k)
             j = load(fluid.neighbor, k, present)
             dx, dy, dz = separations(xi, yi, zi, points, j, period)

@@ -7,7 +7,7 @@ the divergence, would take water that rises along a wall for water that is compr
 Without it walls pull the water's edge down by a fifth of its weight, which makes the pressure in a pool of 12 spacings' width a tenth
 of a spacing too high. So they hold the edge by the gradient that a free surface must have, across itself and from weight alone,
 
-    v_i += dt (1 - c_i) n_i (g . n_i) M_i,      M_i = - sum_b G_ib x_ib^T,      n_i the surface's normal,
+    v_i -= dt (1 - c_i) M_i n_i (n_i . g),      M_i = sum_b G_ib x_ib^T,      n_i the surface's normal,
 
 as far as the liquid is under pressure. A sheet that falls along a wall has its normal across gravity, and is not held.
 Bodies keep c at the surface: the uppermost particles would press their dry part up, and they would ride high.
@@ -114,7 +114,7 @@ def fill_wall_pressure(
     """Fill column i of `extrapolation` (9, N) with K_i, row by row, and of `waterline` (3, N) with the acceleration of an edge [m/s2].
 
     open_to: S = sum_j G_ij + sum_b G_ib [1/m], which points into the liquid at a free surface; by_body (N,): a moving body is within
-    reach; `plane`: y is absent; gravity (3) [m/s2]. G points at the wall, and so M is positive, while v -= grad p dt: hence the minus.
+    reach; `plane`: y is absent; gravity (3) [m/s2].
     """
     solid = moment_of(i, position, wall, period, walls, wall_gradient)
     liquid = scaled(gradient.quantum, moment_of(i, position, position, period, fluid, gradient.whole))

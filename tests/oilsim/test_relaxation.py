@@ -203,16 +203,18 @@ def test_further_passes_repeat_pushes_and_a_step_shifts_once(make_fluid, dimensi
 
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_shift_is_made_before_densities_are_looked_at(make_fluid, dimension):
-    def moved_by(shift):
+    def relaxed(moved, shift):
+        """Positions after a relaxation of particles that have `moved` already and have a `shift` to make, lists from before both."""
         fluid = blob(make_fluid, dimension, lambda points: 0.0 * points)
         fluid.work.search(fluid.state)
-        fluid.state.shift[:] = shift
+        fluid.state.position += moved * fluid.state.position
+        fluid.state.shift[:] = shift * fluid.state.position
         relax_liquid(fluid.work, fluid.state, 1e-9)
         return fluid.state.position.astype(np.float64)
 
-    # moved as one, particles find the densities that they had
-    apart = moved_by(0.001) - moved_by(0.0)
-    assert np.abs(apart - 0.001).max() < 1e-5
+    # drawn together by 1 % and looked at, particles are pushed apart; looked at first, they would end a hundredth of it further in
+    assert np.abs(relaxed(0.0, -0.01) - relaxed(-0.01, 0.0)).max() < 1e-6
+    assert np.abs(relaxed(0.0, -0.01) - 0.99 * relaxed(0.0, 0.0)).max() > 1e-4
 
 
 def linear_shear(points):
