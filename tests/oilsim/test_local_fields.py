@@ -83,9 +83,9 @@ def test_lattice_has_no_compression_and_its_own_moment(make_fluid, dimension):
     assert np.abs(compression).max() < bound
     assert np.abs(gradient).max() * SPACING < bound
     moment = lattice_moment(dimension)
-    # in two dimensions nothing reads the y of Y
-    expected = np.array([1 / moment, 0, 0, 1 / moment if dimension == 3 else 1.0, 0, 1 / moment])
-    assert np.abs(matrix[:, :6] - expected).max() < bound
+    read = [0, 1, 2, 3, 4, 5] if dimension == 3 else [0, 2, 5]  # in two dimensions nothing reads the y of Y
+    expected = np.array([1, 0, 0, 1, 0, 1]) / moment
+    assert np.abs(matrix - expected)[:, read].max() < bound
 
 
 @pytest.mark.parametrize("dimension", [2, 3])

@@ -78,8 +78,10 @@ def rayleigh_taylor(resolution: int, bench: Bench) -> Outcome:
 # lock exchange
 HEIGHT = 0.3  # m
 HALF = 2.5 * HEIGHT
-REDUCED = GRAVITY * (1.0 - OIL_DENSITY / WATER_DENSITY)  # m/s2
-UNIT_SPEED = math.sqrt(REDUCED * HEIGHT)
+# m/s: what stops at a nose is the other liquid, 2 rho U^2 = (rho_w - rho_o) g H / 2 with its density (Benjamin 1968)
+INTO_OIL, INTO_WATER = (
+    math.sqrt(GRAVITY * (WATER_DENSITY - OIL_DENSITY) / density * HEIGHT) for density in (OIL_DENSITY, WATER_DENSITY)
+)
 EXCHANGE = 3.0  # s
 WINDOW = (0.75, 2.0)  # distances travelled, in heights, between which the speed is fitted
 
@@ -128,12 +130,12 @@ def lock_exchange(resolution: int, bench: Bench) -> Outcome:
         if max(rows[-1][1:]) > HALF - 0.2 * HEIGHT:
             break
     time, heavy, light = np.array(rows).T
-    unit = HEIGHT / UNIT_SPEED
+    unit = HEIGHT / INTO_WATER
     fine = np.linspace(0.0, 5.0, 50)
     return Outcome(
         values={
-            "U / sqrt(g' H), water along the floor": front_speed(time, heavy) / UNIT_SPEED,
-            "U / sqrt(g' H), oil along the lid": front_speed(time, light) / UNIT_SPEED,
+            "U / sqrt(g' H), water along the floor": front_speed(time, heavy) / INTO_OIL,
+            "U / sqrt(g' H), oil along the lid": front_speed(time, light) / INTO_WATER,
         },
         traces=(
             trace("fronts", time / unit, heavy / HEIGHT, "water, floor"),
@@ -164,7 +166,7 @@ LOCK_EXCHANGE = Case(
     number=18,
     name="lock-exchange",
     title="Lock exchange",
-    source="energy-conserving theory 0.50 (Benjamin 1968) down to laboratory values of 0.42",
+    source="energy-conserving theory 0.50 (Benjamin 1968), with the density of the liquid ahead in g', down to laboratory values of 0.42",
     setup="box 0.3 m high and 1.5 m long, full, with a lid; sea water 1027 left, oil 840 right, nu 1e-6 m2/s, free-slip walls",
     length=HEIGHT,
     length_symbol="H",
