@@ -10,7 +10,6 @@ wall particles still fill it.
 
 from __future__ import annotations
 
-import math
 from functools import lru_cache
 
 import numpy as np
@@ -83,14 +82,6 @@ def lattice_stiffness(dimension: int) -> float:
     isotropic = -20.0 * sigma * outer**3 / SUPPORT**2
     along = 60.0 * sigma * q * outer**2 / (SUPPORT * q) ** 2 / SUPPORT**2
     return float((against[:, None] * (isotropic[:, None] + along[:, None] * points**2)).sum(axis=0)[[0, 2]].max())
-
-
-@lru_cache
-def lattice_fourth_moment(dimension: int) -> float:
-    """Sum of V W r^4 over the lattice of spacing 1."""
-    squares = (lattice(1.0, dimension) ** 2).sum(axis=1)
-    sigma = normalisation(1.0, dimension)
-    return float(sum(kernel(min(math.sqrt(square) / SUPPORT, 1.0), sigma) * square**2 for square in squares))
 
 
 @lru_cache

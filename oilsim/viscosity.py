@@ -2,12 +2,13 @@
 
     rho_i0 (dv/dt)_i = sum_j K_ij v_ji,   K_ij = f(r) mu_ij V_j x_ij x_ij^T
     paper   f = 2 (dim + 2) (-W'(r) / r) / (r^2 + 0.01 h^2)                                  Eq. 25, h half the support radius
-    split   f = dim (dim + 2) W(r) (1 / S_i + 1 / S_j),    S_i = sum_j V W r^4
+    split   f = dim (dim + 2) w(r) (1 / S_i + 1 / S_j),    S_i = sum_j V w r^4,    w = (1 + LEVEL q^2) W(r)
 
 Any f whose fourth moment has this value is consistent. That of Eq. 25 rests on the nearest neighbours, of which some directions have more:
-on a lattice it gives 0.86 of the viscosity along the axes and 1.14 along the diagonals, 0.95 among disordered particles. The kernel
-itself spreads the weight: on a lattice it is right within 2 % in every direction. S is the lattice's within reach of free surfaces and
-walls; inside it is the particle's own, 3 to 5 % more than the lattice's where flow disorders it, which would be that of viscosity.
+on a lattice it gives 0.86 of the viscosity along the axes and 1.14 along the diagonals, 0.95 among disordered particles. w spreads the
+weight: a square lattice has the same viscosity in every direction (0.3 % more along its axes without LEVEL), a cubic one within 1.2 %. S
+is the lattice's within reach of free surfaces and walls; inside it is the particle's own, 3 to 5 % more than the lattice's where flow
+disorders it, which would be that of viscosity.
 
 K_ij is symmetric and positive semi-definite and acts along the line of centres, or nearly so where pair vectors are corrected (`faces`).
 mu_ij is the harmonic mean of the two liquids, the value that keeps the shear stress continuous across an interface; the paper couples
@@ -35,15 +36,30 @@ from oilsim.lanes import LANES, below, gather, load, only, positive, root, sprea
 from oilsim.neighbors import Pairs, rows, separations
 from oilsim.parallel import Team, block_count, total
 from oilsim.pressure_projection import dot
-from oilsim.smoothing_kernels import FAST, SUPPORT, kernel, kernel_slope_over_q, lattice_fourth_moment, normalisation
+from oilsim.smoothing_kernels import FAST, SUPPORT, kernel, kernel_slope_over_q, lattice, normalisation
 from oilsim.walls import add_wrench
 
 Real = NDArray[np.float32]
 
 ZERO, ONE, HALF = np.float32(0.0), np.float32(1.0), np.float32(0.5)
+LEVEL = np.float32(0.6)  # for which sum w x^2 y^2 = sum w r^4 / 8 on a square lattice
 REGULAR = 1e-4  # of d^2, beside r^2 of a pair: the 0.01 h^2 of Eq. 25 takes 1 % off the viscosity, and nothing needs it
 NEGLIGIBLE = 1e-3  # nu t / d^2 that a liquid may be owed: what decays on the finest wave, one of 2 d, is off by (10 of this)^2 / 2
 EXPLICIT_BELOW = 1e-2  # nu dt / d^2 under which one explicit step equals the implicit one to the square of this
+
+
+@njit(inline="always", **FAST)
+def viscous_weight(q, sigma):
+    """w at q = r / H, [1/m3; 1/m2 in two dimensions]; sigma that of W."""
+    return (ONE + LEVEL * q * q) * kernel(q, sigma)
+
+
+@lru_cache
+def lattice_fourth_moment(dimension: int) -> float:
+    """S of a lattice of spacing 1."""
+    squares = (lattice(1.0, dimension) ** 2).sum(axis=1)
+    sigma = normalisation(1.0, dimension)
+    return float(sum(viscous_weight(min(math.sqrt(square) / SUPPORT, 1.0), sigma) * square**2 for square in squares))
 
 
 @lru_cache
@@ -58,12 +74,12 @@ def wall_factor(dimension: int, eq_25: bool) -> float:
     if eq_25:
         weight = np.array([-kernel_slope_over_q(q, sigma) for q in inside]) / SUPPORT**2 / (r**2 + REGULAR)
     else:
-        weight = np.array([kernel(q, sigma) for q in inside])
+        weight = np.array([viscous_weight(q, sigma) for q in inside])
     return 2.0 / (profile_factor(1.0, dimension, eq_25) * float(np.trapezoid(weight * ring, across)))
 
 
 def profile_factor(spacing: float, dimension: int, eq_25: bool) -> float:
-    """What f(r) has before its profile, (-W'(r) / r) / r^2 [1] or W(r) [1/m4]."""
+    """What f(r) has before its profile, (-W'(r) / r) / r^2 [1] or w(r) [1/m4]."""
     return 2.0 * (dimension + 2.0) * (1.0 if eq_25 else dimension / (lattice_fourth_moment(dimension) * spacing**4))
 
 
@@ -87,7 +103,7 @@ def fourth_moment_share(begin, end, position, near, period, fluid, walls, sigma,
             dx, dy, dz = separations(position[0, i], position[1, i], position[2, i], points, j, period)
             squared = dx * dx + dy * dy + dz * dz
             q = only(present, root(squared) * inverse_support, ONE)
-            content += kernel(q, sigma) * squared * squared
+            content += viscous_weight(q, sigma) * squared * squared
         share[i] = ONE / (factor * summed(content))
 
 
@@ -95,14 +111,14 @@ def fourth_moment_share(begin, end, position, near, period, fluid, walls, sigma,
 def stiffness(ax, ay, az, dx, dy, dz, volume, sigma, inverse_support, regular, factor):
     """k with K_ij = k a a^T for the cached gradient a = V grad W, or nearly: factor mu times the profile of f, volume V, over (a / x)^2.
 
-    sigma that of W, None for Eq. 25.
+    sigma that of w, None for Eq. 25.
     """
     squared = dx * dx + dy * dy + dz * dz
     slope = positive(-(ax * dx + ay * dy + az * dz)) + np.float32(1e-12)
     if sigma is None:
         return factor * squared / ((squared + regular) * slope)
     ratio = squared / slope
-    return factor * volume * kernel(root(squared) * inverse_support, sigma) * ratio * ratio
+    return factor * volume * viscous_weight(root(squared) * inverse_support, sigma) * ratio * ratio
 
 
 @njit(inline="always", **FAST)

@@ -8,8 +8,8 @@ import pytest
 from oilsim.boundary import tank_walls
 from oilsim.initial_conditions import block
 from oilsim.phases import Phase
-from oilsim.smoothing_kernels import SUPPORT, kernel, kernel_slope_over_q, normalisation
-from oilsim.viscosity import REGULAR, viscosity_matrix
+from oilsim.smoothing_kernels import SUPPORT, kernel_slope_over_q, lattice, normalisation
+from oilsim.viscosity import REGULAR, viscosity_matrix, viscous_weight
 
 from .conftest import prepare
 
@@ -59,11 +59,20 @@ def lattice_rate(spacing, scheme="split"):
     if scheme == "paper":  # Eq. 25, REGULAR for its 0.01 h^2
         slope = np.array([[-kernel_slope_over_q(q, sigma) / SUPPORT**2 for q in row] for row in r / SUPPORT])
         profile = 8.0 * slope / (r**2 + REGULAR)
-    else:  # 2 dim (dim + 2) W / sum W r^4
-        weight = np.array([[kernel(min(q, 1.0), sigma) for q in row] for row in r / SUPPORT])
+    else:  # 2 dim (dim + 2) w / sum w r^4
+        weight = np.array([[viscous_weight(min(q, 1.0), sigma) for q in row] for row in r / SUPPORT])
         profile = 16.0 * weight / (weight * r**4).sum()
     k = 2 * np.pi * spacing
     return float((profile * x**2 * (1.0 - np.cos(k * z))).sum()) / k**2
+
+
+def test_square_lattice_has_one_viscosity():
+    # a plane fourth-order tensor is isotropic when xxzz is an eighth of rrrr
+    points = lattice(1.0, 2)
+    square = (points**2).sum(axis=1)
+    weight = np.array([viscous_weight(min(q, 1.0), 1.0) for q in np.sqrt(square) / SUPPORT])
+    across = (weight * (points[:, 0] * points[:, 2]) ** 2).sum()
+    assert 8.0 * across == pytest.approx((weight * square**2).sum(), rel=2e-4)
 
 
 def test_operator_is_right_in_every_direction(make_fluid):
