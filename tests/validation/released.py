@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import itertools
 import math
-from functools import cache
+from collections.abc import Callable
+from functools import cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +16,8 @@ from oilsim.config import FluidConfig
 from oilsim.initial_conditions import block
 from tests.validation import heave_theory
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
-from tests.validation.rigid import Body, disc, outside, put_solid, solid_tank
-from tests.validation.scenes import GRAVITY, SAMPLE, liquid, read_table
+from tests.validation.rigid import CLEARANCE, Body, disc, outside, put_solid, solid_tank
+from tests.validation.scenes import GRAVITY, SAMPLE, liquid, open_tank, read_table
 
 Double = NDArray[np.float64]
 
@@ -30,31 +31,51 @@ SETTLE, BEAT, BEATS = (
     5,
 )  # s held before the release; s between samples after it, and how many give the acceleration
 STEPS, SURFACING_TIME = 1000, 9.0  # of the fluid from the release through the surface, and about how long they take [s]
-RADIUS = 0.25  # m, of the cylinder
+REFLECTIONS = 12  # of images that are counted, to each side
+CHANNEL = 3.0 * DIAMETER  # m: width and depth of the tank of a cylinder that is let go in its middle
+RADIUS = 0.25  # m, of the cylinder that heaves
 RELEASED = 1.0 / 3.0  # of the radius: how high above its waterline it is let go
 HALF_WIDTH, WATER_DEPTH = 14.0, 6.0  # of the radius: not far, so theory is told of them
 LAST = 11.5  # of sqrt(R / g): length of the run
 
 
-def added_mass(radius: float, side: float, below: float, above: float) -> float:
-    """Added mass coefficient of a sphere that starts to rise in a square tank, `below` over its floor and `above` under its surface.
+def mirrored(below: float, above: float) -> list[tuple[float, float]]:
+    """Heights [m] over a body's own of its images across floor and surface, `below` and `above` it, and their share of its speed.
 
-    Walls and the surface mirror its dipole, the walls and the floor so that no water passes (a vertical dipole is reversed by the floor),
-    the surface so that there is no pressure. An image that moves with s U, at (r, theta) from the axis of motion, adds
-    s U a^3 (3 cos^2 theta - 1) / (2 r^3) to the water's velocity; against water that moves at -e U a sphere has C_a = (1 + 3 e) / 2.
+    The floor, which no water passes, reverses what moves up and down; the surface, where there is no pressure, does not.
     """
-    reach = 12
-    heights = [(0.0, 1.0)]
-    for n in range(-reach, reach + 1):
+    images = []
+    for n in range(-REFLECTIONS, REFLECTIONS + 1):
         period, sign = 2.0 * n * (below + above), (-1.0) ** n
-        heights += [(period, sign)] * (n != 0) + [(period - 2.0 * below, -sign)]
+        images += [(period, sign)] * (n != 0) + [(period - 2.0 * below, -sign)]
+    return images
+
+
+def sphere_added_mass(radius: float, side: float, below: float, above: float) -> float:
+    """Added mass coefficient of a sphere that starts to rise in the middle of a square tank.
+
+    An image that moves with s U, at (r, theta) from the axis of motion, adds s U a^3 (3 cos^2 theta - 1) / (2 r^3) to the water's velocity.
+    All of them together add -e (1 + x) U, and as much as that, x = e (1 + x), to the strength that each of them has. Against such water a
+    sphere has C_a = (1 + 3 x) / 2, as it has exactly in the middle of a hollow sphere.
+    """
     backflow = 0.0
-    for i, j in itertools.product(range(-reach, reach + 1), repeat=2):
-        for height, sign in heights:
+    for i, j in itertools.product(range(-REFLECTIONS, REFLECTIONS + 1), repeat=2):
+        for height, sign in [(0.0, 1.0), *mirrored(below, above)]:
             square = (i * side) ** 2 + (j * side) ** 2 + height**2
             if square > 0.0:
                 backflow -= sign * radius**3 * (3.0 * height**2 / square - 1.0) / (2.0 * square**1.5)
-    return 0.5 * (1.0 + 3.0 * backflow)
+    return 0.5 * (1.0 + 3.0 * backflow / (1.0 - backflow))
+
+
+def cylinder_added_mass(radius: float, width: float, below: float, above: float) -> float:
+    """The same of a cylinder across a channel, whose images add s U a^2 cos(2 theta) / r^2: C_a = 1 + 2 x.
+
+    A row of them, mirrored by the sides, adds s U (pi a / width)^2 / sinh^2(pi z / width) at a height z from it, and the cylinder's own
+    row -U (pi a / width)^2 / 3.
+    """
+    rows = sum(sign / math.sinh(math.pi * height / width) ** 2 for height, sign in mirrored(below, above))
+    backflow = (math.pi * radius / width) ** 2 * (1.0 / 3.0 - rows)
+    return 1.0 + 2.0 * backflow / (1.0 - backflow)
 
 
 def held_sphere(bench: Bench, ratio: float, spacing: float, **options: float) -> Body:
@@ -72,9 +93,22 @@ def held_sphere(bench: Bench, ratio: float, spacing: float, **options: float) ->
     return body
 
 
-def first_acceleration(bench: Bench, ratio: float, spacing: float) -> float:
-    """Acceleration over g of a light sphere just let go."""
-    body = held_sphere(bench, ratio, spacing, divergence_tolerance=1e-6, divergence_iterations=400)
+def held_cylinder(bench: Bench, ratio: float, spacing: float, **options: float) -> Body:
+    """A light cylinder across the middle of a channel, held until the water about it has settled, and free from now on to heave."""
+    radius, start = 0.5 * DIAMETER, np.array([0.5 * CHANNEL, 0.0, 0.5 * CHANNEL])
+    fluid, _ = open_tank(bench, CHANNEL, CHANNEL, spacing, (liquid(WATER),), **options)
+    points = block((0, 0, 0), (CHANNEL, 0, CHANNEL), spacing, 2)
+    fluid.add_particles(points[np.linalg.norm(points - start, axis=1) > radius + CLEARANCE * spacing], phase="water")
+    body = Body(fluid, disc(radius, spacing), ratio * WATER * math.pi * radius**2, np.zeros((3, 3)), start)
+    for _ in range(round(SETTLE / SAMPLE)):
+        body.advance(bench, SAMPLE)
+    body.freedoms[2] = 1.0
+    return body
+
+
+def first_acceleration(bench: Bench, held: Callable[..., Body], ratio: float, spacing: float) -> float:
+    """Acceleration over g of a light body just let go."""
+    body = held(bench, ratio, spacing, divergence_tolerance=1e-6, divergence_iterations=400)
     speeds = [0.0]
     for _ in range(BEATS):
         body.advance(bench, BEAT)
@@ -83,15 +117,15 @@ def first_acceleration(bench: Bench, ratio: float, spacing: float) -> float:
     return float(np.polyfit(BEAT * np.arange(BEATS + 1), speeds, 1)[0]) / GRAVITY
 
 
-def release(resolution: int, bench: Bench) -> Outcome:
-    """Case 10: acceleration of light spheres just let go under water."""
+def release(held: Callable[..., Body], added_mass: float, resolution: int, bench: Bench) -> Outcome:
+    """Case 10: acceleration of light bodies just let go under water."""
     bench.plan(len(RATIOS) * (SETTLE + BEATS * BEAT))
-    found = [first_acceleration(bench, ratio, DIAMETER / resolution) for ratio in RATIOS]
+    found = [first_acceleration(bench, held, ratio, DIAMETER / resolution) for ratio in RATIOS]
     return Outcome(
         values={f"acceleration / g, ratio {ratio:g}": value for ratio, value in zip(RATIOS, found, strict=True)},
         traces=(
             trace("acceleration", RATIOS, found, markers=True),
-            trace("acceleration", RATIOS, [expected_acceleration(r) for r in RATIOS], "theory", reference=True),
+            trace("acceleration", RATIOS, [(1.0 - r) / (r + added_mass) for r in RATIOS], "theory", reference=True),
         ),
     )
 
@@ -113,12 +147,6 @@ def surfacing(resolution: int, bench: Bench) -> Outcome:
             trace("height", SAMPLE * np.arange(len(heights)), np.array(heights) / DIAMETER, f"ratio {ratio:g}")
         )
     return Outcome(values=values, traces=tuple(traces))
-
-
-def expected_acceleration(ratio: float) -> float:
-    """(1 - s) / (s + C_a), in g."""
-    mass = added_mass(0.5 * DIAMETER, SIDE, 0.5 * DEPTH, 0.5 * DEPTH)
-    return (1.0 - ratio) / (ratio + mass)
 
 
 def heave_decay(resolution: int, bench: Bench) -> Outcome:
@@ -191,23 +219,41 @@ def turning_points(time: Double, height: Double) -> list[tuple[float, float]]:
     return found
 
 
-RELEASE = Case(
-    number=10,
-    name="release",
-    title="Light spheres let go under water",
-    source="a = (1 - s) g / (s + C_a), C_a = 1/2 with the images of the tank's walls and of the surface",
-    setup="sphere of diameter D in the middle of a tank 2.5 D wide and deep, held for 0.3 s and let go",
-    length=DIAMETER,
-    length_symbol="D",
-    resolutions=(8, 12, 16),
-    quantities=tuple(
-        Quantity(name=f"acceleration / g, ratio {r:g}", unit="1", reference=expected_acceleration(r), gate=0.03)
-        for r in RATIOS
-    ),
-    panels=(Panel("acceleration", "density over the water's", "a / g"),),
-    run=release,
-    note="slope of the speed over the first 0.01 s; divergence tolerance 1e-6 with up to 400 products, as the pressure is new in one step.",
-)
+IN_A_TANK = sphere_added_mass(0.5 * DIAMETER, SIDE, 0.5 * DEPTH, 0.5 * DEPTH)
+IN_A_CHANNEL = cylinder_added_mass(0.5 * DIAMETER, CHANNEL, 0.5 * CHANNEL, 0.5 * CHANNEL)
+
+
+def release_case(
+    name: str, bodies: str, held: Callable[..., Body], added_mass: float, setup: str, resolutions: tuple[int, ...]
+) -> Case:
+    """Case 10 for one kind of body."""
+    return Case(
+        number=10,
+        name=name,
+        title=f"{bodies} let go under water",
+        source=f"a = (1 - s) g / (s + C_a), C_a = {added_mass:.3f} with the images of the tank's walls and of the surface",
+        setup=setup,
+        length=DIAMETER,
+        length_symbol="D",
+        resolutions=resolutions,
+        quantities=tuple(
+            Quantity(name=f"acceleration / g, ratio {r:g}", unit="1", reference=(1.0 - r) / (r + added_mass), gate=0.03)
+            for r in RATIOS
+        ),
+        panels=(Panel("acceleration", "density over the water's", "a / g"),),
+        run=partial(release, held, added_mass),
+        note="slope of the speed over the first 0.01 s; divergence tolerance 1e-6, up to 400 products: the pressure is new in one step.",
+    )
+
+
+RELEASE = release_case(
+    "release", "Light spheres", held_sphere, IN_A_TANK,
+    "sphere of diameter D in the middle of a tank 2.5 D wide and deep, held for 0.3 s and let go", (8, 12, 16),
+)  # fmt: skip
+PLANE_RELEASE = release_case(
+    "plane-release", "Light cylinders", held_cylinder, IN_A_CHANNEL,
+    "cylinder of diameter D across the middle of a channel 3 D wide and deep, held for 0.3 s and let go", (8, 16, 32),
+)  # fmt: skip
 
 SURFACING = Case(
     number=10,

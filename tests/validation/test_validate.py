@@ -14,7 +14,7 @@ from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.cases import CASES, select
 from tests.validation.channel import couette, poiseuille
 from tests.validation.floating import SIZE, solids
-from tests.validation.released import added_mass, turning_points
+from tests.validation.released import cylinder_added_mass, sphere_added_mass, turning_points
 from tests.validation.rigid import disc
 from tests.validation.scenes import read_table
 from tests.validation.waves import exact_omega, interface_roots
@@ -79,7 +79,7 @@ def test_unknown_case_is_refused(capsys):
 def test_cases_are_chosen_by_name_or_number():
     assert [case.number for case in select("13, still-column")] == [1, 13]
     assert select("") == list(CASES)
-    assert len({case.name for case in CASES}) == len(CASES) == 24
+    assert len({case.name for case in CASES}) == len(CASES) == 25
 
 
 def test_reference_solutions_agree_with_the_tables():
@@ -97,12 +97,14 @@ def test_solids_are_closed_and_have_their_volumes():
     assert {name: meshes[name].volume / SIZE**3 for name in exact} == pytest.approx(exact)
 
 
-def test_added_mass_is_a_half_with_lambs_corrections_at_one_wall():
-    # Lamb (1932), art. 137: 1 + 3/8 (a/h)^3 moving square to a wall, 1 + 3/16 (a/h)^3 along it, in leading order
-    far = 1e3
-    assert added_mass(1.0, far, far, far) == pytest.approx(0.5)
-    assert added_mass(1.0, far, 2.0, far) == pytest.approx(0.5 * (1.0 + 3.0 / 8.0 / 8.0))
-    assert added_mass(1.0, far, far, 2.0) == pytest.approx(0.5 * (1.0 - 3.0 / 8.0 / 8.0))
+def test_added_mass_has_lambs_corrections_at_one_wall():
+    # Lamb (1932), art. 137: 1 + 3/8 (a/h)^3 moving square to a wall in leading order; of a cylinder 1 + 1/2 (a/h)^2
+    far, near = 1e4, 20.0
+    assert sphere_added_mass(1.0, far, far, far) == pytest.approx(0.5)
+    assert sphere_added_mass(1.0, far, near, far) == pytest.approx(0.5 * (1.0 + 3.0 / 8.0 / near**3), rel=1e-8)
+    assert sphere_added_mass(1.0, far, far, near) == pytest.approx(0.5 * (1.0 - 3.0 / 8.0 / near**3), rel=1e-8)
+    assert cylinder_added_mass(1.0, far, near, far) == pytest.approx(1.0 + 0.5 / near**2, rel=2e-6)
+    assert cylinder_added_mass(1.0, far, far, near) == pytest.approx(1.0 - 0.5 / near**2, rel=2e-6)
 
 
 def test_a_disc_of_points_has_the_volume_of_its_two_rings():
