@@ -8,10 +8,10 @@ kappa = pressure x time step / rho_ref [m2/s]. Both schemes share the form, with
     (H^T v)_i   = sum_j G_ij . (v_i - v_j) + ...    the exact transpose, the rate of compression [1/s]
 
 paper   G_ij = V grad W_ij, G_ib = V_b grad W_ib, w = 1, c = 0                                          (Eq. 7 and 14, sign mended)
-split   G_ij = (Y_i + Y_j) / 2 V grad W_ij, G_ib = Y_i V_b grad W_ib (Y: see `faces`), w = 2 and c = 1: a wall takes the pressure
-        that the liquid's gradient extrapolates to it. A linear pressure is then balanced near walls as it is inside, and water
-        lies still. c fades to 0 where liquid neighbours are too few for a gradient, and at the free surface beside walls at rest, where
-        its transpose would hold the water's edge: waves would lose three times as much. Beside bodies it stays, because the
+split   G_ij = (Y_i + Y_j) / 2 V grad W_ij, G_ib likewise with V_b and the lattice's Y (see `faces`), w = 2 and c = 1: a wall takes the
+        pressure that the liquid's gradient extrapolates to it. A linear pressure is then balanced near walls as it is inside, and
+        water lies still. c fades to 0 where liquid neighbours are too few for a gradient, and at the free surface beside walls at rest,
+        where its transpose would hold the water's edge: waves would lose three times as much. Beside bodies it stays, because the
         uppermost particles would press their dry part up, and they would ride high.
 
 The gradient at i comes from its liquid neighbours, B_i sum_j G_ij (kappa_j - kappa_i), B_i = (sum_j G_ij x_ij^T)^-1, so that the walls'
@@ -31,7 +31,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from oilsim.faces import face_between, times_symmetric
+from oilsim.faces import face_between, face_to_wall
 from oilsim.lanes import LANES, below, gather, load, only, root, rounded, spread, store, summed
 from oilsim.neighbors import rows, separations
 from oilsim.parallel import BLOCK
@@ -77,7 +77,9 @@ def store_vector(vectors, k, present, ax, ay, az):
 
 
 @njit(inline="always", **FAST)
-def cache_wall_gradients(i, position, wall, wall_volume, matrix, period, walls, sigma, inverse_support, wall_gradient):
+def cache_wall_gradients(
+    i, position, wall, wall_volume, matrix, lattice, period, walls, sigma, inverse_support, wall_gradient
+):
     """Cache G_ib of particle i; returns their sum [1/m] and the coverage sum V_b W_ib."""
     factor = inverse_support * inverse_support
     points = rows(wall)
@@ -93,7 +95,7 @@ def cache_wall_gradients(i, position, wall, wall_volume, matrix, period, walls, 
         slope = factor * content * kernel_slope_over_q(q, sigma)
         ax, ay, az = slope * dx, slope * dy, slope * dz
         if matrix is not None:
-            ax, ay, az = times_symmetric(ax, ay, az, matrix[:, i])
+            ax, ay, az = face_to_wall(matrix, i, lattice, ax, ay, az)
         store_vector(wall_gradient, k, present, ax, ay, az)
         wx += ax
         wy += ay
@@ -103,12 +105,12 @@ def cache_wall_gradients(i, position, wall, wall_volume, matrix, period, walls, 
 
 @njit(**FAST)
 def cache_gradients(
-    begin, end, position, wall, wall_volume, matrix, weight, period, fluid, walls, sigma, support, volume, wall_weight, by_body, plane,
-    gravity, gradient, wall_gradient, own, extrapolation, waterline, diagonal, coverage,
+    begin, end, position, wall, wall_volume, matrix, lattice, weight, period, fluid, walls, sigma, support, volume, wall_weight, by_body,
+    plane, gravity, gradient, wall_gradient, own, extrapolation, waterline, diagonal, coverage,
 ):  # fmt: skip
     """Cache G_ij per fluid pair in `gradient`, G_ib in `wall_gradient` (3, Q) [1/m], and what particles need of them.
 
-    matrix (6, N) Y_i or None for 1; weight (N,) rho_ref / rho_0 or None; wall_weight w; by_body (N,): a body is within reach.
+    matrix (6, N) Y_i or None for 1; lattice m_0; weight (N,) rho_ref / rho_0 or None; wall_weight w; by_body (N,): a body is within reach.
     Fills own (3, N) [1/m], `extrapolation` (9, N) K_i row by row where walls are near (None: c = 0), the diagonal of A [1/m2],
     `coverage` sum V_b W_ib.
     """
@@ -139,7 +141,7 @@ def cache_gradients(
         gx, gy, gz, coverage[i] = sx, sy, sz, ZERO
         if walls.number[i] > 0:
             wx, wy, wz, coverage[i] = cache_wall_gradients(
-                i, position, wall, wall_volume, matrix, period, walls, sigma, inverse_support, wall_gradient
+                i, position, wall, wall_volume, matrix, lattice, period, walls, sigma, inverse_support, wall_gradient
             )
             gx, gy, gz = gx + wall_weight * wx, gy + wall_weight * wy, gz + wall_weight * wz
             if extrapolation is not None:

@@ -1,4 +1,4 @@
-"""The matrices Y_i that make the pressure's pair vectors G_ij = (Y_i + Y_j) / 2 V grad W_ij, and G_ib = Y_i V_b grad W_ib beside walls.
+"""The matrices Y_i of the pressure's pair vectors, G_ij = (Y_i + Y_j) / 2 V grad W_ij and G_ib = (Y_i + 1 / m_0) / 2 V_b grad W_ib.
 
     Y_i = (1 - z) / m_0 + z M_i^-1,   z = EXACT smoothstep(lambda_i; THIN, FULL)
 
@@ -10,7 +10,8 @@ pressure. Waves of 5 % steepness then run 4 to 5 % too fast at any spacing.
 But the force of M^-1 alone is no energy's gradient and does work on particles that come back to where they were: deep water left to
 itself circulates ever faster, a plane column of 32 spacings at 3 % of sqrt(g H) after 100 s. A twentieth of the elastic force holds it
 (0.3 %) and is too weak to change a wave of 64 spacings by more than 0.2 %: that is what EXACT leaves.
-Where M is nearly singular, in spray and thin films, Y fades to the lattice's.
+Walls, which are a lattice, have its matrix: with Y_i alone water in a tank moves twice as much at rest. Where M is nearly singular, in
+spray and thin films, Y fades to the lattice's too.
 """
 
 from __future__ import annotations
@@ -66,3 +67,11 @@ def face_between(matrix, i, j, ax, ay, az):
     xz, yy = HALF * (matrix[2, i] + gather(matrix[2], j)), HALF * (matrix[3, i] + gather(matrix[3], j))
     yz, zz = HALF * (matrix[4, i] + gather(matrix[4], j)), HALF * (matrix[5, i] + gather(matrix[5], j))
     return times_symmetric(ax, ay, az, (xx, xy, xz, yy, yz, zz))
+
+
+@njit(inline="always", **FAST)
+def face_to_wall(matrix, i, lattice, ax, ay, az):
+    """(Y_i + 1 / m_0) / 2 a; lattice m_0."""
+    bx, by, bz = times_symmetric(ax, ay, az, matrix[:, i])
+    own = ONE / lattice
+    return HALF * (bx + own * ax), HALF * (by + own * ay), HALF * (bz + own * az)

@@ -187,9 +187,9 @@ class Workspace:
         walls, matrix = self.walls, self.matrix if self.split else None
         with self.stage("gradients"):
             self.team.run(
-                cache_gradients, position.shape[1], position, walls.position, walls.volume, matrix, self.weight, *self.geometry,
-                self._wall_weight, self.by_body, self.plane, self._gravity, self.gradient, self.wall_gradient, self.own, self.extrapolation,
-                self.waterline, self.diagonal, self.coverage,
+                cache_gradients, position.shape[1], position, walls.position, walls.volume, matrix, self.moment, self.weight,
+                *self.geometry, self._wall_weight, self.by_body, self.plane, self._gravity, self.gradient, self.wall_gradient, self.own,
+                self.extrapolation, self.waterline, self.diagonal, self.coverage,
             )  # fmt: skip
             self.contacts: Contacts = walls.contacts(self.touching, self.wall_pairs, self.wall_gradient)
 
