@@ -243,7 +243,6 @@ def tank(
         phases=(phase,),
         lower=(-margin, -margin, -margin),
         upper=(size[0] + margin, size[1] + margin, size[2] + margin),
-        divergence_tolerance=1e-4 if scheme is None else 1e-5,  # noise that an iteration must not take for an answer
         divergence_iterations=400,
     )
     return TankScene(config, size, depth, scheme=scheme, iteration=iteration)

@@ -46,7 +46,6 @@ def tank(width: float, depth: float, spacing: float, dimension: int = 2) -> tupl
         lower=(-0.2, -0.2, -0.2),
         upper=(width + 0.2, width + 0.2, 2.0 * depth),
         dimension=dimension,
-        divergence_tolerance=1e-4,
     )
     fluid = Fluid(config)
     sides = ("-x", "+x", "-z") if dimension == 2 else ("-x", "+x", "-y", "+y", "-z")

@@ -19,7 +19,7 @@ from oilsim.solver import Fluid
 from .conftest import WATER, disturbed
 
 DEPTH, GRAVITY = 0.5, 9.81
-FINE = 1e-4  # divergence tolerance, the default
+FINE = 1e-5  # divergence tolerance, the default
 
 
 def tank(particles, tolerance, phases=(WATER,), width=DEPTH):
