@@ -31,7 +31,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from oilsim.faces import face_between, face_to_wall
+from oilsim.faces import face_between, face_to_walls, times_symmetric
 from oilsim.lanes import LANES, below, gather, load, only, root, rounded, spread, store, summed
 from oilsim.neighbors import rows, separations
 from oilsim.parallel import BLOCK
@@ -83,6 +83,8 @@ def cache_wall_gradients(
     """Cache G_ib of particle i; returns their sum [1/m] and the coverage sum V_b W_ib."""
     factor = inverse_support * inverse_support
     points = rows(wall)
+    if matrix is not None:
+        face = face_to_walls(matrix, i, lattice)
     wx = wy = wz = cover = spread(ZERO)
     first, last = walls.start[i], walls.start[i] + np.int64(walls.number[i])
     for k in range(first, last, LANES):
@@ -95,7 +97,7 @@ def cache_wall_gradients(
         slope = factor * content * kernel_slope_over_q(q, sigma)
         ax, ay, az = slope * dx, slope * dy, slope * dz
         if matrix is not None:
-            ax, ay, az = face_to_wall(matrix, i, lattice, ax, ay, az)
+            ax, ay, az = times_symmetric(ax, ay, az, face)
         store_vector(wall_gradient, k, present, ax, ay, az)
         wx += ax
         wy += ay

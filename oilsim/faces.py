@@ -70,8 +70,10 @@ def face_between(matrix, i, j, ax, ay, az):
 
 
 @njit(inline="always", **FAST)
-def face_to_wall(matrix, i, lattice, ax, ay, az):
-    """(Y_i + 1 / m_0) / 2 a; lattice m_0."""
-    bx, by, bz = times_symmetric(ax, ay, az, matrix[:, i])
+def face_to_walls(matrix, i, lattice):
+    """(Y_i + 1 / m_0) / 2 as six; lattice m_0."""
     own = ONE / lattice
-    return HALF * (bx + own * ax), HALF * (by + own * ay), HALF * (bz + own * az)
+    return (
+        HALF * (matrix[0, i] + own), HALF * matrix[1, i], HALF * matrix[2, i],
+        HALF * (matrix[3, i] + own), HALF * matrix[4, i], HALF * (matrix[5, i] + own),
+    )  # fmt: skip

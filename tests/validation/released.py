@@ -52,7 +52,7 @@ def mirrored(below: float, above: float) -> list[tuple[float, float]]:
 
 
 def sphere_added_mass(radius: float, side: float, below: float, above: float) -> float:
-    """Added mass coefficient of a sphere that starts to rise in the middle of a square tank.
+    """Added mass coefficient of a sphere that starts to rise in the middle of a square tank, all lengths [m].
 
     An image that moves with s U, at (r, theta) from the axis of motion, adds s U a^3 (3 cos^2 theta - 1) / (2 r^3) to the water's velocity.
     All of them together add -e (1 + x) U, and as much as that, x = e (1 + x), to the strength that each of them has. Against such water a
