@@ -19,7 +19,7 @@ from oilsim.solver import Fluid
 from .conftest import WATER, disturbed
 
 DEPTH, GRAVITY = 0.5, 9.81
-FINE = 1e-5  # divergence tolerance, the default
+FINE, COARSE = 1e-5, 1e-4  # divergence tolerances: the default, and that of exercises
 
 
 def tank(particles, tolerance, phases=(WATER,), width=DEPTH):
@@ -79,8 +79,8 @@ def test_still_column_keeps_its_volume(particles):
 
 
 def test_deep_column_does_not_begin_to_circulate():
-    # with M^-1 alone it is at 0.02 by then, and at 0.07 before a minute is over
-    fluid, points = tank(48, FINE, width=0.25 * DEPTH)
+    # with M^-1 alone it is at 0.027 by then, and at 0.07 before a minute is over; a finer tolerance only gives it less to begin with
+    fluid, points = tank(48, COARSE, width=0.25 * DEPTH)
     fluid.add_particles(points, phase="water")
     fluid.advance(16.0)
     speeds = []
