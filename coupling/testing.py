@@ -233,10 +233,14 @@ def tank(
     depth: float,
     particle_spacing: float,
     phase: Phase = WATER,
+    sleep_speed: float = 0.0,
     scheme: Scheme | None = None,
     iteration: Callable[[float], Iteration] = Aitken,
 ) -> TankScene:
-    """A tank from the origin to `size` [m], open at the top, to be filled to `depth` [m] around the bodies added to it."""
+    """A tank from the origin to `size` [m], open at the top, to be filled to `depth` [m] around the bodies added to it.
+
+    Regions that move at less than `sleep_speed` [m/s] fall asleep (`oilsim.sleeping_regions`).
+    """
     margin = 4.0 * particle_spacing
     config = FluidConfig(
         particle_spacing=particle_spacing,
@@ -244,6 +248,7 @@ def tank(
         lower=(-margin, -margin, -margin),
         upper=(size[0] + margin, size[1] + margin, size[2] + margin),
         divergence_iterations=400,
+        sleep_speed=sleep_speed,
     )
     return TankScene(config, size, depth, scheme=scheme, iteration=iteration)
 

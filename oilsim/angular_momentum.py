@@ -112,7 +112,7 @@ class AngularMomentum:
     def __init__(self, work: Workspace, state: FluidState) -> None:
         self._work, self._state, self._count = work, state, 0
         held = work.walls.rest_is_touched(work.wall_pairs, work.by_body, work.touching)
-        if any(work.config.periodic) or held or state.count == 0:
+        if any(work.config.periodic) or held or state.asleep or state.count == 0:
             return
         with work.stage("rotation"):
             self._part, self._owner, self._count = connected_parts(

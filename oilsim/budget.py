@@ -34,7 +34,7 @@ MOVES = {"flight": "gravity", "wrap": "periodic"}  # stages that change position
 EXCHANGES = {"emitters": "emitters", "outflow": "outflow"}  # that change the particles; a step lies between them
 KICKS = {
     "gravity": "gravity", "density": "positions", "forcing": "forcing", "adhesion": "adhesion", "viscosity": "viscosity",
-    "divergence": "pressure", "contact": "contact", "rotation": "rotation",
+    "divergence": "pressure", "contact": "contact", "rotation": "rotation", "sleep": "sleep",
 }  # fmt: skip
 STAGES = MOVES | EXCHANGES | KICKS
 
@@ -153,7 +153,7 @@ class Budget:
 
     def add_strain(self, field: Real, time_step: float) -> None:
         """The velocity gradients of this step, as `local_fields` leaves them in `field` (N, 16)."""
-        count = self._state.count
+        count = self._state.awake
         sums = np.zeros(block_count(count))
         self._team.run(sum_strain, count, field, self._state.phase, self._mass, sums)
         self._strain += time_step * float(np.add.reduce(sums))

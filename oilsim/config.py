@@ -27,6 +27,7 @@ RULES: tuple[Rule, ...] = (
     ("minimum_time_step", lambda v: v > 0.0, "above 0 s"),
     ("maximum_time_step", lambda v: v > 0.0, "above 0 s"),
     ("cfl", lambda v: 0.0 < v <= 1.0, "above 0 to 1"),
+    ("sleep_speed", lambda v: v >= 0.0, "0 m/s or more"),
 )
 
 
@@ -46,6 +47,7 @@ class FluidConfig:
     viscosity_correction   gamma of Eq. 29; 1 is physical, the paper used 1e4
     explicit_viscosity     Eq. 25 forward in time instead of Eq. 26
     cfl                    lambda of Eq. 30
+    sleep_speed            speed [m/s] below which whole regions fall asleep (`sleeping_regions`); 0: none ever does
     """
 
     particle_spacing: float
@@ -68,6 +70,7 @@ class FluidConfig:
     minimum_time_step: float = 1e-4
     maximum_time_step: float = 1e-2
     cfl: float = 0.4
+    sleep_speed: float = 0.0
 
     def __post_init__(self) -> None:
         problems = [
@@ -83,6 +86,10 @@ class FluidConfig:
             problems.append(f"phases holds {len(self.phases)} phases, allowed: 1 to 255")
         if len({phase.name for phase in self.phases}) < len(self.phases):
             problems.append("phases share a name, allowed: one name each")
+        if self.sleep_speed > 0.0 and (self.scheme == "paper" or not any(self.gravity)):
+            problems.append(
+                f"sleep_speed is {self.sleep_speed} m/s, allowed: 0 in the paper's scheme and without gravity"
+            )
         if self.minimum_time_step > self.maximum_time_step:
             problems.append(f"minimum_time_step is {self.minimum_time_step} s, allowed: maximum_time_step or less")
         for axis, low, high in zip("xyz", self.lower, self.upper, strict=True):

@@ -28,6 +28,7 @@ from oilsim.state import FluidState
 from oilsim.walls import Walls
 
 Real = NDArray[np.float32]
+Index = NDArray[np.uint32]
 
 SKINS = (0.02, 0.05, 0.1, 0.2, 0.3, 0.4)  # that are considered [d]
 BUILD_COST = 2.2  # of listing the candidates, in searches without skin (measured 1.6 to 2.7: a wider ring of cells)
@@ -104,7 +105,8 @@ def choose_skin(motion: float, support: float, dimension: int) -> float:
 class Build:
     """What lists are kept from: particles and their order, walls, positions, and for how many steps.
 
-    id (N,), position (3, N) [m], wall_position (3, M) of the moving walls [m], layout of the walls, skin [m] (0: none kept).
+    id (A,), position (3, A) [m] of the particles awake, wall_position (3, M) of the moving walls [m], layout of the walls, skin [m] (0:
+    none kept).
     """
 
     id: NDArray[np.uint32]
@@ -116,7 +118,7 @@ class Build:
 
     def matches(self, state: FluidState, walls: Walls) -> bool:
         """Whether the same particles, in the same order, meet the same walls."""
-        return self.layout == walls.layout and np.array_equal(self.id, state.id)
+        return self.layout == walls.layout and np.array_equal(self.id, state.id[: state.awake])
 
 
 @dataclass
@@ -140,6 +142,7 @@ class KeptLists:
         self._kept: dict[str, Kept] = {}
         self._previous: tuple[Real, Real] = (_NOWHERE, _NOWHERE)
         self._travelled = 0.0
+        self._sleepers: tuple[Index, Index] | None = None
 
     def update(self, state: FluidState, walls: Walls) -> tuple[Pairs, Pairs]:
         """Lists at the present positions; where they are not kept the state is sorted by cell."""
@@ -153,6 +156,11 @@ class KeptLists:
             motion /= build.steps
         return self._renew(state, walls, motion)
 
+    def forget(self) -> None:
+        """Other particles sleep than did: what is kept is of no use."""
+        self._build = self._sleepers = None
+        self._kept.clear()
+
     def save(self, state: FluidState, walls: Walls) -> dict[str, Any] | None:
         """What decides when and from where lists are built next; None where the next step builds them anyway."""
         build = self._build
@@ -162,8 +170,8 @@ class KeptLists:
 
     def restore(self, saved: dict[str, Any] | None) -> None:
         """Back to what `save` returned; the candidates are listed again from the positions they were listed from."""
+        self.forget()
         self._build = None if saved is None else Build(**saved)
-        self._kept.clear()
 
     def _motion(self, state: FluidState, walls: Walls, before: Real, walls_before: Real) -> float:
         """Bound on the relative motion [m] of any two particles since the positions `before`."""
@@ -172,8 +180,8 @@ class KeptLists:
         return first + max(second, wall)
 
     def _largest(self, position: Real, before: Real) -> tuple[float, float]:
-        """The two largest displacements [m]."""
-        count = position.shape[1]
+        """The two largest displacements [m] of the first of `position`, as many as there are in `before`."""
+        count = before.shape[1]
         largest = np.zeros((block_count(count) + 1, 2), np.float32)
         self._team.run(largest_displacements, count, position, before, self._search.period, largest)
         second, first = np.sort(largest, axis=None)[-2:]
@@ -184,52 +192,82 @@ class KeptLists:
         skin = 0.0
         if math.isfinite(motion):
             skin = self._spacing * choose_skin(motion / self._spacing, self._support / self._spacing, self._dimension)
-        order, cell_start = self._search.order_by_cell(state.position)
-        state.take(order, self._team)
+        search, awake = self._search, state.awake
+        order, cell_start = search.order_by_cell(state.position, awake)
+        state.take(np.concatenate([order, np.arange(awake, state.count, dtype=np.uint32)]), self._team)
         moving = walls.moving_position
-        skin = skin if self._search.allows(skin) else 0.0
-        self._build = Build(state.id.copy(), state.position.copy(), moving, walls.layout, skin)
+        skin = skin if search.allows(skin) else 0.0
+        self._build = Build(state.id[:awake].copy(), state.position[:, :awake].copy(), moving, walls.layout, skin)
         self._kept.clear()
         if skin > 0.0:
             return self._keep(self._build, state, walls)
         near, moving_order, moving_start = walls.order_moving(moving)
-        search, position = self._search, state.position
+        position, asleep = state.position, self._order_asleep(state)
         return (
-            search.list_neighbors("fluid", position, position, cell_start),
+            search.list_neighbors("fluid", position, position, cell_start, None, *asleep, count=state.listed),
             search.list_neighbors(
-                "walls", position, walls.position, walls.cell_start, near, moving_order, moving_start
+                "walls",
+                position,
+                walls.position,
+                walls.cell_start,
+                near,
+                moving_order,
+                moving_start,
+                count=state.listed,
             ),
         )
+
+    def _order_asleep(self, state: FluidState) -> tuple[Index | None, Index | None]:
+        """Particles that sleep, by cell, and where each cell starts; None where none does."""
+        if not state.asleep:
+            return None, None
+        if self._sleepers is None:
+            self._sleepers = self._search.order_by_cell(state.position[:, state.awake :].copy())
+        order, start = self._sleepers
+        return order + np.uint32(state.awake), start
 
     def _keep(self, build: Build, state: FluidState, walls: Walls) -> tuple[Pairs, Pairs]:
         """Filter the lists that have expired."""
         fresh = not self._kept
         if fresh:
-            self._list_candidates(build, walls)
+            self._list_candidates(build, state, walls)
         else:
             motion = self._motion(state, walls, *self._previous)
             self._travelled += motion
         fluid, wall = self._kept["fluid"], self._kept["walls"]
         if fresh or motion > 0.0:
-            self._previous = (state.position.copy(), walls.moving_position)
+            self._previous = (state.position[:, : state.awake].copy(), walls.moving_position)
             for kept, other in ((fluid, state.position), (wall, walls.position)):
                 self._team.run(
-                    filter_lists, state.count, state.position, other, kept.candidates, self._search.period,
+                    filter_lists, state.listed, state.position, other, kept.candidates, self._search.period,
                     np.float32(self._support), self._rounding, self._travelled, kept.expiry, kept.pairs.number,
                     kept.pairs.neighbor,
                 )  # fmt: skip
         return fluid.pairs, wall.pairs
 
-    def _list_candidates(self, build: Build, walls: Walls) -> None:
+    def _list_candidates(self, build: Build, state: FluidState, walls: Walls) -> None:
         """List the pairs nearer than support + skin at the positions of the build, whose particles lie in cell order."""
-        search, position = self._search, build.position
+        search, position, count = self._search, build.position, state.listed
         _, cell_start = search.order_by_cell(position)
+        asleep = self._order_asleep(state)
+        if state.asleep:
+            position = np.concatenate([position, state.position[:, state.awake :]], axis=1)
         everywhere = np.concatenate([walls.position[:, : walls.resting], build.wall_position], axis=1)
         _, moving_order, moving_start = walls.order_moving(build.wall_position)
         candidates = {
-            "fluid": search.list_neighbors("fluid candidates", position, position, cell_start, skin=build.skin),
+            "fluid": search.list_neighbors(
+                "fluid candidates", position, position, cell_start, None, *asleep, build.skin, count
+            ),
             "walls": search.list_neighbors(
-                "wall candidates", position, everywhere, walls.cell_start, None, moving_order, moving_start, build.skin
+                "wall candidates",
+                position,
+                everywhere,
+                walls.cell_start,
+                None,
+                moving_order,
+                moving_start,
+                build.skin,
+                count,
             ),
         }
         for name, listed in candidates.items():

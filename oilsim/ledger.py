@@ -13,6 +13,7 @@ viscosity  minus what is dissipated, plus what moving no-slip walls do
 pressure   the projection: minus its loss and minus the work on moving bodies
 contact    of single particles with walls
 rotation   of free liquid, which gives back the angular momentum that other causes took: numerical
+sleep      regions that fall asleep: minus the motion that they still had
 outflow    liquid that leaves the domain
 
 Gravity turns potential into kinetic energy, so its potential part is minus its work, and the sum of both parts, round-off in the
@@ -36,7 +37,7 @@ Double = NDArray[np.float64]
 
 CAUSES = (
     "emitters", "gravity", "periodic", "positions", "filter", "forcing", "adhesion", "viscosity", "pressure", "contact",
-    "rotation", "outflow",
+    "rotation", "sleep", "outflow",
 )  # fmt: skip
 TOUCHING = ("adhesion", "viscosity", "pressure", "contact")  # causes by which walls and bodies act on the liquid
 

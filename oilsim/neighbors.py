@@ -153,9 +153,9 @@ class NeighborSearch:
         self._shares: dict[str, int] = {}
         self._storage: dict[str, Pairs] = {}
 
-    def order_by_cell(self, position: Real) -> tuple[Index, Index]:
-        """Order (N,) that sorts (3, N) positions by cell, and where each cell starts (cells + 1,)."""
-        count = position.shape[1]
+    def order_by_cell(self, position: Real, count: int | None = None) -> tuple[Index, Index]:
+        """Order (n,) that sorts the first n = `count`, or all, of (3, N) positions by cell, and where each cell starts (cells + 1,)."""
+        count = position.shape[1] if count is None else count
         cell = np.empty(count, np.uint32)
         order = np.empty(count, np.uint32)
         cell_start = np.empty(self.grid.cell_count + 1, np.uint32)
@@ -183,13 +183,14 @@ class NeighborSearch:
         moving_order: Index | None = None,
         moving_start: Index | None = None,
         skin: float = 0.0,
+        count: int | None = None,
     ) -> Pairs:
-        """Lists of the neighbours in `other` of every particle (see `build_lists`).
+        """Lists of the neighbours in `other` of every particle, or of the first `count` (see `build_lists`).
 
         `name` keeps storage apart over the steps; `near` as from `surroundings` spares the particles far from `other`. With a
         `skin` [m] the lists reach that much further and begin at multiples of LANES, so that they can be filtered in place.
         """
-        count = position.shape[1]
+        count = position.shape[1] if count is None else count
         share = self._shares.setdefault(name, 48 if other is position else 16)
         grid, padding = (widened(self.grid, skin), LANES) if skin > 0.0 else (self.grid, lanes.LANES)
         room, full = block_count(max(count, 1)) * BLOCK, np.zeros(1, np.uint8)

@@ -34,18 +34,16 @@ class PressureOperator:
     """A = H^T (rho_ref / rho_0) H with the answers of moving bodies (see `divergence` and `rigid_response`)."""
 
     def __init__(self, work: Workspace, state: FluidState) -> None:
-        self._work, self._state, self._count = work, state, state.count
+        self._work, self._state, self._count = work, state, state.awake
         self._response = work.pressure_response(state.position)
-        self._change = np.empty_like(state.velocity)
-        self._seen = np.empty_like(state.velocity)
-        self._way = np.zeros_like(state.velocity)
+        self._change, self._seen, self._way = np.zeros((3, 3, state.listed), np.float32)
         if self._response.present:
             self._response.add_compliance(work.diagonal)
 
     def compression_rate(self) -> Real:
         """H^T v [1/s] of the velocities and the bodies' motion as they are."""
         velocity = self._state.velocity
-        rate = np.empty(self._count, np.float32)
+        rate = np.zeros(self._state.listed, np.float32)
         seen = self._see(velocity)
         if self._response.present and seen is self._seen:
             self._response.show_motion(seen)
@@ -89,7 +87,7 @@ class PressureOperator:
     def apply(self, kappa: Real) -> None:
         """Take u off the velocities and hand the bodies their impulses."""
         self._pressure_velocity(kappa)
-        self._state.velocity -= self._change
+        self._state.velocity[:, : self._count] -= self._change[:, : self._count]
         if self._response.present:
             self._response.accept(kappa)
 

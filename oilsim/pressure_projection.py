@@ -103,14 +103,14 @@ class BoundConstrainedSolver:
 
     def __init__(self, team: Team) -> None:
         self._team = team
-        self._size = -1
+        self._room = self._size = -1
 
-    def _reserve(self, count: int) -> None:
-        if self._size != count:
-            self._size = count
-            self._scaled, self._product, self._direction, self._image = np.empty((4, count), np.float32)
-            self._first_kappa, self._first_gradient = np.empty((2, count), np.float32)
-            self._face = np.empty(count, bool)
+    def _reserve(self, room: int, count: int) -> None:
+        if (self._room, self._size) != (room, count):
+            self._room, self._size = room, count
+            self._scaled, self._product, self._direction, self._image = np.zeros((4, room), np.float32)
+            self._first_kappa, self._first_gradient = np.zeros((2, room), np.float32)
+            self._face = np.zeros(room, bool)
             self._sums = np.zeros((block_count(count), 3))
 
     def solve(
@@ -123,17 +123,19 @@ class BoundConstrainedSolver:
         iterations: int,
         closed: bool,
         watched: NDArray[np.uint32] | None = None,
+        count: int | None = None,
     ) -> tuple[int, float]:
         """Improve `kappa` in place until the mean residual is `tolerance` [1/s]; returns products used and that mean.
 
         kappa (N,) [m2/s], nowhere negative unless `closed`; gradient (N,) [1/s] is A kappa - b of it, and moves with it; diagonal (N,)
         [1/m2] is that of A. The mean over the `watched` particles, those that touch bodies, must meet the tolerance too: a small body
-        would be lost in a large sea. `iterations` may be exceeded by two products.
+        would be lost in a large sea. `iterations` may be exceeded by two products. With a `count` that many of kappa are solved for,
+        the first ones, and those behind stay as they are; gradient is 0 there.
         """
-        count = kappa.size
+        count = kappa.size if count is None else count
         if count == 0:
             return 0, 0.0
-        self._reserve(count)
+        self._reserve(kappa.size, count)
         self._system, self._kappa, self._gradient, self._diagonal, self._closed = (
             system,
             kappa,
@@ -228,7 +230,8 @@ class BoundConstrainedSolver:
         way = self._direction
         self._move(way, 1.0)
         self._kappa[:] = self._first_kappa
-        scaled = self._gradient / self._diagonal
+        scaled = np.zeros_like(self._scaled)
+        np.divide(self._gradient[: self._size], self._diagonal[: self._size], out=scaled[: self._size])
         np.subtract(self._kappa, np.maximum(self._kappa - scaled, 0.0), out=way)
         self._multiply(way)
         slope, curvature = self._dot(way, self._gradient), self._dot(way, self._product)

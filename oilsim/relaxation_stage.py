@@ -33,31 +33,32 @@ if TYPE_CHECKING:
 
 def relax_liquid(work: Workspace, state: FluidState, time_step: float) -> tuple[int, float]:
     """One pass of `relaxation`, more while the mean compression is above the tolerance; returns passes and that mean."""
-    config, walls, run, count, position = work.config, work.walls, work.team.run, state.count, state.position
-    work.closed = True
+    config, walls, run, count, position = work.config, work.walls, work.team.run, state.awake, state.position
+    work.closed = state.asleep == 0
     if count == 0:
         return 0, 0.0
-    multiplier, strength = np.empty((2, count), np.float32)
-    push, change = np.zeros_like(position), np.empty_like(position)
+    moving = slice(0, count)
+    multiplier, strength = np.zeros((2, state.listed), np.float32)
+    push, change = np.zeros((2, 3, count), np.float32)
     square = np.float32(config.particle_spacing**2)
     rate, limit = np.float32(OMEGA / lattice_diagonal(config.dimension)) * square, LARGEST_MULTIPLIER * square
     with work.stage("density"):
-        position += state.shift
+        position[:, moving] += state.shift[:, moving]
         look_around(work, state, time_step)
         theta = filter_share(work, state, time_step)
         run(shift_strength, count, work.near, work.wall_pairs, work.field, np.float32(time_step), square, strength)
         for iteration in range(1, config.density_iterations + 1):
-            left = LEFT * mean_compression(work)
+            left = LEFT * mean_compression(work, count)
             first = iteration == 1
             run(relaxation_multiplier, count, work.compression, work.near, rate, limit, multiplier)
             run(
                 relax, count, position, walls.position, walls.volume, work.field, multiplier, strength, work.balance, first, theta,
                 INERTIA, *work.geometry, push, state.shift, change,
             )  # fmt: skip
-            position += push
+            position[:, moving] += push
             if first:
                 if theta > 0.0:
-                    state.velocity += change
+                    state.velocity[:, moving] += change
                 theta = np.float32(0.0)
                 run(
                     shift_by_walls, count, work.near, work.wall_pairs, work.gradient_sum, work.field, np.float32(time_step),
@@ -71,17 +72,17 @@ def relax_liquid(work: Workspace, state: FluidState, time_step: float) -> tuple[
 
 def look_around(work: Workspace, state: FluidState, time_step: float) -> None:
     """What `local_fields` tells of every particle, which are near a free surface, and the unit of time of weightless liquid."""
-    run, count, spacing = work.team.run, state.count, np.float32(work.config.particle_spacing)
-    work.field, surface = np.empty((13, count), np.float32), np.empty(count, np.float32)
+    run, count, spacing = work.team.run, state.awake, np.float32(work.config.particle_spacing)
+    work.field, surface = np.empty((13, state.listed), np.float32), np.empty(state.listed, np.float32)
     run(
-        local_fields, count, state.position, state.velocity, work.walls.position, work.walls.volume, work.weight, *work.geometry,
+        local_fields, state.listed, state.position, state.velocity, work.walls.position, work.walls.volume, work.weight, *work.geometry,
         work.plane, work.moment, work.compression, work.gradient_sum, work.field, work.matrix,
     )  # fmt: skip
     if work.budget is not None:
         work.budget.add_strain(work.field, time_step)
-    run(mark_surface, count, work.gradient_sum, work.compression, spacing, surface)
+    run(mark_surface, state.listed, work.gradient_sum, work.compression, spacing, surface)
     run(mark_near_surface, count, work.fluid_pairs, surface, work.near)
-    work.closed = not work.near.any()
+    work.closed = not (state.asleep or work.near.any())
     if work.weightless:
         sums = np.zeros((block_count(count), 2))
         run(shear_rate_sums, count, work.field, np.float32(work.config.cfl / time_step), sums)
@@ -98,8 +99,8 @@ def filter_share(work: Workspace, state: FluidState, time_step: float) -> np.flo
     return np.float32(theta)
 
 
-def mean_compression(work: Workspace) -> float:
-    """Mean of (C_i)+; in a box without free surface, whose mean density is given, about the mean of C_i."""
+def mean_compression(work: Workspace, count: int) -> float:
+    """Mean of (C_i)+ of the first `count` particles; in a box without free surface, whose mean density is given, about the mean of C_i."""
     if work.closed:
         work.compression -= work.compression.mean(dtype=np.float64).astype(np.float32)
-    return float(np.maximum(work.compression, 0.0).mean(dtype=np.float64))
+    return float(np.maximum(work.compression[:count], 0.0).mean(dtype=np.float64))

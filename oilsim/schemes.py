@@ -1,6 +1,6 @@
 """Two ways to put the constraints together into a time step: ours ("split") and the paper's.
 
-split   1. x += dt v, neighbours
+split   1. x += dt v, regions at rest fall asleep, neighbours
         2. what neighbours tell (`local_fields`)
         3. density, order and quiet (`relaxation`): positions move, velocities only as the flow's field asks
         4. v* = v + dt (gravity, forcing, adhesion), viscosity implicitly
@@ -50,15 +50,16 @@ class StepResult:
 
 
 def split_step(
-    work: Workspace, state: FluidState, solver: BoundConstrainedSolver, time_step: float, drive: Drive
+    work: Workspace, state: FluidState, solver: BoundConstrainedSolver, time_step: float, drive: Drive, driven: bool
 ) -> StepResult:
-    """Advance `state` in place; `drive(state, dt)` adds currents, waves and wind to the velocities."""
+    """Advance `state` in place; `drive(state, dt)` adds currents, waves and wind to the velocities; driven: something moves liquid so."""
     work.fly(state, time_step)
+    work.sleep(state, time_step, driven)
     work.search(state)
     angular_momentum = AngularMomentum(work, state)
     with angular_momentum.watch():
         density_iterations, density_error = relax_liquid(work, state, time_step)
-    work.linearise(state.position)
+    work.linearise(state)
     work.accelerate(state, time_step)
     drive(state, time_step)
     with angular_momentum.watch():
@@ -87,12 +88,12 @@ def project_velocity(
         operator.apply(kappa)
         excess = operator.compression_rate()
         work.team.run(
-            add_density_feedback, state.count, work.compression, work.near, work.field, np.float32(time_step),
+            add_density_feedback, state.awake, work.compression, work.near, work.field, np.float32(time_step),
             np.float32((RETURN_IN_A_BOX if work.closed else RETURN) * work.time_unit), excess,
         )  # fmt: skip
         used, residual = solver.solve(
-            operator, -excess, work.diagonal, kappa, config.divergence_tolerance / time_step, config.divergence_iterations,
-            work.closed, work.touching,
+            operator, -excess, work.diagonal, kappa[: state.listed], config.divergence_tolerance / time_step,
+            config.divergence_iterations, work.closed, work.touching, state.awake,
         )  # fmt: skip
         operator.hand_over()
     return used, residual * time_step
@@ -107,7 +108,7 @@ def paper_step(work: Workspace, state: FluidState, time_step: float, drive: Driv
     density_iterations, density_error, pushed = constrain_density(work, state.position, time_step)
     with work.stage("density"):
         state.velocity += (state.position - predicted) / np.float32(time_step)
-    work.linearise(state.position)
+    work.linearise(state)
     drive(state, time_step)
     work.adhere(state, time_step)
     divergence_iterations, divergence_error = correct_velocity(work, state, time_step)

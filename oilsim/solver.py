@@ -34,7 +34,7 @@ class AdvanceReport:
 
     density_error: of positions; divergence_error: that to which velocities lead in a sub-step.
 
-    budget: energy and momentum by cause if the fluid is watched, else None.
+    asleep: number of particles that sleep at the end; budget: energy and momentum by cause if the fluid is watched, else None.
     """
 
     sub_steps: int
@@ -44,6 +44,7 @@ class AdvanceReport:
     divergence_error: float
     density_error_max: float
     stage_seconds: dict[str, float]
+    asleep: int = 0
     removed: dict[str, int] = field(default_factory=dict)
     emitted: dict[str, int] = field(default_factory=dict)
     budget: Ledger | None = None
@@ -89,6 +90,8 @@ class Fluid:
             raise ValueError(f"particles of phase {phase!r} have y other than 0, allowed: 0 in two dimensions")
         speeds = np.broadcast_to(np.asarray(velocity, np.float64), points.shape)
         self.state.append(points, speeds, self.config.phase_index(phase))
+        if self.work.regions is not None:
+            self.work.regions.wake(points.T.astype(np.float32))
         self._relative_speed = None
 
     def add_boundary(self, boundary: BoundaryParticles) -> int:
@@ -184,13 +187,18 @@ class Fluid:
         if self.config.scheme == "paper":
             result = paper_step(self.work, self.state, time_step, self._drive)
         else:
-            result = split_step(self.work, self.state, self._solver, time_step, self._drive)
+            result = split_step(self.work, self.state, self._solver, time_step, self._drive, self._driven)
             self._relative_speed = self.work.relative_speed(self.state, self._largest_speed())
         with self.work.stage("outflow"):
             self._remove_outflow()
         for body in self.work.walls.moving.values():
             body.drift(time_step)
         return result
+
+    @property
+    def _driven(self) -> bool:
+        """Whether anything but gravity moves the liquid now."""
+        return bool(self.forcings) or any(emitter.is_running(self.time) for emitter in self.emitters)
 
     def _emit(self, time_step: float) -> None:
         for emitter in self.emitters:
@@ -244,6 +252,7 @@ class Fluid:
             divergence_error=mean("divergence_error"),
             density_error_max=float(self.work.compression.max(initial=0.0)),
             stage_seconds=dict(self.work.seconds),
+            asleep=self.state.asleep,
             removed=self._counts["removed"],
             emitted=self._counts["emitted"],
             budget=self._close_budget(),
@@ -336,6 +345,7 @@ class Fluid:
             "relative_speed": self._relative_speed,
             "state": self.state.save(),
             "lists": self.work.lists.save(self.state, self.work.walls),
+            "regions": None if self.work.regions is None else self.work.regions.save(),
             "bodies": {str(h): {k: np.copy(v) for k, v in vars(b).items()} for h, b in self.work.walls.moving.items()},
             "forcings": [forcing.save() for forcing in self.forcings],
             "emitters": [emitter.save() for emitter in self.emitters],
@@ -347,6 +357,8 @@ class Fluid:
         self._relative_speed = saved["relative_speed"]
         self.state.restore(saved["state"])
         self.work.lists.restore(saved["lists"])
+        if self.work.regions is not None:
+            self.work.regions.restore(saved["regions"])
         for handle, values in saved["bodies"].items():
             self.work.walls.set_motion(int(handle), MovingBody(**{k: np.copy(v) for k, v in values.items()}))
         for forcing, values in zip(self.forcings, saved["forcings"], strict=True):

@@ -43,7 +43,8 @@ class FluidState:
     the phases, id (N,) never reused,
     pressure_impulse (N,) kappa / rho_ref = p dt / rho_ref [m2/s], the warm start of the pressure solve, for dt = time_step [s];
     viscous_time [s]: time for which viscosity is still owed (`Workspace.resist`); noise_age: the integral of dt / tau since the filter of
-    noise last ran (`relaxation`).
+    noise last ran (`relaxation`). The last `asleep` particles do not move (`sleeping_regions`); the first `bordering` of them may have
+    others that do within reach.
     """
 
     position: Real = field(default_factory=_rows)
@@ -56,21 +57,36 @@ class FluidState:
     time_step: float = 0.0
     viscous_time: float = 0.0
     noise_age: float = 0.0
+    asleep: int = 0
+    bordering: int = 0
 
     @property
     def count(self) -> int:
         """Number of particles N."""
         return int(self.phase.size)
 
+    @property
+    def awake(self) -> int:
+        """Number of particles that move, the first ones."""
+        return self.count - self.asleep
+
+    @property
+    def listed(self) -> int:
+        """Number of particles that move or may be within reach of one that does, the first ones."""
+        return self.awake + self.bordering
+
     def append(self, position: NDArray[Any], velocity: NDArray[Any], phase: int) -> None:
-        """Add particles at `position` (n, 3) with `velocity` (n, 3)."""
-        count = len(position)
-        self.position = np.concatenate([self.position, position.T.astype(np.float32)], axis=1)
-        self.velocity = np.concatenate([self.velocity, velocity.T.astype(np.float32)], axis=1)
-        self.shift = np.concatenate([self.shift, np.zeros((3, count), np.float32)], axis=1)
-        self.phase = np.concatenate([self.phase, np.full(count, phase, np.uint8)])
-        self.id = np.concatenate([self.id, np.arange(self.next_id, self.next_id + count, dtype=np.uint32)])
-        self.pressure_impulse = np.concatenate([self.pressure_impulse, np.zeros(count, np.float32)])
+        """Add particles at `position` (n, 3) with `velocity` (n, 3), behind those that are awake."""
+        count, at = len(position), self.awake
+
+        def insert(values: NDArray[Any], new: NDArray[Any]) -> NDArray[Any]:
+            return np.concatenate([values[..., :at], new.astype(values.dtype), values[..., at:]], axis=-1)
+
+        self.position, self.velocity = insert(self.position, position.T), insert(self.velocity, velocity.T)
+        self.shift = insert(self.shift, np.zeros((3, count)))
+        self.phase = insert(self.phase, np.full(count, phase))
+        self.id = insert(self.id, np.arange(self.next_id, self.next_id + count))
+        self.pressure_impulse = insert(self.pressure_impulse, np.zeros(count))
         self.next_id += count
 
     def take(self, chosen: NDArray[Any], team: Team) -> None:

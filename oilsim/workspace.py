@@ -23,6 +23,7 @@ from oilsim.neighbors import NeighborSearch, Pairs, make_grid
 from oilsim.parallel import Team
 from oilsim.relaxation import shift_balance
 from oilsim.rigid_response import RigidResponse, extend_contacts
+from oilsim.sleeping_regions import SleepingRegions
 from oilsim.smoothing_kernels import lattice_moment, normalisation, steepest_slope
 from oilsim.state import FluidState
 from oilsim.time_step import most, relative_speeds, sampling_stride
@@ -69,6 +70,7 @@ class Workspace:
         search = NeighborSearch(grid, team, period)
         self.lists = KeptLists(search, team, config.particle_spacing, config.dimension)
         self.walls = Walls(NeighborSearch(grid, team, period), config.lower, period)
+        self.regions = SleepingRegions(config, team) if config.sleep_speed > 0.0 else None
         self.densities = np.array([phase.rest_density for phase in config.phases])
         self.viscosities = [config.viscosity_correction * phase.dynamic_viscosity for phase in config.phases]
         self.reference_density = float(self.densities[0])
@@ -103,24 +105,36 @@ class Workspace:
         if self.budget is not None:
             self.budget.leave(name)
 
+    def sleep(self, state: FluidState, time_step: float, driven: bool) -> None:
+        """Let regions at rest fall asleep and others wake (see `sleeping_regions`); driven: not by gravity alone."""
+        if self.regions is None:
+            return
+        with self.stage("sleep"):
+            parting = self.regions.update(state, self.walls, time_step / self.time_unit, driven)
+        if parting is not None:
+            with self.stage("search"):
+                state.take(parting.order, self.team)
+                state.asleep, state.bordering = parting.asleep, parting.bordering
+                self.lists.forget()
+
     def search(self, state: FluidState) -> None:
         """List all neighbours at the present positions, for which the state may be sorted by cell."""
         with self.stage("search"):
             self.fluid_pairs, self.wall_pairs = self.lists.update(state, self.walls)
             walls = self.walls
-            count = state.count
+            count = state.listed
             self.weight = None if (self._weights == 1.0).all() else self._weights[state.phase]
             self.rest_density = self.densities.astype(np.float32)[state.phase]
             self.coverage, self.compression, self.diagonal = np.empty((3, count), np.float32)
             self.own, self.gradient_sum = np.empty((2, 3, count), np.float32)
             self.matrix: Real = np.empty((6, count), np.float32)
-            self.near = np.empty(count, np.uint8)
+            self.near = np.ones(count, np.uint8)
             walled = self.split and walls.count > 0
             self.extrapolation = np.empty((9, count), np.float32) if walled else None
             self.waterline = np.empty((3, count), np.float32) if walled else None
             self.gradient = self.gradient._replace(whole=_reserved(self.gradient.whole, self.fluid_pairs))
             self.wall_gradient = _reserved(self.wall_gradient, self.wall_pairs)
-            self.touching = walls.touching(self.wall_pairs, count)
+            self.touching = walls.touching(self.wall_pairs, state.awake)
             self.by_body = np.zeros(count, bool)
             self.by_body[self.touching] = True
 
@@ -134,8 +148,8 @@ class Workspace:
             return 0.0
         slow = 0.5 * config.cfl * max(fastest, spacing / config.maximum_time_step)
         twist = np.array([body.twist for body in walls.moving.values()], np.float32).reshape(-1, 6)
-        stride = sampling_stride(state.count)
-        square = np.empty(-(-state.count // stride), np.float32)
+        stride = sampling_stride(state.awake)
+        square = np.empty(-(-state.awake // stride), np.float32)
         with self.stage("time step"):
             self.team.run(
                 relative_speeds, square.size, state.position, state.velocity, walls.position, walls.resting, walls.owner,
@@ -147,9 +161,9 @@ class Workspace:
         """p / rho [m2/s2] of the last pressure solve in a sample of the particles; 0 before the first."""
         if state.time_step == 0.0:
             return np.zeros(1, np.float32)
-        stride = sampling_stride(state.count)
-        weight = self._weights[state.phase[::stride]]
-        head: Real = state.pressure_impulse[::stride] * (weight / np.float32(state.time_step))
+        chosen = slice(0, state.awake, sampling_stride(state.awake))
+        weight = self._weights[state.phase[chosen]]
+        head: Real = state.pressure_impulse[chosen] * (weight / np.float32(state.time_step))
         return head
 
     @property
@@ -172,22 +186,23 @@ class Workspace:
         with self.stage("gravity"):
             for axis, g in enumerate(self.config.gravity):
                 if g != 0.0:
-                    state.velocity[axis] += np.float32(time_step * g)
+                    state.velocity[axis, : state.awake] += np.float32(time_step * g)
             for body in self.walls.moving.values():
                 body.twist = body.twist + time_step * body.free_acceleration
 
     def fly(self, state: FluidState, time_step: float) -> None:
         """Move the particles by their velocities."""
         with self.stage("flight"):
-            state.position += np.float32(time_step) * state.velocity
+            moving = slice(0, state.awake)
+            state.position[:, moving] += np.float32(time_step) * state.velocity[:, moving]
         self.wrap(state)
 
-    def linearise(self, position: Real) -> None:
-        """Cache pair gradients and what the pressure operator needs of them at `position`."""
+    def linearise(self, state: FluidState) -> None:
+        """Cache pair gradients and what the pressure operator needs of them at the present positions."""
         walls, matrix = self.walls, self.matrix if self.split else None
         with self.stage("gradients"):
             self.team.run(
-                cache_gradients, position.shape[1], position, walls.position, walls.volume, matrix, self.moment, self.weight,
+                cache_gradients, state.awake, state.position, walls.position, walls.volume, matrix, self.moment, self.weight,
                 *self.geometry, self._wall_weight, self.by_body, self.plane, self._gravity, self.gradient, self.wall_gradient, self.own,
                 self.extrapolation, self.waterline, self.diagonal, self.coverage,
             )  # fmt: skip
@@ -200,7 +215,7 @@ class Workspace:
             return
         pressed = PRESSED * self.config.particle_spacing * weight * time_step
         self.team.run(
-            hold_waterline, state.count, self.wall_pairs, self.waterline, state.pressure_impulse, np.float32(pressed),
+            hold_waterline, state.awake, self.wall_pairs, self.waterline, state.pressure_impulse, np.float32(pressed),
             np.float32(time_step), state.velocity,
         )  # fmt: skip
 
@@ -226,7 +241,7 @@ class Workspace:
         with self.stage("adhesion"):
             pull = np.zeros_like(state.velocity)
             self.team.run(
-                adhesion_acceleration, state.count, state.position, walls.position, walls.area,
+                adhesion_acceleration, state.awake, state.position, walls.position, walls.area,
                 state.phase, self._adhesion, self.period, self.wall_pairs, self.support, pull,
             )  # fmt: skip
             state.velocity += np.float32(time_step) * pull
@@ -282,7 +297,7 @@ class Workspace:
         """The viscous liquids' pairs and the walls that hold them, at the present positions."""
         config, walls = self.config, self.walls
         viscous = np.array([mu > 0.0 for mu in self.viscosities])
-        chosen = np.arange(state.count) if viscous.all() else np.flatnonzero(viscous[state.phase])
+        chosen = np.arange(state.awake) if viscous.all() else np.flatnonzero(viscous[state.phase[: state.awake]])
         system = ViscousSystem(self.team, chosen.astype(np.uint32), self.fluid_pairs, self.gradient, self.plane)
         no_slip = walls.no_slip
         if no_slip is not None:
@@ -299,7 +314,7 @@ class Workspace:
         """Inelastic contact of single particles with walls (see `wall_contact`)."""
         if not self.walls.count:
             return
-        count, run, contacts = state.count, self.team.run, self.contacts
+        count, run, contacts = state.awake, self.team.run, self.contacts
         slope, (rate, strength) = np.empty((3, count), np.float32), np.empty((2, count), np.float32)
         with self.stage("contact"):
             run(wall_approach, count, self.wall_pairs, self.wall_gradient, state.velocity, slope, rate)
@@ -315,7 +330,7 @@ class Workspace:
                 np.float32(self.config.particle_spacing), state.position,
             )  # fmt: skip
             if response.present:
-                response.accept(strength * self.rest_density)
+                response.accept(strength * self.rest_density[:count])
 
 
 def _reserved(kept: NDArray[Any], pairs: Pairs) -> NDArray[Any]:

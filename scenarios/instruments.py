@@ -76,4 +76,6 @@ class RunFigures:
             figures["metrics/residual_density"] = report.density_error
             figures["metrics/residual_divergence"] = report.divergence_error
             figures |= {f"metrics/iterations_{kind}": count for kind, count in report.iterations.items()}
+            if self._fluid.config.sleep_speed > 0.0:
+                figures["metrics/particles_asleep"] = float(report.asleep)
         return figures

@@ -31,6 +31,7 @@ class FluidSettings(Section):
     relaxation            omega of the paper's Eq. 23
     tolerances            mean relative compression, mean compression a step, relative residual
     cfl                   how far a particle may move in one sub-step, in spacings
+    sleep_speed           [m/s] regions that move more slowly fall asleep until something comes; 0: none does
     """
 
     particle_spacing: float = quantity("m", above=0.0)
@@ -49,11 +50,16 @@ class FluidSettings(Section):
     minimum_time_step: float = quantity("s", default=1e-4, above=0.0)
     maximum_time_step: float = quantity("s", default=1e-2, above=0.0)
     cfl: float = quantity("", default=0.4, above=0.0, at_most=1.0)
+    sleep_speed: float = quantity("m/s", default=0.0, at_least=0.0)
 
     def problems(self) -> Iterator[Problem]:
         """The bounds of the time step must leave room between them."""
         if self.minimum_time_step > self.maximum_time_step:
             yield Problem("minimum_time_step", f"is {self.minimum_time_step:g}, allowed: up to maximum_time_step s")
+        if self.sleep_speed > 0.0 and (self.scheme == "paper" or not any(self.gravity)):
+            yield Problem(
+                "sleep_speed", f"is {self.sleep_speed:g} m/s, allowed: 0 in the paper's scheme and without gravity"
+            )
 
 
 @dataclass(frozen=True, kw_only=True)

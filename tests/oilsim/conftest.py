@@ -45,4 +45,4 @@ def prepare(fluid: Fluid, time_step: float = 1e-9) -> None:
     """
     fluid.work.search(fluid.state)
     relax_liquid(fluid.work, fluid.state, time_step)
-    fluid.work.linearise(fluid.state.position)
+    fluid.work.linearise(fluid.state)

@@ -80,7 +80,7 @@ def test_gusts_are_seeded_and_have_their_standard_deviation(make_fluid):
 
 def _at_rest(fluid):
     fluid.work.search(fluid.state)
-    fluid.work.linearise(fluid.state.position)
+    fluid.work.linearise(fluid.state)
     return fluid.state
 
 

@@ -68,7 +68,7 @@ def scene(make_fluid, kind, *, dimension=3, seed=0, isotropic=False, scheme="spl
                 work.matrix[entry] += (
                     rng.uniform(-0.4, 0.0, state.count) if entry in (0, 3, 5) else rng.uniform(-0.1, 0.1, state.count)
                 )
-    work.linearise(state.position)
+    work.linearise(state)
     return fluid, PressureOperator(work, state)
 
 
@@ -188,7 +188,7 @@ def test_hydrostatic_pressure_balances_gravity_up_to_the_walls_and_corners(make_
     work.search(state)
     work.matrix[:] = 0.0
     work.matrix[[0, 3, 5]] = 1.0 / lattice_moment(dimension)
-    work.linearise(state.position)
+    work.linearise(state)
     kappa = (0.8 - state.position[2]).astype(np.float32)
     change, _ = applied(fluid, PressureOperator(work, state), kappa)
     # a particle's moment is whole two supports under the surface, its neighbours' one: the force needs only the first

@@ -35,7 +35,7 @@ def shear_wave(
         prepare(fluid)
     else:
         fluid.work.search(fluid.state)
-        fluid.work.linearise(fluid.state.position)
+        fluid.work.linearise(fluid.state)
     fluid.work.resist(fluid.state, time_step)
     wave = np.sin(wave_vector @ fluid.state.position)
     amplitude = 2.0 * float((direction @ fluid.state.velocity * wave).mean())
