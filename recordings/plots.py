@@ -20,6 +20,7 @@ SOLVER_PLOTS: Mapping[str, tuple[str, ...]] = {
     "Compression left by the solves [-]": ("residual_density", "residual_divergence"),
     "Time step [s]": ("time_step",),
     "Real-time factor [-]": ("real_time_factor",),
+    "Particles asleep": ("particles_asleep",),
 }
 COUPLING_PLOTS: Mapping[str, tuple[str, ...]] = {
     "Sub-steps of the fluid in a communication step": ("coupling/sub_steps",),

@@ -1,7 +1,7 @@
 """What a scene does not need costs nothing: run as ``python -m tests.benchmarks.needless``.
 
-Part of the step that is not the fluid's, in the U-sweep; and pairs of scenes, of which the second holds something that the fluid
-does not need: walls at rest, a moving body far from the liquid, bodies that do not move.
+Part of the step that is not the fluid's, in the U-sweep; pairs of scenes, of which the second holds something that the fluid
+does not need: walls at rest, a moving body far from the liquid, bodies that do not move; and water at rest that sleeps or does not.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ from scenarios.load import load_scenario
 SPACING, WARM_UP = 0.03, 5
 SIZE = (0.9, 0.9, 0.9)
 FAR = 200  # boxes far above the water
+POOL, SLEEP_SPEED, SETTLED = (2.4, 2.4, 0.6), 0.02, 1.5  # m, m/s, and s after which what is still sleeps
 
 
 @contextmanager
@@ -74,6 +75,36 @@ def with_moving_body_far_away() -> TankScene:
     motion = UniformMotion(position=(0.45, 0.45, 0.8), linear_velocity=(0.01, 0.0, 0.0))
     scene.add_body("plate", box((0.6, 0.6, 0.06)), density=500.0, position=(0.45, 0.45, 0.8), motion=motion)
     return scene
+
+
+def pool(sleep_speed: float) -> TankScene:
+    """A pool ten spacings deep that nothing disturbs."""
+    return tank(size=POOL, depth=0.3, particle_spacing=SPACING, sleep_speed=sleep_speed)
+
+
+def pool_with_raft(sleep_speed: float) -> TankScene:
+    """The same with a raft afloat in one corner."""
+    scene = pool(sleep_speed)
+    scene.add_body("raft", box((0.24, 0.24, 0.12)), density=500.0, position=(0.45, 0.45, 0.3))
+    return scene
+
+
+def sleep_table(steps: int) -> Table:
+    """Pools whose still water sleeps or does not, after they have settled."""
+    table = Table(
+        "scene", "particles", "asleep [%]", "step [ms]", "awake [ms]", "ratio", title="still water that sleeps"
+    )
+    for name, make in (("a pool at rest", pool), ("with a raft in one corner", pool_with_raft)):
+        with make(SLEEP_SPEED) as sleeping, make(0.0) as awake:
+            for scene in (sleeping, awake):
+                scene.run(SETTLED)
+            spent, whole = (row[0] for row in take_turns([sleeping, awake], steps))
+            state = sleeping.fluid.state
+            share = 100.0 * state.asleep / state.count
+            table.add_row(
+                name, f"{state.count}", f"{share:.0f}", f"{spent:.2f}", f"{whole:.2f}", f"{spent / whole:.3f}"
+            )
+    return table
 
 
 def take_turns(scenes: list[TankScene], steps: int) -> list[tuple[float, int, int]]:
@@ -142,6 +173,7 @@ def main() -> None:
         ):
             table.add_row(name, f"{scene.fluid.boundary_count}", f"{median:.2f}", f"{sorted_again}", f"{stepped}")
     console.print(table)
+    console.print(sleep_table(steps))
 
 
 if __name__ == "__main__":
