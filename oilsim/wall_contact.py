@@ -10,6 +10,10 @@ from the wall:
 and bodies receive m_i beta_i of their part of s_i. A drop that is nearer all the same is moved out along n. Drops are particles whose
 kernel holds hardly any liquid beside their own; what has neighbours has pressure to keep it off, and lies rightly nearer where two
 walls meet.
+
+Between walls that face each other, as a hull and the floor, s_i cancels: there is no side on which to stop, and 1 / |s_i| would make a storm
+of a whisper. So a contact takes at least OPPOSED of the slope that a flat wall of the same coverage has; along walls, in their corners
+and beside skirts it is 0.7 to 1.1.
 """
 
 from __future__ import annotations
@@ -26,6 +30,7 @@ LARGEST_PUSH = np.float32(0.1)  # spacings by which one step moves a particle ou
 ALONE = 0.15  # share of a drop's kernel, beside its own part, that liquid may fill
 DISTANCES = (np.float32(-0.5), np.float32(SUPPORT - 0.5))  # spacings from a wall between which its coverage falls to 0
 PLACES = 66  # at which it is tabulated
+OPPOSED = np.float32(0.5)  # of a flat wall's slope, below which walls are taken to face each other across the particle
 TINY = np.float32(1e-12)
 
 
@@ -48,22 +53,26 @@ def wall_approach(begin, end, walls, wall_gradient, velocity, slope, rate):
 
 
 @njit(inline="always", **FAST)
-def distance_to_wall(coverage, coverages):
-    """Distance [d] from a flat wall that covers `coverage` of the kernel; coverages (n,) are those at even DISTANCES, falling."""
+def flat_wall(coverage, coverages):
+    """Distance [d] from a flat wall that covers `coverage` of the kernel, and how fast that falls with it [1/d].
+
+    coverages (n,) are those at even DISTANCES, falling.
+    """
     last = coverages.size - 1
     n = 0
     while n < last - 1 and coverages[n + 1] >= coverage:
         n += 1
-    part = (coverages[n] - coverage) / (coverages[n] - coverages[n + 1])
+    fall = coverages[n] - coverages[n + 1]
+    part = (coverages[n] - coverage) / fall
     step = (DISTANCES[1] - DISTANCES[0]) / np.float32(last)
-    return DISTANCES[0] + step * (np.float32(n) + max(min(part, np.float32(1.0)), np.float32(0.0)))
+    return DISTANCES[0] + step * (np.float32(n) + max(min(part, np.float32(1.0)), np.float32(0.0))), fall / step
 
 
 @njit(**FAST)
-def wall_contact(begin, end, coverage, compression, drop, slope, rate, coverages, reach, velocity, strength):
+def wall_contact(begin, end, coverage, compression, drop, slope, rate, coverages, spacing, reach, velocity, strength):
     """Stop particles that would cross a wall, and drops (less liquid than `drop`) NEAREST to it; `strength` gets beta_i [m2/s].
 
-    coverages as for `distance_to_wall`; reach spacing / time step [m/s].
+    coverages as for `flat_wall`; reach spacing / time step [m/s].
     """
     for i in range(begin, end):
         strength[i] = np.float32(0.0)
@@ -71,8 +80,10 @@ def wall_contact(begin, end, coverage, compression, drop, slope, rate, coverages
             continue
         hx, hy, hz = slope[0, i], slope[1, i], slope[2, i]
         size = math.sqrt(hx * hx + hy * hy + hz * hz) + TINY
+        gap, steepness = flat_wall(coverage[i], coverages)
+        if size * spacing < OPPOSED * steepness:
+            continue
         approach = rate[i] / size
-        gap = distance_to_wall(coverage[i], coverages)
         if np.float32(1.0) + compression[i] - coverage[i] < drop:
             gap -= NEAREST
         excess = approach - max(gap, np.float32(0.0)) * reach
@@ -85,13 +96,15 @@ def wall_contact(begin, end, coverage, compression, drop, slope, rate, coverages
 
 
 @njit(**FAST)
-def wall_push(begin, end, coverage, compression, drop, slope, limit, spacing, position):
-    """Move drops (3, N) that are nearer than contact out along -s_i, at most LARGEST_PUSH spacings."""
+def wall_push(begin, end, coverage, compression, drop, slope, limit, coverages, spacing, position):
+    """Move drops (3, N) that are nearer than contact, at which `limit` is covered, out along -s_i, at most LARGEST_PUSH spacings."""
     for i in range(begin, end):
         excess = coverage[i] - limit
         if excess > np.float32(0.0) and np.float32(1.0) + compression[i] - coverage[i] < drop:
             hx, hy, hz = slope[0, i], slope[1, i], slope[2, i]
             size = math.sqrt(hx * hx + hy * hy + hz * hz) + TINY
+            if size * spacing < OPPOSED * flat_wall(coverage[i], coverages)[1]:
+                continue
             length = min(excess / size, LARGEST_PUSH * spacing) / size
             position[0, i] -= length * hx
             position[1, i] -= length * hy

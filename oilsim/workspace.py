@@ -314,7 +314,7 @@ class Workspace:
         """Inelastic contact of single particles with walls (see `wall_contact`)."""
         if not self.walls.count:
             return
-        count, run, contacts = state.awake, self.team.run, self.contacts
+        count, run, contacts, spacing = state.awake, self.team.run, self.contacts, np.float32(self.config.particle_spacing)
         slope, (rate, strength) = np.empty((3, count), np.float32), np.empty((2, count), np.float32)
         with self.stage("contact"):
             run(wall_approach, count, self.wall_pairs, self.wall_gradient, state.velocity, slope, rate)
@@ -322,12 +322,12 @@ class Workspace:
             if response.present:
                 response.add_motion(rate)
             run(
-                wall_contact, count, self.coverage, self.compression, self._drop, slope, rate, self._coverages,
+                wall_contact, count, self.coverage, self.compression, self._drop, slope, rate, self._coverages, spacing,
                 np.float32(self.config.particle_spacing / time_step), state.velocity, strength,
             )  # fmt: skip
             run(
-                wall_push, count, self.coverage, self.compression, self._drop, slope, self._nearest,
-                np.float32(self.config.particle_spacing), state.position,
+                wall_push, count, self.coverage, self.compression, self._drop, slope, self._nearest, self._coverages, spacing,
+                state.position,
             )  # fmt: skip
             if response.present:
                 response.accept(strength * self.rest_density[:count])
