@@ -10,7 +10,7 @@ round ends when the clamping would undo as much as is left to be gained.
 A body far lighter than water ties all particles around it together, and clamping some may then do more harm than the steps did good. A
 round that leaves the error's energy greater than it found it is taken back, and a projected gradient step, cut to what reduces
 the error, begins the next. Liquid that fills a closed box has no surface at which it could part: its pressure has no bound there, and
-no level.
+no level. Under suction particles draw together, under pressure they keep apart, so its mean is put AMBIENT standard deviations above 0.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ from oilsim.smoothing_kernels import FAST
 
 Real = NDArray[np.float32]
 
+AMBIENT = 1.0  # standard deviations by which the mean of the pressure in a closed box lies above 0: five particles in six are pressed
 LEAST = 2  # products a solve, even if the tolerance is met before: what is left over piles up in water at rest
 ZERO = np.float32(0.0)
 
@@ -275,8 +276,8 @@ class BoundConstrainedSolver:
         return total(sums)
 
     def _level(self) -> None:
-        """Bring the mean of kappa, which nothing determines in a closed box, to 0."""
-        self._direction[:] = self._kappa.mean(dtype=np.float64)
+        """Bring the mean of kappa, which nothing determines in a closed box, to its level."""
+        self._direction[:] = self._kappa.mean(dtype=np.float64) - AMBIENT * self._kappa.std(dtype=np.float64)
         self._move(self._direction, 1.0)
 
     def _run(self, kernel: object, *arguments: object) -> tuple[float, float, float]:
