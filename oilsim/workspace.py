@@ -314,7 +314,12 @@ class Workspace:
         """Inelastic contact of single particles with walls (see `wall_contact`)."""
         if not self.walls.count:
             return
-        count, run, contacts, spacing = state.awake, self.team.run, self.contacts, np.float32(self.config.particle_spacing)
+        count, run, contacts, spacing = (
+            state.awake,
+            self.team.run,
+            self.contacts,
+            np.float32(self.config.particle_spacing),
+        )
         slope, (rate, strength) = np.empty((3, count), np.float32), np.empty((2, count), np.float32)
         with self.stage("contact"):
             run(wall_approach, count, self.wall_pairs, self.wall_gradient, state.velocity, slope, rate)

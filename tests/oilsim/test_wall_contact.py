@@ -74,7 +74,9 @@ def test_a_drop_is_not_thrown_back_faster_than_it_came(make_fluid, speed):
 def test_water_midway_between_floor_and_keel_is_not_thrown_out(make_fluid, speed):
     # the slopes of both walls' coverage cancel in the middle layer: a particle there has no side on which to stop
     gap = 3.0 * SPACING
-    fluid = make_fluid(dimension=2, gravity=STILL, lower=(-1.0, -1.0, -1.0), upper=(3.0, 1.0, 2.0), maximum_time_step=0.01)
+    fluid = make_fluid(
+        dimension=2, gravity=STILL, lower=(-1.0, -1.0, -1.0), upper=(3.0, 1.0, 2.0), maximum_time_step=0.01
+    )
     fluid.add_boundary(tank_walls((0, 0, 0), (2, 0, gap), SPACING, sides=("-z",), dimension=2))
     keel = fluid.add_boundary(tank_walls((0, 0, 0), (2, 0, gap), SPACING, sides=("+z",), dimension=2))
     fluid.set_boundary_motion(keel, STILL, (0, 0, 0, 1), (0, 0, speed), STILL, inverse_mass=0.01 * np.eye(6))
