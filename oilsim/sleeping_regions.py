@@ -96,7 +96,7 @@ class SleepingRegions:
 
     def wake(self, position: NDArray[np.float32]) -> None:
         """Wake the regions of the positions (3, N) [m] and those around them."""
-        self._hear(self._flagged(self.regions(position)))
+        self._wake_around(self._flagged(self.regions(position)))
 
     def update(self, state: FluidState, walls: Walls, elapsed: float, driven: bool) -> Parting | None:
         """Let regions fall asleep or wake, and stop the particles that sleep; how the state is to be sorted, None if as it is.
@@ -113,7 +113,7 @@ class SleepingRegions:
             walls.place()
             loud |= self._flagged(self.regions(walls.moving_position))
         self._quiet += elapsed
-        self._hear(loud)
+        self._wake_around(loud)
         calm = ~with_surroundings(self._quiet < SETTLED, self._periodic)
         strayed = (number > 0).reshape(self._cells)
         self._asleep = (self._asleep & ~strayed) | calm
@@ -121,7 +121,7 @@ class SleepingRegions:
             return None
         return self._part(state)
 
-    def _hear(self, loud: Flags) -> None:
+    def _wake_around(self, loud: Flags) -> None:
         """Loud regions wake, and those around them."""
         self._quiet[loud] = 0.0
         self._asleep = self._asleep & ~with_surroundings(loud, self._periodic)

@@ -235,3 +235,31 @@ def test_surroundings_are_what_touches(periodic):
             if (inside | periodic).all():
                 expected[tuple(other % marked.shape)] = True
     np.testing.assert_array_equal(with_surroundings(marked, periodic), expected)
+
+
+@pytest.mark.parametrize(("dimension", "periodic"), [(2, False), (3, True)])
+def test_water_that_is_awake_meets_none_that_nobody_looks_at(dimension, periodic):
+    # drops of up to 15 m/s fall where they like: a neighbour beyond `listed` would be read from where nothing was written
+    rng = np.random.default_rng(7)
+    width = 0.5 if dimension == 3 else 0.0
+    config = FluidConfig(
+        particle_spacing=0.05, phases=(WATER,), dimension=dimension, lower=(0.0 if periodic else -0.2, -0.2, -0.2),
+        upper=(3.0 if periodic else 3.2, width + 0.2, 2.5), periodic=(periodic, False, False), sleep_speed=0.05,
+    )  # fmt: skip
+    fluid = Fluid(config, threads=1)
+    sides = ("-z", *(() if periodic else ("-x", "+x")), *(("-y", "+y") if dimension == 3 else ()))
+    fluid.add_boundary(tank_walls((0, 0, 0), (3, width, 2), 0.05, sides=sides, dimension=dimension))
+    fluid.add_particles(block((0, 0, 0), (3, width, 0.3), 0.05, dimension), phase="water")
+    partly = 0
+    for _ in range(50):
+        fluid.advance(0.05)
+        state, pairs = fluid.state, fluid.work.fluid_pairs
+        partly += 0 < state.asleep < state.count
+        for start, number in zip(pairs.start[: state.awake], pairs.number[: state.awake], strict=True):
+            assert (pairs.neighbor[start : start + int(number)] < state.listed).all()
+        if state.asleep > 0.7 * state.count:
+            x, z = rng.uniform(0.3, 2.5), rng.uniform(0.6, 1.8)
+            y = 0.1 if dimension == 3 else 0.0
+            drop = block((x, y, z), (x + 0.1, y + 0.1 * (dimension == 3), z + 0.1), 0.05, dimension)
+            fluid.add_particles(drop, phase="water", velocity=(2.0 * rng.normal(), 0.0, -rng.uniform(0.0, 15.0)))
+    assert partly > 5
