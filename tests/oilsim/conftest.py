@@ -9,12 +9,19 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from oilsim import parallel
 from oilsim.config import FluidConfig
 from oilsim.phases import Phase
 from oilsim.relaxation_stage import relax_liquid
 from oilsim.solver import Fluid
 
 WATER = Phase(name="water", rest_density=1000.0)
+
+
+@pytest.fixture(autouse=True)
+def work_is_shared(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Threads share the work of small fluids too, where a test asks for several."""
+    monkeypatch.setattr(parallel, "SERIAL_BELOW", 2 * parallel.BLOCK)
 
 
 @pytest.fixture

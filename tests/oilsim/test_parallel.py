@@ -1,0 +1,86 @@
+"""Threads share kernels without a mistake: busy or asleep, many or few, and when a kernel fails."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+from numba import njit
+
+from oilsim.parallel import BLOCK, Team
+
+COUNT = 5 * BLOCK + 7
+
+
+@njit(nogil=True)
+def add_one(begin, end, values):
+    for i in range(begin, end):
+        values[i] += 1
+
+
+def refuse_the_last(begin, end, last):
+    if end == last:
+        raise ValueError(f"no {last}")
+
+
+@pytest.fixture(params=[1, 2, 3, 8])
+def team(request):
+    made = Team(request.param)
+    yield made
+    made.close()
+
+
+def test_every_row_is_worked_on_once_a_run(team):
+    values = np.zeros(COUNT, np.int64)
+    for _ in range(2000):
+        team.run(add_one, COUNT, values)
+    assert (values == 2000).all()
+
+
+def test_kernels_follow_each_other_in_order(team):
+    # a member that still worked on the last kernel, or was given it twice, would add to the doubled values
+    values, expected = np.ones(COUNT, np.int64), 1
+
+    @njit(nogil=True)
+    def double(begin, end, values):
+        for i in range(begin, end):
+            values[i] *= 2
+
+    for step in range(300):
+        kernel = (add_one, double)[step % 2] if step < 100 else add_one
+        team.run(kernel, COUNT, values)
+        expected = expected + 1 if kernel is add_one else 2 * expected
+    assert (values == expected).all()
+
+
+def test_members_that_fell_asleep_are_woken(team):
+    values = np.zeros(COUNT, np.int64)
+    for _ in range(5):
+        team.run(add_one, COUNT, values)
+        time.sleep(0.1)
+    assert (values == 5).all()
+
+
+def test_what_fails_in_any_member_is_raised_and_the_team_goes_on(team):
+    values = np.zeros(COUNT, np.int64)
+    for _ in range(3):
+        with pytest.raises(ValueError, match=f"no {COUNT}"):
+            team.run(refuse_the_last, COUNT, COUNT)
+        team.run(add_one, COUNT, values)
+    assert (values == 3).all()
+
+
+def test_small_work_is_not_shared(team):
+    cuts = []
+
+    def note(begin, end):
+        cuts.append((begin, end))
+
+    team.run(note, BLOCK)
+    assert cuts == [(0, BLOCK)]
+
+
+def test_no_threads_are_refused():
+    with pytest.raises(ValueError, match="threads is 0"):
+        Team(0)
