@@ -28,16 +28,16 @@ BLOCK = 1024  # particles that share one partial sum
 SERIAL_BELOW = 8 * BLOCK  # particles under which handing work over costs more than it saves
 
 
+HEAD_START = 4000  # looks, some microseconds, in which others take their work before the caller begins its own
+PATIENCE = 60_000  # looks, up to a millisecond, for which a thread waits awake
+POLITE = 64  # looks after which a waiting thread lets others have its processor
+APART = 8  # cells between those of two threads: each has a line of the cache
+yield_processor = types.ExternalFunction("sched_yield" if os.name == "posix" else "SwitchToThread", types.int32())
+
+
 def block_count(count: int) -> int:
     """Number of partial sums that `count` particles need."""
     return (count + BLOCK - 1) // BLOCK
-
-
-HEAD_START = 4000  # looks, some microseconds, in which others take their work before the caller begins its own
-PATIENCE = 60_000  # looks, up to a millisecond, for which a thread waits awake
-POLITE = 64
-APART = 8  # cells between those of two threads: each has a line of the cache
-yield_processor = types.ExternalFunction("sched_yield" if os.name == "posix" else "SwitchToThread", types.int32())
 
 
 @intrinsic
@@ -67,7 +67,7 @@ def show(typing_context, cells, place, value):
 def meet(cells, own, value, other, expected, looks, polite=POLITE):
     """Show `value` at place `own`, and wait for `expected` or more at `other` during so many looks; whether it came.
 
-    polite: looks after which a waiting thread lets others have its processor.
+    After each `polite` looks others may have the processor.
     """
     show(cells, np.int64(own), np.int64(value))
     for n in range(looks):
@@ -97,9 +97,7 @@ class Team:
         if self.threads < 1:
             raise ValueError(f"threads is {threads}, allowed: 1 or more")
         self._given = 0  # how many kernels the others have been given
-        self._cells = np.zeros(
-            APART * self.threads, np.int64
-        )  # that number, and how many of them each of the others has done
+        self._cells = np.zeros(APART * self.threads, np.int64)  # that number, and how many each of the others has done
         self._task: tuple[Callable[..., Any], list[int], tuple[Any, ...]] | None = None
         self._errors: list[BaseException | None] = [None] * self.threads
         self._asleep = [False] * self.threads
