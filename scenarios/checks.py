@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scenarios.bodies import Body, MeshBody
-from scenarios.exercise import BoomSettings, TowSettings, VesselSettings, body_of
+from scenarios.exercise import BoomSettings, TowSettings, VesselSettings, body_of, segment_names
 from scenarios.fields import Vector
 from scenarios.fmus import FmuSettings
 from scenarios.liquid import (
@@ -89,11 +89,6 @@ def body_names(parts: Parts) -> tuple[str, ...]:
     vessels = tuple(body_of(name) for name in parts.names["vessels"])
     segments = tuple(segment for name, boom in parts.booms.items() for segment in segment_names(name, boom.segments))
     return (*parts.names["bodies"], *vessels, *segments)
-
-
-def segment_names(boom: str, count: int) -> tuple[str, ...]:
-    """Body names of a boom's segments, from its first end to its second."""
-    return tuple(f"boom/{boom}/segment-{index:02d}" for index in range(count))
 
 
 def _names(parts: Parts) -> Iterator[Problem]:

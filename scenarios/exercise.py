@@ -20,6 +20,11 @@ def body_of(vessel: str) -> str:
     return f"vessels/{vessel}"
 
 
+def segment_names(boom: str, count: int) -> tuple[str, ...]:
+    """Body names of a boom's segments, from its first end to its second."""
+    return tuple(f"boom/{boom}/segment-{index:02d}" for index in range(count))
+
+
 @dataclass(frozen=True, kw_only=True)
 class LegSettings(Section):
     """Orders that hold from `start` [s] until the next leg: speed [m/s] through the ground, and heading [rad].

@@ -17,9 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.bodies import Body, Fixed
-from scenarios.checks import segment_names
 from scenarios.drives import set_current, set_wind
-from scenarios.exercise import BoomSettings, TowSettings, VesselSettings, body_of
+from scenarios.exercise import BoomSettings, TowSettings, VesselSettings, body_of, segment_names
 from scenarios.weather import ForcingSettings
 
 if TYPE_CHECKING:
