@@ -11,7 +11,8 @@ watched and stay. Where a part cannot turn (a single particle; a row of them, ab
 get a thousandth less.
 
 Nothing is computed where space repeats, in which angular momentum has no meaning, nor while any liquid touches a wall at rest, which
-exchanges it with all that hangs together with it: to tell what does not would cost one per cent of every step in a tank.
+exchanges it with all that hangs together with it: to tell what does not would cost one per cent of every step in a tank. What sleeps
+holds the rest like a wall.
 """
 
 from __future__ import annotations

@@ -203,19 +203,11 @@ class KeptLists:
             return self._keep(self._build, state, walls)
         near, moving_order, moving_start = walls.order_moving(moving)
         position, asleep = state.position, self._order_asleep(state)
-        return (
-            search.list_neighbors("fluid", position, position, cell_start, None, *asleep, count=state.listed),
-            search.list_neighbors(
-                "walls",
-                position,
-                walls.position,
-                walls.cell_start,
-                near,
-                moving_order,
-                moving_start,
-                count=state.listed,
-            ),
-        )
+        fluid = search.list_neighbors("fluid", position, position, cell_start, None, *asleep, count=state.listed)
+        wall = search.list_neighbors(
+            "walls", position, walls.position, walls.cell_start, near, moving_order, moving_start, count=state.listed
+        )  # fmt: skip
+        return fluid, wall
 
     def _order_asleep(self, state: FluidState) -> tuple[Index | None, Index | None]:
         """Particles that sleep, by cell, and where each cell starts; None where none does."""
@@ -254,23 +246,13 @@ class KeptLists:
             position = np.concatenate([position, state.position[:, state.awake :]], axis=1)
         everywhere = np.concatenate([walls.position[:, : walls.resting], build.wall_position], axis=1)
         _, moving_order, moving_start = walls.order_moving(build.wall_position)
-        candidates = {
-            "fluid": search.list_neighbors(
-                "fluid candidates", position, position, cell_start, None, *asleep, build.skin, count
-            ),
-            "walls": search.list_neighbors(
-                "wall candidates",
-                position,
-                everywhere,
-                walls.cell_start,
-                None,
-                moving_order,
-                moving_start,
-                build.skin,
-                count,
-            ),
-        }
-        for name, listed in candidates.items():
+        fluid = search.list_neighbors(
+            "fluid candidates", position, position, cell_start, None, *asleep, build.skin, count
+        )
+        wall = search.list_neighbors(
+            "wall candidates", position, everywhere, walls.cell_start, None, moving_order, moving_start, build.skin, count
+        )  # fmt: skip
+        for name, listed in (("fluid", fluid), ("walls", wall)):
             room = search.reserve(name, listed.start.size, listed.neighbor.size)
             pairs = Pairs(listed.start, room.number, room.neighbor)
             self._kept[name] = Kept(listed, pairs, np.full(listed.start.size, -np.inf))

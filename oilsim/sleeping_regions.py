@@ -88,9 +88,9 @@ class SleepingRegions:
         self._quiet = np.zeros(self._cells)
         self._asleep = self._parted = np.zeros(self._cells, bool)  # the second: as particles lie in the state
 
-    def regions(self, position: NDArray[np.float32]) -> NDArray[np.uint32]:
-        """Region (N,) of each of the positions (3, N) [m]."""
-        region = np.empty(position.shape[1], np.uint32)
+    def regions(self, position: NDArray[np.float32], count: int | None = None) -> NDArray[np.uint32]:
+        """Region (n,) of each of the positions (3, N) [m], or of the first n = `count`."""
+        region = np.empty(position.shape[1] if count is None else count, np.uint32)
         self._team.run(assign_regions, region.size, position, self._lower, self._inverse_width, self._cells, region)
         return region
 
@@ -103,7 +103,7 @@ class SleepingRegions:
 
         elapsed: the time since the last update in units of `time_unit`; driven: something else than gravity moves the liquid.
         """
-        region = self.regions(state.position[:, : state.awake].copy())
+        region = self.regions(state.position, state.awake)
         number, square = np.zeros((2, self._asleep.size))
         sum_squares(region, state.velocity, number, square)
         loud = (square > self._square * number).reshape(self._cells)

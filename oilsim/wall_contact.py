@@ -12,8 +12,8 @@ kernel holds hardly any liquid beside their own; what has neighbours has pressur
 walls meet.
 
 Between walls that face each other, as a hull and the floor, s_i cancels: there is no side on which to stop, and 1 / |s_i| would make a
-storm of a whisper. So a contact takes at least OPPOSED of the slope that a flat wall of the same coverage has; along walls, in their
-corners and beside skirts it is 0.7 to 1.1.
+storm of a whisper. So a contact takes at least OPPOSED of the slope that a flat wall of the same coverage has: all contacts of a splash
+in a tank had 0.78 to 1.09 of it, and near walls and skirts all particles but a thousandth have more than 0.56.
 """
 
 from __future__ import annotations

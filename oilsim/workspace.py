@@ -112,7 +112,7 @@ class Workspace:
         with self.stage("sleep"):
             parting = self.regions.update(state, self.walls, time_step / self.time_unit, driven)
         if parting is not None:
-            with self.stage("search"):
+            with self.stage("search"):  # whose accounts follow the particles' order
                 state.take(parting.order, self.team)
                 state.asleep, state.bordering = parting.asleep, parting.bordering
                 self.lists.forget()
@@ -314,12 +314,8 @@ class Workspace:
         """Inelastic contact of single particles with walls (see `wall_contact`)."""
         if not self.walls.count:
             return
-        count, run, contacts, spacing = (
-            state.awake,
-            self.team.run,
-            self.contacts,
-            np.float32(self.config.particle_spacing),
-        )
+        count, run, contacts = state.awake, self.team.run, self.contacts
+        spacing = np.float32(self.config.particle_spacing)
         slope, (rate, strength) = np.empty((3, count), np.float32), np.empty((2, count), np.float32)
         with self.stage("contact"):
             run(wall_approach, count, self.wall_pairs, self.wall_gradient, state.velocity, slope, rate)
