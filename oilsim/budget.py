@@ -25,6 +25,7 @@ from oilsim.ledger import CAUSES, Compression, Ledger, Part
 from oilsim.parallel import BLOCK, Team, block_count
 from oilsim.smoothing_kernels import FAST
 from oilsim.state import FluidState
+from oilsim.time_unit import squared_shear_rate
 from oilsim.walls import Walls
 
 Real = NDArray[np.float32]
@@ -79,13 +80,11 @@ def sum_work(begin, end, first, last, before, after, phase, mass, sums):
 
 @njit(**FAST)
 def sum_strain(begin, end, field, phase, mass, sums):
-    """Block sums (blocks,) of m 2 S:S [kg/s2], S = (G + G^T) / 2, with G row by row in columns 3 to 11 of `field`."""
+    """Block sums (blocks,) of m 2 S:S [kg/s2], S = (G + G^T) / 2; `field` as from `local_fields`."""
     for block in range(begin // BLOCK, (end + BLOCK - 1) // BLOCK):
         strain = 0.0
         for i in range(block * BLOCK, min((block + 1) * BLOCK, end)):
-            xx, yy, zz = np.float64(field[3, i]), np.float64(field[7, i]), np.float64(field[11, i])
-            xy, xz, yz = field[4, i] + field[6, i], field[5, i] + field[9, i], field[8, i] + field[10, i]
-            strain += mass[phase[i]] * (2.0 * (xx * xx + yy * yy + zz * zz) + xy * xy + xz * xz + yz * yz)
+            strain += mass[phase[i]] * np.float64(squared_shear_rate(field, i))
         sums[block] = strain
 
 

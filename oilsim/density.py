@@ -6,7 +6,7 @@
 
 All neighbours count with the rest density of particle i (modified particle number density). L = lambda rho_0 carries the ratio
 rho_j0 / rho_i0 of Eq. 22, which makes pair momentum exact; a_i is the diagonal of that operator, so that Eq. 13 follows for
-one phase. Densities enter as weight w = rho_ref / rho_0, None where all are equal. Wall particles push but are not pushed.
+one phase. Densities enter as weight w = rho_ref / rho_0. Wall particles push but are not pushed.
 The inequality C <= 0 is enforced: a free surface is not pulled together. Heavy-ball momentum 0.6 halves the iterations.
 """
 
@@ -18,7 +18,7 @@ import numpy as np
 from numba import njit
 
 from oilsim.lanes import LANES, below, gather, load, only, root, spread, summed
-from oilsim.neighbors import nearest_images, rows, separations
+from oilsim.neighbors import nearest_images, separations
 from oilsim.parallel import BLOCK
 from oilsim.smoothing_kernels import FAST, kernel, kernel_slope_over_q
 from oilsim.walls import add_wrench
@@ -31,17 +31,16 @@ TINY, ZERO, ONE = np.float32(1e-20), np.float32(0.0), np.float32(1.0)
 
 
 @njit(inline="always", **FAST)
-def wall_content(i, position, wall, wall_volume, period, walls, sigma, inverse_support):
+def wall_content(i, points, wall, period, walls, sigma, inverse_support):
     """sum_b V_b W_ib, and the sums of V_b grad W_ib [1/m]."""
-    points = rows(wall)
     content = gx = gy = gz = spread(ZERO)
     first, last = walls.start[i], walls.start[i] + np.int64(walls.number[i])
     for k in range(first, last, LANES):
         present = below(last, k)
         b = load(walls.neighbor, k, present)
-        dx, dy, dz = separations(position[0, i], position[1, i], position[2, i], points, b, period)
+        dx, dy, dz, volume = separations(i, points, wall, b, period)
         q = root(dx * dx + dy * dy + dz * dz) * inverse_support
-        share = only(present, gather(wall_volume, b), ZERO)
+        share = only(present, volume, ZERO)
         slope = share * kernel_slope_over_q(q, sigma)
         content += share * kernel(q, sigma)
         gx += slope * dx
@@ -53,24 +52,21 @@ def wall_content(i, position, wall, wall_volume, period, walls, sigma, inverse_s
 
 @njit(**FAST)
 def density_and_diagonal(
-    begin, end, position, wall, wall_volume, weight, period, fluid, walls, sigma, support, volume, compression, diagonal,
-    gradient_sum,
-):  # fmt: skip
+    begin, end, points, wall, period, fluid, walls, sigma, support, volume, compression, diagonal, gradient_sum
+):
     """Fill `compression` with C_i, `diagonal` with a_i rho_ref [1/m2] and `gradient_sum` (3, N) with g_i [1/m].
 
-    position (3, N) [m], wall (3, M) [m], wall_volume (M,) [m3], weight (N,) or None, fluid and walls: neighbour lists.
+    points (N, 4): place [m] and weight; wall (M, 4): place [m] and volume [m3]; fluid and walls: neighbour lists.
     """
     inverse_support = ONE / support
     factor = volume * inverse_support * inverse_support
-    points = rows(position)
     for i in range(begin, end):
-        xi, yi, zi = position[0, i], position[1, i], position[2, i]
         content = gx = gy = gz = square = spread(ZERO)
         first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
         for k in range(first, last, LANES):
             present = below(last, k)
             j = load(fluid.neighbor, k, present)
-            dx, dy, dz = separations(xi, yi, zi, points, j, period)
+            dx, dy, dz, weight = separations(i, points, points, j, period)
             squared = dx * dx + dy * dy + dz * dz
             q = only(present, root(squared) * inverse_support, ONE)
             slope = factor * kernel_slope_over_q(q, sigma)
@@ -78,36 +74,31 @@ def density_and_diagonal(
             gx += slope * dx
             gy += slope * dy
             gz += slope * dz
-            share = slope * slope * squared
-            square += share if weight is None else share * gather(weight, j)
+            square += slope * slope * squared * weight
         covered, (sx, sy, sz) = ZERO, (ZERO, ZERO, ZERO)
         if walls.number[i] > 0:
-            covered, (sx, sy, sz) = wall_content(i, position, wall, wall_volume, period, walls, sigma, inverse_support)
+            covered, (sx, sy, sz) = wall_content(i, points, wall, period, walls, sigma, inverse_support)
         sx, sy, sz = sx + summed(gx), sy + summed(gy), sz + summed(gz)
         gradient_sum[0, i], gradient_sum[1, i], gradient_sum[2, i] = sx, sy, sz
         own = sx * sx + sy * sy + sz * sz
         compression[i] = volume * (sigma + summed(content)) + covered - ONE
-        diagonal[i] = summed(square) + (own if weight is None else own * weight[i])
+        diagonal[i] = summed(square) + own * points[i, 3]
 
 
 @njit(**FAST)
-def density_constraint(
-    begin, end, position, wall, wall_volume, period, fluid, walls, sigma, support, volume, compression
-):
+def density_constraint(begin, end, points, wall, period, fluid, walls, sigma, support, volume, compression):
     """Fill `compression` with C_i for the particles begin to end at their present positions (Eq. 15, 16)."""
     inverse_support = ONE / support
-    points = rows(position)
     for i in range(begin, end):
-        xi, yi, zi = position[0, i], position[1, i], position[2, i]
         content = spread(ZERO)
         first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
         for k in range(first, last, LANES):
             present = below(last, k)
-            dx, dy, dz = separations(xi, yi, zi, points, load(fluid.neighbor, k, present), period)
+            dx, dy, dz, _ = separations(i, points, points, load(fluid.neighbor, k, present), period)
             content += only(present, kernel(root(dx * dx + dy * dy + dz * dz) * inverse_support, sigma), ZERO)
         covered = ZERO
         if walls.number[i] > 0:
-            covered, _ = wall_content(i, position, wall, wall_volume, period, walls, sigma, inverse_support)
+            covered, _ = wall_content(i, points, wall, period, walls, sigma, inverse_support)
         compression[i] = volume * (sigma + summed(content)) + covered - ONE
 
 
@@ -127,22 +118,18 @@ def density_multiplier(begin, end, compression, diagonal, relaxation, limit, mul
 
 
 @njit(**FAST)
-def density_push(
-    begin, end, position, wall, wall_volume, weight, multiplier, period, fluid, walls, sigma, support, volume, push,
-):  # fmt: skip
+def density_push(begin, end, points, wall, multiplier, period, fluid, walls, sigma, support, volume, push):
     """Fill `push` (3, N) with the position correction dx_i of Eq. 22 [m]."""
     inverse_support = ONE / support
     factor = volume * inverse_support * inverse_support
-    points = rows(position)
     for i in range(begin, end):
-        xi, yi, zi = position[0, i], position[1, i], position[2, i]
         own = multiplier[i]
         px = py = pz = spread(ZERO)
         first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
         for k in range(first, last, LANES):
             present = below(last, k)
             j = load(fluid.neighbor, k, present)
-            dx, dy, dz = separations(xi, yi, zi, points, j, period)
+            dx, dy, dz, _ = separations(i, points, points, j, period)
             slope = kernel_slope_over_q(root(dx * dx + dy * dy + dz * dz) * inverse_support, sigma)
             slope = only(present, slope * (own + gather(multiplier, j)), ZERO)
             px += slope * dx
@@ -150,8 +137,8 @@ def density_push(
             pz += slope * dz
         bx = by = bz = ZERO
         if own != ZERO and walls.number[i] > 0:
-            _, (bx, by, bz) = wall_content(i, position, wall, wall_volume, period, walls, sigma, inverse_support)
-        mobility = ONE if weight is None else weight[i]
+            _, (bx, by, bz) = wall_content(i, points, wall, period, walls, sigma, inverse_support)
+        mobility = points[i, 3]
         push[0, i] = mobility * (factor * summed(px) + own * bx)
         push[1, i] = mobility * (factor * summed(py) + own * by)
         push[2, i] = mobility * (factor * summed(pz) + own * bz)
@@ -159,7 +146,7 @@ def density_push(
 
 @njit(**FAST)
 def push_reaction(
-    particles, position, wall, wall_volume, multiplier, period, fluid, walls, sigma, support, volume, reference_density,
+    particles, points, wall, multiplier, period, fluid, walls, sigma, support, volume, reference_density,
     resting, owner, arm, reaction,
 ):  # fmt: skip
     """Add to `reaction` (bodies, 6) the opposite of mass times push that moving bodies give to `particles` [kg m, kg m2]."""
@@ -170,9 +157,9 @@ def push_reaction(
             if b < resting:
                 continue
             dx, dy, dz = nearest_images(
-                position[0, i] - wall[0, b], position[1, i] - wall[1, b], position[2, i] - wall[2, b], period
+                points[i, 0] - wall[b, 0], points[i, 1] - wall[b, 1], points[i, 2] - wall[b, 2], period
             )
             r = math.sqrt(dx * dx + dy * dy + dz * dz + TINY)
-            slope = wall_volume[b] * kernel_slope_over_q(r * inverse_support, sigma) * inverse_support * inverse_support
+            slope = wall[b, 3] * kernel_slope_over_q(r * inverse_support, sigma) * inverse_support * inverse_support
             slope *= -volume * reference_density * multiplier[i]
             add_wrench(reaction, owner[b - resting], arm, b - resting, slope * dx, slope * dy, slope * dz)

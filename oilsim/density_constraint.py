@@ -14,18 +14,21 @@ from oilsim.density import (
     push_reaction,
 )
 from oilsim.parallel import block_count, total
+from oilsim.state import FluidState
 from oilsim.workspace import Workspace
 
 Real = NDArray[np.float32]
 
 
-def constrain_density(work: Workspace, position: Real, reaction_time: float | None = None) -> tuple[int, float, Real]:
-    """Alg. 2 on `position` (3, N) in place; returns iterations, the mean compression left and what the pushes amount to.
+def constrain_density(
+    work: Workspace, state: FluidState, reaction_time: float | None = None
+) -> tuple[int, float, Real]:
+    """Alg. 2 on the positions of `state` in place; returns iterations, the mean compression left and what the pushes amount to.
 
     With a `reaction_time` [s] pushes become velocities: moving bodies receive the opposite impulse, and the pushes (N,) are told in
     kappa / rho_ref [m2/s], 0 without it.
     """
-    config, run, count = work.config, work.team.run, position.shape[1]
+    config, run, count, position = work.config, work.team.run, state.count, state.position
     pushed = np.zeros(count, np.float32)
     if count == 0:
         return 0, 0.0, pushed
@@ -34,8 +37,8 @@ def constrain_density(work: Workspace, position: Real, reaction_time: float | No
     walls = work.walls
     with work.stage("density"):
         run(
-            density_and_diagonal, count, position, walls.position, walls.volume, work.weight, *work.geometry,
-            work.compression, work.diagonal, work.gradient_sum,
+            density_and_diagonal, count, work.points, walls.points, *work.geometry, work.compression, work.diagonal,
+            work.gradient_sum,
         )  # fmt: skip
         for iteration in range(config.density_iterations + 1):
             run(
@@ -45,32 +48,23 @@ def constrain_density(work: Workspace, position: Real, reaction_time: float | No
             mean = total(error) / count
             if mean <= config.density_tolerance or iteration == config.density_iterations:
                 return iteration, mean, pushed
-            run(
-                density_push,
-                count,
-                position,
-                walls.position,
-                walls.volume,
-                work.weight,
-                multiplier,
-                *work.geometry,
-                push,
-            )
+            run(density_push, count, work.points, walls.points, multiplier, *work.geometry, push)
             if reaction_time is not None:
                 pushed -= multiplier / np.float32(reaction_time)
-                _react(work, position, multiplier, reaction_time)
+                _react(work, multiplier, reaction_time)
             position += push
-            run(density_constraint, count, position, walls.position, walls.volume, *work.geometry, work.compression)
+            work.place_points(state)
+            run(density_constraint, count, work.points, walls.points, *work.geometry, work.compression)
     raise AssertionError("the loop returns")
 
 
-def _react(work: Workspace, position: Real, multiplier: Real, reaction_time: float) -> None:
+def _react(work: Workspace, multiplier: Real, reaction_time: float) -> None:
     """Hand moving bodies the opposite of what pushes them."""
     walls = work.walls
     if work.touching.size:
         impulse = walls.zero_forces()
         push_reaction(
-            work.touching, position, walls.position, walls.volume, multiplier, *work.geometry,
+            work.touching, work.points, walls.points, multiplier, *work.geometry,
             np.float32(work.reference_density), walls.resting, walls.owner, walls.arm, impulse,
         )  # fmt: skip
         walls.receive(impulse / reaction_time)

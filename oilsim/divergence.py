@@ -32,7 +32,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from oilsim.faces import face_between, face_to_walls, times_symmetric
-from oilsim.lanes import LANES, below, gather, load, only, root, rounded, spread, store, summed
+from oilsim.lanes import LANES, below, gather, gather_four, load, only, root, rounded, spread, store, summed
+from oilsim.local_fields import velocity_gradient
 from oilsim.neighbors import rows, separations
 from oilsim.parallel import BLOCK
 from oilsim.smoothing_kernels import FAST, kernel, kernel_slope_over_q
@@ -77,12 +78,9 @@ def store_vector(vectors, k, present, ax, ay, az):
 
 
 @njit(inline="always", **FAST)
-def cache_wall_gradients(
-    i, position, wall, wall_volume, matrix, lattice, period, walls, sigma, inverse_support, wall_gradient
-):
+def cache_wall_gradients(i, points, wall, matrix, lattice, period, walls, sigma, inverse_support, wall_gradient):
     """Cache G_ib of particle i; returns their sum [1/m] and the coverage sum V_b W_ib."""
     factor = inverse_support * inverse_support
-    points = rows(wall)
     if matrix is not None:
         face = face_to_walls(matrix, i, lattice)
     wx = wy = wz = cover = spread(ZERO)
@@ -90,9 +88,9 @@ def cache_wall_gradients(
     for k in range(first, last, LANES):
         present = below(last, k)
         b = load(walls.neighbor, k, present)
-        dx, dy, dz = separations(position[0, i], position[1, i], position[2, i], points, b, period)
+        dx, dy, dz, volume = separations(i, points, wall, b, period)
         q = root(dx * dx + dy * dy + dz * dz) * inverse_support
-        content = only(present, gather(wall_volume, b), ZERO)
+        content = only(present, volume, ZERO)
         cover += content * kernel(q, sigma)
         slope = factor * content * kernel_slope_over_q(q, sigma)
         ax, ay, az = slope * dx, slope * dy, slope * dz
@@ -107,26 +105,25 @@ def cache_wall_gradients(
 
 @njit(**FAST)
 def cache_gradients(
-    begin, end, position, wall, wall_volume, matrix, lattice, weight, period, fluid, walls, sigma, support, volume, wall_weight, by_body,
-    plane, gravity, gradient, wall_gradient, own, extrapolation, waterline, diagonal, coverage,
+    begin, end, points, wall, matrix, lattice, period, fluid, walls, sigma, support, volume, wall_weight, by_body, plane, gravity,
+    gradient, wall_gradient, own, extrapolation, waterline, diagonal, coverage,
 ):  # fmt: skip
     """Cache G_ij per fluid pair in `gradient`, G_ib in `wall_gradient` (3, Q) [1/m], and what particles need of them.
 
-    matrix (6, N) Y_i or None for 1; lattice m_0; weight (N,) rho_ref / rho_0 or None; wall_weight w; by_body (N,): a body is within reach.
+    points (N, 4): place [m] and weight rho_ref / rho_0; wall (M, 4): place [m] and volume [m3]; matrix (N, 8) Y_i or None for 1; lattice
+    m_0; wall_weight w; by_body (N,): a body is within reach.
     Fills own (3, N) [1/m], `extrapolation` (9, N) K_i row by row where walls are near (None: c = 0), the diagonal of A [1/m2],
     `coverage` sum V_b W_ib.
     """
     quantum, inverse_support = gradient.quantum, ONE / support
     factor = inverse_support * inverse_support * volume / quantum
-    points = rows(position)
     for i in range(begin, end):
-        xi, yi, zi = position[0, i], position[1, i], position[2, i]
         fx = fy = fz = square = spread(ZERO)
         first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
         for k in range(first, last, LANES):
             present = below(last, k)
             j = load(fluid.neighbor, k, present)
-            dx, dy, dz = separations(xi, yi, zi, points, j, period)
+            dx, dy, dz, weight = separations(i, points, points, j, period)
             q = root(dx * dx + dy * dy + dz * dz) * inverse_support
             slope = only(present, factor * kernel_slope_over_q(q, sigma), ZERO)
             ax, ay, az = slope * dx, slope * dy, slope * dz
@@ -137,33 +134,29 @@ def cache_gradients(
             fx += ax
             fy += ay
             fz += az
-            length = ax * ax + ay * ay + az * az
-            square += length if weight is None else length * gather(weight, j)
+            square += (ax * ax + ay * ay + az * az) * weight
         sx, sy, sz = quantum * summed(fx), quantum * summed(fy), quantum * summed(fz)
         gx, gy, gz, coverage[i] = sx, sy, sz, ZERO
         if walls.number[i] > 0:
             wx, wy, wz, coverage[i] = cache_wall_gradients(
-                i, position, wall, wall_volume, matrix, lattice, period, walls, sigma, inverse_support, wall_gradient
+                i, points, wall, matrix, lattice, period, walls, sigma, inverse_support, wall_gradient
             )
             gx, gy, gz = gx + wall_weight * wx, gy + wall_weight * wy, gz + wall_weight * wz
             if extrapolation is not None:
                 open_to = sx + wx, sy + wy, sz + wz
                 fill_wall_pressure(
-                    i, position, wall, period, fluid, walls, gradient, wall_gradient, by_body, plane, gravity, open_to,
+                    i, points, wall, period, fluid, walls, gradient, wall_gradient, by_body, plane, gravity, open_to,
                     inverse_support, extrapolation, waterline,
                 )  # fmt: skip
                 gx -= extrapolation[0, i] * sx + extrapolation[1, i] * sy + extrapolation[2, i] * sz
                 gy -= extrapolation[3, i] * sx + extrapolation[4, i] * sy + extrapolation[5, i] * sz
                 gz -= extrapolation[6, i] * sx + extrapolation[7, i] * sy + extrapolation[8, i] * sz
         own[0, i], own[1, i], own[2, i] = gx, gy, gz
-        length_of_own = gx * gx + gy * gy + gz * gz
-        diagonal[i] = (
-            quantum * quantum * summed(square) + (length_of_own if weight is None else length_of_own * weight[i]) + TINY
-        )
+        diagonal[i] = quantum * quantum * summed(square) + (gx * gx + gy * gy + gz * gz) * points[i, 3] + TINY
 
 
 @njit(**FAST)
-def pressure_velocity(begin, end, fluid, walls, gradient, own, extrapolation, weight, kappa, change):
+def pressure_velocity(begin, end, points, fluid, walls, gradient, own, extrapolation, kappa, change):
     """Fill `change` (3, N) with u_i [m/s] from kappa [m2/s] (Eq. 14)."""
     neighbor, quantum = fluid.neighbor, gradient.quantum
     whole_x, whole_y, whole_z = rows(gradient.whole)
@@ -182,41 +175,37 @@ def pressure_velocity(begin, end, fluid, walls, gradient, own, extrapolation, we
             ux += extrapolation[0, i] * sx + extrapolation[1, i] * sy + extrapolation[2, i] * sz
             uy += extrapolation[3, i] * sx + extrapolation[4, i] * sy + extrapolation[5, i] * sz
             uz += extrapolation[6, i] * sx + extrapolation[7, i] * sy + extrapolation[8, i] * sz
-        factor = ONE if weight is None else weight[i]
-        change[0, i] = factor * ux
-        change[1, i] = factor * uy
-        change[2, i] = factor * uz
+        weight = points[i, 3]
+        change[0, i], change[1, i], change[2, i] = weight * ux, weight * uy, weight * uz
 
 
 @njit(**FAST)
 def seen_velocity(begin, end, walls, extrapolation, velocity, seen):
-    """Fill `seen` (3, N) with (1 + K_i)^T v_i, the velocity that neighbours see."""
+    """Fill `seen` (N, 4) with (1 + K_i)^T v_i, the velocity that neighbours see."""
     for i in range(begin, end):
         vx, vy, vz = velocity[0, i], velocity[1, i], velocity[2, i]
-        if walls.number[i] > 0:
+        seen[i, 0], seen[i, 1], seen[i, 2] = vx, vy, vz
+        if extrapolation is not None and walls.number[i] > 0:
             k = extrapolation[:, i]
-            seen[0, i] = vx + k[0] * vx + k[3] * vy + k[6] * vz
-            seen[1, i] = vy + k[1] * vx + k[4] * vy + k[7] * vz
-            seen[2, i] = vz + k[2] * vx + k[5] * vy + k[8] * vz
-        else:
-            seen[0, i], seen[1, i], seen[2, i] = vx, vy, vz
+            seen[i, 0] += k[0] * vx + k[3] * vy + k[6] * vz
+            seen[i, 1] += k[1] * vx + k[4] * vy + k[7] * vz
+            seen[i, 2] += k[2] * vx + k[5] * vy + k[8] * vz
 
 
 @njit(**FAST)
 def velocity_divergence(begin, end, fluid, gradient, own, velocity, seen, rate):
-    """Fill `rate` [1/s] with (H^T v)_i, walls at rest; `seen` as from `seen_velocity` or the velocity itself (Eq. 7)."""
+    """Fill `rate` [1/s] with (H^T v)_i, walls at rest (Eq. 7); `seen` as from `seen_velocity`."""
     neighbor, quantum = fluid.neighbor, gradient.quantum
     whole_x, whole_y, whole_z = rows(gradient.whole)
-    seen_x, seen_y, seen_z = seen[0], seen[1], seen[2]
     for i in range(begin, end):
         inflow = spread(ZERO)
         first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
         for k in range(first, last, LANES):
             present = below(last, k)
-            j = load(neighbor, k, present)
-            inflow += load(whole_x, k, present) * gather(seen_x, j)
-            inflow += load(whole_y, k, present) * gather(seen_y, j)
-            inflow += load(whole_z, k, present) * gather(seen_z, j)
+            ux, uy, uz, _ = gather_four(seen, load(neighbor, k, present), 0)
+            inflow += load(whole_x, k, present) * ux
+            inflow += load(whole_y, k, present) * uy
+            inflow += load(whole_z, k, present) * uz
         outflow = own[0, i] * velocity[0, i] + own[1, i] * velocity[1, i] + own[2, i] * velocity[2, i]
         rate[i] = outflow - quantum * summed(inflow)
 
@@ -235,9 +224,9 @@ def add_density_feedback(begin, end, compression, near, field, time_step, return
     for i in range(begin, end):
         error = compression[i]
         rate[i] += min(ONE + error - SPRAY, ZERO) / time_step
-        squares = field[3, i] * field[3, i] + field[7, i] * field[7, i] + field[11, i] * field[11, i]
-        products = field[4, i] * field[6, i] + field[5, i] * field[9, i] + field[8, i] * field[10, i]
-        rate[i] += max(min(half * (squares + TWO * products), most), -most)
+        xx, xy, xz, yx, yy, yz, zx, zy, zz = velocity_gradient(field, i)
+        trace = xx * xx + yy * yy + zz * zz + TWO * (xy * yx + xz * zx + yz * zy)
+        rate[i] += max(min(half * trace, most), -most)
         if not near[i]:
             rate[i] += max(min(error, LARGEST_RETURN), -LARGEST_RETURN) / return_time
 

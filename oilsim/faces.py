@@ -19,7 +19,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from oilsim.lanes import gather
+from oilsim.lanes import gather_four
 from oilsim.moments import inverse, smallest_eigenvalue
 from oilsim.smoothing_kernels import FAST
 
@@ -31,15 +31,15 @@ EXACT = np.float32(0.95)  # share of M^-1 inside; a half calms plane columns no 
 
 @njit(inline="always", **FAST)
 def fill_face_matrix(i, moment, lattice, matrix):
-    """Fill column i of `matrix` (6, N) with Y from the moment matrix M (tuple of 6); lattice m_0."""
+    """Fill row i of `matrix` (N, 8) with Y from the moment matrix M (tuple of 6); lattice m_0."""
     z = max(min((smallest_eigenvalue(moment) - THIN) / (FULL - THIN), ONE), ZERO)
     z *= EXACT * z * (THREE - TWO * z)
     plain = (ONE - z) / lattice
     if z <= ZERO:
         moment = (ONE, ZERO, ZERO, ONE, ZERO, ONE)
     xx, xy, xz, yy, yz, zz = inverse(moment)
-    matrix[0, i], matrix[1, i], matrix[2, i] = plain + z * xx, z * xy, z * xz
-    matrix[3, i], matrix[4, i], matrix[5, i] = plain + z * yy, z * yz, plain + z * zz
+    matrix[i, 0], matrix[i, 1], matrix[i, 2] = plain + z * xx, z * xy, z * xz
+    matrix[i, 3], matrix[i, 4], matrix[i, 5] = plain + z * yy, z * yz, plain + z * zz
 
 
 def largest_stretch(lattice: float) -> float:
@@ -63,10 +63,18 @@ def times_symmetric(vx, vy, vz, m):
 @njit(inline="always", **FAST)
 def face_between(matrix, i, j, ax, ay, az):
     """(Y_i + Y_j) / 2 a."""
-    xx, xy = HALF * (matrix[0, i] + gather(matrix[0], j)), HALF * (matrix[1, i] + gather(matrix[1], j))
-    xz, yy = HALF * (matrix[2, i] + gather(matrix[2], j)), HALF * (matrix[3, i] + gather(matrix[3], j))
-    yz, zz = HALF * (matrix[4, i] + gather(matrix[4], j)), HALF * (matrix[5, i] + gather(matrix[5], j))
-    return times_symmetric(ax, ay, az, (xx, xy, xz, yy, yz, zz))
+    xx, xy, xz, yy = gather_four(matrix, j, 0)
+    yz, zz, _, _ = gather_four(matrix, j, 4)
+    ax, ay, az = HALF * ax, HALF * ay, HALF * az
+    own = (
+        matrix[i, 0] + xx,
+        matrix[i, 1] + xy,
+        matrix[i, 2] + xz,
+        matrix[i, 3] + yy,
+        matrix[i, 4] + yz,
+        matrix[i, 5] + zz,
+    )
+    return times_symmetric(ax, ay, az, own)
 
 
 @njit(inline="always", **FAST)
@@ -74,6 +82,6 @@ def face_to_walls(matrix, i, lattice):
     """(Y_i + 1 / m_0) / 2 as six; lattice m_0."""
     own = ONE / lattice
     return (
-        HALF * (matrix[0, i] + own), HALF * matrix[1, i], HALF * matrix[2, i],
-        HALF * (matrix[3, i] + own), HALF * matrix[4, i], HALF * (matrix[5, i] + own),
+        HALF * (matrix[i, 0] + own), HALF * matrix[i, 1], HALF * matrix[i, 2],
+        HALF * (matrix[i, 3] + own), HALF * matrix[i, 4], HALF * (matrix[i, 5] + own),
     )  # fmt: skip

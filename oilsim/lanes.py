@@ -172,6 +172,43 @@ def _gather(context, builder, signature, arguments):
     return found if signature.return_type == REALS else builder.zext(found, INDICES.llvm)
 
 
+def gather_four(values, j, column):
+    """values[j, column] to values[j, column + 3] of every lane, as four; values (N, columns), float32, row by row.
+
+    A gather fetches lane by lane. Where four numbers lie side by side each lane is one read, and a few shuffles turn them.
+    """
+    return tuple(values[j, column : column + 4].T)
+
+
+@compiled(gather_four, lambda values, j, column: types.UniTuple(REALS, 4)(values, INDICES, types.int64))
+def _gather_four(context, builder, signature, arguments):
+    values = context.make_array(signature.args[0])(context, builder, arguments[0])
+    quad, whole, columns = (
+        ir.VectorType(ir.FloatType(), 4),
+        ir.IntType(64),
+        cgutils.unpack_tuple(builder, values.shape)[1],
+    )
+    rows = []
+    for lane in range(LANES):
+        row = builder.zext(builder.extract_element(arguments[1], ir.IntType(32)(lane)), whole)
+        place = builder.gep(values.data, [builder.add(builder.mul(row, columns), arguments[2])])
+        rows.append(builder.load(builder.bitcast(place, quad.as_pointer()), align=4))
+    return context.make_tuple(builder, signature.return_type, turned(builder, rows))
+
+
+def turned(builder: Any, rows: list[Any]) -> list[Any]:
+    """LANES vectors of four numbers as four vectors of LANES, by steps that processors have an instruction for."""
+
+    def shuffled(left: Any, right: Any, *places: int) -> Any:
+        return builder.shuffle_vector(left, right, ir.Constant(ir.VectorType(ir.IntType(32), len(places)), places))
+
+    halves = [shuffled(rows[n], rows[n + 4], 0, 1, 2, 3, 4, 5, 6, 7) for n in range(4)]
+    low, high = (0, 8, 1, 9, 4, 12, 5, 13), (2, 10, 3, 11, 6, 14, 7, 15)
+    first, second = (0, 1, 8, 9, 4, 5, 12, 13), (2, 3, 10, 11, 6, 7, 14, 15)
+    pairs = [(shuffled(*halves[:2], *part), shuffled(*halves[2:], *part)) for part in (low, high)]
+    return [shuffled(*pair, *part) for pair in pairs for part in (first, second)]
+
+
 def only(present, lanes, otherwise):
     """`lanes` where present, the scalar `otherwise` elsewhere."""
     return np.where(present, lanes, otherwise)

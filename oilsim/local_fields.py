@@ -12,30 +12,31 @@ import numpy as np
 from numba import njit
 
 from oilsim.faces import fill_face_matrix
-from oilsim.lanes import LANES, below, gather, load, only, root, spread, summed
+from oilsim.lanes import LANES, below, gather_four, load, only, root, spread, summed
 from oilsim.moments import determinant, inverse
-from oilsim.neighbors import rows, separations
+from oilsim.neighbors import separations
 from oilsim.smoothing_kernels import FAST, kernel, kernel_slope_over_q
 
-WEIGHT = 12  # row of `field` (13, N), after v 0-2 and G 3-11 row by row
+# columns of `field` (N, 16), whose rows neighbours ask for in fours: v and the weight, then the rows of G, the first one with b_i (see
+# `relaxation`)
+WEIGHT, GRADIENT, STRENGTH = 3, 4, 7
 REGULAR = np.float32(0.01)  # determinant of a moment matrix from which a gradient is taken
 ZERO, ONE = np.float32(0.0), np.float32(1.0)
 
 
 @njit(inline="always", **FAST)
-def add_walls(i, position, wall, wall_volume, period, walls, sigma, support):
+def add_walls(i, points, wall, period, walls, sigma, support):
     """Walls' part of the particle's density, of g and of M: sum_b V_b W_ib, then 3 and 6 sums."""
     inverse_support = ONE / support
     scale = inverse_support * inverse_support
-    points = rows(wall)
     content = gx = gy = gz = mxx = mxy = mxz = myy = myz = mzz = spread(ZERO)
     first, last = walls.start[i], walls.start[i] + np.int64(walls.number[i])
     for k in range(first, last, LANES):
         present = below(last, k)
         b = load(walls.neighbor, k, present)
-        dx, dy, dz = separations(position[0, i], position[1, i], position[2, i], points, b, period)
+        dx, dy, dz, volume = separations(i, points, wall, b, period)
         q = root(dx * dx + dy * dy + dz * dz) * inverse_support
-        share = only(present, gather(wall_volume, b), ZERO)
+        share = only(present, volume, ZERO)
         content += share * kernel(q, sigma)
         slope = scale * share * kernel_slope_over_q(q, sigma)
         ax, ay, az = slope * dx, slope * dy, slope * dz
@@ -53,6 +54,14 @@ def add_walls(i, position, wall, wall_volume, period, walls, sigma, support):
 
 
 @njit(inline="always", **FAST)
+def velocity_gradient(field, i):
+    """G of particle i, row by row, as nine."""
+    return (
+        field[i, 4], field[i, 5], field[i, 6], field[i, 8], field[i, 9], field[i, 10], field[i, 12], field[i, 13], field[i, 14],
+    )  # fmt: skip
+
+
+@njit(inline="always", **FAST)
 def fill_gradient(i, gradients, spans, field):
     """Fill G of `field` from sums over liquid neighbours.
 
@@ -62,35 +71,49 @@ def fill_gradient(i, gradients, spans, field):
     bxx, bxy, bxz, byy, byz, bzz = inverse(spans)
     for axis in range(3):
         ax, ay, az = gradients[3 * axis], gradients[3 * axis + 1], gradients[3 * axis + 2]
-        field[3 * axis + 3, i] = ax * bxx + ay * bxy + az * bxz
-        field[3 * axis + 4, i] = ax * bxy + ay * byy + az * byz
-        field[3 * axis + 5, i] = ax * bxz + ay * byz + az * bzz
+        row = GRADIENT + 4 * axis
+        field[i, row] = ax * bxx + ay * bxy + az * bxz
+        field[i, row + 1] = ax * bxy + ay * byy + az * byz
+        field[i, row + 2] = ax * bxz + ay * byz + az * bzz
 
 
 @njit(**FAST)
 def local_fields(
-    begin, end, position, velocity, wall, wall_volume, weight, period, fluid, walls, sigma, support, volume, plane, lattice,
-    compression, gradient_sum, field, matrix,
-):  # fmt: skip
-    """Fill e (N,), g (3, N) [1/m], `field` (13, N) and `matrix` (6, N), the Y that `faces` makes of M, as xx, xy, xz, yy, yz, zz.
+    begin,
+    end,
+    points,
+    wall,
+    period,
+    fluid,
+    walls,
+    sigma,
+    support,
+    volume,
+    plane,
+    lattice,
+    compression,
+    gradient_sum,
+    field,
+    matrix,
+):
+    """Fill e (N,), g (3, N) [1/m], G in `field` (N, 16) and `matrix` (N, 8), the Y that `faces` makes of M, as xx, xy, xz, yy, yz, zz.
 
-    position, velocity (3, N) [m, m/s]; weight (N,) rho_ref / rho_0 or None; `plane`: y is absent. lattice: m_0.
-    `field` gets v, G and the weight; G is 0 where the liquid neighbours do not span space.
+    points (N, 4): place [m] and weight rho_ref / rho_0; wall (M, 4): place [m] and volume [m3]; `plane`: y is absent. lattice: m_0.
+    `field` holds v [m/s]; G is 0 where the liquid neighbours do not span space.
     """
     inverse_support = ONE / support
     factor = -volume * inverse_support * inverse_support
-    points, velocities = rows(position), rows(velocity)
     for i in range(begin, end):
-        xi, yi, zi = position[0, i], position[1, i], position[2, i]
-        ui, vi, wi = velocity[0, i], velocity[1, i], velocity[2, i]
+        ui, vi, wi = field[i, 0], field[i, 1], field[i, 2]
         content = gx = gy = gz = mxx = mxy = mxz = myy = myz = mzz = spread(ZERO)
         axx = axy = axz = ayx = ayy = ayz = azx = azy = azz = spread(ZERO)
         first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
         for k in range(first, last, LANES):
             present = below(last, k)
             j = load(fluid.neighbor, k, present)
-            dx, dy, dz = separations(xi, yi, zi, points, j, period)
-            du, dv, dw = ui - gather(velocities[0], j), vi - gather(velocities[1], j), wi - gather(velocities[2], j)
+            dx, dy, dz, _ = separations(i, points, points, j, period)
+            uj, vj, wj, _ = gather_four(field, j, 0)
+            du, dv, dw = ui - uj, vi - vj, wi - wj
             q = only(present, root(dx * dx + dy * dy + dz * dz) * inverse_support, ONE)
             slope = kernel_slope_over_q(q, sigma)
             ax, ay, az = slope * dx, slope * dy, slope * dz
@@ -117,7 +140,6 @@ def local_fields(
             factor * summed(mxx), factor * summed(mxy), factor * summed(mxz),
             ONE if plane else factor * summed(myy), factor * summed(myz), factor * summed(mzz),
         )  # fmt: skip
-        field[0, i], field[1, i], field[2, i], field[WEIGHT, i] = ui, vi, wi, ONE if weight is None else weight[i]
         if determinant(moment) > REGULAR:
             gradients = (
                 factor * summed(axx), factor * summed(axy), factor * summed(axz),
@@ -126,11 +148,11 @@ def local_fields(
             )  # fmt: skip
             fill_gradient(i, gradients, moment, field)
         else:
-            for n in range(3, 12):
-                field[n, i] = ZERO
+            for n in range(GRADIENT, 16):
+                field[i, n] = ZERO
         solid, push, more = ZERO, (ZERO, ZERO, ZERO), (ZERO, ZERO, ZERO, ZERO, ZERO, ZERO)
         if walls.number[i] > 0:
-            solid, push, more = add_walls(i, position, wall, wall_volume, period, walls, sigma, support)
+            solid, push, more = add_walls(i, points, wall, period, walls, sigma, support)
         compression[i] = volume * (sigma + summed(content)) + solid - ONE
         gradient_sum[0, i] = factor * summed(gx) + push[0]
         gradient_sum[1, i] = factor * summed(gy) + push[1]

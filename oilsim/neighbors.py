@@ -25,7 +25,7 @@ from oilsim.grid import (
     mark_surroundings,
     widened,
 )
-from oilsim.lanes import floor, gather
+from oilsim.lanes import floor, gather_four
 from oilsim.parallel import BLOCK, Team, block_count
 from oilsim.smoothing_kernels import FAST
 
@@ -65,10 +65,19 @@ def rows(vectors):
     return vectors[0], vectors[1], vectors[2]
 
 
+@njit(**FAST)
+def fill_rows(begin, end, vectors, scalar, result):
+    """Set the first four columns of `result` (N, columns) to vectors (3, N) and a scalar (N,), side by side for `gather_four`."""
+    for i in range(begin, end):
+        result[i, 0], result[i, 1], result[i, 2], result[i, 3] = vectors[0, i], vectors[1, i], vectors[2, i], scalar[i]
+
+
 @njit(inline="always", **FAST)
-def separations(x, y, z, points, j, period):
-    """(x, y, z) - x_j for lanes of indices j; `points` as from `rows`."""
-    return nearest_images(x - gather(points[0], j), y - gather(points[1], j), z - gather(points[2], j), period)
+def separations(i, points, others, j, period):
+    """x_i - x_j for lanes of indices j, and the fourth number of j; `points` and `others` (N, 4) begin with places [m]."""
+    x, y, z, content = gather_four(others, j, 0)
+    dx, dy, dz = nearest_images(points[i, 0] - x, points[i, 1] - y, points[i, 2] - z, period)
+    return dx, dy, dz, content
 
 
 @njit(**FAST)

@@ -35,8 +35,9 @@ class PressureOperator:
 
     def __init__(self, work: Workspace, state: FluidState) -> None:
         self._work, self._state, self._count = work, state, state.awake
-        self._response = work.pressure_response(state.position)
-        self._change, self._seen, self._way = np.zeros((3, 3, state.listed), np.float32)
+        self._response = work.pressure_response()
+        self._change, self._way = np.zeros((2, 3, state.listed), np.float32)
+        self._seen = np.zeros((state.listed, 4), np.float32)
         if self._response.present:
             self._response.add_compliance(work.diagonal)
 
@@ -44,10 +45,10 @@ class PressureOperator:
         """H^T v [1/s] of the velocities and the bodies' motion as they are."""
         velocity = self._state.velocity
         rate = np.zeros(self._state.listed, np.float32)
-        seen = self._see(velocity)
-        if self._response.present and seen is self._seen:
-            self._response.show_motion(seen)
-        self._diverge(velocity, seen, rate)
+        self._see(velocity)
+        if self._response.present:
+            self._response.show_motion(self._seen)
+        self._diverge(velocity, rate)
         if self._response.present:
             self._response.add_motion(rate)
         return rate
@@ -55,12 +56,11 @@ class PressureOperator:
     def product(self, kappa: Real, result: Real) -> None:
         """Write A kappa [1/s] into result."""
         self._pressure_velocity(kappa)
-        seen = self._see(self._change)
+        self._see(self._change)
         if self._response.present:
             self._response.answer(kappa)
-            if seen is self._seen:
-                self._response.show_answer(seen)
-        self._diverge(self._change, seen, result)
+            self._response.show_answer(self._seen)
+        self._diverge(self._change, result)
         if self._response.present:
             self._response.add_answer(result)
 
@@ -94,17 +94,16 @@ class PressureOperator:
     def _pressure_velocity(self, kappa: Real) -> None:
         work = self._work
         work.team.run(
-            pressure_velocity, self._count, work.fluid_pairs, work.wall_pairs, work.gradient, work.own, work.extrapolation,
-            work.weight, kappa, self._change,
+            pressure_velocity, self._count, work.points, work.fluid_pairs, work.wall_pairs, work.gradient, work.own,
+            work.extrapolation, kappa, self._change,
         )  # fmt: skip
 
-    def _see(self, velocity: Real) -> Real:
+    def _see(self, velocity: Real) -> None:
         work = self._work
-        if work.extrapolation is None:
-            return velocity
         work.team.run(seen_velocity, self._count, work.wall_pairs, work.extrapolation, velocity, self._seen)
-        return self._seen
 
-    def _diverge(self, velocity: Real, seen: Real, rate: Real) -> None:
+    def _diverge(self, velocity: Real, rate: Real) -> None:
         work = self._work
-        work.team.run(velocity_divergence, self._count, work.fluid_pairs, work.gradient, work.own, velocity, seen, rate)
+        work.team.run(
+            velocity_divergence, self._count, work.fluid_pairs, work.gradient, work.own, velocity, self._seen, rate
+        )

@@ -29,9 +29,9 @@ import numpy as np
 from numba import njit
 
 from oilsim.divergence import SPRAY
-from oilsim.lanes import LANES, below, gather, load, only, root, spread, summed
-from oilsim.local_fields import ONE, WEIGHT, ZERO
-from oilsim.neighbors import rows, separations
+from oilsim.lanes import LANES, below, gather, gather_four, load, only, root, spread, summed
+from oilsim.local_fields import GRADIENT, ONE, STRENGTH, WEIGHT, ZERO, velocity_gradient
+from oilsim.neighbors import separations
 from oilsim.smoothing_kernels import FAST, SUPPORT, kernel, kernel_slope_over_q, lattice
 
 HALF = np.float32(0.5)
@@ -80,17 +80,17 @@ def relaxation_multiplier(begin, end, compression, near, rate, limit, multiplier
 def shift_coefficient(i, field, time_step):
     """beta of particle i."""
     strain = ZERO
-    for n in range(3, 12):
-        strain += field[n, i] * field[n, i]
+    for entry in velocity_gradient(field, i):
+        strain += entry * entry
     return min(SHIFT_BY_STRAIN * time_step * math.sqrt(strain), LARGEST_SHIFT)
 
 
 @njit(**FAST)
-def shift_strength(begin, end, near, walls, field, time_step, square, strength):
-    """Fill `strength` (N,) with b_i [m2], 0 within reach of free surfaces and walls; square d^2 [m2]."""
+def shift_strength(begin, end, near, walls, field, time_step, square):
+    """Put b_i [m2] into `field` (N, 16), 0 within reach of free surfaces and walls; square d^2 [m2]."""
     for i in range(begin, end):
         alone = near[i] or walls.number[i] > 0
-        strength[i] = ZERO if alone else HALF * shift_coefficient(i, field, time_step) * square
+        field[i, STRENGTH] = ZERO if alone else HALF * shift_coefficient(i, field, time_step) * square
 
 
 @njit(**FAST)
@@ -106,28 +106,25 @@ def shift_by_walls(begin, end, near, walls, gradient_sum, field, time_step, squa
 
 
 @njit(inline="always", **FAST)
-def linear(field, n, i, j, dx, dy, dz):
-    """(G_i + G_j) dx, one component: that of the row of G that begins with row n of `field`."""
-    gx, gy, gz = (
-        field[n, i] + gather(field[n], j),
-        field[n + 1, i] + gather(field[n + 1], j),
-        field[n + 2, i] + gather(field[n + 2], j),
+def linear(field, i, axis, theirs, dx, dy, dz):
+    """(G_i + G_j) dx, one component, from the row of G_j."""
+    row = GRADIENT + 4 * axis
+    return (
+        (field[i, row] + theirs[0]) * dx + (field[i, row + 1] + theirs[1]) * dy + (field[i, row + 2] + theirs[2]) * dz
     )
-    return gx * dx + gy * dy + gz * dz
 
 
 @njit(inline="always", **FAST)
-def wall_push(i, position, wall, wall_volume, own, period, walls, sigma, inverse_support):
+def wall_push(i, points, wall, own, period, walls, sigma, inverse_support):
     """2 L_i sum_b V_b grad W_ib [m]."""
-    points = rows(wall)
     px = py = pz = spread(ZERO)
     first, last = walls.start[i], walls.start[i] + np.int64(walls.number[i])
     for k in range(first, last, LANES):
         present = below(last, k)
         b = load(walls.neighbor, k, present)
-        dx, dy, dz = separations(position[0, i], position[1, i], position[2, i], points, b, period)
+        dx, dy, dz, volume = separations(i, points, wall, b, period)
         q = root(dx * dx + dy * dy + dz * dz) * inverse_support
-        slope = only(present, gather(wall_volume, b) * kernel_slope_over_q(q, sigma), ZERO)
+        slope = only(present, volume * kernel_slope_over_q(q, sigma), ZERO)
         px += slope * dx
         py += slope * dy
         pz += slope * dz
@@ -137,28 +134,26 @@ def wall_push(i, position, wall, wall_volume, own, period, walls, sigma, inverse
 
 @njit(**FAST)
 def relax(
-    begin, end, position, wall, wall_volume, field, multiplier, strength, balance, first, theta, inertia, period, fluid, walls, sigma,
-    support, volume, push, shift, change,
+    begin, end, points, wall, field, multiplier, balance, first, theta, inertia, period, fluid, walls, sigma, support, volume, push,
+    shift, change,
 ):  # fmt: skip
     """Fill `push` (3, N) with what mends density [m], `inertia` times what it held included; in a step's `first` pass also `shift` (3, N)
     with what evens the order out [m] and `change` (3, N) with what v_i gains [m/s].
 
-    strength (N,) b_i [m2], balance a; theta: share of the filter, 0 leaves `change` without meaning.
+    points (N, 4): place [m] and weight; balance a; theta: share of the filter, 0 leaves `change` without meaning.
     """
     inverse_support = ONE / support
     factor, twice = volume * inverse_support * inverse_support, np.float32(2.0) * theta
-    points = rows(position)
     for i in range(begin, end):
-        xi, yi, zi = position[0, i], position[1, i], position[2, i]
-        ui, vi, wi, weight = field[0, i], field[1, i], field[2, i], field[WEIGHT, i]
-        own, shifted = multiplier[i], strength[i]
+        ui, vi, wi, weight = field[i, 0], field[i, 1], field[i, 2], field[i, WEIGHT]
+        own, shifted = multiplier[i], field[i, STRENGTH]
         px = py = pz = ox = oy = oz = sx = sy = sz = spread(ZERO)
         start = fluid.start[i]
         last = start + np.int64(fluid.number[i])
         for k in range(start, last, LANES):
             present = below(last, k)
             j = load(fluid.neighbor, k, present)
-            dx, dy, dz = separations(xi, yi, zi, points, j, period)
+            dx, dy, dz, heavier = separations(i, points, points, j, period)
             q = only(present, root(dx * dx + dy * dy + dz * dz) * inverse_support, ONE)
             slope = factor * kernel_slope_over_q(q, sigma)
             stretch = slope * (own + gather(multiplier, j))
@@ -166,19 +161,21 @@ def relax(
             py += stretch * dy
             pz += stretch * dz
             if first:
-                order = slope * (shifted + gather(strength, j)) * (balance * q * q - ONE)
+                strength = gather_four(field, j, GRADIENT)[3]
+                order = slope * (shifted + strength) * (balance * q * q - ONE)
                 ox += order * dx
                 oy += order * dy
                 oz += order * dz
             if theta > ZERO:
-                w = kernel(q, sigma) * twice * volume / (weight + gather(field[WEIGHT], j))
+                w = kernel(q, sigma) * twice * volume / (weight + heavier)
                 hx, hy, hz = HALF * dx, HALF * dy, HALF * dz
-                sx += w * (ui - gather(field[0], j) - linear(field, 3, i, j, hx, hy, hz))
-                sy += w * (vi - gather(field[1], j) - linear(field, 6, i, j, hx, hy, hz))
-                sz += w * (wi - gather(field[2], j) - linear(field, 9, i, j, hx, hy, hz))
+                uj, vj, wj, _ = gather_four(field, j, 0)
+                sx += w * (ui - uj - linear(field, i, 0, gather_four(field, j, GRADIENT), hx, hy, hz))
+                sy += w * (vi - vj - linear(field, i, 1, gather_four(field, j, GRADIENT + 4), hx, hy, hz))
+                sz += w * (wi - wj - linear(field, i, 2, gather_four(field, j, GRADIENT + 8), hx, hy, hz))
         bx = by = bz = ZERO
         if walls.number[i] > 0 and own != ZERO:
-            bx, by, bz = wall_push(i, position, wall, wall_volume, own, period, walls, sigma, inverse_support)
+            bx, by, bz = wall_push(i, points, wall, own, period, walls, sigma, inverse_support)
         push[0, i] = inertia * push[0, i] + weight * (summed(px) + bx)
         push[1, i] = inertia * push[1, i] + weight * (summed(py) + by)
         push[2, i] = inertia * push[2, i] + weight * (summed(pz) + bz)

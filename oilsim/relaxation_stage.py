@@ -9,6 +9,7 @@ import numpy as np
 
 from oilsim.density import LARGEST_MULTIPLIER, density_constraint
 from oilsim.local_fields import local_fields
+from oilsim.neighbors import fill_rows
 from oilsim.parallel import block_count, total
 from oilsim.relaxation import (
     INERTIA,
@@ -38,7 +39,7 @@ def relax_liquid(work: Workspace, state: FluidState, time_step: float) -> tuple[
     if count == 0:
         return 0, 0.0
     moving = slice(0, count)
-    multiplier, strength = np.zeros((2, state.listed), np.float32)
+    multiplier = np.zeros(state.listed, np.float32)
     push, change = np.zeros((2, 3, count), np.float32)
     square = np.float32(config.particle_spacing**2)
     rate, limit = np.float32(OMEGA / lattice_diagonal(config.dimension)) * square, LARGEST_MULTIPLIER * square
@@ -46,14 +47,14 @@ def relax_liquid(work: Workspace, state: FluidState, time_step: float) -> tuple[
         position[:, moving] += state.shift[:, moving]
         look_around(work, state, time_step)
         theta = filter_share(work, state, time_step)
-        run(shift_strength, count, work.near, work.wall_pairs, work.field, np.float32(time_step), square, strength)
+        run(shift_strength, state.listed, work.near, work.wall_pairs, work.field, np.float32(time_step), square)
         for iteration in range(1, config.density_iterations + 1):
             left = LEFT * mean_compression(work, count)
             first = iteration == 1
             run(relaxation_multiplier, count, work.compression, work.near, rate, limit, multiplier)
             run(
-                relax, count, position, walls.position, walls.volume, work.field, multiplier, strength, work.balance, first, theta,
-                INERTIA, *work.geometry, push, state.shift, change,
+                relax, count, work.points, walls.points, work.field, multiplier, work.balance, first, theta, INERTIA, *work.geometry,
+                push, state.shift, change,
             )  # fmt: skip
             position[:, moving] += push
             if first:
@@ -66,17 +67,20 @@ def relax_liquid(work: Workspace, state: FluidState, time_step: float) -> tuple[
                 )  # fmt: skip
             if left <= config.density_tolerance or iteration == config.density_iterations:
                 return iteration, left
-            run(density_constraint, count, position, walls.position, walls.volume, *work.geometry, work.compression)
+            work.place_points(state)
+            run(density_constraint, count, work.points, walls.points, *work.geometry, work.compression)
     raise AssertionError("the loop returns")
 
 
 def look_around(work: Workspace, state: FluidState, time_step: float) -> None:
     """What `local_fields` tells of every particle, which are near a free surface, and the unit of time of weightless liquid."""
     run, count, spacing = work.team.run, state.awake, np.float32(work.config.particle_spacing)
-    work.field, surface = np.empty((13, state.listed), np.float32), np.empty(state.listed, np.float32)
+    work.field, surface = np.empty((state.listed, 16), np.float32), np.empty(state.listed, np.float32)
+    work.place_points(state)
+    run(fill_rows, state.listed, state.velocity, work.weight, work.field)
     run(
-        local_fields, state.listed, state.position, state.velocity, work.walls.position, work.walls.volume, work.weight, *work.geometry,
-        work.plane, work.moment, work.compression, work.gradient_sum, work.field, work.matrix,
+        local_fields, state.listed, work.points, work.walls.points, *work.geometry, work.plane, work.moment, work.compression,
+        work.gradient_sum, work.field, work.matrix,
     )  # fmt: skip
     if work.budget is not None:
         work.budget.add_strain(work.field, time_step)

@@ -32,13 +32,13 @@ Double = NDArray[np.float64]
 
 
 @njit(**FAST)
-def extend_contacts(contacts, position, wall, period, fluid, walls, gradient, wall_gradient, wall_weight, resting, owner, arm,
+def extend_contacts(contacts, points, wall, period, fluid, walls, gradient, wall_gradient, wall_weight, resting, owner, arm,
                     plane, jacobian, reach):  # fmt: skip
     """Fill J (K, 6) and N (K, 6, 3) of the module's docstring from contacts whose jacobian is sum_b (G_ib, r_b x G_ib)."""
     single = np.zeros((1, 6), np.float32)
     for c in range(contacts.particle.size):
         i = contacts.particle[c]
-        liquid = moment_of(i, position, position, period, fluid, gradient.whole)
+        liquid = moment_of(i, points, points, period, fluid, gradient.whole)
         own = symmetric(scaled(gradient.quantum, liquid), np.float32(1.0) if plane else np.float32(0.0))
         matrix = extrapolation_matrix(spanned_share(own), own)
         reach[c] = 0.0
@@ -47,7 +47,7 @@ def extend_contacts(contacts, position, wall, period, fluid, walls, gradient, wa
             if b < resting or owner[b - resting] != contacts.body[c]:
                 continue
             dx, dy, dz = nearest_images(
-                wall[0, b] - position[0, i], wall[1, b] - position[1, i], wall[2, b] - position[2, i], period
+                wall[b, 0] - points[i, 0], wall[b, 1] - points[i, 1], wall[b, 2] - points[i, 2], period
             )
             lever = times_symmetric(dx, dy, dz, matrix)
             single[0] = 0.0
@@ -110,13 +110,13 @@ def scatter_twists(contacts, twist, sign, rate):
 
 @njit(**FAST)
 def scatter_seen(contacts, twist, sign, seen):
-    """seen_i += sign N_i^T twist of the body, over all contacts."""
-    for c in range(contacts.particle.size):
+    """seen_i += sign N_i^T twist of the body, over all contacts; nothing where walls do not extrapolate."""
+    for c in range(contacts.reach.shape[0]):
         for axis in range(3):
             value = 0.0
             for row in range(6):
                 value += contacts.reach[c, row, axis] * twist[contacts.body[c], row]
-            seen[axis, contacts.particle[c]] += sign * value
+            seen[contacts.particle[c], axis] += sign * value
 
 
 @njit(**FAST)

@@ -105,7 +105,7 @@ def paper_step(work: Workspace, state: FluidState, time_step: float, drive: Driv
     work.fly(state, time_step)
     work.search(state)
     predicted = state.position.copy()
-    density_iterations, density_error, pushed = constrain_density(work, state.position, time_step)
+    density_iterations, density_error, pushed = constrain_density(work, state, time_step)
     with work.stage("density"):
         state.velocity += (state.position - predicted) / np.float32(time_step)
     work.linearise(state)

@@ -33,7 +33,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from oilsim.lanes import LANES, below, gather, load, only, positive, root, spread, summed
-from oilsim.neighbors import nearest_images, rows, separations
+from oilsim.neighbors import nearest_images, rows
 from oilsim.smoothing_kernels import FAST, SUPPORT, lattice_stiffness
 
 OUTLIERS = 5e-3  # share of the particles whose relative speed is not asked
@@ -55,7 +55,9 @@ def squared_deformation(i, position, velocity, period, fluid, inverse_range):
     for k in range(first, last, LANES):
         present = below(last, k)
         j = load(fluid.neighbor, k, present)
-        dx, dy, dz = separations(xi, yi, zi, points, j, period)
+        dx, dy, dz = nearest_images(
+            xi - gather(points[0], j), yi - gather(points[1], j), zi - gather(points[2], j), period
+        )
         du, dv, dw = ui - gather(velocities[0], j), vi - gather(velocities[1], j), wi - gather(velocities[2], j)
         weight = only(present, positive(ONE - root(dx * dx + dy * dy + dz * dz) * inverse_range), ZERO)
         weights += weight

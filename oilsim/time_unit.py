@@ -21,6 +21,7 @@ import math
 import numpy as np
 from numba import njit
 
+from oilsim.local_fields import velocity_gradient
 from oilsim.parallel import BLOCK
 from oilsim.smoothing_kernels import FAST
 
@@ -38,6 +39,14 @@ def passing_unit(squares: float, cubes: float) -> float:
     return squares / cubes if squares < LONGEST * cubes else LONGEST
 
 
+@njit(inline="always", **FAST)
+def squared_shear_rate(field, i):
+    """2 S_i : S_i [1/s2]; `field` as from `local_fields`."""
+    xx, xy, xz, yx, yy, yz, zx, zy, zz = velocity_gradient(field, i)
+    sxy, sxz, syz = xy + yx, xz + zx, yz + zy
+    return TWO * (xx * xx + yy * yy + zz * zz) + sxy * sxy + sxz * sxz + syz * syz
+
+
 @njit(**FAST)
 def shear_rate_sums(begin, end, field, largest, sums):
     """Fill `sums` (blocks, 2) with block sums of gamma^2 [1/s2] and gamma^3 [1/s3]; `field` as from `local_fields`.
@@ -47,9 +56,6 @@ def shear_rate_sums(begin, end, field, largest, sums):
     for i in range(begin, end):
         if i % BLOCK == 0 or i == begin:
             sums[i // BLOCK, 0] = sums[i // BLOCK, 1] = 0.0
-        xx, yy, zz = field[3, i], field[7, i], field[11, i]
-        xy, xz, yz = field[4, i] + field[6, i], field[5, i] + field[9, i], field[8, i] + field[10, i]
-        square = TWO * (xx * xx + yy * yy + zz * zz) + xy * xy + xz * xz + yz * yz
-        rate = np.float64(min(math.sqrt(square), largest))
+        rate = np.float64(min(math.sqrt(squared_shear_rate(field, i)), largest))
         sums[i // BLOCK, 0] += rate * rate
         sums[i // BLOCK, 1] += rate * rate * rate

@@ -32,8 +32,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from oilsim.divergence import PairVectors, load_vector
-from oilsim.lanes import LANES, below, gather, load, only, positive, root, spread, store, summed
-from oilsim.neighbors import Pairs, rows, separations
+from oilsim.lanes import LANES, below, gather, gather_four, load, only, positive, root, spread, store, summed
+from oilsim.neighbors import Pairs, fill_rows, separations
 from oilsim.parallel import Team, block_count, total
 from oilsim.pressure_projection import dot
 from oilsim.smoothing_kernels import FAST, SUPPORT, kernel, kernel_slope_over_q, lattice, normalisation
@@ -84,13 +84,12 @@ def profile_factor(spacing: float, dimension: int, eq_25: bool) -> float:
 
 
 @njit(**FAST)
-def fourth_moment_share(begin, end, position, near, period, fluid, walls, sigma, support, factor, share):
+def fourth_moment_share(begin, end, points, near, period, fluid, walls, sigma, support, factor, share):
     """Fill `share` (N,) with the lattice's S over that of each particle, 1 where `near` (N,) a free surface or by walls.
 
     factor: V over the lattice's S [1/m4].
     """
     inverse_support = ONE / support
-    points = rows(position)
     for i in range(begin, end):
         if near[i] or walls.number[i] > 0:
             share[i] = ONE
@@ -100,7 +99,7 @@ def fourth_moment_share(begin, end, position, near, period, fluid, walls, sigma,
         for k in range(first, last, LANES):
             present = below(last, k)
             j = load(fluid.neighbor, k, present)
-            dx, dy, dz = separations(position[0, i], position[1, i], position[2, i], points, j, period)
+            dx, dy, dz, _ = separations(i, points, points, j, period)
             squared = dx * dx + dy * dy + dz * dz
             q = only(present, root(squared) * inverse_support, ONE)
             content += viscous_weight(q, sigma) * squared * squared
@@ -133,8 +132,8 @@ def add_outer(block, s, ax, ay, az):
 
 @njit(**FAST)
 def viscous_coefficients(
-    begin, end, active, position, wall, phase, viscosity, wall_viscosity, period, fluid, walls, gradient, wall_gradient,
-    wall_volume, volume, sigma, support, regular, factor, share, pair_stiffness, wall_stiffness, block,
+    begin, end, active, points, wall, phase, viscosity, wall_viscosity, period, fluid, walls, gradient, wall_gradient, volume, sigma,
+    support, regular, factor, share, pair_stiffness, wall_stiffness, block,
 ):  # fmt: skip
     """Fill k of every pair of an active particle and `block` (6, N), sum_j K_ij as xx, xy, xz, yy, yz, zz [kg/(m3 s)].
 
@@ -142,10 +141,8 @@ def viscous_coefficients(
     the liquid, 0 where it slips, None where none holds; sigma that of W and share (N,) as above, None for Eq. 25.
     """
     inverse_support = ONE / support
-    points, wall_points = rows(position), rows(wall)
     for n in range(begin, end):
         i = active[n]
-        xi, yi, zi = position[0, i], position[1, i], position[2, i]
         own = viscosity[phase[i]]
         nothing = spread(ZERO)
         sums = (nothing, nothing, nothing, nothing, nothing, nothing)
@@ -154,7 +151,7 @@ def viscous_coefficients(
             present = below(last, k)
             j = load(fluid.neighbor, k, present)
             ax, ay, az = load_vector(gradient, k, present)
-            dx, dy, dz = separations(xi, yi, zi, points, j, period)
+            dx, dy, dz, _ = separations(i, points, points, j, period)
             mu = spread(own[0]) if own.size == 1 else gather(own, gather(phase, j))
             k_ij = stiffness(ax, ay, az, dx, dy, dz, volume, sigma, inverse_support, regular, factor)
             if share is not None:
@@ -170,9 +167,8 @@ def viscous_coefficients(
                 ax = load(wall_gradient[0], k, present)
                 ay = load(wall_gradient[1], k, present)
                 az = load(wall_gradient[2], k, present)
-                dx, dy, dz = separations(xi, yi, zi, wall_points, b, period)
+                dx, dy, dz, content = separations(i, points, wall, b, period)
                 mu = own[phase[i]] * gather(wall_viscosity, b)
-                content = gather(wall_volume, b)
                 k_ib = stiffness(ax, ay, az, dx, dy, dz, content, sigma, inverse_support, regular, factor)
                 s = only(present, mu * k_ib, ZERO)
                 store(wall_stiffness, k, present, s)
@@ -183,8 +179,7 @@ def viscous_coefficients(
 
 @njit(**FAST)
 def viscous_force(begin, end, active, fluid, gradient, pair_stiffness, block, velocity, force):
-    """Fill `force` (3, N) with sum_j K_ij (v_j - v_i) [N/m3] of active particles; wall velocities count as 0."""
-    velocities = rows(velocity)
+    """Fill `force` (3, N) with sum_j K_ij (v_j - v_i) [N/m3] of active particles; velocity (N, 4), wall velocities count as 0."""
     for n in range(begin, end):
         i = active[n]
         fx = fy = fz = spread(ZERO)
@@ -193,12 +188,12 @@ def viscous_force(begin, end, active, fluid, gradient, pair_stiffness, block, ve
             present = below(last, k)
             j = load(fluid.neighbor, k, present)
             ax, ay, az = load_vector(gradient, k, present)
-            along = ax * gather(velocities[0], j) + ay * gather(velocities[1], j) + az * gather(velocities[2], j)
-            s = load(pair_stiffness, k, present) * along
+            uj, vj, wj, _ = gather_four(velocity, j, 0)
+            s = load(pair_stiffness, k, present) * (ax * uj + ay * vj + az * wj)
             fx += s * ax
             fy += s * ay
             fz += s * az
-        ui, vi, wi = velocity[0, i], velocity[1, i], velocity[2, i]
+        ui, vi, wi = velocity[i, 0], velocity[i, 1], velocity[i, 2]
         force[0, i] = summed(fx) - (block[0, i] * ui + block[1, i] * vi + block[2, i] * wi)
         force[1, i] = summed(fy) - (block[1, i] * ui + block[3, i] * vi + block[4, i] * wi)
         force[2, i] = summed(fz) - (block[2, i] * ui + block[4, i] * vi + block[5, i] * wi)
@@ -270,14 +265,14 @@ class ViscousSystem:
         self.block: Real = np.empty((6, 0), np.float32)
 
     def assemble(
-        self, position: Real, wall: Real, phase: NDArray[np.uint8], viscosity: Real, wall_viscosity: Real | None,
-        period: tuple[np.float32, ...] | None, walls: Pairs, wall_gradient: Real, wall_volume: Real,
-        spacing: float, dimension: int, near: NDArray[np.uint8] | None,
+        self, points: Real, wall: Real, phase: NDArray[np.uint8], viscosity: Real, wall_viscosity: Real | None,
+        period: tuple[np.float32, ...] | None, walls: Pairs, wall_gradient: Real, spacing: float, dimension: int,
+        near: NDArray[np.uint8] | None,
     ) -> None:  # fmt: skip
         """Compute the coefficients of every pair at the present positions; near (N,) a free surface, None for Eq. 25."""
         self._walls, self._wall_gradient = walls, wall_gradient
         self.wall_stiffness = np.empty(wall_gradient.shape[1] if wall_viscosity is not None else 0, np.float32)
-        self.block = np.zeros((6, position.shape[1]), np.float32)
+        self.block, self._seen = np.zeros((6, len(points)), np.float32), np.empty((len(points), 4), np.float32)
         volume, support, sigma, share = np.float32(spacing**dimension), np.float32(SUPPORT * spacing), None, None
         if near is not None:
             sigma, share = np.float32(normalisation(spacing, dimension)), np.empty(near.size, np.float32)
@@ -285,7 +280,7 @@ class ViscousSystem:
             self._team.run(
                 fourth_moment_share,
                 near.size,
-                position,
+                points,
                 near,
                 period,
                 self._fluid,
@@ -296,8 +291,8 @@ class ViscousSystem:
                 share,
             )
         self._team.run(
-            viscous_coefficients, self.active.size, self.active, position, wall, phase, viscosity, wall_viscosity,
-            period, self._fluid, walls, self._gradient, wall_gradient, wall_volume, volume, sigma, support,
+            viscous_coefficients, self.active.size, self.active, points, wall, phase, viscosity, wall_viscosity,
+            period, self._fluid, walls, self._gradient, wall_gradient, volume, sigma, support,
             np.float32(REGULAR * spacing**2), np.float32(profile_factor(spacing, dimension, near is None)), share,
             self.pair_stiffness, self.wall_stiffness, self.block,
         )  # fmt: skip
@@ -305,7 +300,8 @@ class ViscousSystem:
     def force(self, velocity: Real, wall_velocity: Real | None) -> Real:
         """Viscous force density (3, N) [N/m3]; wall_velocity (3, M) or None where every no-slip wall rests."""
         result = np.zeros_like(velocity)
-        arguments = (self._fluid, self._gradient, self.pair_stiffness, self.block, velocity, result)
+        self._team.run(fill_rows, len(self._seen), velocity, velocity[0], self._seen)
+        arguments = (self._fluid, self._gradient, self.pair_stiffness, self.block, self._seen, result)
         self._team.run(viscous_force, self.active.size, self.active, *arguments)
         if wall_velocity is not None and self.wall_stiffness.size:
             self._team.run(

@@ -32,15 +32,14 @@ PRESSED = 0.25  # spacings of depth whose pressure makes an edge fully held
 
 
 @njit(inline="always", **FAST)
-def moment_of(i, position, other, period, pairs, gradient):
+def moment_of(i, points, others, period, pairs, gradient):
     """sum_k G_ik x_ik^T over the pairs of i, row by row (9), in units of what is cached."""
-    xi, yi, zi = position[0, i], position[1, i], position[2, i]
-    coordinates, gradient_x, gradient_y, gradient_z = rows(other), gradient[0], gradient[1], gradient[2]
+    gradient_x, gradient_y, gradient_z = rows(gradient)
     txx = txy = txz = tyx = tyy = tyz = tzx = tzy = tzz = spread(ZERO)
     first, last = pairs.start[i], pairs.start[i] + np.int64(pairs.number[i])
     for k in range(first, last, LANES):
         present = below(last, k)
-        dx, dy, dz = separations(xi, yi, zi, coordinates, load(pairs.neighbor, k, present), period)
+        dx, dy, dz, _ = separations(i, points, others, load(pairs.neighbor, k, present), period)
         ax, ay, az = load(gradient_x, k, present), load(gradient_y, k, present), load(gradient_z, k, present)
         txx -= ax * dx
         txy -= ax * dy
@@ -108,16 +107,16 @@ def extrapolation_matrix(trust, own):
 
 @njit(inline="always", **FAST)
 def fill_wall_pressure(
-    i, position, wall, period, fluid, walls, gradient, wall_gradient, by_body, plane, gravity, open_to, inverse_support,
-    extrapolation, waterline,
+    i, points, wall, period, fluid, walls, gradient, wall_gradient, by_body, plane, gravity, open_to, inverse_support, extrapolation,
+    waterline,
 ):  # fmt: skip
     """Fill column i of `extrapolation` (9, N) with K_i, row by row, and of `waterline` (3, N) with the acceleration of an edge [m/s2].
 
     open_to: S = sum_j G_ij + sum_b G_ib [1/m], which points into the liquid at a free surface; by_body (N,): a moving body is within
     reach; `plane`: y is absent; gravity (3) [m/s2].
     """
-    solid = moment_of(i, position, wall, period, walls, wall_gradient)
-    liquid = scaled(gradient.quantum, moment_of(i, position, position, period, fluid, gradient.whole))
+    solid = moment_of(i, points, wall, period, walls, wall_gradient)
+    liquid = scaled(gradient.quantum, moment_of(i, points, points, period, fluid, gradient.whole))
     own = symmetric(liquid, ONE if plane else ZERO)
     spanned = spanned_share(own)
     covered = ONE if by_body[i] else covered_share(own, symmetric(solid, ZERO))

@@ -137,6 +137,9 @@ class Walls:
         self._tied: Double | None = None
         self._stale = True
         self.position: Real = np.empty((3, 0), np.float32)
+        self.points: Real = np.empty(
+            (0, 4), np.float32
+        )  # place [m] and volume [m3], side by side for those who gather them
         self.velocity: Real | None = None
         self.volume: Real = np.empty(0, np.float32)
         self.area: Real = np.empty(0, np.float32)
@@ -194,6 +197,7 @@ class Walls:
             end = at + points.shape[1]
             self.arm[:, at - self.resting : end - self.resting] = arm
             self.position[:, at:end] = self._wrapped(arm + body.position[:, None])
+            self.points[at:end, :3] = self.position[:, at:end].T
             if self.velocity is not None:
                 self.velocity[:, at:end] = body.twist[:3, None] + np.cross(body.twist[3:], arm.T).T
             at = end
@@ -293,6 +297,7 @@ class Walls:
         self.position[:, : self.resting] = still[:, order]
         self.volume[: self.resting] = self.volume[order]
         self.area[: self.resting] = self.area[order]
+        self.points = np.ascontiguousarray(np.vstack([self.position, self.volume]).T)
         no_slip[: self.resting] = no_slip[order]
         self.no_slip = no_slip if no_slip.any() else None
         self.velocity = np.zeros_like(self.position) if self.no_slip is not None and self.moving else None

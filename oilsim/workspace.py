@@ -19,7 +19,7 @@ from oilsim.config import FluidConfig
 from oilsim.divergence import PairVectors, cache_gradients
 from oilsim.faces import largest_stretch
 from oilsim.kept_lists import KeptLists
-from oilsim.neighbors import NeighborSearch, Pairs, make_grid
+from oilsim.neighbors import NeighborSearch, Pairs, fill_rows, make_grid
 from oilsim.parallel import Team
 from oilsim.relaxation import shift_balance
 from oilsim.rigid_response import RigidResponse, extend_contacts
@@ -90,7 +90,7 @@ class Workspace:
         longest *= largest_stretch(lattice_moment(config.dimension))
         self.gradient = PairVectors(np.empty((3, 0), np.int16), np.float32(longest / np.iinfo(np.int16).max))
         self.wall_gradient: Real = np.empty((3, 0), np.float32)
-        self.field: Real = np.empty((13, 0), np.float32)
+        self.field: Real = np.empty((0, 16), np.float32)
         self.closed = True  # no particle within reach of a free surface
         self._density_multiplier: Real = np.empty(0, np.float32)
 
@@ -123,11 +123,13 @@ class Workspace:
             self.fluid_pairs, self.wall_pairs = self.lists.update(state, self.walls)
             walls = self.walls
             count = state.listed
-            self.weight = None if (self._weights == 1.0).all() else self._weights[state.phase]
+            self.weight = self._weights[state.phase]
+            self.points = np.empty((count, 4), np.float32)
+            self.place_points(state)
             self.rest_density = self.densities.astype(np.float32)[state.phase]
             self.coverage, self.compression, self.diagonal = np.empty((3, count), np.float32)
             self.own, self.gradient_sum = np.empty((2, 3, count), np.float32)
-            self.matrix: Real = np.empty((6, count), np.float32)
+            self.matrix: Real = np.zeros((count, 8), np.float32)
             self.near = np.ones(count, np.uint8)
             walled = self.split and walls.count > 0
             self.extrapolation = np.empty((9, count), np.float32) if walled else None
@@ -137,6 +139,10 @@ class Workspace:
             self.touching = walls.touching(self.wall_pairs, state.awake)
             self.by_body = np.zeros(count, bool)
             self.by_body[self.touching] = True
+
+    def place_points(self, state: FluidState) -> None:
+        """Put places [m] and weights of the particles side by side (N, 4), for those who gather them."""
+        self.team.run(fill_rows, state.listed, state.position, self.weight, self.points)
 
     def relative_speed(self, state: FluidState, fastest: float) -> float:
         """What most speeds [m/s] relative to the neighbourhood keep below (see `time_step`), 0 where it could not shorten a step.
@@ -201,10 +207,11 @@ class Workspace:
         """Cache pair gradients and what the pressure operator needs of them at the present positions."""
         walls, matrix = self.walls, self.matrix if self.split else None
         with self.stage("gradients"):
+            self.place_points(state)
             self.team.run(
-                cache_gradients, state.awake, state.position, walls.position, walls.volume, matrix, self.moment, self.weight,
-                *self.geometry, self._wall_weight, self.by_body, self.plane, self._gravity, self.gradient, self.wall_gradient, self.own,
-                self.extrapolation, self.waterline, self.diagonal, self.coverage,
+                cache_gradients, state.awake, self.points, walls.points, matrix, self.moment, *self.geometry, self._wall_weight,
+                self.by_body, self.plane, self._gravity, self.gradient, self.wall_gradient, self.own, self.extrapolation, self.waterline,
+                self.diagonal, self.coverage,
             )  # fmt: skip
             self.contacts: Contacts = walls.contacts(self.touching, self.wall_pairs, self.wall_gradient)
 
@@ -219,14 +226,14 @@ class Workspace:
             np.float32(time_step), state.velocity,
         )  # fmt: skip
 
-    def pressure_response(self, position: Real) -> RigidResponse:
+    def pressure_response(self) -> RigidResponse:
         """How bodies answer pressures: in the split scheme to extrapolated ones too."""
         walls, contacts = self.walls, self.contacts
         if self.split:
             jacobian = np.empty_like(contacts.jacobian)
             reach = np.empty((*jacobian.shape, 3), np.float32)
             extend_contacts(
-                contacts, position, walls.position, self.period, self.fluid_pairs, self.wall_pairs, self.gradient,
+                contacts, self.points, walls.points, self.period, self.fluid_pairs, self.wall_pairs, self.gradient,
                 self.wall_gradient, self._wall_weight, walls.resting, walls.owner, walls.arm, self.plane, jacobian, reach,
             )  # fmt: skip
             contacts = Contacts(contacts.particle, contacts.body, jacobian, reach)
@@ -305,8 +312,8 @@ class Workspace:
             held = walls.area * np.float32(wall_factor(config.dimension, not self.split) * config.particle_spacing)
             no_slip = (no_slip * held / walls.volume).astype(np.float32)
         system.assemble(
-            state.position, walls.position, state.phase, self._viscosity, no_slip, self.period,
-            self.wall_pairs, self.wall_gradient, walls.volume, config.particle_spacing, config.dimension, self.near if self.split else None,
+            self.points, walls.points, state.phase, self._viscosity, no_slip, self.period, self.wall_pairs, self.wall_gradient,
+            config.particle_spacing, config.dimension, self.near if self.split else None,
         )  # fmt: skip
         return system
 

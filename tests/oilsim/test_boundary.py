@@ -25,7 +25,7 @@ def test_lattice_at_rest_against_walls_keeps_its_density_to_the_corners(make_flu
     compression, diagonal = np.empty((2, fluid.particle_count), np.float32)
     gradient = np.empty_like(position)
     density_and_diagonal(
-        0, fluid.particle_count, position, work.walls.position, work.walls.volume, None, *geometry, compression, diagonal, gradient
+        0, fluid.particle_count, work.points, work.walls.points, *geometry, compression, diagonal, gradient
     )  # fmt: skip
     inside = position[2] < 1.0 - SUPPORT * spacing
     # the walls continue the lattice, as far as the kernel reaches: 80 terms in float32

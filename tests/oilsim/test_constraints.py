@@ -37,15 +37,15 @@ def test_density_constraint_removes_compression(make_fluid, dimension):
     work, tolerance = fluid.work, fluid.config.density_tolerance
     # no iteration, only the error as it is: squeezed by 5 % along each axis, and thinner at the surface
     work.config = make_fluid(phases=TWO, dimension=dimension, density_tolerance=0.09, scheme="paper").config
-    _, before, _ = constrain_density(work, fluid.state.position)
+    _, before, _ = constrain_density(work, fluid.state)
     work.config = fluid.config
-    iterations, error, _ = constrain_density(work, fluid.state.position)
+    iterations, error, _ = constrain_density(work, fluid.state)
     assert before > 0.02
     assert error <= tolerance
     assert 1 <= iterations < fluid.config.density_iterations
     work.search(fluid.state)
     # measured afresh, with lists of the new positions: particles came within the support, others left it
-    assert constrain_density(work, fluid.state.position)[0] <= 2
+    assert constrain_density(work, fluid.state)[0] <= 2
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
@@ -69,7 +69,7 @@ def test_density_pushes_conserve_momentum(make_fluid, seed, scheme):
     if scheme == "split":
         relax_liquid(fluid.work, fluid.state, 1e-3)
     else:
-        constrain_density(fluid.work, fluid.state.position)
+        constrain_density(fluid.work, fluid.state)
     shift = fluid.state.position.astype(np.float64) - before
     moved = (mass * np.abs(shift)).sum()
     assert moved > 0.0

@@ -12,7 +12,7 @@ from numba import njit
 from numba.core.errors import TypingError
 
 from oilsim.initial_conditions import block
-from oilsim.lanes import LANES, below, floor, gather, load, only, positive, root, spread, store, summed
+from oilsim.lanes import LANES, below, floor, gather, gather_four, load, only, positive, root, spread, store, summed
 
 from .conftest import disturbed, prepare
 
@@ -51,6 +51,23 @@ def test_compiled_lanes_equal_numpy(first, length):
     assert compiled == pytest.approx(plain, rel=1e-5, abs=1e-6)
     assert (compiled[:first] == 7.0).all()
     assert (compiled[first + length :] == 7.0).all()
+
+
+@njit(fastmath=True)
+def four_of_each(neighbor, values, column, result):
+    for k in range(0, neighbor.size, LANES):
+        present = below(neighbor.size, k)
+        for n, lanes in enumerate(gather_four(values, load(neighbor, k, present), column)):
+            store(result[n], k, present, lanes)
+
+
+@pytest.mark.parametrize(("columns", "column"), [(4, 0), (8, 4), (16, 8)])
+def test_four_numbers_of_each_lane_come_in_their_order(columns, column):
+    rng = np.random.default_rng(columns)
+    neighbor, values = rng.integers(0, 30, 3 * LANES + 5).astype(np.uint32), rng.random((30, columns), np.float32)
+    result = np.zeros((4, neighbor.size), np.float32)
+    four_of_each(neighbor, values, column, result)
+    assert np.array_equal(result, values[neighbor, column : column + 4].T)
 
 
 def test_scalars_of_the_same_functions_keep_their_precision():

@@ -7,8 +7,8 @@ import pytest
 
 from oilsim.boundary import tank_walls
 from oilsim.initial_conditions import block
-from oilsim.local_fields import WEIGHT, local_fields
-from oilsim.phases import Phase
+from oilsim.local_fields import GRADIENT, WEIGHT, local_fields
+from oilsim.neighbors import fill_rows
 from oilsim.smoothing_kernels import lattice_moment
 
 from .conftest import disturbed
@@ -18,18 +18,23 @@ SPACING = 0.1
 
 
 def fields(fluid):
-    """e (N,), g (3, N), field (N, 13), matrix (N, 6) of a fluid at its present positions, the last two as views of what kernels take."""
+    """e (N,), g (3, N), field (N, 16), matrix (N, 6) of a fluid at its present positions."""
     work, state = fluid.work, fluid.state
     work.search(state)
     count = state.count
     compression, gradient = np.empty(count, np.float32), np.empty((3, count), np.float32)
-    field, matrix = np.empty((13, count), np.float32), np.empty((6, count), np.float32)
+    field, matrix = np.zeros((count, 16), np.float32), np.empty((count, 8), np.float32)
+    fill_rows(0, count, state.velocity, work.weight, field)
     local_fields(
-        0, count, state.position, state.velocity, work.walls.position, work.walls.volume, work.weight, work.period,
-        work.fluid_pairs, work.wall_pairs, work.sigma, work.support, work.volume, work.plane,
-        np.float32(lattice_moment(fluid.config.dimension)), compression, gradient, field, matrix,
+        0, count, work.points, work.walls.points, work.period, work.fluid_pairs, work.wall_pairs, work.sigma, work.support, work.volume,
+        work.plane, np.float32(lattice_moment(fluid.config.dimension)), compression, gradient, field, matrix,
     )  # fmt: skip
-    return compression, gradient, field.T, matrix.T
+    return compression, gradient, field, matrix[:, :6]
+
+
+def gradients(field):
+    """G (N, 3, 3) of a field."""
+    return field[:, GRADIENT:].reshape(-1, 3, 4)[:, :, :3]
 
 
 def linear_field(dimension, seed):
@@ -60,10 +65,10 @@ def test_gradient_of_a_linear_field_is_exact(make_fluid, dimension, seed, arrang
     points, slope = cloud(dimension, seed, arrangement), linear_field(dimension, seed)
     fluid.add_particles(points, phase="water", velocity=(points - 1.0) @ slope.T)
     _, _, field, _ = fields(fluid)
-    taken = np.abs(field[:, 3:12]).max(axis=1) > 0.0
+    found = gradients(field)
+    taken = np.abs(found).max(axis=(1, 2)) > 0.0
     # all but lone particles and those on edges of the cloud, whose neighbours hardly span space
     assert taken.mean() > 0.85
-    found = field[:, 3:12].reshape(-1, 3, 3)
     # velocities of order 1 m/s hold EPSILON of it, differences over a spacing EPSILON / d; the inverse of a moment with a
     # determinant of 0.01 and entries up to 1 multiplies that by 100 at most
     bound = 8.0 * EPSILON / SPACING
@@ -109,17 +114,8 @@ def test_gradients_are_summed_over_the_liquid_only(make_fluid):
     points = disturbed(block((0, 0, 0), (1, 1, 1), SPACING), 0.01, 3)
     fluid.add_particles(points, phase="water", velocity=points @ slope.T)
     _, _, field, _ = fields(fluid)
-    found = field[:, 3:12].reshape(-1, 3, 3)
-    taken = np.abs(field[:, 3:12]).max(axis=1) > 0.0
+    found = gradients(field)
+    taken = np.abs(found).max(axis=(1, 2)) > 0.0
     # corner particles of three walls see an eighth of space: 1 / 8^3 of the determinant is below REGULAR
     assert (~taken).sum() <= 8 + 12 * 8
     assert np.abs(found[taken] - slope).max() < 800.0 * EPSILON / SPACING
-
-
-def test_weights_of_phases_are_passed_on(make_fluid):
-    two = (Phase(name="water", rest_density=1000.0), Phase(name="oil", rest_density=800.0))
-    fluid = make_fluid(phases=two)
-    fluid.add_particles(block((0.5, 0.5, 0.5), (1, 1, 1), SPACING), phase="water")
-    fluid.add_particles(block((0.5, 0.5, 1.0), (1, 1, 1.5), SPACING), phase="oil")
-    _, _, field, _ = fields(fluid)
-    assert field[:, WEIGHT] == pytest.approx(np.where(fluid.state.phase == 0, 1.0, 1.25))

@@ -61,11 +61,11 @@ def scene(make_fluid, kind, *, dimension=3, seed=0, isotropic=False, scheme="spl
     work.search(state)
     if scheme == "split":
         work.matrix[:] = 0.0
-        work.matrix[[0, 3, 5]] = 1.0 / lattice_moment(dimension)
+        work.matrix[:, [0, 3, 5]] = 1.0 / lattice_moment(dimension)
         if not isotropic:
             entries = [0, 2, 5] if dimension == 2 else range(6)
             for entry in entries:
-                work.matrix[entry] += (
+                work.matrix[:, entry] += (
                     rng.uniform(-0.4, 0.0, state.count) if entry in (0, 3, 5) else rng.uniform(-0.1, 0.1, state.count)
                 )
     work.linearise(state)
@@ -187,7 +187,7 @@ def test_hydrostatic_pressure_balances_gravity_up_to_the_walls_and_corners(make_
     work, state = fluid.work, fluid.state
     work.search(state)
     work.matrix[:] = 0.0
-    work.matrix[[0, 3, 5]] = 1.0 / lattice_moment(dimension)
+    work.matrix[:, [0, 3, 5]] = 1.0 / lattice_moment(dimension)
     work.linearise(state)
     kappa = (0.8 - state.position[2]).astype(np.float32)
     change, _ = applied(fluid, PressureOperator(work, state), kappa)

@@ -46,8 +46,8 @@ def filtered(fluid, theta):
     push, shift, change = np.zeros((3, 3, state.count), np.float32)
     none, balance = np.zeros(state.count, np.float32), np.float32(shift_balance(fluid.config.dimension))
     relax(
-        0, state.count, state.position, work.walls.position, work.walls.volume, field.T, none, none, balance, True, np.float32(theta),
-        np.float32(0.0), work.period, work.fluid_pairs, work.wall_pairs, work.sigma, work.support, work.volume, push, shift, change,
+        0, state.count, work.points, work.walls.points, field, none, balance, True, np.float32(theta), np.float32(0.0),
+        work.period, work.fluid_pairs, work.wall_pairs, work.sigma, work.support, work.volume, push, shift, change,
     )  # fmt: skip
     assert not push.any() and not shift.any()
     return change.astype(np.float64)

@@ -138,7 +138,7 @@ def test_pressed_layers_swing_as_stiffly_as_their_lattice(make_fluid, dimension)
         work, state = fluid.work, fluid.state
         work.search(state)
         work.matrix[:] = 0.0
-        work.matrix[[0, 3, 5]] = 1.0 / lattice_moment(dimension)
+        work.matrix[:, [0, 3, 5]] = 1.0 / lattice_moment(dimension)
         work.linearise(state)
         PressureOperator(work, state).apply(np.ones(state.count, np.float32))
         # apply takes u off velocities that were 0
