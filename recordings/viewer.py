@@ -148,6 +148,12 @@ def _headless_viewer(width: int, height: int) -> Iterator[ViewerClient]:
     try:
         wait_for_port(port, viewer)
         yield ViewerClient.connect(f"rerun+http://{LOOPBACK}:{port}/proxy")
+    except ConnectionError as error:  # it listens before it looks for a driver
+        try:
+            viewer.wait(_SETTLE_SECONDS)
+        except subprocess.TimeoutExpired:
+            raise error from None
+        raise _ended(viewer) from error
     finally:
         viewer.terminate()
         try:
