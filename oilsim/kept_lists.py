@@ -21,7 +21,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from oilsim.compaction import PACKS, append_near
-from oilsim.neighbors import NeighborSearch, Pairs, nearest_images
+from oilsim.neighbors import NeighborSearch, Pairs, end_list, nearest_images
 from oilsim.parallel import BLOCK, Team, block_count
 from oilsim.smoothing_kernels import FAST
 from oilsim.state import FluidState
@@ -77,6 +77,7 @@ def filter_lists(
             reach_squared, neighbor, first,
         )  # fmt: skip
         number[i] = cursor - first
+        end_list(neighbor, cursor)
         # | r - H | = | r^2 - H^2 | / (r + H), at least this for a candidate nearby, and more than (NEARBY - 1) H for others
         distance = min(margin / ((np.float32(1.0) + NEARBY) * support), (NEARBY - np.float32(1.0)) * support)
         expiry[i] = travelled + distance - rounding

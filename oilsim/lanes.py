@@ -32,7 +32,7 @@ LANES = 8  # 16, where registers have them, was measured no faster: the last rou
 
 
 class Vector(types.Type):
-    """Numba's type of LANES elements: numbers, indices or truth values."""
+    """Numba's type of LANES elements: numbers, truth values, or indices, which stay in memory: lanes are fetched one by one."""
 
     def __init__(self, element: str, llvm: Any, mark: str) -> None:
         self.llvm, self.suffix = ir.VectorType(llvm, LANES), f"v{LANES}{mark}"
@@ -55,7 +55,7 @@ class VectorModel(models.PrimitiveModel):
     """A vector is one value to LLVM."""
 
     def __init__(self, manager: Any, vector: Vector) -> None:
-        super().__init__(manager, vector, vector.llvm)
+        super().__init__(manager, vector, vector.llvm.as_pointer() if vector == INDICES else vector.llvm)
 
 
 def constant(vector: Vector, value: float) -> Any:
@@ -117,7 +117,8 @@ def _below(context, builder, signature, arguments):
 def load(values, k, present):
     """values[k + lane] where `present`, 0 elsewhere; values are float32, uint32 or int16 and lie side by side.
 
-    Whole numbers of 16 bits become float32. They are read LANES at a time, so that many must lie in the array from k on.
+    Whole numbers of 16 bits become float32. They, and indices (uint32), are read LANES at a time: so many must lie in the array from k on,
+    and absent indices, which may be fetched too, must be some place's (see `neighbors.end_list`).
     """
     result = np.zeros(LANES, np.float32 if values.dtype == np.int16 else values.dtype)
     result[present] = values[k : k + np.count_nonzero(present)]
@@ -128,6 +129,8 @@ def load(values, k, present):
 def _load(context, builder, signature, arguments):
     values = context.make_array(signature.args[0])(context, builder, arguments[0])
     fetch_ahead(builder, values.data, arguments[1])
+    if signature.return_type == INDICES:
+        return builder.bitcast(builder.gep(values.data, [arguments[1]]), INDICES.llvm.as_pointer())
     if signature.args[0].dtype != types.int16:
         return masked_load(builder, values.data, arguments[1], signature.return_type, arguments[2])
     shorts = builder.load(builder.bitcast(builder.gep(values.data, [arguments[1]]), SHORTS.as_pointer()), align=2)
@@ -154,22 +157,29 @@ def _store(context, builder, signature, arguments):
 
 
 def gather(values, j):
-    """values[j], float32 or uint8, of every lane; absent lanes, which hold index 0, get values[0]."""
+    """values[j], float32 or uint8, of every lane; absent lanes get something."""
     return values[j]
 
 
 @compiled(gather, lambda values, j: (INDICES if values.dtype == types.uint8 else REALS)(values, INDICES))
 def _gather(context, builder, signature, arguments):
-    # without a mask: processors that fetch lanes one by one need not branch on each
+    # one by one: a processor's own instruction for it was measured a fifth slower, and needs the indices in a register
     values = context.make_array(signature.args[0])(context, builder, arguments[0])
-    element = values.data.type.pointee
-    vector = ir.VectorType(element, LANES)
-    places = builder.gep(values.data, [arguments[1]], source_etype=element)
-    places.type = ir.VectorType(ir.PointerType(element), LANES)  # llvmlite sees one address only
-    name = f"masked.gather.v{LANES}{'f32' if signature.return_type == REALS else 'i8'}.v{LANES}p0"
-    width = ir.IntType(32)(context.get_abi_sizeof(element))
-    found = call(builder, name, vector, places, width, constant(TRUTHS, 1), ir.Constant(vector, None))
-    return found if signature.return_type == REALS else builder.zext(found, INDICES.llvm)
+    found = ir.Constant(ir.VectorType(values.data.type.pointee, LANES), ir.Undefined)
+    for lane, row in enumerate(each(builder, arguments[1])):
+        found = builder.insert_element(found, builder.load(builder.gep(values.data, [row])), ir.IntType(32)(lane))
+    if signature.return_type == REALS:
+        return found
+    place = cgutils.alloca_once(builder, INDICES.llvm)
+    builder.store(builder.zext(found, INDICES.llvm), place)
+    return place
+
+
+def each(builder: Any, indices: Any) -> list[Any]:
+    """The index of every lane, as 64 bits."""
+    first = builder.bitcast(indices, INDICES.llvm.element.as_pointer())
+    places = (builder.gep(first, [ir.IntType(64)(lane)]) for lane in range(LANES))
+    return [builder.zext(builder.load(place), ir.IntType(64)) for place in places]
 
 
 def gather_four(values, j, column):
@@ -183,14 +193,9 @@ def gather_four(values, j, column):
 @compiled(gather_four, lambda values, j, column: types.UniTuple(REALS, 4)(values, INDICES, types.int64))
 def _gather_four(context, builder, signature, arguments):
     values = context.make_array(signature.args[0])(context, builder, arguments[0])
-    quad, whole, columns = (
-        ir.VectorType(ir.FloatType(), 4),
-        ir.IntType(64),
-        cgutils.unpack_tuple(builder, values.shape)[1],
-    )
+    quad, columns = ir.VectorType(ir.FloatType(), 4), cgutils.unpack_tuple(builder, values.shape)[1]
     rows = []
-    for lane in range(LANES):
-        row = builder.zext(builder.extract_element(arguments[1], ir.IntType(32)(lane)), whole)
+    for row in each(builder, arguments[1]):
         place = builder.gep(values.data, [builder.add(builder.mul(row, columns), arguments[2])])
         rows.append(builder.load(builder.bitcast(place, quad.as_pointer()), align=4))
     return context.make_tuple(builder, signature.return_type, turned(builder, rows))

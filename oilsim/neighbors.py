@@ -65,6 +65,14 @@ def rows(vectors):
     return vectors[0], vectors[1], vectors[2]
 
 
+@njit(inline="always", **FAST)
+def end_list(neighbor, cursor):
+    """Let the places from `cursor` to the next multiple of lanes.LANES, which are read with the list's last, hold an index."""
+    while cursor % lanes.LANES:
+        neighbor[cursor] = 0
+        cursor += 1
+
+
 @njit(**FAST)
 def fill_rows(begin, end, vectors, scalar, result):
     """Set the first four columns of `result` (N, columns) to vectors (3, N) and a scalar (N,), side by side for `gather_four`."""
@@ -150,6 +158,7 @@ def build_lists(
                     other, moving_order, first, last, me, xi, yi, zi, period, reach_squared, neighbor, cursor
                 )
         number[i] = cursor - start[i]
+        end_list(neighbor, cursor)
 
 
 class NeighborSearch:
