@@ -106,14 +106,14 @@ def cache_wall_gradients(i, points, wall, matrix, lattice, period, walls, sigma,
 @njit(**FAST)
 def cache_gradients(
     begin, end, points, wall, matrix, lattice, period, fluid, walls, sigma, support, volume, wall_weight, by_body, plane, gravity,
-    gradient, wall_gradient, own, extrapolation, waterline, diagonal, coverage,
+    gradient, wall_gradient, own, extrapolation, waterline, diagonal, coverage, wall_slope,
 ):  # fmt: skip
     """Cache G_ij per fluid pair in `gradient`, G_ib in `wall_gradient` (3, Q) [1/m], and what particles need of them.
 
     points (N, 4): place [m] and weight rho_ref / rho_0; wall (M, 4): place [m] and volume [m3]; matrix (N, 8) Y_i or None for 1; lattice
     m_0; wall_weight w; by_body (N,): a body is within reach.
     Fills own (3, N) [1/m], `extrapolation` (9, N) K_i row by row where walls are near (None: c = 0), the diagonal of A [1/m2],
-    `coverage` sum V_b W_ib.
+    `coverage` sum V_b W_ib and `wall_slope` (3, N) sum G_ib [1/m].
     """
     quantum, inverse_support = gradient.quantum, ONE / support
     factor = inverse_support * inverse_support * volume / quantum
@@ -136,7 +136,8 @@ def cache_gradients(
             fz += az
             square += (ax * ax + ay * ay + az * az) * weight
         sx, sy, sz = quantum * summed(fx), quantum * summed(fy), quantum * summed(fz)
-        gx, gy, gz, coverage[i] = sx, sy, sz, ZERO
+        gx, gy, gz = sx, sy, sz
+        wx, wy, wz, coverage[i] = ZERO, ZERO, ZERO, ZERO
         if walls.number[i] > 0:
             wx, wy, wz, coverage[i] = cache_wall_gradients(
                 i, points, wall, matrix, lattice, period, walls, sigma, inverse_support, wall_gradient
@@ -152,12 +153,24 @@ def cache_gradients(
                 gy -= extrapolation[3, i] * sx + extrapolation[4, i] * sy + extrapolation[5, i] * sz
                 gz -= extrapolation[6, i] * sx + extrapolation[7, i] * sy + extrapolation[8, i] * sz
         own[0, i], own[1, i], own[2, i] = gx, gy, gz
+        wall_slope[0, i], wall_slope[1, i], wall_slope[2, i] = wx, wy, wz
         diagonal[i] = quantum * quantum * summed(square) + (gx * gx + gy * gy + gz * gz) * points[i, 3] + TINY
 
 
+@njit(inline="always", **FAST)
+def show_velocity(i, vx, vy, vz, walls, extrapolation, seen):
+    """Set row i of `seen` (N, 4) to (1 + K_i)^T v_i, the velocity that neighbours see."""
+    seen[i, 0], seen[i, 1], seen[i, 2] = vx, vy, vz
+    if extrapolation is not None and walls.number[i] > 0:
+        k = extrapolation
+        seen[i, 0] += k[0, i] * vx + k[3, i] * vy + k[6, i] * vz
+        seen[i, 1] += k[1, i] * vx + k[4, i] * vy + k[7, i] * vz
+        seen[i, 2] += k[2, i] * vx + k[5, i] * vy + k[8, i] * vz
+
+
 @njit(**FAST)
-def pressure_velocity(begin, end, points, fluid, walls, gradient, own, extrapolation, kappa, change):
-    """Fill `change` (3, N) with u_i [m/s] from kappa [m2/s] (Eq. 14)."""
+def pressure_velocity(begin, end, points, fluid, walls, gradient, own, extrapolation, kappa, change, seen):
+    """Fill `change` (3, N) with u_i [m/s] from kappa [m2/s] (Eq. 14), and `seen` (N, 4) with what neighbours see of it."""
     neighbor, quantum = fluid.neighbor, gradient.quantum
     whole_x, whole_y, whole_z = rows(gradient.whole)
     for i in range(begin, end):
@@ -176,25 +189,21 @@ def pressure_velocity(begin, end, points, fluid, walls, gradient, own, extrapola
             uy += extrapolation[3, i] * sx + extrapolation[4, i] * sy + extrapolation[5, i] * sz
             uz += extrapolation[6, i] * sx + extrapolation[7, i] * sy + extrapolation[8, i] * sz
         weight = points[i, 3]
-        change[0, i], change[1, i], change[2, i] = weight * ux, weight * uy, weight * uz
+        ux, uy, uz = weight * ux, weight * uy, weight * uz
+        change[0, i], change[1, i], change[2, i] = ux, uy, uz
+        show_velocity(i, ux, uy, uz, walls, extrapolation, seen)
 
 
 @njit(**FAST)
 def seen_velocity(begin, end, walls, extrapolation, velocity, seen):
-    """Fill `seen` (N, 4) with (1 + K_i)^T v_i, the velocity that neighbours see."""
+    """Fill `seen` (N, 4) from velocity (3, N) [m/s]."""
     for i in range(begin, end):
-        vx, vy, vz = velocity[0, i], velocity[1, i], velocity[2, i]
-        seen[i, 0], seen[i, 1], seen[i, 2] = vx, vy, vz
-        if extrapolation is not None and walls.number[i] > 0:
-            k = extrapolation[:, i]
-            seen[i, 0] += k[0] * vx + k[3] * vy + k[6] * vz
-            seen[i, 1] += k[1] * vx + k[4] * vy + k[7] * vz
-            seen[i, 2] += k[2] * vx + k[5] * vy + k[8] * vz
+        show_velocity(i, velocity[0, i], velocity[1, i], velocity[2, i], walls, extrapolation, seen)
 
 
 @njit(**FAST)
 def velocity_divergence(begin, end, fluid, gradient, own, velocity, seen, rate):
-    """Fill `rate` [1/s] with (H^T v)_i, walls at rest (Eq. 7); `seen` as from `seen_velocity`."""
+    """Fill `rate` [1/s] with (H^T v)_i, walls at rest (Eq. 7); `seen` as from `show_velocity`."""
     neighbor, quantum = fluid.neighbor, gradient.quantum
     whole_x, whole_y, whole_z = rows(gradient.whole)
     for i in range(begin, end):

@@ -45,7 +45,8 @@ class PressureOperator:
         """H^T v [1/s] of the velocities and the bodies' motion as they are."""
         velocity = self._state.velocity
         rate = np.zeros(self._state.listed, np.float32)
-        self._see(velocity)
+        work = self._work
+        work.team.run(seen_velocity, self._count, work.wall_pairs, work.extrapolation, velocity, self._seen)
         if self._response.present:
             self._response.show_motion(self._seen)
         self._diverge(velocity, rate)
@@ -56,7 +57,6 @@ class PressureOperator:
     def product(self, kappa: Real, result: Real) -> None:
         """Write A kappa [1/s] into result."""
         self._pressure_velocity(kappa)
-        self._see(self._change)
         if self._response.present:
             self._response.answer(kappa)
             self._response.show_answer(self._seen)
@@ -95,12 +95,8 @@ class PressureOperator:
         work = self._work
         work.team.run(
             pressure_velocity, self._count, work.points, work.fluid_pairs, work.wall_pairs, work.gradient, work.own,
-            work.extrapolation, kappa, self._change,
+            work.extrapolation, kappa, self._change, self._seen,
         )  # fmt: skip
-
-    def _see(self, velocity: Real) -> None:
-        work = self._work
-        work.team.run(seen_velocity, self._count, work.wall_pairs, work.extrapolation, velocity, self._seen)
 
     def _diverge(self, velocity: Real, rate: Real) -> None:
         work = self._work

@@ -32,17 +32,20 @@ LEAST = 2  # products a solve, even if the tolerance is met before: what is left
 ZERO = np.float32(0.0)
 
 
+# Sums have loops of their own: in one that also stores, the compiler's order of summation hangs on where arrays lie.
+
+
 @njit(**FAST)
 def choose_face(begin, end, kappa, gradient, diagonal, closed, opening, face, scaled, sums):
     """Mark the `face`, fill `scaled` with g / diag A on it; block sums `sums` (blocks, 3): the residual."""
-    for i in range(begin, end):
-        if i % BLOCK == 0 or i == begin:
-            sums[i // BLOCK, 0] = 0.0
-        g = gradient[i]
-        z = g / diagonal[i]
-        face[i] = closed or kappa[i] > ZERO or (opening and g < ZERO)
-        scaled[i] = z if face[i] else ZERO
-        sums[i // BLOCK, 0] += abs(g) if closed or kappa[i] > ZERO else max(-g, ZERO)
+    for block in range(begin, end, BLOCK):
+        last, residual = min(block + BLOCK, end), ZERO
+        for i in range(block, last):
+            face[i] = closed or kappa[i] > ZERO or (opening and gradient[i] < ZERO)
+            scaled[i] = gradient[i] / diagonal[i] if face[i] else ZERO
+        for i in range(block, last):
+            residual += abs(gradient[i]) if closed or kappa[i] > ZERO else max(-gradient[i], ZERO)
+        sums[block // BLOCK, 0] = residual
 
 
 @njit(**FAST)
@@ -51,39 +54,40 @@ def advance(begin, end, kappa, gradient, direction, image, diagonal, closed, fac
 
     Block sums `sums` (blocks, 3) [1/s]: the residual on the face and off it, and what clamping negative pressures would add to it.
     """
-    for i in range(begin, end):
-        if i % BLOCK == 0 or i == begin:
-            sums[i // BLOCK, 0] = sums[i // BLOCK, 1] = sums[i // BLOCK, 2] = 0.0
-        kappa[i] -= step * direction[i]
-        gradient[i] -= step * image[i]
-        g = gradient[i]
-        scaled[i] = g / diagonal[i] if face[i] else ZERO
-        if face[i]:
-            sums[i // BLOCK, 0] += abs(g)
-            sums[i // BLOCK, 2] += ZERO if closed else diagonal[i] * max(-kappa[i], ZERO)
-        else:
-            sums[i // BLOCK, 1] += max(-g, ZERO)
+    for block in range(begin, end, BLOCK):
+        last, on_face, off_face, harm = min(block + BLOCK, end), ZERO, ZERO, ZERO
+        for i in range(block, last):
+            kappa[i] -= step * direction[i]
+            gradient[i] -= step * image[i]
+            scaled[i] = gradient[i] / diagonal[i] if face[i] else ZERO
+        for i in range(block, last):
+            on_face += abs(gradient[i]) if face[i] else ZERO
+            off_face += ZERO if face[i] else max(-gradient[i], ZERO)
+            harm += diagonal[i] * max(-kappa[i], ZERO) if face[i] and not closed else ZERO
+        sums[block // BLOCK, 0], sums[block // BLOCK, 1], sums[block // BLOCK, 2] = on_face, off_face, harm
 
 
 @njit(**FAST)
 def turn(begin, end, scaled, product, share, diagonal, face, direction, image, sums):
     """The next direction, scaled + share direction, and its image; block sums `sums` (blocks, 3): |image|^2 / diag A on the face."""
-    for i in range(begin, end):
-        if i % BLOCK == 0 or i == begin:
-            sums[i // BLOCK, 0] = 0.0
-        direction[i] = scaled[i] + share * direction[i]
-        image[i] = product[i] + share * image[i]
-        if face[i]:
-            sums[i // BLOCK, 0] += image[i] * image[i] / diagonal[i]
+    for block in range(begin, end, BLOCK):
+        last, square = min(block + BLOCK, end), ZERO
+        for i in range(block, last):
+            direction[i] = scaled[i] + share * direction[i]
+            image[i] = product[i] + share * image[i]
+        for i in range(block, last):
+            square += image[i] * image[i] / diagonal[i] if face[i] else ZERO
+        sums[block // BLOCK, 0] = square
 
 
 @njit(**FAST)
 def dot(begin, end, left, right, sums):
     """Block sums (blocks,) of left . right."""
-    for i in range(begin, end):
-        if i % BLOCK == 0 or i == begin:
-            sums[i // BLOCK] = 0.0
-        sums[i // BLOCK] += left[i] * right[i]
+    for block in range(begin, end, BLOCK):
+        product = ZERO
+        for i in range(block, min(block + BLOCK, end)):
+            product += left[i] * right[i]
+        sums[block // BLOCK] = product
 
 
 class System(Protocol):

@@ -40,16 +40,10 @@ def drop_share(own: float) -> np.float32:
 
 
 @njit(**FAST)
-def wall_approach(begin, end, walls, wall_gradient, velocity, slope, rate):
-    """Fill `slope` (3, N) with s_i and `rate` [1/s] with v_i . s_i, walls at rest."""
+def wall_approach(begin, end, slope, velocity, rate):
+    """Fill `rate` [1/s] with v_i . s_i, walls at rest; slope (3, N) s_i."""
     for i in range(begin, end):
-        hx = hy = hz = np.float32(0.0)
-        for k in range(walls.start[i], walls.start[i] + np.int64(walls.number[i])):
-            hx += wall_gradient[0, k]
-            hy += wall_gradient[1, k]
-            hz += wall_gradient[2, k]
-        slope[0, i], slope[1, i], slope[2, i] = hx, hy, hz
-        rate[i] = hx * velocity[0, i] + hy * velocity[1, i] + hz * velocity[2, i]
+        rate[i] = slope[0, i] * velocity[0, i] + slope[1, i] * velocity[1, i] + slope[2, i] * velocity[2, i]
 
 
 @njit(inline="always", **FAST)

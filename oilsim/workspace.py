@@ -128,7 +128,7 @@ class Workspace:
             self.place_points(state)
             self.rest_density = self.densities.astype(np.float32)[state.phase]
             self.coverage, self.compression, self.diagonal = np.empty((3, count), np.float32)
-            self.own, self.gradient_sum = np.empty((2, 3, count), np.float32)
+            self.own, self.gradient_sum, self.wall_slope = np.empty((3, 3, count), np.float32)
             self.matrix: Real = np.zeros((count, 8), np.float32)
             self.near = np.ones(count, np.uint8)
             walled = self.split and walls.count > 0
@@ -211,7 +211,7 @@ class Workspace:
             self.team.run(
                 cache_gradients, state.awake, self.points, walls.points, matrix, self.moment, *self.geometry, self._wall_weight,
                 self.by_body, self.plane, self._gravity, self.gradient, self.wall_gradient, self.own, self.extrapolation, self.waterline,
-                self.diagonal, self.coverage,
+                self.diagonal, self.coverage, self.wall_slope,
             )  # fmt: skip
             self.contacts: Contacts = walls.contacts(self.touching, self.wall_pairs, self.wall_gradient)
 
@@ -323,9 +323,9 @@ class Workspace:
             return
         count, run, contacts = state.awake, self.team.run, self.contacts
         spacing = np.float32(self.config.particle_spacing)
-        slope, (rate, strength) = np.empty((3, count), np.float32), np.empty((2, count), np.float32)
+        slope, (rate, strength) = self.wall_slope, np.empty((2, count), np.float32)
         with self.stage("contact"):
-            run(wall_approach, count, self.wall_pairs, self.wall_gradient, state.velocity, slope, rate)
+            run(wall_approach, count, slope, state.velocity, rate)
             response = RigidResponse(self.walls, contacts, self.fluid_pairs, self.gradient, float(self.volume))
             if response.present:
                 response.add_motion(rate)
