@@ -112,7 +112,7 @@ def cache_gradients(
 
     points (N, 4): place [m] and weight rho_ref / rho_0; wall (M, 4): place [m] and volume [m3]; matrix (N, 8) Y_i or None for 1; lattice
     m_0; wall_weight w; by_body (N,): a body is within reach.
-    Fills own (3, N) [1/m], `extrapolation` (9, N) K_i row by row where walls are near (None: c = 0), the diagonal of A [1/m2],
+    Fills own (3, N) [1/m], `extrapolation` (N, 9) K_i row by row where walls are near (None: c = 0), the diagonal of A [1/m2],
     `coverage` sum V_b W_ib and `wall_slope` (3, N) sum G_ib [1/m].
     """
     quantum, inverse_support = gradient.quantum, ONE / support
@@ -149,9 +149,10 @@ def cache_gradients(
                     i, points, wall, period, fluid, walls, gradient, wall_gradient, by_body, plane, gravity, open_to,
                     inverse_support, extrapolation, waterline,
                 )  # fmt: skip
-                gx -= extrapolation[0, i] * sx + extrapolation[1, i] * sy + extrapolation[2, i] * sz
-                gy -= extrapolation[3, i] * sx + extrapolation[4, i] * sy + extrapolation[5, i] * sz
-                gz -= extrapolation[6, i] * sx + extrapolation[7, i] * sy + extrapolation[8, i] * sz
+                k = extrapolation[i]
+                gx -= k[0] * sx + k[1] * sy + k[2] * sz
+                gy -= k[3] * sx + k[4] * sy + k[5] * sz
+                gz -= k[6] * sx + k[7] * sy + k[8] * sz
         own[0, i], own[1, i], own[2, i] = gx, gy, gz
         wall_slope[0, i], wall_slope[1, i], wall_slope[2, i] = wx, wy, wz
         diagonal[i] = quantum * quantum * summed(square) + (gx * gx + gy * gy + gz * gz) * points[i, 3] + TINY
@@ -160,12 +161,13 @@ def cache_gradients(
 @njit(inline="always", **FAST)
 def show_velocity(i, vx, vy, vz, walls, extrapolation, seen):
     """Set row i of `seen` (N, 4) to (1 + K_i)^T v_i, the velocity that neighbours see."""
-    seen[i, 0], seen[i, 1], seen[i, 2] = vx, vy, vz
+    sx, sy, sz = vx, vy, vz
     if extrapolation is not None and walls.number[i] > 0:
-        k = extrapolation
-        seen[i, 0] += k[0, i] * vx + k[3, i] * vy + k[6, i] * vz
-        seen[i, 1] += k[1, i] * vx + k[4, i] * vy + k[7, i] * vz
-        seen[i, 2] += k[2, i] * vx + k[5, i] * vy + k[8, i] * vz
+        k = extrapolation[i]
+        sx += k[0] * vx + k[3] * vy + k[6] * vz
+        sy += k[1] * vx + k[4] * vy + k[7] * vz
+        sz += k[2] * vx + k[5] * vy + k[8] * vz
+    seen[i, 0], seen[i, 1], seen[i, 2] = sx, sy, sz
 
 
 @njit(**FAST)
@@ -185,9 +187,10 @@ def pressure_velocity(begin, end, points, fluid, walls, gradient, own, extrapola
         sx, sy, sz = quantum * summed(tx), quantum * summed(ty), quantum * summed(tz)
         ux, uy, uz = own[0, i] * kappa[i] + sx, own[1, i] * kappa[i] + sy, own[2, i] * kappa[i] + sz
         if extrapolation is not None and walls.number[i] > 0:
-            ux += extrapolation[0, i] * sx + extrapolation[1, i] * sy + extrapolation[2, i] * sz
-            uy += extrapolation[3, i] * sx + extrapolation[4, i] * sy + extrapolation[5, i] * sz
-            uz += extrapolation[6, i] * sx + extrapolation[7, i] * sy + extrapolation[8, i] * sz
+            k = extrapolation[i]
+            ux += k[0] * sx + k[1] * sy + k[2] * sz
+            uy += k[3] * sx + k[4] * sy + k[5] * sz
+            uz += k[6] * sx + k[7] * sy + k[8] * sz
         weight = points[i, 3]
         ux, uy, uz = weight * ux, weight * uy, weight * uz
         change[0, i], change[1, i], change[2, i] = ux, uy, uz

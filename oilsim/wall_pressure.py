@@ -31,7 +31,7 @@ FLAT = np.float32(0.25)  # |S| H that tells a free surface by half, S the sum of
 PRESSED = 0.25  # spacings of depth whose pressure makes an edge fully held
 
 
-@njit(inline="always", **FAST)
+@njit(**FAST)
 def moment_of(i, points, others, period, pairs, gradient):
     """sum_k G_ik x_ik^T over the pairs of i, row by row (9), in units of what is cached."""
     gradient_x, gradient_y, gradient_z = rows(gradient)
@@ -105,12 +105,12 @@ def extrapolation_matrix(trust, own):
     return trust * xx, trust * xy, trust * xz, trust * yy, trust * yz, trust * zz
 
 
-@njit(inline="always", **FAST)
+@njit(**FAST)
 def fill_wall_pressure(
     i, points, wall, period, fluid, walls, gradient, wall_gradient, by_body, plane, gravity, open_to, inverse_support, extrapolation,
     waterline,
 ):  # fmt: skip
-    """Fill column i of `extrapolation` (9, N) with K_i, row by row, and of `waterline` (3, N) with the acceleration of an edge [m/s2].
+    """Fill row i of `extrapolation` (N, 9) with K_i, row by row, and of `waterline` (3, N) with the acceleration of an edge [m/s2].
 
     open_to: S = sum_j G_ij + sum_b G_ib [1/m], which points into the liquid at a free surface; by_body (N,): a moving body is within
     reach; `plane`: y is absent; gravity (3) [m/s2].
@@ -128,7 +128,7 @@ def fill_wall_pressure(
     for row in range(3):
         mx, my, mz = solid[3 * row], solid[3 * row + 1], solid[3 * row + 2]
         kx, ky, kz = times_symmetric(mx, my, mz, lever)
-        extrapolation[3 * row, i], extrapolation[3 * row + 1, i], extrapolation[3 * row + 2, i] = kx, ky, kz
+        extrapolation[i, 3 * row], extrapolation[i, 3 * row + 1], extrapolation[i, 3 * row + 2] = kx, ky, kz
         waterline[row, i] = -across * (mx * nx + my * ny + mz * nz)
 
 

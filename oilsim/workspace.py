@@ -132,7 +132,7 @@ class Workspace:
             self.matrix: Real = np.zeros((count, 8), np.float32)
             self.near = np.ones(count, np.uint8)
             walled = self.split and walls.count > 0
-            self.extrapolation = np.empty((9, count), np.float32) if walled else None
+            self.extrapolation = np.empty((count, 9), np.float32) if walled else None
             self.waterline = np.empty((3, count), np.float32) if walled else None
             self.gradient = self.gradient._replace(whole=_reserved(self.gradient.whole, self.fluid_pairs))
             self.wall_gradient = _reserved(self.wall_gradient, self.wall_pairs)
@@ -229,7 +229,7 @@ class Workspace:
     def pressure_response(self) -> RigidResponse:
         """How bodies answer pressures: in the split scheme to extrapolated ones too."""
         walls, contacts = self.walls, self.contacts
-        if self.split:
+        if self.split and contacts.particle.size:
             jacobian = np.empty_like(contacts.jacobian)
             reach = np.empty((*jacobian.shape, 3), np.float32)
             extend_contacts(
