@@ -232,15 +232,16 @@ def add_density_feedback(begin, end, compression, near, field, time_step, return
     neighbours, but a whole body of water that has swollen or shrunk by a little feels none: the pressure brings the inside of the liquid
     back in `return_time`. Spray below SPRAY of the rest density contracts at will.
     """
-    half, most = np.float32(0.5) * time_step, LARGEST_RETURN / time_step
+    half, rate_of_step, rate_of_return = np.float32(0.5) * time_step, ONE / time_step, ONE / return_time
+    most = LARGEST_RETURN * rate_of_step
     for i in range(begin, end):
         error = compression[i]
-        rate[i] += min(ONE + error - SPRAY, ZERO) / time_step
+        rate[i] += min(ONE + error - SPRAY, ZERO) * rate_of_step
         xx, xy, xz, yx, yy, yz, zx, zy, zz = velocity_gradient(field, i)
         trace = xx * xx + yy * yy + zz * zz + TWO * (xy * yx + xz * zx + yz * zy)
         rate[i] += max(min(half * trace, most), -most)
         if not near[i]:
-            rate[i] += max(min(error, LARGEST_RETURN), -LARGEST_RETURN) / return_time
+            rate[i] += max(min(error, LARGEST_RETURN), -LARGEST_RETURN) * rate_of_return
 
 
 @njit(**FAST)

@@ -32,24 +32,25 @@ LEAST = 2  # products a solve, even if the tolerance is met before: what is left
 ZERO = np.float32(0.0)
 
 
-# Sums have loops of their own: in one that also stores, the compiler's order of summation hangs on where arrays lie.
+# Sums have loops of their own, and nothing is divided: in a loop that also stores, whether the compiler takes lanes hangs on where arrays
+# lie, and with them go the order of a sum and how a quotient is rounded.
 
 
 @njit(**FAST)
-def choose_face(begin, end, kappa, gradient, diagonal, closed, opening, face, scaled, sums):
-    """Mark the `face`, fill `scaled` with g / diag A on it; block sums `sums` (blocks, 3): the residual."""
+def choose_face(begin, end, kappa, gradient, mobility, closed, opening, face, scaled, sums):
+    """Mark the `face`, fill `scaled` with g / diag A on it; mobility 1 / diag A; block sums `sums` (blocks, 3): the residual."""
     for block in range(begin, end, BLOCK):
         last, residual = min(block + BLOCK, end), ZERO
         for i in range(block, last):
             face[i] = closed or kappa[i] > ZERO or (opening and gradient[i] < ZERO)
-            scaled[i] = gradient[i] / diagonal[i] if face[i] else ZERO
+            scaled[i] = gradient[i] * mobility[i] if face[i] else ZERO
         for i in range(block, last):
             residual += abs(gradient[i]) if closed or kappa[i] > ZERO else max(-gradient[i], ZERO)
         sums[block // BLOCK, 0] = residual
 
 
 @njit(**FAST)
-def advance(begin, end, kappa, gradient, direction, image, diagonal, closed, face, step, scaled, sums):
+def advance(begin, end, kappa, gradient, direction, image, diagonal, mobility, closed, face, step, scaled, sums):
     """kappa -= step direction, gradient -= step A direction, `scaled` follows.
 
     Block sums `sums` (blocks, 3) [1/s]: the residual on the face and off it, and what clamping negative pressures would add to it.
@@ -59,7 +60,7 @@ def advance(begin, end, kappa, gradient, direction, image, diagonal, closed, fac
         for i in range(block, last):
             kappa[i] -= step * direction[i]
             gradient[i] -= step * image[i]
-            scaled[i] = gradient[i] / diagonal[i] if face[i] else ZERO
+            scaled[i] = gradient[i] * mobility[i] if face[i] else ZERO
         for i in range(block, last):
             on_face += abs(gradient[i]) if face[i] else ZERO
             off_face += ZERO if face[i] else max(-gradient[i], ZERO)
@@ -68,7 +69,7 @@ def advance(begin, end, kappa, gradient, direction, image, diagonal, closed, fac
 
 
 @njit(**FAST)
-def turn(begin, end, scaled, product, share, diagonal, face, direction, image, sums):
+def turn(begin, end, scaled, product, share, mobility, face, direction, image, sums):
     """The next direction, scaled + share direction, and its image; block sums `sums` (blocks, 3): |image|^2 / diag A on the face."""
     for block in range(begin, end, BLOCK):
         last, square = min(block + BLOCK, end), ZERO
@@ -76,7 +77,7 @@ def turn(begin, end, scaled, product, share, diagonal, face, direction, image, s
             direction[i] = scaled[i] + share * direction[i]
             image[i] = product[i] + share * image[i]
         for i in range(block, last):
-            square += image[i] * image[i] / diagonal[i] if face[i] else ZERO
+            square += image[i] * image[i] * mobility[i] if face[i] else ZERO
         sums[block // BLOCK, 0] = square
 
 
@@ -148,6 +149,7 @@ class BoundConstrainedSolver:
             diagonal,
             closed,
         )
+        self._mobility = np.float32(1.0) / diagonal[:count]
         self._watched = watched if watched is not None and watched.size else None
         if closed:
             _centre(gradient)
@@ -155,7 +157,9 @@ class BoundConstrainedSolver:
         used, opening = 0, True
         self._first_kappa[:], self._first_gradient[:] = kappa, gradient
         while True:
-            residual = self._run(choose_face, kappa, gradient, diagonal, closed, opening, self._face, self._scaled)[0]
+            residual = self._run(
+                choose_face, kappa, gradient, self._mobility, closed, opening, self._face, self._scaled
+            )[0]
             enough = used >= least and self._settled(residual, tolerance)
             if opening and (enough or used >= iterations):
                 break
@@ -194,7 +198,7 @@ class BoundConstrainedSolver:
                 return used, left
             share = curvature / before if used > 1 else 0.0
             square = self._run(
-                turn, self._scaled, self._product, np.float32(share), self._diagonal, self._face, *vectors
+                turn, self._scaled, self._product, np.float32(share), self._mobility, self._face, *vectors
             )[0]
             self._system.turn(share)
             step, before = curvature / square, curvature
@@ -204,6 +208,7 @@ class BoundConstrainedSolver:
                 self._gradient,
                 *vectors,
                 self._diagonal,
+                self._mobility,
                 self._closed,
                 self._face,
                 np.float32(step),

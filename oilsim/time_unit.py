@@ -53,9 +53,10 @@ def shear_rate_sums(begin, end, field, largest, sums):
 
     largest: gamma [1/s] as which greater ones count.
     """
-    for i in range(begin, end):
-        if i % BLOCK == 0 or i == begin:
-            sums[i // BLOCK, 0] = sums[i // BLOCK, 1] = 0.0
-        rate = np.float64(min(math.sqrt(squared_shear_rate(field, i)), largest))
-        sums[i // BLOCK, 0] += rate * rate
-        sums[i // BLOCK, 1] += rate * rate * rate
+    for block in range(begin, end, BLOCK):
+        squares = cubes = 0.0
+        for i in range(block, min(block + BLOCK, end)):
+            rate = np.float64(min(math.sqrt(squared_shear_rate(field, i)), largest))
+            squares += rate * rate
+            cubes += rate * rate * rate
+        sums[block // BLOCK, 0], sums[block // BLOCK, 1] = squares, cubes
