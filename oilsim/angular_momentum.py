@@ -65,13 +65,15 @@ def angular_momentum(sums, owner, place, impulse, result):
     would have to spin.
     """
     for c in range(sums.shape[0]):
-        m, x, y, z, u, v, w = sums[c, :7]
+        m, x, y, z = sums[c, 0], sums[c, 1], sums[c, 2], sums[c, 3]
+        u, v, w = sums[c, 4], sums[c, 5], sums[c, 6]
         result[c, 0] = sums[c, 7] - (y * w - z * v) / m
         result[c, 1] = sums[c, 8] - (z * u - x * w) / m
         result[c, 2] = sums[c, 9] - (x * v - y * u) / m
     for b in range(owner.size):
-        if owner[b] >= 0:
-            result[owner[b]] = sums[owner[b], 7:]
+        for axis in range(3):
+            if owner[b] >= 0:
+                result[owner[b], axis] = sums[owner[b], 7 + axis]
     for b in range(owner.size):
         c = owner[b]
         if c >= 0:

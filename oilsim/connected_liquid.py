@@ -12,7 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from oilsim.neighbors import Pairs
-from oilsim.smoothing_kernels import FAST
+from oilsim.smoothing_kernels import ALLOCATING, FAST
 from oilsim.walls import Walls
 
 Part = NDArray[np.int32]
@@ -45,7 +45,7 @@ def join_bodies(walls, touching, resting, owner, bodies, parent):
                 join(parent, np.int64(owner[walls.neighbor[k] - resting]), bodies + i)
 
 
-@njit(**FAST)
+@njit(**ALLOCATING)
 def join_neighbors(fluid, bodies, parent):
     """Join particles to their neighbours; `parent` (bodies + N,) ends with every node at its root."""
     size = np.zeros(parent.size, np.int64)
@@ -67,7 +67,7 @@ def join_neighbors(fluid, bodies, parent):
         parent[node] = find(parent, node)
 
 
-@njit(**FAST)
+@njit(**ALLOCATING)
 def number_parts(bodies, parent, part):
     """Fill `part` with the parts of all nodes, numbered in the order of their first particles; returns how many there are."""
     count = 0

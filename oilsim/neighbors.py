@@ -27,7 +27,7 @@ from oilsim.grid import (
 )
 from oilsim.lanes import floor, gather_four
 from oilsim.parallel import BLOCK, Team, block_count
-from oilsim.smoothing_kernels import FAST
+from oilsim.smoothing_kernels import ALLOCATING, FAST
 
 __all__ = ["NeighborSearch", "Pairs", "make_grid", "nearest_image", "nearest_images"]
 
@@ -88,7 +88,7 @@ def separations(i, points, others, j, period):
     return dx, dy, dz, content
 
 
-@njit(**FAST)
+@njit(**ALLOCATING)
 def build_lists(
     begin,
     end,

@@ -36,8 +36,10 @@ class PressureOperator:
     def __init__(self, work: Workspace, state: FluidState) -> None:
         self._work, self._state, self._count = work, state, state.awake
         self._response = work.pressure_response()
-        self._change, self._way = np.zeros((2, 3, state.listed), np.float32)
-        self._seen = np.zeros((state.listed, 4), np.float32)
+        self._change, self._way = np.empty((2, 3, state.listed), np.float32)
+        self._seen = np.empty((state.listed, 4), np.float32)
+        self._change[:, self._count :] = self._way[:, self._count :] = 0.0  # what sleeps
+        self._seen[self._count :] = 0.0
         if self._response.present:
             self._response.add_compliance(work.diagonal)
 

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from oilsim.divergence import PairVectors
 from oilsim.faces import times_symmetric
 from oilsim.neighbors import Pairs, nearest_images
-from oilsim.smoothing_kernels import FAST
+from oilsim.smoothing_kernels import ALLOCATING, FAST
 from oilsim.wall_pressure import extrapolation_matrix, moment_of, scaled, spanned_share, symmetric
 from oilsim.walls import Contacts, Walls, add_wrench
 
@@ -31,7 +31,7 @@ Real = NDArray[np.float32]
 Double = NDArray[np.float64]
 
 
-@njit(**FAST)
+@njit(**ALLOCATING)
 def extend_contacts(contacts, points, wall, period, fluid, walls, gradient, wall_gradient, wall_weight, resting, owner, arm,
                     plane, jacobian, reach):  # fmt: skip
     """Fill J (K, 6) and N (K, 6, 3) of the module's docstring from contacts whose jacobian is sum_b (G_ib, r_b x G_ib)."""

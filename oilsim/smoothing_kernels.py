@@ -17,7 +17,10 @@ from numba import njit
 
 from oilsim.lanes import positive
 
-FAST = {"nogil": True, "cache": True, "fastmath": True, "error_model": "numpy"}
+# Options of kernels. They own no arrays; to count references to those they are given, which numba does for each particle that is handed on
+# to an inlined function, threads wait for each other: a fifth of a product's time.
+FAST = {"nogil": True, "cache": True, "fastmath": True, "error_model": "numpy", "_nrt": False}
+ALLOCATING = FAST | {"_nrt": True}  # of those that make arrays
 
 SUPPORT = 2.75  # support radius in particle spacings
 ONE, FOUR, TWENTY = np.float32(1.0), np.float32(4.0), np.float32(20.0)
