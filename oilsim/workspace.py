@@ -19,6 +19,7 @@ from oilsim.config import FluidConfig
 from oilsim.divergence import PairVectors, cache_gradients
 from oilsim.faces import largest_stretch
 from oilsim.kept_lists import KeptLists
+from oilsim.moment_mending import STRETCH, mend_moments
 from oilsim.neighbors import NeighborSearch, Pairs, fill_rows, make_grid
 from oilsim.parallel import Team
 from oilsim.relaxation import shift_balance
@@ -87,7 +88,7 @@ class Workspace:
         self.seconds: defaultdict[str, float] = defaultdict(float)
         self.budget: Budget | None = None  # who keeps accounts of the stages; nobody unless asked for
         longest = config.rest_volume * steepest_slope(config.particle_spacing, config.dimension)
-        longest *= largest_stretch(lattice_moment(config.dimension))
+        longest *= largest_stretch(lattice_moment(config.dimension)) + STRETCH
         self.gradient = PairVectors(np.empty((3, 0), np.int16), np.float32(longest / np.iinfo(np.int16).max))
         self.wall_gradient: Real = np.empty((3, 0), np.float32)
         self.field: Real = np.empty((0, 16), np.float32)
@@ -130,6 +131,7 @@ class Workspace:
             self.coverage, self.compression, self.diagonal = np.empty((3, count), np.float32)
             self.own, self.gradient_sum, self.wall_slope = np.empty((3, 3, count), np.float32)
             self.matrix: Real = np.zeros((count, 8), np.float32)
+            self.mended = np.empty_like(self.matrix) if self.split else None
             self.near = np.ones(count, np.uint8)
             walled = self.split and walls.count > 0
             self.extrapolation = np.empty((count, 9), np.float32) if walled else None
@@ -205,11 +207,16 @@ class Workspace:
 
     def linearise(self, state: FluidState) -> None:
         """Cache pair gradients and what the pressure operator needs of them at the present positions."""
-        walls, matrix = self.walls, self.matrix if self.split else None
+        walls = self.walls
         with self.stage("gradients"):
             self.place_points(state)
+            if self.split:
+                self.team.run(
+                    mend_moments, state.listed, self.points, self.matrix, self.field, self.near, np.float32(self.time_unit), self.plane,
+                    *self.geometry, self.mended,
+                )  # fmt: skip
             self.team.run(
-                cache_gradients, state.awake, self.points, walls.points, matrix, self.moment, *self.geometry, self._wall_weight,
+                cache_gradients, state.awake, self.points, walls.points, self.mended, self.moment, *self.geometry, self._wall_weight,
                 self.by_body, self.plane, self._gravity, self.gradient, self.wall_gradient, self.own, self.extrapolation, self.waterline,
                 self.diagonal, self.coverage, self.wall_slope,
             )  # fmt: skip
