@@ -31,7 +31,7 @@ FLAT = np.float32(0.25)  # |S| H that tells a free surface by half, S the sum of
 PRESSED = 0.25  # spacings of depth whose pressure makes an edge fully held
 
 
-@njit(**FAST)
+@njit(inline="always", **FAST)
 def moment_of(i, points, others, period, pairs, gradient):
     """sum_k G_ik x_ik^T over the pairs of i, row by row (9), in units of what is cached."""
     gradient_x, gradient_y, gradient_z = rows(gradient)
@@ -105,7 +105,7 @@ def extrapolation_matrix(trust, own):
     return trust * xx, trust * xy, trust * xz, trust * yy, trust * yz, trust * zz
 
 
-@njit(**FAST)
+@njit(inline="always", **FAST)
 def fill_wall_pressure(
     i, points, wall, period, fluid, walls, gradient, wall_gradient, by_body, plane, gravity, open_to, inverse_support, extrapolation,
     waterline,
