@@ -19,6 +19,7 @@ from oilsim.lanes import positive
 
 # Options of kernels. They own no arrays; to count references to those they are given, which numba does for each particle that is handed on
 # to an inlined function, threads wait for each other: a fifth of a product's time.
+# What kernels call is inlined, always: left to the compiler, that would hang on whether the callee came from the cache, and bits with it.
 FAST = {"nogil": True, "cache": True, "fastmath": True, "error_model": "numpy", "_nrt": False}
 ALLOCATING = FAST | {"_nrt": True}  # of those that make arrays
 
