@@ -20,8 +20,9 @@ from functools import lru_cache
 import numpy as np
 from numba import njit
 
+from oilsim.compilation import FAST
 from oilsim.neighbors import nearest_images
-from oilsim.smoothing_kernels import FAST, SUPPORT
+from oilsim.smoothing_kernels import SUPPORT
 from oilsim.walls import add_wrench
 
 

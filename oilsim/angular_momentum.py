@@ -25,8 +25,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from oilsim.compilation import FAST
 from oilsim.connected_liquid import connected_parts
-from oilsim.smoothing_kernels import FAST
 from oilsim.state import FluidState
 
 if TYPE_CHECKING:

@@ -19,11 +19,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from oilsim.compilation import FAST
 from oilsim.config import FluidConfig
 from oilsim.diagnostics import Energy
 from oilsim.ledger import CAUSES, Compression, Ledger, Part
 from oilsim.parallel import BLOCK, Team, block_count
-from oilsim.smoothing_kernels import FAST
 from oilsim.state import FluidState
 from oilsim.time_unit import squared_shear_rate
 from oilsim.walls import Walls

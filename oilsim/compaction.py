@@ -15,7 +15,7 @@ from numba import config, njit, types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from oilsim.smoothing_kernels import FAST
+from oilsim.compilation import INLINED
 
 PACKS = bool(binding.get_host_cpu_features().get("avx512f", False))  # the processor packs in one instruction
 LANES = 16 if PACKS else 8
@@ -144,7 +144,7 @@ def append_one_by_one(other, candidate, first, last, own, x, y, z, period, reach
     return cursor, margin
 
 
-@njit(inline="always", **FAST)
+@njit(**INLINED)
 def append_near(other, candidate, first, last, own, x, y, z, period, reach_squared, index, cursor):
     """Append to `index`, from place `cursor` on, the candidates nearer to (x, y, z) than the reach.
 

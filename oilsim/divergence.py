@@ -31,12 +31,13 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from oilsim.compilation import FAST, INLINED
 from oilsim.faces import face_between, face_to_walls, times_symmetric
 from oilsim.lanes import LANES, below, gather, gather_four, load, only, root, rounded, spread, store, summed
 from oilsim.local_fields import velocity_gradient
 from oilsim.neighbors import rows, separations
 from oilsim.parallel import BLOCK
-from oilsim.smoothing_kernels import FAST, kernel, kernel_slope_over_q
+from oilsim.smoothing_kernels import kernel, kernel_slope_over_q
 from oilsim.wall_pressure import fill_wall_pressure
 
 TINY = np.float32(1e-20)
@@ -59,7 +60,7 @@ class PairVectors(NamedTuple):
     quantum: np.float32
 
 
-@njit(inline="always", **FAST)
+@njit(**INLINED)
 def load_vector(vectors, k, present):
     """Lanes of three components [1/m] from k on."""
     quantum = vectors.quantum
@@ -69,7 +70,7 @@ def load_vector(vectors, k, present):
     )  # fmt: skip
 
 
-@njit(inline="always", **FAST)
+@njit(**INLINED)
 def store_vector(vectors, k, present, ax, ay, az):
     """Lanes of three components to `vectors` (3, P) from k on."""
     store(vectors[0], k, present, ax)
@@ -77,7 +78,7 @@ def store_vector(vectors, k, present, ax, ay, az):
     store(vectors[2], k, present, az)
 
 
-@njit(inline="always", **FAST)
+@njit(**INLINED)
 def cache_wall_gradients(i, points, wall, matrix, lattice, period, walls, sigma, inverse_support, wall_gradient):
     """Cache G_ib of particle i; returns their sum [1/m] and the coverage sum V_b W_ib."""
     factor = inverse_support * inverse_support
@@ -158,7 +159,7 @@ def cache_gradients(
         diagonal[i] = quantum * quantum * summed(square) + (gx * gx + gy * gy + gz * gz) * points[i, 3] + TINY
 
 
-@njit(inline="always", **FAST)
+@njit(**INLINED)
 def show_velocity(i, vx, vy, vz, walls, extrapolation, seen):
     """Set row i of `seen` (N, 4) to (1 + K_i)^T v_i, the velocity that neighbours see."""
     sx, sy, sz = vx, vy, vz

@@ -21,9 +21,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 from oilsim.compaction import PACKS, append_near
+from oilsim.compilation import FAST
 from oilsim.neighbors import NeighborSearch, Pairs, end_list, nearest_images
 from oilsim.parallel import BLOCK, Team, block_count
-from oilsim.smoothing_kernels import FAST
 from oilsim.state import FluidState
 from oilsim.walls import Walls
 

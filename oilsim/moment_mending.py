@@ -18,10 +18,11 @@ import math
 import numpy as np
 from numba import njit
 
+from oilsim.compilation import FAST, INLINED
 from oilsim.faces import face_between
 from oilsim.lanes import LANES, below, load, only, root, spread, summed
 from oilsim.neighbors import separations
-from oilsim.smoothing_kernels import FAST, kernel_slope_over_q
+from oilsim.smoothing_kernels import kernel_slope_over_q
 from oilsim.time_unit import squared_shear_rate
 
 ZERO, ONE, HALF = np.float32(0.0), np.float32(1.0), np.float32(0.5)
@@ -29,7 +30,7 @@ LARGEST = np.float32(0.1)  # change of an entry of Y; in a splash one particle i
 STRETCH = 3.0 * float(LARGEST)  # by which pair vectors may be longer for it
 
 
-@njit(inline="always", **FAST)
+@njit(**INLINED)
 def limited(change):
     """A change of an entry of Y, LARGEST at most."""
     return max(min(change, LARGEST), -LARGEST)

@@ -6,8 +6,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from oilsim.compilation import FAST
 from oilsim.divergence import pressure_velocity, seen_velocity, velocity_divergence
-from oilsim.smoothing_kernels import FAST
 from oilsim.state import FluidState
 from oilsim.workspace import Workspace
 

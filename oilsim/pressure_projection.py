@@ -22,8 +22,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from oilsim.compilation import FAST
 from oilsim.parallel import BLOCK, Team, block_count, total
-from oilsim.smoothing_kernels import FAST
 
 Real = NDArray[np.float32]
 

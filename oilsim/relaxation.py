@@ -28,11 +28,12 @@ from functools import lru_cache
 import numpy as np
 from numba import njit
 
+from oilsim.compilation import FAST, INLINED
 from oilsim.divergence import SPRAY
 from oilsim.lanes import LANES, below, gather, gather_four, load, only, root, spread, summed
 from oilsim.local_fields import GRADIENT, ONE, STRENGTH, WEIGHT, ZERO, velocity_gradient
 from oilsim.neighbors import separations
-from oilsim.smoothing_kernels import FAST, SUPPORT, kernel, kernel_slope_over_q, lattice
+from oilsim.smoothing_kernels import SUPPORT, kernel, kernel_slope_over_q, lattice
 
 HALF = np.float32(0.5)
 OMEGA = 0.2  # share of the density error mended a pass
@@ -76,7 +77,7 @@ def relaxation_multiplier(begin, end, compression, near, rate, limit, multiplier
         multiplier[i] = -max(min(error, limit), least)
 
 
-@njit(inline="always", **FAST)
+@njit(**INLINED)
 def shift_coefficient(i, field, time_step):
     """beta of particle i."""
     strain = ZERO
@@ -105,7 +106,7 @@ def shift_by_walls(begin, end, near, walls, gradient_sum, field, time_step, squa
         shift[2, i] -= beta * gradient_sum[2, i]
 
 
-@njit(inline="always", **FAST)
+@njit(**INLINED)
 def linear(field, i, axis, theirs, dx, dy, dz):
     """(G_i + G_j) dx, one component, from the row of G_j."""
     row = GRADIENT + 4 * axis
@@ -114,7 +115,7 @@ def linear(field, i, axis, theirs, dx, dy, dz):
     )
 
 
-@njit(inline="always", **FAST)
+@njit(**INLINED)
 def wall_push(i, points, wall, own, period, walls, sigma, inverse_support):
     """2 L_i sum_b V_b grad W_ib [m]."""
     px = py = pz = spread(ZERO)

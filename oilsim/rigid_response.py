@@ -20,10 +20,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from oilsim.compilation import ALLOCATING, FAST
 from oilsim.divergence import PairVectors
 from oilsim.faces import times_symmetric
 from oilsim.neighbors import Pairs, nearest_images
-from oilsim.smoothing_kernels import ALLOCATING, FAST
 from oilsim.wall_pressure import extrapolation_matrix, moment_of, scaled, spanned_share, symmetric
 from oilsim.walls import Contacts, Walls, add_wrench
 

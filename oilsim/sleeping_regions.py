@@ -20,10 +20,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from oilsim.compilation import FAST
 from oilsim.config import FluidConfig
 from oilsim.grid import count_sort
 from oilsim.parallel import Team
-from oilsim.smoothing_kernels import FAST
 from oilsim.state import FluidState
 from oilsim.walls import Walls
 

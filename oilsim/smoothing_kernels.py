@@ -15,19 +15,14 @@ from functools import lru_cache
 import numpy as np
 from numba import njit
 
+from oilsim.compilation import INLINED
 from oilsim.lanes import positive
-
-# Options of kernels. They own no arrays; to count references to those they are given, which numba does for each particle that is handed on
-# to an inlined function, threads wait for each other: a fifth of a product's time.
-# What kernels call is inlined, always: left to the compiler, that would hang on whether the callee came from the cache, and bits with it.
-FAST = {"nogil": True, "cache": True, "fastmath": True, "error_model": "numpy", "_nrt": False}
-ALLOCATING = FAST | {"_nrt": True}  # of those that make arrays
 
 SUPPORT = 2.75  # support radius in particle spacings
 ONE, FOUR, TWENTY = np.float32(1.0), np.float32(4.0), np.float32(20.0)
 
 
-@njit(inline="always", **FAST)
+@njit(**INLINED)
 def kernel(q, sigma):
     """W at q = r / H; zero from q = 1 on. sigma as from `normalisation`."""
     outer = positive(ONE - q)
@@ -35,7 +30,7 @@ def kernel(q, sigma):
     return sigma * square * square * (ONE + FOUR * q)
 
 
-@njit(inline="always", **FAST)
+@njit(**INLINED)
 def kernel_slope_over_q(q, sigma):
     """(dW/dq) / q at q = r / H, never positive and finite at 0; grad W = x / H^2 times this."""
     outer = positive(ONE - q)

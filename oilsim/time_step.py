@@ -32,9 +32,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from oilsim.compilation import FAST, INLINED
 from oilsim.lanes import LANES, below, gather, load, only, positive, root, spread, summed
 from oilsim.neighbors import nearest_images, rows
-from oilsim.smoothing_kernels import FAST, SUPPORT, lattice_stiffness
+from oilsim.smoothing_kernels import SUPPORT, lattice_stiffness
 
 OUTLIERS = 5e-3  # share of the particles whose relative speed is not asked
 SAMPLE = 10_000  # particles, at least, that are asked of a larger number: enough to know their outliers by a sixth
@@ -44,7 +45,7 @@ SPRAY = 8  # neighbours below which a particle is a drop that flies for itself
 TINY, ZERO, ONE = np.float32(1e-20), np.float32(0.0), np.float32(1.0)
 
 
-@njit(inline="always", **FAST)
+@njit(**INLINED)
 def squared_deformation(i, position, velocity, period, fluid, inverse_range):
     """u_i^2 [m2/s2]; 0 for spray. inverse_range 1 / H [1/m]."""
     xi, yi, zi = position[0, i], position[1, i], position[2, i]
@@ -65,7 +66,7 @@ def squared_deformation(i, position, velocity, period, fluid, inverse_range):
     return summed(squares) / (summed(weights) + TINY) if fluid.number[i] >= SPRAY else ZERO
 
 
-@njit(inline="always", **FAST)
+@njit(**INLINED)
 def squared_approach(i, position, velocity, wall, resting, owner, arm, twist, period, walls, inverse_range):
     """(n_i . (v_i - v_b))^2 [m2/s2] with the weighted means of the walls' normal and velocity; 0 if it moves away."""
     xi, yi, zi = position[0, i], position[1, i], position[2, i]

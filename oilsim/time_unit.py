@@ -21,9 +21,9 @@ import math
 import numpy as np
 from numba import njit
 
+from oilsim.compilation import FAST, INLINED
 from oilsim.local_fields import velocity_gradient
 from oilsim.parallel import BLOCK
-from oilsim.smoothing_kernels import FAST
 
 LONGEST = 1e20  # s: the unit of liquid at rest, in which nothing fades and nothing returns
 TWO = np.float32(2.0)
@@ -39,7 +39,7 @@ def passing_unit(squares: float, cubes: float) -> float:
     return squares / cubes if squares < LONGEST * cubes else LONGEST
 
 
-@njit(inline="always", **FAST)
+@njit(**INLINED)
 def squared_shear_rate(field, i):
     """2 S_i : S_i [1/s2]; `field` as from `local_fields`."""
     xx, xy, xz, yx, yy, yz, zx, zy, zz = velocity_gradient(field, i)

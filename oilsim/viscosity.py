@@ -31,12 +31,13 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from oilsim.compilation import FAST, INLINED
 from oilsim.divergence import PairVectors, load_vector
 from oilsim.lanes import LANES, below, gather, gather_four, load, only, positive, root, spread, store, summed
 from oilsim.neighbors import Pairs, fill_rows, separations
 from oilsim.parallel import Team, block_count, total
 from oilsim.pressure_projection import dot
-from oilsim.smoothing_kernels import FAST, SUPPORT, kernel, kernel_slope_over_q, lattice, normalisation
+from oilsim.smoothing_kernels import SUPPORT, kernel, kernel_slope_over_q, lattice, normalisation
 from oilsim.walls import add_wrench
 
 Real = NDArray[np.float32]
@@ -48,7 +49,7 @@ NEGLIGIBLE = 1e-3  # nu t / d^2 that a liquid may be owed: what decays on the fi
 EXPLICIT_BELOW = 1e-2  # nu dt / d^2 under which one explicit step equals the implicit one to the square of this
 
 
-@njit(inline="always", **FAST)
+@njit(**INLINED)
 def viscous_weight(q, sigma):
     """w at q = r / H, [1/m3; 1/m2 in two dimensions]; sigma that of W."""
     return (ONE + LEVEL * q * q) * kernel(q, sigma)
@@ -106,7 +107,7 @@ def fourth_moment_share(begin, end, points, near, period, fluid, walls, sigma, s
         share[i] = ONE / (factor * summed(content))
 
 
-@njit(inline="always", **FAST)
+@njit(**INLINED)
 def stiffness(ax, ay, az, dx, dy, dz, volume, sigma, inverse_support, regular, factor):
     """k with K_ij = k a a^T for the cached gradient a = V grad W, or nearly: factor mu times the profile of f, volume V, over (a / x)^2.
 
@@ -120,7 +121,7 @@ def stiffness(ax, ay, az, dx, dy, dz, volume, sigma, inverse_support, regular, f
     return factor * volume * viscous_weight(root(squared) * inverse_support, sigma) * ratio * ratio
 
 
-@njit(inline="always", **FAST)
+@njit(**INLINED)
 def add_outer(block, s, ax, ay, az):
     """block + s a a^T, as xx, xy, xz, yy, yz, zz."""
     sx, sy, sz = s * ax, s * ay, s * az

@@ -23,7 +23,8 @@ import math
 import numpy as np
 from numba import njit
 
-from oilsim.smoothing_kernels import FAST, SUPPORT
+from oilsim.compilation import FAST, INLINED
+from oilsim.smoothing_kernels import SUPPORT
 
 NEAREST = np.float32(0.25)  # spacings from the wall at which a drop's contact begins
 LARGEST_PUSH = np.float32(0.1)  # spacings by which one step moves a particle out
@@ -46,7 +47,7 @@ def wall_approach(begin, end, slope, velocity, rate):
         rate[i] = slope[0, i] * velocity[0, i] + slope[1, i] * velocity[1, i] + slope[2, i] * velocity[2, i]
 
 
-@njit(inline="always", **FAST)
+@njit(**INLINED)
 def flat_wall(coverage, coverages):
     """Distance [d] from a flat wall that covers `coverage` of the kernel, and how fast that falls with it [1/d].
 

@@ -15,8 +15,8 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from oilsim.boundary import BoundaryParticles
+from oilsim.compilation import FAST, INLINED
 from oilsim.neighbors import NeighborSearch, Pairs
-from oilsim.smoothing_kernels import FAST
 
 Real = NDArray[np.float32]
 Double = NDArray[np.float64]
@@ -35,7 +35,7 @@ class Contacts(NamedTuple):
     reach: Real
 
 
-@njit(inline="always", **FAST)
+@njit(**INLINED)
 def add_wrench(wrench, owner, arm, b, fx, fy, fz):
     """Add a force at the arm of moving wall particle b to row `owner` of `wrench` (bodies, 6)."""
     wrench[owner, 0] += fx
