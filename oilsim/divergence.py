@@ -107,7 +107,7 @@ def cache_wall_gradients(i, points, wall, matrix, lattice, period, walls, sigma,
 @njit(**FAST)
 def cache_gradients(
     begin, end, points, wall, matrix, lattice, period, fluid, walls, sigma, support, volume, wall_weight, by_body, plane, gravity,
-    gradient, wall_gradient, own, extrapolation, waterline, diagonal, coverage, wall_slope,
+    gradient, wall_gradient, own, extrapolation, waterline, lever, diagonal, coverage, wall_slope,
 ):  # fmt: skip
     """Cache G_ij per fluid pair in `gradient`, G_ib in `wall_gradient` (3, Q) [1/m], and what particles need of them.
 
@@ -145,10 +145,9 @@ def cache_gradients(
             )
             gx, gy, gz = gx + wall_weight * wx, gy + wall_weight * wy, gz + wall_weight * wz
             if extrapolation is not None:
-                open_to = sx + wx, sy + wy, sz + wz
                 fill_wall_pressure(
-                    i, points, wall, period, fluid, walls, gradient, wall_gradient, by_body, plane, gravity, open_to,
-                    inverse_support, extrapolation, waterline,
+                    i, points, wall, period, fluid, walls, gradient, wall_gradient, by_body, plane, gravity, (sx, sy, sz),
+                    (wx, wy, wz), inverse_support, extrapolation, waterline, lever,
                 )  # fmt: skip
                 k = extrapolation[i]
                 gx -= k[0] * sx + k[1] * sy + k[2] * sz
@@ -172,8 +171,11 @@ def show_velocity(i, vx, vy, vz, walls, extrapolation, seen):
 
 
 @njit(**FAST)
-def pressure_velocity(begin, end, points, fluid, walls, gradient, own, extrapolation, kappa, change, seen):
-    """Fill `change` (3, N) with u_i [m/s] from kappa [m2/s] (Eq. 14), and `seen` (N, 4) with what neighbours see of it."""
+def pressure_velocity(begin, end, points, fluid, walls, gradient, own, extrapolation, kappa, change, seen, push):
+    """Fill `change` (3, N) with u_i [m/s] from kappa [m2/s] (Eq. 14), and `seen` (N, 4) with what neighbours see of it.
+
+    push (N, 3) becomes sum_j G_ij kappa_j [m/s], by which bodies beside walls are pressed too; None where none moves.
+    """
     neighbor, quantum = fluid.neighbor, gradient.quantum
     whole_x, whole_y, whole_z = rows(gradient.whole)
     for i in range(begin, end):
@@ -186,6 +188,8 @@ def pressure_velocity(begin, end, points, fluid, walls, gradient, own, extrapola
             ty += load(whole_y, k, present) * other
             tz += load(whole_z, k, present) * other
         sx, sy, sz = quantum * summed(tx), quantum * summed(ty), quantum * summed(tz)
+        if push is not None:
+            push[i, 0], push[i, 1], push[i, 2] = sx, sy, sz
         ux, uy, uz = own[0, i] * kappa[i] + sx, own[1, i] * kappa[i] + sy, own[2, i] * kappa[i] + sz
         if extrapolation is not None and walls.number[i] > 0:
             k = extrapolation[i]

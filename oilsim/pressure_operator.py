@@ -35,7 +35,8 @@ class PressureOperator:
 
     def __init__(self, work: Workspace, state: FluidState) -> None:
         self._work, self._state, self._count = work, state, state.awake
-        self._response = work.pressure_response()
+        self._push = np.empty((self._count, 3), np.float32) if work.lever is not None else None
+        self._response = work.pressure_response(self._push)
         self._change, self._way = np.empty((2, 3, state.listed), np.float32)
         self._seen = np.empty((state.listed, 4), np.float32)
         self._change[:, self._count :] = self._way[:, self._count :] = 0.0  # what sleeps
@@ -97,7 +98,7 @@ class PressureOperator:
         work = self._work
         work.team.run(
             pressure_velocity, self._count, work.points, work.fluid_pairs, work.wall_pairs, work.gradient, work.own,
-            work.extrapolation, kappa, self._change, self._seen,
+            work.extrapolation, kappa, self._change, self._seen, self._push,
         )  # fmt: skip
 
     def _diverge(self, velocity: Real, rate: Real) -> None:

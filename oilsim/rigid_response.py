@@ -21,10 +21,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from oilsim.compilation import ALLOCATING, FAST
-from oilsim.divergence import PairVectors
 from oilsim.faces import times_symmetric
-from oilsim.neighbors import Pairs, nearest_images
-from oilsim.wall_pressure import extrapolation_matrix, moment_of, scaled, spanned_share, symmetric
+from oilsim.neighbors import nearest_images
 from oilsim.walls import Contacts, Walls, add_wrench
 
 Real = NDArray[np.float32]
@@ -32,15 +30,16 @@ Double = NDArray[np.float64]
 
 
 @njit(**ALLOCATING)
-def extend_contacts(contacts, points, wall, period, fluid, walls, gradient, wall_gradient, wall_weight, resting, owner, arm,
-                    plane, jacobian, reach):  # fmt: skip
-    """Fill J (K, 6) and N (K, 6, 3) of the module's docstring from contacts whose jacobian is sum_b (G_ib, r_b x G_ib)."""
+def extend_contacts(
+    contacts, points, wall, period, walls, wall_gradient, wall_weight, resting, owner, arm, lever, jacobian, reach
+):
+    """Fill J (K, 6) and N (K, 6, 3) of the module's docstring from contacts whose jacobian is sum_b (G_ib, r_b x G_ib).
+
+    lever (N, 9): c_i B_i, as six, and sum_j G_ij of the particles that bodies touch (see `wall_pressure`).
+    """
     single = np.zeros((1, 6), np.float32)
     for c in range(contacts.particle.size):
         i = contacts.particle[c]
-        liquid = moment_of(i, points, points, period, fluid, gradient.whole)
-        own = symmetric(scaled(gradient.quantum, liquid), np.float32(1.0) if plane else np.float32(0.0))
-        matrix = extrapolation_matrix(spanned_share(own), own)
         reach[c] = 0.0
         for k in range(walls.start[i], walls.start[i] + np.int64(walls.number[i])):
             b = walls.neighbor[k]
@@ -49,39 +48,29 @@ def extend_contacts(contacts, points, wall, period, fluid, walls, gradient, wall
             dx, dy, dz = nearest_images(
                 wall[b, 0] - points[i, 0], wall[b, 1] - points[i, 1], wall[b, 2] - points[i, 2], period
             )
-            lever = times_symmetric(dx, dy, dz, matrix)
+            along = times_symmetric(dx, dy, dz, lever[i])
             single[0] = 0.0
             add_wrench(single, 0, arm, b - resting, wall_gradient[0, k], wall_gradient[1, k], wall_gradient[2, k])
             for row in range(6):
                 for axis in range(3):
-                    reach[c, row, axis] += single[0, row] * lever[axis]
-        # summed in registers: where sums are stored as they grow, the compiler's order of summation hangs on where arrays lie
-        fx = fy = fz = np.float32(0.0)
-        for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
-            fx += gradient.quantum * gradient.whole[0, k]
-            fy += gradient.quantum * gradient.whole[1, k]
-            fz += gradient.quantum * gradient.whole[2, k]
+                    reach[c, row, axis] += single[0, row] * along[axis]
         for row in range(6):
-            extrapolated = reach[c, row, 0] * fx + reach[c, row, 1] * fy + reach[c, row, 2] * fz
+            n = reach[c, row]
+            extrapolated = n[0] * lever[i, 6] + n[1] * lever[i, 7] + n[2] * lever[i, 8]
             jacobian[c, row] = wall_weight * contacts.jacobian[c, row] - extrapolated
 
 
 @njit(**FAST)
-def gather_impulses(contacts, fluid, gradient, kappa, scale, impulse):
-    """impulse (bodies, 6) = scale sum over contacts of kappa_i J_i + N_i sum_j G_ij kappa_j, in float64."""
+def gather_impulses(contacts, push, kappa, scale, impulse):
+    """impulse (bodies, 6) = scale sum over contacts of kappa_i J_i + N_i push_i, in float64; `push` as from `pressure_velocity`."""
     impulse[:] = 0.0
     for c in range(contacts.particle.size):
         i = contacts.particle[c]
         value = scale * kappa[i]
         for axis in range(6):
             impulse[contacts.body[c], axis] += value * contacts.jacobian[c, axis]
-        if contacts.reach.shape[0] > 0:
-            sx = sy = sz = 0.0
-            for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
-                other = scale * gradient.quantum * kappa[fluid.neighbor[k]]
-                sx += gradient.whole[0, k] * other
-                sy += gradient.whole[1, k] * other
-                sz += gradient.whole[2, k] * other
+        if push is not None:
+            sx, sy, sz = scale * push[i, 0], scale * push[i, 1], scale * push[i, 2]
             for axis in range(6):
                 n = contacts.reach[c, axis]
                 impulse[contacts.body[c], axis] += n[0] * sx + n[1] * sy + n[2] * sz
@@ -134,10 +123,10 @@ def add_compliance(contacts, inverse_mass, scale, diagonal):
 class RigidResponse:
     """The bodies' part of one pressure solve. Twists stay as they are until impulses are handed over."""
 
-    def __init__(self, walls: Walls, contacts: Contacts, fluid: Pairs, gradient: PairVectors, scale: float) -> None:
-        """scale: V rho_ref [kg], what turns kappa / rho_ref times J into an impulse."""
-        self._walls, self._contacts, self._scale = walls, contacts, scale
-        self._fluid, self._gradient = fluid, gradient
+    def __init__(self, walls: Walls, contacts: Contacts, push: Real | None, scale: float) -> None:
+        """push: as from `pressure_velocity`, None where walls do not extrapolate; scale: V rho_ref [kg], what turns kappa times J into an
+        impulse."""
+        self._walls, self._contacts, self._push, self._scale = walls, contacts, push, scale
         count = len(walls.moving)
         self._inverse_mass = walls.inverse_mass()
         self._impulse, self._answer = np.zeros((2, count, 6))
@@ -166,7 +155,7 @@ class RigidResponse:
         add_compliance(self._contacts, np.ascontiguousarray(blocks), self._scale, diagonal)
 
     def answer(self, kappa: Real) -> None:
-        """Let the bodies answer the impulses of `kappa`; `show_answer` and `add_answer` tell the liquid."""
+        """Let the bodies answer the impulses of `kappa` and its push; `show_answer` and `add_answer` tell the liquid."""
         self._gather(kappa)
         answer_impulses(self._inverse_mass, self._impulse, self._answer)
 
@@ -201,4 +190,4 @@ class RigidResponse:
         self._collected[:] = 0.0
 
     def _gather(self, kappa: Real) -> None:
-        gather_impulses(self._contacts, self._fluid, self._gradient, kappa, self._scale, self._impulse)
+        gather_impulses(self._contacts, self._push, kappa, self._scale, self._impulse)

@@ -107,27 +107,34 @@ def extrapolation_matrix(trust, own):
 
 @njit(**INLINED)
 def fill_wall_pressure(
-    i, points, wall, period, fluid, walls, gradient, wall_gradient, by_body, plane, gravity, open_to, inverse_support, extrapolation,
-    waterline,
+    i, points, wall, period, fluid, walls, gradient, wall_gradient, by_body, plane, gravity, inside, outside, inverse_support,
+    extrapolation,
+    waterline, lever,
 ):  # fmt: skip
     """Fill row i of `extrapolation` (N, 9) with K_i, row by row, and of `waterline` (3, N) with the acceleration of an edge [m/s2].
 
-    open_to: S = sum_j G_ij + sum_b G_ib [1/m], which points into the liquid at a free surface; by_body (N,): a moving body is within
-    reach; `plane`: y is absent; gravity (3) [m/s2].
+    inside, outside: sum_j G_ij and sum_b G_ib [1/m], whose sum S points into the liquid at a free surface; `plane`: y is absent; gravity
+    (3) [m/s2]. Where by_body (N,) tells that a moving body is within reach row i of `lever` (N, 9) becomes c_i B_i, as six, and `inside`,
+    for `rigid_response`; None where no body moves.
     """
     solid = moment_of(i, points, wall, period, walls, wall_gradient)
     liquid = scaled(gradient.quantum, moment_of(i, points, points, period, fluid, gradient.whole))
     own = symmetric(liquid, ONE if plane else ZERO)
     spanned = spanned_share(own)
     covered = ONE if by_body[i] else covered_share(own, symmetric(solid, ZERO))
-    lever = extrapolation_matrix(spanned * covered, own)
-    nx, ny, nz = open_to
+    gain = extrapolation_matrix(spanned * covered, own)
+    if lever is not None and by_body[i]:
+        for entry in range(6):
+            lever[i, entry] = gain[entry]
+        for axis in range(3):
+            lever[i, 6 + axis] = inside[axis]
+    nx, ny, nz = inside[0] + outside[0], inside[1] + outside[1], inside[2] + outside[2]
     flat = FLAT * inverse_support
     across = (nx * gravity[0] + ny * gravity[1] + nz * gravity[2]) / (nx * nx + ny * ny + nz * nz + flat * flat)
     across *= spanned * (ONE - covered)
     for row in range(3):
         mx, my, mz = solid[3 * row], solid[3 * row + 1], solid[3 * row + 2]
-        kx, ky, kz = times_symmetric(mx, my, mz, lever)
+        kx, ky, kz = times_symmetric(mx, my, mz, gain)
         extrapolation[i, 3 * row], extrapolation[i, 3 * row + 1], extrapolation[i, 3 * row + 2] = kx, ky, kz
         waterline[row, i] = -across * (mx * nx + my * ny + mz * nz)
 

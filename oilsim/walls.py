@@ -48,12 +48,10 @@ def add_wrench(wrench, owner, arm, b, fx, fy, fz):
 
 @njit(**FAST)
 def find_touching(walls, count, resting, touches):
-    """Mark the particles that have a moving wall particle within reach."""
+    """Mark the particles that have a moving wall particle within reach; lists name those at rest first."""
     for i in range(count):
-        touches[i] = False
-        for k in range(walls.start[i], walls.start[i] + np.int64(walls.number[i])):
-            if walls.neighbor[k] >= resting:
-                touches[i] = True
+        last = walls.start[i] + np.int64(walls.number[i]) - 1
+        touches[i] = walls.number[i] > 0 and walls.neighbor[last] >= resting
 
 
 @njit(**FAST)

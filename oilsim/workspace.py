@@ -136,6 +136,7 @@ class Workspace:
             walled = self.split and walls.count > 0
             self.extrapolation = np.empty((count, 9), np.float32) if walled else None
             self.waterline = np.empty((3, count), np.float32) if walled else None
+            self.lever = np.empty((count, 9), np.float32) if self.split and walls.moving else None
             self.gradient = self.gradient._replace(whole=_reserved(self.gradient.whole, self.fluid_pairs))
             self.wall_gradient = _reserved(self.wall_gradient, self.wall_pairs)
             self.touching = walls.touching(self.wall_pairs, state.awake)
@@ -218,7 +219,7 @@ class Workspace:
             self.team.run(
                 cache_gradients, state.awake, self.points, walls.points, self.mended, self.moment, *self.geometry, self._wall_weight,
                 self.by_body, self.plane, self._gravity, self.gradient, self.wall_gradient, self.own, self.extrapolation, self.waterline,
-                self.diagonal, self.coverage, self.wall_slope,
+                self.lever, self.diagonal, self.coverage, self.wall_slope,
             )  # fmt: skip
             self.contacts: Contacts = walls.contacts(self.touching, self.wall_pairs, self.wall_gradient)
 
@@ -233,19 +234,19 @@ class Workspace:
             np.float32(time_step), state.velocity,
         )  # fmt: skip
 
-    def pressure_response(self) -> RigidResponse:
-        """How bodies answer pressures: in the split scheme to extrapolated ones too."""
+    def pressure_response(self, push: Real | None) -> RigidResponse:
+        """How bodies answer pressures: in the split scheme to extrapolated ones too, by the `push` (see `pressure_velocity`)."""
         walls, contacts = self.walls, self.contacts
-        if self.split and contacts.particle.size:
+        if self.lever is not None and contacts.particle.size:
             jacobian = np.empty_like(contacts.jacobian)
             reach = np.empty((*jacobian.shape, 3), np.float32)
             extend_contacts(
-                contacts, self.points, walls.points, self.period, self.fluid_pairs, self.wall_pairs, self.gradient,
-                self.wall_gradient, self._wall_weight, walls.resting, walls.owner, walls.arm, self.plane, jacobian, reach,
+                contacts, self.points, walls.points, self.period, self.wall_pairs, self.wall_gradient, self._wall_weight,
+                walls.resting, walls.owner, walls.arm, self.lever, jacobian, reach,
             )  # fmt: skip
             contacts = Contacts(contacts.particle, contacts.body, jacobian, reach)
         scale = float(self.volume) * self.reference_density
-        return RigidResponse(walls, contacts, self.fluid_pairs, self.gradient, scale)
+        return RigidResponse(walls, contacts, push, scale)
 
     def adhere(self, state: FluidState, time_step: float) -> None:
         """Kick velocities by adhesion to walls; moving bodies receive the opposite impulse."""
@@ -333,7 +334,7 @@ class Workspace:
         slope, (rate, strength) = self.wall_slope, np.empty((2, count), np.float32)
         with self.stage("contact"):
             run(wall_approach, count, slope, state.velocity, rate)
-            response = RigidResponse(self.walls, contacts, self.fluid_pairs, self.gradient, float(self.volume))
+            response = RigidResponse(self.walls, contacts, None, float(self.volume))
             if response.present:
                 response.add_motion(rate)
             run(
