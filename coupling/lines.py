@@ -17,7 +17,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial.transform import Rotation
+
+from coupling.rotations import applied, cross, rotation_matrices
 
 Array = npt.NDArray[np.float64]
 
@@ -51,34 +52,26 @@ class ElasticLine:
 
     def ends(self, pose: Array) -> tuple[Array, Array]:
         """Positions (2, 3) [m] of both ends and arms (2, 3) [m] from the centres of mass; pose (B, 7)."""
-        arms = self.points.copy()
-        positions = self.points.copy()
-        for end, row in enumerate(self.rows):
-            if row >= 0:
-                arms[end] = Rotation.from_quat(pose[row, 3:]).apply(self.points[end])
-                positions[end] = pose[row, :3] + arms[end]
-        return positions, arms
+        rows = list(self.rows)
+        turned = applied(rotation_matrices(pose[rows, 3:]), self.points)
+        held = np.array(self.rows)[:, None] >= 0
+        return np.where(held, pose[rows, :3] + turned, self.points), np.where(held, turned, self.points)
 
     def pull(self, pose: Array, twist: Array, payout_rate: float) -> tuple[float, Array]:
         """Tension [N] and the wrenches (2, 6) it exerts on the bodies; payout_rate is dL/dt [m/s]."""
         positions, arms = self.ends(pose)
         span = positions[1] - positions[0]
         distance = float(np.linalg.norm(span))
-        wrenches = np.zeros((2, 6))
         if distance <= self.length:
-            return 0.0, wrenches
+            return 0.0, np.zeros((2, 6))
         along = span / distance
-        rate = sum(
-            sign * float((twist[row, :3] + np.cross(twist[row, 3:], arm)) @ along)
-            for sign, row, arm in zip((-1.0, 1.0), self.rows, arms, strict=True)
-            if row >= 0
-        )
+        rows = list(self.rows)
+        speed = (twist[rows, :3] + cross(twist[rows, 3:], arms)) @ along
+        rate = float(sum(sign * v for sign, row, v in zip((-1.0, 1.0), rows, speed, strict=True) if row >= 0))
         stretch = distance - self.length + self.relaxation_time * (rate - payout_rate)
         tension = max(0.0, self.stiffness / self.length * stretch)
-        for end, sign in enumerate((1.0, -1.0)):
-            force = sign * tension * along
-            wrenches[end] = (*force, *np.cross(arms[end], force))
-        return tension, wrenches
+        force = np.outer((1.0, -1.0), tension * along)
+        return tension, np.hstack([force, cross(arms, force)])
 
     def stiffest(self, pose: Array, inverse_mass: Array, sub_step: float) -> float:
         """The largest EA [N] that stays stable in sub-steps of that length [s]; inverse_mass (2, 6, 6) of both bodies."""

@@ -238,7 +238,7 @@ class Budget:
         return np.array([body.impulse for body in self._walls.moving.values()], np.float64).reshape(-1, 6)
 
     def _twists(self) -> Double:
-        return np.array([body.twist for body in self._walls.moving.values()], np.float64).reshape(-1, 6)
+        return self._walls.twists()
 
     def _about_origin(self, impulse: Double) -> Double:
         """Sum over the bodies of impulses (bodies, 6), their moments taken about the origin (6,)."""

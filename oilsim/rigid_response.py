@@ -78,13 +78,12 @@ def gather_impulses(contacts, push, kappa, scale, impulse):
 
 @njit(**FAST)
 def answer_impulses(inverse_mass, impulse, twist):
-    """twist (bodies, 6) = M^-1 impulse; too small for a linear algebra library, whose threads would take the fluid's cores."""
-    count = impulse.shape[0]
-    for row in range(6 * count):
+    """twist (6 bodies,) = M^-1 impulse; too small for a linear algebra library, whose threads would take the fluid's cores."""
+    for row in range(impulse.size):
         value = 0.0
-        for column in range(6 * count):
-            value += inverse_mass[row, column] * impulse[column // 6, column % 6]
-        twist[row // 6, row % 6] = value
+        for column in range(impulse.size):
+            value += inverse_mass[row, column] * impulse[column]
+        twist[row] = value
 
 
 @njit(**FAST)
@@ -137,16 +136,13 @@ class RigidResponse:
         """Whether any particle touches a moving body."""
         return bool(self._contacts.particle.size)
 
-    def _motion(self) -> Double:
-        return np.array([body.twist for body in self._walls.moving.values()])
-
     def show_motion(self, seen: Real) -> None:
         """What neighbours of touching particles see of the bodies' present motion; before the divergence is taken."""
-        scatter_seen(self._contacts, self._motion(), -1.0, seen)
+        scatter_seen(self._contacts, self._walls.twists(), -1.0, seen)
 
     def add_motion(self, rate: Real) -> None:
         """rate -= J . V, the part of C_i that the bodies' present motion makes."""
-        scatter_twists(self._contacts, self._motion(), -1.0, rate)
+        scatter_twists(self._contacts, self._walls.twists(), -1.0, rate)
 
     def add_compliance(self, diagonal: Real) -> None:
         """Add the bodies' part to the diagonal."""
@@ -157,7 +153,7 @@ class RigidResponse:
     def answer(self, kappa: Real) -> None:
         """Let the bodies answer the impulses of `kappa` and its push; `show_answer` and `add_answer` tell the liquid."""
         self._gather(kappa)
-        answer_impulses(self._inverse_mass, self._impulse, self._answer)
+        answer_impulses(self._inverse_mass, self._impulse.reshape(-1), self._answer.reshape(-1))
 
     def show_answer(self, seen: Real) -> None:
         """What neighbours of touching particles see of the answer; before the divergence is taken."""

@@ -169,8 +169,8 @@ class Fluid:
         return self._report(results)
 
     def _largest_speed(self) -> float:
-        bodies = [float(np.linalg.norm(body.twist[:3])) for body in self.work.walls.moving.values()]
-        return max([diagnostics.largest_speed(self.state), *bodies])
+        bodies = np.linalg.norm(self.work.walls.twists()[:, :3], axis=1)
+        return max(diagnostics.largest_speed(self.state), float(bodies.max(initial=0.0)))
 
     def _time_step(self) -> float:
         config, fastest = self.config, self._largest_speed()
@@ -191,8 +191,7 @@ class Fluid:
             self._relative_speed = self.work.relative_speed(self.state, self._largest_speed())
         with self.work.stage("outflow"):
             self._remove_outflow()
-        for body in self.work.walls.moving.values():
-            body.drift(time_step)
+        self.work.walls.drift(time_step)
         return result
 
     @property

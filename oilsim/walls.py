@@ -77,34 +77,33 @@ def find_contacts(touching, walls, wall_gradient, resting, owner, arm, particle,
 
 
 def rotation_matrix(orientation: ArrayLike) -> Double:
-    """Rotation (3, 3) of a unit quaternion x, y, z, w."""
-    x, y, z, w = np.asarray(orientation, np.float64) / np.linalg.norm(orientation)
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
+    """Rotations (..., 3, 3) of quaternions (..., 4) x, y, z, w."""
+    quaternion = np.asarray(orientation, np.float64)
+    x, y, z, w = np.moveaxis(quaternion / np.linalg.norm(quaternion, axis=-1, keepdims=True), -1, 0)
+    rows = (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
+        (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
+        (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
     )
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
 def rotated(orientation: Double, turn: Double) -> Double:
-    """Quaternion after a rotation vector `turn` [rad] in the world frame."""
-    angle = float(np.linalg.norm(turn))
-    half = 0.5 * angle
-    factor = 0.5 if angle < 1e-8 else np.sin(half) / angle
-    ax, ay, az = factor * turn
-    aw = float(np.cos(half))
-    x, y, z, w = orientation
-    result = np.array(
+    """Quaternions (B, 4) after rotation vectors `turn` (B, 3) [rad] in the world frame."""
+    half = 0.5 * np.linalg.norm(turn, axis=1)
+    ax, ay, az = 0.5 * np.sinc(half / np.pi) * turn.T
+    aw = np.cos(half)
+    x, y, z, w = orientation.T
+    result = np.stack(
         [
             aw * x + ax * w + ay * z - az * y,
             aw * y - ax * z + ay * w + az * x,
             aw * z + ax * y - ay * x + az * w,
             aw * w - ax * x - ay * y - az * z,
-        ]
+        ],
+        axis=1,
     )
-    return result / np.linalg.norm(result)
+    return result / np.linalg.norm(result, axis=1, keepdims=True)
 
 
 @dataclass
@@ -117,11 +116,6 @@ class MovingBody:
     inverse_mass: Double  # (6, 6) twist per impulse; zeros for prescribed motion
     free_acceleration: Double  # (6,) d(twist)/dt from everything but the fluid
     impulse: Double = field(default_factory=lambda: np.zeros(6))  # [N s, N m s] since the advance began
-
-    def drift(self, time_step: float) -> None:
-        """Move the pose by the twist."""
-        self.position = self.position + time_step * self.twist[:3]
-        self.orientation = rotated(self.orientation, time_step * self.twist[3:])
 
 
 class Walls:
@@ -182,23 +176,36 @@ class Walls:
         """A copy of the positions (3, M) [m] of all moving wall particles."""
         return self.position[:, self.resting :].copy()
 
+    def twists(self) -> Double:
+        """Twists (bodies, 6) [m/s, rad/s] of the moving bodies."""
+        return np.array([body.twist for body in self.moving.values()]).reshape(-1, 6)
+
+    def drift(self, time_step: float) -> None:
+        """Move the bodies' poses by their twists."""
+        if not self.moving:
+            return
+        turns = time_step * self.twists()[:, 3:]
+        orientations = rotated(np.array([body.orientation for body in self.moving.values()]), turns)
+        for body, orientation in zip(self.moving.values(), orientations, strict=True):
+            body.position = body.position + time_step * body.twist[:3]
+            body.orientation = orientation
+
     def place(self) -> None:
         """Bring all positions up to date with the bodies' poses."""
         if self._stale:
             self._arrange()
         if not self.moving:
             return
-        at = self.resting
-        for handle, body in self.moving.items():
-            points = self._local[handle]
-            arm = rotation_matrix(body.orientation) @ points
-            end = at + points.shape[1]
-            self.arm[:, at - self.resting : end - self.resting] = arm
-            self.position[:, at:end] = self._wrapped(arm + body.position[:, None])
-            self.points[at:end, :3] = self.position[:, at:end].T
-            if self.velocity is not None:
-                self.velocity[:, at:end] = body.twist[:3, None] + np.cross(body.twist[3:], arm.T).T
-            at = end
+        bodies, owner = self.moving.values(), self.owner
+        turn = rotation_matrix([body.orientation for body in bodies])
+        arm = np.einsum("mij,jm->im", turn[owner], self._local)
+        self.arm[:] = arm
+        centre = np.array([body.position for body in bodies])[owner].T
+        self.position[:, self.resting :] = self._wrapped(arm + centre)
+        self.points[self.resting :, :3] = self.position[:, self.resting :].T
+        if self.velocity is not None:
+            twist = self.twists()[owner]
+            self.velocity[:, self.resting :] = twist[:, :3].T + np.cross(twist[:, 3:], arm.T).T
 
     def order_moving(self, moving: Real) -> tuple[NDArray[np.uint8], Index | None, Index | None]:
         """Cells from which a wall can be reached with the moving ones at `moving` (3, M); their order and start by cell."""
@@ -262,7 +269,8 @@ class Walls:
                 f"inverse mass of shape {inverse_mass.shape} for boundaries {list(handles)}, "
                 f"allowed: (6 n, 6 n) for all that move, {list(self.moving)}"
             )
-        rows = [6 * list(handles).index(handle) + axis for handle in self.moving for axis in range(6)]
+        place = {handle: n for n, handle in enumerate(handles)}
+        rows = [6 * place[handle] + axis for handle in self.moving for axis in range(6)]
         self._tied = inverse_mass[np.ix_(rows, rows)]
 
     def inverse_mass(self) -> Double:
@@ -300,7 +308,7 @@ class Walls:
         self.no_slip = no_slip if no_slip.any() else None
         self.velocity = np.zeros_like(self.position) if self.no_slip is not None and self.moving else None
         self._near_resting = self._search.surroundings(np.ascontiguousarray(self.position[:, : self.resting]))
-        self._local = {h: self.boundaries[h].position.T.copy() for h in self.moving}
+        self._local = np.concatenate([np.empty((3, 0)), *(self.boundaries[h].position.T for h in self.moving)], axis=1)
         sizes = [len(self.boundaries[h].volume) for h in self.moving]
         self.owner = np.repeat(np.arange(len(sizes), dtype=np.uint16), sizes)
         self.arm = np.zeros((3, sum(sizes)), np.float32)

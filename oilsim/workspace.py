@@ -156,7 +156,7 @@ class Workspace:
         if fastest * config.maximum_time_step <= config.cfl * spacing:
             return 0.0
         slow = 0.5 * config.cfl * max(fastest, spacing / config.maximum_time_step)
-        twist = np.array([body.twist for body in walls.moving.values()], np.float32).reshape(-1, 6)
+        twist = walls.twists().astype(np.float32)
         stride = sampling_stride(state.awake)
         square = np.empty(-(-state.awake // stride), np.float32)
         with self.stage("time step"):
