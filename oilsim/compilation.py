@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import gc
 
-from numba.core import event
+from numba.core.event import Event, Listener, register
 
 # Kernels own no arrays; to count references to those they are given, which numba does for each particle that is handed on to a function,
 # threads wait for each other: a fifth of a product's time.
@@ -16,7 +16,7 @@ ALLOCATING = FAST | {"_nrt": True}  # of those that make arrays
 INLINED = FAST | {"cache": False, "forceinline": True}
 
 
-class WithoutCollector(event.Listener):
+class WithoutCollector(Listener):
     """Python's garbage collector rests while numba compiles: it would look through the compiler's many objects again and again, for a
     quarter of the time."""
 
@@ -24,16 +24,16 @@ class WithoutCollector(event.Listener):
         self._depth = 0  # of compilations that asked for others; only one thread at a time is among them
         self._enabled = False
 
-    def on_start(self, event: event.Event) -> None:
+    def on_start(self, event: Event) -> None:
         if self._depth == 0:
             self._enabled = gc.isenabled()
             gc.disable()
         self._depth += 1
 
-    def on_end(self, event: event.Event) -> None:
+    def on_end(self, event: Event) -> None:
         self._depth -= 1
         if self._depth == 0 and self._enabled:
             gc.enable()
 
 
-event.register("numba:compile", WithoutCollector())
+register("numba:compile", WithoutCollector())
