@@ -1,11 +1,12 @@
 """Moments of the pressure's pair vectors brought to 1 where particles pass each other.
 
 The matrices Y_i of `faces` make sum_j G_ij x_ij^T, for which linear pressures and flows want the unit matrix, right in the mean of Y_i
-and Y_j only. One Jacobi step takes what is smooth of the rest, and a third of what differs from one particle to the next,
+and Y_j only. To a change of Y_i the moments answer in full where neighbours change alike, and by a third where changes alternate from one
+particle to the next. Three halves of a Jacobi step, the best of all lengths for these two (Richardson 1911), halve what is left of either,
 
-    Y_i += s_i (1 - sum_j G_ij x_ij^T),     s_i = min(1, gamma_i t_u),
+    Y_i += 3/2 s_i (1 - sum_j G_ij x_ij^T),     s_i = min(1, gamma_i t_u),
 
-and half of what shear and vortices lose. Such forces are further from being an energy's gradient and do work on particles that
+and shear loses a third of what it lost, vortices a half. Such forces are further from being an energy's gradient and do work on particles that
 come back to where they were: with s = 1 water at rest, 32 spacings deep, comes to move at 0.9 % of sqrt(g H) within half a minute. Where
 layers pass each other particles do not come back. So the share s_i is how far, of a spacing, they pass in the unit of time (`time_unit`),
 with the shear rate gamma_i. Within reach of free surfaces and walls Y_i stays: mended there, pools move twice as much.
@@ -27,6 +28,7 @@ from oilsim.time_unit import squared_shear_rate
 
 ZERO, ONE, HALF = np.float32(0.0), np.float32(1.0), np.float32(0.5)
 LARGEST = np.float32(0.1)  # change of an entry of Y; in a splash one particle in a hundred would take more
+LENGTH = np.float32(1.5)  # of the step, in Jacobi's
 STRETCH = 3.0 * float(LARGEST)  # by which pair vectors may be longer for it
 
 
@@ -67,7 +69,7 @@ def mend_moments(
             xy += gx * dy + gy * dx
             xz += gx * dz + gz * dx
             yz += gy * dz + gz * dy
-        share = min(unit * math.sqrt(squared_shear_rate(field, i)), ONE)
+        share = LENGTH * min(unit * math.sqrt(squared_shear_rate(field, i)), ONE)
         mended[i, 0] += limited(share * (ONE - summed(xx)))
         mended[i, 1] -= limited(share * HALF * summed(xy))
         mended[i, 2] -= limited(share * HALF * summed(xz))
