@@ -7,7 +7,7 @@ import gc
 from numba.core.event import Event, Listener, register
 
 # Kernels own no arrays; to count references to those they are given, which numba does for each particle that is handed on to a function,
-# threads wait for each other: a fifth of a product's time.
+# threads wait for each other: a fifth of a product's time. C does not call them: a wrapper for it would only take time to compile.
 FAST = {"nogil": True, "cache": True, "fastmath": True, "error_model": "numpy", "_nrt": False, "no_cfunc_wrapper": True}
 ALLOCATING = FAST | {"_nrt": True}  # of those that make arrays
 

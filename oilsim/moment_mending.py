@@ -6,10 +6,11 @@ particle to the next. Three halves of a Jacobi step, the best of all lengths for
 
     Y_i += 3/2 s_i (1 - sum_j G_ij x_ij^T),     s_i = min(1, gamma_i t_u),
 
-and shear loses a third of what it lost, vortices a half. Such forces are further from being an energy's gradient and do work on particles
-that come back to where they were: with s = 1 water at rest, 32 spacings deep, comes to move at 0.9 % of sqrt(g H) within half a minute.
-Where layers pass each other particles do not come back. So the share s_i is how far, of a spacing, they pass in the unit of time
-(`time_unit`), with the shear rate gamma_i. Within reach of free surfaces and walls Y_i stays: mended there, pools move twice as much.
+and shear loses a third of what it lost, vortices a third to a half. Such forces are further from being an energy's gradient and do work
+on particles that come back to where they were: with a whole step and s = 1 water at rest, 32 spacings deep, comes to 0.9 % of sqrt(g H)
+in half a minute. Where layers pass each other particles do not come back. So the share s_i is how far, of a spacing, they pass in the
+unit of time (`time_unit`), with the shear rate gamma_i. Within reach of free surfaces and walls Y_i stays: mended there, pools move twice
+as much.
 """
 
 from __future__ import annotations

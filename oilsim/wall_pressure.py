@@ -108,8 +108,7 @@ def extrapolation_matrix(trust, own):
 @njit(**INLINED)
 def fill_wall_pressure(
     i, points, wall, period, fluid, walls, gradient, wall_gradient, by_body, plane, gravity, inside, outside, inverse_support,
-    extrapolation,
-    waterline, lever,
+    extrapolation, waterline, lever,
 ):  # fmt: skip
     """Fill row i of `extrapolation` (N, 9) with K_i, row by row, and of `waterline` (3, N) with the acceleration of an edge [m/s2].
 
