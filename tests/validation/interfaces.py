@@ -170,7 +170,7 @@ LOCK_EXCHANGE = Case(
     setup="box 0.3 m high and 1.5 m long, full, with a lid; sea water 1027 left, oil 840 right, nu 1e-6 m2/s, free-slip walls",
     length=HEIGHT,
     length_symbol="H",
-    resolutions=(12, 24, 48),
+    resolutions=(24, 48, 72),
     quantities=(
         Quantity(
             name="U / sqrt(g' H), water along the floor", unit="1", reference=0.46, scale=1.0, gate=0.04, change=0.03

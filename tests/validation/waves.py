@@ -152,7 +152,7 @@ STANDING_WAVE = Case(
     setup="tank 1 m wide, water 1 m (k = pi) and 0.5 m (k = 2 pi) deep, inviscid, k a = 0.05, 6 periods after 1 s of rest",
     length=1.0,
     length_symbol="1 m",
-    resolutions=(16, 32, 64),
+    resolutions=(32, 64, 128),
     quantities=(
         Quantity(name="period, k = pi", unit="s", reference=1.13392, gate=0.003),
         Quantity(name="amplitude lost a period, k = pi", unit="1", reference=0.0, scale=1.0, gate=0.03),
