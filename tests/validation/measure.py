@@ -139,24 +139,6 @@ def power_law(time: ArrayLike, value: ArrayLike) -> tuple[float, float]:
     return float(exponent), float(np.exp(logarithm))
 
 
-def power_law_from_origin(time: ArrayLike, value: ArrayLike, exponent: float) -> tuple[float, float, float]:
-    """Exponent p, coefficient C and origin t_0 of C (t + t_0)^p by least squares, started at `exponent`.
-
-    t_0 is the time the spreading would have needed from a point to the first of the values.
-    """
-    t, y = np.asarray(time, np.float64), np.asarray(value, np.float64)
-    slope, constant = np.polyfit(t, y ** (1.0 / exponent), 1)
-    start = (exponent, math.log(slope) * exponent, constant / slope)
-    late = -float(t[0])
-
-    def misfit(parameters: Double) -> Double:
-        p, logarithm, origin = parameters
-        return logarithm + p * np.log(t + origin) - np.log(y)
-
-    fit = least_squares(misfit, start, bounds=((0.0, -np.inf, late + 1e-9), (2.0, np.inf, np.inf)))
-    return float(fit.x[0]), float(np.exp(fit.x[1])), float(fit.x[2])
-
-
 def crossing_time(time: ArrayLike, signal: ArrayLike, threshold: float) -> float:
     """First time [s] at which `signal` (n,) rises through `threshold`, interpolated; NaN if it never does."""
     t, y = np.asarray(time, np.float64), np.asarray(signal, np.float64)

@@ -72,11 +72,9 @@ def test_time_shift_is_found_and_leaves_the_difference():
     assert 0.02 < high.rms < 0.05
 
 
-def test_power_laws_with_and_without_an_origin():
+def test_power_law():
     t = np.linspace(0.5, 5.0, 100)
     assert measure.power_law(t, 1.3 * t**0.2) == pytest.approx((0.2, 1.3), rel=1e-9)
-    exponent, coefficient, origin = measure.power_law_from_origin(t, 1.14 * (t + 0.4) ** 0.45, 0.5)
-    assert (exponent, coefficient, origin) == pytest.approx((0.45, 1.14, 0.4), rel=1e-4)
 
 
 def test_arrival_is_interpolated_and_absence_is_nan():
