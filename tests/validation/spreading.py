@@ -112,9 +112,9 @@ VOLUME, FIRST_RADIUS, LAST_RADIUS = 1.0, 1.0, 2.1  # m3, m
 DEPTH, SIDE = 3.2, 2.8  # m
 REDUCED = 1.0 - OIL_DENSITY / WATER_DENSITY
 FAY = 1.14
-INVERSE_FROUDE_SQUARED = (
-    4.0 / (math.pi * FAY**4) + 0.25
-)  # for which the self-similar slick has Fay's coefficient: Fr = 1.00
+# Self-similar slicks (Hoult 1972): u = r / 2 t asks for the slope h' = r / 4 Delta g t^2, the front moves at Fr (Delta g h)^(1/2), and with
+# the volume pi (1 / 4 Fr^2 - 1 / 16) R^4 / Delta g t^2 that of Fay's coefficient has Fr = 1.00.
+INVERSE_FROUDE_SQUARED = 4.0 / (math.pi * FAY**4) + 0.25
 SPREADING = math.sqrt(REDUCED * GRAVITY * VOLUME)  # (Delta g V)^(1/2) [m2/s]
 FIRST_AGE, LAST_AGE = (radius**2 / (FAY**2 * SPREADING) for radius in (FIRST_RADIUS, LAST_RADIUS))
 FITTED = 1.3 * FIRST_RADIUS  # m, radius from which on the fit counts
@@ -123,7 +123,7 @@ ROUNDS, INSTANT = 20, 1e-5  # rounds in which the water comes to move with the o
 
 
 def self_similar_thickness(r: Double) -> Double:
-    """Thickness [m] at radius r [m] of a slick of FIRST_AGE t, whose u = r / 2 t asks for h' = r / 4 Delta g t^2 and whose front for Fr."""
+    """Thickness [m] at radius r [m] of the self-similar slick of FIRST_AGE."""
     scale = 4.0 * REDUCED * GRAVITY * FIRST_AGE**2
     h = (INVERSE_FROUDE_SQUARED * FIRST_RADIUS**2 - 0.5 * (FIRST_RADIUS**2 - r**2)) / scale
     return np.where(r < FIRST_RADIUS, h, 0.0)
