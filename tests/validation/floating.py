@@ -189,9 +189,9 @@ SUBMERGED = Case(
     setup="solids of size L, held in the middle of a tank 2.5 L wide and 2.4 L deep, 2.5 s, the second half counts",
     length=SIZE,
     length_symbol="L",
-    resolutions=(8, 10, 14),
+    resolutions=(8, 12, 16),
     quantities=tuple(Quantity(name=name, unit="1", reference=1.0, gate=0.01) for name in solids()),
     panels=(Panel("lift", "solid, in the table's order", "F / (rho g V)"),),
     run=submerged,
-    note="the plate is 0.15 L thick: 2.1 spacings at L/14.",
+    note="the plate is 0.15 L thick: 2.4 spacings at L/16.",
 )

@@ -111,7 +111,7 @@ def _surface(fluid: Fluid, spacing: float) -> tuple[Double, Double]:
 VOLUME, FIRST_RADIUS, LAST_RADIUS = 1.0, 1.0, 2.1  # m3, m
 DEPTH, SIDE = 3.2, 2.8  # m
 REDUCED = 1.0 - OIL_DENSITY / WATER_DENSITY
-FAY = 1.14
+FAY = 1.14  # his coefficient, 1969
 # Self-similar slicks (Hoult 1972): u = r / 2 t asks for the slope h' = r / 4 Delta g t^2, the front moves at Fr (Delta g h)^(1/2), and with
 # the volume pi (1 / 4 Fr^2 - 1 / 16) R^4 / Delta g t^2 that of Fay's coefficient has Fr = 1.00.
 INVERSE_FROUDE_SQUARED = 4.0 / (math.pi * FAY**4) + 0.25
@@ -119,6 +119,7 @@ SPREADING = math.sqrt(REDUCED * GRAVITY * VOLUME)  # (Delta g V)^(1/2) [m2/s]
 FIRST_AGE, LAST_AGE = (radius**2 / (FAY**2 * SPREADING) for radius in (FIRST_RADIUS, LAST_RADIUS))
 FITTED = 1.3 * FIRST_RADIUS  # m, radius from which on the fit counts
 SHARE = 0.95  # of the oil inside the radius that is read
+READING = 0.02  # s between readings
 ROUNDS, INSTANT = 20, 1e-5  # rounds in which the water comes to move with the oil, and their steps [s]
 
 
@@ -174,8 +175,8 @@ def oil_slick(resolution: int, bench: Bench) -> Outcome:
     fluid, volume = slick(bench, spacing)
     rows = [(FIRST_AGE, slick_radius(fluid))]
     while rows[-1][0] < LAST_AGE:
-        bench.advance(fluid, 0.02)
-        rows.append((rows[-1][0] + 0.02, slick_radius(fluid)))
+        bench.advance(fluid, READING)
+        rows.append((rows[-1][0] + READING, slick_radius(fluid)))
     age, radius = np.array(rows).T
     strength = SPREADING * math.sqrt(volume / VOLUME)
     late = radius > FITTED

@@ -122,25 +122,23 @@ def shear_wave(resolution: int, bench: Bench) -> Outcome:
     return Outcome(values=values, traces=tuple(traces))
 
 
-DIVISIONS = (1, 2, 4)  # of the time step
+STEPS = {"dt": STEP, "dt/2": STEP / 2, "dt/4": STEP / 4}  # s
 RUN, SPEED = 2.0, 0.5  # s, m/s: one wavelength of travel
 
 
 def inviscid_shear(resolution: int, bench: Bench) -> Outcome:
     """Case 5: a shear wave without viscosity, at dt, dt/2 and dt/4."""
     spacing = SIDE / resolution
-    bench.plan(STIR_TIME + len(DIVISIONS) * RUN)
+    bench.plan(STIR_TIME + len(STEPS) * RUN)
     points = stirred_points(bench, spacing)
     values, traces, found = {}, [], []
-    for division in DIVISIONS:
-        step = STEP / division
+    for label, step in STEPS.items():
         fluid = disordered_fluid(bench, points, spacing, 0.0, step)
         amplitudes = shear_amplitudes(bench, fluid, SPEED, step, round(RUN / step))
         times = step * np.arange(len(amplitudes))
         late = times >= 0.1 * RUN
         numerical = decay_rate(times[late], amplitudes[late]) / WAVE_NUMBER**2
         found.append(numerical / (SPEED * spacing))
-        label = "dt" if division == 1 else f"dt/{division}"
         values[f"numerical viscosity / (U d), {label}"] = found[-1]
         traces.append(trace("decay", times, amplitudes / amplitudes[0], label))
     values["growth of it from dt to dt/4, / (U d)"] = max(0.0, abs(found[2]) - abs(found[0]))
@@ -184,7 +182,7 @@ def vortex_decay(history: Double) -> float:
 def taylor_green(resolution: int, bench: Bench) -> Outcome:
     """Case 12: decay rate at Re 100 and 1000, and numerical viscosity without viscosity at dt, dt/2 and dt/4."""
     spacing = SIDE / resolution
-    bench.plan((len(REYNOLDS) + len(DIVISIONS)) * VORTEX_RUN)
+    bench.plan((len(REYNOLDS) + len(STEPS)) * VORTEX_RUN)
     values, traces = {}, []
     for reynolds in REYNOLDS:
         history = vortices(bench, spacing, VORTEX_SPEED * SIDE / reynolds)
@@ -194,10 +192,9 @@ def taylor_green(resolution: int, bench: Bench) -> Outcome:
             trace("decay", *history, f"Re {reynolds:g}"),
             trace("decay", history[0], np.exp(-exact * history[0]), "exp(-8 pi^2 t U / (L Re))", reference=True),
         ]
-    for division in DIVISIONS:
-        history = vortices(bench, spacing, 0.0, STEP / division)
+    for label, step in STEPS.items():
+        history = vortices(bench, spacing, 0.0, step)
         numerical = vortex_decay(history) * SIDE**2 / (8.0 * math.pi**2)
-        label = "dt" if division == 1 else f"dt/{division}"
         values[f"numerical viscosity / (U d), {label}"] = numerical / (VORTEX_SPEED * spacing)
         traces.append(trace("decay", *history, f"inviscid, {label}"))
     return Outcome(values=values, traces=tuple(traces))
@@ -239,7 +236,7 @@ INVISCID_SHEAR = Case(
     quantities=(
         *(
             Quantity(name=f"numerical viscosity / (U d), {label}", unit="1", reference=0.0, scale=1.0, gate=0.005)
-            for label in ("dt", "dt/2", "dt/4")
+            for label in STEPS
         ),
         Quantity(name="growth of it from dt to dt/4, / (U d)", unit="1", reference=0.0, scale=1.0, gate=0.0005),
     ),
@@ -262,7 +259,7 @@ TAYLOR_GREEN = Case(
         Quantity(name="decay rate / exact, Re 1000", unit="1", reference=1.0, gate=0.03),
         *(
             Quantity(name=f"numerical viscosity / (U d), {label}", unit="1", reference=0.0, scale=1.0, gate=0.02)
-            for label in ("dt", "dt/2", "dt/4")
+            for label in STEPS
         ),
     ),
     panels=(Panel("decay", "t [s]", "amplitude / U"),),
