@@ -211,11 +211,14 @@ class KeptLists:
         return fluid, wall
 
     def _order_asleep(self, state: FluidState) -> tuple[Index | None, Index | None]:
-        """Particles that sleep, by cell, and where each cell starts; None where none does."""
+        """Particles that sleep beside others, by cell, and where each cell starts; None where none sleeps.
+
+        Those behind them have no row in what a step computes, and belong in no list.
+        """
         if not state.asleep:
             return None, None
         if self._sleepers is None:
-            self._sleepers = self._search.order_by_cell(state.position[:, state.awake :].copy())
+            self._sleepers = self._search.order_by_cell(state.position[:, state.awake : state.listed].copy())
         order, start = self._sleepers
         return order + np.uint32(state.awake), start
 
@@ -244,7 +247,7 @@ class KeptLists:
         _, cell_start = search.order_by_cell(position)
         asleep = self._order_asleep(state)
         if state.asleep:
-            position = np.concatenate([position, state.position[:, state.awake :]], axis=1)
+            position = np.concatenate([position, state.position[:, state.awake : state.listed]], axis=1)
         everywhere = np.concatenate([walls.position[:, : walls.resting], build.wall_position], axis=1)
         _, moving_order, moving_start = walls.order_moving(build.wall_position)
         fluid = search.list_neighbors(

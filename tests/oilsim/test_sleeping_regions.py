@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from oilsim.boundary import tank_walls
 from oilsim.config import FluidConfig
@@ -107,16 +108,30 @@ def test_water_that_is_asleep_is_woken_before_the_wave_is_there():
     fluid = channel()
     fluid.advance(ASLEEP)
     pour(fluid)
+    fluid.advance(0.025)  # what lies right below wakes within a few steps
     for _ in range(100):
         fluid.advance(0.025)
         state = fluid.state
         if state.asleep == 0:
             return
         speed = np.sqrt((state.velocity[:, : state.awake] ** 2).sum(axis=0))
-        fast = state.position[:, : state.awake][0][speed > 3.0 * SLEEP_SPEED]
-        asleep = state.position[0, state.awake :]
-        assert fast.size == 0 or fast.max() < asleep.min() - 2.0 * SPACING
+        fast = state.position[:, : state.awake][:, speed > 3.0 * SLEEP_SPEED]
+        apart, _ = cKDTree(state.position[:, state.awake :].T).query(fast.T)
+        assert apart.min(initial=np.inf) > 2.0 * SPACING
     raise AssertionError("never woke")
+
+
+def test_lists_hold_no_particle_that_has_no_row():
+    fluid = channel()
+    fluid.advance(ASLEEP)
+    pour(fluid)
+    for _ in range(10):
+        fluid.advance(0.025)
+        state, pairs = fluid.state, fluid.work.fluid_pairs
+        lists = [pairs.neighbor[pairs.start[i] :][: pairs.number[i]] for i in range(state.listed)]
+        assert 0 < state.awake < state.listed < state.count
+        assert np.concatenate(lists).max() < state.listed == len(fluid.work.points)
+        assert np.concatenate(lists[: state.awake]).max() >= state.awake
 
 
 def test_drop_added_at_rest_above_sleeping_water_falls(sleeping):
