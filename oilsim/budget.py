@@ -113,6 +113,7 @@ class Budget:
         self._parts: dict[str, Part] = {}
         self._kicks: list[Kick] = []
         self._filters = config.scheme == "split"
+        self._first, self._twist = state.velocity.copy(), walls.twists()
 
     def open(self) -> None:
         """An advance begins."""

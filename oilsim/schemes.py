@@ -40,8 +40,9 @@ Drive = Callable[[FluidState, float], None]
 
 @dataclass(frozen=True)
 class StepResult:
-    """Iterations of the solves and the mean compression they leave: of positions, and that to which the velocities lead in a step."""
+    """Length of a step [s], its solves' iterations and the mean compression they leave, of positions and to which velocities lead."""
 
+    time_step: float
     density_iterations: int
     divergence_iterations: int
     viscosity_iterations: int
@@ -52,8 +53,10 @@ class StepResult:
 def split_step(
     work: Workspace, state: FluidState, solver: BoundConstrainedSolver, time_step: float, drive: Drive, driven: bool
 ) -> StepResult:
-    """Advance `state` in place; `drive(state, dt)` adds currents, waves and wind to the velocities; driven: something moves liquid so."""
-    work.fly(state, time_step)
+    """What follows in a step on the flight of its particles, in place.
+
+    `drive(state, dt)` adds currents, waves and wind to the velocities; driven: something moves liquid so.
+    """
     work.sleep(state, time_step, driven)
     work.search(state)
     angular_momentum = AngularMomentum(work, state)
@@ -68,7 +71,9 @@ def split_step(
         divergence_iterations, divergence_error = project_velocity(work, state, solver, time_step)
         work.touch_walls(state, time_step)
     angular_momentum.give_back()
-    return StepResult(density_iterations, divergence_iterations, viscosity_iterations, density_error, divergence_error)
+    return StepResult(
+        time_step, density_iterations, divergence_iterations, viscosity_iterations, density_error, divergence_error
+    )
 
 
 def project_velocity(
@@ -115,7 +120,9 @@ def paper_step(work: Workspace, state: FluidState, time_step: float, drive: Driv
     state.pressure_impulse += pushed
     viscosity_iterations = work.resist(state, time_step)
     work.touch_walls(state, time_step)
-    return StepResult(density_iterations, divergence_iterations, viscosity_iterations, density_error, divergence_error)
+    return StepResult(
+        time_step, density_iterations, divergence_iterations, viscosity_iterations, density_error, divergence_error
+    )
 
 
 def correct_velocity(work: Workspace, state: FluidState, time_step: float) -> tuple[int, float]:

@@ -30,11 +30,12 @@ Double = NDArray[np.float64]
 
 @dataclass(frozen=True, kw_only=True)
 class AdvanceReport:
-    """What happened during an advance, as means over its sub-steps: iterations, and the mean compression that the solves leave.
+    """What happened during an advance.
 
-    density_error: of positions; divergence_error: that to which velocities lead in a sub-step.
-
-    asleep: number of particles that sleep at the end; budget: energy and momentum by cause if the fluid is watched, else None.
+    sub_steps: the steps that ended in it. As means over these, or if there were none of the last one before: time_step [s], iterations,
+    and the mean compression that the solves leave, of positions (density_error; density_error_max of any particle) and that to which
+    velocities lead in a step (divergence_error). asleep: number of particles that sleep at the end; budget: energy and momentum by cause
+    if the fluid is watched, else None.
     """
 
     sub_steps: int
@@ -71,7 +72,7 @@ class Fluid:
         self._solver = BoundConstrainedSolver(self.work.team)
         self._duration = 0.0
         self._counts: dict[str, dict[str, int]] = {"removed": {}, "emitted": {}}
-        self.last_time_step = config.maximum_time_step
+        self._figures: dict[str, Any] = {}  # of the last steps, as in `AdvanceReport`
         self._relative_speed: float | None = None  # [m/s] at the end of the last step, None if that is not known
 
     # what it holds
@@ -89,7 +90,11 @@ class Fluid:
         if self.config.dimension == 2 and (points[:, 1] != 0.0).any():
             raise ValueError(f"particles of phase {phase!r} have y other than 0, allowed: 0 in two dimensions")
         speeds = np.broadcast_to(np.asarray(velocity, np.float64), points.shape)
-        self.state.append(points, speeds, self.config.phase_index(phase))
+        self._land()
+        self._insert(points, speeds, self.config.phase_index(phase))
+
+    def _insert(self, points: Double, velocity: Double, phase: int) -> None:
+        self.state.append(points, velocity, phase)
         if self.work.regions is not None:
             self.work.regions.wake(points.T.astype(np.float32))
         self._relative_speed = None
@@ -118,6 +123,8 @@ class Fluid:
             np.zeros((6, 6)) if inverse_mass is None else np.array(inverse_mass, np.float64),
             np.zeros(6) if free_acceleration is None else np.array(free_acceleration, np.float64),
         )
+        if handle not in self.work.walls.moving:
+            self._land()
         self.work.walls.set_motion(handle, motion)
 
     def set_joint_inverse_mass(self, handles: Sequence[int], inverse_mass: ArrayLike) -> None:
@@ -148,7 +155,12 @@ class Fluid:
     # how it advances
 
     def advance(self, duration: float) -> AdvanceReport:
-        """Advance by `duration` [s] in equal CFL sub-steps; FluidError when a value is no longer finite."""
+        """Advance by `duration` [s] in CFL sub-steps; FluidError when a value is no longer finite.
+
+        Where bodies move, in the paper's scheme, and as long as nothing is known of how the liquid deforms, a whole number of equal
+        steps fills the duration. Else a step goes on into the next advance: particles fly with the velocities of its beginning, and are
+        seen where they then are.
+        """
         if not duration > 0.0:
             raise ValueError(f"duration is {duration} s, allowed: above 0")
         self.work.seconds.clear()
@@ -160,11 +172,11 @@ class Fluid:
         results: list[StepResult] = []
         start, done = self.time, 0.0
         while done < duration * (1.0 - 1e-9):
-            time_step = equal_steps(duration - done, self._time_step())
-            results.append(self._step(time_step))
-            done += time_step
+            done += self._fly(duration - done)
             self.time = start + done
-        self.time, self._duration, self.last_time_step = start + duration, duration, duration / len(results)
+            if self.state.to_fly == 0.0:
+                results.append(self._end_step())
+        self.time, self._duration = start + duration, duration
         self._check()
         return self._report(results)
 
@@ -181,9 +193,27 @@ class Fluid:
         stable = stable_time_step(config.particle_spacing, config.dimension, self.work.pressure_head(self.state))
         return max(config.minimum_time_step, min(wanted, stable))
 
-    def _step(self, time_step: float) -> StepResult:
-        with self.work.stage("emitters"):
-            self._emit(time_step)
+    def _keeps_step(self) -> bool:
+        """Whether steps must end where advances do: others take part in them, or nothing is known yet of how the liquid deforms."""
+        return self.config.scheme == "paper" or bool(self.work.walls.moving) or self._relative_speed is None
+
+    def _fly(self, left: float) -> float:
+        """Begin a step if none has begun, and fly on for its rest, but not for more than `left`; returns for how long [s]."""
+        state = self.state
+        if state.to_fly == 0.0:
+            wanted = self._time_step()
+            state.step = state.to_fly = equal_steps(left, wanted) if self._keeps_step() else wanted
+            with self.work.stage("emitters"):
+                self._emit(state.step)
+        flight = state.to_fly if state.to_fly <= left * (1.0 + 1e-9) else left
+        if self.config.scheme == "split":
+            self.work.fly(state, flight)
+        state.to_fly -= flight
+        return flight
+
+    def _end_step(self) -> StepResult:
+        """What a step does where its flight ends."""
+        time_step = self.state.step
         if self.config.scheme == "paper":
             result = paper_step(self.work, self.state, time_step, self._drive)
         else:
@@ -194,6 +224,13 @@ class Fluid:
         self.work.walls.drift(time_step)
         return result
 
+    def _land(self) -> None:
+        """End the step that has begun where it is."""
+        if self.state.to_fly > 0.0:
+            self.state.step -= self.state.to_fly
+            self.state.to_fly = 0.0
+            self._end_step()
+
     @property
     def _driven(self) -> bool:
         """Whether anything but gravity moves the liquid now."""
@@ -203,7 +240,8 @@ class Fluid:
         for emitter in self.emitters:
             entering = emitter.emit(self.time, time_step)
             if len(entering):
-                self.add_particles(entering, phase=emitter.phase, velocity=emitter.velocity)
+                speeds = np.broadcast_to(emitter.velocity, entering.shape)
+                self._insert(entering, speeds, self.config.phase_index(emitter.phase))
                 counts = self._counts["emitted"]
                 counts[emitter.phase] = counts.get(emitter.phase, 0) + len(entering)
             emitter.hold(self.time, self.state.position, self.state.velocity)
@@ -243,18 +281,22 @@ class Fluid:
         def mean(name: str) -> float:
             return float(np.mean([getattr(result, name) for result in results]))
 
+        if results:
+            self._figures = {
+                "time_step": mean("time_step"),
+                "iterations": {kind: mean(f"{kind}_iterations") for kind in ("density", "divergence", "viscosity")},
+                "density_error": mean("density_error"),
+                "divergence_error": mean("divergence_error"),
+                "density_error_max": float(self.work.compression.max(initial=0.0)),
+            }
         return AdvanceReport(
             sub_steps=len(results),
-            time_step=self.last_time_step,
-            iterations={kind: mean(f"{kind}_iterations") for kind in ("density", "divergence", "viscosity")},
-            density_error=mean("density_error"),
-            divergence_error=mean("divergence_error"),
-            density_error_max=float(self.work.compression.max(initial=0.0)),
             stage_seconds=dict(self.work.seconds),
             asleep=self.state.asleep,
             removed=self._counts["removed"],
             emitted=self._counts["emitted"],
             budget=self._close_budget(),
+            **self._figures,
         )
 
     def _close_budget(self) -> Ledger | None:
@@ -340,7 +382,7 @@ class Fluid:
         return {
             "time": self.time,
             "duration": self._duration,
-            "last_time_step": self.last_time_step,
+            "figures": dict(self._figures),
             "relative_speed": self._relative_speed,
             "state": self.state.save(),
             "lists": self.work.lists.save(self.state, self.work.walls),
@@ -352,7 +394,7 @@ class Fluid:
 
     def restore_state(self, saved: dict[str, Any]) -> None:
         """Back to what `save_state` returned; the fluid must hold the same boundaries, forcings and emitters."""
-        self.time, self._duration, self.last_time_step = saved["time"], saved["duration"], saved["last_time_step"]
+        self.time, self._duration, self._figures = saved["time"], saved["duration"], dict(saved["figures"])
         self._relative_speed = saved["relative_speed"]
         self.state.restore(saved["state"])
         self.work.lists.restore(saved["lists"])

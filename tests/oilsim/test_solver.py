@@ -40,13 +40,15 @@ def test_isolated_particle_flies_a_parabola(make_fluid, scheme):
     start, velocity = np.array([0.2, 1.0, 1.0]), np.array([1.0, 0.2, 2.0])
     fluid.add_particles(start[None], phase="water", velocity=velocity)
     steps, step = 80, 0.005
-    for _ in range(steps):
-        fluid.advance(step)
+    longest = max(fluid.advance(step).time_step for _ in range(steps))
     time = steps * step
     exact = start + velocity * time + 0.5 * np.array([0, 0, -9.81]) * time**2
     # symplectic Euler is off by g dt t / 2, whichever of drift and kick comes first
-    assert fluid.phase_positions("water")[0] == pytest.approx(exact, abs=0.5 * 9.81 * step * time + 1e-5)
-    assert fluid.phase_velocities("water")[0] == pytest.approx(velocity + np.array([0, 0, -9.81]) * time, abs=1e-4)
+    assert fluid.phase_positions("water")[0] == pytest.approx(exact, abs=0.5 * 9.81 * longest * time + 1e-5)
+    late = 9.81 * longest if scheme == "split" else 0.0  # of a step that goes on, velocities are those of its beginning
+    assert fluid.phase_velocities("water")[0] == pytest.approx(
+        velocity + np.array([0, 0, -9.81]) * time, abs=late + 1e-4
+    )
 
 
 @pytest.mark.parametrize("scheme", ["split", "paper"])

@@ -1,0 +1,92 @@
+"""Steps go on over the ends of advances where nothing but the liquid takes part in them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from oilsim.boundary import BoundaryParticles, tank_walls
+from oilsim.initial_conditions import block
+
+SPACING = 0.1
+SIDES = ("-x", "+x", "-y", "+y", "-z")
+
+
+def falling_dam(make_fluid, **options):
+    """Water that collapses in a tank, its first step made."""
+    fluid = make_fluid(lower=(-0.3,) * 3, upper=(2.3,) * 3, maximum_time_step=0.03, **options)
+    fluid.add_boundary(tank_walls((0, 0, 0), (2, 0.6, 2), SPACING, sides=SIDES))
+    fluid.add_particles(block((0, 0, 0), (0.6, 0.6, 0.6), SPACING), phase="water")
+    fluid.advance(1e-3)
+    return fluid
+
+
+def test_steps_do_not_depend_on_how_often_they_are_looked_at(make_fluid):
+    whole, pieces = falling_dam(make_fluid), falling_dam(make_fluid)
+    steps = whole.advance(0.1).sub_steps
+    reports = [pieces.advance(0.1 / 13) for _ in range(13)]
+    assert sum(report.sub_steps for report in reports) == steps < 13
+    assert pieces.time == pytest.approx(whole.time)
+    # the flight is summed up in more pieces, by some roundings of a metre each
+    np.testing.assert_allclose(pieces.phase_positions("water"), whole.phase_positions("water"), atol=2e-5)
+    assert whole.state.to_fly == pytest.approx(pieces.state.to_fly)
+
+
+def test_liquid_is_seen_on_its_flight(make_fluid):
+    fluid = falling_dam(make_fluid)
+    fluid.advance(0.1)
+    before, velocity = fluid.phase_positions("water"), fluid.phase_velocities("water")
+    left = fluid.state.to_fly
+    assert left > 0.0
+    report = fluid.advance(0.5 * left)
+    assert report.sub_steps == 0
+    assert report.time_step > 0.0 < report.iterations["divergence"]  # those of the step before
+    np.testing.assert_array_equal(fluid.phase_velocities("water"), velocity)
+    np.testing.assert_allclose(fluid.phase_positions("water"), before + 0.5 * left * velocity, atol=1e-6)
+    assert fluid.advance(0.5 * left).sub_steps == 1
+
+
+def test_flight_goes_on_after_a_restart_bit_for_bit(make_fluid):
+    fluid, other = falling_dam(make_fluid), falling_dam(make_fluid)
+    fluid.advance(0.1)
+    saved = fluid.save_state()
+    assert saved["state"]["to_fly"] > 0.0
+    other.restore_state(saved)
+    for one in (fluid, other):
+        one.advance(0.003)
+        one.advance(0.1)
+    np.testing.assert_array_equal(fluid.phase_positions("water"), other.phase_positions("water"))
+
+
+def test_what_is_added_ends_a_flight_and_bodies_keep_steps_within_advances(make_fluid):
+    fluid = falling_dam(make_fluid)
+    fluid.advance(0.1)
+    begun, flown = fluid.state.step, fluid.state.step - fluid.state.to_fly
+    assert 0.0 < flown < begun
+    plate = np.stack(np.meshgrid(np.arange(4), np.arange(4), [0]), axis=-1).reshape(-1, 3) * 0.1
+    handle = fluid.add_boundary(
+        BoundaryParticles(name="plate", position=plate, volume=np.full(16, 1e-3), area=np.full(16, 1e-2))
+    )
+    position = np.array([1.5, 0.1, 1.5])
+    for _ in range(5):
+        fluid.set_boundary_motion(handle, position, (0, 0, 0, 1), (0.1, 0, 0), (0, 0, 0))
+        assert (fluid.state.to_fly, fluid.state.time_step) == (0.0, pytest.approx(flown))
+        report = fluid.advance(0.013)
+        position = position + 0.013 * np.array([0.1, 0.0, 0.0])
+        assert report.sub_steps * report.time_step == pytest.approx(0.013)
+        moved = fluid.boundary_positions(handle) - plate
+        np.testing.assert_allclose(moved, np.broadcast_to(position, plate.shape), atol=1e-6)
+        flown = report.time_step
+    fluid.remove_boundary(handle)
+    fluid.advance(0.1)
+    assert fluid.state.to_fly > 0.0
+    fluid.add_particles(block((0.9, 0.2, 1.5), (1.2, 0.5, 1.8), SPACING), phase="water")
+    assert fluid.state.to_fly == 0.0
+
+
+def test_paper_keeps_its_steps_within_advances(make_fluid):
+    fluid = falling_dam(make_fluid, scheme="paper")
+    for duration in (0.013, 0.0071):
+        report = fluid.advance(duration)
+        assert report.sub_steps * report.time_step == pytest.approx(duration)
+        assert fluid.state.to_fly == 0.0
