@@ -214,6 +214,16 @@ def turned(builder: Any, rows: list[Any]) -> list[Any]:
     return [shuffled(*pair, *part) for pair in pairs for part in (first, second)]
 
 
+def above_zero(lanes):
+    """Which lanes are above 0."""
+    return lanes > 0.0
+
+
+@compiled(above_zero, lambda lanes: TRUTHS(REALS))
+def _above_zero(context, builder, signature, arguments):
+    return builder.fcmp_ordered(">", arguments[0], ir.Constant(REALS.llvm, None))
+
+
 def only(present, lanes, otherwise):
     """`lanes` where present, the scalar `otherwise` elsewhere."""
     return np.where(present, lanes, otherwise)

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from oilsim.compilation import FAST
 from oilsim.divergence import pressure_velocity, seen_velocity, velocity_divergence
+from oilsim.lanes import LANES, below, load, store
 from oilsim.state import FluidState
 from oilsim.workspace import Workspace
 
@@ -17,17 +18,19 @@ Real = NDArray[np.float32]
 @njit(**FAST)
 def turn_way(begin, end, share, change, way):
     """way = change + share way, (3, N) [m/s]."""
-    for i in range(begin, end):
-        for axis in range(3):
-            way[axis, i] = change[axis, i] + share * way[axis, i]
+    for axis in range(3):
+        for k in range(begin, end, LANES):
+            present = below(end, k)
+            store(way[axis], k, present, load(change[axis], k, present) + share * load(way[axis], k, present))
 
 
 @njit(**FAST)
 def follow_way(begin, end, length, way, velocity):
     """velocity += length way, (3, N) [m/s]."""
-    for i in range(begin, end):
-        for axis in range(3):
-            velocity[axis, i] += length * way[axis, i]
+    for axis in range(3):
+        for k in range(begin, end, LANES):
+            present = below(end, k)
+            store(velocity[axis], k, present, load(velocity[axis], k, present) + length * load(way[axis], k, present))
 
 
 class PressureOperator:

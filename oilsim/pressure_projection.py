@@ -23,30 +23,34 @@ from numba import njit
 from numpy.typing import NDArray
 
 from oilsim.compilation import FAST
+from oilsim.lanes import LANES, above_zero, below, load, only, positive, spread, store, summed
 from oilsim.parallel import BLOCK, Team, block_count, total
 
 Real = NDArray[np.float32]
 
 AMBIENT = 1.0  # standard deviations by which the mean of the pressure in a closed box lies above 0: five particles in six are pressed
 LEAST = 2  # products a solve, even if the tolerance is met before: what is left over piles up in water at rest
-ZERO = np.float32(0.0)
-
-
-# Sums have loops of their own, and nothing is divided: in a loop that also stores, whether the compiler takes lanes hangs on where arrays
-# lie, and with them go the order of a sum and how a quotient is rounded.
+ZERO, ONE = np.float32(0.0), np.float32(1.0)
 
 
 @njit(**FAST)
 def choose_face(begin, end, kappa, gradient, mobility, closed, opening, face, scaled, sums):
-    """Mark the `face`, fill `scaled` with g / diag A on it; mobility 1 / diag A; block sums `sums` (blocks, 3): the residual."""
+    """Set `face` to 1 on the face, 0 elsewhere, and `scaled` to g / diag A on it; mobility 1 / diag A.
+
+    Block sums `sums` (blocks, 3) [1/s]: the residual.
+    """
     for block in range(begin, end, BLOCK):
-        last, residual = min(block + BLOCK, end), ZERO
-        for i in range(block, last):
-            face[i] = closed or kappa[i] > ZERO or (opening and gradient[i] < ZERO)
-            scaled[i] = gradient[i] * mobility[i] if face[i] else ZERO
-        for i in range(block, last):
-            residual += abs(gradient[i]) if closed or kappa[i] > ZERO else max(-gradient[i], ZERO)
-        sums[block // BLOCK, 0] = residual
+        last, residual = min(block + BLOCK, end), spread(ZERO)
+        for k in range(block, last, LANES):
+            present = below(last, k)
+            excess = load(gradient, k, present)
+            on = spread(ONE) if closed else only(above_zero(load(kappa, k, present)), spread(ONE), ZERO)
+            residual += positive(-excess) + on * positive(excess)
+            if opening:
+                on = only(above_zero(-excess), spread(ONE), on)
+            store(face, k, present, on)
+            store(scaled, k, present, on * excess * load(mobility, k, present))
+        sums[block // BLOCK, 0] = summed(residual)
 
 
 @njit(**FAST)
@@ -56,39 +60,46 @@ def advance(begin, end, kappa, gradient, direction, image, diagonal, mobility, c
     Block sums `sums` (blocks, 3) [1/s]: the residual on the face and off it, and what clamping negative pressures would add to it.
     """
     for block in range(begin, end, BLOCK):
-        last, on_face, off_face, harm = min(block + BLOCK, end), ZERO, ZERO, ZERO
-        for i in range(block, last):
-            kappa[i] -= step * direction[i]
-            gradient[i] -= step * image[i]
-            scaled[i] = gradient[i] * mobility[i] if face[i] else ZERO
-        for i in range(block, last):
-            on_face += abs(gradient[i]) if face[i] else ZERO
-            off_face += ZERO if face[i] else max(-gradient[i], ZERO)
-            harm += diagonal[i] * max(-kappa[i], ZERO) if face[i] and not closed else ZERO
-        sums[block // BLOCK, 0], sums[block // BLOCK, 1], sums[block // BLOCK, 2] = on_face, off_face, harm
+        last = min(block + BLOCK, end)
+        on_face = off_face = harm = spread(ZERO)
+        for k in range(block, last, LANES):
+            present = below(last, k)
+            pressure = load(kappa, k, present) - step * load(direction, k, present)
+            excess = load(gradient, k, present) - step * load(image, k, present)
+            on = load(face, k, present)
+            store(kappa, k, present, pressure)
+            store(gradient, k, present, excess)
+            store(scaled, k, present, on * excess * load(mobility, k, present))
+            on_face += on * (positive(excess) + positive(-excess))
+            off_face += (ONE - on) * positive(-excess)
+            harm += on * load(diagonal, k, present) * positive(-pressure)
+        sums[block // BLOCK, 0], sums[block // BLOCK, 1] = summed(on_face), summed(off_face)
+        sums[block // BLOCK, 2] = ZERO if closed else summed(harm)
 
 
 @njit(**FAST)
 def turn(begin, end, scaled, product, share, mobility, face, direction, image, sums):
     """The next direction, scaled + share direction, and its image; block sums `sums` (blocks, 3): |image|^2 / diag A on the face."""
     for block in range(begin, end, BLOCK):
-        last, square = min(block + BLOCK, end), ZERO
-        for i in range(block, last):
-            direction[i] = scaled[i] + share * direction[i]
-            image[i] = product[i] + share * image[i]
-        for i in range(block, last):
-            square += image[i] * image[i] * mobility[i] if face[i] else ZERO
-        sums[block // BLOCK, 0] = square
+        last, square = min(block + BLOCK, end), spread(ZERO)
+        for k in range(block, last, LANES):
+            present = below(last, k)
+            store(direction, k, present, load(scaled, k, present) + share * load(direction, k, present))
+            follows = load(product, k, present) + share * load(image, k, present)
+            store(image, k, present, follows)
+            square += load(face, k, present) * load(mobility, k, present) * follows * follows
+        sums[block // BLOCK, 0] = summed(square)
 
 
 @njit(**FAST)
 def dot(begin, end, left, right, sums):
     """Block sums (blocks,) of left . right."""
     for block in range(begin, end, BLOCK):
-        product = ZERO
-        for i in range(block, min(block + BLOCK, end)):
-            product += left[i] * right[i]
-        sums[block // BLOCK] = product
+        last, product = min(block + BLOCK, end), spread(ZERO)
+        for k in range(block, last, LANES):
+            present = below(last, k)
+            product += load(left, k, present) * load(right, k, present)
+        sums[block // BLOCK] = summed(product)
 
 
 class System(Protocol):
@@ -116,7 +127,7 @@ class BoundConstrainedSolver:
             self._room, self._size = room, count
             self._scaled, self._product, self._direction, self._image = np.zeros((4, room), np.float32)
             self._first_kappa, self._first_gradient = np.zeros((2, room), np.float32)
-            self._face = np.zeros(room, bool)
+            self._face = np.zeros(room, np.float32)
             self._sums = np.zeros((block_count(count), 3))
 
     def solve(

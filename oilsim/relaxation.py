@@ -30,7 +30,7 @@ from numba import njit
 
 from oilsim.compilation import FAST, INLINED
 from oilsim.divergence import SPRAY
-from oilsim.lanes import LANES, below, gather, gather_four, load, only, root, spread, summed
+from oilsim.lanes import LANES, above_zero, below, gather, gather_four, load, only, root, spread, store, summed
 from oilsim.local_fields import GRADIENT, ONE, STRENGTH, WEIGHT, ZERO, velocity_gradient
 from oilsim.neighbors import separations
 from oilsim.smoothing_kernels import SUPPORT, kernel, kernel_slope_over_q, lattice
@@ -51,9 +51,14 @@ SETTLING = 1.5  # tau, in which noise fades, in units of `time_unit`
 @njit(**FAST)
 def mark_surface(begin, end, gradient_sum, compression, spacing, surface):
     """Set `surface` (N,), float32, to 1 at free surfaces, where the kernel's gradients do not cancel, and in spray."""
-    for i in range(begin, end):
-        gx, gy, gz = gradient_sum[0, i] * spacing, gradient_sum[1, i] * spacing, gradient_sum[2, i] * spacing
-        surface[i] = ONE if gx * gx + gy * gy + gz * gz > SURFACE * SURFACE or ONE + compression[i] < SPRAY else ZERO
+    flat, full = (SURFACE / spacing) ** 2, SPRAY - ONE
+    for k in range(begin, end, LANES):
+        present, square = below(end, k), spread(ZERO)
+        for axis in range(3):
+            slope = load(gradient_sum[axis], k, present)
+            square += slope * slope
+        bare = only(above_zero(square - flat), spread(ONE), ZERO)
+        store(surface, k, present, only(above_zero(full - load(compression, k, present)), spread(ONE), bare))
 
 
 @njit(**FAST)

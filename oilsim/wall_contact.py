@@ -24,6 +24,7 @@ import numpy as np
 from numba import njit
 
 from oilsim.compilation import FAST, INLINED
+from oilsim.lanes import LANES, below, load, spread, store
 from oilsim.smoothing_kernels import SUPPORT
 
 NEAREST = np.float32(0.25)  # spacings from the wall at which a drop's contact begins
@@ -32,7 +33,7 @@ ALONE = 0.15  # share of a drop's kernel, beside its own part, that liquid may f
 DISTANCES = (np.float32(-0.5), np.float32(SUPPORT - 0.5))  # spacings from a wall between which its coverage falls to 0
 PLACES = 66  # at which it is tabulated
 OPPOSED = np.float32(0.5)  # of a flat wall's slope, below which walls are taken to face each other across the particle
-TINY = np.float32(1e-12)
+TINY, ZERO = np.float32(1e-12), np.float32(0.0)
 
 
 def drop_share(own: float) -> np.float32:
@@ -43,8 +44,11 @@ def drop_share(own: float) -> np.float32:
 @njit(**FAST)
 def wall_approach(begin, end, slope, velocity, rate):
     """Fill `rate` [1/s] with v_i . s_i, walls at rest; slope (3, N) s_i."""
-    for i in range(begin, end):
-        rate[i] = slope[0, i] * velocity[0, i] + slope[1, i] * velocity[1, i] + slope[2, i] * velocity[2, i]
+    for k in range(begin, end, LANES):
+        present, along = below(end, k), spread(ZERO)
+        for axis in range(3):
+            along += load(slope[axis], k, present) * load(velocity[axis], k, present)
+        store(rate, k, present, along)
 
 
 @njit(**INLINED)

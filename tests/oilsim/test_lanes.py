@@ -12,7 +12,21 @@ from numba import njit
 from numba.core.errors import TypingError
 
 from oilsim.initial_conditions import block
-from oilsim.lanes import LANES, below, floor, gather, gather_four, load, only, positive, root, spread, store, summed
+from oilsim.lanes import (
+    LANES,
+    above_zero,
+    below,
+    floor,
+    gather,
+    gather_four,
+    load,
+    only,
+    positive,
+    root,
+    spread,
+    store,
+    summed,
+)
 
 from .conftest import disturbed, prepare
 
@@ -31,9 +45,10 @@ def everything(first, last, neighbor, left, right, result):
         other = gather(right, load(neighbor, k, present))
         value = load(left, k, present)
         value = (root(value) - floor(np.float32(9.0) * other)) * other / (ONE + value) + positive(other - value)
-        store(result, k, present, -value)
+        value = only(above_zero(value - other), value, np.float32(-1.0))
         sums += only(present, value, np.float32(0.0))
         others += only(present, other, ONE)
+        store(result, k, present, -value)
     return summed(sums) - summed(others)
 
 
