@@ -94,11 +94,16 @@ class Articulation:
     def inverse_mass(self, chosen: list[int] | None = None) -> Array:
         """W_c [1/kg, 1/(kg m), 1/(kg m2)] (6 B, 6 B), or its rows and columns `chosen`."""
         rows = slice(None) if chosen is None else chosen
+        own = self._inverse_mass[rows][:, rows]
+        if not self._factor.size:  # LAPACK complains of systems without rows
+            return own
         half = lapack.dtrtrs(self._factor, self._spread[rows].T, lower=1)[0]
-        return np.asarray(self._inverse_mass[rows][:, rows] - half.T @ half)
+        return np.asarray(own - half.T @ half)
 
     def acceleration(self, free: Array, step_size: float) -> Array:
         """a_c (B, 6) for accelerations `free` (B, 6) that the bodies would have without joints; h is `step_size` [s]."""
+        if not self._factor.size:
+            return free
         error = self._jacobian @ (free + self._twist / step_size).ravel() + self._bias
         return free - (self._spread @ lapack.dpotrs(self._factor, error, lower=1)[0]).reshape(free.shape)
 

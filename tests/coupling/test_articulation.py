@@ -35,6 +35,14 @@ def test_impulse_along_a_rod_moves_both_halves():
     assert np.linalg.eigvalsh(inverse_mass).min() > -1e-9
 
 
+def test_bodies_without_joints_answer_alone_and_linear_algebra_has_nothing_to_complain_of(capfd):
+    world = chain(1, anchored=False)
+    inverse_mass = world.coupled_inverse_mass(("link-0",))
+    assert inverse_mass[:3, :3] == pytest.approx(np.eye(3) / 2.0)
+    assert world.free_acceleration("link-0") == pytest.approx([0.0, 0.0, -9.81, 0.0, 0.0, 0.0])
+    assert "".join(capfd.readouterr()) == ""
+
+
 def test_impulse_across_opens_the_joint_by_the_textbook_rate():
     world = chain(2, anchored=False)
     push = np.zeros(12)
