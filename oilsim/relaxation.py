@@ -4,10 +4,11 @@
     v_i -= theta sum_j V W_ij 2 rho_j / (rho_i + rho_j) [v_i - v_j + (G_i + G_j) x_ij / 2],    theta = 1 - exp(-dt / tau)
 
 The density constraint of Qiu et al. 2021 (Eq. 15-22), L_i = -omega e_i / a_0, mends a share omega of the error a pass, with the lattice's
-a_0 = V^2 sum |grad W|^2 for the diagonal of Eq. 13; what is left is carried to the next step. Where that would be too much, further passes
-follow, with inertia (Polyak 1964). Inside the liquid the error counts with both signs; within reach of a free surface only compression
-counts. The filter takes off what linear flow cannot explain, so that shear and rotation pass. It waits until the time dt since it last ran
-has made theta LEAST_SHARE; what tau is a multiple of changes with the flow where there is no gravity (`time_unit`).
+a_0 = V^2 sum |grad W|^2 for the diagonal of Eq. 13; what is left is carried to the next step. Where that would be too much a pass mends
+half as much again, and further ones follow, with inertia (Polyak 1964). Inside the liquid the error counts with both signs; within reach of
+a free surface only compression counts. The filter takes off what linear flow cannot explain, so that shear and rotation pass. It waits
+until the time dt since it last ran has made theta LEAST_SHARE; what tau is a multiple of changes with the flow where there is no gravity
+(`time_unit`).
 
 Away from free surfaces particle shifting (Lind et al. 2012) keeps neighbours evenly spread, by beta, which grows with the strain of the
 flow. Out of reach of walls pairs share it, b = beta d^2 / 2, so that the liquid's centre of mass stays. A push that only drove neighbours
@@ -37,6 +38,9 @@ from oilsim.smoothing_kernels import SUPPORT, kernel, kernel_slope_over_q, latti
 
 HALF = np.float32(0.5)
 OMEGA = 0.2  # share of the density error mended a pass
+HURRY = np.float32(
+    1.5
+)  # times as much where one such pass will not do; with 2 passes begin to overshoot, with 3 they swing
 SURFACE = np.float32(0.3)  # |g_i| d from which a particle lies at a free surface
 LARGEST_SHIFT = np.float32(0.5)  # beta of any flow
 SHIFT_BY_STRAIN = np.float32(10.0)  # beta for each unit of |G| x time step

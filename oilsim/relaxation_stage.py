@@ -12,6 +12,7 @@ from oilsim.local_fields import local_fields
 from oilsim.neighbors import fill_rows
 from oilsim.parallel import block_count, total
 from oilsim.relaxation import (
+    HURRY,
     INERTIA,
     LEAST_SHARE,
     LEFT,
@@ -49,9 +50,13 @@ def relax_liquid(work: Workspace, state: FluidState, time_step: float) -> tuple[
         theta = filter_share(work, state, time_step)
         run(shift_strength, state.listed, work.near, work.wall_pairs, work.field, np.float32(time_step), square)
         for iteration in range(1, config.density_iterations + 1):
-            left = LEFT * mean_compression(work, count)
-            first = iteration == 1
-            run(relaxation_multiplier, count, work.compression, work.near, rate, limit, multiplier)
+            found = mean_compression(work, count)
+            if iteration > 1 and found <= config.density_tolerance:
+                return iteration - 1, found
+            left, first = LEFT * found, iteration == 1
+            enough = left <= config.density_tolerance
+            hurried = rate if enough else HURRY * rate
+            run(relaxation_multiplier, count, work.compression, work.near, hurried, limit, multiplier)
             run(
                 relax, count, work.points, walls.points, work.field, multiplier, work.balance, first, theta, INERTIA, *work.geometry,
                 push, state.shift, change,
@@ -65,7 +70,7 @@ def relax_liquid(work: Workspace, state: FluidState, time_step: float) -> tuple[
                     shift_by_walls, count, work.near, work.wall_pairs, work.gradient_sum, work.field, np.float32(time_step),
                     square, state.shift,
                 )  # fmt: skip
-            if left <= config.density_tolerance or iteration == config.density_iterations:
+            if enough or iteration == config.density_iterations:
                 return iteration, left
             work.place_points(state)
             run(density_constraint, count, work.points, walls.points, *work.geometry, work.compression)

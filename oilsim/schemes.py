@@ -5,7 +5,7 @@ split   1. x += dt v, regions at rest fall asleep, neighbours
         3. density, order and quiet (`relaxation`): positions move, velocities only as the flow's field asks
         4. v* = v + dt (gravity, forcing, adhesion), viscosity implicitly
         5. bounded pressure solve for H^T v* (`divergence`), bodies answering inside it; v = v* - u
-        6. contact of single drops with walls; liquid off the walls gets lost angular momentum back (`angular_momentum`)
+        6. contact of single drops with walls; liquid off the walls gets lost momentum back (`lost_momentum`)
 paper   (Qiu et al. 2021, Alg. 3)
         1. v* = v + dt gravity, x* = x + dt v*, neighbours
         2. density constraint on positions, v* = (x_cd - x) / dt
@@ -24,9 +24,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from oilsim.angular_momentum import AngularMomentum
 from oilsim.density_constraint import constrain_density
 from oilsim.divergence import RETURN, RETURN_IN_A_BOX, add_density_feedback, divergence_multiplier
+from oilsim.lost_momentum import LostMomentum
 from oilsim.parallel import block_count, total
 from oilsim.pressure_operator import PressureOperator
 from oilsim.pressure_projection import BoundConstrainedSolver
@@ -59,18 +59,18 @@ def split_step(
     """
     work.sleep(state, time_step, driven)
     work.search(state)
-    angular_momentum = AngularMomentum(work, state)
-    with angular_momentum.watch():
+    lost_momentum = LostMomentum(work, state)
+    with lost_momentum.watch():
         density_iterations, density_error = relax_liquid(work, state, time_step)
     work.linearise(state)
     work.accelerate(state, time_step)
     drive(state, time_step)
-    with angular_momentum.watch():
+    with lost_momentum.watch():
         work.adhere(state, time_step)
         viscosity_iterations = work.resist(state, time_step)
         divergence_iterations, divergence_error = project_velocity(work, state, solver, time_step)
         work.touch_walls(state, time_step)
-    angular_momentum.give_back()
+    lost_momentum.give_back()
     return StepResult(
         time_step, density_iterations, divergence_iterations, viscosity_iterations, density_error, divergence_error
     )

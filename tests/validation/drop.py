@@ -198,8 +198,8 @@ CONSERVATION = Case(
     ),
     panels=(Panel("drift", "t [s]", "relative drift", log_y=True),),
     run=conservation,
-    note="linear momentum relative to the sum of m v. Velocities are stored in single precision: round-off alone is about 1e-8, so 1e-10 "
-    "asks for double precision.",
+    note="linear momentum relative to the sum of m v. Velocities are stored in single precision, which would lose 1e-8; what one "
+    "particle loses by rounding is given to the next.",
 )
 
 ELLIPTICAL_DROP = Case(

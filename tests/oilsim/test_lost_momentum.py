@@ -1,4 +1,4 @@
-"""Angular momentum: constant in liquid off all walls, part by part, and nothing done where it has no meaning."""
+"""Momentum, linear and angular: constant in liquid off all walls, part by part."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import pytest
 
 from oilsim.boundary import BoundaryParticles, tank_walls
 from oilsim.connected_liquid import connected_parts
-from oilsim.diagnostics import angular_momentum
+from oilsim.diagnostics import angular_momentum, momentum
 from oilsim.initial_conditions import block, sphere
 from oilsim.phases import Phase
 
@@ -52,6 +52,22 @@ def test_liquid_alone_keeps_it_step_by_step(make_fluid, dimension):
     assert taken > 1e-5
 
 
+@pytest.mark.parametrize("periodic", [False, True])
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_rounding_takes_no_linear_momentum(make_fluid, dimension, periodic):
+    heavy, light = Phase(name="water", rest_density=1000.0), Phase(name="oil", rest_density=850.0)
+    fluid = make_fluid(dimension=dimension, phases=(heavy, light), periodic=(periodic, False, False), **SPACE)
+    add_stirred_drop(fluid, radius=0.6)
+    fluid.state.phase[::3] = 1
+    mass = fluid.config.rest_volume * np.array([1000.0, 850.0])[fluid.state.phase]
+    all_of_it = mass @ np.linalg.norm(fluid.state.velocity.astype(np.float64), axis=0)
+    start = momentum(fluid.state, fluid.config)
+    steps = sum(fluid.advance(0.01).sub_steps for _ in range(20))
+    # what the rounding of the last particle leaves over, 3e-8 of what may be twice the mean; without giving back it is three times that
+    lost = np.abs(momentum(fluid.state, fluid.config) - start).max()
+    assert lost < steps * 3e-8 * 2.0 / fluid.particle_count * all_of_it
+
+
 def test_two_drops_do_not_turn_each_other(make_fluid):
     fluid = make_fluid(**SPACE)
     add_stirred_drop(fluid)
@@ -80,13 +96,10 @@ def test_rows_of_particles_keep_it_or_cannot_turn(make_fluid, count):
         np.testing.assert_array_equal(fluid.state.velocity.T, velocity.astype(np.float32))
 
 
-def test_nothing_is_done_beside_walls_at_rest_and_where_space_repeats(make_fluid):
+def test_nothing_is_done_beside_walls_at_rest(make_fluid):
     def stages(fluid):
         return fluid.advance(0.01).stage_seconds
 
-    repeating = make_fluid(periodic=(True, False, False), **SPACE)
-    add_stirred_drop(repeating)
-    assert "rotation" not in stages(repeating)
     tank = make_fluid(lower=(-0.3,) * 3)
     tank.add_boundary(tank_walls((0, 0, 0), (1, 1, 1), 0.1, sides=("-x", "+x", "-y", "+y", "-z")))
     tank.add_particles(block((0.3, 0.3, 0.6), (0.7, 0.7, 1.0), 0.1), phase="water")

@@ -1,18 +1,22 @@
-"""Liquid off all walls at rest gets back the angular momentum that the scheme takes from it.
+"""Liquid off all walls at rest gets back the momentum, linear and angular, that the scheme takes from it.
 
 Relaxation moves particles without changing their momentum, and pairs of the filter, of viscosity and of pressure do not act along their
-line of centres: so a connected part of the liquid, with the bodies that it touches, loses dL. Of all changes of its velocity that restore
-it and keep linear momentum, a rigid rotation takes the least kinetic energy:
+line of centres: so a connected part of the liquid, with the bodies that it touches, loses dL. Velocities are rounded at every kick, which
+takes dP, some 1e-9 of the momenta of its particles a step. Of all changes of its velocity that restore both, a rigid motion takes the
+least kinetic energy:
 
-    v_i += w x (x_i - X),    I w = dL,    I = sum m (r^2 1 - r r^T),   r = x_i - X,  X the part's centre of mass.
+    v_i += dP / M + w x (x_i - X),    I w = dL,    I = sum m (r^2 1 - r r^T),   r = x_i - X,  X the part's centre of mass.
+
+Most of these changes are smaller than what a velocity in single precision can be changed by. What rounding takes from one particle is
+therefore given to the next one of its part, like the error that a printer spreads over neighbouring dots (Floyd and Steinberg 1976).
 
 Parts that do not hang together do not turn each other. Real torques, of gravity and of what drives the sea, act between what is
 watched and stay. Where a part cannot turn (a single particle; a row of them, about itself) nothing is given, and drops of a few particles
 get a thousandth less.
 
-Nothing is computed where space repeats, in which angular momentum has no meaning, nor while any liquid touches a wall at rest, which
-exchanges it with all that hangs together with it: to tell what does not would cost one per cent of every step in a tank. What sleeps
-holds the rest like a wall.
+Where space repeats angular momentum has no meaning, and dL is taken for 0. Nothing is computed while any liquid touches a wall at rest,
+which exchanges momentum with all that hangs together with it: to tell what does not would cost one per cent of every step in a tank. What
+sleeps holds the rest like a wall.
 """
 
 from __future__ import annotations
@@ -27,6 +31,7 @@ from numpy.typing import NDArray
 
 from oilsim.compilation import FAST
 from oilsim.connected_liquid import connected_parts
+from oilsim.parallel import BLOCK
 from oilsim.state import FluidState
 
 if TYPE_CHECKING:
@@ -34,6 +39,7 @@ if TYPE_CHECKING:
 
 Double = NDArray[np.float64]
 
+EXACT = FAST | {"fastmath": False}  # a compiler that may take (a - b) + b for a leaves no errors to share out
 ROW = 1e-3  # of m d^2, added to moments of inertia: what lies nearly in a row is hardly spun about itself
 
 
@@ -57,29 +63,32 @@ def sum_momenta(part, position, velocity, phase, mass, sums):
 
 
 @njit(**FAST)
-def angular_momentum(sums, owner, place, impulse, result):
-    """Fill `result` (parts, 3) with the angular momentum of parts and of what their bodies have received; `sums` as above.
+def momenta(sums, owner, place, impulse, result):
+    """Fill `result` (parts, 6) with linear and angular momentum of parts and of what their bodies have received; `sums` as above.
 
     owner (B,) part of a body or -1; place (B, 3) [m] and impulse (B, 6) [N s, N m s] of its centre of mass. Of liquid that touches no body
-    it is that about its own centre: its orbital part is kept but for the rounding of positions, for which small drops far from the origin
-    would have to spin.
+    the angular one is that about its own centre: its orbital part is kept but for the rounding of positions, for which small drops far from
+    the origin would have to spin.
     """
     for c in range(sums.shape[0]):
         m, x, y, z = sums[c, 0], sums[c, 1], sums[c, 2], sums[c, 3]
         u, v, w = sums[c, 4], sums[c, 5], sums[c, 6]
-        result[c, 0] = sums[c, 7] - (y * w - z * v) / m
-        result[c, 1] = sums[c, 8] - (z * u - x * w) / m
-        result[c, 2] = sums[c, 9] - (x * v - y * u) / m
+        result[c, 0], result[c, 1], result[c, 2] = u, v, w
+        result[c, 3] = sums[c, 7] - (y * w - z * v) / m
+        result[c, 4] = sums[c, 8] - (z * u - x * w) / m
+        result[c, 5] = sums[c, 9] - (x * v - y * u) / m
     for b in range(owner.size):
         for axis in range(3):
             if owner[b] >= 0:
-                result[owner[b], axis] = sums[owner[b], 7 + axis]
+                result[owner[b], 3 + axis] = sums[owner[b], 7 + axis]
     for b in range(owner.size):
         c = owner[b]
         if c >= 0:
-            result[c, 0] += place[b, 1] * impulse[b, 2] - place[b, 2] * impulse[b, 1] + impulse[b, 3]
-            result[c, 1] += place[b, 2] * impulse[b, 0] - place[b, 0] * impulse[b, 2] + impulse[b, 4]
-            result[c, 2] += place[b, 0] * impulse[b, 1] - place[b, 1] * impulse[b, 0] + impulse[b, 5]
+            for axis in range(3):
+                result[c, axis] += impulse[b, axis]
+            result[c, 3] += place[b, 1] * impulse[b, 2] - place[b, 2] * impulse[b, 1] + impulse[b, 3]
+            result[c, 4] += place[b, 2] * impulse[b, 0] - place[b, 0] * impulse[b, 2] + impulse[b, 4]
+            result[c, 5] += place[b, 0] * impulse[b, 1] - place[b, 1] * impulse[b, 0] + impulse[b, 5]
 
 
 @njit(**FAST)
@@ -98,31 +107,39 @@ def sum_inertia(part, position, phase, mass, center, inertia):
         inertia[c, 0, 1], inertia[c, 0, 2], inertia[c, 1, 2] = inertia[c, 1, 0], inertia[c, 2, 0], inertia[c, 2, 1]
 
 
-@njit(**FAST)
-def turn(begin, end, part, position, center, rate, velocity):
-    """velocity (3, N) += w cross (x - X) of the part; rate w (parts, 3) [1/s], center X (parts, 3) [m]."""
+@njit(**EXACT)
+def give(begin, end, part, position, phase, mass, center, speed, rate, velocity):
+    """velocity (3, N) += u + w cross (x - X) of the part; speed u [m/s], rate w [1/s], center X [m] (parts, 3); mass [kg] per phase.
+
+    Momentum that rounding leaves over goes to the next particle, if it is of the same part and block.
+    """
+    c, left_x, left_y, left_z = -1, 0.0, 0.0, 0.0
     for i in range(begin, end):
-        c = part[i]
+        if part[i] != c or i % BLOCK == 0:
+            c, left_x, left_y, left_z = part[i], 0.0, 0.0, 0.0
+        m = mass[phase[i]]
         x, y, z = position[0, i] - center[c, 0], position[1, i] - center[c, 1], position[2, i] - center[c, 2]
-        velocity[0, i] += np.float32(rate[c, 1] * z - rate[c, 2] * y)
-        velocity[1, i] += np.float32(rate[c, 2] * x - rate[c, 0] * z)
-        velocity[2, i] += np.float32(rate[c, 0] * y - rate[c, 1] * x)
+        u = velocity[0, i] + (speed[c, 0] + rate[c, 1] * z - rate[c, 2] * y + left_x / m)
+        v = velocity[1, i] + (speed[c, 1] + rate[c, 2] * x - rate[c, 0] * z + left_y / m)
+        w = velocity[2, i] + (speed[c, 2] + rate[c, 0] * y - rate[c, 1] * x + left_z / m)
+        velocity[0, i], velocity[1, i], velocity[2, i] = np.float32(u), np.float32(v), np.float32(w)
+        left_x, left_y, left_z = m * (u - velocity[0, i]), m * (v - velocity[1, i]), m * (w - velocity[2, i])
 
 
-class AngularMomentum:
+class LostMomentum:
     """That of the liquid's parts over one step, from the search on: `watch` what may lose it, then `give_back`."""
 
     def __init__(self, work: Workspace, state: FluidState) -> None:
         self._work, self._state, self._count = work, state, 0
         held = work.walls.rest_is_touched(work.wall_pairs, work.by_body, work.touching)
-        if any(work.config.periodic) or held or state.asleep or state.count == 0:
+        if held or state.asleep or state.count == 0:
             return
         with work.stage("rotation"):
             self._part, self._owner, self._count = connected_parts(
                 work.fluid_pairs, work.wall_pairs, work.walls, work.touching, state.count
             )
         self._mass = work.config.rest_volume * work.densities
-        self._lost = np.zeros((self._count, 3))
+        self._lost = np.zeros((self._count, 6))
 
     @contextmanager
     def watch(self) -> Iterator[None]:
@@ -135,26 +152,30 @@ class AngularMomentum:
         self._lost += before - self._present()
 
     def give_back(self) -> None:
-        """Turn every part by what it has lost."""
+        """Move every part by what it has lost."""
         if not self._count:
             return
         work, state = self._work, self._state
         with work.stage("rotation"):
-            mass, center = self._sums[:, 0, None, None], self._sums[:, 1:4] / self._sums[:, :1]
-            inertia = ROW * work.config.particle_spacing**2 * mass * np.eye(3)
-            sum_inertia(self._part, state.position, state.phase, self._mass, center, inertia)
-            rate = np.linalg.solve(inertia, self._lost[:, :, None])[:, :, 0]
-            work.team.run(turn, state.count, self._part, state.position, center, rate, state.velocity)
+            mass, center = self._sums[:, :1], self._sums[:, 1:4] / self._sums[:, :1]
+            speed, rate = self._lost[:, :3] / mass, np.zeros((self._count, 3))
+            if not any(work.config.periodic):
+                inertia = ROW * work.config.particle_spacing**2 * mass[:, :, None] * np.eye(3)
+                sum_inertia(self._part, state.position, state.phase, self._mass, center, inertia)
+                rate[:] = np.linalg.solve(inertia, self._lost[:, 3:, None])[:, :, 0]
+            work.team.run(
+                give, state.count, self._part, state.position, state.phase, self._mass, center, speed, rate, state.velocity
+            )  # fmt: skip
 
     def _present(self) -> Double:
-        """See `angular_momentum`."""
+        """See `momenta`."""
         work, state = self._work, self._state
         with work.stage("rotation"):
             self._sums = sums = np.zeros((self._count, 10))
-            result = np.empty((self._count, 3))
+            result = np.empty((self._count, 6))
             sum_momenta(self._part, state.position, state.velocity, state.phase, self._mass, sums)
             bodies = work.walls.moving.values()
             place = np.array([body.position for body in bodies]).reshape(-1, 3)
             impulse = np.array([body.impulse for body in bodies]).reshape(-1, 6)
-            angular_momentum(sums, self._owner, place, impulse, result)
+            momenta(sums, self._owner, place, impulse, result)
         return result
