@@ -6,9 +6,8 @@
 The density constraint of Qiu et al. 2021 (Eq. 15-22), L_i = -omega e_i / a_0, mends a share omega of the error a pass, with the lattice's
 a_0 = V^2 sum |grad W|^2 for the diagonal of Eq. 13; what is left is carried to the next step. Where that would be too much a pass mends
 half as much again, and further ones follow, with inertia (Polyak 1964). Inside the liquid the error counts with both signs; within reach of
-a free surface only compression counts. The filter takes off what linear flow cannot explain, so that shear and rotation pass. It waits
-until the time dt since it last ran has made theta LEAST_SHARE; what tau is a multiple of changes with the flow where there is no gravity
-(`time_unit`).
+a free surface only compression counts. The filter takes off what linear flow cannot explain, so that shear and rotation pass. It acts
+in every step: acting in every n-th it would feed the swings of pressed particles (`time_step`) whose half periods are n steps.
 
 Away from free surfaces particle shifting (Lind et al. 2012) keeps neighbours evenly spread, by beta, which grows with the strain of the
 flow. Out of reach of walls pairs share it, b = beta d^2 / 2, so that the liquid's centre of mass stays. A push that only drove neighbours
@@ -48,7 +47,6 @@ INERTIA = np.float32(0.7)  # of a pass's motion, repeated by the step's next one
 LEFT = (
     0.75  # of the mean compression after a pass: in `calm-spread` 0.6 to 0.7 at once, and the step's shift comes after
 )
-LEAST_SHARE = 0.1  # theta below which the filter waits for later steps, being dear; with 0.3 noise grows meanwhile
 SETTLING = 1.5  # tau, in which noise fades, in units of `time_unit`
 
 
@@ -150,7 +148,7 @@ def relax(
     """Fill `push` (3, N) with what mends density [m], `inertia` times what it held included; in a step's `first` pass also `shift` (3, N)
     with what evens the order out [m] and `change` (3, N) with what v_i gains [m/s].
 
-    points (N, 4): place [m] and weight; balance a; theta: share of the filter, 0 leaves `change` without meaning.
+    points (N, 4): place [m] and weight; balance a; theta: share of the filter.
     """
     inverse_support = ONE / support
     factor, twice = volume * inverse_support * inverse_support, np.float32(2.0) * theta
@@ -176,7 +174,6 @@ def relax(
                 ox += order * dx
                 oy += order * dy
                 oz += order * dz
-            if theta > ZERO:
                 w = kernel(q, sigma) * twice * volume / (weight + heavier)
                 hx, hy, hz = HALF * dx, HALF * dy, HALF * dz
                 uj, vj, wj, _ = gather_four(field, j, 0)

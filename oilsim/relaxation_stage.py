@@ -14,7 +14,6 @@ from oilsim.parallel import block_count, total
 from oilsim.relaxation import (
     HURRY,
     INERTIA,
-    LEAST_SHARE,
     LEFT,
     OMEGA,
     SETTLING,
@@ -47,7 +46,7 @@ def relax_liquid(work: Workspace, state: FluidState, time_step: float) -> tuple[
     with work.stage("density"):
         position[:, moving] += state.shift[:, moving]
         look_around(work, state, time_step)
-        theta = filter_share(work, state, time_step)
+        theta = np.float32(-math.expm1(-time_step / (SETTLING * work.time_unit)))
         run(shift_strength, state.listed, work.near, work.wall_pairs, work.field, np.float32(time_step), square)
         for iteration in range(1, config.density_iterations + 1):
             found = mean_compression(work, count)
@@ -63,9 +62,7 @@ def relax_liquid(work: Workspace, state: FluidState, time_step: float) -> tuple[
             )  # fmt: skip
             position[:, moving] += push
             if first:
-                if theta > 0.0:
-                    state.velocity[:, moving] += change
-                theta = np.float32(0.0)
+                state.velocity[:, moving] += change
                 run(
                     shift_by_walls, count, work.near, work.wall_pairs, work.gradient_sum, work.field, np.float32(time_step),
                     square, state.shift,
@@ -96,16 +93,6 @@ def look_around(work: Workspace, state: FluidState, time_step: float) -> None:
         sums = np.zeros((block_count(count), 2))
         run(shear_rate_sums, count, work.field, np.float32(work.config.cfl / time_step), sums)
         work.time_unit = passing_unit(total(sums[:, 0]), total(sums[:, 1]))
-
-
-def filter_share(work: Workspace, state: FluidState, time_step: float) -> np.float32:
-    """theta of the filter of noise; 0 while it waits."""
-    state.noise_age += time_step / (SETTLING * work.time_unit)
-    theta = -math.expm1(-state.noise_age)
-    if theta < LEAST_SHARE:
-        return np.float32(0.0)
-    state.noise_age = 0.0
-    return np.float32(theta)
 
 
 def mean_compression(work: Workspace, count: int) -> float:
