@@ -31,7 +31,6 @@ from numpy.typing import NDArray
 
 from oilsim.compilation import FAST
 from oilsim.connected_liquid import connected_parts
-from oilsim.parallel import BLOCK
 from oilsim.state import FluidState
 
 if TYPE_CHECKING:
@@ -108,22 +107,23 @@ def sum_inertia(part, position, phase, mass, center, inertia):
 
 
 @njit(**EXACT)
-def give(begin, end, part, position, phase, mass, center, speed, rate, velocity):
+def give(part, position, phase, mass, center, speed, rate, left, velocity):
     """velocity (3, N) += u + w cross (x - X) of the part; speed u [m/s], rate w [1/s], center X [m] (parts, 3); mass [kg] per phase.
 
-    Momentum that rounding leaves over goes to the next particle, if it is of the same part and block.
+    Momentum that rounding leaves over goes to the next particle of the part; `left` (parts, 3) [N s], 0 at first, is what the last leaves.
     """
-    c, left_x, left_y, left_z = -1, 0.0, 0.0, 0.0
-    for i in range(begin, end):
-        if part[i] != c or i % BLOCK == 0:
-            c, left_x, left_y, left_z = part[i], 0.0, 0.0, 0.0
-        m = mass[phase[i]]
+    for i in range(part.size):
+        c, m = part[i], mass[phase[i]]
         x, y, z = position[0, i] - center[c, 0], position[1, i] - center[c, 1], position[2, i] - center[c, 2]
-        u = velocity[0, i] + (speed[c, 0] + rate[c, 1] * z - rate[c, 2] * y + left_x / m)
-        v = velocity[1, i] + (speed[c, 1] + rate[c, 2] * x - rate[c, 0] * z + left_y / m)
-        w = velocity[2, i] + (speed[c, 2] + rate[c, 0] * y - rate[c, 1] * x + left_z / m)
+        u = velocity[0, i] + (speed[c, 0] + rate[c, 1] * z - rate[c, 2] * y + left[c, 0] / m)
+        v = velocity[1, i] + (speed[c, 1] + rate[c, 2] * x - rate[c, 0] * z + left[c, 1] / m)
+        w = velocity[2, i] + (speed[c, 2] + rate[c, 0] * y - rate[c, 1] * x + left[c, 2] / m)
         velocity[0, i], velocity[1, i], velocity[2, i] = np.float32(u), np.float32(v), np.float32(w)
-        left_x, left_y, left_z = m * (u - velocity[0, i]), m * (v - velocity[1, i]), m * (w - velocity[2, i])
+        left[c, 0], left[c, 1], left[c, 2] = (
+            m * (u - velocity[0, i]),
+            m * (v - velocity[1, i]),
+            m * (w - velocity[2, i]),
+        )
 
 
 class LostMomentum:
@@ -163,9 +163,8 @@ class LostMomentum:
                 inertia = ROW * work.config.particle_spacing**2 * mass[:, :, None] * np.eye(3)
                 sum_inertia(self._part, state.position, state.phase, self._mass, center, inertia)
                 rate[:] = np.linalg.solve(inertia, self._lost[:, 3:, None])[:, :, 0]
-            work.team.run(
-                give, state.count, self._part, state.position, state.phase, self._mass, center, speed, rate, state.velocity
-            )  # fmt: skip
+            left = np.zeros_like(speed)
+            give(self._part, state.position, state.phase, self._mass, center, speed, rate, left, state.velocity)
 
     def _present(self) -> Double:
         """See `momenta`."""
