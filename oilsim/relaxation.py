@@ -37,9 +37,7 @@ from oilsim.smoothing_kernels import SUPPORT, kernel, kernel_slope_over_q, latti
 
 HALF = np.float32(0.5)
 OMEGA = 0.2  # share of the density error mended a pass
-HURRY = np.float32(
-    1.5
-)  # times as much where one such pass will not do; with 2 passes begin to overshoot, with 3 they swing
+HURRY = np.float32(1.5)  # times as much where that will not do; with 2 passes overshoot, with 3 they swing
 SURFACE = np.float32(0.3)  # |g_i| d from which a particle lies at a free surface
 LARGEST_SHIFT = np.float32(0.5)  # beta of any flow
 SHIFT_BY_STRAIN = np.float32(10.0)  # beta for each unit of |G| x time step
