@@ -29,7 +29,7 @@ class RunSettings(Section):
     """How long and in what steps.
 
     duration            [s] simulated
-    communication_step  [s] after which fluid, bodies and controllers meet; the fluid's own steps are not longer
+    communication_step  [s] after which fluid, bodies and controllers meet; the fluid's own steps are not longer where bodies move
     threads             of the fluid; None: all cores
     seed                of everything random: gusts
     budget              true: the summary says where the liquid's energy and momentum went, cause by cause (see `oilsim.ledger`), with
