@@ -90,7 +90,7 @@ class Fluid:
         if self.config.dimension == 2 and (points[:, 1] != 0.0).any():
             raise ValueError(f"particles of phase {phase!r} have y other than 0, allowed: 0 in two dimensions")
         speeds = np.broadcast_to(np.asarray(velocity, np.float64), points.shape)
-        self._land()
+        self.land()
         self._insert(points, speeds, self.config.phase_index(phase))
 
     def _insert(self, points: Double, velocity: Double, phase: int) -> None:
@@ -124,7 +124,7 @@ class Fluid:
             np.zeros(6) if free_acceleration is None else np.array(free_acceleration, np.float64),
         )
         if handle not in self.work.walls.moving:
-            self._land()
+            self.land()
         self.work.walls.set_motion(handle, motion)
 
     def set_joint_inverse_mass(self, handles: Sequence[int], inverse_mass: ArrayLike) -> None:
@@ -158,8 +158,8 @@ class Fluid:
         """Advance by `duration` [s] in CFL sub-steps; FluidError when a value is no longer finite.
 
         Where bodies move, in the paper's scheme, and as long as nothing is known of how the liquid deforms, a whole number of equal
-        steps fills the duration. Else a step goes on into the next advance: particles fly with the velocities of its beginning, and are
-        seen where they then are.
+        steps fills the duration. Else a step goes on into the next advance, unless `land` ends it: particles fly with the velocities of its
+        beginning, and are seen where they then are.
         """
         if not duration > 0.0:
             raise ValueError(f"duration is {duration} s, allowed: above 0")
@@ -179,6 +179,13 @@ class Fluid:
         self.time, self._duration = start + duration, duration
         self._check()
         return self._report(results)
+
+    def land(self) -> None:
+        """End the step that has begun where it is, if one has: after this, velocities are those of the present positions."""
+        if self.state.to_fly > 0.0:
+            self.state.step -= self.state.to_fly
+            self.state.to_fly = 0.0
+            self._end_step()
 
     def _largest_speed(self) -> float:
         bodies = np.linalg.norm(self.work.walls.twists()[:, :3], axis=1)
@@ -223,13 +230,6 @@ class Fluid:
             self._remove_outflow()
         self.work.walls.drift(time_step)
         return result
-
-    def _land(self) -> None:
-        """End the step that has begun where it is."""
-        if self.state.to_fly > 0.0:
-            self.state.step -= self.state.to_fly
-            self.state.to_fly = 0.0
-            self._end_step()
 
     @property
     def _driven(self) -> bool:

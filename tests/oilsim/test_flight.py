@@ -46,6 +46,18 @@ def test_liquid_is_seen_on_its_flight(make_fluid):
     assert fluid.advance(0.5 * left).sub_steps == 1
 
 
+def test_landing_ends_a_step_where_it_is_and_nothing_else(make_fluid):
+    fluid = falling_dam(make_fluid)
+    fluid.advance(0.1)
+    flown, time = fluid.state.step - fluid.state.to_fly, fluid.time
+    fluid.land()
+    assert (fluid.state.to_fly, fluid.time) == (0.0, time)
+    assert fluid.state.time_step == pytest.approx(flown)
+    landed = fluid.phase_velocities("water")
+    fluid.land()
+    np.testing.assert_array_equal(fluid.phase_velocities("water"), landed)
+
+
 def test_flight_goes_on_after_a_restart_bit_for_bit(make_fluid):
     fluid, other = falling_dam(make_fluid), falling_dam(make_fluid)
     fluid.advance(0.1)

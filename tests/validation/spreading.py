@@ -152,6 +152,7 @@ def slick(bench: Bench, spacing: float) -> tuple[Fluid, float]:
     for _ in range(ROUNDS):
         set_velocity(fluid, with_spreading_oil(fluid))
         bench.advance(fluid, INSTANT)
+        fluid.land()
     return fluid, 4.0 * float(np.count_nonzero(oil)) * spacing**3
 
 
