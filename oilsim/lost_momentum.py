@@ -11,8 +11,7 @@ Most of these changes are smaller than what a velocity in single precision can b
 therefore given to the next one of its part, like the error that a printer spreads over neighbouring dots (Floyd and Steinberg 1976).
 
 Parts that do not hang together do not turn each other. Real torques, of gravity and of what drives the sea, act between what is
-watched and stay. Where a part cannot turn (a single particle; a row of them, about itself) nothing is given, and drops of a few particles
-get a thousandth less.
+watched and stay. Where a part cannot turn (a single particle; a row of them, about itself) nothing is given.
 
 Where space repeats angular momentum has no meaning, and dL is taken for 0. Nothing is computed while any liquid touches a wall at rest,
 which exchanges momentum with all that hangs together with it: to tell what does not would cost one per cent of every step in a tank. What
@@ -160,9 +159,11 @@ class LostMomentum:
             mass, center = self._sums[:, :1], self._sums[:, 1:4] / self._sums[:, :1]
             speed, rate = self._lost[:, :3] / mass, np.zeros((self._count, 3))
             if not any(work.config.periodic):
-                inertia = ROW * work.config.particle_spacing**2 * mass[:, :, None] * np.eye(3)
+                row = ROW * work.config.particle_spacing**2 * mass
+                inertia = row[:, :, None] * np.eye(3)
                 sum_inertia(self._part, state.position, state.phase, self._mass, center, inertia)
                 rate[:] = np.linalg.solve(inertia, self._lost[:, 3:, None])[:, :, 0]
+                rate += np.linalg.solve(inertia, (row * rate)[:, :, None])[:, :, 0]  # what ROW has kept back
             left = np.zeros_like(speed)
             give(self._part, state.position, state.phase, self._mass, center, speed, rate, left, state.velocity)
 

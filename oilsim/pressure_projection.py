@@ -28,7 +28,7 @@ from oilsim.parallel import BLOCK, Team, block_count, total
 
 Real = NDArray[np.float32]
 
-AMBIENT = 1.0  # standard deviations by which the mean of the pressure in a closed box lies above 0: five particles in six are pressed
+AMBIENT = 1.5  # standard deviations by which the mean of the pressure in a closed box lies above 0: all but a fifteenth is pressed
 SPOILT = 0.25  # of the residual on the face, that clamping may undo before it is due: with 1 solves take up to a sixth more products
 LEAST = 2  # products a solve, even if the tolerance is met before: what is left over piles up in water at rest
 ZERO, ONE = np.float32(0.0), np.float32(1.0)

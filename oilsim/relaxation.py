@@ -17,7 +17,16 @@ water moving (0.5 % of sqrt(g H) in a column of 32 particles): there a particle 
 they end, at free surfaces and walls; a step finds them, and the next one makes them before it looks at densities, so that no pass is
 spent on what they did.
 
-Pairs keep their linear momentum.
+What is moved is put elsewhere in the same flow, and takes the velocity that the flow has there (Lind et al. 2012): with the sum of a
+step's pushes and shifts
+
+    v_i += G_i dx_i - |G_i dx_i| sum_k m_k G_k dx_k / sum_k m_k |G_k dx_k|.
+
+Particles that carry their own velocity along mix momentum: shear loses four times as much so, vortices half as much again. Where density
+is even such sums vanish but for noise; the last term, shared by those who were moved, lets them. (Pairs that take the mean of their G keep
+momentum by themselves, but with strain shifts are no noise, and vortices gain energy.)
+
+Pairs keep their linear momentum in all else.
 """
 
 from __future__ import annotations
@@ -33,6 +42,7 @@ from oilsim.divergence import SPRAY
 from oilsim.lanes import LANES, above_zero, below, gather, gather_four, load, only, root, spread, store, summed
 from oilsim.local_fields import GRADIENT, ONE, STRENGTH, WEIGHT, ZERO, velocity_gradient
 from oilsim.neighbors import separations
+from oilsim.parallel import BLOCK
 from oilsim.smoothing_kernels import SUPPORT, kernel, kernel_slope_over_q, lattice
 
 HALF = np.float32(0.5)
@@ -109,6 +119,28 @@ def shift_by_walls(begin, end, near, walls, gradient_sum, field, time_step, squa
         shift[0, i] -= beta * gradient_sum[0, i]
         shift[1, i] -= beta * gradient_sum[1, i]
         shift[2, i] -= beta * gradient_sum[2, i]
+
+
+@njit(**FAST)
+def flow_along(begin, end, field, moved, change, sums):
+    """Fill `change` (4, N) with G_i dx_i and its length [m/s] for the ways `moved` (3, N) [m].
+
+    Block sums `sums` (blocks, 4) over particles [m/s], of which lighter ones count less.
+    """
+    for block in range(begin, end, BLOCK):
+        px = py = pz = length = 0.0
+        for i in range(block, min(block + BLOCK, end)):
+            dx, dy, dz, mass = moved[0, i], moved[1, i], moved[2, i], ONE / field[i, WEIGHT]
+            xx, xy, xz, yx, yy, yz, zx, zy, zz = velocity_gradient(field, i)
+            cx, cy, cz = xx * dx + xy * dy + xz * dz, yx * dx + yy * dy + yz * dz, zx * dx + zy * dy + zz * dz
+            size = math.sqrt(cx * cx + cy * cy + cz * cz)
+            change[0, i], change[1, i], change[2, i], change[3, i] = cx, cy, cz, size
+            px += np.float64(mass * cx)
+            py += np.float64(mass * cy)
+            pz += np.float64(mass * cz)
+            length += np.float64(mass * size)
+        sums[block // BLOCK, 0], sums[block // BLOCK, 1] = px, py
+        sums[block // BLOCK, 2], sums[block // BLOCK, 3] = pz, length
 
 
 @njit(**INLINED)

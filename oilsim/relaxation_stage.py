@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from oilsim.density import LARGEST_MULTIPLIER, density_constraint
 from oilsim.local_fields import local_fields
@@ -17,6 +18,7 @@ from oilsim.relaxation import (
     LEFT,
     OMEGA,
     SETTLING,
+    flow_along,
     mark_near_surface,
     mark_surface,
     relax,
@@ -40,7 +42,7 @@ def relax_liquid(work: Workspace, state: FluidState, time_step: float) -> tuple[
         return 0, 0.0
     moving = slice(0, count)
     multiplier = np.zeros(state.listed, np.float32)
-    push, change = np.zeros((2, 3, count), np.float32)
+    push, change, moved = np.zeros((3, 3, count), np.float32)
     square = np.float32(config.particle_spacing**2)
     rate, limit = np.float32(OMEGA / lattice_diagonal(config.dimension)) * square, LARGEST_MULTIPLIER * square
     with work.stage("density"):
@@ -51,6 +53,7 @@ def relax_liquid(work: Workspace, state: FluidState, time_step: float) -> tuple[
         for iteration in range(1, config.density_iterations + 1):
             found = mean_compression(work, count)
             if iteration > 1 and found <= config.density_tolerance:
+                follow_flow(work, state, moved)
                 return iteration - 1, found
             left, first = LEFT * found, iteration == 1
             enough = left <= config.density_tolerance
@@ -61,17 +64,31 @@ def relax_liquid(work: Workspace, state: FluidState, time_step: float) -> tuple[
                 push, state.shift, change,
             )  # fmt: skip
             position[:, moving] += push
+            moved += push
             if first:
                 state.velocity[:, moving] += change
                 run(
                     shift_by_walls, count, work.near, work.wall_pairs, work.gradient_sum, work.field, np.float32(time_step),
                     square, state.shift,
                 )  # fmt: skip
+                moved += state.shift[:, moving]
             if enough or iteration == config.density_iterations:
+                follow_flow(work, state, moved)
                 return iteration, left
             work.place_points(state)
             run(density_constraint, count, work.points, walls.points, *work.geometry, work.compression)
     raise AssertionError("the loop returns")
+
+
+def follow_flow(work: Workspace, state: FluidState, moved: NDArray[np.float32]) -> None:
+    """Give particles that were `moved` (3, N) [m] the velocity that the flow has where they are put; their sum of momenta stays."""
+    count = state.awake
+    change, sums = np.empty((4, count), np.float32), np.zeros((block_count(count), 4))
+    work.team.run(flow_along, count, work.field, moved, change, sums)
+    *momentum, length = (total(column) for column in sums.T)
+    state.velocity[:, :count] += change[:3]
+    if length > 0.0:
+        state.velocity[:, :count] -= np.array(momentum, np.float32)[:, None] / np.float32(length) * change[3]
 
 
 def look_around(work: Workspace, state: FluidState, time_step: float) -> None:

@@ -282,9 +282,10 @@ def test_numerical_viscosity_is_that_of_a_decaying_vortex(make_fluid):
     x, z = k * points[:, 0], k * points[:, 2]
     velocity = np.stack([np.sin(x) * np.cos(z), np.zeros_like(x), -np.cos(x) * np.sin(z)], axis=1)
     fluid.add_particles(points, phase="water", velocity=velocity)
+    fluid.advance(0.5)  # in which the lattice melts
     budget, first = fluid.watch(), fluid.energy().kinetic
-    for _ in range(50):
+    for _ in range(150):
         fluid.advance(0.01)
-    # Taylor and Green: the energy decays as exp(-4 nu k^2 t); the ledger's S holds noise and errors of gradients, 10 % here
-    expected = -np.log(budget.total.energy.kinetic / first) / (4 * k**2 * 0.5)
+    # Taylor and Green: the energy decays as exp(-4 nu k^2 t); the ledger's S holds noise and errors of gradients, 2 % here
+    expected = -np.log(budget.total.energy.kinetic / first) / (4 * k**2 * 1.5)
     assert budget.total.numerical_viscosity == pytest.approx(expected, rel=0.1)

@@ -143,12 +143,7 @@ def test_shear_wave_hardly_decays(disturbance):
 @pytest.mark.parametrize(("disturbance", "limit"), [(0.0, 0.035), (0.1, 0.02)])
 def test_taylor_green_vortices_keep_their_energy(disturbance, limit):
     # over two turnovers: on a lattice half of what is lost goes in the first quarter, while it melts
-    assert decaying("vortices", disturbance=disturbance, time=2.0)[0] < limit
-
-
-@pytest.mark.parametrize("disturbance", [0.0, 0.1])
-def test_taylor_green_vortices_gain_no_energy(disturbance):
-    assert decaying("vortices", disturbance=disturbance)[0] > 0.0
+    assert 0.0 < decaying("vortices", disturbance=disturbance, time=2.0)[0] < limit
 
 
 @pytest.mark.parametrize("density", [800.0, 900.0])
