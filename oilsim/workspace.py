@@ -32,6 +32,7 @@ from oilsim.time_unit import LONGEST, froude_unit
 from oilsim.viscosity import (
     NEGLIGIBLE,
     ViscousSystem,
+    implicit_share,
     is_mild,
     largest_number,
     viscosity_matrix,
@@ -290,11 +291,13 @@ class Workspace:
                 self._drag_bodies(system, state.velocity, span)
                 system.explicit(state.velocity, self.rest_density, span, self.walls.velocity)
             else:
+                theta = implicit_share(number) if self.split else 1.0
+                before = state.velocity.copy()
                 used = system.solve(
-                    state.velocity, self.rest_density, span, self.walls.velocity,
+                    state.velocity, self.rest_density, span, theta, self.walls.velocity,
                     config.viscosity_tolerance, config.viscosity_iterations,
                 )  # fmt: skip
-                self._drag_bodies(system, state.velocity, span)
+                self._drag_bodies(system, before + np.float32(theta) * (state.velocity - before), span)
         return used
 
     def _drag_bodies(self, system: ViscousSystem, velocity: Real, span: float) -> None:
