@@ -12,16 +12,17 @@ disorders it, which would be that of viscosity.
 
 K_ij is symmetric and positive semi-definite and acts along the line of centres, or nearly so where pair vectors are corrected (`faces`).
 mu_ij is the harmonic mean of the two liquids, the value that keeps the shear stress continuous across an interface; the paper couples
-particles of one phase only, which is mu_ij = 0 elsewhere. Walls with no slip take part as particles of given velocity. Implicitly, with dv_i = v_i - v*_i,
+particles of one phase only, which is mu_ij = 0 elsewhere. Walls with no slip take part as particles of given velocity. Implicitly,
+with dv_i = v_i - v*_i,
 
     (rho_i0 + theta dt sum_j K_ij) dv_i - theta dt sum_j K_ij dv_j = dt sum_j K_ij v*_ji,
     paper   theta = 1, backward Euler
     split   theta = max(1/2, 1 - 2 / z),   z = FINEST nu dt / d^2
 
-solved matrix-free with 3x3 block Jacobi, for the particles of viscous phases only. Backward Euler takes nu k^2 dt / 2 off every decay, 0.4 %
-of a vortex of 64 spacings at a Reynolds number of 100; the trapezoidal rule, 1/2, errs by the square of that. z is the share of itself that
-the finest wave would lose in a step; beyond 4 the trapezoidal rule would have it swing, and theta grows so that it is damped by more than
-(1 - theta) z - 1 = 1 over 1 + theta z.
+solved matrix-free with 3x3 block Jacobi, for the particles of viscous phases only. Backward Euler takes nu k^2 dt / 2 off every decay,
+0.4 % of a vortex of 64 spacings at a Reynolds number of 100; the trapezoidal rule, 1/2, errs by the square of that. z is the share of
+itself that the finest wave would lose in a step. Beyond 4 the trapezoidal rule would let it swing for long; with theta a step leaves
+-1 / (z - 1) of it at most.
 
 A no-slip wall of rest velocity stands half a spacing behind its surface; its k is scaled so that the first layer of liquid, half a
 spacing before the surface, feels the stress mu v / (d / 2) of a linear profile.
