@@ -184,7 +184,7 @@ class Budget:
         self._parts[cause] = self._parts.get(cause, Part()) + part
 
     def _keep(self, stage: str, impulse: Double) -> Part:
-        """Keep a stage's kick. What the split scheme's density stage does to velocities is the filter's, and is returned."""
+        """Keep a stage's kick. What the split scheme's density stage does to velocities counts as the filter's, and is returned."""
         after = self._state.velocity.copy()
         filters = self._filters and stage == "density"
         self._kicks.append(Kick("filter" if filters else KICKS[stage], self._velocity, after, impulse))

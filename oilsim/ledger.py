@@ -6,7 +6,7 @@ emitters   liquid that pipes pour in, and hold at their speed
 gravity    kick and fall; see below
 periodic   change of m g . x where particles come back in at the other side
 positions  position corrections; in the paper's scheme the velocities too that they become: numerical
-filter     velocity filter: numerical
+filter     velocity filter, and the flow's velocity where position corrections put particles: numerical
 forcing    current, waves, wind
 adhesion   pull of walls
 viscosity  minus what is dissipated, plus what moving no-slip walls do

@@ -1,6 +1,6 @@
 """Liquid off all walls at rest gets back the momentum, linear and angular, that the scheme takes from it.
 
-Relaxation moves particles without changing their momentum, and pairs of the filter, of viscosity and of pressure do not act along their
+Relaxation moves particles and keeps the sum of their momenta, and pairs of the filter, of viscosity and of pressure do not act along their
 line of centres: so a connected part of the liquid, with the bodies that it touches, loses dL. Velocities are rounded at every kick, which
 takes dP, some 1e-9 of the momenta of its particles a step. Of all changes of its velocity that restore both, a rigid motion takes the
 least kinetic energy:

@@ -53,8 +53,8 @@ def relax_liquid(work: Workspace, state: FluidState, time_step: float) -> tuple[
         for iteration in range(1, config.density_iterations + 1):
             found = mean_compression(work, count)
             if iteration > 1 and found <= config.density_tolerance:
-                follow_flow(work, state, moved)
-                return iteration - 1, found
+                iteration, left = iteration - 1, found
+                break
             left, first = LEFT * found, iteration == 1
             enough = left <= config.density_tolerance
             hurried = rate if enough else HURRY * rate
@@ -73,11 +73,11 @@ def relax_liquid(work: Workspace, state: FluidState, time_step: float) -> tuple[
                 )  # fmt: skip
                 moved += state.shift[:, moving]
             if enough or iteration == config.density_iterations:
-                follow_flow(work, state, moved)
-                return iteration, left
+                break
             work.place_points(state)
             run(density_constraint, count, work.points, walls.points, *work.geometry, work.compression)
-    raise AssertionError("the loop returns")
+        follow_flow(work, state, moved)
+    return iteration, left
 
 
 def follow_flow(work: Workspace, state: FluidState, moved: NDArray[np.float32]) -> None:
