@@ -17,6 +17,7 @@ from tests.validation.scenes import (
     OIL_DENSITY,
     SAMPLE,
     WATER_DENSITY,
+    disturb,
     fill,
     masses,
     oil_and_water,
@@ -82,7 +83,7 @@ HALF = 2.5 * HEIGHT
 INTO_OIL, INTO_WATER = (
     math.sqrt(GRAVITY * (WATER_DENSITY - OIL_DENSITY) / density * HEIGHT) for density in (OIL_DENSITY, WATER_DENSITY)
 )
-EXCHANGE = 3.0  # s
+EXCHANGE, EXCHANGES = 3.0, 3  # s, runs
 WINDOW = (0.75, 2.0)  # distances travelled, in heights, between which the speed is fitted
 
 
@@ -118,24 +119,33 @@ def front_speed(time: Double, distance: Double) -> float:
     return float(np.polyfit(time[inside], distance[inside], 1)[0]) if np.count_nonzero(inside) > 10 else math.nan
 
 
-def lock_exchange(resolution: int, bench: Bench) -> Outcome:
-    """Case 18: speeds of both fronts."""
-    spacing = HEIGHT / resolution
-    bench.plan(EXCHANGE)
+def exchange_history(bench: Bench, spacing: float, seed: int) -> Double:
+    """Time [s] and both distances (3, n) [m] of an exchange that begins a thousandth of a spacing off its lattice."""
     fluid = lock(bench, spacing)
+    disturb(fluid, 1e-3 * spacing, seed)
     rows = [(0.0, 0.0, 0.0)]
     for step in range(round(EXCHANGE / SAMPLE)):
         bench.advance(fluid, SAMPLE)
         rows.append(((step + 1) * SAMPLE, *exchange_fronts(fluid, spacing)))
         if max(rows[-1][1:]) > HALF - 0.2 * HEIGHT:
             break
-    time, heavy, light = np.array(rows).T
+    return np.array(rows).T
+
+
+def lock_exchange(resolution: int, bench: Bench) -> Outcome:
+    """Case 18: speeds of both fronts, means over runs, whose billows differ."""
+    spacing = HEIGHT / resolution
+    bench.plan(EXCHANGES * EXCHANGE)
+    runs = [exchange_history(bench, spacing, seed) for seed in range(EXCHANGES)]
+    in_oil = np.mean([front_speed(time, heavy) for time, heavy, _ in runs]) / INTO_OIL
+    in_water = np.mean([front_speed(time, light) for time, _, light in runs]) / INTO_WATER
+    time, heavy, light = runs[0]
     unit = HEIGHT / INTO_WATER
     fine = np.linspace(0.0, 5.0, 50)
     return Outcome(
         values={
-            "U / sqrt(g' H), water along the floor": front_speed(time, heavy) / INTO_OIL,
-            "U / sqrt(g' H), oil along the lid": front_speed(time, light) / INTO_WATER,
+            "U / sqrt(g' H), water along the floor": float(in_oil),
+            "U / sqrt(g' H), oil along the lid": float(in_water),
         },
         traces=(
             trace("fronts", time / unit, heavy / HEIGHT, "water, floor"),
@@ -180,5 +190,6 @@ LOCK_EXCHANGE = Case(
     panels=(Panel("fronts", "t sqrt(g' / H)", "distance of the front / H"),),
     run=lock_exchange,
     note="g' = g (1 - 840/1027). A lid, because under a free surface the unequal weights of the two halves start a surge. Speeds over 0.75 "
-    "to 2 heights of travel. With free slip, theory is the upper end of the range.",
+    "to 2 heights of travel, means of three runs that begin a thousandth of a spacing apart: their billows differ, and speeds by 1.5 %. "
+    "With free slip, theory is the upper end of the range.",
 )

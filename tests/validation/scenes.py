@@ -81,6 +81,12 @@ def fill(fluid: Fluid, lower: tuple[float, float], upper: tuple[float, float], p
     return points
 
 
+def disturb(fluid: Fluid, amount: float, seed: int) -> None:
+    """Move all particles of a plane fluid by a normally distributed `amount` [m] along x and z."""
+    noise = np.random.default_rng(seed).normal(0.0, amount, (2, fluid.particle_count))
+    fluid.state.position[::2] += noise.astype(np.float32)
+
+
 def masses(fluid: Fluid) -> Double:
     """Mass of each particle (N,) [kg/m], in the order of the state."""
     densities = np.array([phase.rest_density for phase in fluid.config.phases])
