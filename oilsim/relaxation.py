@@ -143,6 +143,14 @@ def flow_along(begin, end, field, moved, change, sums):
         sums[block // BLOCK, 2], sums[block // BLOCK, 3] = pz, length
 
 
+@njit(**FAST)
+def follow_flow(begin, end, change, share, velocity):
+    """velocity (3, N) += `change` (4, N) as from `flow_along`, less its length times `share` (3,)."""
+    for i in range(begin, end):
+        for axis in range(3):
+            velocity[axis, i] += change[axis, i] - share[axis] * change[3, i]
+
+
 @njit(**INLINED)
 def linear(field, i, axis, theirs, dx, dy, dz):
     """(G_i + G_j) dx, one component, from the row of G_j."""

@@ -19,6 +19,7 @@ from oilsim.relaxation import (
     OMEGA,
     SETTLING,
     flow_along,
+    follow_flow,
     mark_near_surface,
     mark_surface,
     relax,
@@ -76,19 +77,18 @@ def relax_liquid(work: Workspace, state: FluidState, time_step: float) -> tuple[
                 break
             work.place_points(state)
             run(density_constraint, count, work.points, walls.points, *work.geometry, work.compression)
-        follow_flow(work, state, moved)
+        carry_along(work, state, moved)
     return iteration, left
 
 
-def follow_flow(work: Workspace, state: FluidState, moved: NDArray[np.float32]) -> None:
+def carry_along(work: Workspace, state: FluidState, moved: NDArray[np.float32]) -> None:
     """Give particles that were `moved` (3, N) [m] the velocity that the flow has where they are put; their sum of momenta stays."""
     count = state.awake
     change, sums = np.empty((4, count), np.float32), np.zeros((block_count(count), 4))
     work.team.run(flow_along, count, work.field, moved, change, sums)
     *momentum, length = (total(column) for column in sums.T)
-    state.velocity[:, :count] += change[:3]
     if length > 0.0:
-        state.velocity[:, :count] -= np.array(momentum, np.float32)[:, None] / np.float32(length) * change[3]
+        work.team.run(follow_flow, count, change, (np.array(momentum) / length).astype(np.float32), state.velocity)
 
 
 def look_around(work: Workspace, state: FluidState, time_step: float) -> None:
