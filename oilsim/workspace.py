@@ -292,12 +292,12 @@ class Workspace:
                 system.explicit(state.velocity, self.rest_density, span, self.walls.velocity)
             else:
                 theta = implicit_share(number) if self.split else 1.0
-                before = state.velocity.copy()
+                self._drag_bodies(system, state.velocity, (1.0 - theta) * span)
                 used = system.solve(
                     state.velocity, self.rest_density, span, theta, self.walls.velocity,
                     config.viscosity_tolerance, config.viscosity_iterations,
                 )  # fmt: skip
-                self._drag_bodies(system, before + np.float32(theta) * (state.velocity - before), span)
+                self._drag_bodies(system, state.velocity, theta * span)
         return used
 
     def _drag_bodies(self, system: ViscousSystem, velocity: Real, span: float) -> None:
