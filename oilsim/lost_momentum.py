@@ -157,12 +157,14 @@ class LostMomentum:
         work, state = self._work, self._state
         with work.stage("rotation"):
             mass, center = self._sums[:, :1], self._sums[:, 1:4] / self._sums[:, :1]
-            speed, rate = self._lost[:, :3] / mass, np.zeros((self._count, 3))
+            speed, rate, turn = self._lost[:, :3] / mass, np.zeros((self._count, 3)), self._lost[:, 3:].copy()
+            beside = np.unique(self._owner[self._owner >= 0])
+            turn[beside] -= np.cross(center[beside], self._lost[beside, :3])  # theirs is about the origin
             if not any(work.config.periodic):
                 row = ROW * work.config.particle_spacing**2 * mass
                 inertia = row[:, :, None] * np.eye(3)
                 sum_inertia(self._part, state.position, state.phase, self._mass, center, inertia)
-                rate[:] = np.linalg.solve(inertia, self._lost[:, 3:, None])[:, :, 0]
+                rate[:] = np.linalg.solve(inertia, turn[:, :, None])[:, :, 0]
                 rate += np.linalg.solve(inertia, (row * rate)[:, :, None])[:, :, 0]  # what ROW has kept back
             left = np.zeros_like(speed)
             give(self._part, state.position, state.phase, self._mass, center, speed, rate, left, state.velocity)

@@ -44,7 +44,7 @@ from oilsim.neighbors import Pairs, fill_rows, separations
 from oilsim.parallel import Team, block_count, total
 from oilsim.pressure_projection import dot
 from oilsim.smoothing_kernels import SUPPORT, kernel, kernel_slope_over_q, lattice, normalisation
-from oilsim.walls import add_wrench
+from oilsim.viscous_response import ViscousResponse
 
 Real = NDArray[np.float32]
 
@@ -222,23 +222,6 @@ def wall_drag(begin, end, active, walls, wall_gradient, wall_stiffness, wall_vel
 
 
 @njit(**FAST)
-def viscous_reaction(
-    particles, velocity, wall_velocity, walls, wall_gradient, wall_stiffness, volume, resting, owner, arm, force
-):
-    """Add to `force` (bodies, 6) what `particles` that touch moving no-slip bodies drag on them, V K_ib (v_i - v_b) [N, N m]."""
-    for i in particles:
-        for k in range(walls.start[i], walls.start[i] + np.int64(walls.number[i])):
-            b = walls.neighbor[k]
-            if b < resting:
-                continue
-            ax, ay, az = wall_gradient[0, k], wall_gradient[1, k], wall_gradient[2, k]
-            along = ax * (velocity[0, i] - wall_velocity[0, b]) + ay * (velocity[1, i] - wall_velocity[1, b])
-            along += az * (velocity[2, i] - wall_velocity[2, b])
-            s = volume * wall_stiffness[k] * along
-            add_wrench(force, owner[b - resting], arm, b - resting, s * ax, s * ay, s * az)
-
-
-@njit(**FAST)
 def precondition(begin, end, active, block, rest_density, time_step, plane, residual, result):
     """result = (rho_0 + dt sum_j K_ij)^-1 residual, the 3x3 block Jacobi preconditioner, for active particles."""
     for n in range(begin, end):
@@ -279,7 +262,7 @@ class ViscousSystem:
     ) -> None:  # fmt: skip
         """Compute the coefficients of every pair at the present positions; near (N,) a free surface, None for Eq. 25."""
         self._walls, self._wall_gradient = walls, wall_gradient
-        self.wall_stiffness = np.empty(wall_gradient.shape[1] if wall_viscosity is not None else 0, np.float32)
+        self.wall_stiffness = np.zeros(wall_gradient.shape[1] if wall_viscosity is not None else 0, np.float32)
         self.block, self._seen = np.zeros((6, len(points)), np.float32), np.empty((len(points), 4), np.float32)
         volume, support, sigma, share = np.float32(spacing**dimension), np.float32(SUPPORT * spacing), None, None
         if near is not None:
@@ -306,7 +289,7 @@ class ViscousSystem:
         )  # fmt: skip
 
     def force(self, velocity: Real, wall_velocity: Real | None) -> Real:
-        """Viscous force density (3, N) [N/m3]; wall_velocity (3, M) or None where every no-slip wall rests."""
+        """Viscous force density (3, N) [N/m3]; wall_velocity (3, M), None for 0."""
         result = np.zeros_like(velocity)
         self._team.run(fill_rows, len(self._seen), velocity, velocity[0], self._seen)
         arguments = (self._fluid, self._gradient, self.pair_stiffness, self.block, self._seen, result)
@@ -318,9 +301,13 @@ class ViscousSystem:
             )  # fmt: skip
         return result
 
-    def explicit(self, velocity: Real, rest_density: Real, time_step: float, wall_velocity: Real | None) -> None:
-        """velocity += dt force / rho_0 (Eq. 25), in place."""
-        velocity += np.float32(time_step) / rest_density * self.force(velocity, wall_velocity)
+    def explicit(self, velocity: Real, rest_density: Real, time_step: float, bodies: ViscousResponse | None) -> None:
+        """velocity += dt force / rho_0 (Eq. 25), in place; bodies answer implicitly all the same."""
+        velocity += (
+            np.float32(time_step)
+            / rest_density
+            * self.force(velocity, None if bodies is None else bodies.lead(velocity))
+        )
 
     def solve(
         self,
@@ -328,13 +315,13 @@ class ViscousSystem:
         rest_density: Real,
         time_step: float,
         theta: float,
-        wall_velocity: Real | None,
+        bodies: ViscousResponse | None,
         tolerance: float,
         iterations: int,
     ) -> int:
         """The implicit step (Eq. 26, 27 with theta 1), in place; stops at `tolerance` times the explicit change; returns iterations."""
         dt = np.float32(theta * time_step)
-        residual = np.float32(time_step) * self.force(velocity, wall_velocity)
+        residual = np.float32(time_step) * self.force(velocity, None if bodies is None else bodies.lead(velocity))
         scaled = np.zeros_like(velocity)
         image = np.empty_like(velocity)
         self._precondition(residual, rest_density, dt, scaled)
@@ -342,7 +329,9 @@ class ViscousSystem:
         energy = first = self._dot(residual, scaled)
         used = 0
         while used < iterations and energy > tolerance * tolerance * first and energy > 0.0:
-            image = rest_density * direction - dt * self.force(direction, None)
+            image = rest_density * direction - dt * self.force(
+                direction, None if bodies is None else bodies.follow(direction)
+            )
             curvature = self._dot(direction, image)
             step = np.float32(energy / curvature)
             velocity += step * direction

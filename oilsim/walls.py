@@ -132,7 +132,6 @@ class Walls:
         self.points: Real = np.empty(
             (0, 4), np.float32
         )  # place [m] and volume [m3], side by side for those who gather them
-        self.velocity: Real | None = None
         self.volume: Real = np.empty(0, np.float32)
         self.area: Real = np.empty(0, np.float32)
         self.no_slip: Real | None = None
@@ -203,9 +202,13 @@ class Walls:
         centre = np.array([body.position for body in bodies])[owner].T
         self.position[:, self.resting :] = self._wrapped(arm + centre)
         self.points[self.resting :, :3] = self.position[:, self.resting :].T
-        if self.velocity is not None:
-            twist = self.twists()[owner]
-            self.velocity[:, self.resting :] = twist[:, :3].T + np.cross(twist[:, 3:], arm.T).T
+
+    def point_velocities(self, twists: Double) -> Real:
+        """Velocities (3, M) [m/s] of all wall particles where the moving bodies have `twists` (bodies, 6)."""
+        velocity = np.zeros_like(self.position)
+        twist = twists[self.owner]
+        velocity[:, self.resting :] = twist[:, :3].T + np.cross(twist[:, 3:], self.arm.T).T
+        return velocity
 
     def order_moving(self, moving: Real) -> tuple[NDArray[np.uint8], Index | None, Index | None]:
         """Cells from which a wall can be reached with the moving ones at `moving` (3, M); their order and start by cell."""
@@ -306,7 +309,6 @@ class Walls:
         self.points = np.ascontiguousarray(np.vstack([self.position, self.volume]).T)
         no_slip[: self.resting] = no_slip[order]
         self.no_slip = no_slip if no_slip.any() else None
-        self.velocity = np.zeros_like(self.position) if self.no_slip is not None and self.moving else None
         self._near_resting = self._search.surroundings(np.ascontiguousarray(self.position[:, : self.resting]))
         self._local = np.concatenate([np.empty((3, 0)), *(self.boundaries[h].position.T for h in self.moving)], axis=1)
         sizes = [len(self.boundaries[h].volume) for h in self.moving]

@@ -36,9 +36,9 @@ from oilsim.viscosity import (
     is_mild,
     largest_number,
     viscosity_matrix,
-    viscous_reaction,
     wall_factor,
 )
+from oilsim.viscous_response import ViscousResponse
 from oilsim.wall_contact import DISTANCES, NEAREST, PLACES, drop_share, wall_approach, wall_contact, wall_push
 from oilsim.wall_pressure import PRESSED, hold_waterline
 from oilsim.walls import Contacts, Walls
@@ -286,30 +286,35 @@ class Workspace:
         state.viscous_time = 0.0
         with self.stage("viscosity"):
             system = self._viscous_system(state)
-            used = 0
-            if config.explicit_viscosity or is_mild(number):
-                self._drag_bodies(system, state.velocity, span)
-                system.explicit(state.velocity, self.rest_density, span, self.walls.velocity)
+            explicit, used = config.explicit_viscosity or is_mild(number), 0
+            theta = implicit_share(number) if self.split and not explicit else 1.0
+            bodies = self._viscous_response(system, span, theta)
+            if explicit:
+                system.explicit(state.velocity, self.rest_density, span, bodies)
             else:
-                theta = implicit_share(number) if self.split else 1.0
-                self._drag_bodies(system, state.velocity, (1.0 - theta) * span)
                 used = system.solve(
-                    state.velocity, self.rest_density, span, theta, self.walls.velocity,
-                    config.viscosity_tolerance, config.viscosity_iterations,
+                    state.velocity, self.rest_density, span, theta, bodies, config.viscosity_tolerance,
+                    config.viscosity_iterations,
                 )  # fmt: skip
-                self._drag_bodies(system, state.velocity, theta * span)
+            if bodies is not None:
+                bodies.hand_over(state.velocity, explicit)
         return used
 
-    def _drag_bodies(self, system: ViscousSystem, velocity: Real, span: float) -> None:
-        """Hand moving no-slip bodies the opposite of the viscous force at the velocity (3, N) for which the liquid takes it."""
+    def _viscous_response(self, system: ViscousSystem, time_step: float, theta: float) -> ViscousResponse | None:
+        """How moving bodies answer the drag of liquids that they hold; None where nothing touches one."""
         walls = self.walls
-        if walls.velocity is not None and self.touching.size:
-            force = walls.zero_forces()
-            viscous_reaction(
-                self.touching, velocity, walls.velocity, self.wall_pairs, self.wall_gradient, system.wall_stiffness,
-                self.volume, walls.resting, walls.owner, walls.arm, force,
-            )  # fmt: skip
-            walls.receive(span * force)
+        if walls.no_slip is None or not self.touching.size:
+            return None
+        return ViscousResponse(
+            walls,
+            self.touching,
+            self.wall_pairs,
+            self.wall_gradient,
+            system.wall_stiffness,
+            self.volume,
+            time_step,
+            theta,
+        )
 
     def _viscous_system(self, state: FluidState) -> ViscousSystem:
         """The viscous liquids' pairs and the walls that hold them, at the present positions."""

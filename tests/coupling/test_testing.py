@@ -26,6 +26,7 @@ SPACING = 0.05
 DRY = Phase(name="water", rest_density=1000.0)
 STICKY = Phase(name="water", rest_density=1000.0, adhesion=5.0)
 SYRUP = Phase(name="water", rest_density=1000.0, dynamic_viscosity=1.0)
+BITUMEN = Phase(name="water", rest_density=1000.0, dynamic_viscosity=1e3)
 
 
 def collision(phase: Phase, *, no_slip: bool = False, communication_step: float = 1.0 / 240.0) -> Scene:
@@ -41,12 +42,12 @@ def collision(phase: Phase, *, no_slip: bool = False, communication_step: float 
     return scene
 
 
-@pytest.mark.parametrize(("phase", "no_slip"), [(DRY, False), (SYRUP, True), (STICKY, False)])
+@pytest.mark.parametrize(("phase", "no_slip"), [(DRY, False), (SYRUP, True), (BITUMEN, True), (STICKY, False)])
 def test_momentum_is_conserved_whatever_acts(phase: Phase, no_slip: bool) -> None:
     # pair by pair in float32; angular momentum that position corrections and pairs off their line of centres take is given back
     with collision(phase, no_slip=no_slip) as scene:
         assert_momentum_conserved(scene, steps=70, within=1e-7)
-        assert scene.world.twist("box")[0] > 1.0  # something was exchanged
+        assert np.linalg.norm(scene.world.twist("box")) > 1.0  # something was exchanged
 
 
 def test_angular_momentum_where_bodies_make_steps_of_their_own() -> None:
@@ -72,20 +73,20 @@ THICK = Phase(name="water", rest_density=1000.0, dynamic_viscosity=20.0)
 LAYER, THICKNESS, TIME = 0.2, 0.05, 0.2
 
 
-def drag(no_slip: bool) -> float:
-    """Speed of a plate of the liquid's density after TIME between two layers that move at 1 m/s."""
+def drag(density: float, no_slip: bool) -> float:
+    """Speed of a plate after TIME between two layers of liquid that move at 1 m/s."""
     with empty_space(size=(6.0, 6.0, 6.0), particle_spacing=SPACING, phases=(THICK,)) as scene:
-        scene.add_body("plate", box((0.5, 0.5, THICKNESS)), density=1000.0, position=(0.0, 0.0, 0.0), no_slip=no_slip)
+        scene.add_body("plate", box((0.5, 0.5, THICKNESS)), density=density, position=(0.0, 0.0, 0.0), no_slip=no_slip)
         for low, high in ((0.5 * THICKNESS, LAYER + 0.5 * THICKNESS), (-LAYER - 0.5 * THICKNESS, -0.5 * THICKNESS)):
             scene.fill((-0.25, -0.25, low), (0.25, 0.25, high), velocity=(1.0, 0.0, 0.0))
         scene.run(TIME)
         return float(scene.world.twist("plate")[0])
 
 
-def diffused() -> float:
-    """The same in one dimension: rho du/dt = mu d2u/dz2 above a plate of half the mass, no stress at the outer surface."""
+def diffused(density: float) -> float:
+    """The same in one dimension: rho du/dt = mu d2u/dz2 above half of the plate, no stress at the outer surface."""
     cells = 400
-    width, half = LAYER / cells, 0.5 * THICKNESS
+    width, half = LAYER / cells, 0.5 * THICKNESS * density / THICK.rest_density
     rate = np.zeros((cells + 1, cells + 1))  # the plate, then the layer's cells
     distances, masses = [0.5 * width, *[width] * (cells - 1)], [half, *[width] * cells]
     for index, distance in enumerate(distances):
@@ -98,12 +99,16 @@ def diffused() -> float:
     return float((expm(TIME * rate) @ start)[0])
 
 
-def test_viscous_liquid_drags_a_body_that_it_sticks_to() -> None:
-    # half a spacing lies between the plate and the first particles, where the gradient is a quarter too small at first
-    assert drag(no_slip=True) == pytest.approx(diffused(), rel=0.25)
-    assert (
-        abs(drag(no_slip=False)) < 0.03
-    )  # without friction only what pressure finds rough in a surface made of points
+@pytest.mark.parametrize(("density", "within"), [(1000.0, 0.25), (20.0, 0.02)])
+def test_viscous_liquid_drags_a_body_that_it_sticks_to(density: float, within: float) -> None:
+    # half a spacing lies between the plate and the first particles, where the gradient is a quarter too small at first; the light plate
+    # goes with the liquid at once: a drag a step late, of 14 times its momentum a step, would throw it out
+    assert drag(density, no_slip=True) == pytest.approx(diffused(density), rel=within)
+
+
+def test_liquid_slips_along_a_body_without_friction() -> None:
+    # but for what pressure finds rough in a surface made of points
+    assert abs(drag(1000.0, no_slip=False)) < 0.03
 
 
 def test_adhesion_pulls_a_body_to_the_liquid() -> None:
