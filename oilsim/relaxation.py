@@ -1,7 +1,8 @@
 """One gentle step towards constant density, even order and quiet velocities; positions never become velocity.
 
-    dx_i = sum_j V (L_i + L_j - (b_i + b_j) (1 - a q^2)) grad W_ij + 2 L_i sum_b V_b grad W_ib - beta_i d^2 g_i
-    v_i -= theta sum_j V W_ij 2 rho_j / (rho_i + rho_j) [v_i - v_j + (G_i + G_j) x_ij / 2],    theta = 1 - exp(-dt / tau)
+    dx_i = sum_j V c_ij (L_i + L_j - (b_i + b_j) (1 - a q^2)) grad W_ij + 2 L_i sum_b V_b grad W_ib - beta_i d^2 g_i
+    v_i -= theta sum_j V W_ij c_ij [v_i - v_j + (G_i + G_j) x_ij / 2],    theta = 1 - exp(-dt / tau)
+    c_ij = 2 rho_j / (rho_i + rho_j)
 
 The density constraint of Qiu et al. 2021 (Eq. 15-22), L_i = -omega e_i / a_0, mends a share omega of the error a pass, with the lattice's
 a_0 = V^2 sum |grad W|^2 for the diagonal of Eq. 13; what is left is carried to the next step. Where that would be too much a pass mends
@@ -26,7 +27,8 @@ Particles that carry their own velocity along mix momentum: shear loses four tim
 is even such sums vanish but for noise; the last term, shared by those who were moved, lets them. (Pairs that take the mean of their G keep
 momentum by themselves, but with strain shifts are no noise, and vortices gain energy.)
 
-Pairs keep their linear momentum in all else.
+Pairs keep their centre of mass and their momentum in all else: c gives each its share, 2 at most. (With rho_ref / rho_i in its place, as in
+Eq. 22, liquids of a third of the first one's density were thrown through walls.)
 """
 
 from __future__ import annotations
@@ -45,7 +47,7 @@ from oilsim.neighbors import separations
 from oilsim.parallel import BLOCK
 from oilsim.smoothing_kernels import SUPPORT, kernel, kernel_slope_over_q, lattice
 
-HALF = np.float32(0.5)
+HALF, TWO = np.float32(0.5), np.float32(2.0)
 OMEGA = 0.2  # share of the density error mended a pass
 HURRY = np.float32(1.5)  # times as much where that will not do; with 2 passes overshoot, with 3 they swing
 SURFACE = np.float32(0.3)  # |g_i| d from which a particle lies at a free surface
@@ -189,7 +191,7 @@ def relax(
     points (N, 4): place [m] and weight; balance a; theta: share of the filter.
     """
     inverse_support = ONE / support
-    factor, twice = volume * inverse_support * inverse_support, np.float32(2.0) * theta
+    factor = volume * inverse_support * inverse_support
     for i in range(begin, end):
         ui, vi, wi, weight = field[i, 0], field[i, 1], field[i, 2], field[i, WEIGHT]
         own, shifted = multiplier[i], field[i, STRENGTH]
@@ -202,6 +204,8 @@ def relax(
             dx, dy, dz, heavier = separations(i, points, points, j, period)
             q = only(present, root(dx * dx + dy * dy + dz * dz) * inverse_support, ONE)
             slope = factor * kernel_slope_over_q(q, sigma)
+            share = TWO / (weight + heavier)
+            slope *= share
             stretch = slope * (own + gather(multiplier, j))
             px += stretch * dx
             py += stretch * dy
@@ -212,7 +216,7 @@ def relax(
                 ox += order * dx
                 oy += order * dy
                 oz += order * dz
-                w = kernel(q, sigma) * twice * volume / (weight + heavier)
+                w = kernel(q, sigma) * theta * volume * share
                 hx, hy, hz = HALF * dx, HALF * dy, HALF * dz
                 uj, vj, wj, _ = gather_four(field, j, 0)
                 sx += w * (ui - uj - linear(field, i, 0, gather_four(field, j, GRADIENT), hx, hy, hz))
@@ -221,9 +225,9 @@ def relax(
         bx = by = bz = ZERO
         if walls.number[i] > 0 and own != ZERO:
             bx, by, bz = wall_push(i, points, wall, own, period, walls, sigma, inverse_support)
-        push[0, i] = inertia * push[0, i] + weight * (summed(px) + bx)
-        push[1, i] = inertia * push[1, i] + weight * (summed(py) + by)
-        push[2, i] = inertia * push[2, i] + weight * (summed(pz) + bz)
+        push[0, i] = inertia * push[0, i] + weight * summed(px) + bx
+        push[1, i] = inertia * push[1, i] + weight * summed(py) + by
+        push[2, i] = inertia * push[2, i] + weight * summed(pz) + bz
         if first:
             shift[0, i], shift[1, i], shift[2, i] = weight * summed(ox), weight * summed(oy), weight * summed(oz)
             change[0, i], change[1, i], change[2, i] = -weight * summed(sx), -weight * summed(sy), -weight * summed(sz)
