@@ -80,6 +80,8 @@ class FluidConfig:
         ]
         if self.dimension not in (2, 3):
             problems.append(f"dimension is {self.dimension}, allowed: 2 or 3")
+        if self.dimension == 2 and self.gravity[1] != 0.0:
+            problems.append(f"gravity.y is {self.gravity[1]} m/s2, allowed: 0 in two dimensions")
         if self.scheme not in ("split", "paper"):
             problems.append(f"scheme is {self.scheme!r}, allowed: 'split', 'paper'")
         if not 1 <= len(self.phases) <= 255:

@@ -87,9 +87,10 @@ class Fluid:
                 f"{np.count_nonzero(~inside)} particles of phase {phase!r} lie outside the domain, the first at {first} m, "
                 f"allowed: {self.config.lower} to {self.config.upper} m"
             )
-        if self.config.dimension == 2 and (points[:, 1] != 0.0).any():
-            raise ValueError(f"particles of phase {phase!r} have y other than 0, allowed: 0 in two dimensions")
         speeds = np.broadcast_to(np.asarray(velocity, np.float64), points.shape)
+        for what, values in (("y", points), ("velocity along y", speeds)):
+            if self.config.dimension == 2 and (values[:, 1] != 0.0).any():
+                raise ValueError(f"particles of phase {phase!r} have {what} other than 0, allowed: 0 in two dimensions")
         self.land()
         self._insert(points, speeds, self.config.phase_index(phase))
 
@@ -188,8 +189,8 @@ class Fluid:
             self._end_step()
 
     def _largest_speed(self) -> float:
-        bodies = np.linalg.norm(self.work.walls.twists()[:, :3], axis=1)
-        return max(diagnostics.largest_speed(self.state), float(bodies.max(initial=0.0)))
+        bodies = self.work.walls.largest_speed(self.config.lower, self.config.upper)
+        return max(diagnostics.largest_speed(self.state), bodies)
 
     def _time_step(self) -> float:
         config, fastest = self.config, self._largest_speed()

@@ -333,6 +333,8 @@ class ViscousSystem:
                 direction, None if bodies is None else bodies.follow(direction)
             )
             curvature = self._dot(direction, image)
+            if not curvature > 0.0:  # too small for single precision
+                break
             step = np.float32(energy / curvature)
             velocity += step * direction
             residual -= step * image

@@ -125,6 +125,7 @@ class Walls:
         self._search, self._lower, self._period = search, np.asarray(lower, np.float32), period
         self.boundaries: dict[int, BoundaryParticles] = {}
         self.moving: dict[int, MovingBody] = {}
+        self._reach: dict[int, float] = {}  # [m] of a boundary's furthest point from its own origin
         self._next = 0
         self._tied: Double | None = None
         self._stale = True
@@ -144,6 +145,7 @@ class Walls:
         handle = self._next
         self._next += 1
         self.boundaries[handle] = boundary
+        self._reach[handle] = float(np.linalg.norm(boundary.position, axis=1).max(initial=0.0))
         self._stale = True
         return handle
 
@@ -178,6 +180,17 @@ class Walls:
     def twists(self) -> Double:
         """Twists (bodies, 6) [m/s, rad/s] of the moving bodies."""
         return np.array([body.twist for body in self.moving.values()]).reshape(-1, 6)
+
+    def largest_speed(self, lower: ArrayLike, upper: ArrayLike) -> float:
+        """Of the moving bodies [m/s] that reach into the domain between two corners [m]; others meet no liquid."""
+        fastest = 0.0
+        for handle, body in self.moving.items():
+            outside = body.position - np.clip(body.position, lower, upper)
+            if self._period is not None:
+                outside[np.array(self._period) > 0.0] = 0.0
+            if np.linalg.norm(outside) <= self._reach[handle]:
+                fastest = max(fastest, float(np.linalg.norm(body.twist[:3])))
+        return fastest
 
     def drift(self, time_step: float) -> None:
         """Move the bodies' poses by their twists."""

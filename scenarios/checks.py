@@ -7,6 +7,7 @@ but still in `names`.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -30,7 +31,7 @@ from scenarios.liquid import (
 )
 from scenarios.probes import BodyProbe, Probe
 from scenarios.problems import Problem, unknown
-from scenarios.weather import ForcingSettings, ZoneSettings
+from scenarios.weather import CurrentSettings, ForcingSettings, WaveSettings, WindSettings, ZoneSettings
 
 if TYPE_CHECKING:
     from scenarios.scenario import RunSettings, Scenario
@@ -127,12 +128,22 @@ def _orders(parts: Parts) -> Iterator[Problem]:
 
 
 def _plane(parts: Parts) -> Iterator[Problem]:
-    """In two dimensions there is liquid only: solids are sampled in three."""
+    """In two dimensions there is liquid only, since solids are sampled in three, and nothing moves along y."""
     if parts.fluid is None or parts.fluid.dimension == 3:
         return
     for table in ("bodies", "vessels", "booms", "emitters"):
         if parts.names[table]:
             yield Problem(table, "is given, allowed: only with fluid.dimension = 3")
+    across = {f"fill.{name}.velocity": fill.velocity for name, fill in parts.fill.items()}
+    across["fluid.gravity"] = parts.fluid.gravity
+    for path, vector in across.items():
+        if vector is not None and vector[1] != 0.0:
+            yield Problem(path, f"has y = {vector[1]:g}, allowed: 0 with fluid.dimension = 2")
+    for kind in ("wind", "waves", "current"):
+        weather: WindSettings | WaveSettings | CurrentSettings | None = getattr(parts.forcing, kind, None)
+        if weather is not None and abs(math.sin(weather.direction)) > 1e-9:
+            text = f"is {weather.direction:g} rad, allowed: 0 or pi, along x, with fluid.dimension = 2"
+            yield Problem(f"forcing.{kind}.direction", text)
 
 
 def _meshes(parts: Parts) -> Iterator[Problem]:

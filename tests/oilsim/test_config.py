@@ -26,6 +26,14 @@ def test_every_problem_is_named():
         assert part in message
 
 
+def test_gravity_lies_in_the_plane_of_two_dimensions():
+    with pytest.raises(ValueError, match=r"gravity\.y is 1\.0 m/s2, allowed: 0 in two dimensions"):
+        FluidConfig(
+            particle_spacing=0.1, phases=(Phase(name="a", rest_density=1.0),), lower=(0, -1, 0), upper=(1, 1, 1), dimension=2,
+            gravity=(0.0, 1.0, -9.81),
+        )  # fmt: skip
+
+
 @pytest.mark.parametrize(("key", "value"), [("rest_density", 0.0), ("dynamic_viscosity", -1.0), ("adhesion", math.nan)])
 def test_impossible_liquid_is_refused(key, value):
     with pytest.raises(ValueError, match=f"phase 'oil': {key} is"):

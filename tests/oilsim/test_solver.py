@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from oilsim.boundary import tank_walls
+from oilsim.boundary import solid_box, tank_walls
 from oilsim.emitter import PipeEmitter
 from oilsim.forcing import Wind
 from oilsim.initial_conditions import block
@@ -149,6 +149,29 @@ def test_particle_outside_the_domain_is_refused(make_fluid):
         ValueError, match=r"1 particles of phase 'water' lie outside the domain, the first at \[5\.0, 0\.0, 0\.0\] m"
     ):
         make_fluid().add_particles([(5.0, 0.0, 0.0)], phase="water")
+
+
+def test_what_would_leave_the_plane_is_refused(make_fluid):
+    fluid = make_fluid(dimension=2)
+    with pytest.raises(ValueError, match="have y other than 0, allowed: 0 in two dimensions"):
+        fluid.add_particles([(1.0, 0.5, 1.0)], phase="water")
+    with pytest.raises(ValueError, match="have velocity along y other than 0"):
+        fluid.add_particles([(1.0, 0.0, 1.0)], phase="water", velocity=(1.0, 0.1, 0.0))
+
+
+def test_bodies_that_have_left_the_domain_shorten_no_step(make_fluid):
+    fluid = make_fluid(maximum_time_step=0.05, periodic=(True, False, False))
+    fluid.add_particles(block((0.5, 0.5, 0.2), (1.5, 1.5, 0.6), 0.1), phase="water")
+    handle = fluid.add_boundary(solid_box((0.3, 0.3, 0.3), 0.1))
+    taken = {}
+    for place in (
+        (1.0, 1.0, -40.0),
+        (1.0, 1.0, 2.1),
+        (9.0, 1.0, 1.8),
+    ):  # far below; half out; in a repetition of the domain
+        fluid.set_boundary_motion(handle, place, (0, 0, 0, 1), (0, 0, -30.0), (0, 0, 0))
+        taken[place[2]] = fluid.advance(0.01).sub_steps
+    assert taken == {-40.0: 1, 2.1: 2, 1.8: 2}
 
 
 def test_unknown_phase_is_refused(make_fluid):

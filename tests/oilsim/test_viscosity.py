@@ -197,3 +197,10 @@ def test_no_slip_walls_stop_a_thick_liquid_and_free_slip_walls_do_not(make_fluid
     assert speeds[False] == pytest.approx(0.1, rel=1e-4)
     # walls a tenth of a spacing off their places, together 2 % of H, make 4 % of the rate and 5 % of the speed; twice that
     assert speeds[True] == pytest.approx(0.1 * 8 / np.pi**2 / (1.0 + 0.01 * rate) ** 5, rel=0.1)
+
+
+def test_motion_too_slow_for_single_precision_is_left_alone(make_fluid):
+    fluid = waving(make_fluid, 16, 10.0)
+    fluid.state.velocity *= np.float32(1e-21)
+    assert fluid.work.resist(fluid.state, 0.1) <= 2
+    assert np.isfinite(fluid.state.velocity).all()

@@ -45,6 +45,15 @@ def problems_of(extra: str, *, instead: dict[str, str] | None = None) -> dict[st
     return {problem.path: problem.text for problem in caught.value.problems}
 
 
+def test_two_dimensions_have_no_y() -> None:
+    plane = {"particle_spacing = 0.1": "particle_spacing = 0.1\ndimension = 2\ngravity = [0.0, 1.0, -9.81]"}
+    moving = {"top = 0.3": "top = 0.3\nvelocity = [1.0, 0.5, 0.0]"}
+    found = problems_of("[forcing.wind]\nspeed = 3.0\ndirection_deg = 90.0", instead=plane | moving)
+    assert found["fluid.gravity"] == "has y = 1, allowed: 0 with fluid.dimension = 2"
+    assert found["fill.sea.velocity"] == "has y = 0.5, allowed: 0 with fluid.dimension = 2"
+    assert "is 1.5708 rad, allowed: 0 or pi" in found["forcing.wind.direction"]
+
+
 def test_small_scenario_is_sound() -> None:
     scenario = scenario_from(tomllib.loads(SMALL))
     assert scenario.phases["oil"].rest_density == 835.0
