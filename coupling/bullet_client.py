@@ -77,6 +77,13 @@ class BulletClient:
         self._call(pybullet.setCollisionFilterGroupMask, body.unique_id, -1, group, mask)
         return body
 
+    def add_half_space(self, point: Vector, normal: Vector, friction: float) -> None:
+        """Fill all that lies behind a plane through `point` [m]; `normal` points out of it. Nothing is too fast to be stopped by it."""
+        shape = self._call(pybullet.createCollisionShape, pybullet.GEOM_PLANE, planeNormal=normal)
+        unique_id = self._call(pybullet.createMultiBody, 0.0, shape, -1, point)
+        self._call(pybullet.changeDynamics, unique_id, -1, lateralFriction=friction)
+        self._call(pybullet.setCollisionFilterGroupMask, unique_id, -1, HELD_GROUP, FREE_GROUP)
+
     def add_joint(self, first: BulletBody, first_point: Array, second: BulletBody | None, second_point: Array) -> int:
         """Hold a point of two bodies together, or of one and the world; points along the bodies' own axes. Returns its handle."""
         pivots = [first.principal_axes.inv().apply(first_point).tolist()]
@@ -125,9 +132,9 @@ class BulletClient:
         turns = turned(np.array([turn for _, turn in placed]), np.array([body.to_mesh for body in bodies]))
         return np.hstack([np.array([position for position, _ in placed]), turns]), twist
 
-    def is_touching(self, body: BulletBody) -> bool:
-        """Whether the body was in contact with anything in the last step."""
-        return bool(self._call(pybullet.getContactPoints, body.unique_id))
+    def touching(self) -> set[int]:
+        """Unique ids of all that was in contact in the last step."""
+        return {unique_id for contact in self._call(pybullet.getContactPoints) for unique_id in contact[1:3]}
 
     def save(self) -> bytes:
         """All that the engine knows of its bodies' motion."""

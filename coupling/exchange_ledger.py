@@ -14,7 +14,7 @@ particle spacing, the work of moving the force by a particle.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,7 +42,8 @@ class ExchangeLedger:
     """Accounts over all `bonds`; `length` is the particle spacing [m].
 
     `holds_back` tells of a body whether its scheme passes impulses on late by construction; its momentum is recorded, but has
-    no limit. Attributes are those of the last step: impulse [N s], work [J] on the bodies, lost [N s], made [J].
+    no limit. `disturbed` tells the bodies that ran into something in the last step.
+    Attributes are those of the last step: impulse [N s], work [J] on the bodies, lost [N s], made [J].
     """
 
     def __init__(
@@ -53,11 +54,12 @@ class ExchangeLedger:
         momentum_limit: float = MOMENTUM_LIMIT,
         energy_limit: float = ENERGY_LIMIT,
         holds_back: Callable[[str], bool] = lambda body: False,
+        disturbed: Callable[[], Collection[str]] = tuple,
     ) -> None:
         self._bonds = tuple(bonds)
         self._length = length
         self._limits = momentum_limit, energy_limit
-        self._holds_back = holds_back
+        self._holds_back, self._disturbed = holds_back, disturbed
         self._begin = np.zeros((len(self._bonds), 6))
         self._made, self._turnover = np.zeros((2, len(self._bonds)))
         self._lost_sum = self._impulse_sum = 0.0
@@ -98,7 +100,8 @@ class ExchangeLedger:
         made = 0.5 * (taken * (last - self._read(steppers, "fluid", "foreseen_twist"))).sum(axis=1)
         self.impulse, self.lost = given[:, :3].sum(axis=0), (given - taken).sum(axis=0)
         self.work, self.made = float(work.sum()), float(made.sum())
-        self._made += made
+        disturbed = self._disturbed()
+        self._made += made * [bond.body not in disturbed for bond in self._bonds]
         self._turnover += np.abs(work)
         self._check_momentum(given[:, :3], taken[:, :3], end)
         self._check_energy(np.linalg.norm(wrench[:, :3], axis=1), end)

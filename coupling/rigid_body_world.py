@@ -55,9 +55,16 @@ class RigidBodyWorld:
     """Builds and steps rigid bodies; every quantity is of the centre of mass, in the world frame, in SI units."""
 
     def __init__(
-        self, gravity: Vector = (0.0, 0.0, -9.81), sub_step: float = 1.0 / 240.0, solver_iterations: int = 50
+        self,
+        gravity: Vector = (0.0, 0.0, -9.81),
+        sub_step: float = 1.0 / 240.0,
+        solver_iterations: int = 50,
+        communication_step: float | None = None,
     ) -> None:
-        """`sub_step` [s] is the longest step the rigid body solver takes; `solver_iterations` close the joints."""
+        """`sub_step` [s] is the longest step the rigid body solver takes; `solver_iterations` close the joints.
+
+        A prescribed motion tells its mean acceleration over the `communication_step` [s] to come, or over a sub-step.
+        """
         if not (math.isfinite(sub_step) and sub_step > 0.0):
             raise ValueError(f"rigid bodies: sub_step is {sub_step} s, allowed: above 0")
         if solver_iterations < 1:
@@ -65,6 +72,7 @@ class RigidBodyWorld:
         self.time = 0.0
         self._gravity = np.array(gravity, dtype=np.float64)
         self._sub_step = sub_step
+        self._ahead = communication_step or sub_step
         self._bodies: dict[str, _Body] = {}
         self._joints: dict[str, int] = {}
         self._tensions: dict[str, float] = {}
@@ -74,6 +82,7 @@ class RigidBodyWorld:
         self._articulation: Articulation | None = None
         self._accelerations: Array | None = None
         self._last_duration = sub_step
+        self._touched: set[int] = set()
         self._state = RigidBodyState()
         self._client = BulletClient(gravity, solver_iterations)
 
@@ -86,6 +95,15 @@ class RigidBodyWorld:
     def free_body_names(self) -> tuple[str, ...]:
         """Those that move by their forces."""
         return tuple(name for name, body in self._bodies.items() if body.motion == "free")
+
+    @property
+    def disturbed(self) -> tuple[str, ...]:
+        """Free bodies that ran into something in the last advance, or hang by joints together with one that did."""
+        hit = {name for name, body in self._bodies.items() if body.bullet.unique_id in self._touched}
+        all_jointed = any(self._bodies[name].is_jointed for name in hit)
+        return tuple(
+            name for name in self.free_body_names if name in hit or (all_jointed and self._bodies[name].is_jointed)
+        )
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -136,6 +154,10 @@ class RigidBodyWorld:
         self._bodies[name] = body
         self._state.append(mass_properties, start, is_free=motion == "free")
         self._place(body, start)
+
+    def add_half_space(self, point: Vector, normal: Vector, friction: float = 0.5) -> None:
+        """Let free bodies run into a plane through `point` [m], such as a tank's side; `normal` (unit) points to where they are."""
+        self._client.add_half_space(point, normal, friction)
 
     def add_joint(
         self, name: str, body_a: str, body_b: str | None, point: Vector, kind: Literal["point"] = "point"
@@ -237,8 +259,8 @@ class RigidBodyWorld:
             return self._jointed_accelerations()[body.row]
         if isinstance(body.motion, str):
             return np.zeros(6)
-        now, later = body.motion.at(self.time), body.motion.at(self.time + self._sub_step)
-        return (twist_of(later) - twist_of(now)) / self._sub_step
+        now, later = body.motion.at(self.time), body.motion.at(self.time + self._ahead)
+        return (twist_of(later) - twist_of(now)) / self._ahead
 
     def tension(self, name: str) -> float:
         """Magnitude of the force a joint or a line carries [N], mean over the last advance."""
@@ -269,6 +291,7 @@ class RigidBodyWorld:
         sub_step = duration / count
         momenta_before, begin = self._state.momenta(), self.time
         tensions = dict.fromkeys(self._joints, 0.0)
+        self._touched = set()
         self.lines.begin(duration, len(self._bodies))
         for index in range(count):
             self._advance_once(begin + (index + 1) * sub_step, sub_step)
@@ -364,6 +387,7 @@ class RigidBodyWorld:
                 self._aim(body, motion.at(end), sub_step)
             rates = self._hand_over(free, sub_step)
             self._client.step(sub_step)
+            self._touched |= self._client.touching()
             self._read_back(free, rates, sub_step, wrench)
         for body, motion in led:
             self._place(body, motion.at(end))
@@ -409,7 +433,7 @@ class RigidBodyWorld:
         unexplained = gained - given
         for index in np.flatnonzero(np.abs(unexplained).max(axis=1) > FOREIGN * scale):
             body = free[index]
-            if not body.is_jointed and not self._client.is_touching(body.bullet):
+            if not body.is_jointed and body.bullet.unique_id not in self._touched:
                 name = next(name for name, other in self._bodies.items() if other is body)
                 raise RuntimeError(
                     f"body {name!r} receives an impulse of {unexplained[index].tolist()} N s and N m s that no wrench, joint or "

@@ -69,7 +69,7 @@ class Scene:
         iteration: Callable[[float], Iteration] = Aitken,
     ) -> None:
         self.fluid = Fluid(config, threads)
-        self.world = RigidBodyWorld(gravity=config.gravity)
+        self.world = RigidBodyWorld(gravity=config.gravity, communication_step=communication_step)
         self.meshes: dict[str, trimesh.Trimesh] = {}
         self._handles: dict[str, int] = {}
         self._step = communication_step
@@ -223,6 +223,7 @@ class Scene:
             self.spacing,
             energy_limit=self.energy_limit,
             holds_back=exchange.holds_back,
+            disturbed=lambda: self.world.disturbed,
         )
         return CoSimulation([fluid, bodies], [*there, *back], self._step, algorithm=exchange, ledger=self.ledger)
 
@@ -268,6 +269,9 @@ class TankScene(Scene):
         super().__init__(config, scheme=scheme, iteration=iteration)
         self._size, self._depth = size, depth
         self.add_walls((0.0, 0.0, 0.0), size)
+        for corner, inward in (((0.0, 0.0, 0.0), np.eye(3)), (size, -np.eye(3)[:2])):
+            for x, y, z in inward.tolist():
+                self.world.add_half_space(corner, (x, y, z))
 
     def _coupled(self) -> CoSimulation:
         width, length, _ = self._size

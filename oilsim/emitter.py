@@ -63,6 +63,12 @@ class PipeEmitter:
         return np.concatenate(layers) if layers else np.empty((0, 3))
 
     @property
+    def entrance(self) -> NDArray[np.float64]:
+        """Positions (n, 3) [m] of a layer that enters, and of one at the mouth: between them the pipe needs room."""
+        layer = self.mouth + self._layer
+        return np.concatenate([layer, layer + HOLD * self.spacing * self.direction])
+
+    @property
     def velocity(self) -> NDArray[np.float64]:
         """Velocity of the jet [m/s]."""
         return self.speed * self.direction

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import fields
 
 import numpy as np
@@ -11,12 +11,14 @@ from numpy.typing import NDArray
 
 from oilsim.boundary import tank_walls
 from oilsim.config import FluidConfig
-from oilsim.emitter import PipeEmitter
+from oilsim.emitter import HOLD, PipeEmitter
 from oilsim.forcing import AiryWaves, Current, Wind, Zone
 from oilsim.phases import Phase
 from oilsim.solver import Fluid
 from scenarios.fields import Vector
 from scenarios.lattice import starting_positions
+from scenarios.liquid import PipeEmitterSettings
+from scenarios.problems import Problem
 from scenarios.scenario import Scenario
 from scenarios.weather import ForcingSettings, ZoneSettings, horizontal
 
@@ -100,7 +102,8 @@ def build_fluid(scenario: Scenario, positions: Mapping[str, Array]) -> tuple[Flu
     for name, fill in scenario.fill.items():
         velocity = starting_velocity(scenario) if fill.velocity is None else fill.velocity
         fluid.add_particles(positions[name], phase=fill.phase, velocity=velocity)
-    _add_emitters(fluid, scenario)
+    for pipe in scenario.emitters.values():
+        fluid.add_emitter(_pipe(pipe, settings.particle_spacing))
     _add_forcings(fluid, scenario, water_level(scenario, positions))
     if scenario.run.budget:
         fluid.watch()
@@ -114,20 +117,35 @@ def starting_velocity(scenario: Scenario) -> Vector:
     return horizontal(current.speed, current.direction) if current is not None and everywhere else (0.0, 0.0, 0.0)
 
 
-def _add_emitters(fluid: Fluid, scenario: Scenario) -> None:
-    for pipe in scenario.emitters.values():
-        fluid.add_emitter(
-            PipeEmitter(
-                phase=pipe.phase,
-                mouth=pipe.mouth,
-                direction=pipe.direction,
-                radius=pipe.radius,
-                speed=pipe.speed,
-                spacing=scenario.fluid.particle_spacing,
-                start=pipe.start,
-                volume=pipe.volume,
-            )
-        )
+def pipe_problems(scenario: Scenario, solids: Mapping[str, trimesh.Trimesh]) -> Iterator[Problem]:
+    """Pipes that reach out of the tank, or into a body as it stands at the start (meshes in the world frame)."""
+    tank, spacing = scenario.tank, scenario.fluid.particle_spacing
+    for name, settings in scenario.emitters.items():
+        points = _pipe(settings, spacing).entrance
+        for axis in (axis for axis in range(3) if "xyz"[axis] not in tank.periodic):
+            low, high = points[:, axis].min(), points[:, axis].max()
+            if low < tank.lower[axis] or high > tank.upper[axis]:
+                room = f"{tank.lower[axis]:g} to {tank.upper[axis]:g} m, with the {HOLD:g} spacings that it is long"
+                text = f"has its pipe reach from {'xyz'[axis]} = {low:.3g} to {high:.3g} m, allowed: inside the tank, {room}"
+                yield Problem(f"emitters.{name}.mouth", text)
+        for body, mesh in solids.items():
+            if len(_outside(points, mesh, 0.0)) < len(points):
+                yield Problem(
+                    f"emitters.{name}.mouth", f"lies in body {body!r} at the start, allowed: outside all bodies"
+                )
+
+
+def _pipe(settings: PipeEmitterSettings, spacing: float) -> PipeEmitter:
+    return PipeEmitter(
+        phase=settings.phase,
+        mouth=settings.mouth,
+        direction=settings.direction,
+        radius=settings.radius,
+        speed=settings.speed,
+        spacing=spacing,
+        start=settings.start,
+        volume=settings.volume,
+    )
 
 
 def _add_forcings(fluid: Fluid, scenario: Scenario, level: float) -> None:

@@ -29,4 +29,6 @@ def exchange_of(
     ]
     exchange = BodyExchange(interfaces)
     bonds = [BodyBond(name, fluid.name, bodies) for name in names]
-    return exchange, ExchangeLedger(bonds, spacing, holds_back=exchange.holds_back)
+    return exchange, ExchangeLedger(
+        bonds, spacing, holds_back=exchange.holds_back, disturbed=lambda: () if world is None else world.disturbed
+    )

@@ -9,15 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from coupling.bodies import box, mass_properties
 from coupling.participants.fluid import FluidParticipant
 from coupling.rigid_body_world import RigidBodyWorld
 from coupling.surface_sampling import SurfaceSampling, particles_of, sample_surface
 from oilsim.solver import Fluid
-from scenarios.build_fluid import build_fluid, fill_positions, water_level
+from scenarios.build_fluid import build_fluid, fill_positions, pipe_problems, water_level
 from scenarios.fleet import LINE_RELAXATION_TIME, Fleet, place_fleet
+from scenarios.liquid import Tank
 from scenarios.probes import BodyProbe
-from scenarios.problems import problems_of
+from scenarios.problems import ScenarioError, problems_of
 from scenarios.scenario import Scenario
 from scenarios.solids import Solid, own_solids, table_entry, vector
 
@@ -52,7 +52,11 @@ def build_scene(scenario: Scenario) -> Scene:
     level = water_level(scenario, fill_positions(scenario))
     fleet = place_fleet(scenario, level)
     solids = (*own_solids(scenario), *fleet.solids)
-    positions = fill_positions(scenario, [solid.world_mesh() for solid in solids if solid.wetted])
+    meshes = {solid.name: solid.world_mesh() for solid in solids if solid.wetted}
+    problems = list(pipe_problems(scenario, meshes))
+    if problems:
+        raise ScenarioError(problems)
+    positions = fill_positions(scenario, meshes.values())
     with problems_of("fluid", "cannot be made"):
         fluid, tank = build_fluid(scenario, positions)
     coupled = _coupled(scenario, solids)
@@ -101,7 +105,7 @@ def _wet(fluid: Fluid, solids: Sequence[Solid], coupled: Sequence[str]) -> dict[
 
 def _world(scenario: Scenario, solids: Sequence[Solid], fleet: Fleet) -> RigidBodyWorld:
     """All solids and joints in one rigid body world; the tank's walls too, if anything could run into them."""
-    world = RigidBodyWorld(gravity=scenario.fluid.gravity)
+    world = RigidBodyWorld(gravity=scenario.fluid.gravity, communication_step=scenario.run.communication_step)
     for solid in solids:
         placed = solid.placed
         x, y, z, w = (float(part) for part in placed.orientation)
@@ -117,7 +121,7 @@ def _world(scenario: Scenario, solids: Sequence[Solid], fleet: Fleet) -> RigidBo
             contact=solid.contact,
         )
     if any(solid.motion == "free" and solid.contact for solid in solids):
-        _add_tank_sides(world, scenario)
+        _add_tank_sides(world, scenario.tank)
     for joint in fleet.joints:
         world.add_joint(joint.name, joint.body_a, joint.body_b, vector(joint.point))
     for line in fleet.lines:
@@ -134,15 +138,9 @@ def _world(scenario: Scenario, solids: Sequence[Solid], fleet: Fleet) -> RigidBo
     return world
 
 
-def _add_tank_sides(world: RigidBodyWorld, scenario: Scenario) -> None:
-    """A slab behind each closed side of the tank, a tenth of the tank thick, for bodies to run into."""
-    lower, upper = np.array(scenario.tank.lower), np.array(scenario.tank.upper)
-    thickness = 0.1 * float((upper - lower).max())
-    for side in scenario.tank.closed_sides:
-        axis, outward = "xyz".index(side[1]), 1.0 if side[0] == "+" else -1.0
-        size = upper - lower + 2.0 * thickness
-        size[axis] = thickness
-        center = 0.5 * (lower + upper)
-        center[axis] = (upper if outward > 0.0 else lower)[axis] + 0.5 * outward * thickness
-        slab = box(vector(size))
-        world.add_body(f"tank/{side}", slab, mass_properties(slab, mass=1.0), vector(center), motion="fixed")
+def _add_tank_sides(world: RigidBodyWorld, tank: Tank) -> None:
+    """Let bodies run into the closed sides of the tank, which go on beyond its other sides."""
+    for side in tank.closed_sides:
+        inward = 1.0 if side[0] == "-" else -1.0
+        normal = inward * np.eye(3)["xyz".index(side[1])]
+        world.add_half_space(tank.lower if inward > 0.0 else tank.upper, vector(normal))

@@ -204,6 +204,42 @@ def test_body_at_rest_on_the_ground(world: RigidBodyWorld) -> None:
     assert not world.free_acceleration("ground").any()
 
 
+def test_a_half_space_has_no_end(world: RigidBodyWorld) -> None:
+    world.add_half_space((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    world.add_half_space((5.0, 0.0, 0.0), (-1.0, 0.0, 0.0))
+    for name, x, speed in (("near", -0.5, 0.0), ("far", -500.0, 0.0), ("thrown", 3.0, 8.0)):
+        add_box(world, name, (0.5, 0.5, 0.5), position=(x, 0.0, 2.0), linear_velocity=(speed, 0.0, -4.0))
+    for _ in range(120):
+        world.advance(1.0 / 60.0)
+        assert world.pose("thrown")[0] < 4.8
+    for name in ("near", "far", "thrown"):
+        assert world.pose(name)[2] == pytest.approx(0.25, abs=0.01)
+    assert set(world.body_names) == {"near", "far", "thrown"}
+
+
+def test_bodies_that_run_into_something_are_told_with_those_that_hang_on_them(world: RigidBodyWorld) -> None:
+    world.add_half_space((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    for name, height in (("lower", 0.2), ("upper", 1.2), ("alone", 5.0)):
+        add_box(world, name, (0.2, 0.2, 0.2), position=(1.0 if name == "alone" else 0.0, 0.0, height))
+    world.add_joint("link", "lower", "upper", (0.0, 0.0, 0.7))
+    assert world.disturbed == ()
+    told = []
+    for _ in range(20):
+        world.advance(1.0 / 60.0)
+        told.append(world.disturbed)
+    assert told[0] == ()
+    assert told[-1] == ("lower", "upper")
+
+
+def test_a_jerk_is_told_as_the_mean_of_the_step_to_come() -> None:
+    jerk = WaypointMotion(times=(0.0, 0.001, 1.0), positions=((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.5, 0.0, 0.0)))
+    world = RigidBodyWorld(communication_step=0.05)
+    add_box(world, "piston", motion=jerk)
+    # taken over a 240th of a second, a fluid that steps by 0.05 s would see it go off at 6 m/s
+    assert world.free_acceleration("piston")[0] * 0.05 == pytest.approx(jerk.at(0.05).linear_velocity[0], rel=1e-9)
+    world.close()
+
+
 def test_prescribed_motion_is_followed_exactly_and_tows(world: RigidBodyWorld) -> None:
     motion = UniformMotion(position=(0.0, 0.0, 0.0), linear_velocity=(0.5, 0.0, 0.0), angular_velocity=(0.0, 0.0, 0.1))
     add_box(world, "tug", motion=motion, contact=False)

@@ -275,6 +275,17 @@ def test_body_too_small_for_the_particles_is_refused() -> None:
         build(scenario)
 
 
+def test_pipe_has_room() -> None:
+    for height, part in (
+        (0.78, "to 0.856 m, allowed: inside the tank, 0 to 0.8 m"),
+        (0.3, "lies in body 'rock' at the start"),
+    ):
+        with pytest.raises(ScenarioError) as caught:
+            build(small("rock-coating", f"emitters.pipe.mouth.2={height}"))
+        assert [problem.path for problem in caught.value.problems] == ["emitters.pipe.mouth"]
+        assert part in caught.value.problems[0].text
+
+
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130), (signal.SIGHUP, 129)])
 def test_signal_ends_a_run_in_order(number: signal.Signals, code: int, tmp_path: Path) -> None:
     """The step under way is finished, recording and summary are written, and the exit code names the signal."""
