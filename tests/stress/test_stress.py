@@ -1,0 +1,47 @@
+"""A few random scenes of `make stress`, and the tools that run them."""
+
+from __future__ import annotations
+
+import tomllib
+
+import pytest
+
+from tests.stress import trials
+from tests.stress.__main__ import trial_of
+from tests.stress.random_scenes import random_scene
+from tests.stress.trials import Trial, as_toml, run_trial
+
+SEEDS = range(7000, 7024)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_random_scene_keeps_to_physics(seed: int) -> None:
+    assert trial_of(seed).faults == {}
+
+
+def test_most_random_scenes_are_sound_and_have_liquid() -> None:
+    trials_with_liquid = [seed for seed in SEEDS if random_scene(seed)["fill"]]
+    assert len(trials_with_liquid) > 0.9 * len(SEEDS)
+
+
+def test_scene_that_fails_is_left_as_the_same_scenario() -> None:
+    for seed in SEEDS:
+        scene = random_scene(seed)
+        assert tomllib.loads(as_toml(scene)) == {key: value for key, value in scene.items() if value != {}}
+
+
+def test_faults_are_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(trials, "FASTEST", 1e-3)
+    data = random_scene(7000)
+    data["run"]["duration"] = 20 * data["run"]["communication_step"]
+    assert "speed" in run_trial(7000, data).faults
+    data["fluid"]["particle_spacing"] = -1.0
+    assert "particle_spacing" in run_trial(7000, data).refused
+
+
+def test_largest_figures_are_kept() -> None:
+    trial = Trial(1)
+    for value in (1.0, 3.0, 2.0):
+        trial.note("speed", value, 2.5)
+    assert trial.figures == {"speed": 3.0}
+    assert trial.faults == {"speed": "3, allowed: 2.5"}

@@ -1,0 +1,197 @@
+"""A random scene is run and held to what physics allows, whatever it is made of.
+
+end          no participant fails, no number becomes infinite, no exchange makes energy
+speed        nothing becomes many times faster than what drives it
+energy       of liquid and bodies never exceeds what they began with, where nothing drives them
+mass         closed sides hold the liquid
+bodies       closed sides hold them too
+same again   a second run, on two threads, is the same, bit for bit
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from coupling.co_simulation import CoSimulation
+from coupling.errors import CoSimulationError
+from scenarios.bodies import Fixed, Free
+from scenarios.build import Assembly, build
+from scenarios.load import scenario_from
+from scenarios.problems import ScenarioError
+from scenarios.restart import run_state_hash
+from scenarios.scenario import Scenario
+
+FASTEST = 6.0  # times what drives it: jets of a splash in a corner reach three times
+MADE = 0.02  # of the energy of the reference speed, beside what a step's flight runs ahead of its forces
+LEAKED = 3e-3  # of the particles, and one: squeezed into a wall by something fast in a single step
+AGAIN = 12  # communication steps that are run a second time
+
+
+@dataclass
+class Trial:
+    """What became of a scene: refused (why its scenario cannot be built), or faults by name; largest figures for the record."""
+
+    seed: int
+    particles: int = 0
+    refused: str = ""
+    faults: dict[str, str] = field(default_factory=dict)
+    figures: dict[str, float] = field(default_factory=dict)
+
+    def note(self, name: str, value: float, limit: float) -> None:
+        """Keep the largest of a figure; beyond its limit it is a fault."""
+        if value > self.figures.get(name, -math.inf):
+            self.figures[name] = value
+            if value > limit:
+                self.faults[name] = f"{value:.3g}, allowed: {limit:.3g}"
+
+
+def run_trial(seed: int, data: Mapping[str, Any]) -> Trial:
+    """Run a scene to its end, and its beginning once more."""
+    trial = Trial(seed)
+    try:
+        scenario = scenario_from(data)
+        assembly = build(scenario)
+    except ScenarioError as error:
+        trial.refused = str(error)
+        return trial
+    trial.particles = assembly.fluid.particle_count
+    first = _watched_run(scenario, assembly, trial)
+    if first and not trial.faults:
+        again = build(replace(scenario, run=replace(scenario.run, threads=2)))
+        simulation = again.co_simulation()
+        second = _hash_after(again, simulation, AGAIN)
+        simulation.terminate("completed")
+        if second != first:
+            trial.faults["same again"] = "another state on two threads, allowed: the same bits"
+    return trial
+
+
+def _watched_run(scenario: Scenario, assembly: Assembly, trial: Trial) -> str:
+    """Run to the end and look at every step; returns the hash of the state after AGAIN steps."""
+    watch, simulation = _Watch(scenario, assembly, trial), assembly.co_simulation()
+    try:
+        result = _hash_after(assembly, simulation, AGAIN, watch)
+        while simulation.communication_point.time < scenario.run.duration - 1e-9:
+            simulation.step()
+            watch.look()
+    except CoSimulationError as error:
+        trial.faults["end"] = str(error)
+        return ""
+    simulation.terminate("completed")
+    return result
+
+
+def _hash_after(assembly: Assembly, simulation: CoSimulation, steps: int, watch: _Watch | None = None) -> str:
+    simulation.initialize()
+    for _ in range(steps):
+        simulation.step()
+        if watch is not None:
+            watch.look()
+    return run_state_hash(simulation, assembly)
+
+
+class _Watch:
+    """Looks at a run after every communication step."""
+
+    def __init__(self, scenario: Scenario, assembly: Assembly, trial: Trial) -> None:
+        self._scenario, self._assembly, self._trial = scenario, assembly, trial
+        self._size = np.subtract(scenario.tank.upper, scenario.tank.lower)
+        self._gravity = float(np.linalg.norm(scenario.fluid.gravity))
+        self._speed = self._reference_speed()
+        self._mass = self._masses()
+        self._driven = _is_driven(scenario)
+        self._first_energy = self._energy()
+        self._lost = 0
+
+    def look(self) -> None:
+        """One step has ended."""
+        fluid, trial = self._assembly.fluid, self._trial
+        report = self._assembly.report()
+        assert report is not None
+        if fluid.particle_count:
+            fastest = float(np.sqrt((fluid.state.velocity.astype(np.float64) ** 2).sum(axis=0).max()))
+            trial.note("speed", fastest / self._speed, FASTEST)
+        if not self._driven:
+            ahead = self._gravity * self._scenario.fluid.maximum_time_step / self._speed
+            scale = 0.5 * self._mass * self._speed**2
+            trial.note("energy", (self._energy() - self._first_energy) / scale, MADE + ahead)
+        if not self._scenario.tank.open:
+            self._lost += sum(report.removed.values())
+            trial.note("mass", self._lost / max(trial.particles, 1), LEAKED + 1.0 / max(trial.particles, 1))
+        trial.note("compression", report.density_error, math.inf)
+        trial.note("products", report.iterations["divergence"], math.inf)
+        self._look_at_bodies()
+
+    def _look_at_bodies(self) -> None:
+        world, trial = self._assembly.world, self._trial
+        if world is None:
+            return
+        for name in world.free_body_names:
+            trial.note("body's speed", float(np.linalg.norm(world.twist(name)[:3])) / self._speed, FASTEST)
+            place, tank = world.pose(name)[:3], self._scenario.tank
+            for side in tank.closed_sides:
+                axis = "xyz".index(side[1])
+                behind = tank.lower[axis] - place[axis] if side[0] == "-" else place[axis] - tank.upper[axis]
+                trial.note("bodies", behind / self._scenario.fluid.particle_spacing, 0.0)
+
+    def _energy(self) -> float:
+        energy, world = self._assembly.fluid.energy(), self._assembly.world
+        return energy.kinetic + energy.potential + (0.0 if world is None else world.energy())
+
+    def _masses(self) -> float:
+        fluid, world = self._assembly.fluid, self._assembly.world
+        densities = np.array([phase.rest_density for phase in fluid.config.phases])
+        mass = fluid.config.rest_volume * float(densities[fluid.state.phase].sum())
+        free = () if world is None else world.free_body_names
+        return mass + sum(float(world.mass_matrix(name)[0, 0]) for name in free if world is not None)
+
+    def _reference_speed(self) -> float:
+        """That of a fall through the tank, together with all that is set in motion or sets in motion."""
+        scenario = self._scenario
+        fall = 2.0 * self._gravity * float(np.linalg.norm(self._size))
+        slow = 1e-2 * math.sqrt(max(self._gravity, 1.0) * scenario.fluid.particle_spacing)
+        return math.sqrt(fall + sum(speed**2 for speed in _speeds(scenario)) + slow**2)
+
+
+def _speeds(scenario: Scenario) -> Iterator[float]:
+    """Speeds that are in a scenario from the start, or kept up in it."""
+    for region in scenario.fill.values():
+        yield float(np.linalg.norm(region.velocity or 0.0))
+    for body in scenario.bodies.values():
+        reach = 0.5 * float(np.max(getattr(body, "size", getattr(body, "height", 2.0 * getattr(body, "radius", 0.0)))))
+        yield float(np.linalg.norm(body.velocity)) + reach * float(np.linalg.norm(body.angular_velocity))
+        motion = body.motion
+        yield float(np.linalg.norm(getattr(motion, "velocity", 0.0)))
+        yield 2.0 * math.pi * getattr(motion, "amplitude", 0.0) / getattr(motion, "period", 1.0)
+    for pipe in scenario.emitters.values():
+        yield pipe.speed
+    for phase in scenario.phases.values():
+        yield math.sqrt(2.0 * phase.adhesion / (phase.rest_density * scenario.fluid.particle_spacing))
+    if scenario.forcing.current is not None:
+        yield scenario.forcing.current.speed
+    if scenario.forcing.wind is not None:
+        yield 0.1 * scenario.forcing.wind.speed
+
+
+def _is_driven(scenario: Scenario) -> bool:
+    """Whether anything but gravity does work."""
+    weather = (scenario.forcing.wind, scenario.forcing.current, scenario.forcing.waves)
+    sticky = any(phase.adhesion for phase in scenario.phases.values())
+    led = any(not isinstance(body.motion, Free | Fixed) for body in scenario.bodies.values())
+    return bool(scenario.emitters) or any(each is not None for each in weather) or led or sticky
+
+
+def as_toml(data: Mapping[str, Any], path: str = "") -> str:
+    """Plain data as a scenario file: numbers, texts, lists and truth values are written in TOML as in JSON."""
+    lines = [f"{key} = {json.dumps(value)}" for key, value in data.items() if not isinstance(value, Mapping)]
+    text = "\n".join(([f"\n[{path}]"] if path and lines else []) + lines) + "\n" * bool(lines)
+    for key, value in data.items():
+        if isinstance(value, Mapping):
+            text += as_toml(value, f"{path}.{key}" if path else key)
+    return text
