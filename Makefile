@@ -3,7 +3,7 @@ BIN := .venv/bin
 READY := .venv/.ready
 export NUMBA_CACHE_DIR ?= $(CURDIR)/.numba_cache
 
-.PHONY: demo test lint bench pareto validate clean
+.PHONY: demo test lint bench pareto validate stress clean
 
 demo: $(READY)  ## run the U-sweep exercise: recording, summary and picture
 	$(BIN)/oilsim run u-sweep --demo --record u-sweep.rrd --summary u-sweep.json --picture u-sweep.png
@@ -30,6 +30,9 @@ validate: $(READY)  ## compare with theory and experiment, under an hour; CASE=n
 
 pareto: $(READY)  ## run time against error, beside SPlisHSPlasH if installed: table, pareto-report/pareto.png and .json
 	$(BIN)/python -m tests.benchmarks.pareto
+
+stress: $(READY)  ## SCENES random scenes, 500 by default, held to what physics allows; those that fail are left in stress-report/
+	$(BIN)/python -m tests.stress --scenes $(or $(SCENES),500)
 
 clean:
 	rm -rf .venv .numba_cache build dist *.egg-info

@@ -72,7 +72,10 @@ class Course:
         """Orders that are due, one communication step, and what happened in it."""
         self._give_orders()
         self.simulation.step()
-        for happening in self._assembly.scoring.take_happenings() if self.simulation.is_running else ():
+        if not self.simulation.is_running:
+            return
+        remarks = self._assembly.remarks.look(self._assembly.report())
+        for happening in [*self._assembly.scoring.take_happenings(), *remarks]:
             self.simulation.emit(happening.text, level=happening.level, source=happening.source)
 
     def begin(self, restart: Restart | None = None) -> None:
@@ -82,6 +85,7 @@ class Course:
         else:
             give_orders(self._assembly, self._plan.scenario_at(restart.index - 1))
             self._assembly.scoring.restore_state(restart.state["scores"])
+            self._assembly.remarks.restore_state(restart.state["remarks"])
             self._assembly.coupling_figures.restore_state(restart.state["exchange"])
             self.simulation.initialize(restart.state["simulation"])
             for name, keeper in self._keepers.items():

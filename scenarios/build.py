@@ -28,6 +28,7 @@ from scenarios.exercise import body_of
 from scenarios.fleet import Fleet
 from scenarios.fmus import ORDERS, READINGS, connections_of
 from scenarios.portrayal import FramePainter
+from scenarios.remarks import Remarks
 from scenarios.scenario import Scenario
 from scenarios.scene import FLUID, Scene, build_scene
 from scenarios.scoring import Scoring
@@ -45,8 +46,9 @@ class Assembly:
     """A run that is ready to start: its parts, and what observers are shown.
 
     fluid, world: the simulators themselves, for whoever wants more than the participants' variables; coupled: names of the
-    bodies that exchange motion and wrench with the fluid; fleet: vessels and booms; scoring: their accounts; parts: what
-    signals reach into; exchange, ledger: how bodies meet the fluid, and the accounts of it; coupling_figures: both on record.
+    bodies that exchange motion and wrench with the fluid; fleet: vessels and booms; scoring: their accounts; remarks: what a
+    run falls short of; parts: what signals reach into; exchange, ledger: how bodies meet the fluid, and the accounts of it;
+    coupling_figures: both on record.
     """
 
     scenario: Scenario
@@ -56,6 +58,7 @@ class Assembly:
     coupled: tuple[str, ...]
     fleet: Fleet
     scoring: Scoring
+    remarks: Remarks
     parts: RunParts
     coupling_figures: CouplingFigures
     participants: tuple[Participant, ...]
@@ -123,6 +126,7 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
         coupled=coupled,
         fleet=scene.fleet,
         scoring=scoring,
+        remarks=Remarks(scenario, world),
         parts=parts,
         participants=(*fmus, *orders, *controls, fluid, *bodies, *readings),
         connections=_connections(scenario, coupled, controls),

@@ -114,7 +114,7 @@ class PhaseSettings(Section):
 class Tank(Section):
     """The box that holds the liquid [m]; in two dimensions the y extent does not matter.
 
-    open      sides without a wall; what leaves through one is removed and counted
+    open      sides without a wall; what leaves through one is removed and counted. To bodies closed sides are planes without end
     periodic  axes on which the liquid leaves one side and enters the other
     no_slip   whether the liquid sticks to the walls (else it slides along them)
     """
@@ -214,7 +214,7 @@ Fill = BlockFill | SlabFill | CylinderFill | SphereFill
 class PipeEmitterSettings(Section):
     """A round pipe that lets a phase flow in.
 
-    mouth      [m] its centre
+    mouth      [m] its centre; the pipe is three spacings long behind it, and lies inside the tank and in no body
     direction  of the flow, any length
     radius     [m] of the pipe
     speed      [m/s] of the flow; 0: it is shut, until an order opens it

@@ -33,6 +33,7 @@ def run_state(simulation: CoSimulation, assembly: Assembly) -> dict[str, Any]:
     return {
         "simulation": simulation.save_state(),
         "scores": assembly.scoring.save_state(),
+        "remarks": assembly.remarks.save_state(),
         "exchange": assembly.coupling_figures.save_state(),
     }
 

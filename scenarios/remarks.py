@@ -1,0 +1,59 @@
+"""What a run falls short of, said once and by name: solves that end before their tolerance is met, bodies that leave the tank."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from coupling.rigid_body_world import RigidBodyWorld
+from oilsim.solver import AdvanceReport
+from scenarios.scenario import Scenario
+from scenarios.scoring import Happening
+
+TOLD = 2.0  # times a tolerance that a solve may leave before it is said: less is the same flow
+
+
+class Remarks:
+    """Looks at a run after every communication step."""
+
+    def __init__(self, scenario: Scenario, world: RigidBodyWorld | None) -> None:
+        self._fluid, self._tank, self._world = scenario.fluid, scenario.tank, world
+        self._made: set[str] = set()
+
+    def look(self, report: AdvanceReport | None) -> list[Happening]:
+        """What is new after a step of which the fluid gave this report."""
+        found = {} if report is None else dict(self._solves(report))
+        found |= dict(self._bodies())
+        new = {about: text for about, text in found.items() if about not in self._made}
+        self._made |= set(new)
+        return [Happening(text, level="warning", source=about) for about, text in new.items()]
+
+    def save_state(self) -> dict[str, Any]:
+        """What has been said."""
+        return {"made": sorted(self._made)}
+
+    def restore_state(self, saved: Mapping[str, Any]) -> None:
+        """Go on with what `save_state` returned."""
+        self._made = set(saved["made"])
+
+    def _solves(self, report: AdvanceReport) -> Iterator[tuple[str, str]]:
+        solves = {
+            "density": (report.density_error, self._fluid.density_tolerance, "passes"),
+            "divergence": (report.divergence_error, self._fluid.divergence_tolerance, "products"),
+        }
+        for name, (error, tolerance, unit) in solves.items():
+            if error > TOLD * tolerance:
+                text = f"stopped after {report.iterations[name]:.0f} {unit} a step with a mean compression of {error:.2g} left"
+                keys = f"fluid.{name}_tolerance is {tolerance:.2g}, fluid.{name}_iterations {getattr(self._fluid, f'{name}_iterations')}"
+                yield f"fluid {name}", f"{text}; {keys} (said once)"
+
+    def _bodies(self) -> Iterator[tuple[str, str]]:
+        if self._world is None:
+            return
+        for name in self._world.free_body_names:
+            for axis, at, low, high in zip(
+                "xyz", self._world.pose(name), self._tank.lower, self._tank.upper, strict=False
+            ):
+                side = f"-{axis}" if at < low else f"+{axis}" if at > high else ""
+                if side in self._tank.open and side != "+z":  # from where it falls back
+                    yield f"body {name}", f"has left the tank through its open side {side}"
