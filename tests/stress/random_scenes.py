@@ -62,7 +62,7 @@ def random_scene(seed: int) -> Table:
     dice = Dice(seed)
     plane = dice.chance(0.15)
     spacing = dice.scale(0.01, 0.3)
-    size = dice.random.integers((10, 8, 10), (22, 16, 22)) * spacing * (2.0 if plane else 1.0)
+    size = dice.random.integers((10, 9, 10), (22, 16, 22)) * spacing * (2.0 if plane else 1.0)
     gravity = dice.choice(GRAVITY, GRAVITY, GRAVITY, GRAVITY, 0.0, dice.scale(0.1, 100.0))
     unit = math.sqrt(spacing / max(gravity, 1.0))
     speed = math.sqrt(max(gravity, 1.0) * size[2])  # U
@@ -245,5 +245,5 @@ def _boom(dice: Dice, size: Array, spacing: float) -> Table:
     width = float(size[1]) - 2.0 * margin
     return {
         "ends": [[x, margin], [x, margin + width]], "length": dice.between(1.1, 1.5) * width, "segments": dice.choice(3, 4, 5),
-        "skirt_depth": 2.0 * spacing, "freeboard": 1.5 * spacing, "buoyancy_to_weight": dice.scale(2.0, 40.0),
+        "skirt_depth": 2.0 * spacing, "freeboard": 1.5 * spacing, "buoyancy_to_weight": dice.scale(2.0, 15.0),
     }  # fmt: skip

@@ -24,13 +24,13 @@ from scenarios.bodies import Fixed, Free
 from scenarios.build import Assembly, build
 from scenarios.load import scenario_from
 from scenarios.problems import ScenarioError
-from scenarios.restart import run_state_hash
+from scenarios.restart import run_state, run_state_hash
 from scenarios.scenario import Scenario
 
 FASTEST = 6.0  # times what drives it: jets of a splash in a corner reach three times
 MADE = 0.02  # of the energy of the reference speed, beside what a step's flight runs ahead of its forces
 LEAKED = 3e-3  # of the particles, and one: squeezed into a wall by something fast in a single step
-AGAIN = 12  # communication steps that are run a second time
+SOME = 12  # communication steps from a saved state that are run a second time
 
 
 @dataclass
@@ -52,7 +52,7 @@ class Trial:
 
 
 def run_trial(seed: int, data: Mapping[str, Any]) -> Trial:
-    """Run a scene to its end, and its beginning once more."""
+    """Run a scene to its end, and a part of it once more."""
     trial = Trial(seed)
     try:
         scenario = scenario_from(data)
@@ -61,39 +61,37 @@ def run_trial(seed: int, data: Mapping[str, Any]) -> Trial:
         trial.refused = str(error)
         return trial
     trial.particles = assembly.fluid.particle_count
-    first = _watched_run(scenario, assembly, trial)
-    if first and not trial.faults:
-        again = build(replace(scenario, run=replace(scenario.run, threads=2)))
-        simulation = again.co_simulation()
-        second = _hash_after(again, simulation, AGAIN)
-        simulation.terminate("completed")
-        if second != first:
-            trial.faults["same again"] = "another state on two threads, allowed: the same bits"
+    simulation = assembly.co_simulation()
+    watch = _Watch(scenario, assembly, trial)
+    try:
+        simulation.initialize()
+        watch.step(simulation, SOME)
+        saved = run_state(simulation, assembly)
+        watch.step(simulation, SOME)
+        first = run_state_hash(simulation, assembly)
+        watch.step(simulation, math.ceil(scenario.run.duration / scenario.run.communication_step) - 2 * SOME)
+    except CoSimulationError as error:
+        trial.faults["end"] = str(error)
+        return trial
+    simulation.terminate("completed")
+    if _resumed(replace(scenario, run=replace(scenario.run, threads=2)), saved) != first:
+        trial.faults["same again"] = "another state on two threads, allowed: the same bits"
     return trial
 
 
-def _watched_run(scenario: Scenario, assembly: Assembly, trial: Trial) -> str:
-    """Run to the end and look at every step; returns the hash of the state after AGAIN steps."""
-    watch, simulation = _Watch(scenario, assembly, trial), assembly.co_simulation()
-    try:
-        result = _hash_after(assembly, simulation, AGAIN, watch)
-        while simulation.communication_point.time < scenario.run.duration - 1e-9:
-            simulation.step()
-            watch.look()
-    except CoSimulationError as error:
-        trial.faults["end"] = str(error)
-        return ""
+def _resumed(scenario: Scenario, saved: Mapping[str, Any]) -> str:
+    """The hash of the state SOME steps after a saved one."""
+    assembly = build(scenario)
+    simulation = assembly.co_simulation()
+    assembly.scoring.restore_state(saved["scores"])
+    assembly.remarks.restore_state(saved["remarks"])
+    assembly.coupling_figures.restore_state(saved["exchange"])
+    simulation.initialize(saved["simulation"])
+    for _ in range(SOME):
+        simulation.step()
+    result = run_state_hash(simulation, assembly)
     simulation.terminate("completed")
     return result
-
-
-def _hash_after(assembly: Assembly, simulation: CoSimulation, steps: int, watch: _Watch | None = None) -> str:
-    simulation.initialize()
-    for _ in range(steps):
-        simulation.step()
-        if watch is not None:
-            watch.look()
-    return run_state_hash(simulation, assembly)
 
 
 class _Watch:
@@ -109,8 +107,13 @@ class _Watch:
         self._first_energy = self._energy()
         self._lost = 0
 
-    def look(self) -> None:
-        """One step has ended."""
+    def step(self, simulation: CoSimulation, steps: int) -> None:
+        """Take so many communication steps and look at each."""
+        for _ in range(steps):
+            simulation.step()
+            self._look()
+
+    def _look(self) -> None:
         fluid, trial = self._assembly.fluid, self._trial
         report = self._assembly.report()
         assert report is not None
