@@ -50,9 +50,12 @@ class Checkpoint:
 
 
 def state_hash(state: Mapping[str, Any]) -> str:
-    """One number for a whole state: equal for equal states, bit for bit."""
+    """One number for a whole state: equal for equal states, bit for bit.
+
+    Opaque bytes, an engine's or an FMU's own, are left out: they may hold addresses and what nothing was ever written to.
+    """
     arrays: dict[str, np.ndarray] = {}
-    digest = hashlib.sha256(json.dumps(_take_apart(state, "state", arrays), sort_keys=True).encode())
+    digest = hashlib.sha256(json.dumps(_take_apart(_readable(state), "state", arrays), sort_keys=True).encode())
     for name in sorted(arrays):
         array = arrays[name]
         digest.update(f"{name} {array.dtype.str} {array.shape}".encode())
@@ -131,6 +134,15 @@ def load_checkpoint(path: str | Path, *, scenario_hash: str | None = None) -> Ch
         run=structure["run"],
         state=_put_together(structure["state"], arrays),
     )
+
+
+def _readable(value: Any) -> Any:
+    """The value without its bytes."""
+    if isinstance(value, Mapping):
+        return {key: _readable(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return type(value)(_readable(item) for item in value)
+    return None if isinstance(value, bytes) else value
 
 
 def _take_apart(value: Any, where: str, arrays: dict[str, np.ndarray]) -> Any:

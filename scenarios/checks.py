@@ -39,6 +39,7 @@ if TYPE_CHECKING:
 NAME = r"[A-Za-z0-9][A-Za-z0-9_-]*"
 NAME_ALLOWED = "letters, digits, '-' and '_', beginning with a letter or digit"
 MESH_SUFFIXES = (".stl", ".obj", ".ply", ".glb")
+MOST_PARTICLES = 1e8  # some 300 GB of memory
 NAMED_TABLES = ("phases", "fill", "emitters", "bodies", "vessels", "booms", "probes", "fmus")
 
 
@@ -81,6 +82,8 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
         yield from _places(parts, parts.tank)
     if parts.fluid is not None:
         yield from _sizes(parts, parts.fluid)
+    if parts.fluid is not None and parts.tank is not None:
+        yield from _numbers(parts.fluid, parts.tank, parts.fill.values())
     if parts.fmus:
         yield from _fmus(parts)
 
@@ -218,6 +221,22 @@ def _sizes(parts: Parts, fluid: FluidSettings) -> Iterator[Problem]:
         if emitter.radius < 0.5 * d:
             text = f"is {emitter.radius:g}, allowed: {0.5 * d:g} m or more, half of fluid.particle_spacing"
             yield Problem(f"emitters.{name}.radius", text)
+
+
+def _numbers(fluid: FluidSettings, tank: Tank, fills: Iterable[Fill]) -> Iterator[Problem]:
+    """No more particles than any machine holds: a length in millimetres, or a spacing of them, is soon found so."""
+    d, axes = fluid.particle_spacing, (0, 2) if fluid.dimension == 2 else (0, 1, 2)
+    size = [high - low for low, high in zip(tank.lower, tank.upper, strict=True)]
+    liquid = sum(
+        math.prod((high[axis] - low[axis]) / d for axis in axes)
+        for low, high in (_extent(fill, tank) for fill in fills)
+    )
+    walls = sum(
+        2.0 * math.prod(size[axis] / d for axis in axes if axis != "xyz".index(side[1])) for side in tank.closed_sides
+    )
+    if liquid + walls > MOST_PARTICLES:
+        text = f"is {d:g} m, with which the liquid takes {liquid:.2g} particles and the tank {walls:.2g}"
+        yield Problem("fluid.particle_spacing", f"{text}, allowed: {MOST_PARTICLES:.0e} together")
 
 
 def _fmus(parts: Parts) -> Iterator[Problem]:

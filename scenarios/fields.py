@@ -14,6 +14,9 @@ Vector = tuple[float, float, float]
 Point2 = tuple[float, float]
 
 _QUANTITY = "quantity"
+LARGEST = (
+    1e12  # magnitude of any number: nothing of this world, in SI units, is larger, and single precision squares it yet
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,6 +55,8 @@ class Quantity:
         kind = "a whole number" if self.whole else "a number"
         if isinstance(value, bool) or not isinstance(value, int if self.whole else Real):
             return f"is {value!r}, allowed: {kind}, {self.allowed}"
+        if math.isfinite(value) and abs(float(value)) > LARGEST:
+            return f"is {float(value):g}, allowed: magnitudes up to {LARGEST:g}"
         return None if self.accepts(float(value)) else f"is {value!r}, allowed: {self.allowed}"
 
 

@@ -54,6 +54,15 @@ def test_two_dimensions_have_no_y() -> None:
     assert "is 1.5708 rad, allowed: 0 or pi" in found["forcing.wind.direction"]
 
 
+def test_numbers_that_no_machine_holds_are_refused() -> None:
+    found = problems_of("", instead={"particle_spacing = 0.1": "particle_spacing = 0.0001"})
+    assert (
+        "liquid takes 3e+11 particles and the tank 1.2e+09, allowed: 1e+08 together" in found["fluid.particle_spacing"]
+    )
+    found = problems_of("", instead={"density = 1000.0": "density = 1e300"})
+    assert found["phases.water.density"] == "is 1e+300, allowed: magnitudes up to 1e+12"
+
+
 def test_small_scenario_is_sound() -> None:
     scenario = scenario_from(tomllib.loads(SMALL))
     assert scenario.phases["oil"].rest_density == 835.0
