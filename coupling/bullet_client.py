@@ -136,6 +136,15 @@ class BulletClient:
         """Unique ids of all that was in contact in the last step."""
         return {unique_id for contact in self._call(pybullet.getContactPoints) for unique_id in contact[1:3]}
 
+    def overlaps(self) -> dict[tuple[int, int], float]:
+        """How deep [m] bodies lie in each other as they are placed now, by pairs of unique ids."""
+        self._call(pybullet.performCollisionDetection)
+        depths: dict[tuple[int, int], float] = {}
+        for contact in self._call(pybullet.getContactPoints):
+            pair = contact[1], contact[2]
+            depths[pair] = max(depths.get(pair, 0.0), -contact[8])
+        return depths
+
     def save(self) -> bytes:
         """All that the engine knows of its bodies' motion."""
         with tempfile.TemporaryDirectory(prefix="oilsim-") as folder:

@@ -79,6 +79,16 @@ class RigidBodyWorld:
             name for name in self.free_body_names if name in hit or (all_jointed and self._bodies[name].is_jointed)
         )
 
+    def overlaps(self) -> list[tuple[str, str, float]]:
+        """Free bodies that lie in another one or, "", in a half-space, and how deep [m]; those would be thrown apart."""
+        names = {body.bullet.unique_id: name for name, body in self._bodies.items()}
+        found = []
+        for pair, depth in self._client.overlaps().items():
+            first, second = (names.get(unique_id, "") for unique_id in pair)
+            if depth > 0.0:
+                found.append((first, second, depth) if first else (second, first, depth))
+        return found
+
     @property
     def joint_names(self) -> tuple[str, ...]:
         """In the order they were added."""

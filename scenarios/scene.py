@@ -17,11 +17,12 @@ from scenarios.build_fluid import build_fluid, fill_positions, pipe_problems, wa
 from scenarios.fleet import LINE_RELAXATION_TIME, Fleet, place_fleet
 from scenarios.liquid import Tank
 from scenarios.probes import BodyProbe
-from scenarios.problems import ScenarioError, problems_of
+from scenarios.problems import Problem, ScenarioError, problems_of
 from scenarios.scenario import Scenario
 from scenarios.solids import Solid, own_solids, table_entry, vector
 
 FLUID = "fluid"
+TOUCHING = 0.5  # spacings that bodies may lie in each other at the start: rigid shapes of free bodies are convex
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -135,7 +136,21 @@ def _world(scenario: Scenario, solids: Sequence[Solid], fleet: Fleet) -> RigidBo
                 stiffness=line.stiffness,
                 relaxation_time=LINE_RELAXATION_TIME,
             )
+    _require_apart(world, scenario.fluid.particle_spacing)
     return world
+
+
+def _require_apart(world: RigidBodyWorld, spacing: float) -> None:
+    """Bodies that lie deep in each other, or in a side of the tank, would be thrown apart by the first step."""
+    allowed = TOUCHING * spacing
+    problems = []
+    for one, other, depth in world.overlaps():
+        if depth > allowed:
+            where = f"body {other!r}" if other else "a side of the tank"
+            text = f"has body {one!r} lie {depth:.2g} m deep in {where} at the start, allowed: up to {allowed:.2g} m"
+            problems.append(Problem(table_entry(one), text))
+    if problems:
+        raise ScenarioError(problems)
 
 
 def _add_tank_sides(world: RigidBodyWorld, tank: Tank) -> None:

@@ -231,6 +231,17 @@ def test_bodies_that_run_into_something_are_told_with_those_that_hang_on_them(wo
     assert told[-1] == ("lower", "upper")
 
 
+def test_overlaps_are_found_with_their_depth(world: RigidBodyWorld) -> None:
+    world.add_half_space((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    for name, x, height in (("low", 0.0, 0.4), ("beside", 0.9, 0.5), ("free", 5.0, 2.0)):
+        add_box(world, name, (1.0, 1.0, 1.0), position=(x, 0.0, height))
+    found = {(one, other): depth for one, other, depth in world.overlaps()}
+    assert found[("low", "")] == pytest.approx(0.1, abs=0.01)
+    pair = ("low", "beside") if ("low", "beside") in found else ("beside", "low")
+    assert found[pair] == pytest.approx(0.1, abs=0.02)
+    assert not any("free" in pair for pair in found)
+
+
 def test_a_jerk_is_told_as_the_mean_of_the_step_to_come() -> None:
     jerk = WaypointMotion(times=(0.0, 0.001, 1.0), positions=((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.5, 0.0, 0.0)))
     world = RigidBodyWorld(communication_step=0.05)

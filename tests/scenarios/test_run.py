@@ -275,6 +275,14 @@ def test_body_too_small_for_the_particles_is_refused() -> None:
         build(scenario)
 
 
+def test_bodies_that_lie_in_each_other_are_refused() -> None:
+    with pytest.raises(ScenarioError) as caught:
+        build(small("floating-box", "bodies.box.position.2=0.0"))
+    assert [problem.path for problem in caught.value.problems] == ["bodies.box"]
+    assert "has body 'box' lie" in caught.value.problems[0].text
+    assert "m deep in a side of the tank at the start" in caught.value.problems[0].text
+
+
 def test_pipe_has_room() -> None:
     for height, part in (
         (0.78, "to 0.856 m, allowed: inside the tank, 0 to 0.8 m"),
