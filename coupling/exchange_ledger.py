@@ -104,7 +104,7 @@ class ExchangeLedger:
         self._made += made * [bond.body not in disturbed for bond in self._bonds]
         self._turnover += np.abs(work)
         self._check_momentum(given[:, :3], taken[:, :3], end)
-        self._check_energy(np.linalg.norm(wrench[:, :3], axis=1), end)
+        self._check_energy(np.linalg.norm(wrench[:, :3], axis=1), end, end - begin)
 
     def save(self) -> dict[str, Array]:
         """The run's accounts."""
@@ -135,7 +135,7 @@ class ExchangeLedger:
                     f"{given[index].tolist()} N s, allowed: a part of {self._limits[0]:g} between them",
                 )
 
-    def _check_energy(self, force: Array, time: float) -> None:
+    def _check_energy(self, force: Array, time: float, step: float) -> None:
         scale = self._turnover + force * self._length
         beyond = np.flatnonzero(self._made > self._limits[1] * scale)
         if len(beyond):
@@ -144,5 +144,5 @@ class ExchangeLedger:
                 bond.solver,
                 time,
                 f"body {bond.body!r}: the exchange has made {made:.3g} J of {turned:.3g} J turned over, "
-                f"allowed: {self._limits[1]:g} of it; its coupling is unstable",
+                f"allowed: {self._limits[1]:g} of it; its coupling is unstable, or steps of {step:.3g} s are too long for its motion",
             )

@@ -93,6 +93,8 @@ def random_scene(seed: int) -> Table:
         scene |= {"emitters": pipes, "bodies": _bodies(dice, size, spacing, speed, unit, taken)}
         if gravity == GRAVITY and dice.chance(0.15):
             scene["booms"] = {"boom": _boom(dice, size, spacing)}
+            # how joints answer is told once a step, in which they must not turn far
+            scene["run"]["communication_step"] = min(step, 0.25 * unit)
     return scene
 
 
