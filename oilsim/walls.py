@@ -151,7 +151,7 @@ class Walls:
 
     def remove(self, handle: int) -> None:
         """Remove a boundary; KeyError for a handle that does not exist."""
-        del self.boundaries[handle]
+        del self.boundaries[handle], self._reach[handle]
         self.moving.pop(handle, None)
         self._tied = None
         self._stale = True
@@ -183,14 +183,14 @@ class Walls:
 
     def largest_speed(self, lower: ArrayLike, upper: ArrayLike) -> float:
         """Of the moving bodies [m/s] that reach into the domain between two corners [m]; others meet no liquid."""
-        fastest = 0.0
-        for handle, body in self.moving.items():
-            outside = body.position - np.clip(body.position, lower, upper)
-            if self._period is not None:
-                outside[np.array(self._period) > 0.0] = 0.0
-            if np.linalg.norm(outside) <= self._reach[handle]:
-                fastest = max(fastest, float(np.linalg.norm(body.twist[:3])))
-        return fastest
+        if not self.moving:
+            return 0.0
+        places = np.array([body.position for body in self.moving.values()])
+        outside = places - np.clip(places, lower, upper)
+        if self._period is not None:
+            outside[:, np.array(self._period) > 0.0] = 0.0
+        inside = np.linalg.norm(outside, axis=1) <= [self._reach[handle] for handle in self.moving]
+        return float(np.linalg.norm(self.twists()[inside, :3], axis=1).max(initial=0.0))
 
     def drift(self, time_step: float) -> None:
         """Move the bodies' poses by their twists."""
