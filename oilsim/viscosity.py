@@ -289,7 +289,7 @@ class ViscousSystem:
         )  # fmt: skip
 
     def force(self, velocity: Real, wall_velocity: Real | None) -> Real:
-        """Viscous force density (3, N) [N/m3]; wall_velocity (3, M), None for 0."""
+        """Viscous force density (3, N) [N/m3]; wall_velocity (3, M) [m/s], None for 0."""
         result = np.zeros_like(velocity)
         self._team.run(fill_rows, len(self._seen), velocity, velocity[0], self._seen)
         arguments = (self._fluid, self._gradient, self.pair_stiffness, self.block, self._seen, result)

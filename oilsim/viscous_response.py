@@ -10,8 +10,8 @@ V_i being a particle's volume. Solved for its change of twist,
     dV = S (dt P* + theta dt E dv),        S = (1 + theta dt M^-1 D)^-1 M^-1,
 
 and the liquid feels theta dt sum_b K_ib J_b dV besides. S is symmetric and positive, so is the liquid's system with it, and bodies tied by
-joints share one M^-1. A drag that acts a step late makes a body swing once dt D exceeds twice its mass, which for a spacing's
-thickness of a density rho_b is 4 (mu / rho_b) dt / d^2.
+joints share one M^-1. A drag that acts a step late makes a body swing, ever wider, once dt M^-1 D exceeds 2; for a body a spacing thick
+and of density rho_b that is 4 (mu / rho_b) dt / d^2.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def viscous_reaction(
 ):
     """Add to `force` (bodies, 6) what `particles` that touch moving no-slip bodies drag on them, V_i K_ib (v_i - v_b) [N, N m].
 
-    wall_velocity (3, M), or None for bodies at rest.
+    velocity (3, N) and wall_velocity (3, M) [m/s], None for bodies at rest; volume V_i [m3].
     """
     for i in particles:
         for k in range(walls.start[i], walls.start[i] + np.int64(walls.number[i])):
@@ -79,7 +79,10 @@ class ViscousResponse:
         time_step: float,
         theta: float,
     ) -> None:
-        """touching: particles with a moving wall point within reach; wall_stiffness: k of every pair with a wall, 0 where it slips."""
+        """touching: particles with a moving wall point within reach; wall_stiffness: k of every pair with a wall, 0 where it slips.
+
+        volume of a particle [m3], time_step [s].
+        """
         self._walls, self._touching, self._volume = walls, touching, volume
         self._pairs, self._time_step, self._span = (pairs, wall_gradient, wall_stiffness), time_step, theta * time_step
         count = len(walls.moving)
@@ -94,7 +97,7 @@ class ViscousResponse:
         self._compliance = np.linalg.solve(np.eye(6 * count) + self._span * inverse_mass @ self._drag, inverse_mass)
 
     def lead(self, velocity: Real) -> Real:
-        """Velocities (3, M) of all wall points that the liquid at `velocity` (3, N) is to see: the bodies' own and theta J_b S dt P*."""
+        """Velocities (3, M) [m/s] of all wall points that liquid at `velocity` (3, N) is to see: the bodies' own and theta J_b S dt P*."""
         twists = self._walls.twists()
         self._start, own = velocity.copy(), self._walls.point_velocities(twists)
         self._impulse = self._time_step * self._reaction(velocity, own)
@@ -102,7 +105,7 @@ class ViscousResponse:
         return own + self._walls.point_velocities(self._span / self._time_step * change.reshape(-1, 6))
 
     def follow(self, change: Real) -> Real:
-        """Velocities (3, M) J_b S theta dt E dv by which wall points follow a `change` (3, N) of the liquid's."""
+        """Velocities (3, M) [m/s] J_b S theta dt E dv by which wall points follow a `change` (3, N) of the liquid's."""
         answer = self._compliance @ (self._span * self._reaction(change, None))
         return self._walls.point_velocities(answer.reshape(-1, 6))
 

@@ -136,6 +136,7 @@ class Walls:
         self.volume: Real = np.empty(0, np.float32)
         self.area: Real = np.empty(0, np.float32)
         self.no_slip: Real | None = None
+        self.bodies_hold = False  # whether liquid sticks to any body that moves
         self.resting = 0
         self.arm: Real = np.empty((3, 0), np.float32)
         self.owner: NDArray[np.uint16] = np.empty(0, np.uint16)
@@ -322,6 +323,7 @@ class Walls:
         self.points = np.ascontiguousarray(np.vstack([self.position, self.volume]).T)
         no_slip[: self.resting] = no_slip[order]
         self.no_slip = no_slip if no_slip.any() else None
+        self.bodies_hold = bool(no_slip[self.resting :].any())
         self._near_resting = self._search.surroundings(np.ascontiguousarray(self.position[:, : self.resting]))
         self._local = np.concatenate([np.empty((3, 0)), *(self.boundaries[h].position.T for h in self.moving)], axis=1)
         sizes = [len(self.boundaries[h].volume) for h in self.moving]

@@ -303,7 +303,7 @@ class Workspace:
     def _viscous_response(self, system: ViscousSystem, time_step: float, theta: float) -> ViscousResponse | None:
         """How moving bodies answer the drag of liquids that they hold; None where nothing touches one."""
         walls = self.walls
-        if walls.no_slip is None or not self.touching.size:
+        if not walls.bodies_hold or not self.touching.size:
             return None
         return ViscousResponse(
             walls,

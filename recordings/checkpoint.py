@@ -141,7 +141,7 @@ def _readable(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {key: _readable(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return type(value)(_readable(item) for item in value)
+        return [_readable(item) for item in value]
     return None if isinstance(value, bytes) else value
 
 

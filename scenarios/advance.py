@@ -14,7 +14,7 @@ from scenarios.build import Assembly
 from scenarios.orders import give_orders
 from scenarios.plan import Plan
 from scenarios.requests import Requests
-from scenarios.restart import CheckpointWriter, Restart, run_state, run_state_hash
+from scenarios.restart import CheckpointWriter, Restart, begin_from, run_state, run_state_hash
 
 
 class Keeper(Protocol):
@@ -84,10 +84,7 @@ class Course:
             self.simulation.initialize()
         else:
             give_orders(self._assembly, self._plan.scenario_at(restart.index - 1))
-            self._assembly.scoring.restore_state(restart.state["scores"])
-            self._assembly.remarks.restore_state(restart.state["remarks"])
-            self._assembly.coupling_figures.restore_state(restart.state["exchange"])
-            self.simulation.initialize(restart.state["simulation"])
+            begin_from(restart.state, self.simulation, self._assembly)
             for name, keeper in self._keepers.items():
                 if name in restart.state:
                     keeper.restore_state(restart.state[name])

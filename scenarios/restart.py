@@ -38,6 +38,14 @@ def run_state(simulation: CoSimulation, assembly: Assembly) -> dict[str, Any]:
     }
 
 
+def begin_from(state: Mapping[str, Any], simulation: CoSimulation, assembly: Assembly) -> None:
+    """Initialize a run that has not begun at what `run_state` told."""
+    assembly.scoring.restore_state(state["scores"])
+    assembly.remarks.restore_state(state["remarks"])
+    assembly.coupling_figures.restore_state(state["exchange"])
+    simulation.initialize(state["simulation"])
+
+
 def run_state_hash(simulation: CoSimulation, assembly: Assembly) -> str:
     """One number for the state of a run: equal for equal states, bit for bit."""
     return state_hash(run_state(simulation, assembly))

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import tomllib
+from contextlib import suppress
 
 import pytest
 
+from scenarios.build import build
+from scenarios.load import scenario_from
+from scenarios.problems import ScenarioError
 from tests.stress import trials
 from tests.stress.__main__ import trial_of
 from tests.stress.random_scenes import random_scene
@@ -19,9 +23,14 @@ def test_random_scene_keeps_to_physics(seed: int) -> None:
     assert trial_of(seed).faults == {}
 
 
-def test_most_random_scenes_are_sound_and_have_liquid() -> None:
-    trials_with_liquid = [seed for seed in SEEDS if random_scene(seed)["fill"]]
-    assert len(trials_with_liquid) > 0.9 * len(SEEDS)
+def test_most_random_scenes_can_be_built() -> None:
+    built = 0
+    for seed in SEEDS:
+        with suppress(ScenarioError):
+            fluid = build(scenario_from(random_scene(seed))).fluid
+            built += fluid.particle_count > 0
+            fluid.close()
+    assert built > 0.75 * len(SEEDS)
 
 
 def test_scene_that_fails_is_left_as_the_same_scenario() -> None:
