@@ -74,13 +74,21 @@ class ArticulatedTree:
 
     def acceleration(self, gravity: Array) -> Array:
         """(L, 6) under gravity (3,) [m/s2] and the links' own turning."""
+        return self._motion @ (self._answer @ self._forces(gravity)) + self._bias
+
+    def rate_changes(self, gravity: Array, wrenches: Array) -> Array:
+        """d q'/dt of the free coordinates under gravity (3,) [m/s2], the links' own turning and wrenches (L, 6) [N, N m]."""
+        return self._answer @ (self._forces(gravity) + np.einsum("lan,la->n", self._motion, wrenches))
+
+    def _forces(self, gravity: Array) -> Array:
+        """S^T (f - M b) of weight and turning."""
         force = np.zeros(len(self._answer))
         for n, link in enumerate(self._links):
             wrench = -self._mass_times(link, self._bias[n])
             wrench[:3] += link.mass * gravity
             wrench[3:] -= np.cross(link.twist[3:], link.inertia @ link.twist[3:])
             force += self._motion[n].T @ wrench
-        return self._motion @ (self._answer @ force) + self._bias
+        return force
 
     def _hang(self, index: int, link: TreeLink, parent: TreeLink, at: int) -> int:
         """Columns and bias of a link from its parent's; `at` is its first own column, returns the next link's."""

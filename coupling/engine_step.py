@@ -27,7 +27,7 @@ from coupling.rotations import applied, cross
 
 Array = npt.NDArray[np.float64]
 
-SPEED_LIMIT = 100.0  # [m/s] and [rad/s] a component: where pybullet clips
+SPEED_LIMIT = 100.0  # [m/s] and [rad/s] a component: nothing that floats is as fast
 FOREIGN = 1e-7  # of a body's momentum and impulses: what rounding leaves is far below, a forgotten force far above
 
 
@@ -84,7 +84,7 @@ class EngineStep:
         """Poses and velocities of free bodies after a sub-step; keeps angular momentum (see the module)."""
         state, rows = self._state, [body.row for body in free]
         pose, moving = self._client.read([body.bullet for body in free])
-        _refuse_clipped(free, moving)
+        _refuse_runaways(free, moving)
         inertia, rate, momenta = state.world_inertia()[rows], rates[rows], state.momenta()[rows]
         gained = np.empty((len(free), 6))
         gained[:, :3] = state.mass[rows, None] * moving[:, :3] - momenta[:, :3]
@@ -109,12 +109,12 @@ class EngineStep:
                 )
 
 
-def _refuse_clipped(free: Sequence[Body], twists: Array) -> None:
-    """pybullet clips speeds without a word; one at the limit means that the simulation has blown up."""
-    clipped = ~(np.abs(twists) < SPEED_LIMIT).all(axis=1)
-    if clipped.any():
-        first = int(np.argmax(clipped))
+def _refuse_runaways(free: Sequence[Body], twists: Array) -> None:
+    """A body at such a speed means that the simulation has blown up."""
+    runaway = ~(np.abs(twists) < SPEED_LIMIT).all(axis=1)
+    if runaway.any():
+        first = int(np.argmax(runaway))
         raise FloatingPointError(
             f"body {free[first].name!r} moves at {twists[first].tolist()} m/s and rad/s, "
-            f"allowed: below {SPEED_LIMIT:g}, where pybullet clips"
+            f"allowed: below {SPEED_LIMIT:g}; its simulation has blown up"
         )

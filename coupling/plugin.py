@@ -25,13 +25,13 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from coupling.errors import UnresolvedSolidError
-from coupling.pybullet_defaults import tell_damping, tell_inertia
+from coupling.pybullet_defaults import DefaultsWatch, tell_inertia
 from coupling.pybullet_links import LinkedBody, LinkKey, LinkSystem, read_links
 from coupling.pybullet_shapes import link_mesh
 from coupling.quiet_pybullet import pybullet
 from coupling.rigid_state import steady
 from coupling.signed_distance import Box
-from coupling.surface_sampling import particles_of, sample_surface
+from coupling.surface_sampling import SurfaceSampling, particles_of, sample_surface
 from oilsim.solver import AdvanceReport, Fluid
 
 Array = npt.NDArray[np.float64]
@@ -56,7 +56,8 @@ class FluidWorld:
         self._wrenches: dict[LinkKey, Array] = {}
         self._residuals: dict[LinkKey, _Residual] = {}
         self._cut: dict[int, Array] = {}  # poses of bodies that are sampled in part
-        self._damping_told = False
+        self._samplings: dict[tuple[bytes, bytes], SurfaceSampling] = {}  # by vertices and faces
+        self._watch = DefaultsWatch(client)
 
     def add_body(
         self, body: int, *, no_slip: bool = False, meshes: Mapping[int, trimesh.Trimesh] | None = None
@@ -77,8 +78,7 @@ class FluidWorld:
             if mesh is None:
                 continue
             try:
-                spacing = self.fluid.config.particle_spacing
-                sampled[key] = mesh, sample_surface(mesh, spacing, within=self._reach(key, mesh))
+                sampled[key] = mesh, self._sampling(key, mesh)
             except UnresolvedSolidError as cause:
                 warnings.warn(f"body {body}, link {key[1]} does not meet the fluid: {cause}", stacklevel=3)
             except ValueError as cause:
@@ -98,6 +98,7 @@ class FluidWorld:
                 f"body {body} does not meet the fluid, allowed: {', '.join(map(str, self._bodies)) or 'none'}"
             )
         self._cut.pop(body, None)
+        self._watch.forget(body)
         for key in self._bodies.pop(body).keys:
             self._residuals.pop(key, None)
             if key in self._handles:
@@ -118,8 +119,18 @@ class FluidWorld:
             self._wrenches[key] = self.fluid.boundary_wrench(handle)
         self._push(system)
         pybullet.stepSimulation(physicsClientId=self._client)
-        self._learn(system, duration)
+        self._learn(system, gravity, duration)
         return report
+
+    def _sampling(self, key: LinkKey, mesh: trimesh.Trimesh) -> SurfaceSampling:
+        """Of a link's solid; links and bodies of one shape share it."""
+        spacing, within = self.fluid.config.particle_spacing, self._reach(key, mesh)
+        if within is not None:
+            return sample_surface(mesh, spacing, within=within)
+        shape = (mesh.vertices.tobytes(), mesh.faces.tobytes())
+        if shape not in self._samplings:
+            self._samplings[shape] = sample_surface(mesh, spacing)
+        return self._samplings[shape]
 
     def _reach(self, key: LinkKey, mesh: trimesh.Trimesh) -> Box | None:
         """What of a held base that is larger than the sea can be met, along its own axes: it is sampled there, as it lies now."""
@@ -179,7 +190,7 @@ class FluidWorld:
             pybullet.applyExternalForce(body, link, wrench[:3].tolist(), place, frame, physicsClientId=client)
             pybullet.applyExternalTorque(body, link, wrench[3:].tolist(), frame, physicsClientId=client)
 
-    def _learn(self, system: LinkSystem, duration: float) -> None:
+    def _learn(self, system: LinkSystem, gravity: Array, duration: float) -> None:
         """What of the last accelerations nothing known explains: contacts, motors, damping, the user's own forces."""
         wrenches = np.array([self._wrenches.get(key, np.zeros(6)) for key in system.keys])
         twists = np.concatenate([np.zeros((0, 6)), *(body.twists() for body in self._bodies.values())])
@@ -189,8 +200,7 @@ class FluidWorld:
             key = system.keys[row]
             before = self._residuals.get(key)
             self._residuals[key] = _Residual(before.later if before else np.zeros(6), unexplained[row])
-            if key[1] < 0 and not self._damping_told:
-                self._damping_told = tell_damping(key[0], system.twist[row], unexplained[row])
+        self._watch.look(self._bodies, system, wrenches, twists, unexplained, gravity, duration)
 
     def _tell_inertia(self, key: LinkKey, mesh: trimesh.Trimesh) -> None:
         information = pybullet.getDynamicsInfo(*key, physicsClientId=self._client)

@@ -3,29 +3,96 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Mapping
 
 import numpy as np
 import numpy.typing as npt
 import trimesh
 
+from coupling.pybullet_links import LinkedBody, LinkSystem
+from coupling.quiet_pybullet import pybullet
+
 Array = npt.NDArray[np.float64]
 
 DEFAULT_DAMPING = 0.04  # [1/s] and [1/m]: pybullet's, of every link unless changeDynamics sets another
+SPEED_LIMIT = 100.0  # [m/s] and [rad/s]: of every coordinate of a body with joints, and before motors hold these
+TURN_LIMIT = 0.5  # [rad] in a step, for which forces and the inverse mass of joints are those of its beginning
+LOST = 0.5  # of the forces on a body's links: less can come from links that turn while a step lasts
 
 
-def tell_damping(body: int, twist: Array, unexplained: Array) -> bool:
-    """Recognise default damping, which cannot be asked for: -c v (1 + |v|) is all that is left of a body's acceleration; whether so."""
-    speed = float(np.linalg.norm(twist[:3]))
-    expected = -DEFAULT_DAMPING * twist[:3] * (1.0 + speed)
-    if speed <= 0.05 or np.linalg.norm(unexplained[:3] - expected) >= 0.05 * np.linalg.norm(expected):
-        return False
-    warnings.warn(
-        f"body {body} is braked by pybullet's default damping (a fall ends at 15 m/s); "
-        f"changeDynamics({body}, link, linearDamping=0, angularDamping=0, jointDamping=0) for the base (-1) "
-        f"and every link takes it off",
-        stacklevel=4,
-    )
-    return True
+class DefaultsWatch:
+    """Compares what links did in a step with what they were expected to do, and says each finding once."""
+
+    def __init__(self, client: int) -> None:
+        self._client = client
+        self._told: set[tuple[str, int]] = set()
+
+    def forget(self, body: int) -> None:
+        """The body has gone; its number may come again."""
+        self._told = {(finding, of) for finding, of in self._told if of != body}
+
+    def look(
+        self,
+        bodies: Mapping[int, LinkedBody],
+        system: LinkSystem,
+        wrenches: Array,
+        twists: Array,
+        unexplained: Array,
+        gravity: Array,
+        duration: float,
+    ) -> None:
+        """After a step from `system`: the fluid's wrenches and the twists since (L, 6), accelerations (L, 6) that were not expected."""
+        for row in np.flatnonzero(system.is_free):
+            body, link = system.keys[row]
+            if link < 0:
+                self._look_for_damping(body, system.twist[row], unexplained[row])
+            if wrenches[row].any():
+                self._look_for_turning(body, link, duration * float(np.linalg.norm(twists[row, 3:])), duration)
+        first = 0
+        for name, linked in bodies.items():
+            rows = slice(first, first := first + len(linked.keys))
+            self._look_for_clipping(name, linked, wrenches[rows], unexplained[rows], gravity, duration)
+
+    def _look_for_damping(self, body: int, twist: Array, unexplained: Array) -> None:
+        """Default damping, which cannot be asked for: -c v (1 + |v|) is all that is left of a body's acceleration."""
+        speed = float(np.linalg.norm(twist[:3]))
+        expected = -DEFAULT_DAMPING * twist[:3] * (1.0 + speed)
+        if speed > 0.05 and np.linalg.norm(unexplained[:3] - expected) < 0.05 * np.linalg.norm(expected):
+            self._tell(
+                ("damping", -1),
+                f"body {body} is braked by pybullet's default damping (a fall ends at 15 m/s); "
+                f"changeDynamics({body}, link, linearDamping=0, angularDamping=0, jointDamping=0) for the base (-1) "
+                f"and every link takes it off",
+            )
+
+    def _look_for_turning(self, body: int, link: int, turn: float, duration: float) -> None:
+        """Too large an angle [rad] in a step for forces that hold for all of it."""
+        if turn > TURN_LIMIT:
+            self._tell(
+                ("turning", body),
+                f"body {body}, link {link} turns by {turn:.2g} rad in a step, and forces and joints are not to be relied upon beyond "
+                f"{TURN_LIMIT:g}; setTimeStep({0.5 * TURN_LIMIT / turn * duration:.1g}) would do",
+            )
+
+    def _look_for_clipping(
+        self, name: int, body: LinkedBody, wrenches: Array, unexplained: Array, gravity: Array, duration: float
+    ) -> None:
+        """Joints clipped before their motors act: a loose body that touches nothing, and yet loses momentum."""
+        lost, given = body.masses @ unexplained[:, :3], np.linalg.norm(wrenches[:, :3], axis=1).sum()
+        if len(body.keys) == 1 or body.is_held or np.linalg.norm(lost) <= LOST * given:
+            return
+        change = body.fastest_change(wrenches, gravity, duration)
+        if change > SPEED_LIMIT and not pybullet.getContactPoints(name, physicsClientId=self._client):
+            self._tell(
+                ("clipping", name),
+                f"body {name} took less than the fluid gave it: its joints would come to {change:.3g} m/s or rad/s in a step before their "
+                f"motors hold them, and pybullet clips that at {SPEED_LIMIT:g}; changeDynamics({name}, -1, maxJointVelocity=1e9) lifts it",
+            )
+
+    def _tell(self, finding: tuple[str, int], text: str) -> None:
+        if finding not in self._told:
+            self._told.add(finding)
+            warnings.warn(text, stacklevel=6)
 
 
 def tell_inertia(body: int, link: int, mesh: trimesh.Trimesh, mass: float, inertia: Array) -> None:

@@ -1,27 +1,30 @@
 """Links of pybullet bodies as a fluid meets them: where they are, how they move, how they answer impulses together.
 
 Links of one body hang together in a tree (`articulated_tree`); bodies may be tied to each other or to the world by constraints, point
-to point or fixed (`articulation`). A motor that keeps its joint's rate counts as a joint that does not give way; any other motor is
-a force that nobody announces. All is read from the client anew each step, nothing in it is changed.
+to point or fixed (`articulation`). A motor that keeps its joint's rate, or whose torque follows the load, as a servo's does, counts as
+a joint that does not give way; one that gives all it has is a force that nobody announces. Which it is shows after a first step. All is
+read from the client anew each step, nothing in it is changed.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 from scipy.linalg import block_diag
 from scipy.spatial.transform import Rotation
 
-from coupling.articulated_tree import ArticulatedTree, TreeLink
+from coupling.articulated_tree import ArticulatedTree, TreeLink, no_axes
 from coupling.articulation import Articulation, Joints, PointJoint
 from coupling.quiet_pybullet import pybullet
 
 Array = npt.NDArray[np.float64]
 LinkKey = tuple[int, int]  # unique id of the body and index of the link, -1 for the base
 
+FAR = 1e6  # [m, m/s, rad/s] where numbers mean nothing any more
+SPENT = 1e-3  # relative change of a motor's torque in a step, below which the motor has no more to give
 STEADY = 0.25  # [rad/s2, m/s2] of a joint up to which its motor is said to keep its rate: what iterations of the engine leave
 KEPT = {pybullet.JOINT_POINT2POINT: False, pybullet.JOINT_FIXED: True}  # constraints known here: do they hold the turn?
 
@@ -49,29 +52,60 @@ class LinkedBody:
         self._client, self._body = client, body
         count = pybullet.getNumJoints(body, physicsClientId=client)
         self._joints = [pybullet.getJointInfo(body, n, physicsClientId=client) for n in range(count)]
-        self._rates = np.full(count, np.nan)
+        self._rates = np.full((count, 3), np.nan)
+        self._torques = np.full((count, 3), np.nan)
+        self._loose: list[TreeLink] = []  # at the last reading, as if no motor held a joint
 
     @property
     def keys(self) -> list[LinkKey]:
         """Base first."""
         return [(self._body, link) for link in range(-1, len(self._joints))]
 
+    @property
+    def is_held(self) -> bool:
+        """Whether the base does not move by forces, at the last reading."""
+        return self._loose[0].mass == 0.0
+
+    @property
+    def masses(self) -> Array:
+        """(L,) of the links [kg] at the last reading."""
+        return np.array([link.mass for link in self._loose])
+
     def read(self, step_size: float) -> tuple[Array, list[TreeLink]]:
         """Poses (L, 7) of the centres of mass, and the links as a tree, base first; `step_size` [s] since the last call."""
         position, orientation, states = self._states()
         poses = [(*position, *orientation), *((*state[0], *state[1]) for state in states)]
-        twists, kept = self.twists(), self._kept_joints(step_size)
-        links = [self._link(-1, -1, poses[0], twists[0], position, _axes(pybullet.JOINT_FIXED, np.zeros(3)))]
+        twists = self.twists()
+        self._refuse_lost(poses, twists)
+        self._loose = [self._link(-1, -1, poses[0], twists[0], position, _axes(pybullet.JOINT_FIXED, np.zeros(3)))]
         for n, (joint, state) in enumerate(zip(self._joints, states, strict=True)):
-            kind = pybullet.JOINT_FIXED if kept[n] else joint[2]
-            axes = _axes(kind, Rotation.from_quat(state[1]).apply(joint[13]))  # of the centre of mass, not of the link
-            links.append(self._link(n, joint[16], poses[n + 1], twists[n + 1], state[4], axes))
+            axis = Rotation.from_quat(state[1]).apply(
+                joint[13]
+            )  # told in the frame of the centre of mass, not of the link
+            self._loose.append(self._link(n, joint[16], poses[n + 1], twists[n + 1], state[4], _axes(joint[2], axis)))
+        kept = [False, *self._kept_joints(step_size)]
+        links = [
+            replace(link, slides=no_axes(), turns=no_axes()) if held else link
+            for link, held in zip(self._loose, kept, strict=True)
+        ]
         return np.array(poses), links
+
+    def fastest_change(self, wrenches: Array, gravity: Array, step_size: float) -> float:
+        """Largest change of a rate [m/s, rad/s] that wrenches (L, 6) would make in a step, from the last reading on, if no motor held."""
+        tree = ArticulatedTree(self._loose, is_fixed=self.is_held)
+        return step_size * float(np.abs(tree.rate_changes(gravity, wrenches)).max(initial=0.0))
 
     def twists(self) -> Array:
         """(L, 6) of the centres of mass [m/s, rad/s]."""
         base = np.concatenate(pybullet.getBaseVelocity(self._body, physicsClientId=self._client))
         return np.array([base, *(np.concatenate(state[6:8]) for state in self._states()[2])])
+
+    def _refuse_lost(self, poses: Sequence[Sequence[float]], twists: Array) -> None:
+        if not (np.abs(poses) < FAR).all() or not (np.abs(twists) < FAR).all():
+            raise ValueError(
+                f"body {self._body} is at {list(poses[0][:3])} m in the client, a link of it {np.abs(twists).max():.3g} m/s or rad/s fast, "
+                f"allowed: below {FAR:g}; pybullet's simulation of it has blown up, a shorter setTimeStep may hold it"
+            )
 
     def _states(self) -> tuple[Sequence[float], Sequence[float], Sequence[tuple]]:
         """Position and orientation of the base, and pybullet's states of the other links."""
@@ -97,13 +131,16 @@ class LinkedBody:
         )  # fmt: skip
 
     def _kept_joints(self, step_size: float) -> list[bool]:
-        """Which joints a motor kept at their rates in the last step."""
+        """Which joints a motor held in the last step: at their rates, or with a torque that it could still change."""
         if not self._joints:
             return []
-        states = pybullet.getJointStates(self._body, range(len(self._joints)), physicsClientId=self._client)
-        rates, torques = np.array([state[1] for state in states]), np.array([state[3] for state in states])
-        kept = (torques != 0.0) & (np.abs(rates - self._rates) <= STEADY * step_size)
-        self._rates = rates
+        numbers = range(len(self._joints))
+        states = pybullet.getJointStatesMultiDof(self._body, numbers, physicsClientId=self._client)
+        rates, torques = (np.array([_triple(state[n]) for state in states]) for n in (1, 3))
+        steady = (np.abs(rates - self._rates) <= STEADY * step_size).all(axis=1)
+        spent = (np.abs(torques - self._torques) <= SPENT * np.abs(torques)).all(axis=1)
+        kept = (torques != 0.0).any(axis=1) & (steady | ~spent)
+        self._rates, self._torques = rates, torques
         return [bool(each) for each in kept]
 
 
@@ -133,6 +170,11 @@ def read_links(client: int, bodies: Iterable[LinkedBody], gravity: Array, step_s
 def _blocks(matrix: Array) -> list[Array]:
     """The (6, 6) blocks on the diagonal."""
     return [matrix[n : n + 6, n : n + 6] for n in range(0, len(matrix), 6)]
+
+
+def _triple(numbers: Sequence[float]) -> list[float]:
+    """As many as a spherical joint has."""
+    return [*numbers, *[0.0] * (3 - len(numbers))]
 
 
 def _axes(kind: int, axis: Array) -> tuple[Array, Array]:

@@ -13,8 +13,10 @@ import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
 
+from coupling import plugin
 from coupling.plugin import FluidWorld, attach_fluid
 from coupling.pybullet_shapes import link_mesh
+from coupling.surface_sampling import SurfaceSampling, sample_surface
 from oilsim.boundary import tank_walls
 from oilsim.config import FluidConfig
 from oilsim.initial_conditions import block
@@ -297,6 +299,55 @@ def test_hinged_floats_far_lighter_than_water_rise_and_lie_still(client: int) ->
     assert min(heights) > 0.2 and max(heights) < 0.4, heights
 
 
+def held_chain(client: int, lifted: bool) -> int:
+    """Four light boxes, three quarters as wide as they are apart, on ball joints that pybullet's own motors hold, tilted."""
+    edge, mass = 0.06, 0.004
+    shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=[0.5 * edge] * 3, physicsClientId=client)
+    tilt = Rotation.from_euler("y", 0.4).as_quat().tolist()
+    body = pybullet.createMultiBody(
+        mass, shape, basePosition=(-0.1, 0.0, 0.14), baseOrientation=tilt, linkMasses=[mass] * 3,
+        linkCollisionShapeIndices=[shape] * 3, linkVisualShapeIndices=[-1] * 3,
+        linkPositions=[(0.67 * edge, 0, 0)] + [(1.33 * edge, 0, 0)] * 2, linkOrientations=[(0, 0, 0, 1)] * 3,
+        linkInertialFramePositions=[(0.67 * edge, 0, 0)] * 3, linkInertialFrameOrientations=[(0, 0, 0, 1)] * 3,
+        linkParentIndices=[0, 1, 2], linkJointTypes=[pybullet.JOINT_SPHERICAL] * 3, linkJointAxis=[(0, 1, 0)] * 3,
+        physicsClientId=client,
+    )  # fmt: skip
+    if lifted:
+        pybullet.changeDynamics(body, -1, maxJointVelocity=1e9, physicsClientId=client)
+    return body
+
+
+@pytest.mark.parametrize("lifted", [False, True])
+def test_joints_clipped_before_their_motors_hold_them_are_told(client: int, lifted: bool) -> None:
+    pybullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=client)
+    pybullet.setTimeStep(0.01, physicsClientId=client)
+    body = held_chain(client, lifted)
+    world = attach_fluid(client, pool(0.03, 0.54, 0.24, hollow=((0, 0, 0.12), (0.18, 0.06, 0.09))), [body])
+    speeds = []
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        for _ in range(60):
+            world.step()
+            speeds.append(np.linalg.norm(pybullet.getBaseVelocity(body, physicsClientId=client)[0]))
+            if not lifted and len(speeds) > 20:
+                break
+    clipped = [str(warning.message) for warning in told if "maxJointVelocity=1e9) lifts it" in str(warning.message)]
+    assert len(clipped) == (0 if lifted else 1)
+    assert max(speeds) < 2.0 or not lifted
+
+
+def test_a_link_that_turns_far_in_a_step_is_told(client: int) -> None:
+    pybullet.setTimeStep(0.01, physicsClientId=client)
+    shape = pybullet.createCollisionShape(pybullet.GEOM_SPHERE, radius=0.05, physicsClientId=client)
+    body = pybullet.createMultiBody(1.0, shape, basePosition=(0, 0, 0.1), physicsClientId=client)
+    world = attach_fluid(client, pool(0.025, 0.3, 0.2, hollow=((0, 0, 0.1), (0.06, 0.06, 0.06))), [body])
+    pybullet.resetBaseVelocity(body, (0, 0, 0), (80.0, 0, 0), physicsClientId=client)
+    with pytest.warns(
+        UserWarning, match=rf"body {body}, link -1 turns by 0\.7\d* rad in a step.* setTimeStep\(0\.003\)"
+    ):
+        world.step()
+
+
 def sea_on_the_ground(client: int, spacing: float, half: float, depth: float) -> tuple[Fluid, list[int]]:
     """Water on plane.urdf between four boxes, and the ids of ground and boxes."""
     # plane.urdf collides as a box of 200 m, its upper side at 0; the water on it has no other floor
@@ -345,6 +396,24 @@ def test_ground_larger_than_a_sea_that_repeats_is_refused(client: int) -> None:
     )
     with pytest.raises(ValueError, match=rf"body {ground} is larger than the fluid's domain, which repeats, allowed: "):
         attach_fluid(client, Fluid(config, threads=1), [ground])
+
+
+def test_bodies_of_one_shape_are_sampled_once(client: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    sampled = []
+
+    def counting(mesh: trimesh.Trimesh, *arguments: object, **options: object) -> SurfaceSampling:
+        sampled.append(mesh)
+        return sample_surface(mesh, *arguments, **options)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(plugin, "sample_surface", counting)
+    shapes = [
+        pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=half, physicsClientId=client)
+        for half in ([0.1, 0.1, 0.1], [0.1, 0.1, 0.1], [0.1, 0.1, 0.15])
+    ]
+    bodies = [pybullet.createMultiBody(1.0, shape, physicsClientId=client) for shape in shapes]
+    world = attach_fluid(client, pool(0.05, 0.2, 0.1), bodies)
+    assert len(sampled) == 2
+    assert world.fluid.boundary_count > 0
 
 
 def test_millimetres_taken_for_metres_are_told(client: int) -> None:

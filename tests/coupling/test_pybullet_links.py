@@ -152,6 +152,49 @@ def test_a_motor_that_keeps_its_rate_makes_a_joint_rigid(client: int) -> None:
     np.testing.assert_allclose(measured, expected, atol=2e-2 * np.abs(expected).max())
 
 
+def ranks_of(client: int, body: int, steps: int) -> list[int]:
+    """Freedoms of a pushed chain step by step."""
+    step = 1.0 / 240.0
+    pybullet.setTimeStep(step, physicsClientId=client)
+    linked, ranks = LinkedBody(client, body), []
+    for _ in range(steps):
+        system = read_links(client, [linked], GRAVITY, step)
+        ranks.append(int(np.linalg.matrix_rank(system.inverse_mass)))
+        push(client, system, np.full((4, 6), 3.0))
+        pybullet.stepSimulation(physicsClientId=client)
+    return ranks
+
+
+def test_default_motors_of_ball_joints_make_them_rigid(client: int) -> None:
+    body = chain(client, pybullet.JOINT_SPHERICAL)
+    for link in range(3):
+        pybullet.setJointMotorControlMultiDof(
+            body, link, pybullet.POSITION_CONTROL, [0, 0, 0, 1], positionGain=0, velocityGain=1, force=[1e4] * 3,
+            physicsClientId=client,
+        )  # fmt: skip
+    assert ranks_of(client, body, 4) == [15, 6, 6, 6]
+
+
+def test_a_servo_is_rigid_while_it_moves_and_gives_way_once_its_force_is_spent(client: int) -> None:
+    for force, expected in ((1e6, 6), (1e-2, 9)):
+        body = chain(client, pybullet.JOINT_REVOLUTE)
+        for link in range(3):
+            pybullet.setJointMotorControl2(
+                body, link, pybullet.POSITION_CONTROL, targetPosition=1.0, force=force, physicsClientId=client
+            )
+        ranks = ranks_of(client, body, 6)
+        assert ranks[0] == 9
+        assert ranks[2:] == [expected] * 4, force
+
+
+def test_a_body_that_has_left_all_bounds_is_named(client: int) -> None:
+    body = chain(client, pybullet.JOINT_REVOLUTE)
+    linked = LinkedBody(client, body)
+    pybullet.resetBaseVelocity(body, (1e8, 0.0, 0.0), (0.0, 0.0, 0.0), physicsClientId=client)
+    with pytest.raises(ValueError, match=rf"body {body} is at .* allowed: below 1e\+06; .* setTimeStep"):
+        read_links(client, [linked], GRAVITY, STEP)
+
+
 def test_a_body_removed_behind_the_fluids_back_is_named(client: int) -> None:
     body = chain(client, pybullet.JOINT_REVOLUTE)
     linked = LinkedBody(client, body)

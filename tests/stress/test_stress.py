@@ -14,13 +14,20 @@ from tests.stress import trials
 from tests.stress.__main__ import trial_of
 from tests.stress.random_scenes import random_scene
 from tests.stress.trials import Trial, as_toml, run_trial
+from tests.stress.world_trials import run_world_trial
 
 SEEDS = range(7000, 7024)
+WORLDS = range(7000, 7010)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_random_scene_keeps_to_physics(seed: int) -> None:
     assert trial_of(seed).faults == {}
+
+
+@pytest.mark.parametrize("seed", WORLDS)
+def test_random_world_keeps_to_physics(seed: int) -> None:
+    assert run_world_trial(seed).faults == {}
 
 
 def test_most_random_scenes_can_be_built() -> None:

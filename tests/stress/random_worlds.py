@@ -1,0 +1,383 @@
+"""Random pybullet worlds with a fluid in them, each from its seed: bodies as a user of the plugin makes, loads and ties them.
+
+Shapes of every kind, URDF files at other scales, chains with motors and constraints; time steps, sub-steps and damping as a client may
+have them; bodies that come, go and are pushed on the way. Lengths and speeds go with the spacing and the tank as in `random_scenes`.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import pybullet
+import pybullet_data
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from coupling.plugin import FluidWorld, attach_fluid
+from oilsim.boundary import tank_walls
+from oilsim.config import FluidConfig
+from oilsim.initial_conditions import block
+from oilsim.phases import Phase
+from oilsim.solver import AdvanceReport, Fluid
+from tests.stress.random_scenes import GRAVITY, LENGTH, TRIES, Dice
+
+Array = NDArray[np.float64]
+
+DATA = Path(pybullet_data.getDataPath())
+URDFS = (
+    "duck_vhacd.urdf",
+    "cube_small.urdf",
+    "sphere2.urdf",
+    "teddy_vhacd.urdf",
+    "r2d2.urdf",
+    "jenga/jenga.urdf",
+    "racecar/racecar.urdf",
+)
+JOINTS = (pybullet.JOINT_REVOLUTE, pybullet.JOINT_SPHERICAL, pybullet.JOINT_PRISMATIC, pybullet.JOINT_FIXED)
+MOST_STEPS = 200
+SIDES = ("-x", "+x", "-y", "+y", "-z")
+
+
+@dataclass
+class RandomWorld:
+    """A client of its own, its fluid and what a run does to them; `speed` [m/s] of what drives it, `is_driven` by more than gravity."""
+
+    dice: Dice
+    client: int
+    fluid: Fluid
+    coupled: FluidWorld
+    size: Array
+    gravity: float
+    speed: float
+    steps: int
+    loose: list[int] = field(default_factory=list)
+    is_driven: bool = False
+
+    def step(self) -> AdvanceReport:
+        """Take a step; a few times in a run something happens before it."""
+        if self.dice.chance(3.0 / self.steps):
+            self._happening()
+        return self.coupled.step()
+
+    def _happening(self) -> None:
+        """A body falls in, is taken away or pushed."""
+        kind = self.dice.choice("remove", "add", "push")
+        if kind == "add":
+            self.is_driven = True  # what falls in brings energy
+            body = _loose_body(self.dice, self.client, self.fluid.config.particle_spacing, self.size)
+            if _place(
+                self.dice, self.client, body, self.loose, self.size, self.fluid.config.particle_spacing, above=1.0
+            ):
+                try:
+                    self.coupled.add_body(body)
+                except ValueError:  # all its links are smaller than a particle
+                    pybullet.removeBody(body, physicsClientId=self.client)
+                else:
+                    self.loose.append(body)
+        elif self.loose and kind == "remove":
+            body = self.loose.pop(int(self.dice.random.integers(len(self.loose))))
+            self.coupled.remove_body(body)
+            pybullet.removeBody(body, physicsClientId=self.client)
+        elif self.loose:
+            self.is_driven = True
+            body = self.dice.choice(*self.loose)
+            step = pybullet.getPhysicsEngineParameters(physicsClientId=self.client)["fixedTimeStep"]
+            mass = pybullet.getDynamicsInfo(body, -1, physicsClientId=self.client)[0]
+            push = self.dice.vector(0.3 * self.speed * mass / step)
+            pybullet.applyExternalForce(body, -1, push, (0, 0, 0), pybullet.LINK_FRAME, physicsClientId=self.client)
+
+    def energy(self) -> float:
+        """Of liquid and loose bodies [J]."""
+        fluid = self.fluid.energy()
+        return fluid.kinetic + fluid.potential + sum(self._body_energy(body) for body in self.loose)
+
+    def fastest_body(self) -> float:
+        """[m/s]"""
+        speeds = [np.linalg.norm(twist[:3]) for body in self.loose for _, _, twist in self._links(body)]
+        return float(max(speeds, default=0.0))
+
+    def furthest_turn(self) -> float:
+        """Largest angle [rad] by which a link turns in a step of the client."""
+        step = pybullet.getPhysicsEngineParameters(physicsClientId=self.client)["fixedTimeStep"]
+        spins = [np.linalg.norm(twist[3:]) for body in self.loose for _, _, twist in self._links(body)]
+        return float(step * max(spins, default=0.0))
+
+    def _body_energy(self, body: int) -> float:
+        total = 0.0
+        for link, pose, twist in self._links(body):
+            mass, _, moments, *_ = pybullet.getDynamicsInfo(body, link, physicsClientId=self.client)
+            spin = Rotation.from_quat(pose[3:]).inv().apply(twist[3:])
+            total += mass * self.gravity * pose[2] + 0.5 * mass * twist[:3] @ twist[:3] + 0.5 * (moments * spin) @ spin
+        return float(total)
+
+    def _links(self, body: int) -> list[tuple[int, Array, Array]]:
+        """Index, pose (7,) and twist (6,) of every link."""
+        base = pybullet.getBasePositionAndOrientation(body, physicsClientId=self.client)
+        velocity = pybullet.getBaseVelocity(body, physicsClientId=self.client)
+        rows = [(-1, np.concatenate(base), np.concatenate(velocity))]
+        for link in range(pybullet.getNumJoints(body, physicsClientId=self.client)):
+            state = pybullet.getLinkState(body, link, 1, 1, physicsClientId=self.client)
+            rows.append((link, np.concatenate(state[:2]), np.concatenate(state[6:8])))
+        return rows
+
+    def mass(self) -> float:
+        """Of liquid and loose bodies [kg]."""
+        densities = np.array([phase.rest_density for phase in self.fluid.config.phases])
+        liquid = self.fluid.config.rest_volume * float(densities[self.fluid.state.phase].sum())
+        links = ((body, link) for body in self.loose for link, _, _ in self._links(body))
+        return liquid + sum(pybullet.getDynamicsInfo(*key, physicsClientId=self.client)[0] for key in links)
+
+    def close(self) -> None:
+        """End both."""
+        self.fluid.close()
+        pybullet.disconnect(self.client)
+
+
+def random_world(seed: int, threads: int = 1) -> RandomWorld:
+    """The world of a seed, not stepped yet."""
+    dice = Dice(seed)
+    spacing = dice.scale(0.01, 0.2)
+    size = dice.random.integers((10, 9, 10), (20, 16, 20)) * spacing
+    gravity = dice.choice(GRAVITY, GRAVITY, GRAVITY, dice.scale(0.3, 50.0))
+    unit, speed = math.sqrt(spacing / gravity), math.sqrt(gravity * float(size[2]))
+    client = pybullet.connect(pybullet.DIRECT)
+    pybullet.setAdditionalSearchPath(str(DATA), physicsClientId=client)
+    pybullet.setGravity(0.0, 0.0, -gravity, physicsClientId=client)
+    step = min(dice.choice(0.1, 0.25, 0.5, 1.0) * unit, 1.0 / 60.0)
+    pybullet.setTimeStep(step, physicsClientId=client)
+    pybullet.setPhysicsEngineParameter(numSubSteps=dice.choice(0, 0, 1, 4), physicsClientId=client)
+    held = _sides(client, size, 5.0 * spacing)
+    loose = _bodies(dice, client, spacing, size, speed)
+    driven = _tie(dice, client, loose)
+    fluid = _sea(dice, client, spacing, size, gravity, loose, threads)
+    if dice.chance(0.75):
+        high = (float(size[0]), float(size[1]), 2.0 * float(size[2]))
+        fluid.add_boundary(tank_walls((0.0, 0.0, 0.0), high, spacing, sides=SIDES))
+        held = []
+    try:
+        coupled = attach_fluid(client, fluid, [*held, *loose], no_slip=dice.chance(0.3))
+    except ValueError:
+        pybullet.disconnect(client)
+        raise
+    reference = math.sqrt(4.0 * gravity * float(np.linalg.norm(size)) + 2.0 * speed**2)
+    steps = min(math.ceil(LENGTH * unit / step), MOST_STEPS)
+    return RandomWorld(dice, client, fluid, coupled, size, gravity, reference, steps, loose, driven)
+
+
+def _sides(client: int, size: Array, thick: float) -> list[int]:
+    """Floor and four walls, twice as high as the tank, as held boxes around the inside from the origin to `size`."""
+    x, y, z = (float(length) for length in size)
+    slabs = (
+        ((0.5 * x, 0.5 * y, -0.5 * thick), (0.5 * x + thick, 0.5 * y + thick, 0.5 * thick)),
+        ((-0.5 * thick, 0.5 * y, z), (0.5 * thick, 0.5 * y + thick, z)),
+        ((x + 0.5 * thick, 0.5 * y, z), (0.5 * thick, 0.5 * y + thick, z)),
+        ((0.5 * x, -0.5 * thick, z), (0.5 * x, 0.5 * thick, z)),
+        ((0.5 * x, y + 0.5 * thick, z), (0.5 * x, 0.5 * thick, z)),
+    )
+    bodies = []
+    for place, half in slabs:
+        shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=half, physicsClientId=client)
+        bodies.append(pybullet.createMultiBody(0.0, shape, basePosition=place, physicsClientId=client))
+    return bodies
+
+
+def _bodies(dice: Dice, client: int, spacing: float, size: Array, speed: float) -> list[int]:
+    """Up to four loose bodies within the tank or above it, none in another, some thrown."""
+    bodies: list[int] = []
+    for _ in range(dice.choice(1, 2, 3, 4)):
+        body = _loose_body(dice, client, spacing, size)
+        if not _place(dice, client, body, bodies, size, spacing):
+            continue
+        bodies.append(body)
+        if dice.chance(0.4):
+            thrown = dice.vector(speed * dice.choice(0.1, 0.3))
+            pybullet.resetBaseVelocity(
+                body, thrown, dice.vector(min(0.1 * speed / spacing, 10.0)), physicsClientId=client
+            )
+    return bodies
+
+
+def _place(
+    dice: Dice, client: int, body: int, others: list[int], size: Array, spacing: float, above: float = 0.0
+) -> bool:
+    """Put a body where it touches nothing, higher than `above` tank heights; it is removed where no place is found."""
+    for _ in range(TRIES):
+        place = (dice.random.uniform(size=3) * (1.0, 1.0, 1.5 - above) + (0.0, 0.0, above)) * size
+        turn = Rotation.from_rotvec(dice.random.normal(0.0, 1.0, 3)).as_quat()
+        pybullet.resetBasePositionAndOrientation(body, place, turn, physicsClientId=client)
+        if _is_free(client, body, others, size, spacing):
+            return True
+    pybullet.removeBody(body, physicsClientId=client)
+    return False
+
+
+def _bounds(client: int, body: int) -> tuple[Array, Array]:
+    """Corners of the box around all links."""
+    links = range(-1, pybullet.getNumJoints(body, physicsClientId=client))
+    boxes = np.array([pybullet.getAABB(body, link, physicsClientId=client) for link in links])
+    boxes = boxes[(boxes[:, 1] > boxes[:, 0]).all(axis=1)]  # links without a shape have none
+    return boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
+
+
+def _is_free(client: int, body: int, others: list[int], size: Array, spacing: float) -> bool:
+    lower, upper = _bounds(client, body)
+    if (lower < spacing).any() or (upper > size * (1.0, 1.0, 2.0) - spacing).any():
+        return False
+    for other in others:
+        low, high = _bounds(client, other)
+        if (lower < high + spacing).all() and (upper > low - spacing).all():
+            return False
+    return True
+
+
+def _loose_body(dice: Dice, client: int, spacing: float, size: Array) -> int:
+    """A body of a random kind, some 4 spacings to half the tank across, at the origin."""
+    across = dice.between(4.0, 0.55 * float(size.min()) / spacing) * spacing
+    kind = dice.choice("primitive", "primitive", "primitive", "chain", "urdf", "mesh")
+    if kind == "urdf":
+        body = _loaded(dice, client, across)
+    elif kind == "chain":
+        body = _chain(dice, client, across)
+    else:
+        mass = dice.scale(20.0, 5000.0) * 0.3 * across**3
+        shape = _primitive(dice, client, across) if kind == "primitive" else _mesh(dice, client, across)
+        body = pybullet.createMultiBody(mass, shape, physicsClientId=client)
+    # as the plugin asks for where joints of light links are held by motors
+    pybullet.changeDynamics(body, -1, maxJointVelocity=1e9, physicsClientId=client)
+    if dice.chance(0.6):
+        pybullet.changeDynamics(body, -1, linearDamping=0.0, angularDamping=0.0, physicsClientId=client)
+    return body
+
+
+def _primitive(dice: Dice, client: int, across: float) -> int:
+    kind = dice.choice(pybullet.GEOM_BOX, pybullet.GEOM_SPHERE, pybullet.GEOM_CYLINDER, pybullet.GEOM_CAPSULE)
+    if kind == pybullet.GEOM_BOX:
+        half = (0.5 * across * dice.random.uniform(0.3, 1.0, 3)).tolist()
+        return pybullet.createCollisionShape(kind, halfExtents=half, physicsClientId=client)
+    return pybullet.createCollisionShape(kind, radius=0.3 * across, height=0.4 * across, physicsClientId=client)
+
+
+def _mesh(dice: Dice, client: int, across: float) -> int:
+    """The duck (about one unit across), as pybullet's hull of it."""
+    scale = (across * dice.random.uniform(0.5, 1.0, 3)).tolist()
+    return pybullet.createCollisionShape(
+        pybullet.GEOM_MESH, fileName=str(DATA / "duck_vhacd.obj"), meshScale=scale, physicsClientId=client
+    )
+
+
+def _loaded(dice: Dice, client: int, across: float) -> int:
+    """A URDF file, scaled to be `across`; its masses are its own, or go with its size."""
+    name = dice.choice(*URDFS)
+    body = pybullet.loadURDF(name, physicsClientId=client)
+    lower, upper = _bounds(client, body)
+    pybullet.removeBody(body, physicsClientId=client)
+    body = pybullet.loadURDF(name, globalScaling=across / float((upper - lower).max()), physicsClientId=client)
+    lower, upper = _bounds(client, body)
+    density = dice.scale(50.0, 3000.0)
+    links = range(-1, pybullet.getNumJoints(body, physicsClientId=client))
+    total = sum(pybullet.getDynamicsInfo(body, link, physicsClientId=client)[0] for link in links)
+    factor = density * 0.4 * float(np.prod(upper - lower)) / total
+    for link in links:
+        mass, _, moments, *_ = pybullet.getDynamicsInfo(body, link, physicsClientId=client)
+        moments = (np.array(moments) * factor).tolist()
+        pybullet.changeDynamics(body, link, mass=factor * mass, localInertiaDiagonal=moments, physicsClientId=client)
+    return body
+
+
+def _chain(dice: Dice, client: int, across: float) -> int:
+    """Boxes in a row, joined in any way, `across` long; joints that turn or slide are driven by motors, held by friction, or free."""
+    links = dice.choice(1, 2, 3)
+    edge = across / (1.2 * (links + 1))
+    density = dice.scale(20.0, 3000.0)
+    half = [0.5 * edge, 0.5 * edge * dice.between(0.5, 1.0), 0.5 * edge * dice.between(0.5, 1.0)]
+    mass = density * 8.0 * math.prod(half)
+    shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=half, physicsClientId=client)
+    upright, nowhere = [[0, 0, 0, 1]] * links, [[0, 0, 0]] * links
+    return pybullet.createMultiBody(
+        mass, shape, linkMasses=[mass] * links, linkCollisionShapeIndices=[shape] * links,
+        linkVisualShapeIndices=[-1] * links, linkPositions=[[0.6 * edge if n == 0 else 1.2 * edge, 0, 0] for n in range(links)],
+        linkOrientations=upright, linkInertialFramePositions=[[0.6 * edge, 0, 0]] * links,
+        linkInertialFrameOrientations=upright, linkParentIndices=list(range(links)),
+        linkJointTypes=[dice.choice(*JOINTS) for _ in range(links)],
+        linkJointAxis=[dice.choice([0, 1, 0], [0, 0, 1], [1, 0, 0]) for _ in nowhere], physicsClientId=client,
+    )  # fmt: skip
+
+
+def _tie(dice: Dice, client: int, bodies: list[int]) -> bool:
+    """Let motors turn, or not, and tie two bodies to each other; returns whether anything is driven."""
+    driven = False
+    for body in bodies:
+        for joint in range(pybullet.getNumJoints(body, physicsClientId=client)):
+            kind = pybullet.getJointInfo(body, joint, physicsClientId=client)[2]
+            if kind not in (pybullet.JOINT_REVOLUTE, pybullet.JOINT_PRISMATIC):
+                continue
+            motor = dice.choice("none", "none", "default", "rate", "servo")
+            if motor == "default":
+                continue
+            options = {"force": 0.0} if motor == "none" else {}
+            control = pybullet.POSITION_CONTROL if motor == "servo" else pybullet.VELOCITY_CONTROL
+            reach = 10.0 if kind == pybullet.JOINT_REVOLUTE else 0.1
+            if motor == "rate":
+                options["targetVelocity"] = dice.between(-reach, reach)
+            elif motor == "servo":
+                options["targetPosition"] = 0.1 * dice.between(-reach, reach)
+            driven |= motor in ("rate", "servo")
+            pybullet.setJointMotorControl2(body, joint, control, **options, physicsClientId=client)
+    if len(bodies) > 1 and dice.chance(0.25):
+        first, second = bodies[:2]
+        places = [
+            np.array(pybullet.getBasePositionAndOrientation(body, physicsClientId=client)[0])
+            for body in (first, second)
+        ]
+        turns = [
+            Rotation.from_quat(pybullet.getBasePositionAndOrientation(body, physicsClientId=client)[1])
+            for body in (first, second)
+        ]
+        middle = 0.5 * (places[0] + places[1])
+        arms = [turn.inv().apply(middle - place).tolist() for turn, place in zip(turns, places, strict=True)]
+        pybullet.createConstraint(
+            first, -1, second, -1, pybullet.JOINT_POINT2POINT, (0, 0, 0), arms[0], arms[1], physicsClientId=client
+        )
+    return driven
+
+
+def _sea(
+    dice: Dice, client: int, spacing: float, size: Array, gravity: float, bodies: list[int], threads: int
+) -> Fluid:
+    """One liquid or two, from the floor to a third or two of the tank's height, around the bodies."""
+    phases = tuple(
+        Phase(
+            name=f"liquid-{n}",
+            rest_density=1000.0 if n == 0 else dice.scale(300.0, 1500.0),
+            dynamic_viscosity=dice.choice(0.0, 1e-3, dice.scale(1e-3, 100.0)),
+        )
+        for n in range(dice.choice(1, 1, 2))
+    )
+    margin = 12.0 * spacing
+    config = FluidConfig(
+        particle_spacing=spacing, phases=phases, lower=(-margin, -margin, -margin),
+        upper=(float(size[0]) + margin, float(size[1]) + margin, 2.0 * float(size[2]) + margin),
+        gravity=(0.0, 0.0, -gravity),
+    )  # fmt: skip
+    fluid = Fluid(config, threads=threads)
+    depth = 0.0
+    for phase in phases:
+        top = depth + round(dice.between(0.2, 0.45) * float(size[2]) / spacing) * spacing
+        points = block((0.0, 0.0, depth), (float(size[0]), float(size[1]), top), spacing)
+        fluid.add_particles(points[_outside(client, points, bodies, 0.5 * spacing)], phase=phase.name)
+        depth = top
+    return fluid
+
+
+def _outside(client: int, points: Array, bodies: list[int], clearance: float) -> NDArray[np.bool_]:
+    """Which points lie in no link's bounding box."""
+    free = np.ones(len(points), bool)
+    links = ((body, range(-1, pybullet.getNumJoints(body, physicsClientId=client))) for body in bodies)
+    for body, link in itertools.chain.from_iterable(((body, n) for n in numbers) for body, numbers in links):
+        lower, upper = pybullet.getAABB(body, link, physicsClientId=client)
+        free &= ((points < np.subtract(lower, clearance)) | (points > np.add(upper, clearance))).any(axis=1)
+    return free
