@@ -24,7 +24,7 @@ from coupling.rotations import turned
 
 Array = npt.NDArray[np.float64]
 
-UNCLIPPED = 1e9  # [m/s, rad/s]; by default bodies are clipped at 100 before joints act, and lose what they gave each other
+UNCLIPPED = 1e9  # [m/s, rad/s]; else 100, before joints act: jointed bodies then lose what they gave each other
 UNYIELDING_MASS = 1e12  # [kg] of a body on a prescribed motion: joints and contacts do not move it
 UNYIELDING_FORCE = 1e15  # [N] a joint can take; pybullet's own limit is 120 kN at 240 Hz
 FREE_GROUP, HELD_GROUP = 1, 2  # collision groups: held bodies do not collide with each other
