@@ -78,8 +78,10 @@ class DefaultsWatch:
         self, name: int, body: LinkedBody, wrenches: Array, unexplained: Array, gravity: Array, duration: float
     ) -> None:
         """Joints clipped before their motors act: a loose body that touches nothing, and yet loses momentum."""
+        if len(body.keys) == 1 or body.is_held:
+            return
         lost, given = body.masses @ unexplained[:, :3], np.linalg.norm(wrenches[:, :3], axis=1).sum()
-        if len(body.keys) == 1 or body.is_held or np.linalg.norm(lost) <= LOST * given:
+        if np.linalg.norm(lost) <= LOST * given:
             return
         change = body.fastest_change(wrenches, gravity, duration)
         if change > SPEED_LIMIT and not pybullet.getContactPoints(name, physicsClientId=self._client):

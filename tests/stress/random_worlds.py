@@ -38,6 +38,7 @@ URDFS = (
     "racecar/racecar.urdf",
 )
 JOINTS = (pybullet.JOINT_REVOLUTE, pybullet.JOINT_SPHERICAL, pybullet.JOINT_PRISMATIC, pybullet.JOINT_FIXED)
+REACH = {pybullet.JOINT_REVOLUTE: 1.0, pybullet.JOINT_PRISMATIC: 0.01}  # [rad], [m] of motors
 MOST_STEPS = 200
 SIDES = ("-x", "+x", "-y", "+y", "-z")
 
@@ -270,7 +271,7 @@ def _mesh(dice: Dice, client: int, across: float) -> int:
 
 
 def _loaded(dice: Dice, client: int, across: float) -> int:
-    """A URDF file, scaled to be `across`; its masses are its own, or go with its size."""
+    """A URDF file, scaled to be `across`, its masses with it."""
     name = dice.choice(*URDFS)
     body = pybullet.loadURDF(name, physicsClientId=client)
     lower, upper = _bounds(client, body)
@@ -289,44 +290,50 @@ def _loaded(dice: Dice, client: int, across: float) -> int:
 
 
 def _chain(dice: Dice, client: int, across: float) -> int:
-    """Boxes in a row, joined in any way, `across` long; joints that turn or slide are driven by motors, held by friction, or free."""
+    """Boxes in a row, joined in any way, `across` long."""
     links = dice.choice(1, 2, 3)
     edge = across / (1.2 * (links + 1))
     density = dice.scale(20.0, 3000.0)
     half = [0.5 * edge, 0.5 * edge * dice.between(0.5, 1.0), 0.5 * edge * dice.between(0.5, 1.0)]
     mass = density * 8.0 * math.prod(half)
     shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=half, physicsClientId=client)
-    upright, nowhere = [[0, 0, 0, 1]] * links, [[0, 0, 0]] * links
+    upright = [[0, 0, 0, 1]] * links
     return pybullet.createMultiBody(
         mass, shape, linkMasses=[mass] * links, linkCollisionShapeIndices=[shape] * links,
         linkVisualShapeIndices=[-1] * links, linkPositions=[[0.6 * edge if n == 0 else 1.2 * edge, 0, 0] for n in range(links)],
         linkOrientations=upright, linkInertialFramePositions=[[0.6 * edge, 0, 0]] * links,
         linkInertialFrameOrientations=upright, linkParentIndices=list(range(links)),
         linkJointTypes=[dice.choice(*JOINTS) for _ in range(links)],
-        linkJointAxis=[dice.choice([0, 1, 0], [0, 0, 1], [1, 0, 0]) for _ in nowhere], physicsClientId=client,
+        linkJointAxis=[dice.choice([0, 1, 0], [0, 0, 1], [1, 0, 0]) for _ in range(links)], physicsClientId=client,
     )  # fmt: skip
 
 
+def _drive(dice: Dice, client: int, body: int, joint: int, motor: str, reach: float) -> None:
+    """Free a hinge or a slide, or let its motor keep a rate or go to a place, `reach` [rad or m] at most."""
+    control = pybullet.POSITION_CONTROL if motor == "servo" else pybullet.VELOCITY_CONTROL
+    options: dict[str, float] = {"force": 0.0} if motor == "none" else {}
+    if motor == "rate":
+        options["targetVelocity"] = dice.between(-10.0 * reach, 10.0 * reach)
+    elif motor == "servo":
+        options["targetPosition"] = dice.between(-reach, reach)
+    pybullet.setJointMotorControl2(body, joint, control, **options, physicsClientId=client)
+
+
 def _tie(dice: Dice, client: int, bodies: list[int]) -> bool:
-    """Let motors turn, or not, and tie two bodies to each other; returns whether anything is driven."""
+    """Let joints be free, held or driven by their motors, and tie two bodies to each other; returns whether anything is driven."""
     driven = False
     for body in bodies:
         for joint in range(pybullet.getNumJoints(body, physicsClientId=client)):
             kind = pybullet.getJointInfo(body, joint, physicsClientId=client)[2]
-            if kind not in (pybullet.JOINT_REVOLUTE, pybullet.JOINT_PRISMATIC):
-                continue
             motor = dice.choice("none", "none", "default", "rate", "servo")
-            if motor == "default":
-                continue
-            options = {"force": 0.0} if motor == "none" else {}
-            control = pybullet.POSITION_CONTROL if motor == "servo" else pybullet.VELOCITY_CONTROL
-            reach = 10.0 if kind == pybullet.JOINT_REVOLUTE else 0.1
-            if motor == "rate":
-                options["targetVelocity"] = dice.between(-reach, reach)
-            elif motor == "servo":
-                options["targetPosition"] = 0.1 * dice.between(-reach, reach)
-            driven |= motor in ("rate", "servo")
-            pybullet.setJointMotorControl2(body, joint, control, **options, physicsClientId=client)
+            if kind == pybullet.JOINT_SPHERICAL and motor == "none":
+                pybullet.setJointMotorControlMultiDof(
+                    body, joint, pybullet.POSITION_CONTROL, [0, 0, 0, 1], positionGain=0, velocityGain=0, force=[0, 0, 0],
+                    physicsClientId=client,
+                )  # fmt: skip
+            elif kind in REACH and motor != "default":
+                driven |= motor != "none"
+                _drive(dice, client, body, joint, motor, REACH[kind])
     if len(bodies) > 1 and dice.chance(0.25):
         first, second = bodies[:2]
         places = [

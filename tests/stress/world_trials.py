@@ -37,8 +37,9 @@ def _watch(world: RandomWorld, trial: Trial) -> list[bytes]:
     before, mass = world.energy(), world.mass()
     seen: list[bytes] = []
     longest = 0.0
-    for _ in range(world.steps):
+    for step in range(world.steps):
         if world.furthest_turn() >= TURN_LIMIT:
+            trial.note("part cut off", 1.0 - step / world.steps, np.inf)
             break
         try:
             report = world.step()
