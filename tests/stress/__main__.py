@@ -43,11 +43,11 @@ def leave(trial: Trial, folder: Path) -> str:
 def print_figures(console: Console, title: str, trials: list[Trial]) -> None:
     """How far they went, figure by figure."""
     table = Table(title=f"{len(trials)} random {title}, {sum(trial.particles for trial in trials)} particles")
-    for column in ("largest of each", "median", "95 %", "most"):
+    for column in ("largest of each", "of how many", "median", "95 %", "most"):
         table.add_column(column, justify="left" if column.startswith("largest") else "right")
     for name in dict.fromkeys(name for trial in trials for name in trial.figures):
         values = [trial.figures[name] for trial in trials if name in trial.figures]
-        table.add_row(name, *(f"{np.quantile(values, share):.3g}" for share in (0.5, 0.95, 1.0)))
+        table.add_row(name, str(len(values)), *(f"{np.quantile(values, share):.3g}" for share in (0.5, 0.95, 1.0)))
     console.print(table)
 
 
