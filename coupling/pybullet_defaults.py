@@ -17,7 +17,7 @@ Array = npt.NDArray[np.float64]
 DEFAULT_DAMPING = 0.04  # [1/s] and [1/m]: pybullet's, of every link unless changeDynamics sets another
 SPEED_LIMIT = 100.0  # [m/s] and [rad/s]: of every coordinate of a body with joints, and before motors hold these
 TURN_LIMIT = 0.5  # [rad] in a step, for which forces and the inverse mass of joints are those of its beginning
-LOST = 0.5  # of the forces on a body's links: less can come from links that turn while a step lasts
+LOST = TURN_LIMIT  # of the forces on a body's links: the engine itself errs by as much as links turn in a step
 
 
 class DefaultsWatch:
@@ -41,7 +41,8 @@ class DefaultsWatch:
         gravity: Array,
         duration: float,
     ) -> None:
-        """After a step from `system`: the fluid's wrenches and the twists since (L, 6), accelerations (L, 6) that were not expected."""
+        """After a step of `duration` [s] from `system`: the fluid's wrenches [N, N m] and the twists since [m/s, rad/s], both (L, 6), the
+        accelerations (L, 6) [m/s2, rad/s2] that were not expected, and gravity (3,) [m/s2]."""
         for row in np.flatnonzero(system.is_free):
             body, link = system.keys[row]
             if link < 0:
@@ -78,13 +79,13 @@ class DefaultsWatch:
         self, name: int, body: LinkedBody, wrenches: Array, unexplained: Array, gravity: Array, duration: float
     ) -> None:
         """Joints clipped before their motors act: a loose body that touches nothing, and yet loses momentum."""
-        if len(body.keys) == 1 or body.is_held:
+        if len(body.keys) == 1 or body.is_held or not wrenches.any() or ("clipping", name) in self._told:
             return
         lost, given = body.masses @ unexplained[:, :3], np.linalg.norm(wrenches[:, :3], axis=1).sum()
-        if np.linalg.norm(lost) <= LOST * given:
+        if np.linalg.norm(lost) <= LOST * given or pybullet.getContactPoints(name, physicsClientId=self._client):
             return
         change = body.fastest_change(wrenches, gravity, duration)
-        if change > SPEED_LIMIT and not pybullet.getContactPoints(name, physicsClientId=self._client):
+        if change > SPEED_LIMIT:
             self._tell(
                 ("clipping", name),
                 f"body {name} took less than the fluid gave it: its joints would come to {change:.3g} m/s or rad/s in a step before their "

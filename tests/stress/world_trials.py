@@ -1,7 +1,8 @@
 """A random pybullet world is run and held to what physics allows, as far as pybullet itself can follow it.
 
-The figures are those of `trials`, the last one without checkpoints: the same world made again, on two threads, is the same bit for bit.
-A body that turns further in a step than pybullet's forces hold for, which the plugin says, ends the trial: what comes then is the engine's.
+The figures are those of `trials`, but for what keeps bodies in, which are pybullet's own walls, and for checkpoints: the same world made
+again, on two threads, is the same bit for bit. A body that turns further in a step than pybullet's forces hold for, which the plugin says,
+ends the trial: what comes then is the engine's.
 """
 
 from __future__ import annotations
