@@ -1,6 +1,6 @@
 """Two even layers of wall particles inside the surface of any closed mesh, and what each particle stands for.
 
-Points lie half a particle spacing d and one and a half inside the surface, about d apart, with points along the edges and
+Points lie half a particle spacing d and one and a half inside the surface, a little less than d apart, with points along the edges and
 corners of both layers. Each stands for its cell of the solid (`solid_shells`): that is its volume, and it lies at the
 cell's centroid. What liquid sees of the kernel's share of the solid, and of its gradient, is then what a lattice would show it.
 
@@ -28,7 +28,7 @@ from oilsim.boundary import BoundaryParticles
 Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
 
-PITCH = 0.95  # mean distance of points in particle spacings: random choice leaves holes, which a lattice has not
+PITCH = 0.85  # mean distance of points in particle spacings: random choice leaves holes, which a lattice has not, and liquid sinks in
 RIDGE_PITCH = 0.9  # least distance of points along an edge, in pitches: what is left of its length is shared out
 CANDIDATE_STEP = 0.2  # lattice step of candidates, in particle spacings
 RELAXATIONS = 30  # rounds of pushing apart

@@ -13,12 +13,13 @@ from scipy.spatial.transform import Rotation
 
 from coupling.bodies import box, capsule, cylinder, sphere
 from coupling.signed_distance import SignedDistance
-from coupling.surface_sampling import SurfaceSampling, particles_of, sample_surface
+from coupling.surface_sampling import PITCH, SurfaceSampling, particles_of, sample_surface
 from oilsim.boundary import half_space_integral, lattice_wall_factor
 from oilsim.smoothing_kernels import SUPPORT, lattice, normalisation
 
 Array = npt.NDArray[np.float64]
 SIGMA = normalisation(1.0, 3)
+DENSER = 0.88 / PITCH**2  # points on d^2: of points chosen at random some lie farther apart
 
 
 def moved(mesh: trimesh.Trimesh, angles: tuple[float, float, float]) -> trimesh.Trimesh:
@@ -103,12 +104,12 @@ def test_layers_lie_at_their_depths_and_evenly(name: str) -> None:
     np.testing.assert_allclose(sampling.depth[sampling.outer :], 1.5, atol=0.3)
     for points in (outer, inner):
         nearest = cKDTree(points).query(points, 2)[0][:, 1]
-        assert nearest.mean() == pytest.approx(1.0, abs=0.1)
-        assert nearest.min() > 0.6
+        assert nearest.mean() == pytest.approx(PITCH, rel=0.12)
+        assert nearest.min() > 0.6 * PITCH
     assert sampling.excess_volume == 0.0
     # no hole that a particle fits through: every place of the layer has a point near by
     places, _ = solid.lattice(0.25, -0.6, -0.4)
-    assert cKDTree(outer).query(places)[0].max() < 0.95
+    assert cKDTree(outer).query(places)[0].max() < PITCH
 
 
 @pytest.mark.parametrize("name", SHAPES)
@@ -127,21 +128,21 @@ def test_points_stand_for_the_volume_its_first_moment_and_the_area(name: str) ->
 
 
 def test_number_of_points_in_each_shell() -> None:
-    # as a lattice has them: n^3 - (n - 2)^3 in the outer shell of a cube, (n - 2)^3 - (n - 4)^3 in the next
+    # more by DENSER than a lattice has: n^3 - (n - 2)^3 in the outer shell of a cube, (n - 2)^3 - (n - 4)^3 in the next
     sampling = sample_surface(box((8.0, 8.0, 8.0)), 1.0)
-    assert sampling.outer == pytest.approx(8**3 - 6**3, rel=0.1)
-    assert len(sampling.position) - sampling.outer == pytest.approx(6**3 - 4**3, rel=0.1)
+    assert sampling.outer == pytest.approx(DENSER * (8**3 - 6**3), rel=0.1)
+    assert len(sampling.position) - sampling.outer == pytest.approx(DENSER * (6**3 - 4**3), rel=0.1)
     # of a ball about the area of each layer, 4 pi (R - 1/2)^2 and 4 pi (R - 3/2)^2
     sampling = sample_surface(sphere(5.0, 4), 1.0)
-    assert sampling.outer == pytest.approx(4.0 * math.pi * 4.5**2, rel=0.15)
-    assert len(sampling.position) - sampling.outer == pytest.approx(4.0 * math.pi * 3.5**2, rel=0.15)
+    assert sampling.outer == pytest.approx(DENSER * 4.0 * math.pi * 4.5**2, rel=0.05)
+    assert len(sampling.position) - sampling.outer == pytest.approx(DENSER * 4.0 * math.pi * 3.5**2, rel=0.05)
 
 
 def test_plate_of_two_spacings_has_no_inner_layer_and_one_of_three_has() -> None:
     assert sample_surface(box((9.0, 8.0, 2.0)), 1.0).outer == len(sample_surface(box((9.0, 8.0, 2.0)), 1.0).position)
     sampling = sample_surface(box((9.0, 8.0, 3.0)), 1.0)
     inner = sampling.position[sampling.outer :]
-    assert len(inner) == pytest.approx(7 * 6, rel=0.2)
+    assert len(inner) == pytest.approx(DENSER * 7 * 6, rel=0.1)
     np.testing.assert_allclose(inner[:, 2], 0.0, atol=0.02)
 
 
@@ -219,9 +220,10 @@ def test_liquid_sees_as_much_of_the_solid_and_its_gradient_as_of_a_lattice(name:
     probes = probes_outside(solid, 0.5, 100)
     share, gradient = kernel_sums(sampling, probes)
     share_expected, gradient_expected = kernel_integrals(solid, probes)
-    # in parts of what a flat wall shows: in front of a sharp edge there is little to be seen
+    # in parts of what a flat wall shows: in front of a sharp edge there is little to be seen. Places are random, while liquid settles
+    # where it sees less, between the points
     error = (share / lattice_wall_factor(3) - share_expected) / half_space_integral(0.5, 3)
-    assert abs(error.mean()) < 0.02
+    assert 0.01 < error.mean() < 0.025
     assert math.sqrt(np.mean(error**2)) < 0.035
     flat = (half_space_integral(0.4375, 3) - half_space_integral(0.5625, 3)) / 0.125
     miss = (gradient / slope_factor() - gradient_expected) / flat
@@ -236,8 +238,8 @@ def test_thin_plate_gets_one_layer_on_its_middle_plane(thickness: float) -> None
     assert np.abs(sampling.position[:, 2]).max() < 0.02 * thickness
     assert (np.abs(sampling.position[:, :2]) <= np.array([4.53, 3.53])).all() or thickness > 0.5
     np.testing.assert_allclose(sampling.depth, 0.5 * thickness, rtol=0.03)
-    # counted once, though the plate has two faces: between the 63 that its middle plane has room for and the 80 of a lattice
-    assert sampling.outer == len(sampling.position) == pytest.approx(72, rel=0.2)
+    # counted once, though the plate has two faces: between those that its middle plane of 63 has room for and those of a lattice, 80
+    assert sampling.outer == len(sampling.position) == pytest.approx(DENSER * 72, rel=0.15)
     assert sampling.area.sum() == pytest.approx(160.0 + 36.0 * thickness)
     # seen by particles it is one spacing thick, its rim unmoved but rounded: slab, half rods along the rim, corners
     swollen = 63.0 + 32.0 * math.pi / 8.0 + math.pi / 6.0
