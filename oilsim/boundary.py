@@ -87,10 +87,10 @@ def half_space_integral(distance: float, dimension: int) -> float:
 @lru_cache
 def wall_coverage(distance: float, dimension: int) -> float:
     """sum_b V_b W of a flat wall at `distance` spacings from it."""
-    return sum(_plane(distance + layer + 0.5, dimension) for layer in range(LAYERS))
+    return sum(plane_integral(distance + layer + 0.5, dimension) for layer in range(LAYERS))
 
 
-def _plane(distance: float, dimension: int) -> float:
+def plane_integral(distance: float, dimension: int) -> float:
     """Integral of the kernel (spacing 1) over a plane `distance` away; over a line in two dimensions."""
     across = np.linspace(0.0, SUPPORT, 601)
     around = 2.0 * np.pi * across if dimension == 3 else np.full_like(across, 2.0)

@@ -34,7 +34,6 @@ from numpy.typing import NDArray
 from oilsim.compilation import FAST, INLINED
 from oilsim.faces import face_between, face_to_walls, times_symmetric
 from oilsim.lanes import LANES, below, gather, gather_four, load, only, root, rounded, spread, store, summed
-from oilsim.local_fields import velocity_gradient
 from oilsim.neighbors import rows, separations
 from oilsim.parallel import BLOCK
 from oilsim.smoothing_kernels import kernel, kernel_slope_over_q
@@ -42,12 +41,6 @@ from oilsim.wall_pressure import fill_wall_pressure
 
 TINY = np.float32(1e-20)
 ZERO, ONE, TWO = np.float32(0.0), np.float32(1.0), np.float32(2.0)
-SPRAY = np.float32(0.6)  # density ratio below which particles may spread freely
-RETURN = 1.5  # time in which a swollen or shrunken liquid returns to its density, in units of `time_unit`
-RETURN_IN_A_BOX = (
-    7.5  # that of liquid without free surface, which cannot swell, and would only follow the noise of its density
-)
-LARGEST_RETURN = np.float32(0.05)  # share of its volume that either asks for at most
 
 
 class PairVectors(NamedTuple):
@@ -225,28 +218,6 @@ def velocity_divergence(begin, end, fluid, gradient, own, velocity, seen, rate):
             inflow += load(whole_z, k, present) * uz
         outflow = own[0, i] * velocity[0, i] + own[1, i] * velocity[1, i] + own[2, i] * velocity[2, i]
         rate[i] = outflow - quantum * summed(inflow)
-
-
-@njit(**FAST)
-def add_density_feedback(begin, end, compression, near, field, time_step, return_time, rate):
-    """Add to `rate` [1/s] what a step's finite length and densities already wrong ask of the divergence; `field` as from `local_fields`.
-
-    A step x += dt v changes volumes by det(1 + dt G) = 1 + dt div v - dt^2 tr(G G) / 2 + ...: strain compresses and rotation swells, unless
-    the divergence makes up for it. The series serves while a step deforms little, and counts up to LARGEST_RETURN of the volume: taken at
-    its word for a drop that hits water, it would throw it back faster than it came. Position corrections even density out between
-    neighbours, but a whole body of water that has swollen or shrunk by a little feels none: the pressure brings the inside of the liquid
-    back in `return_time`. Spray below SPRAY of the rest density contracts at will.
-    """
-    half, rate_of_step, rate_of_return = np.float32(0.5) * time_step, ONE / time_step, ONE / return_time
-    most = LARGEST_RETURN * rate_of_step
-    for i in range(begin, end):
-        error = compression[i]
-        rate[i] += min(ONE + error - SPRAY, ZERO) * rate_of_step
-        xx, xy, xz, yx, yy, yz, zx, zy, zz = velocity_gradient(field, i)
-        trace = xx * xx + yy * yy + zz * zz + TWO * (xy * yx + xz * zx + yz * zy)
-        rate[i] += max(min(half * trace, most), -most)
-        if not near[i]:
-            rate[i] += max(min(error, LARGEST_RETURN), -LARGEST_RETURN) * rate_of_return
 
 
 @njit(**FAST)

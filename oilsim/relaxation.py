@@ -40,7 +40,8 @@ import numpy as np
 from numba import njit
 
 from oilsim.compilation import FAST, INLINED
-from oilsim.divergence import SPRAY
+from oilsim.density import wall_content
+from oilsim.density_return import SPRAY
 from oilsim.lanes import LANES, above_zero, below, gather, gather_four, load, only, root, spread, store, summed
 from oilsim.local_fields import GRADIENT, ONE, STRENGTH, WEIGHT, ZERO, velocity_gradient
 from oilsim.neighbors import separations
@@ -163,32 +164,30 @@ def linear(field, i, axis, theirs, dx, dy, dz):
 
 
 @njit(**INLINED)
-def wall_push(i, points, wall, own, period, walls, sigma, inverse_support):
-    """2 L_i sum_b V_b grad W_ib [m]."""
-    px = py = pz = spread(ZERO)
-    first, last = walls.start[i], walls.start[i] + np.int64(walls.number[i])
-    for k in range(first, last, LANES):
-        present = below(last, k)
-        b = load(walls.neighbor, k, present)
-        dx, dy, dz, volume = separations(i, points, wall, b, period)
-        q = root(dx * dx + dy * dy + dz * dz) * inverse_support
-        slope = only(present, volume * kernel_slope_over_q(q, sigma), ZERO)
-        px += slope * dx
-        py += slope * dy
-        pz += slope * dz
-    factor = np.float32(2.0) * own * inverse_support * inverse_support
-    return factor * summed(px), factor * summed(py), factor * summed(pz)
+def beside_wall(px, py, pz, own, content, slope, touching):
+    """The push (px, py, pz) [m] with the walls' part, 2 L_i sum_b V_b grad W_ib, less what leads on into a wall that is reached.
+
+    content, slope: sum_b V_b W_ib and sum_b V_b grad W_ib [1/m]. Walls answer by the particle's own multiplier, which draws one to the
+    wall that has too few neighbours, while those behind it push.
+    """
+    sx, sy, sz = slope
+    px, py, pz = px + TWO * own * sx, py + TWO * own * sy, pz + TWO * own * sz
+    along = sx * px + sy * py + sz * pz
+    if content > touching and along > ZERO:
+        share = along / (sx * sx + sy * sy + sz * sz)
+        px, py, pz = px - share * sx, py - share * sy, pz - share * sz
+    return px, py, pz
 
 
 @njit(**FAST)
 def relax(
-    begin, end, points, wall, field, multiplier, balance, first, theta, inertia, period, fluid, walls, sigma, support, volume, push,
-    shift, change,
+    begin, end, points, wall, field, multiplier, balance, first, theta, inertia, touching, period, fluid, walls, sigma, support, volume,
+    push, shift, change,
 ):  # fmt: skip
     """Fill `push` (3, N) with what mends density [m], `inertia` times what it held included; in a step's `first` pass also `shift` (3, N)
     with what evens the order out [m] and `change` (3, N) with what v_i gains [m/s].
 
-    points (N, 4): place [m] and weight; balance a; theta: share of the filter.
+    points (N, 4): place [m] and weight; balance a; theta: share of the filter; touching: a wall's coverage of the kernel at its surface.
     """
     inverse_support = ONE / support
     factor = volume * inverse_support * inverse_support
@@ -222,12 +221,13 @@ def relax(
                 sx += w * (ui - uj - linear(field, i, 0, gather_four(field, j, GRADIENT), hx, hy, hz))
                 sy += w * (vi - vj - linear(field, i, 1, gather_four(field, j, GRADIENT + 4), hx, hy, hz))
                 sz += w * (wi - wj - linear(field, i, 2, gather_four(field, j, GRADIENT + 8), hx, hy, hz))
-        bx = by = bz = ZERO
-        if walls.number[i] > 0 and own != ZERO:
-            bx, by, bz = wall_push(i, points, wall, own, period, walls, sigma, inverse_support)
-        push[0, i] = inertia * push[0, i] + weight * summed(px) + bx
-        push[1, i] = inertia * push[1, i] + weight * summed(py) + by
-        push[2, i] = inertia * push[2, i] + weight * summed(pz) + bz
+        to_x = inertia * push[0, i] + weight * summed(px)
+        to_y = inertia * push[1, i] + weight * summed(py)
+        to_z = inertia * push[2, i] + weight * summed(pz)
+        if walls.number[i] > 0:
+            content, towards = wall_content(i, points, wall, period, walls, sigma, inverse_support)
+            to_x, to_y, to_z = beside_wall(to_x, to_y, to_z, own, content, towards, touching)
+        push[0, i], push[1, i], push[2, i] = to_x, to_y, to_z
         if first:
             shift[0, i], shift[1, i], shift[2, i] = weight * summed(ox), weight * summed(oy), weight * summed(oz)
             change[0, i], change[1, i], change[2, i] = -weight * summed(sx), -weight * summed(sy), -weight * summed(sz)

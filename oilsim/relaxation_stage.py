@@ -61,8 +61,8 @@ def relax_liquid(work: Workspace, state: FluidState, time_step: float) -> tuple[
             hurried = rate if enough else HURRY * rate
             run(relaxation_multiplier, count, work.compression, work.near, hurried, limit, multiplier)
             run(
-                relax, count, work.points, walls.points, work.field, multiplier, work.balance, first, theta, INERTIA, *work.geometry,
-                push, state.shift, change,
+                relax, count, work.points, walls.points, work.field, multiplier, work.balance, first, theta, INERTIA, work.touching_wall,
+                *work.geometry, push, state.shift, change,
             )  # fmt: skip
             position[:, moving] += push
             moved += push

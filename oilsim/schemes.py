@@ -25,7 +25,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oilsim.density_constraint import constrain_density
-from oilsim.divergence import RETURN, RETURN_IN_A_BOX, add_density_feedback, divergence_multiplier
+from oilsim.density_return import RETURN, RETURN_IN_A_BOX, add_density_feedback
+from oilsim.divergence import divergence_multiplier
 from oilsim.lost_momentum import LostMomentum
 from oilsim.parallel import block_count, total
 from oilsim.pressure_operator import PressureOperator
@@ -93,7 +94,8 @@ def project_velocity(
         operator.apply(kappa)
         excess = operator.compression_rate()
         work.team.run(
-            add_density_feedback, state.awake, work.compression, work.near, work.field, np.float32(time_step),
+            add_density_feedback, state.awake, work.compression, work.gradient_sum, work.near, kappa, work.pressed(time_step),
+            work.field, *work.surface_shares, np.float32(time_step),
             np.float32((RETURN_IN_A_BOX if work.closed else RETURN) * work.time_unit), excess,
         )  # fmt: skip
         used, residual = solver.solve(

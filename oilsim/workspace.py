@@ -16,6 +16,7 @@ from oilsim.adhesion import adhesion_acceleration, adhesion_reaction, adhesion_s
 from oilsim.boundary import wall_coverage
 from oilsim.budget import Budget
 from oilsim.config import FluidConfig
+from oilsim.density_return import surface_shares
 from oilsim.divergence import PairVectors, cache_gradients
 from oilsim.faces import largest_stretch
 from oilsim.kept_lists import KeptLists
@@ -65,6 +66,8 @@ class Workspace:
         self._gravity = tuple(np.float32(g) for g in config.gravity)
         self.balance = np.float32(shift_balance(config.dimension))
         self.split = config.scheme == "split"
+        shares, per_slope = surface_shares(config.dimension)
+        self.surface_shares = shares, np.float32(per_slope * config.particle_spacing)
         self._wall_weight = np.float32(2.0 if self.split else 1.0)
         self.weightless = not any(config.gravity)  # then every step finds the unit anew
         self.time_unit = LONGEST if self.weightless else froude_unit(config.particle_spacing, config.gravity)
@@ -81,6 +84,7 @@ class Workspace:
         scale = adhesion_scale(config.dimension) / config.particle_spacing**config.dimension
         strength = [phase.adhesion * scale / phase.rest_density for phase in config.phases]
         self._adhesion = np.array(strength, np.float32) if any(strength) else None
+        self.touching_wall = np.float32(wall_coverage(0.0, config.dimension))
         self._nearest = np.float32(wall_coverage(float(NEAREST), config.dimension))
         self._coverages = np.array(
             [wall_coverage(float(h), config.dimension) for h in np.linspace(*DISTANCES, PLACES)], np.float32
@@ -226,14 +230,16 @@ class Workspace:
 
     def hold_waterline(self, state: FluidState, time_step: float) -> None:
         """Let walls at rest hold up the water's edge, as far as the pressure of the last step asks (see `wall_pressure`)."""
-        weight = math.hypot(*self.config.gravity)
-        if self.waterline is None or weight == 0.0:
+        if self.waterline is None or self.weightless:
             return
-        pressed = PRESSED * self.config.particle_spacing * weight * time_step
         self.team.run(
-            hold_waterline, state.awake, self.wall_pairs, self.waterline, state.pressure_impulse, np.float32(pressed),
+            hold_waterline, state.awake, self.wall_pairs, self.waterline, state.pressure_impulse, self.pressed(time_step),
             np.float32(time_step), state.velocity,
         )  # fmt: skip
+
+    def pressed(self, time_step: float) -> np.float32:
+        """kappa [m2/s] from which on a particle at a free surface bears others, and is no drop: weight's, PRESSED spacings deep."""
+        return np.float32(PRESSED * self.config.particle_spacing * math.hypot(*self.config.gravity) * time_step + 1e-20)
 
     def pressure_response(self, push: Real | None) -> RigidResponse:
         """How bodies answer pressures: in the split scheme to extrapolated ones too, by the `push` (see `pressure_velocity`)."""

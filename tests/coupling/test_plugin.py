@@ -295,8 +295,12 @@ def test_hinged_floats_far_lighter_than_water_rise_and_lie_still(client: int) ->
     given = 0.01 * (np.sum(lifts[50:]) - 100 * weight)
     assert given == pytest.approx(momenta[-1] - momenta[49], abs=1e-2 * weight)
     hinges = pybullet.getLinkStates(body, [0, 1], physicsClientId=client)
-    heights = [state[0][2] for state in hinges]  # afloat at 0.23 m
-    assert min(heights) > 0.2 and max(heights) < 0.4, heights
+    # afloat at 0.23 m; a chain that came up folded leans on the pool's sides and bobs, its ends above and below
+    heights = [
+        pybullet.getBasePositionAndOrientation(body, physicsClientId=client)[0][2],
+        *(state[0][2] for state in hinges),
+    ]
+    assert 0.2 < np.mean(heights) < 0.3 and min(heights) > 0.15 and max(heights) < 0.4, heights
 
 
 def held_chain(client: int, lifted: bool) -> int:

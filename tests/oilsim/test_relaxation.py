@@ -46,7 +46,7 @@ def filtered(fluid, theta):
     push, shift, change = np.zeros((3, 3, state.count), np.float32)
     none, balance = np.zeros(state.count, np.float32), np.float32(shift_balance(fluid.config.dimension))
     relax(
-        0, state.count, work.points, work.walls.points, field, none, balance, True, np.float32(theta), np.float32(0.0),
+        0, state.count, work.points, work.walls.points, field, none, balance, True, np.float32(theta), np.float32(0.0), work.touching_wall,
         work.period, work.fluid_pairs, work.wall_pairs, work.sigma, work.support, work.volume, push, shift, change,
     )  # fmt: skip
     assert not push.any() and not shift.any()
