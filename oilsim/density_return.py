@@ -8,7 +8,9 @@ At a free surface the sum e_i + 1 = sum_j V W_ij falls short for want of neighbo
 
     N(s) = 1 - int_s^H w(z) dz  of the sum, and its slope is  |g| = w(s),      w(z) the kernel's integral over a plane z away,
 
-both times the density f of the liquid below, in rest densities. So |g| d / (1 + e) tells s, and f = (1 + e) / N(s). Liquid whose density
+both times the density f of the liquid below, in rest densities. So |g| d / (1 + e) tells s, and f = (1 + e) / N(s). A lattice's first
+layer sums up to 3 % more than that: a pool on its lattice melts if that is taken off it, and disordered water is pressed if it is asked to
+have it, so that in between nothing is asked for. Liquid whose density
 nobody watches there swells wherever a flow draws its surface together, since relaxation mends only compression at free surfaces:
 before a towed skirt stands a heap without weight, and waves of 32 particles run 0.8 % too fast. It counts as far as the liquid is under
 pressure: what falls free has edges and corners for a surface, and must not push itself apart. Pressure cannot pull, so that nothing here
@@ -41,9 +43,8 @@ PLACES, ENTRIES = 64, 64  # distances from a free surface at which N is taken, a
 
 @lru_cache
 def surface_shares(dimension: int) -> tuple[NDArray[np.float32], float]:
-    """N at ENTRIES equal steps of |g| d / (1 + e) from 0, deep inside, to its value at a flat free surface; and entries per unit of it.
-
-    As a lattice has it: its layers sum up to 1 to 3 % more than the integrals above.
+    """(2, ENTRIES): N by the integral, and as a lattice's layers have it, at equal steps of |g| d / (1 + e) from 0, deep inside, to its
+    value on a free surface; and entries per unit of that.
     """
     distance = np.linspace(0.0, SUPPORT, PLACES)
     slope = np.array([plane_integral(float(s), dimension) for s in distance])
@@ -68,7 +69,9 @@ def _lattice_layer(depth: int, dimension: int) -> tuple[float, float]:
 
 @njit(**INLINED)
 def density_below_surface(error, gx, gy, gz, shares, per_slope):
-    """f - 1 from e_i and g_i [1/m]; 0 where no flat free surface has such a slope."""
+    """f - 1 from e_i and g_i [1/m], `shares` and `per_slope` [m] as for `add_density_feedback`; 0 where it may be that of a lattice as
+    well as of the integral, and where no flat free surface has such a slope.
+    """
     place = per_slope * np.float32(math.sqrt(gx * gx + gy * gy + gz * gz)) / max(ONE + error, HALF)
     entry = np.int64(place)
     if entry >= shares.shape[1] - 1:
@@ -85,8 +88,8 @@ def add_density_feedback(
 ):
     """Add to `rate` [1/s] what the module's docstring says; `field` as from `local_fields`, `shares` as from `surface_shares`.
 
-    gradient_sum (3, N): g_i [1/m]; near (N,): a free surface is within reach; kappa (N,) [m2/s], from which on, `pressed`, liquid at a
-    free surface fully counts as liquid; per_slope: entries of shares for each g / (1 + e) [m].
+    compression (N,) e_i; gradient_sum (3, N): g_i [1/m]; near (N,): a free surface is within reach; kappa (N,) [m2/s], of which `pressed`
+    [m2/s] makes a particle at a free surface count in full; per_slope: entries of shares for each |g| / (1 + e) [m]; times [s].
     The series serves while a step deforms little, and counts up to LARGEST_RETURN of the volume: taken at its word for a drop that hits
     water, it would throw it back faster than it came.
     """

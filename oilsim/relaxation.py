@@ -167,8 +167,8 @@ def linear(field, i, axis, theirs, dx, dy, dz):
 def beside_wall(px, py, pz, own, content, slope, touching):
     """The push (px, py, pz) [m] with the walls' part, 2 L_i sum_b V_b grad W_ib, less what leads on into a wall that is reached.
 
-    content, slope: sum_b V_b W_ib and sum_b V_b grad W_ib [1/m]. Walls answer by the particle's own multiplier, which draws one to the
-    wall that has too few neighbours, while those behind it push.
+    own: L_i [m2]; content, slope: sum_b V_b W_ib and sum_b V_b grad W_ib [1/m]; touching: content at a flat wall's surface.
+    Walls answer by the particle's own multiplier, which draws one to the wall that has too few neighbours, while those behind it push.
     """
     sx, sy, sz = slope
     px, py, pz = px + TWO * own * sx, py + TWO * own * sy, pz + TWO * own * sz
