@@ -31,8 +31,8 @@ validate: $(READY)  ## compare with theory and experiment, under an hour; CASE=n
 pareto: $(READY)  ## run time against error, beside SPlisHSPlasH if installed: table, pareto-report/pareto.png and .json
 	$(BIN)/python -m tests.benchmarks.pareto
 
-stress: $(READY)  ## SCENES random scenes, WORLDS pybullet worlds, held to what physics allows; scenes that fail are left in stress-report/
-	$(BIN)/python -m tests.stress --scenes $(or $(SCENES),500) --worlds $(or $(WORLDS),100)
+stress: $(READY)  ## SCENES random scenes, EXCHANGES of them coupled otherwise, WORLDS pybullet worlds, held to what physics allows; scenes that fail are left in stress-report/
+	$(BIN)/python -m tests.stress --scenes $(or $(SCENES),500) --exchanges $(or $(EXCHANGES),200) --worlds $(or $(WORLDS),100)
 
 clean:
 	rm -rf .venv .numba_cache build dist *.egg-info

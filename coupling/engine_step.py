@@ -27,7 +27,8 @@ from coupling.rotations import applied, cross
 
 Array = npt.NDArray[np.float64]
 
-SPEED_LIMIT = 100.0  # [m/s] and [rad/s] a component: nothing that floats is as fast
+SPEED_LIMIT = 100.0  # [m/s] a component: nothing that floats is as fast
+TURN_LIMIT = 1.0  # [rad] a component, in a sub-step: what turns further is not followed
 FOREIGN = 1e-7  # of a body's momentum and impulses: what rounding leaves is far below, a forgotten force far above
 
 
@@ -84,7 +85,7 @@ class EngineStep:
         """Poses and velocities of free bodies after a sub-step; keeps angular momentum (see the module)."""
         state, rows = self._state, [body.row for body in free]
         pose, moving = self._client.read([body.bullet for body in free])
-        _refuse_runaways(free, moving)
+        _refuse_runaways(free, moving, sub_step)
         inertia, rate, momenta = state.world_inertia()[rows], rates[rows], state.momenta()[rows]
         gained = np.empty((len(free), 6))
         gained[:, :3] = state.mass[rows, None] * moving[:, :3] - momenta[:, :3]
@@ -109,12 +110,13 @@ class EngineStep:
                 )
 
 
-def _refuse_runaways(free: Sequence[Body], twists: Array) -> None:
+def _refuse_runaways(free: Sequence[Body], twists: Array, sub_step: float) -> None:
     """A body at such a speed means that the simulation has blown up."""
-    runaway = ~(np.abs(twists) < SPEED_LIMIT).all(axis=1)
+    limits = np.repeat((SPEED_LIMIT, TURN_LIMIT / sub_step), 3)
+    runaway = ~(np.abs(twists) < limits).all(axis=1)
     if runaway.any():
         first = int(np.argmax(runaway))
         raise FloatingPointError(
             f"body {free[first].name!r} moves at {twists[first].tolist()} m/s and rad/s, "
-            f"allowed: below {SPEED_LIMIT:g}; its simulation has blown up"
+            f"allowed: below {SPEED_LIMIT:g} m/s and {limits[-1]:.3g} rad/s; its simulation has blown up"
         )

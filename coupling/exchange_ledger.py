@@ -41,8 +41,7 @@ class BodyBond:
 class ExchangeLedger:
     """Accounts over all `bonds`; `length` is the particle spacing [m].
 
-    `holds_back` tells of a body whether its scheme passes impulses on late by construction; its momentum is recorded, but has
-    no limit. `disturbed` tells the bodies that ran into something in the last step.
+    `disturbed` tells the bodies that ran into something in the last step.
     Attributes are those of the last step: impulse [N s], work [J] on the bodies, lost [N s], made [J].
     """
 
@@ -53,13 +52,12 @@ class ExchangeLedger:
         *,
         momentum_limit: float = MOMENTUM_LIMIT,
         energy_limit: float = ENERGY_LIMIT,
-        holds_back: Callable[[str], bool] = lambda body: False,
         disturbed: Callable[[], Collection[str]] = tuple,
     ) -> None:
         self._bonds = tuple(bonds)
         self._length = length
         self._limits = momentum_limit, energy_limit
-        self._holds_back, self._disturbed = holds_back, disturbed
+        self._disturbed = disturbed
         self._begin = np.zeros((len(self._bonds), 6))
         self._made, self._turnover = np.zeros((2, len(self._bonds)))
         self._lost_sum = self._impulse_sum = 0.0
@@ -127,13 +125,12 @@ class ExchangeLedger:
         self._impulse_sum += float(passed.sum())
         for index in np.flatnonzero(lost > self._limits[0] * passed):
             bond = self._bonds[index]
-            if not self._holds_back(bond.body):
-                raise CoSimulationError(
-                    bond.solver,
-                    time,
-                    f"body {bond.body!r} took an impulse of {taken[index].tolist()} N s, the fluid gave "
-                    f"{given[index].tolist()} N s, allowed: a part of {self._limits[0]:g} between them",
-                )
+            raise CoSimulationError(
+                bond.solver,
+                time,
+                f"body {bond.body!r} took an impulse of {taken[index].tolist()} N s, the fluid gave "
+                f"{given[index].tolist()} N s, allowed: a part of {self._limits[0]:g} between them",
+            )
 
     def _check_energy(self, force: Array, time: float, step: float) -> None:
         scale = self._turnover + force * self._length

@@ -213,6 +213,7 @@ class Scene:
                 solver="bodies",
                 added_mass=partial(fluid.added_mass, body),
                 mass_matrix=partial(self.world.mass_matrix, body),
+                gravity=self.fluid.config.gravity,
                 scheme=self._scheme,
             )
             for body in self.world.free_body_names
@@ -222,7 +223,6 @@ class Scene:
             [BodyBond(body, "fluid", "bodies") for body in self.world.free_body_names],
             self.spacing,
             energy_limit=self.energy_limit,
-            holds_back=exchange.holds_back,
             disturbed=lambda: self.world.disturbed,
         )
         return CoSimulation([fluid, bodies], [*there, *back], self._step, algorithm=exchange, ledger=self.ledger)

@@ -9,10 +9,11 @@ from coupling.body_exchange import BodyExchange, BodyInterface
 from coupling.exchange_ledger import BodyBond, ExchangeLedger
 from coupling.participants.fluid import FluidParticipant
 from coupling.rigid_body_world import RigidBodyWorld
+from oilsim.config import FluidConfig
 
 
 def exchange_of(
-    fluid: FluidParticipant, bodies: str, world: RigidBodyWorld | None, coupled: Sequence[str], spacing: float
+    fluid: FluidParticipant, bodies: str, world: RigidBodyWorld | None, coupled: Sequence[str], config: FluidConfig
 ) -> tuple[BodyExchange, ExchangeLedger]:
     """The algorithm and the ledger for the `coupled` bodies that are free, of the participant `bodies`."""
     free = () if world is None else world.free_body_names
@@ -24,11 +25,12 @@ def exchange_of(
             solver=bodies,
             added_mass=partial(fluid.added_mass, name),
             mass_matrix=None if world is None else partial(world.mass_matrix, name),
+            gravity=config.gravity,
         )
         for name in names
     ]
     exchange = BodyExchange(interfaces)
     bonds = [BodyBond(name, fluid.name, bodies) for name in names]
     return exchange, ExchangeLedger(
-        bonds, spacing, holds_back=exchange.holds_back, disturbed=lambda: () if world is None else world.disturbed
+        bonds, config.particle_spacing, disturbed=lambda: () if world is None else world.disturbed
     )

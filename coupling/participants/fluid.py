@@ -15,7 +15,7 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 
-from coupling.added_mass import WettedSurface
+from coupling.added_mass import added_mass
 from coupling.participant import Causality, Status, StepResult, Variable, checked_value, variable_table
 from oilsim.solver import AdvanceReport, Fluid, FluidError
 from oilsim.walls import rotation_matrix
@@ -43,7 +43,6 @@ class FluidParticipant:
             for body in self._boundaries
             for quantity, _, shape in MOTION_VARIABLES
         }
-        self._surfaces: dict[str, WettedSurface] = {}
         self._outputs = {f"{body}.{what}": np.zeros(6) for body in self._boundaries for what in OUTPUTS}
         inputs = [
             Variable(f"{body}.{quantity}", unit, shape, Causality.INPUT)
@@ -126,18 +125,13 @@ class FluidParticipant:
         return self._outputs[f"{body}.foreseen_twist"].copy()
 
     def added_mass(self, body: str) -> Array:
-        """(6, 6) [kg, kg m, kg m2] of the liquid that a body sets moving, as it lies about it now, world frame."""
-        fluid, config, pose = self._fluid, self._fluid.config, self._inputs[f"{body}.pose"]
-        if body not in self._surfaces:
-            boundary = fluid.work.walls.boundaries[self._boundaries[body]]
-            self._surfaces[body] = WettedSurface(boundary, config.particle_spacing, config.dimension)
-        position = fluid.state.position.astype(np.float64).T - pose[:3]
-        period = np.subtract(config.upper, config.lower) * config.periodic
-        position -= period * np.round(np.divide(position, period, out=np.zeros_like(position), where=period > 0.0))
-        mass = config.rest_volume * np.array([phase.rest_density for phase in config.phases])[fluid.state.phase]
-        rotation = rotation_matrix(pose[3:])
-        turn = np.kron(np.eye(2), rotation)
-        return np.asarray(turn @ self._surfaces[body].added_mass(position @ rotation, mass) @ turn.T)
+        """(6, 6) [kg, kg m, kg m2] of the densest liquid that a body would set moving if it were all under, world frame."""
+        config = self._fluid.config
+        boundary = self._fluid.work.walls.boundaries[self._boundaries[body]]
+        density = max(phase.rest_density for phase in config.phases)
+        turn = np.kron(np.eye(2), rotation_matrix(self._inputs[f"{body}.pose"][3:]))
+        added = added_mass(boundary, config.particle_spacing, config.dimension, density)
+        return np.asarray(turn @ added @ turn.T)
 
     def save_state(self) -> object:
         """The fluid's state with the last outputs and inputs."""

@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
+import trimesh
 
-from coupling.added_mass import WettedSurface, stability_number
+from coupling.added_mass import added_mass, stability_number
 from coupling.bodies import box, cylinder, sphere
 from coupling.body_exchange import BodyExchange, BodyInterface, Scheme
+from coupling.connection import Link
 from coupling.errors import CoSimulationError
 from coupling.exchange_ledger import ENERGY_LIMIT
 from coupling.fixed_point import Aitken, Iteration, QuasiNewton
-from coupling.signed_distance import SignedDistance
 from coupling.surface_sampling import boundary_particles
 from coupling.testing import TankScene, tank
 from oilsim.boundary import solid_box
-from oilsim.initial_conditions import block
 
 WATER, GRAVITY, STEP = 1000.0, 9.81, 0.01
 SIDE, SPACING = 0.2, 0.05
@@ -58,8 +59,8 @@ def test_lagged_exchange_blows_up() -> None:
 
 
 def test_impulse_that_is_lost_on_the_way_ends_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
-    # virtual mass passes impulses on late by construction; as if it were not so, they are missing
-    monkeypatch.setattr(BodyExchange, "holds_back", lambda exchange, body: False)
+    carried = Link.carried
+    monkeypatch.setattr(Link, "carried", lambda link, value: carried(link, value) * (1.0 + 1e-5))
     with (
         raft_under_water(0.1 * WATER, Scheme.VIRTUAL_MASS) as scene,
         pytest.raises(
@@ -70,42 +71,82 @@ def test_impulse_that_is_lost_on_the_way_ends_the_run(monkeypatch: pytest.Monkey
         accelerations(scene, 2)
 
 
+def forget(monkeypatch: pytest.MonkeyPatch, *told: str) -> None:
+    """Interfaces of bodies do not tell these any more."""
+
+    def silent(**terms: Any) -> BodyInterface:
+        return BodyInterface(**{name: value for name, value in terms.items() if name not in told})
+
+    monkeypatch.setattr("coupling.testing.BodyInterface", silent)
+
+
 @pytest.mark.parametrize(
-    ("scheme", "iteration", "release"),
+    ("scheme", "iteration", "is_mass_known"),
     [
         (None, Aitken, True),
+        (Scheme.VIRTUAL_MASS, Aitken, True),
+        (Scheme.VIRTUAL_MASS, Aitken, False),
         (Scheme.ITERATED, QuasiNewton, True),
-        (Scheme.ITERATED, Aitken, True),
-        (Scheme.VIRTUAL_MASS, Aitken, False),  # loads that begin at once arrive late by its construction
+        (Scheme.ITERATED, Aitken, False),
     ],
 )
 def test_every_other_scheme_carries_the_light_body_up(
-    scheme: Scheme | None, iteration: type[Iteration], release: bool
+    scheme: Scheme | None, iteration: type[Iteration], is_mass_known: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    if not is_mass_known:
+        forget(monkeypatch, "mass_matrix")
     with raft_under_water(0.1 * WATER, scheme, iteration) as scene:
         found = accelerations(scene, 120)
-        # nothing pulls harder than buoyancy without any added mass, in any direction and at any time, surfacing included
-        assert np.abs(found).max() < 9.0
-        if release:
-            # Ca of a cube is 0.67, in this tank up to twice that: (1 - 0.1) / (0.1 + Ca) = 0.6 to 1.2
-            assert 0.6 < found[0, 2] < 1.2
+        # nothing pulls harder than twice the release, in any direction and at any time, surfacing included
+        assert np.abs(found).max() < 2.4
+        # Ca of a cube is 0.67, in this tank up to twice that: (1 - 0.1) / (0.1 + Ca) = 0.6 to 1.2
+        assert 0.6 < found[0, 2] < 1.2
         drafts = []
         for _ in range(60):
             scene.step()
             drafts.append(scene.draft("raft"))
-        assert scene.ledger is not None and scene.ledger.energy_residual < 0.1
+        assert scene.ledger is not None and abs(scene.ledger.energy_residual) < 1e-6
         assert np.mean(drafts) == pytest.approx(0.1 * SIDE, abs=SPACING)
 
 
-def test_iteration_gives_the_body_the_impulse_that_the_fluid_counted() -> None:
-    with raft_under_water(0.1 * WATER, Scheme.ITERATED) as scene:
+def test_free_bodies_move_alike_under_all_schemes(monkeypatch: pytest.MonkeyPatch) -> None:
+    # what acts on them besides the liquid is gravity, which is foreseen: nothing is left to iterate, or to come late
+    def moved(scheme: Scheme | None) -> np.ndarray:
+        with raft_under_water(0.1 * WATER, scheme) as scene:
+            return accelerations(scene, 20)
+
+    exact = moved(None)
+    np.testing.assert_allclose(moved(Scheme.VIRTUAL_MASS), exact, atol=1e-6)
+    np.testing.assert_allclose(moved(Scheme.ITERATED), exact, atol=1e-6)
+    forget(monkeypatch, "mass_matrix")
+    np.testing.assert_allclose(moved(Scheme.VIRTUAL_MASS), exact, atol=1e-4)  # differences of the measured mass
+
+
+@pytest.mark.parametrize("iteration", [Aitken, QuasiNewton])
+def test_iteration_finds_a_load_that_nobody_foresaw(
+    iteration: type[Iteration], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    forget(monkeypatch, "gravity")
+    with raft_under_water(0.1 * WATER, Scheme.ITERATED, iteration) as scene:
         mass = scene.world.mass_matrix("raft")[0, 0]
         before = scene.world.twist("raft")[:3]
         scene.step()
-        taken = mass * (scene.world.twist("raft")[:3] - before + (0.0, 0.0, GRAVITY * STEP))
+        change = scene.world.twist("raft")[:3] - before
+        assert 0.6 < change[2] / (STEP * GRAVITY) < 1.2
+        taken = mass * (change + np.array((0.0, 0.0, GRAVITY * STEP)))
         given = STEP * scene.simulation.outputs("fluid")["raft.wrench"][:3]
         np.testing.assert_allclose(taken, given, rtol=1e-9, atol=1e-9)
-        assert scene.exchange is not None and 1 < scene.exchange.iterations < 10
+        assert scene.exchange is not None and 1 < scene.exchange.iterations < 4
+        assert scene.exchange.unsettled == 0
+
+
+def test_iteration_bears_a_blow() -> None:
+    # a heavy cube falls on the floor, which stops it within a step: no acceleration without the liquid explains that
+    with tank(size=(0.5, 0.5, 0.6), depth=0.1, particle_spacing=SPACING, scheme=Scheme.ITERATED) as scene:
+        scene.add_body("stone", box((SIDE, SIDE, SIDE)), density=2000.0, position=(0.25, 0.25, 0.35))
+        scene.run(1.0)
+        assert scene.world.pose("stone")[2] == pytest.approx(0.5 * SIDE, abs=0.01)
+        assert scene.ledger is not None and scene.ledger.momentum_residual < 1e-9
 
 
 # choice of the scheme
@@ -122,18 +163,19 @@ def interface(number: float | None) -> BodyInterface:
 
 
 @pytest.mark.parametrize(
-    ("number", "faults", "expected"),
+    ("number", "faults", "taken_back", "expected"),
     [
-        (0.3, {}, Scheme.EXPLICIT),
-        (3.0, {}, Scheme.ITERATED),
-        (3.0, {"bodies": "cannot save"}, Scheme.VIRTUAL_MASS),
-        (None, {}, Scheme.ITERATED),
+        (0.05, {}, (), Scheme.EXPLICIT),
+        (3.0, {}, (), Scheme.VIRTUAL_MASS),
+        (None, {}, ("fluid", "bodies"), Scheme.ITERATED),
+        (None, {"fluid": "cannot save"}, ("fluid", "bodies"), Scheme.VIRTUAL_MASS),
     ],
 )
-def test_scheme_follows_from_the_stability_number(number: float | None, faults: dict, expected: Scheme) -> None:
+def test_scheme_follows_from_the_stability_number(
+    number: float | None, faults: dict, taken_back: tuple[str, ...], expected: Scheme
+) -> None:
     exchange = BodyExchange([interface(number)])
-    taken_back = exchange.prepare({}, [])
-    assert taken_back == (() if expected is Scheme.EXPLICIT else ("fluid", "bodies"))
+    assert exchange.prepare({}, []) == taken_back
     told = exchange.begin(faults)
     assert exchange.schemes == {"raft": expected}
     assert told[0].startswith(
@@ -145,7 +187,7 @@ def test_what_cannot_be_coupled_is_refused() -> None:
     exchange = BodyExchange([interface(None)])
     exchange.prepare({}, [])
     with pytest.raises(
-        CoSimulationError, match=r"'raft' cannot be coupled: .* 'bodies' cannot be taken back \(no state\)"
+        CoSimulationError, match=r"'raft' cannot be coupled .*: 'bodies' cannot be taken back \(no state\), allowed: "
     ):
         exchange.begin({"bodies": "no state"})
 
@@ -153,33 +195,27 @@ def test_what_cannot_be_coupled_is_refused() -> None:
 # added mass
 
 
-def added(mesh, spacing: float) -> np.ndarray:
-    liquid = block((-0.6,) * 3, (0.6,) * 3, spacing)
-    liquid = liquid[SignedDistance(mesh).phi(liquid) > 0.5 * spacing * (1.0 - 1e-6)]
-    surface = WettedSurface(boundary_particles("body", mesh, spacing), spacing, 3)
-    return surface.added_mass(liquid, np.full(len(liquid), WATER * spacing**3))
+def diagonal(mesh: trimesh.Trimesh, spacing: float) -> np.ndarray:
+    return np.diag(added_mass(boundary_particles("body", mesh, spacing), spacing, 3, WATER))
 
 
-@pytest.mark.parametrize("spacing", [0.05, 0.03])
+@pytest.mark.parametrize("spacing", [0.05, 0.03, 0.01])
 def test_added_mass_is_within_a_factor_of_two(spacing: float) -> None:
-    # sphere 1/2 rho V; cube 0.67 rho V; disc 8/3 rho a^3 across
-    ball = added(sphere(0.12), spacing)
-    np.testing.assert_allclose(np.diag(ball)[:3], 0.5 * WATER * 4.0 / 3.0 * math.pi * 0.12**3, rtol=0.45)
-    np.testing.assert_allclose(np.diag(added(box((0.2,) * 3), spacing))[:3], 0.67 * WATER * 0.2**3, rtol=0.45)
-    assert added(cylinder(0.15, 0.05), spacing)[2, 2] == pytest.approx(8.0 / 3.0 * WATER * 0.15**3, rel=0.45)
+    # sphere 1/2 rho V, and none that turns it; cube 0.67 rho V; disc 8/3 rho a^3 across
+    displaced = WATER * 4.0 / 3.0 * math.pi * 0.12**3
+    ball = diagonal(sphere(0.12), spacing)
+    np.testing.assert_array_less(np.abs(np.log2(ball[:3] / (0.5 * displaced))), 1.0)
+    assert ball[3:].max() < 0.06 * displaced * 0.12**2
+    np.testing.assert_array_less(np.abs(np.log2(diagonal(box((0.2,) * 3), spacing)[:3] / (0.67 * WATER * 0.2**3))), 1.0)
+    assert abs(math.log2(diagonal(cylinder(0.15, 0.05), spacing)[2] / (8.0 / 3.0 * WATER * 0.15**3))) < 1.0
 
 
-def test_added_mass_of_a_plate_in_two_dimensions_and_of_a_film() -> None:
+def test_added_mass_of_a_plate_in_two_dimensions() -> None:
     spacing, width = 0.01, 0.4
     plate = solid_box((width, 0.0, 0.02), spacing, dimension=2)
-    liquid = block((-1.0, 0.0, -0.5), (1.0, 0.0, 0.5), spacing, dimension=2)
-    liquid = liquid[(np.abs(liquid[:, 0]) > 0.5 * width) | (np.abs(liquid[:, 2]) > 0.01)]
-    surface, mass = WettedSurface(plate, spacing, 2), np.full(len(liquid), WATER * spacing**2)
     # pi / 4 rho b^2 a metre
-    assert surface.added_mass(liquid, mass)[2, 2] == pytest.approx(math.pi / 4.0 * WATER * width**2, rel=0.45)
-    film = (liquid[:, 2] < 0.0) & (liquid[:, 2] > -0.02) & (np.abs(liquid[:, 0]) < 0.5 * width)
-    assert surface.added_mass(liquid[film], mass[film])[2, 2] <= mass[film].sum() * (1.0 + 1e-12)
-    assert not surface.added_mass(liquid[:0], mass[:0]).any()
+    across = added_mass(plate, spacing, 2, WATER)[2, 2]
+    assert across == pytest.approx(math.pi / 4.0 * WATER * width**2, rel=0.45)
 
 
 def test_stability_number_is_the_largest_ratio() -> None:

@@ -1,9 +1,9 @@
-"""Run random scenes and random pybullet worlds, and tell which of them fail.
+"""Run random scenes, the same ones with other exchanges, and random pybullet worlds, and tell which of them fail.
 
-    python -m tests.stress [--scenes N] [--worlds N] [--first SEED] [--output FOLDER]
+    python -m tests.stress [--scenes N] [--exchanges N] [--worlds N] [--first SEED] [--output FOLDER]
 
-Every scene that fails is left in the folder as a scenario file, to be looked at with `oilsim run`; a world that fails is had again by its
-seed. The exit status is 1 if one did.
+Every scene that fails is left in the folder as a scenario file, to be looked at with `oilsim run`; an exchange or a world that fails is
+had again by its seed. The exit status is 1 if one did.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
+from tests.stress.random_exchanges import run_exchange_trial
 from tests.stress.random_scenes import random_scene
 from tests.stress.trials import Trial, as_toml, run_trial
 from tests.stress.world_trials import run_world_trial
@@ -77,18 +78,21 @@ def run_all(
 def main(arguments: list[str] | None = None) -> int:
     """Run what the command line asks for; returns the exit status."""
     parser = argparse.ArgumentParser(
-        prog="stress", description="Run random scenes and pybullet worlds, and hold them to what physics allows."
+        prog="stress",
+        description="Run random scenes, exchanges and pybullet worlds, and hold them to what physics allows.",
     )
     parser.add_argument("--scenes", type=int, default=500, help="how many scenarios")
+    parser.add_argument("--exchanges", type=int, default=200, help="how many scenarios with other exchanges")
     parser.add_argument("--worlds", type=int, default=100, help="how many pybullet worlds with the plugin")
     parser.add_argument("--first", type=int, default=0, help="seed of the first of either")
     parser.add_argument("--output", type=Path, default=Path("stress-report"), help="folder for scenes that fail")
     options = parser.parse_args(arguments)
     console, first = Console(), options.first
-    scenes, worlds = range(first, first + options.scenes), range(first, first + options.worlds)
+    scenes, exchanges, worlds = (range(first, first + n) for n in (options.scenes, options.exchanges, options.worlds))
     sound = run_all(console, "scenes", trial_of, scenes, lambda trial: leave(trial, options.output))
-    again = "python -m tests.stress --scenes 0 --worlds 1 --first {}"
-    sound &= run_all(console, "worlds", run_world_trial, worlds, lambda trial: again.format(trial.seed))
+    again = "python -m tests.stress --scenes 0 --exchanges {} --worlds {} --first {}"
+    sound &= run_all(console, "exchanges", run_exchange_trial, exchanges, lambda trial: again.format(1, 0, trial.seed))
+    sound &= run_all(console, "worlds", run_world_trial, worlds, lambda trial: again.format(0, 1, trial.seed))
     return 0 if sound else 1
 
 

@@ -12,6 +12,7 @@ from scenarios.load import scenario_from
 from scenarios.problems import ScenarioError
 from tests.stress import trials
 from tests.stress.__main__ import trial_of
+from tests.stress.random_exchanges import run_exchange_trial
 from tests.stress.random_scenes import random_scene
 from tests.stress.trials import Trial, as_toml, run_trial
 from tests.stress.world_trials import run_world_trial
@@ -23,6 +24,11 @@ WORLDS = range(7000, 7010)
 @pytest.mark.parametrize("seed", SEEDS)
 def test_random_scene_keeps_to_physics(seed: int) -> None:
     assert trial_of(seed).faults == {}
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_random_exchange_keeps_to_physics(seed: int) -> None:
+    assert run_exchange_trial(seed).faults == {}
 
 
 @pytest.mark.parametrize("seed", WORLDS)
