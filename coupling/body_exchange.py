@@ -24,6 +24,7 @@ Conventions and variable names are those of `coupling.participants.fluid`.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -100,7 +101,7 @@ class BodyExchange:
         self._schemes: dict[str, Scheme] = {}
         self._numbers: dict[str, float] = {}
         self._answering: set[str] = set()  # bodies that tell how they answer an impulse
-        self._weights_under: dict[str, float] = {}  # [N] of the liquid that each body moves along
+        self._liquid_weights: dict[str, float] = {}  # [N] of what each body moves along, all under
         self._probes: dict[str, Array] = {}  # (6,) forces and torques that W is measured with
         self._wrenches: dict[str, Array] = {}  # (6,) F of the last step
         self._free: dict[str, Array] = {}  # (2, 6) b of the last two steps, the later one first
@@ -130,7 +131,7 @@ class BodyExchange:
             mass = interface.mass_matrix
             added = interface.added_mass()
             self._numbers[body] = stability_number(added, mass()) if mass is not None else np.nan
-            self._weights_under[body], self._wrenches[body] = STANDARD_GRAVITY * added[:3, :3].trace(), np.zeros(6)
+            self._liquid_weights[body], self._wrenches[body] = STANDARD_GRAVITY * added[:3, :3].trace(), np.zeros(6)
             self._free[body] = np.tile((*interface.gravity, 0.0, 0.0, 0.0), (2, 1))
             if {(interface.fluid, "inverse_mass"), (interface.fluid, f"{body}.inverse_mass")} & fed:
                 self._answering.add(body)
@@ -190,7 +191,7 @@ class BodyExchange:
         body, step = interface.body, end - begin
         wrench = self._wrenches[body]
         if body not in self._probes:
-            least = np.full(6, LEAST_PROBE * self._weights_under[body])
+            least = np.full(6, LEAST_PROBE * self._liquid_weights[body])
             answer = _differences(body, wrench, least, solver, begin, end)
             wanted = np.repeat([PROBE * STANDARD_GRAVITY, PROBE / step**2], 3)
             self._probes[body] = np.clip(wanted / np.maximum(answer.diagonal(), TINY), least, least / LEAST_PROBE)
@@ -237,9 +238,20 @@ class BodyExchange:
             for name in order:
                 steppers[name].restore(start[name])
         self.iterations = len(tried)
-        self.unsettled += tried[-1][0] > allowed
+        if tried[-1][0] > allowed:
+            self._note_unsettled(tried[-1][0], allowed, begin)
         for answer in answers:
             self._remember(answer)
+
+    def _note_unsettled(self, error: float, allowed: float, time: float) -> None:
+        """Count a step that stands although its iteration has not come to its tolerance, and say so the first time."""
+        self.unsettled += 1
+        if self.unsettled == 1:
+            warnings.warn(
+                f"exchange of bodies does not settle in {LARGEST_NUMBER_OF_ITERATIONS} rounds at {time:.6g} s, as in a blow: error of "
+                f"acceleration {error:.3g} m/s2, allowed: {allowed:.3g}; such steps stand, and the ledger watches their energy",
+                stacklevel=2,
+            )
 
     def _told(self, scheme: Scheme) -> str:
         """Which bodies are coupled in a way, with the range of their stability numbers."""

@@ -7,7 +7,7 @@ import pytest
 
 from oilsim.initial_conditions import block
 from oilsim.phases import Phase
-from oilsim.relaxation import INERTIA, relax, shift_balance
+from oilsim.relaxation import INERTIA, beside_wall, relax, shift_balance
 from oilsim.relaxation_stage import relax_liquid
 from oilsim.smoothing_kernels import SUPPORT, kernel_slope_over_q, lattice
 
@@ -251,3 +251,18 @@ def test_order_of_the_phases_does_not_matter(make_fluid):
         relax_liquid(fluid.work, fluid.state, 0.01)
         found.append(fluid.state.position[:, np.argsort(fluid.state.id)])
     assert found[0] == pytest.approx(found[1], abs=1e-6)
+
+
+def test_nothing_is_pushed_into_a_wall_that_it_has_reached():
+    reached, into = np.float32(0.5), (np.float32(3.0), np.float32(0.0), np.float32(4.0))
+
+    def pushed(push, own, content):
+        x, y, z = (np.float32(component) for component in push)
+        return np.array(beside_wall(x, y, z, np.float32(own), np.float32(content), into, reached))
+
+    # along the wall it may go on, off the wall and before it is reached it goes where it is pushed
+    np.testing.assert_allclose(pushed((1.0, 2.0, 0.5), 0.0, 0.6), (0.4, 2.0, -0.3), atol=1e-6)
+    np.testing.assert_allclose(pushed((-1.0, 2.0, 0.5), 0.0, 0.6), (-1.0, 2.0, 0.5), atol=1e-6)
+    np.testing.assert_allclose(pushed((1.0, 2.0, 0.5), 0.0, 0.4), (1.0, 2.0, 0.5), atol=1e-6)
+    # its own multiplier, which would draw it there, counts as a push
+    np.testing.assert_allclose(pushed((0.0, 1.0, 0.0), 0.1, 0.6), (0.0, 1.0, 0.0), atol=1e-6)
