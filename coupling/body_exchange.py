@@ -120,7 +120,7 @@ class BodyExchange:
 
     @property
     def stability_numbers(self) -> Mapping[str, float]:
-        """Largest ratio of added mass to mass of every body, by name, as the run began; NaN where its mass is unknown."""
+        """Largest ratio of added mass, all under, to mass of every body, by name; NaN where its mass is unknown."""
         return dict(self._numbers)
 
     def prepare(self, steppers: Steppers, links: Sequence[Link]) -> Sequence[str]:

@@ -343,6 +343,16 @@ def test_a_runaway_is_an_error_with_a_name(space: RigidBodyWorld) -> None:
         run.step()
 
 
+def test_spin_is_followed_up_to_a_radian_in_a_step(space: RigidBodyWorld) -> None:
+    # 150 rad/s of a body of 2 cm are 1.5 m/s
+    add_box(space, "top", (0.02, 0.02, 0.02), angular_velocity=(0.0, 0.0, 150.0))
+    space.advance(0.5)
+    np.testing.assert_allclose(space.twist("top"), (0, 0, 0, 0, 0, 150.0), rtol=1e-9, atol=1e-9)
+    space.set_wrench("top", np.array([0, 0, 0, 0, 0, 1.0]))
+    with pytest.raises(FloatingPointError, match=r"'top' moves at .* allowed: below 100 m/s and 240 rad/s"):
+        space.advance(0.5)
+
+
 def test_participant_offers_what_it_says(world: RigidBodyWorld) -> None:
     add_box(world, "boom/segment-01", position=(0.0, 0.0, 2.0))
     world.add_joint("boom/end", "boom/segment-01", None, (0.5, 0.0, 2.0))
