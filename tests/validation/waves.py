@@ -110,7 +110,7 @@ def interface_mode(fluid: Fluid) -> Double:
     """Velocity of the interfacial mode at the particles (3, N), 1 where the interface rises fastest.
 
     Water: w = sinh(k z) / sinh(k h) cos(k x). Oil, zeta above the interface: w = (cosh k zeta + B sinh k zeta) cos(k x), where the
-    free surface, omega^2 w_z = g k^2 w, gives B = (r tanh - 1) / (tanh... ) with r = g k / omega^2.
+    free surface, omega^2 w_z = g k^2 w, gives B = (t - r) / (r t - 1), t = tanh k h, r = g k / omega^2.
     """
     k, omega = INTERFACE_NUMBER, interface_roots()[1]
     x, _, z = position(fluid)
