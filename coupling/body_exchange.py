@@ -37,7 +37,6 @@ from coupling.algorithms import Steppers, transfer
 from coupling.connection import Link
 from coupling.errors import CoSimulationError
 from coupling.fixed_point import Aitken, Iteration, QuasiNewton
-from coupling.stepper import Stepper
 
 __all__ = ["Aitken", "BodyExchange", "BodyInterface", "QuasiNewton", "Scheme"]
 
@@ -147,20 +146,19 @@ class BodyExchange:
 
     def step(self, steppers: Steppers, links: Sequence[Link], begin: float, end: float) -> None:
         """See `Algorithm.step`."""
-        iterated, moved = self._coupled(Scheme.ITERATED), self._coupled(Scheme.VIRTUAL_MASS)
+        step = _Step(steppers, links, begin, end)
+        iterated = self._coupled(Scheme.ITERATED)
         together = [*dict.fromkeys([i.fluid for i in iterated] + [i.solver for i in iterated])]
         self.iterations = 1
-        answers = [self._answer(interface, steppers, begin, end) for interface in moved]
+        answers = [self._answer(interface, step) for interface in self._coupled(Scheme.VIRTUAL_MASS)]
         for answer in answers:
             answer.tell(_lasting(self._free[answer.body]))
-        for name, stepper in steppers.items():
+        for name in steppers:
             if name not in together:
-                _feed(name, steppers, links)
-                stepper.advance(begin, end)
+                step.make(name)
             elif name == together[0]:
-                self._iterate(iterated, together, steppers, links, begin, end)
-        for answer in answers:
-            self._remember(answer)
+                self._iterate(iterated, together, step)
+        self._remember(answers)
 
     def save(self) -> dict[str, dict[str, Array]]:
         """See `Algorithm.save`."""
@@ -178,70 +176,59 @@ class BodyExchange:
     def _coupled(self, scheme: Scheme) -> list[BodyInterface]:
         return [interface for body, interface in self._interfaces.items() if self._schemes[body] is scheme]
 
-    def _answer(self, interface: BodyInterface, steppers: Steppers, begin: float, end: float) -> _Answer:
+    def _answer(self, interface: BodyInterface, step: _Step) -> _Answer:
         """What the body has told, or been measured to do, of the step that begins."""
-        if interface.mass_matrix is not None:
-            inverse_mass = np.asarray(np.linalg.inv(interface.mass_matrix()), np.float64)
-        else:
-            inverse_mass = self._measured(interface, steppers[interface.solver], begin, end)
-        return _Answer(interface, inverse_mass, steppers, end - begin)
+        if interface.mass_matrix is None:
+            return _Answer(interface, self._measured(interface, step), step)
+        return _Answer(interface, np.asarray(np.linalg.inv(interface.mass_matrix()), np.float64), step)
 
-    def _measured(self, interface: BodyInterface, solver: Stepper, begin: float, end: float) -> Array:
+    def _measured(self, interface: BodyInterface, step: _Step) -> Array:
         """W (6, 6) by differences that are small for the body, as it was found in the first step."""
-        body, step = interface.body, end - begin
-        wrench = self._wrenches[body]
+        body, wrench = interface.body, self._wrenches[interface.body]
         if body not in self._probes:
             least = np.full(6, LEAST_PROBE * self._liquid_weights[body])
-            answer = _differences(body, wrench, least, solver, begin, end)
-            wanted = np.repeat([PROBE * STANDARD_GRAVITY, PROBE / step**2], 3)
+            answer = _differences(interface, wrench, least, step)
+            wanted = np.repeat([PROBE * STANDARD_GRAVITY, PROBE / step.duration**2], 3)
             self._probes[body] = np.clip(wanted / np.maximum(answer.diagonal(), TINY), least, least / LEAST_PROBE)
-        return _differences(body, wrench, self._probes[body], solver, begin, end)
+        return _differences(interface, wrench, self._probes[body], step)
 
-    def _remember(self, answer: _Answer) -> None:
-        """What the body has shown in the step that was made."""
-        self._wrenches[answer.body] = answer.wrench
-        self._free[answer.body] = np.stack([answer.free_acceleration(), self._free[answer.body][0]])
+    def _remember(self, answers: Sequence[_Answer]) -> None:
+        """What bodies have shown in the step that was made."""
+        for answer in answers:
+            self._wrenches[answer.body] = answer.wrench
+            self._free[answer.body] = np.stack([answer.free_acceleration(), self._free[answer.body][0]])
 
-    def _iterate(
-        self,
-        bodies: Sequence[BodyInterface],
-        order: Sequence[str],
-        steppers: Steppers,
-        links: Sequence[Link],
-        begin: float,
-        end: float,
-    ) -> None:
+    def _iterate(self, bodies: Sequence[BodyInterface], order: Sequence[str], step: _Step) -> None:
         """Repeat the step of the fluid and the iterated bodies until the b that it assumes are those that the bodies show.
 
         A blow makes H jump, and b may then lie nowhere: the last round is made with the best of those that were tried.
         """
-        start = {name: steppers[name].save() for name in order}
-        answers = [self._answer(interface, steppers, begin, end) for interface in bodies]
+        start = {name: step.steppers[name].save() for name in order}
+        answers = [self._answer(interface, step) for interface in bodies]
         weights = np.concatenate([_weights(interface) for interface in bodies])
         iteration = self._iteration(1.0)
         assumed = np.concatenate([self._free[i.body][0] for i in bodies])
-        tried: list[tuple[float, Array]] = []  # b and its error [m/s2], which is how far the iteration would go on
+        tried: list[tuple[float, Array]] = []  # error [m/s2], which is how far the iteration would go on, and b
         while True:
             for answer, free in zip(answers, assumed.reshape(-1, 6), strict=True):
                 answer.tell(free)
             for name in order:
-                _feed(name, steppers, links)
-                steppers[name].advance(begin, end)
+                step.make(name)
             shown = np.concatenate([answer.free_acceleration() for answer in answers])
             proposal = iteration.proposal(assumed, shown - assumed, 1.0 / weights)
-            tried.append((float((weights * np.abs(proposal - assumed)).max()), assumed))
+            error = float((weights * np.abs(proposal - assumed)).max())
             allowed = ACCELERATION_TOLERANCE * max(float((weights * np.abs(assumed)).max()), STANDARD_GRAVITY)
-            if tried[-1][0] <= allowed or len(tried) > LARGEST_NUMBER_OF_ITERATIONS:
+            tried.append((error, assumed))
+            if error <= allowed or len(tried) > LARGEST_NUMBER_OF_ITERATIONS:
                 break
             is_last = len(tried) == LARGEST_NUMBER_OF_ITERATIONS
             assumed = min(tried, key=lambda one: one[0])[1] if is_last else proposal
             for name in order:
-                steppers[name].restore(start[name])
+                step.steppers[name].restore(start[name])
         self.iterations = len(tried)
-        if tried[-1][0] > allowed:
-            self._note_unsettled(tried[-1][0], allowed, begin)
-        for answer in answers:
-            self._remember(answer)
+        if error > allowed:
+            self._note_unsettled(error, allowed, step.begin)
+        self._remember(answers)
 
     def _note_unsettled(self, error: float, allowed: float, time: float) -> None:
         """Count a step that stands although its iteration has not come to its tolerance, and say so the first time."""
@@ -262,14 +249,33 @@ class BodyExchange:
         return f"coupled {scheme.value}: {named} ({span})"
 
 
-class _Answer:
-    """How one body answers the fluid in a step that is about to be made, perhaps repeatedly."""
+@dataclass(frozen=True)
+class _Step:
+    """A communication step that is about to be made."""
 
-    def __init__(self, interface: BodyInterface, inverse_mass: Array, steppers: Steppers, step: float) -> None:
-        self.body, self._step = interface.body, step
-        self._fluid, self._solver = steppers[interface.fluid], steppers[interface.solver]
+    steppers: Steppers
+    links: Sequence[Link]
+    begin: float
+    end: float
+
+    @property
+    def duration(self) -> float:
+        """[s]"""
+        return self.end - self.begin
+
+    def make(self, name: str) -> None:
+        """Feed a participant and bring it to the end."""
+        transfer([link for link in self.links if link.connection.target == name], self.steppers)
+        self.steppers[name].advance(self.begin, self.end)
+
+
+class _Answer:
+    """How one body answers the fluid in a step, which may be made repeatedly."""
+
+    def __init__(self, interface: BodyInterface, inverse_mass: Array, step: _Step) -> None:
+        self.body, self._duration, self._inverse_mass = interface.body, step.duration, inverse_mass
+        self._fluid, self._solver = step.steppers[interface.fluid], step.steppers[interface.solver]
         self._begin = self._solver.outputs[f"{self.body}.twist"]
-        self._inverse_mass = inverse_mass
 
     def tell(self, free: Array) -> None:
         """Let the fluid reckon with W and b."""
@@ -283,19 +289,20 @@ class _Answer:
 
     def free_acceleration(self) -> Array:
         """b (6,) that the body has shown: what its motion has and the wrench does not explain."""
-        acceleration = (self._solver.outputs[f"{self.body}.twist"] - self._begin) / self._step
+        acceleration = (self._solver.outputs[f"{self.body}.twist"] - self._begin) / self._duration
         return np.asarray(acceleration - self._inverse_mass @ self.wrench)
 
 
-def _differences(body: str, wrench: Array, more: Array, solver: Stepper, begin: float, end: float) -> Array:
+def _differences(interface: BodyInterface, wrench: Array, more: Array, step: _Step) -> Array:
     """W (6, 6): the body makes the step alone and is taken back, under `wrench` (6,) and under one entry of `more` (6,) besides."""
+    solver, body = step.steppers[interface.solver], interface.body
     start, twists = solver.save(), []
     for added in (np.zeros(6), *np.diag(more)):
         solver.set(f"{body}.wrench", wrench + added)
-        solver.advance(begin, end)
+        solver.advance(step.begin, step.end)
         twists.append(solver.outputs[f"{body}.twist"])
         solver.restore(start)
-    answer = (np.array(twists[1:]) - twists[0]) / (more[:, None] * (end - begin))
+    answer = (np.array(twists[1:]) - twists[0]) / (more[:, None] * step.duration)
     values, vectors = np.linalg.eigh(0.5 * (answer + answer.T))
     return np.asarray((vectors * np.maximum(values, 0.0)) @ vectors.T)
 
@@ -304,10 +311,6 @@ def _lasting(free: Array) -> Array:
     """(6,) of the two of `free` (2, 6) the smaller, 0 where they differ in sign."""
     smaller = np.minimum(np.abs(free[0]), np.abs(free[1]))
     return np.asarray(np.where(free[0] * free[1] > 0.0, np.copysign(smaller, free[0]), 0.0))
-
-
-def _feed(target: str, steppers: Steppers, links: Sequence[Link]) -> None:
-    transfer([link for link in links if link.connection.target == target], steppers)
 
 
 def _choose(interface: BodyInterface, answers: bool, number: float, faults: Mapping[str, str]) -> Scheme:

@@ -149,6 +149,18 @@ def test_iteration_bears_a_blow() -> None:
         assert scene.ledger is not None and scene.ledger.momentum_residual < 1e-9
 
 
+def test_step_that_does_not_settle_stands_and_is_told_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    forget(monkeypatch, "gravity")
+    monkeypatch.setattr("coupling.body_exchange.LARGEST_NUMBER_OF_ITERATIONS", 1)
+    with raft_under_water(0.1 * WATER, Scheme.ITERATED) as scene:
+        with pytest.warns(
+            UserWarning, match=r"does not settle in 1 rounds at 0 s, .* error of acceleration .* allowed: "
+        ):
+            scene.step()
+        assert scene.exchange is not None and scene.exchange.unsettled == 1
+        assert scene.ledger is not None and scene.ledger.momentum_residual < 1e-9
+
+
 # choice of the scheme
 
 
