@@ -134,7 +134,7 @@ class ExchangeLedger:
 
     def _check_energy(self, force: Array, time: float, step: float) -> None:
         scale = self._turnover + force * self._length
-        beyond = np.flatnonzero(self._made > self._limits[1] * scale)
+        beyond = np.flatnonzero(self._made / self._limits[1] > scale)
         if len(beyond):
             bond, made, turned = self._bonds[beyond[0]], self._made[beyond[0]], scale[beyond[0]]
             raise CoSimulationError(

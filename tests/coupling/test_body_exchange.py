@@ -149,6 +149,26 @@ def test_iteration_bears_a_blow() -> None:
         assert scene.ledger is not None and scene.ledger.momentum_residual < 1e-9
 
 
+def test_blow_is_not_expected_to_strike_again() -> None:
+    # the impulse of the floor in one step, taken for a load in the next, makes 5e-3 of the energy with which the cube falls
+    speed = 2.0
+    with tank(size=(0.5, 0.5, 0.6), depth=0.25, particle_spacing=SPACING, scheme=Scheme.VIRTUAL_MASS) as scene:
+        scene.add_body(
+            "stone",
+            box((SIDE, SIDE, SIDE)),
+            density=2000.0,
+            position=(0.25, 0.25, 0.35),
+            linear_velocity=(0.0, 0.0, -speed),
+        )
+        made = []
+        for _ in range(80):
+            scene.step()
+            assert scene.ledger is not None
+            made.append(scene.ledger.made)
+        assert scene.world.pose("stone")[2] == pytest.approx(0.5 * SIDE, abs=0.01)
+        assert max(made) < 2e-3 * 0.5 * 2000.0 * SIDE**3 * speed**2
+
+
 def test_step_that_does_not_settle_stands_and_is_told_once(monkeypatch: pytest.MonkeyPatch) -> None:
     forget(monkeypatch, "gravity")
     monkeypatch.setattr("coupling.body_exchange.LARGEST_NUMBER_OF_ITERATIONS", 1)
