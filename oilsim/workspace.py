@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from oilsim.adhesion import adhesion_acceleration, adhesion_reaction, adhesion_scale
 from oilsim.boundary import wall_coverage
 from oilsim.budget import Budget
+from oilsim.column_stretch import ColumnStretch
 from oilsim.config import FluidConfig
 from oilsim.density_return import surface_shares
 from oilsim.divergence import PairVectors, cache_gradients
@@ -70,6 +71,7 @@ class Workspace:
         self.surface_shares = shares, np.float32(per_slope * config.particle_spacing)
         self._wall_weight = np.float32(2.0 if self.split else 1.0)
         self.weightless = not any(config.gravity)  # then every step finds the unit anew
+        self.columns = None if self.weightless else ColumnStretch(config, team)
         self.time_unit = LONGEST if self.weightless else froude_unit(config.particle_spacing, config.gravity)
         grid = make_grid(config.lower, config.upper, config.periodic, config.support_radius, config.dimension)
         search = NeighborSearch(grid, team, period)
