@@ -10,6 +10,7 @@ from tests.validation.drop import CONSERVATION, ELLIPTICAL_DROP
 from tests.validation.floating import ARCHIMEDES, SUBMERGED
 from tests.validation.hydrostatics import STILL_COLUMN
 from tests.validation.interfaces import LOCK_EXCHANGE, RAYLEIGH_TAYLOR
+from tests.validation.planar_slick import PLANAR_SLICK
 from tests.validation.released import HEAVE_DECAY, PLANE_RELEASE, RELEASE, SURFACING
 from tests.validation.spreading import OIL_SLICK, VISCOUS_CURRENT
 from tests.validation.towing import TOWED_PLATE, TOWED_SKIRT
@@ -22,7 +23,7 @@ CASES: tuple[Case, ...] = tuple(
         (
             STILL_COLUMN, TWO_LAYERS, CONSERVATION, SHEAR_WAVE, INVISCID_SHEAR, START_UP, LAYERED, ELLIPTICAL_DROP, TAYLOR_GREEN,
             STANDING_WAVE, DAM_FRONT, DAM_PRESSURE, INTERFACE_WAVE, RAYLEIGH_TAYLOR, LOCK_EXCHANGE, VISCOUS_CURRENT, OIL_SLICK,
-            ARCHIMEDES, SUBMERGED, RELEASE, PLANE_RELEASE, SURFACING, BOOM_IN_WAVES, HEAVE_DECAY, TOWED_PLATE, TOWED_SKIRT,
+            PLANAR_SLICK, ARCHIMEDES, SUBMERGED, RELEASE, PLANE_RELEASE, SURFACING, BOOM_IN_WAVES, HEAVE_DECAY, TOWED_PLATE, TOWED_SKIRT,
         ),
         key=lambda case: case.number,
     )
