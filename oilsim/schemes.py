@@ -88,10 +88,9 @@ def project_velocity(
     if state.time_step > 0.0:
         kappa *= np.float32(time_step / state.time_step)
     state.time_step = time_step
-    if work.columns is not None and not work.closed:
-        with work.stage("divergence"):
-            work.columns.foresee(state.awake, state.position, state.velocity, time_step, kappa)
     with work.stage("divergence"):
+        if work.columns is not None and not work.closed:
+            work.columns.foresee(state.awake, state.position, state.velocity, time_step, kappa)
         operator = PressureOperator(work, state)
         work.hold_waterline(state, time_step)
         operator.apply(kappa)

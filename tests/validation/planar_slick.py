@@ -13,8 +13,8 @@ from oilsim.initial_conditions import block
 from oilsim.solver import Fluid
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.measure import power_law
-from tests.validation.scenes import GRAVITY, oil_and_water, position, set_velocity, velocity
-from tests.validation.spreading import INSTANT, REDUCED, ROUNDS, SHARE
+from tests.validation.scenes import GRAVITY, oil_and_water, position
+from tests.validation.slicks import REDUCED, SHARE, follow, launch
 
 Double = NDArray[np.float64]
 
@@ -49,22 +49,8 @@ def planar_slick(bench: Bench, spacing: float) -> tuple[Fluid, float]:
     fluid.add_boundary(tank_walls((0, 0, 0), (SIDE, 0, 1.2 * DEPTH), spacing, sides=("-x", "+x", "-z"), dimension=2))
     points = block((0, 0, 0), (SIDE, 0, math.ceil(1.1 * DEPTH / spacing) * spacing), spacing, 2)
     thickness = self_similar_thickness(points[:, 0])
-    top = DEPTH + REDUCED * thickness  # the freeboard of what floats
-    oil = (points[:, 2] < top) & (points[:, 2] > top - thickness)
-    fluid.add_particles(points[oil], phase="oil")
-    fluid.add_particles(points[points[:, 2] < top - thickness], phase="water")
-    for _ in range(ROUNDS):
-        set_velocity(fluid, with_spreading_oil(fluid))
-        bench.advance(fluid, INSTANT)
-        fluid.land()
-    return fluid, 2.0 * float(np.count_nonzero(oil)) * spacing**2
-
-
-def with_spreading_oil(fluid: Fluid) -> Double:
-    """Velocities (3, N) [m/s]: the water's own, and of the oil u = 2 x / 3 t outwards and up as its thickness shrinks."""
-    x, _, z = position(fluid)
-    spreading = np.stack([x, np.zeros_like(x), DEPTH - z]) * (2.0 / (3.0 * FIRST_AGE))
-    return np.where(fluid.state.phase == 0, spreading, velocity(fluid))
+    count = launch(bench, fluid, points, thickness, DEPTH, (2.0 / (3.0 * FIRST_AGE), 0.0))  # u = 2 x / 3 t
+    return fluid, 2.0 * count * spacing**2
 
 
 def half_length(fluid: Fluid) -> float:
@@ -76,11 +62,7 @@ def oil_in_channel(resolution: int, bench: Bench) -> Outcome:
     """Case 20 in the plane: coefficient of a slick's length."""
     bench.plan(LONGEST - FIRST_AGE)
     fluid, area = planar_slick(bench, math.sqrt(AREA) / resolution)
-    rows = [(FIRST_AGE, half_length(fluid))]
-    while rows[-1][0] < LONGEST and rows[-1][1] < LAST_LENGTH:
-        bench.advance(fluid, READING)
-        rows.append((rows[-1][0] + READING, half_length(fluid)))
-    age, length = np.array(rows).T
+    age, length = follow(bench, fluid, half_length, (FIRST_AGE, LONGEST), LAST_LENGTH, READING)
     strength, late = STRENGTH * area / AREA, length > FITTED
     slope, constant = np.polyfit(age[late], length[late] ** 1.5, 1)  # L^(3/2) = C^(3/2) (Delta g A)^(1/2) (t + t_0)
     straight = length[late] ** 1.5 / (slope * age[late] + constant) - 1.0

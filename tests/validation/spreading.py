@@ -17,15 +17,12 @@ from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.measure import front_position, power_law
 from tests.validation.scenes import (
     GRAVITY,
-    OIL_DENSITY,
     SAMPLE,
-    WATER_DENSITY,
     liquid,
     oil_and_water,
     position,
-    set_velocity,
-    velocity,
 )
+from tests.validation.slicks import REDUCED, SHARE, follow, launch
 
 Double = NDArray[np.float64]
 
@@ -110,7 +107,6 @@ def _surface(fluid: Fluid, spacing: float) -> tuple[Double, Double]:
 # oil slick, gravity against inertia
 VOLUME, FIRST_RADIUS, LAST_RADIUS = 1.0, 1.0, 2.1  # m3, m
 DEPTH, SIDE = 3.2, 2.8  # m
-REDUCED = 1.0 - OIL_DENSITY / WATER_DENSITY
 FAY = 1.14  # his coefficient, 1969
 # Self-similar slicks (Hoult 1972): u = r / 2 t asks for the slope h' = r / 4 Delta g t^2, the front moves at Fr (Delta g h)^(1/2), and with
 # the volume pi (1 / 4 Fr^2 - 1 / 16) R^4 / Delta g t^2 that of Fay's coefficient has Fr = 1.00.
@@ -118,9 +114,7 @@ INVERSE_FROUDE_SQUARED = 4.0 / (math.pi * FAY**4) + 0.25
 SPREADING = math.sqrt(REDUCED * GRAVITY * VOLUME)  # (Delta g V)^(1/2) [m2/s]
 FIRST_AGE, LAST_AGE = (radius**2 / (FAY**2 * SPREADING) for radius in (FIRST_RADIUS, LAST_RADIUS))
 FITTED = 1.3 * FIRST_RADIUS  # m, radius from which on the fit counts
-SHARE = 0.95  # of the oil inside the radius that is read
 READING = 0.02  # s between readings
-ROUNDS, INSTANT = 20, 1e-5  # rounds in which the water comes to move with the oil, and their steps [s]
 
 
 def self_similar_thickness(r: Double) -> Double:
@@ -145,22 +139,9 @@ def slick(bench: Bench, spacing: float) -> tuple[Fluid, float]:
     fluid.add_boundary(tank_walls((0, 0, 0), (SIDE, SIDE, 1.2 * DEPTH), spacing, sides=sides))
     points = block((0, 0, 0), (SIDE, SIDE, math.ceil(1.1 * DEPTH / spacing) * spacing), spacing)
     thickness = self_similar_thickness(np.hypot(points[:, 0], points[:, 1]))
-    top = DEPTH + REDUCED * thickness  # the freeboard of what floats
-    oil = (points[:, 2] < top) & (points[:, 2] > top - thickness)
-    fluid.add_particles(points[oil], phase="oil")
-    fluid.add_particles(points[points[:, 2] < top - thickness], phase="water")
-    for _ in range(ROUNDS):
-        set_velocity(fluid, with_spreading_oil(fluid))
-        bench.advance(fluid, INSTANT)
-        fluid.land()
-    return fluid, 4.0 * float(np.count_nonzero(oil)) * spacing**3
-
-
-def with_spreading_oil(fluid: Fluid) -> Double:
-    """Velocities (3, N) [m/s]: the water's own, and of the oil u = r / 2 t outwards and up as its thickness shrinks."""
-    x, y, z = position(fluid)
-    spreading = np.stack([0.5 * x, 0.5 * y, DEPTH - z]) / FIRST_AGE
-    return np.where(fluid.state.phase == 0, spreading, velocity(fluid))
+    strain = 0.5 / FIRST_AGE  # of u = r / 2 t
+    count = launch(bench, fluid, points, thickness, DEPTH, (strain, strain))
+    return fluid, 4.0 * count * spacing**3
 
 
 def slick_radius(fluid: Fluid) -> float:
@@ -174,11 +155,7 @@ def oil_slick(resolution: int, bench: Bench) -> Outcome:
     spacing = VOLUME ** (1.0 / 3.0) / resolution
     bench.plan(LAST_AGE - FIRST_AGE)
     fluid, volume = slick(bench, spacing)
-    rows = [(FIRST_AGE, slick_radius(fluid))]
-    while rows[-1][0] < LAST_AGE:
-        bench.advance(fluid, READING)
-        rows.append((rows[-1][0] + READING, slick_radius(fluid)))
-    age, radius = np.array(rows).T
+    age, radius = follow(bench, fluid, slick_radius, (FIRST_AGE, LAST_AGE), math.inf, READING)
     strength = SPREADING * math.sqrt(volume / VOLUME)
     late = radius > FITTED
     slope, constant = np.polyfit(age[late], radius[late] ** 2, 1)  # R^2 = C^2 (Delta g V)^(1/2) (t + t_0)
