@@ -59,7 +59,7 @@ class FluidConfig:
     dimension: int = 3
     scheme: Scheme = "split"
     density_tolerance: float = 1e-3
-    divergence_tolerance: float = 1e-5
+    divergence_tolerance: float = 1e-4
     viscosity_tolerance: float = 1e-4
     density_iterations: int = 50
     divergence_iterations: int = 100

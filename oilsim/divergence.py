@@ -100,14 +100,14 @@ def cache_wall_gradients(i, points, wall, matrix, lattice, period, walls, sigma,
 @njit(**FAST)
 def cache_gradients(
     begin, end, points, wall, matrix, lattice, period, fluid, walls, sigma, support, volume, wall_weight, by_body, plane, gravity,
-    gradient, wall_gradient, own, extrapolation, waterline, lever, diagonal, coverage, wall_slope,
+    gradient, wall_gradient, own, extrapolation, waterline, lever, diagonal, coverage, wall_slope, openness,
 ):  # fmt: skip
     """Cache G_ij per fluid pair in `gradient`, G_ib in `wall_gradient` (3, Q) [1/m], and what particles need of them.
 
     points (N, 4): place [m] and weight rho_ref / rho_0; wall (M, 4): place [m] and volume [m3]; matrix (N, 8) Y_i or None for 1; lattice
     m_0; wall_weight w; by_body (N,): a body is within reach.
     Fills own (3, N) [1/m], `extrapolation` (N, 9) K_i row by row where walls are near (None: c = 0), the diagonal of A [1/m2],
-    `coverage` sum V_b W_ib and `wall_slope` (3, N) sum G_ib [1/m].
+    `coverage` sum V_b W_ib, `wall_slope` (3, N) sum G_ib [1/m] and `openness` rho_ref / rho_0 |H 1|^2 [1/m2].
     """
     quantum, inverse_support = gradient.quantum, ONE / support
     factor = inverse_support * inverse_support * volume / quantum
@@ -148,6 +148,8 @@ def cache_gradients(
                 gz -= k[6] * sx + k[7] * sy + k[8] * sz
         own[0, i], own[1, i], own[2, i] = gx, gy, gz
         wall_slope[0, i], wall_slope[1, i], wall_slope[2, i] = wx, wy, wz
+        nx, ny, nz = TWO * sx + wall_weight * wx, TWO * sy + wall_weight * wy, TWO * sz + wall_weight * wz
+        openness[i] = (nx * nx + ny * ny + nz * nz) * points[i, 3]
         diagonal[i] = quantum * quantum * summed(square) + (gx * gx + gy * gy + gz * gz) * points[i, 3] + TINY
 
 

@@ -134,7 +134,17 @@ class Team:
             kernel(0, count, *arguments)
             return
         blocks = block_count(count)
-        cuts = [min(count, blocks * t // self.threads * BLOCK) for t in range(self.threads)] + [count]
+        self._share(kernel, [blocks * t // self.threads * BLOCK for t in range(self.threads)] + [count], arguments)
+
+    def run_parts(self, kernel: Callable[..., Any], parts: int, *arguments: Any) -> None:
+        """Run `kernel(begin, end, *arguments)` over all of range(parts), each of which is a good deal of work."""
+        if parts < self.threads or self.threads == 1:
+            kernel(0, parts, *arguments)
+            return
+        self._share(kernel, [parts * t // self.threads for t in range(self.threads + 1)], arguments)
+
+    def _share(self, kernel: Callable[..., Any], cuts: list[int], arguments: tuple[Any, ...]) -> None:
+        """Let each thread run a kernel from its cut to the next one."""
         self._task = kernel, cuts, arguments
         self._give(HEAD_START)
         try:

@@ -70,6 +70,11 @@ class PressureOperator:
         if self._response.present:
             self._response.add_answer(result)
 
+    def correct(self, residual: Real, face: Real, correction: Real) -> None:
+        """Add to the correction what the coarse grid makes of a residual on the face; nothing in a filled box."""
+        if not self._work.closed:
+            self._work.coarse.correct(residual, face, correction)
+
     def turn(self, share: float) -> None:
         """The way to follow becomes the vector of the last product, and `share` of the way so far."""
         if share == 0.0:

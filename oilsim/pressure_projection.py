@@ -55,8 +55,8 @@ def choose_face(begin, end, kappa, gradient, mobility, closed, opening, face, sc
 
 
 @njit(**FAST)
-def advance(begin, end, kappa, gradient, direction, image, diagonal, mobility, closed, face, step, scaled, sums):
-    """kappa -= step direction, gradient -= step A direction, `scaled` follows.
+def advance(begin, end, kappa, gradient, scaled, direction, image, answer, diagonal, closed, face, step, sums):
+    """kappa -= step direction, gradient -= step image, scaled -= step answer.
 
     Block sums `sums` (blocks, 3) [1/s]: the residual on the face and off it, and what clamping negative pressures would add to it.
     """
@@ -70,7 +70,7 @@ def advance(begin, end, kappa, gradient, direction, image, diagonal, mobility, c
             on = load(face, k, present)
             store(kappa, k, present, pressure)
             store(gradient, k, present, excess)
-            store(scaled, k, present, on * excess * load(mobility, k, present))
+            store(scaled, k, present, load(scaled, k, present) - step * load(answer, k, present))
             on_face += on * (positive(excess) + positive(-excess))
             off_face += (ONE - on) * positive(-excess)
             harm += on * load(diagonal, k, present) * positive(-pressure)
@@ -79,17 +79,14 @@ def advance(begin, end, kappa, gradient, direction, image, diagonal, mobility, c
 
 
 @njit(**FAST)
-def turn(begin, end, scaled, product, share, mobility, face, direction, image, sums):
-    """The next direction, scaled + share direction, and its image; block sums `sums` (blocks, 3): |image|^2 / diag A on the face."""
-    for block in range(begin, end, BLOCK):
-        last, square = min(block + BLOCK, end), spread(ZERO)
-        for k in range(block, last, LANES):
-            present = below(last, k)
-            store(direction, k, present, load(scaled, k, present) + share * load(direction, k, present))
-            follows = load(product, k, present) + share * load(image, k, present)
-            store(image, k, present, follows)
-            square += load(face, k, present) * load(mobility, k, present) * follows * follows
-        sums[block // BLOCK, 0] = summed(square)
+def turn(begin, end, scaled, product, share, mobility, face, direction, image, answer):
+    """The next direction, scaled + share direction, its image, and of the answer to that, M^-1 image, what 1 / diag A has of it."""
+    for k in range(begin, end, LANES):
+        present = below(end, k)
+        store(direction, k, present, load(scaled, k, present) + share * load(direction, k, present))
+        follows = load(product, k, present) + share * load(image, k, present)
+        store(image, k, present, follows)
+        store(answer, k, present, load(face, k, present) * load(mobility, k, present) * follows)
 
 
 @njit(**FAST)
@@ -109,6 +106,9 @@ class System(Protocol):
     def product(self, vector: Real, image: Real) -> None:
         """Write A vector into image."""
 
+    def correct(self, residual: Real, face: Real, correction: Real) -> None:
+        """Add to the correction what is known of A^-1 residual on the face besides the diagonal, symmetric and not negative."""
+
     def turn(self, share: float) -> None:
         """The way to follow becomes the vector of the last product, and `share` of the way so far."""
 
@@ -126,7 +126,7 @@ class BoundConstrainedSolver:
     def _reserve(self, room: int, count: int) -> None:
         if (self._room, self._size) != (room, count):
             self._room, self._size = room, count
-            self._scaled, self._product, self._direction, self._image = np.zeros((4, room), np.float32)
+            self._scaled, self._product, self._direction, self._image, self._answer = np.zeros((5, room), np.float32)
             self._first_kappa, self._first_gradient = np.zeros((2, room), np.float32)
             self._face = np.zeros(room, np.float32)
             self._sums = np.zeros((block_count(count), 3))
@@ -199,8 +199,9 @@ class BoundConstrainedSolver:
 
     def _descend(self, tolerance: float, opening: bool, least: int, most: int) -> tuple[int, float]:
         """Conjugate residuals on the face, bounds ignored; returns products, and the residual with the bounds that it leaves."""
-        vectors = self._direction, self._image
+        vectors = self._direction, self._image, self._answer
         self._direction[:], self._image[:] = 0.0, 0.0
+        self._system.correct(self._gradient, self._face, self._scaled)
         share, before, left, used = 0.0, 0.0, math.inf, 0
         while True:
             self._multiply(self._scaled)
@@ -209,23 +210,16 @@ class BoundConstrainedSolver:
             if not curvature > 0.0:
                 return used, left
             share = curvature / before if used > 1 else 0.0
-            square = self._run(
-                turn, self._scaled, self._product, np.float32(share), self._mobility, self._face, *vectors
-            )[0]
-            self._system.turn(share)
-            step, before = curvature / square, curvature
-            on_face, off_face, harm = self._run(
-                advance,
-                self._kappa,
-                self._gradient,
-                *vectors,
-                self._diagonal,
-                self._mobility,
-                self._closed,
-                self._face,
-                np.float32(step),
-                self._scaled,
+            self._team.run(
+                turn, self._size, self._scaled, self._product, np.float32(share), self._mobility, self._face, *vectors
             )
+            self._system.correct(self._image, self._face, self._answer)
+            self._system.turn(share)
+            step, before = curvature / self._dot(self._image, self._answer), curvature
+            on_face, off_face, harm = self._run(
+                advance, self._kappa, self._gradient, self._scaled, *vectors, self._diagonal, self._closed, self._face,
+                np.float32(step),
+            )  # fmt: skip
             self._system.follow(step)
             left = on_face + off_face + harm
             spoilt = harm > on_face if harm > 0.0 and not opening else off_face + harm > SPOILT * on_face

@@ -89,9 +89,9 @@ def project_velocity(
         kappa *= np.float32(time_step / state.time_step)
     state.time_step = time_step
     with work.stage("divergence"):
-        if work.columns is not None and not work.closed:
-            work.columns.foresee(state.awake, state.position, state.velocity, time_step, kappa)
         operator = PressureOperator(work, state)
+        if not work.closed:
+            work.coarse.lay(state.position[:, : state.awake], work.points, work.openness)
         work.hold_waterline(state, time_step)
         operator.apply(kappa)
         excess = operator.compression_rate()

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from oilsim.adhesion import adhesion_acceleration, adhesion_reaction, adhesion_scale
 from oilsim.boundary import wall_coverage
 from oilsim.budget import Budget
-from oilsim.column_stretch import ColumnStretch
+from oilsim.coarse_pressure import CoarsePressure
 from oilsim.config import FluidConfig
 from oilsim.density_return import surface_shares
 from oilsim.divergence import PairVectors, cache_gradients
@@ -71,7 +71,7 @@ class Workspace:
         self.surface_shares = shares, np.float32(per_slope * config.particle_spacing)
         self._wall_weight = np.float32(2.0 if self.split else 1.0)
         self.weightless = not any(config.gravity)  # then every step finds the unit anew
-        self.columns = None if self.weightless else ColumnStretch(config, team)
+        self.coarse = CoarsePressure(config, team)
         self.time_unit = LONGEST if self.weightless else froude_unit(config.particle_spacing, config.gravity)
         grid = make_grid(config.lower, config.upper, config.periodic, config.support_radius, config.dimension)
         search = NeighborSearch(grid, team, period)
@@ -135,7 +135,7 @@ class Workspace:
             self.points = np.empty((count, 4), np.float32)
             self.place_points(state)
             self.rest_density = self.densities.astype(np.float32)[state.phase]
-            self.coverage, self.compression, self.diagonal = np.empty((3, count), np.float32)
+            self.coverage, self.compression, self.diagonal, self.openness = np.empty((4, count), np.float32)
             self.own, self.gradient_sum, self.wall_slope = np.empty((3, 3, count), np.float32)
             self.matrix: Real = np.zeros((count, 8), np.float32)
             self.mended = np.empty_like(self.matrix) if self.split else None
@@ -226,7 +226,7 @@ class Workspace:
             self.team.run(
                 cache_gradients, state.awake, self.points, walls.points, self.mended, self.moment, *self.geometry, self._wall_weight,
                 self.by_body, self.plane, self._gravity, self.gradient, self.wall_gradient, self.own, self.extrapolation, self.waterline,
-                self.lever, self.diagonal, self.coverage, self.wall_slope,
+                self.lever, self.diagonal, self.coverage, self.wall_slope, self.openness,
             )  # fmt: skip
             self.contacts: Contacts = walls.contacts(self.touching, self.wall_pairs, self.wall_gradient)
 

@@ -39,7 +39,7 @@ class FluidSettings(Section):
     scheme: Literal["split", "paper"] = "split"
     gravity: Vector = quantity("m/s2", default=(0.0, 0.0, -9.81))
     density_tolerance: float = quantity("", default=1e-3, above=0.0, at_most=0.05)
-    divergence_tolerance: float = quantity("", default=1e-5, above=0.0, at_most=0.05)
+    divergence_tolerance: float = quantity("", default=1e-4, above=0.0, at_most=0.05)
     viscosity_tolerance: float = quantity("", default=1e-4, above=0.0, at_most=0.05)
     density_iterations: int = quantity("", default=50, at_least=1, whole=True)
     divergence_iterations: int = quantity("", default=100, at_least=1, whole=True)

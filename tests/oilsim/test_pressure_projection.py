@@ -24,6 +24,9 @@ class DenseSystem:
         self._change = self.root @ vector
         image[:] = self.root.T @ self._change
 
+    def correct(self, residual, face, correction):
+        pass
+
     def turn(self, share):
         self._way = self._change + share * self._way
 

@@ -1,0 +1,188 @@
+"""Pressure on a coarse grid, for the compression that whole regions of liquid have in common.
+
+Conjugate residuals soon mend what compresses particles each by itself. What they leave is then spread evenly over the liquid: after six
+products of a wave's solve seven tenths of it were the same over eight spacings, and that is what drives waves and lets still water move. On
+nodes CELL spacings apart, with trilinear shares phi_I,
+
+    K = P^T A P,     P_iI = phi_I(x_i),     (H P c)_i = grad c + n_i c,     n = H 1, 0 but at free surfaces,
+
+is close to what a grid of resistors has, of which cells conduct along their edges with the sum of rho_ref / rho_0 of their particles, and
+nodes leak the sum of rho_ref / rho_0 |n|^2 phi. In place of D^-1 the solve takes D^-1 + P K^-1 P^T, the additive two-level preconditioner
+(Smith, Bjorstad & Gropp 1996, 2.1). What moving bodies answer is not in it. Liquid that fills a closed box goes without: there it spares
+nothing.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from oilsim.compilation import ALLOCATING, FAST
+from oilsim.config import FluidConfig
+from oilsim.parallel import BLOCK, Team
+
+Real = NDArray[np.float32]
+Double = NDArray[np.float64]
+
+CELL = 4  # spacings: 2 to 8 do as well
+LEFT = 0.01  # of the residual, by the grid's own solve: with 0.1 long solves, for a tolerance of 1e-6, take three times the products
+ROUNDS = 200  # of it at most
+PARTS = 16  # at most, of the particles, with sums of their own: as many on any number of threads
+ZERO, ONE = np.float32(0.0), np.float32(1.0)
+
+
+@njit(**FAST)
+def locate(begin, end, position, lower, inverse, cells, cell, share):
+    """The cell of each particle and its place there, share (3, N) of an edge; inverse (3,) of the edges [1/m], 0 along none."""
+    for i in range(begin, end):
+        index = np.int64(0)
+        for axis in range(3):
+            along = (position[axis, i] - lower[axis]) * inverse[axis]
+            k = max(min(np.int64(along), cells[axis] - 1), np.int64(0))  # of what has left the domain, too, or blown up
+            share[axis, i] = max(min(along - np.float32(k), ONE), ZERO)
+            index = index * cells[axis] + k
+        cell[i] = index
+
+
+@njit(**ALLOCATING)
+def occupy(points, cells, turns, cell, content, corners):
+    """Number the cells that hold particles, and their corners, in the order in which they appear; returns how many there are of both.
+
+    `cell` (N,) becomes that number, content (cells,) the sum of the particles' weights, points[:, 3], corners (cells, 8) those of nodes;
+    turns (3,): nodes after which an axis begins again.
+    """
+    number = np.full(cells[0] * cells[1] * cells[2], -1, np.int64)
+    name = np.full(turns[0] * turns[1] * turns[2], -1, np.int64)
+    found = nodes = 0
+    for i in range(cell.size):
+        at = cell[i]
+        if number[at] < 0:
+            x, y, z = at // (cells[1] * cells[2]), at // cells[2] % cells[1], at % cells[2]
+            for corner in range(8):
+                a, b, c = x + (corner >> 2), y + (corner >> 1 & 1), z + (corner & 1)
+                node = (a % turns[0] * turns[1] + b % turns[1]) * turns[2] + c % turns[2]
+                if name[node] < 0:
+                    name[node] = nodes
+                    nodes += 1
+                corners[found, corner] = name[node]
+            content[found] = 0.0
+            number[at] = found
+            found += 1
+        cell[i] = number[at]
+        content[cell[i]] += points[i, 3]
+    return found, nodes
+
+
+@njit(**FAST)
+def restrict(begin, end, length, cell, share, corners, values, face, sums):
+    """sums[part] (nodes,) = P^T F values of parts begin to end, `length` particles each."""
+    for part in range(begin, end):
+        node = sums[part]
+        node[:] = 0.0
+        for i in range(part * length, min((part + 1) * length, cell.size)):
+            x, y, z, value = share[0, i], share[1, i], share[2, i], values[i] * face[i]
+            c, left, right = corners[cell[i]], (ONE - x) * value, x * value
+            node[c[0]] += left * (ONE - y) * (ONE - z)
+            node[c[1]] += left * (ONE - y) * z
+            node[c[2]] += left * y * (ONE - z)
+            node[c[3]] += left * y * z
+            node[c[4]] += right * (ONE - y) * (ONE - z)
+            node[c[5]] += right * (ONE - y) * z
+            node[c[6]] += right * y * (ONE - z)
+            node[c[7]] += right * y * z
+
+
+@njit(**FAST)
+def prolong(begin, end, cell, share, corners, node, face, values):
+    """values += F P node."""
+    for i in range(begin, end):
+        x, y, z, c = share[0, i], share[1, i], share[2, i], corners[cell[i]]
+        left = (ONE - y) * ((ONE - z) * node[c[0]] + z * node[c[1]]) + y * ((ONE - z) * node[c[2]] + z * node[c[3]])
+        right = (ONE - y) * ((ONE - z) * node[c[4]] + z * node[c[5]]) + y * ((ONE - z) * node[c[6]] + z * node[c[7]])
+        values[i] += face[i] * np.float32((ONE - x) * left + x * right)
+
+
+@njit(**FAST)
+def conduct(corners, content, conductance, leak, potential, current):
+    """current = K potential; conductance (3,) [1/m2] of an edge along each axis, for a content of 1."""
+    for n in range(leak.size):
+        current[n] = leak[n] * potential[n]
+    for cell in range(corners.shape[0]):
+        for axis in range(3):
+            bit = 4 >> axis
+            for corner in range(8):
+                if corner & bit == 0:
+                    a, b = corners[cell, corner], corners[cell, corner | bit]
+                    flow = content[cell] * conductance[axis] * (potential[a] - potential[b])
+                    current[a] += flow
+                    current[b] -= flow
+
+
+@njit(**ALLOCATING)
+def solve_grid(corners, content, conductance, leak, diagonal, right, left, rounds):
+    """K^-1 right by conjugate gradients (Jacobi), until `left` of the residual's norm in D^-1 is left; `right` becomes the residual."""
+    solution, image = np.zeros_like(right), np.empty_like(right)
+    direction = right / diagonal
+    square = np.sum(right * direction)
+    limit = left * left * square
+    for _ in range(rounds):
+        if not square > limit:
+            break
+        conduct(corners, content, conductance, leak, direction, image)
+        length = square / np.sum(direction * image)
+        solution += length * direction
+        right -= length * image
+        before, square = square, np.sum(right * right / diagonal)
+        direction = right / diagonal + square / before * direction
+    return solution
+
+
+class CoarsePressure:
+    """A grid over a fluid's domain; every pressure solve lays it anew over the cells that hold liquid."""
+
+    def __init__(self, config: FluidConfig, team: Team) -> None:
+        self._team = team
+        extent = np.subtract(config.upper, config.lower)
+        lies = np.array([True, config.dimension == 3, True])  # along which axes there is anything
+        edge = np.full(3, CELL * config.particle_spacing)
+        self._cells = np.where(lies, np.maximum(np.ceil(extent / edge), 1), 1).astype(np.int64)
+        edge = np.where(config.periodic, extent / self._cells, edge)
+        self._turns = self._cells + np.where(np.logical_or(config.periodic, ~lies), 0, 1)
+        self._inverse = np.where(lies, 1.0 / edge, 0.0).astype(np.float32)
+        self._conductance = 0.25 * self._inverse.astype(np.float64) ** 2  # four edges share a cell's content
+        self._lower = np.array(config.lower, np.float32)
+
+    def lay(self, position: Real, points: Real, openness: Real) -> None:
+        """Lay the grid over particles at `position` (3, N) [m].
+
+        points (M, 4): behind the places the weights rho_ref / rho_0; openness (M,): weight |H 1|^2 [1/m2]; M >= N.
+        """
+        count = position.shape[1]
+        self._cell = np.empty(count, np.int64)
+        self._share = np.empty((3, count), np.float32)
+        self._team.run(locate, count, position, self._lower, self._inverse, self._cells, self._cell, self._share)
+        most = min(count, int(self._cells.prod()))
+        content, corners = np.empty(most), np.empty((most, 8), np.int64)
+        found, nodes = occupy(points, self._cells, self._turns, self._cell, content, corners)
+        self._content, self._corners = content[:found], corners[:found]
+        self._length = BLOCK * max(-(-count // (BLOCK * PARTS)), 1)
+        self._sums = np.empty((-(-count // self._length), nodes))
+        self._leak = self._restrict(openness, np.ones(count, np.float32))
+        each = np.repeat(self._content * self._conductance.sum(), 8)
+        self._diagonal = self._leak + np.bincount(self._corners.ravel(), each, nodes)
+
+    def correct(self, residual: Real, face: Real, correction: Real) -> None:
+        """correction += F P K^-1 P^T F residual; F: `face`, 1 or 0 for each particle."""
+        right = self._restrict(residual, face)
+        node = solve_grid(
+            self._corners, self._content, self._conductance, self._leak, self._diagonal, right, LEFT, ROUNDS
+        )
+        self._team.run(prolong, len(self._cell), self._cell, self._share, self._corners, node, face, correction)
+
+    def _restrict(self, values: Real, face: Real) -> Double:
+        """P^T F values."""
+        self._team.run_parts(
+            restrict, len(self._sums), self._length, self._cell, self._share, self._corners, values, face, self._sums
+        )
+        return np.asarray(self._sums.sum(axis=0))
