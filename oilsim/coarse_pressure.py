@@ -104,23 +104,36 @@ def prolong(begin, end, cell, share, corners, node, face, values):
 
 
 @njit(**FAST)
-def conduct(corners, content, conductance, leak, potential, current):
-    """current = K potential; conductance (3,) [1/m2] of an edge along each axis, for a content of 1."""
-    for n in range(leak.size):
-        current[n] = leak[n] * potential[n]
+def wire(corners, content, conductance, other, wires):
+    """Add to wires (nodes, 3) what cells conduct along their edges, to the next node along each axis, other (nodes, 3).
+
+    conductance (3,) [1/m2] of one edge for a content of 1.
+    """
     for cell in range(corners.shape[0]):
         for axis in range(3):
-            bit = 4 >> axis
+            ahead = 4 >> axis
             for corner in range(8):
-                if corner & bit == 0:
-                    a, b = corners[cell, corner], corners[cell, corner | bit]
-                    flow = content[cell] * conductance[axis] * (potential[a] - potential[b])
-                    current[a] += flow
-                    current[b] -= flow
+                if corner & ahead == 0:
+                    node = corners[cell, corner]
+                    other[node, axis] = corners[cell, corner | ahead]
+                    wires[node, axis] += content[cell] * conductance[axis]
+
+
+@njit(**FAST)
+def conduct(other, wires, leak, potential, current):
+    """current = K potential."""
+    for n in range(leak.size):
+        current[n] = leak[n] * potential[n]
+    for n in range(leak.size):
+        for axis in range(3):
+            m = other[n, axis]
+            flow = wires[n, axis] * (potential[n] - potential[m])
+            current[n] += flow
+            current[m] -= flow
 
 
 @njit(**ALLOCATING)
-def solve_grid(corners, content, conductance, leak, diagonal, right, left, rounds):
+def solve_grid(other, wires, leak, diagonal, right, left, rounds):
     """K^-1 right by conjugate gradients (Jacobi), until `left` of the residual's norm in D^-1 is left; `right` becomes the residual."""
     solution, image = np.zeros_like(right), np.empty_like(right)
     direction = right / diagonal
@@ -129,7 +142,7 @@ def solve_grid(corners, content, conductance, leak, diagonal, right, left, round
     for _ in range(rounds):
         if not square > limit:
             break
-        conduct(corners, content, conductance, leak, direction, image)
+        conduct(other, wires, leak, direction, image)
         length = square / np.sum(direction * image)
         solution += length * direction
         right -= length * image
@@ -159,25 +172,25 @@ class CoarsePressure:
         points (M, 4): behind the places the weights rho_ref / rho_0; openness (M,): weight |H 1|^2 [1/m2]; M >= N.
         """
         count = position.shape[1]
-        self._cell = np.empty(count, np.int64)
+        self._cell = np.empty(count, np.uint32)
         self._share = np.empty((3, count), np.float32)
         self._team.run(locate, count, position, self._lower, self._inverse, self._cells, self._cell, self._share)
         most = min(count, int(self._cells.prod()))
-        content, corners = np.empty(most), np.empty((most, 8), np.int64)
+        content, corners = np.empty(most), np.empty((most, 8), np.uint32)
         found, nodes = occupy(points, self._cells, self._turns, self._cell, content, corners)
-        self._content, self._corners = content[:found], corners[:found]
+        self._corners = corners[:found]
         self._length = BLOCK * max(-(-count // (BLOCK * PARTS)), 1)
         self._sums = np.empty((-(-count // self._length), nodes))
         self._leak = self._restrict(openness, np.ones(count, np.float32))
-        each = np.repeat(self._content * self._conductance.sum(), 8)
-        self._diagonal = self._leak + np.bincount(self._corners.ravel(), each, nodes)
+        self._other, self._wires = np.zeros((nodes, 3), np.uint32), np.zeros((nodes, 3))
+        wire(self._corners, content[:found], self._conductance, self._other, self._wires)
+        into = np.bincount(self._other.ravel(), self._wires.ravel(), nodes)
+        self._diagonal = self._leak + self._wires.sum(axis=1) + into
 
     def correct(self, residual: Real, face: Real, correction: Real) -> None:
         """correction += F P K^-1 P^T F residual; F: `face`, 1 or 0 for each particle."""
         right = self._restrict(residual, face)
-        node = solve_grid(
-            self._corners, self._content, self._conductance, self._leak, self._diagonal, right, LEFT, ROUNDS
-        )
+        node = solve_grid(self._other, self._wires, self._leak, self._diagonal, right, LEFT, ROUNDS)
         self._team.run(prolong, len(self._cell), self._cell, self._share, self._corners, node, face, correction)
 
     def _restrict(self, values: Real, face: Real) -> Double:
