@@ -16,6 +16,7 @@ no level. Under suction particles draw together, under pressure they keep apart,
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
@@ -140,13 +141,13 @@ class BoundConstrainedSolver:
         tolerance: float,
         iterations: int,
         closed: bool,
-        watched: NDArray[np.uint32] | None = None,
+        watched: Sequence[NDArray[np.integer]] = (),
         count: int | None = None,
     ) -> tuple[int, float]:
         """Improve `kappa` in place until the mean residual is `tolerance` [1/s]; returns products used and that mean.
 
         kappa (N,) [m2/s], nowhere negative unless `closed`; gradient (N,) [1/s] is A kappa - b of it, and moves with it; diagonal (N,)
-        [1/m2] is that of A. The mean over the `watched` particles, those that touch bodies, must meet the tolerance too: a small body
+        [1/m2] is that of A. The mean over each of the `watched` groups must meet the tolerance too: a small body, or a slick of oil,
         would be lost in a large sea. `iterations` may be exceeded by two products. With a `count` that many of kappa are solved for,
         the first ones, and those behind stay as they are; gradient is 0 there.
         """
@@ -162,7 +163,7 @@ class BoundConstrainedSolver:
             closed,
         )
         self._mobility = np.float32(1.0) / diagonal[:count]
-        self._watched = watched if watched is not None and watched.size else None
+        self._watched = [group for group in watched if group.size]
         if closed:
             _centre(gradient)
         least = 0 if closed else LEAST
@@ -256,16 +257,14 @@ class BoundConstrainedSolver:
         return 2
 
     def _settled(self, residual: float, tolerance: float) -> bool:
-        """Whether the mean residual, of all and of the watched, is within the tolerance."""
-        if residual > tolerance * self._size:
-            return False
-        if self._watched is None:
-            return True
-        rate, face = self._gradient[self._watched], self._face[self._watched]
-        tension = 0.0 if self._closed else self._diagonal[self._watched] * np.maximum(-self._kappa[self._watched], 0.0)
-        return (
-            float((np.where(face, np.abs(rate), np.maximum(-rate, 0.0)) + tension).mean(dtype=np.float64)) <= tolerance
-        )
+        """Whether the mean residual, of all and of each watched group, is within the tolerance."""
+        return residual <= tolerance * self._size and all(self._left(group) <= tolerance for group in self._watched)
+
+    def _left(self, group: NDArray[np.integer]) -> float:
+        """The mean residual of some particles [1/s], with what clamping negative pressures would add to it."""
+        rate, face = self._gradient[group], self._face[group]
+        tension = 0.0 if self._closed else self._diagonal[group] * np.maximum(-self._kappa[group], 0.0)
+        return float((np.where(face, np.abs(rate), np.maximum(-rate, 0.0)) + tension).mean(dtype=np.float64))
 
     def _multiply(self, vector: Real) -> None:
         """The product of A and a vector."""

@@ -37,6 +37,7 @@ from oilsim.workspace import Workspace
 
 Real = NDArray[np.float32]
 Drive = Callable[[FluidState, float], None]
+FILLED = 0.1  # of the tolerance, in a filled box: nothing but pressure keeps its flow, and vortices lose by what solves leave
 
 
 @dataclass(frozen=True)
@@ -100,9 +101,11 @@ def project_velocity(
             work.field, *work.surface_shares, np.float32(time_step),
             np.float32((RETURN_IN_A_BOX if work.closed else RETURN) * work.time_unit), excess,
         )  # fmt: skip
+        tolerance = config.divergence_tolerance * (FILLED if work.closed else 1.0)
         used, residual = solver.solve(
-            operator, -excess, work.diagonal, kappa[: state.listed], config.divergence_tolerance / time_step,
-            config.divergence_iterations, work.closed, work.touching, state.awake,
+            operator, -excess, work.diagonal, kappa[: state.listed], tolerance / time_step,
+            config.divergence_iterations, work.closed, [work.touching, *work.lesser_liquids(state)],
+            state.awake,
         )  # fmt: skip
         operator.hand_over()
     return used, residual * time_step

@@ -182,6 +182,12 @@ class Workspace:
         head: Real = state.pressure_impulse[chosen] * (weight / np.float32(state.time_step))
         return head
 
+    def lesser_liquids(self, state: FluidState) -> list[NDArray[np.intp]]:
+        """The awake particles of each liquid but the one that there is most of."""
+        phase = state.phase[: state.awake]
+        counts = np.bincount(phase, minlength=len(self.densities))
+        return [np.flatnonzero(phase == k) for k in range(counts.size) if counts[k] and k != counts.argmax()]
+
     @property
     def geometry(self) -> tuple[object, ...]:
         """What sums over neighbours need besides positions: periods, pairs, kernel constant, support and volume."""
