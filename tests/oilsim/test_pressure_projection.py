@@ -90,3 +90,22 @@ def test_wherever_the_solve_is_cut_off_the_error_is_smaller_than_before(stiffnes
         errors.append((0.5 * np.square(root @ kappa - wanted).sum() - least) / (at_start - least))
     assert max(errors) < 1.0
     assert errors[-1] < 0.01
+
+
+@pytest.mark.parametrize("watched", [False, True])
+def test_few_particles_are_not_lost_among_many_where_they_are_watched(watched):
+    # all that there is to do lies with the first twenty
+    root = laplacian_root(0.0)
+    few = np.arange(20)
+    wanted = np.where(np.arange(len(root)) < 20, velocities(root), 0.0)
+    gradient = (-root.T @ wanted).astype(np.float32)
+    diagonal = (root**2).sum(axis=0).astype(np.float32)
+    tolerance = 0.05 * float(np.abs(gradient[few]).mean())
+    kappa = np.zeros(COUNT, np.float32)
+    groups = [few] if watched else []
+    BoundConstrainedSolver(Team(1)).solve(
+        DenseSystem(root), gradient, diagonal, kappa, tolerance, 200, False, [np.array([], np.intp), *groups]
+    )
+    left = root.T @ (root @ kappa - wanted)
+    among_few = np.where(kappa > 0.0, np.abs(left), np.maximum(-left, 0.0))[few].mean()
+    assert (among_few <= 1.01 * tolerance) == watched

@@ -184,3 +184,11 @@ def test_blow_up_names_the_particle_and_the_time(make_fluid):
     fluid.add_particles([(1.0, 1.0, 1.0)], phase="water", velocity=(np.nan, 0, 0))
     with pytest.raises(FluidError, match=r"not finite at t = 0\.01 s, the first has id 0 in phase 'water'"):
         fluid.advance(0.01)
+
+
+def test_each_liquid_but_the_most_meets_the_tolerance_by_itself(make_fluid):
+    fluid = small_tank(make_fluid)
+    fluid.advance(0.01)
+    state = fluid.state
+    (oil,) = fluid.work.lesser_liquids(state)
+    assert set(state.id[oil]) == set(fluid.phase_ids("oil"))
