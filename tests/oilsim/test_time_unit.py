@@ -128,7 +128,8 @@ def test_the_filter_has_run(make_fluid):
     # or the flows above would be similar without it
     fluid = vortices(make_fluid, 1.0)
     fluid.watch()
-    assert sum(fluid.advance(STEP).budget.part("filter").kinetic for _ in range(STEPS)) < 0.0
+    for _ in range(STEPS):
+        assert fluid.advance(STEP).budget.part("filter").kinetic < 0.0
 
 
 def test_resting_liquid_stays_at_rest(make_fluid):
