@@ -18,7 +18,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from oilsim.compilation import ALLOCATING, FAST
+from oilsim.compilation import FAST, INLINED
 from oilsim.config import FluidConfig
 from oilsim.parallel import BLOCK, Team
 
@@ -45,15 +45,13 @@ def locate(begin, end, position, lower, inverse, cells, cell, share):
         cell[i] = index
 
 
-@njit(**ALLOCATING)
-def occupy(points, cells, turns, cell, content, corners):
+@njit(**FAST)
+def occupy(points, cells, turns, cell, number, name, content, corners):
     """Number the cells that hold particles, and their corners, in the order in which they appear; returns how many there are of both.
 
     `cell` (N,) becomes that number, content (cells,) the sum of the particles' weights, points[:, 3], corners (cells, 8) those of nodes;
-    turns (3,): nodes after which an axis begins again.
+    turns (3,): nodes after which an axis begins again; `number` of each cell and `name` of each node there is: -1.
     """
-    number = np.full(cells[0] * cells[1] * cells[2], -1, np.int64)
-    name = np.full(turns[0] * turns[1] * turns[2], -1, np.int64)
     found = nodes = 0
     for i in range(cell.size):
         at = cell[i]
@@ -119,7 +117,7 @@ def wire(corners, content, conductance, other, wires):
                     wires[node, axis] += content[cell] * conductance[axis]
 
 
-@njit(**FAST)
+@njit(**INLINED)
 def conduct(other, wires, leak, potential, current):
     """current = K potential."""
     for n in range(leak.size):
@@ -132,23 +130,28 @@ def conduct(other, wires, leak, potential, current):
             current[m] -= flow
 
 
-@njit(**ALLOCATING)
-def solve_grid(other, wires, leak, diagonal, right, left, rounds):
-    """K^-1 right by conjugate gradients (Jacobi), until `left` of the residual's norm in D^-1 is left; `right` becomes the residual."""
-    solution, image = np.zeros_like(right), np.empty_like(right)
-    direction = right / diagonal
-    square = np.sum(right * direction)
+@njit(**FAST)
+def solve_grid(other, wires, leak, diagonal, residual, left, rounds, solution, direction, image):
+    """solution = K^-1 residual by conjugate gradients (Jacobi), until `left` of the residual's norm in D^-1 is left of it."""
+    square = 0.0
+    for n in range(leak.size):
+        solution[n], direction[n] = 0.0, residual[n] / diagonal[n]
+        square += residual[n] * direction[n]
     limit = left * left * square
     for _ in range(rounds):
         if not square > limit:
             break
         conduct(other, wires, leak, direction, image)
-        length = square / np.sum(direction * image)
-        solution += length * direction
-        right -= length * image
-        before, square = square, np.sum(right * right / diagonal)
-        direction = right / diagonal + square / before * direction
-    return solution
+        curvature = 0.0
+        for n in range(leak.size):
+            curvature += direction[n] * image[n]
+        length, before, square = square / curvature, square, 0.0
+        for n in range(leak.size):
+            solution[n] += length * direction[n]
+            residual[n] -= length * image[n]
+            square += residual[n] * residual[n] / diagonal[n]
+        for n in range(leak.size):
+            direction[n] = residual[n] / diagonal[n] + square / before * direction[n]
 
 
 class CoarsePressure:
@@ -176,8 +179,9 @@ class CoarsePressure:
         self._share = np.empty((3, count), np.float32)
         self._team.run(locate, count, position, self._lower, self._inverse, self._cells, self._cell, self._share)
         most = min(count, int(self._cells.prod()))
+        number, name = np.full(int(self._cells.prod()), -1), np.full(int(self._turns.prod()), -1)
         content, corners = np.empty(most), np.empty((most, 8), np.uint32)
-        found, nodes = occupy(points, self._cells, self._turns, self._cell, content, corners)
+        found, nodes = occupy(points, self._cells, self._turns, self._cell, number, name, content, corners)
         self._corners = corners[:found]
         self._length = BLOCK * max(-(-count // (BLOCK * PARTS)), 1)
         self._sums = np.empty((-(-count // self._length), nodes))
@@ -190,7 +194,8 @@ class CoarsePressure:
     def correct(self, residual: Real, face: Real, correction: Real) -> None:
         """correction += F P K^-1 P^T F residual; F: `face`, 1 or 0 for each particle."""
         right = self._restrict(residual, face)
-        node = solve_grid(self._other, self._wires, self._leak, self._diagonal, right, LEFT, ROUNDS)
+        node, direction, image = np.empty((3, right.size))
+        solve_grid(self._other, self._wires, self._leak, self._diagonal, right, LEFT, ROUNDS, node, direction, image)
         self._team.run(prolong, len(self._cell), self._cell, self._share, self._corners, node, face, correction)
 
     def _restrict(self, values: Real, face: Real) -> Double:
