@@ -1,16 +1,16 @@
 """Bound-constrained conjugate residuals for the pressure: kappa >= 0, A kappa - b >= 0, complementary.
 
-The face is the set of particles that are under pressure, or would be after one Jacobi step: kappa > g / diag A, g = A kappa - b. On it,
-and as if there were no bound, conjugate residuals (Stiefel 1955; Saad 2003, 6.8) bring g down as fast as any method that takes one
-product a step: g is the rate of compression that is left, and what the tolerance is about. Pressures that have become negative count as
-the compression that clamping them would add. Where that is too much they are set to 0, which takes one product more, and the face is chosen
-anew: the primal-dual active set strategy of Hintermueller, Ito & Kunisch (2003), with a few steps in place of the exact solution. A
-round ends when the clamping would undo a quarter of what is left to be gained.
+The face is the set of particles that are under pressure, or would be after one Jacobi step: kappa > g / diag A, g = A kappa - b. On it, and
+as if there were no bound, conjugate residuals (Stiefel 1955; Saad 2003, 6.8), preconditioned by the diagonal and by what the system knows
+besides (`coarse_pressure`), bring down g, the rate of compression that is left, and what the tolerance is about. Pressures that have become
+negative count as the compression that clamping them would add. Where that is too much they are set to 0, which takes one product more, and
+the face is chosen anew: the primal-dual active set strategy of Hintermueller, Ito & Kunisch (2003), with a few steps in place of the exact
+solution. A round ends when the clamping would undo a quarter of what is left to be gained.
 
 A body far lighter than water ties all particles around it together, and clamping some may then do more harm than the steps did good. A
-round that leaves the error's energy greater than it found it is taken back, and a projected gradient step, cut to what reduces
-the error, begins the next. Liquid that fills a closed box has no surface at which it could part: its pressure has no bound there, and
-no level. Under suction particles draw together, under pressure they keep apart, so its mean is put AMBIENT standard deviations above 0.
+round that leaves the error's energy greater than it found it is taken back, and a projected gradient step, cut to what reduces the error,
+begins the next. Liquid that fills a closed box has no surface at which it could part: its pressure has no bound there, and no level. Under
+suction particles draw together, under pressure they keep apart, so its mean is put AMBIENT standard deviations above 0.
 """
 
 from __future__ import annotations

@@ -184,6 +184,8 @@ class Workspace:
 
     def lesser_liquids(self, state: FluidState) -> list[NDArray[np.intp]]:
         """The awake particles of each liquid but the one that there is most of."""
+        if len(self.densities) == 1:
+            return []
         phase = state.phase[: state.awake]
         counts = np.bincount(phase, minlength=len(self.densities))
         return [np.flatnonzero(phase == k) for k in range(counts.size) if counts[k] and k != counts.argmax()]
