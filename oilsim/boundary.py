@@ -73,7 +73,7 @@ def lattice_wall_factor(dimension: int) -> float:
 
 def _kernel_sum(points: NDArray[np.float64], dimension: int) -> float:
     sigma = normalisation(1.0, dimension)
-    return float(sum(kernel(q, sigma) for q in np.linalg.norm(points, axis=1) / SUPPORT))
+    return float(kernel(np.linalg.norm(points, axis=1) / SUPPORT, sigma).sum())
 
 
 @lru_cache
@@ -95,7 +95,7 @@ def plane_integral(distance: float, dimension: int) -> float:
     across = np.linspace(0.0, SUPPORT, 601)
     around = 2.0 * np.pi * across if dimension == 3 else np.full_like(across, 2.0)
     sigma = normalisation(1.0, dimension)
-    values = np.array([kernel(min(q, 1.0), sigma) for q in np.hypot(distance, across) / SUPPORT])
+    values = kernel(np.hypot(distance, across) / SUPPORT, sigma)
     return float(np.trapezoid(values * around, across))
 
 

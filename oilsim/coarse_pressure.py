@@ -18,7 +18,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from oilsim.compilation import FAST, INLINED
+from oilsim.compilation import FAST, inlined
 from oilsim.config import FluidConfig
 from oilsim.parallel import BLOCK, Team
 
@@ -117,7 +117,7 @@ def wire(corners, content, conductance, other, wires):
                     wires[node, axis] += content[cell] * conductance[axis]
 
 
-@njit(**INLINED)
+@inlined
 def conduct(other, wires, leak, potential, current):
     """current = K potential."""
     for n in range(leak.size):

@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 from llvmlite import binding, ir
-from numba import config, njit, types
+from numba import config, types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from oilsim.compilation import INLINED
+from oilsim.compilation import inlined
 
 PACKS = bool(binding.get_host_cpu_features().get("avx512f", False))  # the processor packs in one instruction
 LANES = 16 if PACKS else 8
@@ -144,7 +144,7 @@ def append_one_by_one(other, candidate, first, last, own, x, y, z, period, reach
     return cursor, margin
 
 
-@njit(**INLINED)
+@inlined
 def append_near(other, candidate, first, last, own, x, y, z, period, reach_squared, index, cursor):
     """Append to `index`, from place `cursor` on, the candidates nearer to (x, y, z) than the reach.
 

@@ -3,17 +3,38 @@
 from __future__ import annotations
 
 import gc
+from collections.abc import Callable
+from typing import Any
 
+from numba import config
 from numba.core.event import Event, Listener, register
+from numba.core.registry import CPUDispatcher
 
 # Kernels own no arrays; to count references to those they are given, which numba does for each particle that is handed on to a function,
 # threads wait for each other: a fifth of a product's time. C does not call them: a wrapper for it would only take time to compile.
 FAST = {"nogil": True, "cache": True, "fastmath": True, "error_model": "numpy", "_nrt": False, "no_cfunc_wrapper": True}
 ALLOCATING = FAST | {"_nrt": True}  # of those that make arrays
 
-# What kernels call becomes part of them, always: left to the compiler, that would hang on whether the callee came from the cache, and bits
-# with it. It is typed once, where numba's own inlining would do so at every call, and needs no place in the cache.
-INLINED = FAST | {"cache": False, "forceinline": True}
+INLINED = {name: option for name, option in FAST.items() if name != "cache"} | {
+    "nopython": True, "forceinline": True, "no_cpython_wrapper": True,
+}  # fmt: skip
+
+
+class Inlined(CPUDispatcher):
+    """Compiled for kernels alone; to Python it is the function as it is written. (A wrapper for calls from there takes a sixth of the time
+    to compile.)"""
+
+    def __call__(self, *arguments: Any) -> Any:
+        return self.py_func(*arguments)
+
+
+def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Decorate what kernels call: it becomes part of them, always.
+
+    Left to the compiler, that would hang on whether the callee came from the cache, and bits with it. It is typed once, where numba's own
+    inlining would do so at every call, and needs no place in the cache.
+    """
+    return function if config.DISABLE_JIT else Inlined(function, targetoptions=INLINED)
 
 
 class WithoutCollector(Listener):

@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from oilsim.compilation import ALLOCATING, FAST, INLINED
+from oilsim.compilation import ALLOCATING, FAST, inlined
 from oilsim.neighbors import Pairs
 from oilsim.walls import Walls
 
@@ -20,7 +20,7 @@ Part = NDArray[np.int32]
 SAMPLED = 2  # neighbours of each particle that are joined first
 
 
-@njit(**INLINED)
+@inlined
 def find(parent, node):
     """The root of a node; the way there is halved."""
     while parent[node] != node:
@@ -29,7 +29,7 @@ def find(parent, node):
     return node
 
 
-@njit(**INLINED)
+@inlined
 def join(parent, a, b):
     """Put two nodes under one root, the smaller of both."""
     a, b = find(parent, a), find(parent, b)

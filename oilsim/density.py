@@ -17,7 +17,7 @@ import math
 import numpy as np
 from numba import njit
 
-from oilsim.compilation import FAST, INLINED
+from oilsim.compilation import FAST, inlined
 from oilsim.lanes import LANES, below, gather, load, only, root, spread, summed
 from oilsim.neighbors import nearest_images, separations
 from oilsim.parallel import BLOCK
@@ -31,7 +31,7 @@ LARGEST_MULTIPLIER = np.float32(
 TINY, ZERO, ONE = np.float32(1e-20), np.float32(0.0), np.float32(1.0)
 
 
-@njit(**INLINED)
+@inlined
 def wall_content(i, points, wall, period, walls, sigma, inverse_support):
     """sum_b V_b W_ib, and the sums of V_b grad W_ib [1/m]."""
     content = gx = gy = gz = spread(ZERO)

@@ -27,7 +27,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from oilsim.boundary import plane_integral
-from oilsim.compilation import FAST, INLINED
+from oilsim.compilation import FAST, inlined
 from oilsim.local_fields import velocity_gradient
 from oilsim.smoothing_kernels import SUPPORT, kernel, kernel_slope_over_q, lattice, normalisation
 
@@ -62,12 +62,12 @@ def _lattice_layer(depth: int, dimension: int) -> tuple[float, float]:
     points = lattice(1.0, dimension)
     points = points[points[:, 2] <= depth]
     q, sigma = np.linalg.norm(points, axis=1) / SUPPORT, normalisation(1.0, dimension)
-    content = sum(kernel(value, sigma) for value in q)
-    slope = sum(kernel_slope_over_q(value, sigma) * z for value, z in zip(q, points[:, 2], strict=True)) / SUPPORT**2
+    content = kernel(q, sigma).sum()
+    slope = (kernel_slope_over_q(q, sigma) * points[:, 2]).sum() / SUPPORT**2
     return abs(slope) / content, content
 
 
-@njit(**INLINED)
+@inlined
 def density_below_surface(error, gx, gy, gz, shares, per_slope):
     """f - 1 from e_i and g_i [1/m], `shares` and `per_slope` [m] as for `add_density_feedback`; 0 where it may be that of a lattice as
     well as of the integral, and where no flat free surface has such a slope.

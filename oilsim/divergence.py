@@ -31,7 +31,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from oilsim.compilation import FAST, INLINED
+from oilsim.compilation import FAST, inlined
 from oilsim.faces import face_between, face_to_walls, times_symmetric
 from oilsim.lanes import LANES, below, gather, gather_four, load, only, root, rounded, spread, store, summed
 from oilsim.neighbors import rows, separations
@@ -53,7 +53,7 @@ class PairVectors(NamedTuple):
     quantum: np.float32
 
 
-@njit(**INLINED)
+@inlined
 def load_vector(vectors, k, present):
     """Lanes of three components [1/m] from k on."""
     quantum = vectors.quantum
@@ -63,7 +63,7 @@ def load_vector(vectors, k, present):
     )  # fmt: skip
 
 
-@njit(**INLINED)
+@inlined
 def store_vector(vectors, k, present, ax, ay, az):
     """Lanes of three components to `vectors` (3, P) from k on."""
     store(vectors[0], k, present, ax)
@@ -71,7 +71,7 @@ def store_vector(vectors, k, present, ax, ay, az):
     store(vectors[2], k, present, az)
 
 
-@njit(**INLINED)
+@inlined
 def cache_wall_gradients(i, points, wall, matrix, lattice, period, walls, sigma, inverse_support, wall_gradient):
     """Cache G_ib of particle i; returns their sum [1/m] and the coverage sum V_b W_ib."""
     factor = inverse_support * inverse_support
@@ -153,7 +153,7 @@ def cache_gradients(
         diagonal[i] = quantum * quantum * summed(square) + (gx * gx + gy * gy + gz * gz) * points[i, 3] + TINY
 
 
-@njit(**INLINED)
+@inlined
 def show_velocity(i, vx, vy, vz, walls, extrapolation, seen):
     """Set row i of `seen` (N, 4) to (1 + K_i)^T v_i, the velocity that neighbours see."""
     sx, sy, sz = vx, vy, vz

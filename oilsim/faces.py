@@ -17,9 +17,8 @@ spray and thin films, Y fades to the lattice's too.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
-from oilsim.compilation import INLINED
+from oilsim.compilation import inlined
 from oilsim.lanes import gather_four
 from oilsim.moments import inverse, smallest_eigenvalue
 
@@ -29,7 +28,7 @@ THIN, FULL = np.float32(0.6), np.float32(0.9)
 EXACT = np.float32(0.95)  # share of M^-1 inside; a half calms plane columns no more, and waves run 2 to 3 % faster
 
 
-@njit(**INLINED)
+@inlined
 def fill_face_matrix(i, moment, lattice, matrix):
     """Fill row i of `matrix` (N, 8) with Y from the moment matrix M (tuple of 6); lattice m_0."""
     z = max(min((smallest_eigenvalue(moment) - THIN) / (FULL - THIN), ONE), ZERO)
@@ -50,7 +49,7 @@ def largest_stretch(lattice: float) -> float:
     return max(1.0, float(((1.0 - z) / lattice + z / eigenvalue).max()))
 
 
-@njit(**INLINED)
+@inlined
 def times_symmetric(vx, vy, vz, m):
     """m v for symmetric m, which is also the row vector v m."""
     return (
@@ -60,7 +59,7 @@ def times_symmetric(vx, vy, vz, m):
     )
 
 
-@njit(**INLINED)
+@inlined
 def face_between(matrix, i, j, ax, ay, az):
     """(Y_i + Y_j) / 2 a."""
     xx, xy, xz, yy = gather_four(matrix, j, 0)
@@ -77,7 +76,7 @@ def face_between(matrix, i, j, ax, ay, az):
     return times_symmetric(ax, ay, az, own)
 
 
-@njit(**INLINED)
+@inlined
 def face_to_walls(matrix, i, lattice):
     """(Y_i + 1 / m_0) / 2 as six; lattice m_0."""
     own = ONE / lattice

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from oilsim.compilation import FAST, INLINED
+from oilsim.compilation import FAST, inlined
 
 CELLS_ACROSS = 1  # cells per support radius in x and y
 CELLS_ALONG = 2  # cells per support radius in z
@@ -84,13 +84,13 @@ def widened(grid: Grid, skin: float) -> Grid | None:
     return grid._replace(reach=(reach[0], reach[1], reach[2]), support_radius=radius)
 
 
-@njit(**INLINED)
+@inlined
 def cell_coordinate(value, lower, inverse_width, count):
     """Cell along one axis; what lies outside counts as the border cell."""
     return min(max(np.int64(math.floor((value - lower) * inverse_width)), 0), count - 1)
 
 
-@njit(**INLINED)
+@inlined
 def first_of_row(cx, cy, grid):
     """The lowest of the cells above each other at (cx, cy)."""
     strip = np.int64(grid.strip)
@@ -123,13 +123,13 @@ def count_sort(cell, cell_start, order):
     cell_start[0] = 0
 
 
-@njit(**INLINED)
+@inlined
 def wrapped(c, count):
     """Cell c of an axis that repeats after `count` cells; c lies less than `count` outside."""
     return c + count if c < 0 else (c - count if c >= count else c)
 
 
-@njit(**INLINED)
+@inlined
 def ranges_along(cz, reach, count, periodic):
     """The cells within reach of cell cz of its row as two half-open ranges, the second empty unless the axis wraps."""
     if periodic and (cz - reach < 0 or cz + reach >= count):

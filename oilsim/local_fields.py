@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from oilsim.compilation import FAST, INLINED
+from oilsim.compilation import FAST, inlined
 from oilsim.faces import fill_face_matrix
 from oilsim.lanes import LANES, below, gather_four, load, only, root, spread, summed
 from oilsim.moments import determinant, inverse
@@ -25,7 +25,7 @@ REGULAR = np.float32(0.01)  # determinant of a moment matrix from which a gradie
 ZERO, ONE = np.float32(0.0), np.float32(1.0)
 
 
-@njit(**INLINED)
+@inlined
 def add_walls(i, points, wall, period, walls, sigma, support):
     """Walls' part of the particle's density, of g and of M: sum_b V_b W_ib, then 3 and 6 sums."""
     inverse_support = ONE / support
@@ -54,7 +54,7 @@ def add_walls(i, points, wall, period, walls, sigma, support):
     return summed(content), (summed(gx), summed(gy), summed(gz)), moment
 
 
-@njit(**INLINED)
+@inlined
 def velocity_gradient(field, i):
     """G of particle i, row by row, as nine."""
     return (
@@ -62,7 +62,7 @@ def velocity_gradient(field, i):
     )  # fmt: skip
 
 
-@njit(**INLINED)
+@inlined
 def fill_gradient(i, gradients, spans, field):
     """Fill G of `field` from sums over liquid neighbours.
 

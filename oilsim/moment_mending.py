@@ -20,7 +20,7 @@ import math
 import numpy as np
 from numba import njit
 
-from oilsim.compilation import FAST, INLINED
+from oilsim.compilation import FAST, inlined
 from oilsim.faces import face_between
 from oilsim.lanes import LANES, below, load, only, root, spread, summed
 from oilsim.neighbors import separations
@@ -33,7 +33,7 @@ LENGTH = np.float32(1.5)  # of the step, in Jacobi's
 STRETCH = 3.0 * float(LARGEST)  # by which pair vectors may be longer for it
 
 
-@njit(**INLINED)
+@inlined
 def limited(change):
     """A change of an entry of Y, LARGEST at most."""
     return max(min(change, LARGEST), -LARGEST)

@@ -5,23 +5,22 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
-from oilsim.compilation import INLINED
+from oilsim.compilation import inlined
 
 TINY = np.float32(1e-12)
 # Chebyshev interpolation of cos((2 asin s + 2 pi) / 3) on 0 <= s <= 1
 THIRD = tuple(np.float32(c) for c in (-0.5000002, -0.5773319, 0.1108055, -0.0514748, 0.0263997, -0.0105018, 0.0021035))
 
 
-@njit(**INLINED)
+@inlined
 def determinant(m):
     """Determinant of m."""
     xx, xy, xz, yy, yz, zz = m
     return xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz)
 
 
-@njit(**INLINED)
+@inlined
 def inverse(m):
     """Inverse of m; grows without bound as m becomes singular."""
     xx, xy, xz, yy, yz, zz = m
@@ -37,7 +36,7 @@ def inverse(m):
     )
 
 
-@njit(**INLINED)
+@inlined
 def smallest_eigenvalue(m):
     """Smallest eigenvalue of m, by the trigonometric solution of its characteristic cubic (Smith 1961).
 

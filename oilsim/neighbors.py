@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from oilsim import lanes
 from oilsim.compaction import LANES, append_near
-from oilsim.compilation import ALLOCATING, FAST, INLINED
+from oilsim.compilation import ALLOCATING, FAST, inlined
 from oilsim.grid import (
     Grid,
     assign_cells,
@@ -43,7 +43,7 @@ class Pairs(NamedTuple):
     neighbor: Index
 
 
-@njit(**INLINED)
+@inlined
 def nearest_image(delta, period):
     """Separation along one axis under the shortest of the periodic images; period 0 leaves it as it is."""
     if period > np.float32(0.0):
@@ -51,7 +51,7 @@ def nearest_image(delta, period):
     return delta
 
 
-@njit(**INLINED)
+@inlined
 def nearest_images(dx, dy, dz, period):
     """Separation under the shortest of the periodic images; a scene without period compiles to nothing."""
     if period is None:
@@ -59,13 +59,13 @@ def nearest_images(dx, dy, dz, period):
     return nearest_image(dx, period[0]), nearest_image(dy, period[1]), nearest_image(dz, period[2])
 
 
-@njit(**INLINED)
+@inlined
 def rows(vectors):
     """The three components (N,) of vectors (3, N)."""
     return vectors[0], vectors[1], vectors[2]
 
 
-@njit(**INLINED)
+@inlined
 def end_list(neighbor, cursor):
     """Let the places from `cursor` to the next multiple of lanes.LANES, which are read with the list's last, hold an index."""
     while cursor % lanes.LANES:
@@ -80,7 +80,7 @@ def fill_rows(begin, end, vectors, scalar, result):
         result[i, 0], result[i, 1], result[i, 2], result[i, 3] = vectors[0, i], vectors[1, i], vectors[2, i], scalar[i]
 
 
-@njit(**INLINED)
+@inlined
 def separations(i, points, others, j, period):
     """x_i - x_j for lanes of indices j, and the fourth number of j; `points` and `others` (N, 4) begin with places [m]."""
     x, y, z, content = gather_four(others, j, 0)

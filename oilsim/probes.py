@@ -26,7 +26,7 @@ def _weights(state: FluidState, work: Workspace, point: Double) -> tuple[NDArray
             offset[axis] -= length * np.round(offset[axis] / length)
     distance = np.sqrt((offset**2).sum(axis=0))
     near = np.flatnonzero(distance < work.support)
-    shares = np.array([kernel(q, float(work.sigma)) for q in distance[near] / float(work.support)])
+    shares = kernel(distance[near] / float(work.support), float(work.sigma))
     return near, float(work.volume) * shares
 
 

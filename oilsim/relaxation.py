@@ -39,7 +39,7 @@ from functools import lru_cache
 import numpy as np
 from numba import njit
 
-from oilsim.compilation import FAST, INLINED
+from oilsim.compilation import FAST, inlined
 from oilsim.density import wall_content
 from oilsim.density_return import SPRAY
 from oilsim.lanes import LANES, above_zero, below, gather, gather_four, load, only, root, spread, store, summed
@@ -95,7 +95,7 @@ def relaxation_multiplier(begin, end, compression, near, rate, limit, multiplier
         multiplier[i] = -max(min(error, limit), least)
 
 
-@njit(**INLINED)
+@inlined
 def shift_coefficient(i, field, time_step):
     """beta of particle i."""
     strain = ZERO
@@ -154,7 +154,7 @@ def follow_flow(begin, end, change, share, velocity):
             velocity[axis, i] += change[axis, i] - share[axis] * change[3, i]
 
 
-@njit(**INLINED)
+@inlined
 def linear(field, i, axis, theirs, dx, dy, dz):
     """(G_i + G_j) dx, one component, from the row of G_j."""
     row = GRADIENT + 4 * axis
@@ -163,7 +163,7 @@ def linear(field, i, axis, theirs, dx, dy, dz):
     )
 
 
-@njit(**INLINED)
+@inlined
 def beside_wall(px, py, pz, own, content, slope, touching):
     """The push (px, py, pz) [m] with the walls' part, 2 L_i sum_b V_b grad W_ib, less what leads on into a wall that is reached.
 
@@ -237,5 +237,5 @@ def relax(
 def shift_balance(dimension: int) -> float:
     """a, for which the lattice's sum of (1 - a q^2) (W' / r) r^2 is 0."""
     squares = (lattice(1.0, dimension) ** 2).sum(axis=1) / SUPPORT**2
-    virial = np.array([kernel_slope_over_q(q, 1.0) for q in np.sqrt(squares)]) * squares
+    virial = kernel_slope_over_q(np.sqrt(squares), 1.0) * squares
     return float(virial.sum() / (virial * squares).sum())

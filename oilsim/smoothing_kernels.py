@@ -13,24 +13,23 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numba import njit
 
-from oilsim.compilation import INLINED
+from oilsim.compilation import inlined
 from oilsim.lanes import positive
 
 SUPPORT = 2.75  # support radius in particle spacings
 ONE, FOUR, TWENTY = np.float32(1.0), np.float32(4.0), np.float32(20.0)
 
 
-@njit(**INLINED)
+@inlined
 def kernel(q, sigma):
-    """W at q = r / H; zero from q = 1 on. sigma as from `normalisation`."""
+    """W at q = r / H, a number or an array; zero from q = 1 on. sigma as from `normalisation`."""
     outer = positive(ONE - q)
     square = outer * outer
     return sigma * square * square * (ONE + FOUR * q)
 
 
-@njit(**INLINED)
+@inlined
 def kernel_slope_over_q(q, sigma):
     """(dW/dq) / q at q = r / H, never positive and finite at 0; grad W = x / H^2 times this."""
     outer = positive(ONE - q)
@@ -48,12 +47,12 @@ def lattice(step: float, dimension: int, reach: float = SUPPORT) -> np.ndarray:
 def normalisation(spacing: float, dimension: int) -> float:
     """sigma [1/m3; 1/m2 in two dimensions] for particle spacing d: the sum of W d^dimension over the lattice is 1."""
     q = np.linalg.norm(lattice(1.0, dimension), axis=1) / SUPPORT
-    return float(1.0 / (sum(kernel(value, 1.0) for value in q) * spacing**dimension))
+    return float(1.0 / (kernel(q, 1.0).sum() * spacing**dimension))
 
 
 def steepest_slope(spacing: float, dimension: int) -> float:
     """The largest |grad W| [1/m4; 1/m3 in two dimensions], that at q = 1/4."""
-    return -0.25 * float(kernel_slope_over_q(0.25, normalisation(spacing, dimension))) / (SUPPORT * spacing)
+    return -0.25 * float(kernel_slope_over_q(np.float64(0.25), normalisation(spacing, dimension))) / (SUPPORT * spacing)
 
 
 @lru_cache
@@ -62,7 +61,7 @@ def lattice_moment(dimension: int) -> float:
     points = lattice(1.0, dimension)
     sigma = normalisation(1.0, dimension)
     squares = (points**2).sum(axis=1)
-    slopes = np.array([-kernel_slope_over_q(q, sigma) for q in np.sqrt(squares) / SUPPORT]) / SUPPORT**2
+    slopes = -kernel_slope_over_q(np.sqrt(squares) / SUPPORT, sigma) / SUPPORT**2
     return float((slopes * squares).sum() / dimension)
 
 
@@ -89,5 +88,5 @@ def lattice_diagonal(dimension: int) -> float:
     points = lattice(1.0, dimension)
     sigma = normalisation(1.0, dimension)
     squares = (points**2).sum(axis=1)
-    slopes = np.array([-kernel_slope_over_q(q, sigma) for q in np.sqrt(squares) / SUPPORT]) / SUPPORT**2
+    slopes = -kernel_slope_over_q(np.sqrt(squares) / SUPPORT, sigma) / SUPPORT**2
     return float((slopes**2 * squares).sum())

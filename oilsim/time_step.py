@@ -36,7 +36,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from oilsim.compilation import FAST, INLINED
+from oilsim.compilation import FAST, inlined
 from oilsim.lanes import LANES, below, gather, load, only, positive, root, spread, summed
 from oilsim.neighbors import nearest_images, rows
 from oilsim.smoothing_kernels import SUPPORT, lattice_stiffness
@@ -49,7 +49,7 @@ SPRAY = 8  # neighbours below which a particle is a drop that flies for itself
 TINY, ZERO, ONE = np.float32(1e-20), np.float32(0.0), np.float32(1.0)
 
 
-@njit(**INLINED)
+@inlined
 def squared_deformation(i, position, velocity, period, fluid, inverse_range):
     """u_i^2 [m2/s2]; 0 for spray. inverse_range 1 / H [1/m]."""
     xi, yi, zi = position[0, i], position[1, i], position[2, i]
@@ -70,7 +70,7 @@ def squared_deformation(i, position, velocity, period, fluid, inverse_range):
     return summed(squares) / (summed(weights) + TINY) if fluid.number[i] >= SPRAY else ZERO
 
 
-@njit(**INLINED)
+@inlined
 def squared_approach(i, position, velocity, wall, resting, owner, arm, twist, period, walls, inverse_range):
     """(n_i . (v_i - v_b))^2 [m2/s2] with the weighted means of the walls' normal and velocity; 0 if it moves away."""
     xi, yi, zi = position[0, i], position[1, i], position[2, i]

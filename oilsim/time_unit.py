@@ -21,7 +21,7 @@ import math
 import numpy as np
 from numba import njit
 
-from oilsim.compilation import FAST, INLINED
+from oilsim.compilation import FAST, inlined
 from oilsim.local_fields import velocity_gradient
 from oilsim.parallel import BLOCK
 
@@ -39,7 +39,7 @@ def passing_unit(squares: float, cubes: float) -> float:
     return squares / cubes if squares < LONGEST * cubes else LONGEST
 
 
-@njit(**INLINED)
+@inlined
 def squared_shear_rate(field, i):
     """2 S_i : S_i [1/s2]; `field` as from `local_fields`."""
     xx, xy, xz, yx, yy, yz, zx, zy, zz = velocity_gradient(field, i)

@@ -37,7 +37,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from oilsim.compilation import FAST, INLINED
+from oilsim.compilation import FAST, inlined
 from oilsim.divergence import PairVectors, load_vector
 from oilsim.lanes import LANES, below, gather, gather_four, load, only, positive, root, spread, store, summed
 from oilsim.neighbors import Pairs, fill_rows, separations
@@ -56,7 +56,7 @@ FINEST = 10.0  # nu / d^2 at which waves decay at most: 6.6 on a square lattice,
 EXPLICIT_BELOW = 1e-2  # nu dt / d^2 under which one explicit step equals the implicit one to the square of this
 
 
-@njit(**INLINED)
+@inlined
 def viscous_weight(q, sigma):
     """w at q = r / H, [1/m3; 1/m2 in two dimensions]; sigma that of W."""
     return (ONE + LEVEL * q * q) * kernel(q, sigma)
@@ -66,8 +66,8 @@ def viscous_weight(q, sigma):
 def lattice_fourth_moment(dimension: int) -> float:
     """S of a lattice of spacing 1."""
     squares = (lattice(1.0, dimension) ** 2).sum(axis=1)
-    sigma = normalisation(1.0, dimension)
-    return float(sum(viscous_weight(min(math.sqrt(square) / SUPPORT, 1.0), sigma) * square**2 for square in squares))
+    weight = viscous_weight(np.sqrt(squares) / SUPPORT, normalisation(1.0, dimension))
+    return float((weight * squares**2).sum())
 
 
 @lru_cache
@@ -78,11 +78,8 @@ def wall_factor(dimension: int, eq_25: bool) -> float:
     r = np.hypot(1.0, across)
     # mean of x^2 over directions in the plane, times the measure of a ring; both sides of a line in two dimensions
     ring = np.pi * across**3 if dimension == 3 else 2.0 * across**2
-    inside = np.minimum(r / SUPPORT, 1.0)
-    if eq_25:
-        weight = np.array([-kernel_slope_over_q(q, sigma) for q in inside]) / SUPPORT**2 / (r**2 + REGULAR)
-    else:
-        weight = np.array([viscous_weight(q, sigma) for q in inside])
+    q = r / SUPPORT
+    weight = -kernel_slope_over_q(q, sigma) / SUPPORT**2 / (r**2 + REGULAR) if eq_25 else viscous_weight(q, sigma)
     return 2.0 / (profile_factor(1.0, dimension, eq_25) * float(np.trapezoid(weight * ring, across)))
 
 
@@ -114,7 +111,7 @@ def fourth_moment_share(begin, end, points, near, period, fluid, walls, sigma, s
         share[i] = ONE / (factor * summed(content))
 
 
-@njit(**INLINED)
+@inlined
 def stiffness(ax, ay, az, dx, dy, dz, volume, sigma, inverse_support, regular, factor):
     """k with K_ij = k a a^T for the cached gradient a = V grad W, or nearly: factor mu times the profile of f, volume V, over (a / x)^2.
 
@@ -128,7 +125,7 @@ def stiffness(ax, ay, az, dx, dy, dz, volume, sigma, inverse_support, regular, f
     return factor * volume * viscous_weight(root(squared) * inverse_support, sigma) * ratio * ratio
 
 
-@njit(**INLINED)
+@inlined
 def add_outer(block, s, ax, ay, az):
     """block + s a a^T, as xx, xy, xz, yy, yz, zz."""
     sx, sy, sz = s * ax, s * ay, s * az

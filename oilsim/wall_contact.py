@@ -23,7 +23,7 @@ import math
 import numpy as np
 from numba import njit
 
-from oilsim.compilation import FAST, INLINED
+from oilsim.compilation import FAST, inlined
 from oilsim.lanes import LANES, below, load, spread, store
 from oilsim.smoothing_kernels import SUPPORT
 
@@ -51,7 +51,7 @@ def wall_approach(begin, end, slope, velocity, rate):
         store(rate, k, present, along)
 
 
-@njit(**INLINED)
+@inlined
 def flat_wall(coverage, coverages):
     """Distance [d] from a flat wall that covers `coverage` of the kernel, and how fast that falls with it [1/d].
 

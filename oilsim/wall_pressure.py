@@ -18,7 +18,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from oilsim.compilation import FAST, INLINED
+from oilsim.compilation import FAST, inlined
 from oilsim.faces import times_symmetric
 from oilsim.lanes import LANES, below, load, spread, summed
 from oilsim.moments import inverse, smallest_eigenvalue
@@ -31,7 +31,7 @@ FLAT = np.float32(0.25)  # |S| H that tells a free surface by half, S the sum of
 PRESSED = 0.25  # spacings of depth whose pressure makes an edge fully held
 
 
-@njit(**INLINED)
+@inlined
 def moment_of(i, points, others, period, pairs, gradient):
     """sum_k G_ik x_ik^T over the pairs of i, row by row (9), in units of what is cached."""
     gradient_x, gradient_y, gradient_z = rows(gradient)
@@ -63,7 +63,7 @@ def moment_of(i, points, others, period, pairs, gradient):
     )
 
 
-@njit(**INLINED)
+@inlined
 def scaled(factor, m):
     """factor m for a matrix of nine."""
     return (
@@ -72,7 +72,7 @@ def scaled(factor, m):
     )  # fmt: skip
 
 
-@njit(**INLINED)
+@inlined
 def symmetric(m, unit):
     """The symmetric part of nine rows as six, with `unit` added to yy."""
     return (
@@ -80,13 +80,13 @@ def symmetric(m, unit):
     )  # fmt: skip
 
 
-@njit(**INLINED)
+@inlined
 def spanned_share(own):
     """How far the liquid's moment suffices for a gradient, 0 to 1."""
     return max(min((smallest_eigenvalue(own) - THIN) / (FULL - THIN), ONE), ZERO)
 
 
-@njit(**INLINED)
+@inlined
 def covered_share(own, wall):
     """How far liquid and walls surround the particle, 0 at a free surface to 1."""
     whole = (
@@ -96,7 +96,7 @@ def covered_share(own, wall):
     return part * part * (THREE - part - part)
 
 
-@njit(**INLINED)
+@inlined
 def extrapolation_matrix(trust, own):
     """trust B from the liquid's moment (six)."""
     if trust <= ZERO:
@@ -105,7 +105,7 @@ def extrapolation_matrix(trust, own):
     return trust * xx, trust * xy, trust * xz, trust * yy, trust * yz, trust * zz
 
 
-@njit(**INLINED)
+@inlined
 def fill_wall_pressure(
     i, points, wall, period, fluid, walls, gradient, wall_gradient, by_body, plane, gravity, inside, outside, inverse_support,
     extrapolation, waterline, lever,

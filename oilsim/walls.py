@@ -15,7 +15,7 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from oilsim.boundary import BoundaryParticles
-from oilsim.compilation import FAST, INLINED
+from oilsim.compilation import FAST, inlined
 from oilsim.neighbors import NeighborSearch, Pairs
 
 Real = NDArray[np.float32]
@@ -35,7 +35,7 @@ class Contacts(NamedTuple):
     reach: Real
 
 
-@njit(**INLINED)
+@inlined
 def add_wrench(wrench, owner, arm, b, fx, fy, fz):
     """Add a force at the arm of moving wall particle b to row `owner` of `wrench` (bodies, 6)."""
     wrench[owner, 0] += fx

@@ -72,7 +72,7 @@ def lattice_rate(k):
     """The viscous pair force for v_x = sin k z on a square lattice of spacing 1, sum f x^2 (1 - cos k z) / k^2, f = 16 W / sum W r^4."""
     x, z = (axis.ravel() for axis in np.meshgrid(np.arange(-3, 4), np.arange(-3, 4)))
     r = np.hypot(x, z)
-    weight = np.array([kernel(min(q, 1.0), normalisation(1.0, 2)) for q in r / SUPPORT])
+    weight = kernel(r / SUPPORT, normalisation(1.0, 2))
     pairs = 16.0 * weight / (weight * r**4).sum() * x**2 * (1.0 - np.cos(k * z))
     return float(pairs.sum()) / k**2
 

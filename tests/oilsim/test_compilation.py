@@ -9,13 +9,13 @@ import pytest
 from numba import config, njit
 from numba.extending import overload
 
-from oilsim.compilation import FAST, INLINED
+from oilsim.compilation import FAST, inlined
 
 pytestmark = pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled")
 PLAIN = FAST | {"cache": False}
 
 
-@njit(**INLINED)
+@inlined
 def polynomial(x):
     """Long enough that the compiler, if it were asked, might leave it where it is."""
     for power in range(1, 9):

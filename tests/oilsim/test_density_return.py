@@ -15,10 +15,10 @@ def seen(depth, stretch, dimension):
     """e and g [spacing 1] of a lattice's particle `depth` layers below the free surface, of a lattice `stretch` as wide."""
     points = stretch * lattice(1.0, dimension)
     points = points[points[:, 2] <= stretch * (depth + 0.5)]
-    q = np.minimum(np.linalg.norm(points, axis=1) / SUPPORT, 1.0)
+    q = np.linalg.norm(points, axis=1) / SUPPORT
     sigma = normalisation(1.0, dimension)
-    content = sum(kernel(value, sigma) for value in q)
-    slope = sum(kernel_slope_over_q(value, sigma) * point for value, point in zip(q, points, strict=True)) / SUPPORT**2
+    content = kernel(q, sigma).sum()
+    slope = kernel_slope_over_q(q, sigma) @ points / SUPPORT**2
     return content - 1.0, slope
 
 

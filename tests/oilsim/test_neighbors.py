@@ -4,12 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from numba import njit
 
 from oilsim.compaction import append_near, append_one_by_one
 from oilsim.neighbors import NeighborSearch, make_grid
 from oilsim.parallel import Team
 
 SUPPORT = 0.2
+
+
+@njit
+def appended(*arguments):
+    """`append_near` as kernels call it."""
+    return append_near(*arguments)
 
 
 def brute_force(points, others, period):
@@ -75,7 +82,7 @@ def test_compiled_append_equals_plain_python(period, listed):
     arguments = (points, candidate, 3, 87, own, *points[:, own], period, reach_squared)
     compiled = np.full(128, 999, np.uint32)
     plain = compiled.copy()
-    cursor, margin = append_near(*arguments, compiled, 5)
+    cursor, margin = appended(*arguments, compiled, 5)
     expected, expected_margin = append_one_by_one(*arguments, plain, 5)
     assert cursor == expected > 5
     assert np.array_equal(compiled[:cursor], plain[:cursor])

@@ -92,7 +92,7 @@ def lattice_rate(spacing, scheme="split"):
     x, z = np.meshgrid(np.arange(-3, 4), np.arange(-3, 4))
     r, sigma = np.hypot(x, z), normalisation(1.0, 2)
     if scheme == "paper":  # Eq. 25, REGULAR for its 0.01 h^2
-        slope = np.array([[-kernel_slope_over_q(q, sigma) / SUPPORT**2 for q in row] for row in r / SUPPORT])
+        slope = -kernel_slope_over_q(r / SUPPORT, sigma) / SUPPORT**2
         profile = 8.0 * slope / (r**2 + REGULAR)
     else:  # 2 dim (dim + 2) w / sum w r^4
         weight = np.array([[viscous_weight(min(q, 1.0), sigma) for q in row] for row in r / SUPPORT])
