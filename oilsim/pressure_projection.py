@@ -5,7 +5,8 @@ as if there were no bound, conjugate residuals (Stiefel 1955; Saad 2003, 6.8), p
 besides (`coarse_pressure`), bring down g, the rate of compression that is left, and what the tolerance is about. Pressures that have become
 negative count as the compression that clamping them would add. Where that is too much they are set to 0, which takes one product more, and
 the face is chosen anew: the primal-dual active set strategy of Hintermueller, Ito & Kunisch (2003), with a few steps in place of the exact
-solution. A round ends when the clamping would undo a quarter of what is left to be gained.
+solution. A round ends when the clamping would undo a quarter of what is left to be gained, and after three digits: what the preconditioner
+makes of g is carried on by recurrence, and drifts off.
 
 A body far lighter than water ties all particles around it together, and clamping some may then do more harm than the steps did good. A
 round that leaves the error's energy greater than it found it is taken back, and a projected gradient step, cut to what reduces the error,
@@ -31,6 +32,7 @@ Real = NDArray[np.float32]
 
 AMBIENT = 1.5  # standard deviations by which the mean of the pressure in a closed box lies above 0: all but a fifteenth is pressed
 SPOILT = 0.25  # of the residual on the face, that clamping may undo before it is due: with 1 solves take up to a sixth more products
+FAITHFUL = 1e-6  # of a round's first curvature, down to which M^-1 g is known by recurrence: the coarse grid's own solve is not linear
 LEAST = 2  # products a solve, even if the tolerance is met before: what is left over piles up in water at rest
 ZERO, ONE = np.float32(0.0), np.float32(1.0)
 
@@ -203,20 +205,24 @@ class BoundConstrainedSolver:
         vectors = self._direction, self._image, self._answer
         self._direction[:], self._image[:] = 0.0, 0.0
         self._system.correct(self._gradient, self._face, self._scaled)
-        share, before, left, used = 0.0, 0.0, math.inf, 0
+        share, first, before, left, used = 0.0, 0.0, 0.0, math.inf, 0
         while True:
             self._multiply(self._scaled)
             used += 1
             curvature = self._dot(self._scaled, self._product)
-            if not curvature > 0.0:
+            if not curvature > FAITHFUL * first:
                 return used, left
+            first = first or curvature
             share = curvature / before if used > 1 else 0.0
             self._team.run(
                 turn, self._size, self._scaled, self._product, np.float32(share), self._mobility, self._face, *vectors
             )
             self._system.correct(self._image, self._face, self._answer)
             self._system.turn(share)
-            step, before = curvature / self._dot(self._image, self._answer), curvature
+            length = self._dot(self._image, self._answer)
+            if not length > 0.0:  # by underflow
+                return used, left
+            step, before = curvature / length, curvature
             on_face, off_face, harm = self._run(
                 advance, self._kappa, self._gradient, self._scaled, *vectors, self._diagonal, self._closed, self._face,
                 np.float32(step),
