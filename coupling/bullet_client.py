@@ -51,6 +51,7 @@ class BulletClient:
             deterministicOverlappingPairs=1,
             numSolverIterations=solver_iterations,
             numSubSteps=0,
+            enableFileCaching=0,  # it would keep every state that was ever restored, and tell them apart by name only
         )
 
     def add_body(

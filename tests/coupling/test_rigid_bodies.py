@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+import os
 import pickle
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 from scipy.spatial.transform import Rotation
 
 from coupling.bodies import MassProperties, box, cylinder, mass_properties
@@ -330,6 +333,26 @@ def test_state_repeats_bit_for_bit(world: RigidBodyWorld) -> None:
     world.restore_state(state)
     for again, once in zip(go_on(), first, strict=True):
         np.testing.assert_array_equal(again, once)
+
+
+def resident() -> float:
+    """Memory of this process [MB]."""
+    return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 2**20
+
+
+@pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="the system does not tell how much memory is in use")
+def test_going_back_many_times_takes_no_memory(world: RigidBodyWorld) -> None:
+    add_box(world, "hull")
+    mesh = trimesh.creation.icosphere(5)  # a state has its 20,000 faces
+    world.add_body("rock", mesh, mass_properties(mesh, density=2500.0), motion="fixed", position=(5.0, 0.0, 0.0))
+    state = world.save_state()
+    size = len(state["bullet"]) / 2**20
+    world.restore_state(state)
+    before = resident()
+    for _ in range(20):
+        world.advance(0.01)
+        world.restore_state(state)
+    assert size > 1.0 and resident() - before < 5.0 * size
 
 
 def test_a_runaway_is_an_error_with_a_name(space: RigidBodyWorld) -> None:

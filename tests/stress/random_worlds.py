@@ -44,6 +44,8 @@ class RandomWorld:
     steps: int
     loose: list[int] = field(default_factory=list)
     is_driven: bool = False
+    _over: set[int] = field(default_factory=set)  # particles that have been above the rim
+    _through: set[int] = field(default_factory=set)
 
     def step(self) -> AdvanceReport:
         """Take a step; a few times in a run something happens before it."""
@@ -82,6 +84,18 @@ class RandomWorld:
         """Of liquid and loose bodies [J]."""
         fluid = self.fluid.energy()
         return fluid.kinetic + fluid.potential + sum(self._body_energy(body) for body in self.loose)
+
+    def count_leaked(self) -> int:
+        """Particles that have come out through a side or the floor, as seen after every step: over the rim they may."""
+        place, spacing = self.fluid.state.position, self.fluid.config.particle_spacing
+        self._over |= set(self.fluid.state.id[place[2] > self._rim].tolist())
+        behind = np.maximum(-place, place - np.array([*self.size[:2], np.inf])[:, None]).max(axis=0)
+        self._through |= set(self.fluid.state.id[behind > spacing].tolist()) - self._over
+        return len(self._through)
+
+    @property
+    def _rim(self) -> float:
+        return 2.0 * float(self.size[2])
 
     def fastest_body(self) -> float:
         """[m/s]"""

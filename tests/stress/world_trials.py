@@ -54,8 +54,7 @@ def _watch(world: RandomWorld, trial: Trial) -> list[bytes]:
         if not world.is_driven:
             scale = 0.5 * mass * world.speed**2
             trial.note("energy", (world.energy() - before) / scale, MADE + world.gravity * longest / world.speed)
-        lost = trial.particles - world.fluid.particle_count
-        trial.note("mass", lost / max(trial.particles, 1), LEAKED + 1.0 / max(trial.particles, 1))
+        trial.note("mass", world.count_leaked() / max(trial.particles, 1), LEAKED + 1.0 / max(trial.particles, 1))
         trial.note("compression", report.density_error, np.inf)
         trial.note("products", report.iterations["divergence"], np.inf)
         if len(seen) < SOME:
