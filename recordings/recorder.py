@@ -109,7 +109,11 @@ class Recorder:
             self._live.show(sample)
 
     def save_state(self) -> dict[str, int]:
-        """Which frames come next: the recording of a run that goes on from here takes the ones this one would."""
+        """Which frames come next: the recording of a run that goes on from here takes the ones this one would.
+
+        What waits is written first, so that no checkpoint is ahead of the recording that it belongs to.
+        """
+        self._open_file().write()
         return {"recorded_frames": self.recorded_frames, "last_slot": self._last_slot, "last_index": self._last_index}
 
     def restore_state(self, saved: Mapping[str, int]) -> None:

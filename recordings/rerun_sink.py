@@ -254,8 +254,15 @@ class RerunFile:
 
     def write_if_full(self) -> None:
         """Write the block if it is full or has waited long enough."""
-        if self._block.samples and self._block.full:
-            self._write_block()
+        if self._block.full:
+            self.write()
+
+    def write(self) -> None:
+        """Hand what waits to Rerun and learn whether it reached the disk."""
+        if self._block.samples:
+            self._require_space(self._block.byte_count)
+            self._writer.write_samples(self._block.take())
+            self._flush()
 
     def add_event(self, event: Event, frame_index: int) -> None:
         """Write one line of the log at once: it is often the last one."""
@@ -270,16 +277,9 @@ class RerunFile:
         if self.closed:
             return
         self.closed = True
-        if self._block.samples:
-            self._write_block()
+        self.write()
         self._flush()
         self._stream.disconnect()
-
-    def _write_block(self) -> None:
-        """Hand one block to Rerun and learn whether the block before it reached the disk."""
-        self._require_space(self._block.byte_count)
-        self._writer.write_samples(self._block.take())
-        self._flush()
 
     def _require_space(self, wanted: int) -> None:
         """Stop in order while there still is room for a footer."""

@@ -13,7 +13,6 @@ import numpy.typing as npt
 from recordings import palette
 from recordings.frame import Frame, PhaseFrame
 
-MAXIMUM_BLOCK_FRAMES = 10
 MAXIMUM_BLOCK_SECONDS = 0.5  # of wall time: what a killed run may lose
 MAXIMUM_BLOCK_BYTES = 8 << 20
 
@@ -41,9 +40,10 @@ class Sample:
 
 
 class Block:
-    """Samples on their way to the file: full when it holds enough frames, bytes or wall time.
+    """Samples on their way to the file: full when it holds enough bytes or wall time.
 
-    Frames that come slower than the wall time of a block are not made to wait for others at all.
+    Rerun keeps two kilobytes of every part of a block until the file is closed: blocks of ten frames would more than double the file of a
+    small scene and what a long run keeps in memory. Frames that come slower than the wall time of a block are not made to wait for others.
     """
 
     def __init__(self) -> None:
@@ -73,7 +73,6 @@ class Block:
         """Whether it is time to write."""
         return (
             self._slow
-            or len(self.samples) >= MAXIMUM_BLOCK_FRAMES
             or self._byte_count >= MAXIMUM_BLOCK_BYTES
             or (bool(self.samples) and time.monotonic() - self._started >= MAXIMUM_BLOCK_SECONDS)
         )

@@ -16,10 +16,20 @@ from oilsim.ledger import Ledger, ledger_from
 from oilsim.solver import AdvanceReport
 from recordings.frame import Event, Frame, RunDescription
 from scenarios.build import Assembly
+from scenarios.even_sample import EvenSample
 from scenarios.versions import versions
 
-_SUMS = ("_step_seconds", "_stage_seconds", "_reports", "_removed", "_emitted", "_series", "_times")
-LARGEST_SERIES = 2000  # values of a probe's series; longer ones are thinned evenly
+_SUMS = (
+    "_steps",
+    "_longest_step",
+    "_stage_seconds",
+    "_removed",
+    "_emitted",
+    "_iteration_sums",
+    "_error_sum",
+    "_largest_error",
+)
+_KINDS = ("density", "divergence", "viscosity")
 
 
 class SummaryObserver:
@@ -30,14 +40,17 @@ class SummaryObserver:
         self._assembly = assembly
         self._started = wall_clock.perf_counter()
         self._last = self._started
-        self._step_seconds: list[float] = []
+        self._steps = 0
+        self._step_seconds = EvenSample()
+        self._longest_step = 0.0  # s
         self._stage_seconds: dict[str, float] = {}
-        self._reports: list[tuple[float, float, dict[str, float]]] = []
+        self._iteration_sums = dict.fromkeys(_KINDS, 0.0)
+        self._error_sum = self._largest_error = 0.0  # of density
         self._budget: Ledger | None = None
         self._removed: dict[str, int] = {}
         self._emitted: dict[str, int] = {}
-        self._series: dict[str, list[float]] = {}
-        self._times: list[float] = []
+        self._series: dict[str, EvenSample] = {}
+        self._times = EvenSample()
         self.events: list[Event] = []
         self.reason = "not started"
         self.state_hash: str | None = None  # of the run's state at its end; None if it failed
@@ -52,13 +65,15 @@ class SummaryObserver:
         now = wall_clock.perf_counter()
         report = self._assembly.report()
         if frame.index > 0 and report is not None:
+            self._steps += 1
             self._step_seconds.append(now - self._last)
+            self._longest_step = max(self._longest_step, now - self._last)
             self._add(report)
         self._last = now
         self._times.append(frame.time)
         for name, value in frame.scalars.items():
             if name.startswith("probes/"):
-                self._series.setdefault(name.removeprefix("probes/"), []).append(value)
+                self._series.setdefault(name.removeprefix("probes/"), EvenSample()).append(value)
 
     def event(self, event: Event) -> None:
         """Keep it."""
@@ -75,6 +90,9 @@ class SummaryObserver:
             "exchange": self._exchange(),
             "budget": None if self._budget is None else asdict(self._budget),
             "events": [asdict(event) for event in self.events],
+            "step_seconds": self._step_seconds.save_state(),
+            "times": self._times.save_state(),
+            "series": {name: sample.save_state() for name, sample in self._series.items()},
             **{name: deepcopy(getattr(self, name)) for name in _SUMS},
         }
 
@@ -83,11 +101,17 @@ class SummaryObserver:
         self._started = self._last - saved["wall_seconds"]
         self._budget = None if saved["budget"] is None else ledger_from(saved["budget"])
         self.events = [Event(**event) for event in saved["events"]]
+        self._step_seconds = EvenSample.restored(saved["step_seconds"])
+        self._times = EvenSample.restored(saved["times"])
+        self._series = {name: EvenSample.restored(sample) for name, sample in saved["series"].items()}
         for name in _SUMS:
             setattr(self, name, deepcopy(saved[name]))
 
     def _add(self, report: AdvanceReport) -> None:
-        self._reports.append((report.density_error, report.density_error_max, report.iterations))
+        self._error_sum += report.density_error
+        self._largest_error = max(self._largest_error, report.density_error_max)
+        for kind in _KINDS:
+            self._iteration_sums[kind] += report.iterations[kind]
         if report.budget is not None:
             self._budget = report.budget if self._budget is None else self._budget + report.budget
         for stage, seconds in report.stage_seconds.items():
@@ -109,9 +133,9 @@ class SummaryObserver:
             "simulated_s": simulated,
             "wall_s": wall,
             "real_time_factor": simulated / wall if wall > 0.0 else None,
-            "steps": len(self._step_seconds),
+            "steps": self._steps,
             "step_ms": self._step_milliseconds(),
-            "stage_ms": {stage: 1e3 * total / len(self._reports) for stage, total in self._stage_seconds.items()},
+            "stage_ms": {stage: 1e3 * total / self._steps for stage, total in self._stage_seconds.items()},
             "particles": self._assembly.particle_counts(),
             "bodies": list(self._assembly.body_names),
             "left_the_tank": dict(self._removed),
@@ -132,23 +156,19 @@ class SummaryObserver:
         }
 
     def _step_milliseconds(self) -> dict[str, float | None]:
-        if not self._step_seconds:
+        if not self._steps:
             return {"median": None, "p95": None, "max": None}
-        median, p95, largest = np.percentile(1e3 * np.array(self._step_seconds), [50.0, 95.0, 100.0])
-        return {"median": float(median), "p95": float(p95), "max": float(largest)}
+        median, p95 = np.percentile(1e3 * np.array(self._step_seconds.values), [50.0, 95.0])
+        return {"median": float(median), "p95": float(p95), "max": 1e3 * self._longest_step}
 
     def _density_error(self) -> dict[str, float | None]:
         """Mean over the steps of the mean compression, and the largest compression of any particle at a step's end."""
-        if not self._reports:
+        if not self._steps:
             return {"mean": None, "max": None}
-        mean, largest, _ = zip(*self._reports, strict=True)
-        return {"mean": float(np.mean(mean)), "max": float(np.max(largest))}
+        return {"mean": self._error_sum / self._steps, "max": self._largest_error}
 
     def _iterations(self) -> dict[str, float | None]:
-        kinds = ("density", "divergence", "viscosity")
-        if not self._reports:
-            return dict.fromkeys(kinds)
-        return {kind: float(np.mean([iterations[kind] for *_, iterations in self._reports])) for kind in kinds}
+        return {kind: total / self._steps if self._steps else None for kind, total in self._iteration_sums.items()}
 
     def _exchange(self) -> dict[str, Any] | None:
         """How bodies were coupled, and what was lost and made on the way between them and the fluid; None without free bodies."""
@@ -180,10 +200,8 @@ class SummaryObserver:
         }
 
     def _probe_series(self) -> dict[str, dict[str, list[float]]]:
-        stride = max(1, -(-len(self._times) // LARGEST_SERIES))
-        return {
-            name: {"time_s": self._times[::stride], "value": values[::stride]} for name, values in self._series.items()
-        }
+        times = self._times.values
+        return {name: {"time_s": [*times], "value": [*sample.values]} for name, sample in self._series.items()}
 
 
 def budget_entries(budget: Ledger) -> dict[str, Any]:

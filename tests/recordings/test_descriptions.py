@@ -112,9 +112,9 @@ def _fill(monkeypatch: pytest.MonkeyPatch, moments: list[float], count: int = 1)
     return sizes
 
 
-def test_blocks_are_bounded_by_frames_time_and_bytes(monkeypatch: pytest.MonkeyPatch) -> None:
-    fast = [0.001 * index for index in range(31)]
-    assert _fill(monkeypatch, fast) == [1, 10, 10, 10]  # the first is written at once
+def test_blocks_are_bounded_by_time_and_bytes(monkeypatch: pytest.MonkeyPatch) -> None:
+    fast = [0.01 * index for index in range(103)]
+    assert _fill(monkeypatch, fast) == [1, 51, 51]  # the first is written at once
     assert _fill(monkeypatch, [0.2 * index for index in range(9)]) == [1, 4, 4]  # the fourth waits 0.6 s
     assert _fill(monkeypatch, [0.6 * index for index in range(4)]) == [1, 1, 1, 1]
     assert _fill(monkeypatch, fast[:5], count=400_000) == [1, 2, 2]  # 4.8 MB each

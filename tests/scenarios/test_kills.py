@@ -22,7 +22,7 @@ def test_killed_run_keeps_all_but_the_last_second_and_can_go_on(seed: int, tmp_p
     kill = killed_run(tmp_path, random.Random(seed).uniform(1.05, 2.0))
     assert kill.said > 0.0
     assert kill.lost == 0.0
-    assert kill.checkpoint <= kill.kept + 1.0
+    assert kill.checkpoint <= kill.kept + 0.015  # three frames: water is in every second one
 
 
 def test_full_disk_ends_a_run_in_order_with_one_error(tmp_path: Path) -> None:
