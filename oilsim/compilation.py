@@ -21,7 +21,7 @@ INLINED = {name: option for name, option in FAST.items() if name != "cache"} | {
 
 
 class Inlined(CPUDispatcher):
-    """Compiled for kernels alone; to Python it is the function as it is written. (A wrapper for calls from there takes a sixth of the time
+    """Compiled for kernels alone; to Python it is the function as it is written. (A wrapper for calls from there takes a tenth of the time
     to compile.)"""
 
     def __call__(self, *arguments: Any) -> Any:
