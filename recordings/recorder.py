@@ -25,9 +25,9 @@ _TIME_SLACK = 1e-9  # a frame due at t is taken at t less a rounding error
 class Recorder:
     """Writes what it observes to ``path``; it reads the run and cannot change it.
 
-    Frames are taken at ``frame_rate`` per simulated second. They are gathered into blocks of at most ten frames and at
-    most half a second of wall time, because Rerun writes one column of ten values far cheaper than ten rows. A killed
-    run therefore loses less than a second. Call order: `initialized`, any number of `step_completed` and `event`, then
+    Frames are taken at ``frame_rate`` per simulated second. They are gathered into blocks of at most half a second of wall
+    time, because Rerun writes one column of ten values far cheaper than ten rows. A killed run therefore loses less than a
+    second, and nothing from before its last checkpoint. Call order: `initialized`, any number of `step_completed` and `event`, then
     `terminated`; used as a context manager it terminates itself, and a forgotten one is closed when the program ends.
     """
 
