@@ -219,10 +219,10 @@ class BoundConstrainedSolver:
             )
             self._system.correct(self._image, self._face, self._answer)
             self._system.turn(share)
-            length = self._dot(self._image, self._answer)
-            if not length > 0.0:  # by underflow
+            square = self._dot(self._image, self._answer)
+            if not square > 0.0:  # by underflow
                 return used, left
-            step, before = curvature / length, curvature
+            step, before = curvature / square, curvature
             on_face, off_face, harm = self._run(
                 advance, self._kappa, self._gradient, self._scaled, *vectors, self._diagonal, self._closed, self._face,
                 np.float32(step),

@@ -23,7 +23,7 @@ ONE, FOUR, TWENTY = np.float32(1.0), np.float32(4.0), np.float32(20.0)
 
 @inlined
 def kernel(q, sigma):
-    """W at q = r / H, a number or an array; zero from q = 1 on. sigma as from `normalisation`."""
+    """W at q = r / H, numpy's number or array, in its precision; zero from q = 1 on. sigma as from `normalisation`."""
     outer = positive(ONE - q)
     square = outer * outer
     return sigma * square * square * (ONE + FOUR * q)

@@ -47,6 +47,9 @@ class RandomWorld:
     _over: set[int] = field(default_factory=set)  # particles that have been above the rim
     _through: set[int] = field(default_factory=set)
 
+    def __post_init__(self) -> None:
+        self._all = set(self.fluid.state.id.tolist())
+
     def step(self) -> AdvanceReport:
         """Take a step; a few times in a run something happens before it."""
         if self.dice.chance(3.0 / self.steps):
@@ -86,16 +89,16 @@ class RandomWorld:
         return fluid.kinetic + fluid.potential + sum(self._body_energy(body) for body in self.loose)
 
     def count_leaked(self) -> int:
-        """Particles that have come out through a side or the floor, as seen after every step: over the rim they may."""
-        place, spacing = self.fluid.state.position, self.fluid.config.particle_spacing
-        self._over |= set(self.fluid.state.id[place[2] > self._rim].tolist())
-        behind = np.maximum(-place, place - np.array([*self.size[:2], np.inf])[:, None]).max(axis=0)
-        self._through |= set(self.fluid.state.id[behind > spacing].tolist()) - self._over
-        return len(self._through)
+        """Particles that have come out through a side or the floor by a spacing, or are gone, as seen after every step.
 
-    @property
-    def _rim(self) -> float:
-        return 2.0 * float(self.size[2])
+        Over the rim, twice as high as the tank, they may.
+        """
+        place, number = self.fluid.state.position, self.fluid.state.id
+        self._over |= set(number[place[2] > 2.0 * self.size[2]].tolist()) - self._through
+        behind = np.maximum(-place, place - np.array([*self.size[:2], np.inf])[:, None]).max(axis=0)
+        inside = set(number[behind <= self.fluid.config.particle_spacing].tolist())
+        self._through |= self._all - inside - self._over
+        return len(self._through)
 
     def fastest_body(self) -> float:
         """[m/s]"""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import tomllib
 from contextlib import suppress
 
+import numpy as np
 import pytest
 
 from scenarios.build import build
@@ -14,6 +15,7 @@ from tests.stress import trials
 from tests.stress.__main__ import trial_of
 from tests.stress.random_exchanges import run_exchange_trial
 from tests.stress.random_scenes import random_scene
+from tests.stress.random_worlds import random_world
 from tests.stress.trials import Trial, as_toml, run_trial
 from tests.stress.world_trials import run_world_trial
 
@@ -34,6 +36,21 @@ def test_random_exchange_keeps_to_physics(seed: int) -> None:
 @pytest.mark.parametrize("seed", WORLDS)
 def test_random_world_keeps_to_physics(seed: int) -> None:
     assert run_world_trial(seed).faults == {}
+
+
+def test_leaks_of_a_world_are_what_comes_through_its_sides_or_vanishes() -> None:
+    world = random_world(WORLDS[0])
+    place, spacing = world.fluid.state.position, world.fluid.config.particle_spacing
+    assert world.count_leaked() == 0
+    place[0, 0] = -2.0 * spacing
+    assert world.count_leaked() == 1
+    place[2, 1] = 2.0 * world.size[2] + spacing  # over the rim, and down outside
+    assert world.count_leaked() == 1
+    place[:, 1] = -2.0 * spacing
+    assert world.count_leaked() == 1
+    world.fluid.state.take(np.arange(3, world.fluid.particle_count), world.fluid.work.team)
+    assert world.count_leaked() == 2
+    world.close()
 
 
 def test_most_random_scenes_can_be_built() -> None:
