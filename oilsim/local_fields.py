@@ -26,6 +26,55 @@ ZERO, ONE = np.float32(0.0), np.float32(1.0)
 
 
 @inlined
+def add_liquid(i, points, field, period, fluid, sigma, support, volume):
+    """Liquid's part of the particle's density over V, of g and of M, and sum_j V (v_j - v_i) grad W_ij^T: one, 3, 6 and 9 sums."""
+    inverse_support = ONE / support
+    factor = -volume * inverse_support * inverse_support
+    ui, vi, wi = field[i, 0], field[i, 1], field[i, 2]
+    content = gx = gy = gz = mxx = mxy = mxz = myy = myz = mzz = spread(ZERO)
+    axx = axy = axz = ayx = ayy = ayz = azx = azy = azz = spread(ZERO)
+    first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
+    for k in range(first, last, LANES):
+        present = below(last, k)
+        j = load(fluid.neighbor, k, present)
+        dx, dy, dz, _ = separations(i, points, points, j, period)
+        uj, vj, wj, _ = gather_four(field, j, 0)
+        du, dv, dw = ui - uj, vi - vj, wi - wj
+        q = only(present, root(dx * dx + dy * dy + dz * dz) * inverse_support, ONE)
+        slope = kernel_slope_over_q(q, sigma)
+        ax, ay, az = slope * dx, slope * dy, slope * dz
+        content += kernel(q, sigma)
+        gx -= ax
+        gy -= ay
+        gz -= az
+        mxx += ax * dx
+        mxy += ax * dy
+        mxz += ax * dz
+        myy += ay * dy
+        myz += ay * dz
+        mzz += az * dz
+        axx += du * ax
+        axy += du * ay
+        axz += du * az
+        ayx += dv * ax
+        ayy += dv * ay
+        ayz += dv * az
+        azx += dw * ax
+        azy += dw * ay
+        azz += dw * az
+    moment = (
+        factor * summed(mxx), factor * summed(mxy), factor * summed(mxz),
+        factor * summed(myy), factor * summed(myz), factor * summed(mzz),
+    )  # fmt: skip
+    strain = (
+        factor * summed(axx), factor * summed(axy), factor * summed(axz),
+        factor * summed(ayx), factor * summed(ayy), factor * summed(ayz),
+        factor * summed(azx), factor * summed(azy), factor * summed(azz),
+    )  # fmt: skip
+    return summed(content), (factor * summed(gx), factor * summed(gy), factor * summed(gz)), moment, strain
+
+
+@inlined
 def add_walls(i, points, wall, period, walls, sigma, support):
     """Walls' part of the particle's density, of g and of M: sum_b V_b W_ib, then 3 and 6 sums."""
     inverse_support = ONE / support
@@ -102,62 +151,21 @@ def local_fields(
     points (N, 4): place [m] and weight rho_ref / rho_0; wall (M, 4): place [m] and volume [m3]; `plane`: y is absent. lattice: m_0.
     `field` holds v [m/s]; G is 0 where the liquid neighbours do not span space.
     """
-    inverse_support = ONE / support
-    factor = -volume * inverse_support * inverse_support
     for i in range(begin, end):
-        ui, vi, wi = field[i, 0], field[i, 1], field[i, 2]
-        content = gx = gy = gz = mxx = mxy = mxz = myy = myz = mzz = spread(ZERO)
-        axx = axy = axz = ayx = ayy = ayz = azx = azy = azz = spread(ZERO)
-        first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
-        for k in range(first, last, LANES):
-            present = below(last, k)
-            j = load(fluid.neighbor, k, present)
-            dx, dy, dz, _ = separations(i, points, points, j, period)
-            uj, vj, wj, _ = gather_four(field, j, 0)
-            du, dv, dw = ui - uj, vi - vj, wi - wj
-            q = only(present, root(dx * dx + dy * dy + dz * dz) * inverse_support, ONE)
-            slope = kernel_slope_over_q(q, sigma)
-            ax, ay, az = slope * dx, slope * dy, slope * dz
-            content += kernel(q, sigma)
-            gx -= ax
-            gy -= ay
-            gz -= az
-            mxx += ax * dx
-            mxy += ax * dy
-            mxz += ax * dz
-            myy += ay * dy
-            myz += ay * dz
-            mzz += az * dz
-            axx += du * ax
-            axy += du * ay
-            axz += du * az
-            ayx += dv * ax
-            ayy += dv * ay
-            ayz += dv * az
-            azx += dw * ax
-            azy += dw * ay
-            azz += dw * az
-        moment = (
-            factor * summed(mxx), factor * summed(mxy), factor * summed(mxz),
-            ONE if plane else factor * summed(myy), factor * summed(myz), factor * summed(mzz),
-        )  # fmt: skip
+        content, slope, moment, strain = add_liquid(i, points, field, period, fluid, sigma, support, volume)
+        if plane:
+            moment = moment[0], moment[1], moment[2], ONE, moment[4], moment[5]
         if determinant(moment) > REGULAR:
-            gradients = (
-                factor * summed(axx), factor * summed(axy), factor * summed(axz),
-                factor * summed(ayx), factor * summed(ayy), factor * summed(ayz),
-                factor * summed(azx), factor * summed(azy), factor * summed(azz),
-            )  # fmt: skip
-            fill_gradient(i, gradients, moment, field)
+            fill_gradient(i, strain, moment, field)
         else:
             for n in range(GRADIENT, 16):
                 field[i, n] = ZERO
         solid, push, more = ZERO, (ZERO, ZERO, ZERO), (ZERO, ZERO, ZERO, ZERO, ZERO, ZERO)
         if walls.number[i] > 0:
             solid, push, more = add_walls(i, points, wall, period, walls, sigma, support)
-        compression[i] = volume * (sigma + summed(content)) + solid - ONE
-        gradient_sum[0, i] = factor * summed(gx) + push[0]
-        gradient_sum[1, i] = factor * summed(gy) + push[1]
-        gradient_sum[2, i] = factor * summed(gz) + push[2]
+        compression[i] = volume * (sigma + content) + solid - ONE
+        for axis in range(3):
+            gradient_sum[axis, i] = slope[axis] + push[axis]
         whole = (
             moment[0] + more[0], moment[1] + more[1], moment[2] + more[2],
             ONE if plane else moment[3] + more[3], moment[4] + more[4], moment[5] + more[5],
