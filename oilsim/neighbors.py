@@ -88,6 +88,22 @@ def separations(i, points, others, j, period):
     return dx, dy, dz, content
 
 
+@inlined
+def append_ranges(other, order, ranges, found, me, place, period, reach_squared, limit, neighbor, cursor, full):
+    """Append those of the first `found` ranges of candidates that are near `place`, up to `limit`; returns the cursor after the last.
+
+    Sets full[0] where there was no room for all (see `append_near`).
+    """
+    xi, yi, zi = place
+    for n in range(found):
+        first, last = ranges[n, 0], ranges[n, 1]
+        if cursor + (last - first) + 2 * LANES > limit:
+            full[0] = 1
+            break
+        cursor, _ = append_near(other, order, first, last, me, xi, yi, zi, period, reach_squared, neighbor, cursor)
+    return cursor
+
+
 @njit(**ALLOCATING)
 def build_lists(
     begin,
@@ -142,21 +158,14 @@ def build_lists(
             found = find_ranges(cx, cy, cz, grid, cell_start, ranges)
             if moving_order is not None:
                 moving_found = find_ranges(cx, cy, cz, grid, moving_start, moving_ranges)
-        for n in range(found):
-            first, last = ranges[n, 0], ranges[n, 1]
-            if cursor + (last - first) + 2 * LANES > limit:
-                full[0] = 1
-                break
-            cursor, _ = append_near(other, None, first, last, me, xi, yi, zi, period, reach_squared, neighbor, cursor)
+        place = xi, yi, zi
+        cursor = append_ranges(
+            other, None, ranges, found, me, place, period, reach_squared, limit, neighbor, cursor, full
+        )
         if moving_order is not None:
-            for n in range(moving_found):
-                first, last = moving_ranges[n, 0], moving_ranges[n, 1]
-                if cursor + (last - first) + 2 * LANES > limit:
-                    full[0] = 1
-                    break
-                cursor, _ = append_near(
-                    other, moving_order, first, last, me, xi, yi, zi, period, reach_squared, neighbor, cursor
-                )
+            cursor = append_ranges(
+                other, moving_order, moving_ranges, moving_found, me, place, period, reach_squared, limit, neighbor, cursor, full
+            )  # fmt: skip
         number[i] = cursor - start[i]
         end_list(neighbor, cursor)
 

@@ -13,7 +13,7 @@ from coupling.bodies import box, cylinder, sphere
 from oilsim.boundary import solid_box
 from oilsim.phases import Phase
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
-from tests.validation.rigid import Body, outside, put_solid, solid_tank, waterline
+from tests.validation.rigid import Body, disordered, outside, put_solid, solid_tank, waterline
 from tests.validation.scenes import GRAVITY, OIL_DENSITY, SAMPLE, fill, liquid, open_tank
 
 Double = NDArray[np.float64]
@@ -146,7 +146,7 @@ def lift(bench: Bench, name: str, spacing: float) -> float:
     mesh, depth = solids()[name], 2.4 * SIZE
     fluid, points = solid_tank(bench, SIDE, depth, spacing, (liquid(WATER),))
     body = put_solid(fluid, mesh, WATER, np.array([0.5 * SIDE, 0.5 * SIDE, 0.5 * depth]))
-    fluid.add_particles(outside(points, mesh, body.position, spacing), phase="water")
+    fluid.add_particles(outside(disordered(points, spacing), mesh, body.position, spacing), phase="water")
     forces = [body.advance(bench, SAMPLE)[2] for _ in range(round(HELD / SAMPLE))]
     fluid.close()
     return float(np.mean(forces[len(forces) // 2 :])) / (WATER * GRAVITY * float(mesh.volume))
@@ -186,7 +186,8 @@ SUBMERGED = Case(
     name="submerged-shapes",
     title="Lift of submerged solids",
     source="Archimedes' principle, F = rho g V; F / (rho g V) is the density ratio of neutral buoyancy",
-    setup="solids of size L, held in the middle of a tank 2.5 L wide and 2.4 L deep, 2.5 s, the second half counts",
+    setup="solids of size L, held in the middle of a tank 2.5 L wide and 2.4 L deep, 2.5 s, the second half counts; the water starts up "
+    "to 0.3 spacings off its lattice",
     length=SIZE,
     length_symbol="L",
     resolutions=(8, 12, 16),

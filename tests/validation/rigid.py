@@ -25,6 +25,7 @@ from tests.validation.scenes import GRAVITY
 Double = NDArray[np.float64]
 
 CLEARANCE = 0.3  # spacings from a body's surface within which no particle is put
+DISORDER = 0.3  # spacings by which a particle is put off its lattice at most, along each axis
 
 
 @dataclass
@@ -88,6 +89,11 @@ def put_solid(fluid: Fluid, mesh: trimesh.Trimesh, density: float, position: Dou
     properties = mass_properties(mesh, density=density)
     boundary = boundary_particles("solid", mesh, fluid.config.particle_spacing)
     return Body(fluid, boundary, properties.mass, np.linalg.inv(properties.inertia), np.asarray(position, np.float64))
+
+
+def disordered(points: Double, spacing: float) -> Double:
+    """Points (n, 3) of a lattice, each moved at random: a lattice holds a body that does not fit between its layers for seconds."""
+    return points + DISORDER * spacing * np.random.default_rng(0).uniform(-1.0, 1.0, points.shape)
 
 
 def outside(points: Double, mesh: trimesh.Trimesh, position: Double, spacing: float) -> Double:
