@@ -24,10 +24,8 @@ from tests.validation.scenes import (
 
 DEPTH = WIDTH = 1.0  # m
 DURATION, LAST = 10.0, 1.0  # s: length of the run, and of its end over which means are taken
-DISORDER, MENDING = (
-    0.2,
-    1.0,
-)  # spacings, normally distributed, by which water is put off its lattice; s until it is brought to rest
+DISORDER = 0.2  # spacings, normally distributed, by which water is put off its lattice
+MENDING = 1.0  # s until it is brought to rest
 NARROW, MINUTE = 0.25, 60.0  # m, s: of a column so long at rest that flow which feeds on pressure would show
 GAUGES = np.linspace(0.25, 0.75, 9)  # of the width
 
@@ -118,7 +116,7 @@ def still_column(resolution: int, bench: Bench) -> Outcome:
             "volume drift": drift,
             "rms speed / sqrt(g H)": float(speeds[-round(LAST / SAMPLE) :].mean()),
             "the same, off its lattice": float(unrest[-round(LAST / SAMPLE) :].mean()),
-            "the same after 60 s, 0.25 m wide": float(minute[1, -round(LAST / SAMPLE) :].mean()),
+            "the same after 60 s on it, 0.25 m wide": float(minute[1, -round(LAST / SAMPLE) :].mean()),
         },
         traces=(
             trace("pressure", profile[1] / (hydrostatic * DEPTH), profile[0]),
@@ -147,7 +145,7 @@ STILL_COLUMN = Case(
         Quantity(name="volume drift", unit="1", reference=0.0, scale=1.0, gate=0.001),
         Quantity(name="rms speed / sqrt(g H)", unit="1", reference=0.0, scale=1.0, gate=0.002),
         Quantity(name="the same, off its lattice", unit="1", reference=0.0, scale=1.0, gate=0.002),
-        Quantity(name="the same after 60 s, 0.25 m wide", unit="1", reference=0.0, scale=1.0, gate=0.01),
+        Quantity(name="the same after 60 s on it, 0.25 m wide", unit="1", reference=0.0, scale=1.0, gate=0.01),
     ),
     panels=(
         Panel("pressure", "p / (rho g H)", "z [m]"),
