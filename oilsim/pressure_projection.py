@@ -5,8 +5,8 @@ as if there were no bound, conjugate residuals (Stiefel 1955; Saad 2003, 6.8), p
 besides (`coarse_pressure`), bring down g, the rate of compression that is left, and what the tolerance is about. Pressures that have become
 negative count as the compression that clamping them would add. Where that is too much they are set to 0, which takes one product more, and
 the face is chosen anew: the primal-dual active set strategy of Hintermueller, Ito & Kunisch (2003), with a few steps in place of the exact
-solution. A round ends when the clamping would undo a quarter of what is left to be gained, and after three digits: what the preconditioner
-makes of g is carried on by recurrence, and drifts off.
+solution. A round ends when the clamping would undo a quarter of what is left to be gained, among all particles or in a watched group, of
+which a whole sea tells nothing, and after three digits: what the preconditioner makes of g is carried on by recurrence, and drifts off.
 
 A body far lighter than water ties all particles around it together, and clamping some may then do more harm than the steps did good. A
 round that leaves the error's energy greater than it found it is taken back, and a projected gradient step, cut to what reduces the error,
@@ -229,7 +229,9 @@ class BoundConstrainedSolver:
             )  # fmt: skip
             self._system.follow(step)
             left = on_face + off_face + harm
-            spoilt = harm > on_face if harm > 0.0 and not opening else off_face + harm > SPOILT * on_face
+            spoilt = _is_spoilt(opening, on_face, off_face, harm) or (
+                left <= tolerance * self._size and self._spoils_a_group(opening, tolerance)
+            )
             if spoilt or used >= most or (used >= least and self._settled(left, tolerance)):
                 return used, left
 
@@ -264,13 +266,24 @@ class BoundConstrainedSolver:
 
     def _settled(self, residual: float, tolerance: float) -> bool:
         """Whether the mean residual, of all and of each watched group, is within the tolerance."""
-        return residual <= tolerance * self._size and all(self._left(group) <= tolerance for group in self._watched)
+        return residual <= tolerance * self._size and all(
+            sum(self._left(group)) <= tolerance for group in self._watched
+        )
 
-    def _left(self, group: NDArray[np.integer]) -> float:
-        """The mean residual of some particles [1/s], with what clamping negative pressures would add to it."""
-        rate, face = self._gradient[group], self._face[group]
-        tension = 0.0 if self._closed else self._diagonal[group] * np.maximum(-self._kappa[group], 0.0)
-        return float((np.where(face, np.abs(rate), np.maximum(-rate, 0.0)) + tension).mean(dtype=np.float64))
+    def _spoils_a_group(self, opening: bool, tolerance: float) -> bool:
+        """Whether the bounds have come to matter to a watched group that is not within the tolerance yet."""
+        lefts = (self._left(group) for group in self._watched)
+        return any(sum(left) > tolerance and _is_spoilt(opening, *left) for left in lefts)
+
+    def _left(self, group: NDArray[np.integer]) -> tuple[float, float, float]:
+        """Mean residual of some particles on the face, off it, and what clamping negative pressures would add to it [1/s]."""
+        rate, face = self._gradient[group], self._face[group] > 0.0
+        on_face = np.where(face, np.abs(rate), 0.0).mean(dtype=np.float64)
+        off_face = np.where(face, 0.0, np.maximum(-rate, 0.0)).mean(dtype=np.float64)
+        if self._closed:
+            return float(on_face), float(off_face), 0.0
+        tension = self._diagonal[group] * np.maximum(-self._kappa[group], 0.0)
+        return float(on_face), float(off_face), float(tension.mean(dtype=np.float64))
 
     def _multiply(self, vector: Real) -> None:
         """The product of A and a vector."""
@@ -304,6 +317,11 @@ class BoundConstrainedSolver:
         """Run a kernel that ends with block sums over all particles; returns the totals."""
         self._team.run(kernel, self._size, *arguments, self._sums)  # type: ignore[arg-type]
         return total(self._sums[:, 0]), total(self._sums[:, 1]), total(self._sums[:, 2])
+
+
+def _is_spoilt(opening: bool, on_face: float, off_face: float, harm: float) -> bool:
+    """Whether clamping would undo too much of what is left to be gained on the face (see the module)."""
+    return harm > on_face if harm > 0.0 and not opening else off_face + harm > SPOILT * on_face
 
 
 def _centre(values: Real) -> None:

@@ -111,6 +111,25 @@ def test_few_particles_are_not_lost_among_many_where_they_are_watched(watched):
     assert (among_few <= 1.01 * tolerance) == watched
 
 
+def products_among(others, seed):
+    """Products that a watched forty of a chain take, many of which want to part, before `others` that stay under pressure."""
+    rng, few, count = np.random.default_rng(seed), np.arange(40), 40 + others
+    root = np.eye(count) - 0.9 * np.eye(count, k=1)
+    wanted = np.concatenate([rng.normal(0.2, 1.0, 40), 0.1 * rng.normal(1.0, 0.3, others)])
+    gradient, diagonal = (-root.T @ wanted).astype(np.float32), (root**2).sum(axis=0).astype(np.float32)
+    tolerance = 0.01 * float(np.abs(gradient[few]).mean())
+    kappa = np.zeros(count, np.float32)
+    return BoundConstrainedSolver(Team(1)).solve(
+        DenseSystem(root), gradient, diagonal, kappa, tolerance, 500, False, [few]
+    )[0]
+
+
+def test_bounds_of_a_watched_group_are_not_lost_among_many():
+    # a round that only all particles together can end goes on long after the group's bounds have come to matter: 1.5 times the products
+    alone, among_many = (np.mean([products_among(others, seed) for seed in range(20)]) for others in (1, 1500))
+    assert among_many < 1.3 * alone
+
+
 class CorrectedSystem(DenseSystem):
     """Knows A^-1 of what twenty particles have in common, to two digits, as a solve that stops early does: corrections are not linear."""
 
