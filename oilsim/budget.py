@@ -101,7 +101,8 @@ class Budget:
     """Accounts of the latest advance, `last`, and of all advances since the fluid is watched, `total`; None before the first.
 
     The fluid calls `open`, for every stage `enter` and `leave`, within the split scheme's density stage `add_strain`, and at last
-    `close`. The state is only read. Within a step the velocities around every kick are kept, 24 bytes a particle each.
+    `close`. What it ends between two advances lies between `open` and `suspend`, and counts for the later one. The state is only
+    read. Within a step the velocities around every kick are kept, 24 bytes a particle each.
     """
 
     def __init__(self, config: FluidConfig, team: Team, state: FluidState, walls: Walls) -> None:
@@ -110,15 +111,26 @@ class Budget:
         self._team, self._state, self._walls = team, state, walls
         self._mass = config.rest_volume * np.array([phase.rest_density for phase in config.phases])
         self._gravity = np.array(config.gravity, np.float64)
-        self._parts: dict[str, Part] = {}
-        self._kicks: list[Kick] = []
         self._filters = config.scheme == "split"
-        self._first, self._twist = state.velocity.copy(), walls.twists()
+        self.begin_anew()
+
+    def begin_anew(self) -> None:
+        """The state is another from now on, between steps or in flight."""
+        self._kicks: list[Kick] = []
+        self._first, self._twist = self._state.velocity.copy(), self._twists()
+        self._clear()
+
+    def _clear(self) -> None:
+        self._parts: dict[str, Part] = {}
+        self._strain, self._earlier = 0.0, np.zeros(8)
 
     def open(self) -> None:
-        """An advance begins."""
-        self._parts, self._kicks, self._strain = {}, [], 0.0
-        self._start = self._totals()
+        """An advance begins, or what is ended before one does."""
+        self._start = self._totals() - self._earlier
+
+    def suspend(self) -> None:
+        """What others do to the fluid until it is opened again is not accounted for."""
+        self._earlier = self._totals() - self._start
 
     def enter(self, stage: str) -> None:
         """A stage begins."""
@@ -178,6 +190,7 @@ class Budget:
         )
         self.last = ledger
         self.total = ledger if self.total is None else self.total + ledger
+        self._clear()
         return ledger
 
     def _add(self, cause: str, part: Part) -> None:

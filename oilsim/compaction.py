@@ -67,22 +67,6 @@ def _nearest_image(builder: Any, delta: Any, period: Any) -> Any:
     return builder.select(builder.fcmp_ordered(">", length, _reals(0.0)), wrapped, delta)
 
 
-def _squared_distance(
-    builder: Any, points: Any, point: Any, first: Any, chosen: Any, present: Any, periods: Any
-) -> Any:
-    """Squared distances of the point from the chosen ones; these lie side by side from `first` on unless it is None."""
-    pitch, square = cgutils.unpack_tuple(builder, points.shape)[1], _reals(0.0)
-    for axis, coordinate in enumerate(point):
-        row = builder.gep(points.data, [builder.mul(pitch, _LONG(axis))])
-        side_by_side = first is not None
-        theirs = _load(builder, row, first, _REALS, present) if side_by_side else _gather(builder, row, chosen, present)
-        delta = builder.fsub(_spread(builder, coordinate, _REALS), theirs)
-        if periods is not None:
-            delta = _nearest_image(builder, delta, builder.extract_value(periods, axis))
-        square = builder.fadd(square, builder.fmul(delta, delta))
-    return square
-
-
 def _append_lanes(typing_context, other, candidate, k, last, own, x, y, z, period, reach_squared, index, cursor):
     """Append the near ones of candidates k to k + LANES, below last; returns their number and the margin."""
     parameters = (other, candidate, k, last, own, x, y, z, period, reach_squared, index, cursor)

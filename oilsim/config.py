@@ -14,6 +14,9 @@ Vector = tuple[float, float, float]
 Scheme = Literal["split", "paper"]
 Rule = tuple[str, Callable[[float], bool], str]
 
+ROUNDING = 2.0**-24  # relative, of a number of 32 bits
+COARSEST = 1e-3  # spacings by which rounding may move a particle
+
 RULES: tuple[Rule, ...] = (
     ("particle_spacing", lambda v: v > 0.0, "above 0 m"),
     ("density_tolerance", lambda v: 0.0 < v < 0.1, "above 0 and below 0.1"),
@@ -79,6 +82,15 @@ class FluidConfig:
             for key, valid, allowed in RULES
             if not (math.isfinite(getattr(self, key)) and valid(getattr(self, key)))
         ]
+        for key in ("gravity", "lower", "upper"):
+            if not all(math.isfinite(value) for value in getattr(self, key)):
+                problems.append(f"{key} is {getattr(self, key)}, allowed: finite numbers")
+        furthest = max(abs(value) for value in (*self.lower, *self.upper))
+        if math.isfinite(furthest) and not furthest * ROUNDING <= COARSEST * self.particle_spacing:
+            problems.append(
+                f"lower and upper reach {furthest} m from the origin, allowed: {COARSEST / ROUNDING:.0f} particle spacings; "
+                "beyond that 32 bits tell places of particles apart too coarsely"
+            )
         if self.dimension not in (2, 3):
             problems.append(f"dimension is {self.dimension}, allowed: 2 or 3")
         if self.dimension == 2 and self.gravity[1] != 0.0:

@@ -30,10 +30,12 @@ class PipeEmitter:
         start: float = 0.0, volume: float | None = None,
     ) -> None:  # fmt: skip
         length = math.sqrt(sum(c * c for c in direction))
-        if not (radius >= 0.5 * spacing and speed >= 0.0 and length > 0.0):
+        whole = all(math.isfinite(number) for number in (*mouth, length, radius, speed, start, volume or 0.0))
+        if not (whole and radius >= 0.5 * spacing > 0.0 and speed >= 0.0 and length > 0.0 and (volume or 0.0) >= 0.0):
             raise ValueError(
-                f"pipe: radius {radius} m, speed {speed} m/s, direction {direction}, "
-                f"allowed: radius {0.5 * spacing} m or more, speed 0 or more, direction not 0"
+                f"pipe: mouth {mouth} m, direction {direction}, radius {radius} m, speed {speed} m/s, spacing {spacing} m, "
+                f"start {start} s, volume {volume} m3, allowed: finite numbers, direction not 0, radius half a spacing or more, "
+                "speed and volume 0 or more"
             )
         self.phase, self.radius, self.speed, self.spacing, self.start = phase, radius, speed, spacing, start
         self.mouth = np.asarray(mouth, np.float64)

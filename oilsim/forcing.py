@@ -7,6 +7,7 @@ A forcing has `apply(view)`; it changes `view.velocity` in place and reads the r
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -46,12 +47,21 @@ class Forcing(Protocol):
         """Back to what `save` returned."""
 
 
-class Zone(NamedTuple):
-    """A box of the domain [m] in which velocities relax to a target with a time constant [s]."""
+@dataclass(frozen=True)
+class Zone:
+    """A box of the domain [m] in which velocities relax to a target with a time constant [s]; ValueError for one that cannot."""
 
     lower: Vector
     upper: Vector
     relaxation_time: float
+
+    def __post_init__(self) -> None:
+        ordered = all(low < high for low, high in zip(self.lower, self.upper, strict=True))
+        if not (ordered and self.relaxation_time > 0.0):
+            raise ValueError(
+                f"zone: lower {self.lower} m, upper {self.upper} m, relaxation_time {self.relaxation_time} s, "
+                "allowed: lower below upper along every axis, relaxation_time above 0"
+            )
 
     def members(self, position: Real) -> NDArray[np.int64]:
         """Indices of the particles inside."""
@@ -121,14 +131,18 @@ class AiryWaves:
         self.wave_number = wave_number(period, level - bottom, gravity)
 
     def velocity(self, x: Real, y: Real, z: Real, time: float) -> tuple[NDArray[Any], NDArray[Any]]:
-        """Speed along the direction and upwards [m/s]: a omega cosh|sinh(k (z - bottom)) / sinh(k h) cos|sin(theta)."""
+        """Speed along the direction and upwards [m/s]: a omega cosh|sinh(k (z - bottom)) / sinh(k h) cos|sin(theta).
+
+        By exponentials of what lies below the level, which stay finite in water however deep.
+        """
         k, omega = self.wave_number, 2.0 * math.pi / self.period
         depth = self.level - self.bottom
         amplitude = 0.5 * self.height * min(time / self.period, 1.0)
         theta = k * (x * math.cos(self.direction) + y * math.sin(self.direction)) - omega * time
-        above_bottom = k * (np.minimum(z, self.level + 0.5 * self.height) - self.bottom)
-        scale = amplitude * omega / math.sinh(k * depth)
-        return scale * np.cosh(above_bottom) * np.cos(theta), scale * np.sinh(above_bottom) * np.sin(theta)
+        height = np.minimum(z, self.level + 0.5 * self.height) - self.bottom
+        down, up = np.exp(k * (height - depth)), np.exp(-k * (height + depth))
+        scale = amplitude * omega / -math.expm1(-2.0 * k * depth)
+        return scale * (down + up) * np.cos(theta), scale * (down - up) * np.sin(theta)
 
     def apply(self, view: ForcingView) -> None:
         """dv/dt = (u_airy - v) / tau inside the zone."""
@@ -170,6 +184,11 @@ class Wind:
         drag_coefficient: float = 1.3e-3,
     ) -> None:  # fmt: skip
         """speed [m/s] at 10 m towards `direction` [rad from +x]; drag coefficient 1.3e-3 as at 5-10 m/s (Large & Pond 1981)."""
+        if not (math.isfinite(speed) and math.isfinite(direction) and gustiness >= 0.0 and gust_time > 0.0):
+            raise ValueError(
+                f"wind: speed {speed} m/s, direction {direction} rad, gustiness {gustiness}, gust_time {gust_time} s, "
+                "allowed: finite speed and direction, gustiness 0 or more, gust_time above 0"
+            )
         self.speed, self.direction, self.spacing = speed, direction, spacing
         self.gustiness, self.gust_time, self.drag_coefficient = gustiness, gust_time, drag_coefficient
         self._random = np.random.default_rng(seed)

@@ -184,7 +184,7 @@ class Ledger:
 def ledger_from(saved: Mapping[str, Any]) -> Ledger:
     """The ledger of which `dataclasses.asdict` made `saved`."""
     values = dict(saved)
-    values["energy"] = Energy(**saved["energy"])
+    values["energy"] = Energy(*saved["energy"])
     values["change"] = Part(**saved["change"])
     values["parts"] = {cause: Part(**part) for cause, part in saved["parts"].items()}
     values["compression"] = Compression(**saved["compression"])

@@ -1,4 +1,4 @@
-"""Point measurements: pressure and velocity by the kernel mean of nearby particles, the free surface by its highest one.
+"""Point measurements: pressure and velocity by the kernel mean of nearby particles, the free surface by its highest ones.
 
 f(x) = sum_j V f_j W(x - x_j) / sum_j V W(x - x_j)   (Shepard), pressure with its mean gradient carried along below.
 """
@@ -8,7 +8,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from oilsim.config import FluidConfig
 from oilsim.smoothing_kernels import kernel
 from oilsim.state import FluidState
 from oilsim.workspace import Workspace
@@ -18,16 +17,22 @@ Double = NDArray[np.float64]
 PRESENT = 0.05  # share of the kernel that must be filled for a reading
 
 
-def _weights(state: FluidState, work: Workspace, point: Double) -> tuple[NDArray[np.int64], Double]:
-    """Particles within the support of a point, and their shares V W."""
-    offset = state.position.astype(np.float64) - point[:, None]
-    for axis, length in enumerate(work.period or ()):
+def _offsets(state: FluidState, work: Workspace, point: Double) -> Double:
+    """From a point, along as many axes as it has, to the nearest image of every particle (axes, N) [m]."""
+    offset = state.position[: point.size].astype(np.float64) - point[:, None]
+    for axis, length in enumerate((work.period or ())[: point.size]):
         if length > 0.0:
             offset[axis] -= length * np.round(offset[axis] / length)
+    return offset
+
+
+def _weights(state: FluidState, work: Workspace, point: Double) -> tuple[NDArray[np.int64], Double, Double]:
+    """Particles within the support of a point, the ways to them (3, n) [m], and their shares V W."""
+    offset = _offsets(state, work, point)
     distance = np.sqrt((offset**2).sum(axis=0))
     near = np.flatnonzero(distance < work.support)
     shares = kernel(distance[near] / float(work.support), float(work.sigma))
-    return near, float(work.volume) * shares
+    return near, offset[:, near], float(work.volume) * shares
 
 
 def pressure_at(state: FluidState, work: Workspace, points: Double) -> Double:
@@ -35,11 +40,10 @@ def pressure_at(state: FluidState, work: Workspace, points: Double) -> Double:
     result = np.zeros(len(points))
     per_impulse = work.reference_density / state.time_step if state.time_step > 0.0 else 0.0
     for n, point in enumerate(points):
-        near, share = _weights(state, work, point)
+        near, offset, share = _weights(state, work, point)
         if share.sum() < PRESENT:
             continue
         values = per_impulse * state.pressure_impulse[near].astype(np.float64)
-        offset = state.position[:, near].astype(np.float64) - point[:, None]
         basis = np.vstack([np.ones(len(near)), offset / float(work.support)])
         normal = (basis * share) @ basis.T + 1e-6 * share.sum() * np.diag([0.0, 1.0, 1.0, 1.0])
         result[n] = np.linalg.solve(normal, (basis * share) @ values)[0]
@@ -50,23 +54,24 @@ def velocity_at(state: FluidState, work: Workspace, points: Double) -> Double:
     """Velocity (K, 3) [m/s] at points (K, 3); 0 in air."""
     result = np.zeros((len(points), 3))
     for n, point in enumerate(points):
-        near, share = _weights(state, work, point)
+        near, _, share = _weights(state, work, point)
         if share.sum() >= PRESENT:
             result[n] = state.velocity[:, near].astype(np.float64) @ share / share.sum()
     return result
 
 
-def surface_height_at(state: FluidState, config: FluidConfig, points: Double) -> Double:
-    """Height (K,) [m] of the free surface over points (K, 2): the particles' volume in a column of one support radius.
+def surface_height_at(state: FluidState, work: Workspace, points: Double) -> Double:
+    """Height (K,) [m] of the free surface over points (K, 2), read from the particles within a support radius across.
 
-    The column's top is read from the highest particles, half a spacing above the mean of those within one spacing of the
-    highest that has neighbours below: a gauge wire, not a spray detector.
+    It lies half a spacing above the mean of the highest ones, those within three quarters of a spacing of the highest that hangs
+    together with what is below: a gauge wire, not a spray detector.
     """
+    config = work.config
     spacing, radius = config.particle_spacing, config.support_radius
     result = np.full(len(points), config.lower[2])
-    for n, (x, y) in enumerate(points):
-        across = (state.position[0] - x) ** 2 + (0.0 if config.dimension == 2 else (state.position[1] - y) ** 2)
-        heights = np.sort(state.position[2, across < radius**2].astype(np.float64))
+    for n, point in enumerate(points):
+        offset = _offsets(state, work, point[:1] if work.plane else point)
+        heights = np.sort(state.position[2, (offset**2).sum(axis=0) < radius**2].astype(np.float64))
         if heights.size == 0:
             continue
         joined = np.flatnonzero(np.diff(heights, prepend=heights[0]) > 1.5 * spacing)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from oilsim import diagnostics, probes
+from oilsim import checks, diagnostics, probes
 from oilsim.boundary import BoundaryParticles
 from oilsim.budget import Budget
 from oilsim.config import FluidConfig
@@ -71,7 +72,7 @@ class Fluid:
         self.emitters: list[PipeEmitter] = []
         self._solver = BoundConstrainedSolver(self.work.team)
         self._duration = 0.0
-        self._counts: dict[str, dict[str, int]] = {"removed": {}, "emitted": {}}
+        self._begin_report()
         self._figures: dict[str, Any] = {}  # of the last steps, as in `AdvanceReport`
         self._relative_speed: float | None = None  # [m/s] at the end of the last step, None if that is not known
 
@@ -79,20 +80,10 @@ class Fluid:
 
     def add_particles(self, position: ArrayLike, *, phase: str, velocity: ArrayLike = (0.0, 0.0, 0.0)) -> None:
         """Add particles of a phase at `position` (N, 3) [m] with `velocity` (3,) or (N, 3) [m/s]; ValueError outside the domain."""
-        points = np.asarray(position, np.float64).reshape(-1, 3)
-        inside = ((points >= self.config.lower) & (points <= self.config.upper)).all(axis=1)
-        if not inside.all():
-            first = points[~inside][0].tolist()
-            raise ValueError(
-                f"{np.count_nonzero(~inside)} particles of phase {phase!r} lie outside the domain, the first at {first} m, "
-                f"allowed: {self.config.lower} to {self.config.upper} m"
-            )
-        speeds = np.broadcast_to(np.asarray(velocity, np.float64), points.shape)
-        for what, values in (("y", points), ("velocity along y", speeds)):
-            if self.config.dimension == 2 and (values[:, 1] != 0.0).any():
-                raise ValueError(f"particles of phase {phase!r} have {what} other than 0, allowed: 0 in two dimensions")
+        index = self.config.phase_index(phase)
+        points, speeds = checks.particles(self.config, phase, position, velocity)
         self.land()
-        self._insert(points, speeds, self.config.phase_index(phase))
+        self._insert(points, speeds, index)
 
     def _insert(self, points: Double, velocity: Double, phase: int) -> None:
         self.state.append(points, velocity, phase)
@@ -105,7 +96,7 @@ class Fluid:
         return self.work.walls.add(boundary)
 
     def remove_boundary(self, handle: int) -> None:
-        """Remove a solid surface."""
+        """Remove a solid surface; ValueError for a handle that does not exist."""
         self.work.walls.remove(handle)
 
     def set_boundary_motion(
@@ -118,12 +109,13 @@ class Fluid:
         it as prescribed. free_acceleration (6,): d(twist)/dt from everything but the fluid [m/s2, rad/s2].
         """
         motion = MovingBody(
-            np.array(position, np.float64),
-            np.array(orientation, np.float64),
-            np.concatenate([np.asarray(linear_velocity, np.float64), np.asarray(angular_velocity, np.float64)]),
-            np.zeros((6, 6)) if inverse_mass is None else np.array(inverse_mass, np.float64),
-            np.zeros(6) if free_acceleration is None else np.array(free_acceleration, np.float64),
+            position=np.array(position, np.float64),
+            orientation=np.array(orientation, np.float64),
+            twist=np.append(np.asarray(linear_velocity, np.float64), np.asarray(angular_velocity, np.float64)),
+            inverse_mass=np.zeros((6, 6)) if inverse_mass is None else np.array(inverse_mass, np.float64),
+            free_acceleration=np.zeros(6) if free_acceleration is None else np.array(free_acceleration, np.float64),
         )
+        checks.motion(handle, self.work.walls.boundaries, motion)
         if handle not in self.work.walls.moving:
             self.land()
         self.work.walls.set_motion(handle, motion)
@@ -140,8 +132,8 @@ class Fluid:
         self.forcings.append(forcing)
 
     def add_emitter(self, emitter: PipeEmitter) -> None:
-        """Add a pipe; ValueError for a phase that does not exist."""
-        self.config.phase_index(emitter.phase)
+        """Add a pipe; ValueError for a phase that does not exist, in two dimensions, and outside the domain."""
+        checks.pipe(self.config, emitter)
         self.emitters.append(emitter)
 
     def watch(self) -> Budget:
@@ -162,31 +154,35 @@ class Fluid:
         steps fills the duration. Else a step goes on into the next advance, unless `land` ends it: particles fly with the velocities of its
         beginning, and are seen where they then are.
         """
-        if not duration > 0.0:
-            raise ValueError(f"duration is {duration} s, allowed: above 0")
-        self.work.seconds.clear()
-        self._counts = {"removed": {}, "emitted": {}}
+        if not 0.0 < duration < math.inf:
+            raise ValueError(f"duration is {duration} s, allowed: above 0, finite")
         for body in self.work.walls.moving.values():
             body.impulse[:] = 0.0
         if self.work.budget is not None:
             self.work.budget.open()
-        results: list[StepResult] = []
         start, done = self.time, 0.0
         while done < duration * (1.0 - 1e-9):
             done += self._fly(duration - done)
             self.time = start + done
             if self.state.to_fly == 0.0:
-                results.append(self._end_step())
+                self._end_step()
         self.time, self._duration = start + duration, duration
         self._check()
-        return self._report(results)
+        return self._report()
 
     def land(self) -> None:
-        """End the step that has begun where it is, if one has: after this, velocities are those of the present positions."""
+        """End the step that has begun where it is, if one has: after this, velocities are those of the present positions.
+
+        What that changes is in the report of the next advance.
+        """
         if self.state.to_fly > 0.0:
             self.state.step -= self.state.to_fly
             self.state.to_fly = 0.0
+            if self.work.budget is not None:
+                self.work.budget.open()
             self._end_step()
+            if self.work.budget is not None:
+                self.work.budget.suspend()
 
     def _largest_speed(self) -> float:
         bodies = self.work.walls.largest_speed(self.config.lower, self.config.upper)
@@ -211,15 +207,15 @@ class Fluid:
         if state.to_fly == 0.0:
             wanted = self._time_step()
             state.step = state.to_fly = equal_steps(left, wanted) if self._keeps_step() else wanted
-            with self.work.stage("emitters"):
-                self._emit(state.step)
         flight = state.to_fly if state.to_fly <= left * (1.0 + 1e-9) else left
+        with self.work.stage("emitters"):
+            self._emit(flight)
         if self.config.scheme == "split":
             self.work.fly(state, flight)
         state.to_fly -= flight
         return flight
 
-    def _end_step(self) -> StepResult:
+    def _end_step(self) -> None:
         """What a step does where its flight ends."""
         time_step = self.state.step
         if self.config.scheme == "paper":
@@ -230,7 +226,7 @@ class Fluid:
         with self.work.stage("outflow"):
             self._remove_outflow()
         self.work.walls.drift(time_step)
-        return result
+        self._results.append(result)
 
     @property
     def _driven(self) -> bool:
@@ -258,6 +254,10 @@ class Fluid:
             )  # fmt: skip
             for forcing in self.forcings:
                 forcing.apply(view)
+                if self.config.dimension == 2 and state.velocity[1].any():
+                    raise ValueError(
+                        f"{type(forcing).__name__} moves liquid along y, allowed: x and z in two dimensions"
+                    )
 
     def _remove_outflow(self) -> None:
         outside = diagnostics.outside(self.state.position, self.config)
@@ -278,7 +278,15 @@ class Fluid:
                     f"{self.state.id[bad[0]]} in phase {phase!r}"
                 )
 
-    def _report(self, results: list[StepResult]) -> AdvanceReport:
+    def _begin_report(self) -> None:
+        """Nothing that is not in a report yet."""
+        self._results: list[StepResult] = []
+        self._counts: dict[str, dict[str, int]] = {"removed": {}, "emitted": {}}
+        self.work.seconds.clear()
+
+    def _report(self) -> AdvanceReport:
+        results = self._results
+
         def mean(name: str) -> float:
             return float(np.mean([getattr(result, name) for result in results]))
 
@@ -290,7 +298,7 @@ class Fluid:
                 "divergence_error": mean("divergence_error"),
                 "density_error_max": float(self.work.compression.max(initial=0.0)),
             }
-        return AdvanceReport(
+        report = AdvanceReport(
             sub_steps=len(results),
             stage_seconds=dict(self.work.seconds),
             asleep=self.state.asleep,
@@ -299,6 +307,8 @@ class Fluid:
             budget=self._close_budget(),
             **self._figures,
         )
+        self._begin_report()
+        return report
 
     def _close_budget(self) -> Ledger | None:
         work = self.work
@@ -366,15 +376,15 @@ class Fluid:
 
     def pressure_at(self, points: ArrayLike) -> Double:
         """Pressure (K,) [Pa] interpolated at points (K, 3) [m]; 0 where there is no liquid."""
-        return probes.pressure_at(self.state, self.work, np.asarray(points, np.float64))
+        return probes.pressure_at(self.state, self.work, checks.finite("points", points, None, 3))
 
     def velocity_at(self, points: ArrayLike) -> Double:
         """Velocity (K, 3) [m/s] interpolated at points (K, 3) [m]; 0 where there is no liquid."""
-        return probes.velocity_at(self.state, self.work, np.asarray(points, np.float64))
+        return probes.velocity_at(self.state, self.work, checks.finite("points", points, None, 3))
 
     def surface_height_at(self, points: ArrayLike) -> Double:
         """Height z (K,) [m] of the free surface above points (K, 2) x, y [m]; the domain's bottom where there is no liquid."""
-        return probes.surface_height_at(self.state, self.config, np.asarray(points, np.float64))
+        return probes.surface_height_at(self.state, self.work, checks.finite("points", points, None, 2))
 
     # saved and restored
 
@@ -394,16 +404,21 @@ class Fluid:
         }
 
     def restore_state(self, saved: dict[str, Any]) -> None:
-        """Back to what `save_state` returned; the fluid must hold the same boundaries, forcings and emitters."""
+        """Back to what `save_state` returned; ValueError unless the fluid holds the same boundaries, forcings and emitters."""
+        checks.saved_state(saved, self.work.walls.boundaries, self.work.regions, self.forcings, self.emitters)
         self.time, self._duration, self._figures = saved["time"], saved["duration"], dict(saved["figures"])
         self._relative_speed = saved["relative_speed"]
         self.state.restore(saved["state"])
         self.work.lists.restore(saved["lists"])
         if self.work.regions is not None:
             self.work.regions.restore(saved["regions"])
+        self.work.walls.stop([handle for handle in self.work.walls.moving if str(handle) not in saved["bodies"]])
         for handle, values in saved["bodies"].items():
             self.work.walls.set_motion(int(handle), MovingBody(**{k: np.copy(v) for k, v in values.items()}))
         for forcing, values in zip(self.forcings, saved["forcings"], strict=True):
             forcing.restore(values)
         for emitter, values in zip(self.emitters, saved["emitters"], strict=True):
             emitter.restore(values)
+        self._begin_report()
+        if self.work.budget is not None:
+            self.work.budget.begin_anew()

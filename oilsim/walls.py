@@ -6,7 +6,7 @@ the opposite, P = V rho_ref sum_i kappa_i J_i with J_i = sum_b V_b (grad W_ib, r
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -151,7 +151,8 @@ class Walls:
         return handle
 
     def remove(self, handle: int) -> None:
-        """Remove a boundary; KeyError for a handle that does not exist."""
+        """Remove a boundary; ValueError for a handle that does not exist."""
+        self._require(handle)
         del self.boundaries[handle], self._reach[handle]
         self.moving.pop(handle, None)
         self._tied = None
@@ -162,6 +163,16 @@ class Walls:
         self._stale |= handle not in self.moving
         self._tied = None
         self.moving[handle] = body
+
+    def stop(self, handles: Iterable[int]) -> None:
+        """Bring boundaries back to where they were added, at rest."""
+        for handle in handles:
+            del self.moving[handle]
+            self._tied, self._stale = None, True
+
+    def _require(self, handle: int) -> None:
+        if handle not in self.boundaries:
+            raise ValueError(f"boundary {handle} does not exist, allowed: {sorted(self.boundaries)}")
 
     @property
     def count(self) -> int:
@@ -232,7 +243,8 @@ class Walls:
         return self._search.surroundings(moving, self._near_resting), order + np.uint32(self.resting), start
 
     def positions(self, handle: int) -> Real:
-        """World positions (M, 3) of one boundary."""
+        """World positions (M, 3) of one boundary; ValueError for a handle that does not exist."""
+        self._require(handle)
         points = self.boundaries[handle].position
         body = self.moving.get(handle)
         if body is not None:

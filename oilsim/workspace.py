@@ -100,7 +100,8 @@ class Workspace:
         self.wall_gradient: Real = np.empty((3, 0), np.float32)
         self.field: Real = np.empty((0, 16), np.float32)
         self.closed = True  # no particle within reach of a free surface
-        self._density_multiplier: Real = np.empty(0, np.float32)
+        self.compression: Real = np.empty(0, np.float32)
+        self.near: NDArray[np.uint8] = np.ones(0, np.uint8)
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from oilsim.boundary import BoundaryParticles, tank_walls
+from oilsim.emitter import PipeEmitter
 from oilsim.initial_conditions import block
 
 SPACING = 0.1
@@ -79,16 +80,16 @@ def test_what_is_added_ends_a_flight_and_bodies_keep_steps_within_advances(make_
     handle = fluid.add_boundary(
         BoundaryParticles(name="plate", position=plate, volume=np.full(16, 1e-3), area=np.full(16, 1e-2))
     )
-    position = np.array([1.5, 0.1, 1.5])
+    position, landed = np.array([1.5, 0.1, 1.5]), flown
     for _ in range(5):
         fluid.set_boundary_motion(handle, position, (0, 0, 0, 1), (0.1, 0, 0), (0, 0, 0))
         assert (fluid.state.to_fly, fluid.state.time_step) == (0.0, pytest.approx(flown))
         report = fluid.advance(0.013)
         position = position + 0.013 * np.array([0.1, 0.0, 0.0])
-        assert report.sub_steps * report.time_step == pytest.approx(0.013)
+        assert report.sub_steps * report.time_step == pytest.approx(landed + 0.013)
         moved = fluid.boundary_positions(handle) - plate
         np.testing.assert_allclose(moved, np.broadcast_to(position, plate.shape), atol=1e-6)
-        flown = report.time_step
+        flown, landed = fluid.state.step, 0.0
     fluid.remove_boundary(handle)
     fluid.advance(0.1)
     assert fluid.state.to_fly > 0.0
@@ -102,3 +103,34 @@ def test_paper_keeps_its_steps_within_advances(make_fluid):
         report = fluid.advance(duration)
         assert report.sub_steps * report.time_step == pytest.approx(duration)
         assert fluid.state.to_fly == 0.0
+
+
+@pytest.mark.parametrize("interrupted", [False, True])
+def test_a_pipe_pours_as_much_where_steps_are_cut_short(make_fluid, interrupted):
+    fluid = falling_dam(make_fluid)
+    pipe = PipeEmitter(
+        phase="water", mouth=(1.5, 0.3, 1.5), direction=(0, 0, -1), radius=0.1, speed=1.0, spacing=SPACING
+    )
+    fluid.add_emitter(pipe)
+    layer, time = len(pipe.entrance) // 2, 0.5
+    emitted = 0
+    for _ in range(100):
+        emitted += fluid.advance(time / 100).emitted.get("water", 0)
+        if interrupted:
+            fluid.land()
+    # a layer at once, and one more for every spacing that the jet has moved, to rounding
+    assert emitted / layer == pytest.approx(1 + time * pipe.speed / SPACING, abs=1.0)
+
+
+def test_what_landing_does_is_in_the_next_report(make_fluid):
+    fluid = falling_dam(make_fluid)
+    fluid.add_particles([(2.25, 0.3, 2.0)], phase="water", velocity=(10.0, 0.0, 0.0))
+    fluid.advance(1e-3)
+    while fluid.state.to_fly < 0.008:
+        report = fluid.advance(1e-3)
+    assert report.removed == {}
+    fluid.state.position[0, np.argmax(fluid.state.velocity[0])] = 2.4
+    fluid.land()
+    assert report.removed == {}
+    later = fluid.advance(1e-4)
+    assert (later.removed, later.sub_steps) == ({"water": 1}, 1)

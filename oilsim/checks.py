@@ -1,0 +1,99 @@
+"""What a fluid is given, refused by name before anything is computed with it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from oilsim.config import FluidConfig
+from oilsim.emitter import PipeEmitter
+from oilsim.walls import MovingBody
+
+Double = NDArray[np.float64]
+
+
+def finite(what: str, values: ArrayLike, *shape: int | None) -> Double:
+    """The values as float64; ValueError unless all are finite and the array has this shape, None for any length."""
+    array = np.asarray(values, np.float64)
+    fits = array.ndim == len(shape) and all(n in (None, m) for n, m in zip(shape, array.shape, strict=True))
+    if not fits:
+        wanted = ", ".join("N" if n is None else str(n) for n in shape)
+        raise ValueError(f"{what} has shape {array.shape}, allowed: ({wanted})")
+    bad = np.argwhere(~np.isfinite(array))
+    if bad.size:
+        place = tuple(bad[0].tolist())
+        raise ValueError(f"{what} has {array[place]} at {place}, allowed: finite numbers")
+    return array
+
+
+def particles(config: FluidConfig, phase: str, position: ArrayLike, velocity: ArrayLike) -> tuple[Double, Double]:
+    """Positions and velocities (N, 3) [m, m/s] of new particles; ValueError outside the domain, or off its plane."""
+    points = finite(
+        f"position of particles of phase {phase!r}", np.empty((0, 3)) if np.size(position) == 0 else position, None, 3
+    )
+    speeds = np.asarray(velocity, np.float64)
+    speeds = finite(
+        f"velocity of particles of phase {phase!r}", speeds, *((3,) if speeds.ndim < 2 else (len(points), 3))
+    )
+    _require_inside(config, f"particles of phase {phase!r}", points)
+    speeds = np.broadcast_to(speeds, points.shape)
+    for what, values in (("y", points), ("velocity along y", speeds)):
+        if config.dimension == 2 and (values[:, 1] != 0.0).any():
+            raise ValueError(f"particles of phase {phase!r} have {what} other than 0, allowed: 0 in two dimensions")
+    return points, speeds
+
+
+def motion(handle: int, boundaries: Mapping[int, object], body: MovingBody) -> None:
+    """ValueError for a motion that none of the boundaries can make."""
+    if handle not in boundaries:
+        raise ValueError(f"boundary {handle} does not exist, allowed: {sorted(boundaries)}")
+    shapes = {"position": (3,), "orientation": (4,), "twist": (6,), "inverse_mass": (6, 6), "free_acceleration": (6,)}
+    for name, shape in shapes.items():
+        finite(f"{name} of boundary {handle}", getattr(body, name), *shape)
+    if not body.orientation.any():
+        raise ValueError(f"orientation of boundary {handle} is 0, allowed: a quaternion x y z w other than 0")
+    if (body.inverse_mass.diagonal() < 0.0).any():
+        lowest = float(body.inverse_mass.diagonal().min())
+        raise ValueError(f"inverse_mass of boundary {handle} has {lowest} on its diagonal, allowed: 0 or more")
+
+
+def saved_state(
+    saved: Mapping[str, Any],
+    boundaries: Mapping[int, object],
+    regions: object,
+    forcings: Sequence[object],
+    emitters: Sequence[object],
+) -> None:
+    """ValueError for a saved state that is not this fluid's."""
+    unknown = [handle for handle in saved["bodies"] if int(handle) not in boundaries]
+    if unknown:
+        raise ValueError(f"saved state moves boundary {unknown[0]}, allowed: {sorted(boundaries)}, those of this fluid")
+    if (saved["regions"] is None) != (regions is None):
+        raise ValueError(
+            "saved state and fluid differ in whether regions may sleep, allowed: sleep_speed 0 in both or in neither"
+        )
+    for what, here in (("forcings", forcings), ("emitters", emitters)):
+        if len(saved[what]) != len(here):
+            raise ValueError(f"saved state has {len(saved[what])} {what}, allowed: {len(here)}, those of this fluid")
+
+
+def pipe(config: FluidConfig, emitter: PipeEmitter) -> None:
+    """ValueError for a pipe that cannot pour into this fluid."""
+    config.phase_index(emitter.phase)
+    if config.dimension == 2:
+        raise ValueError("a pipe pours a round jet, allowed: none in two dimensions")
+    if emitter.spacing != config.particle_spacing:
+        raise ValueError(f"pipe: spacing is {emitter.spacing} m, allowed: the fluid's, {config.particle_spacing} m")
+    _require_inside(config, f"particles of the pipe at {emitter.mouth.tolist()} m", emitter.entrance)
+
+
+def _require_inside(config: FluidConfig, whose: str, points: Double) -> None:
+    inside = ((points >= config.lower) & (points <= config.upper)).all(axis=1)
+    if not inside.all():
+        raise ValueError(
+            f"{np.count_nonzero(~inside)} {whose} lie outside the domain, the first at {points[~inside][0].tolist()} m, "
+            f"allowed: {config.lower} to {config.upper} m"
+        )

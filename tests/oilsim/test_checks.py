@@ -1,0 +1,154 @@
+"""What a fluid refuses, by name and before anything is computed."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from oilsim.boundary import BoundaryParticles
+from oilsim.config import FluidConfig
+from oilsim.emitter import PipeEmitter
+from oilsim.forcing import Current, Wind, Zone
+from oilsim.phases import Phase
+
+NAN = float("nan")
+POSE = {"position": (1, 1, 1), "orientation": (0, 0, 0, 1), "linear_velocity": (0, 0, 0), "angular_velocity": (0, 0, 0)}
+
+
+def pipe(**options):
+    terms = {"mouth": (1, 1, 1), "direction": (1, 0, 0), "radius": 0.1, "speed": 0.5, "spacing": 0.1}
+    return PipeEmitter(phase="water", **(terms | options))
+
+
+@pytest.mark.parametrize(
+    ("position", "velocity", "message"),
+    [
+        (np.ones((3, 5)), (0, 0, 0), r"position of particles of phase 'water' has shape \(3, 5\), allowed: \(N, 3\)"),
+        ([(1, 1, NAN)], (0, 0, 0), r"position .* has nan at \(0, 2\), allowed: finite"),
+        ([(1, 1, 1)], 5.0, r"velocity .* has shape \(\), allowed: \(3\)"),
+        ([(1, 1, 1)], (0, np.inf, 0), r"velocity .* has inf at \(1,\)"),
+        ([(1, 1, 1)], np.zeros((2, 3)), r"velocity .* has shape \(2, 3\), allowed: \(1, 3\)"),
+        (
+            [(1, 1, 9)],
+            (0, 0, 0),
+            r"1 particles of phase 'water' lie outside the domain, the first at \[1.0, 1.0, 9.0\] m",
+        ),
+    ],
+)
+def test_impossible_particles_are_refused(make_fluid, position, velocity, message):
+    fluid = make_fluid()
+    with pytest.raises(ValueError, match=message):
+        fluid.add_particles(position, phase="water", velocity=velocity)
+    assert fluid.particle_count == 0
+
+
+@pytest.mark.parametrize(
+    ("motion", "message"),
+    [
+        ({"position": (1, 1, NAN)}, r"position of boundary 0 has nan at \(2,\), allowed: finite numbers"),
+        ({"orientation": (0, 0, 0, 0)}, "orientation of boundary 0 is 0, allowed: a quaternion"),
+        ({"linear_velocity": (1, 0)}, r"twist of boundary 0 has shape \(5,\), allowed: \(6\)"),
+        ({"inverse_mass": np.eye(3)}, r"inverse_mass of boundary 0 has shape \(3, 3\), allowed: \(6, 6\)"),
+        ({"inverse_mass": -np.eye(6)}, "inverse_mass of boundary 0 has -1.0 on its diagonal, allowed: 0 or more"),
+    ],
+)
+def test_impossible_motions_are_refused(make_fluid, motion, message):
+    fluid = make_fluid()
+    handle = fluid.add_boundary(
+        BoundaryParticles(name="dot", position=np.zeros((1, 3)), volume=np.ones(1), area=np.ones(1))
+    )
+    with pytest.raises(ValueError, match=message):
+        fluid.set_boundary_motion(handle, **(POSE | motion))
+    with pytest.raises(ValueError, match=r"boundary 7 does not exist, allowed: \[0\]"):
+        fluid.set_boundary_motion(7, **POSE)
+    for ask in (fluid.boundary_positions, fluid.remove_boundary):
+        with pytest.raises(ValueError, match=r"boundary 7 does not exist, allowed: \[0\]"):
+            ask(7)
+    fluid.advance(0.01)
+
+
+@pytest.mark.parametrize(
+    ("terms", "message"),
+    [
+        ({"gravity": (0, 0, NAN)}, "gravity is .* allowed: finite numbers"),
+        ({"upper": (np.inf, 2, 2)}, "upper is .* allowed: finite numbers"),
+        ({"lower": (-2e4, 0, 0)}, "reach 20000.0 m from the origin, allowed: 16777 particle spacings"),
+    ],
+)
+def test_impossible_domains_are_refused(terms, message):
+    settings = {
+        "particle_spacing": 0.1,
+        "phases": (Phase(name="water", rest_density=1e3),),
+        "lower": (0, 0, 0),
+        "upper": (2, 2, 2),
+    }
+    with pytest.raises(ValueError, match=message):
+        FluidConfig(**(settings | terms))
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"spacing": 0.05}, r"pipe: spacing is 0.05 m, allowed: the fluid's, 0.1 m"),
+        ({"mouth": (0.1, 1, 1)}, "lie outside the domain"),
+    ],
+)
+def test_pipes_that_cannot_pour_here_are_refused(make_fluid, options, message):
+    with pytest.raises(ValueError, match=message):
+        make_fluid().add_emitter(pipe(**options))
+
+
+@pytest.mark.parametrize("terms", [{"speed": np.inf}, {"volume": -1.0}, {"start": NAN}, {"mouth": (0, 0, NAN)}])
+def test_pipes_that_are_none_are_refused(terms):
+    with pytest.raises(ValueError, match=rf"pipe: .*{next(iter(terms))} .* allowed: finite numbers"):
+        pipe(**terms)
+
+
+def test_forcings_that_cannot_be_are_refused():
+    for lower, upper, time in (((0, 0, 0), (1, 1, 1), 0.0), ((0, 0, 0), (1, 1, 1), -1.0), ((1, 0, 0), (0, 1, 1), 1.0)):
+        with pytest.raises(ValueError, match=r"zone: .* allowed: lower below upper .* relaxation_time above 0"):
+            Zone(lower, upper, time)
+    with pytest.raises(ValueError, match=r"wind: .* gust_time 0\.0 s, allowed: .* gust_time above 0"):
+        Wind(speed=5.0, direction=0.0, spacing=0.1, seed=1, gustiness=0.2, gust_time=0.0)
+
+
+def test_nothing_leaves_the_plane(make_fluid):
+    fluid = make_fluid(dimension=2, lower=(0, -1, 0), upper=(2, 1, 2))
+    fluid.add_particles([(1, 0, 1)], phase="water")
+    with pytest.raises(ValueError, match="a pipe pours a round jet, allowed: none in two dimensions"):
+        fluid.add_emitter(pipe())
+    fluid.add_forcing(Current((0.0, 0.3, 0.0), Zone((0, -1, 0), (2, 1, 2), 0.1)))
+    with pytest.raises(ValueError, match="Current moves liquid along y, allowed: x and z in two dimensions"):
+        fluid.advance(0.01)
+
+
+def test_states_of_another_fluid_are_refused(make_fluid):
+    fluid, other, moved = make_fluid(), make_fluid(sleep_speed=0.01), make_fluid()
+    handle = moved.add_boundary(
+        BoundaryParticles(name="dot", position=np.zeros((1, 3)), volume=np.ones(1), area=np.ones(1))
+    )
+    moved.set_boundary_motion(handle, **POSE)
+    other.add_emitter(pipe())
+    for state, message in (
+        (moved.save_state(), r"saved state moves boundary 0, allowed: \[\]"),
+        (other.save_state(), "differ in whether regions may sleep"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            fluid.restore_state(state)
+    fluid.add_emitter(pipe())
+    with pytest.raises(ValueError, match="saved state has 0 emitters, allowed: 1"):
+        fluid.restore_state(make_fluid().save_state())
+
+
+def test_a_state_from_before_a_body_moved_brings_it_back_to_rest(make_fluid):
+    fluid = make_fluid()
+    handle = fluid.add_boundary(
+        BoundaryParticles(name="dot", position=np.ones((1, 3)), volume=np.ones(1), area=np.ones(1))
+    )
+    fluid.advance(0.01)
+    before = fluid.save_state()
+    fluid.set_boundary_motion(handle, **(POSE | {"linear_velocity": (1, 0, 0)}))
+    fluid.advance(0.01)
+    fluid.restore_state(before)
+    fluid.advance(0.01)
+    np.testing.assert_array_equal(fluid.boundary_positions(handle), np.ones((1, 3)))

@@ -1,0 +1,51 @@
+"""Point measurements, beside sides at which the sea repeats too."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from oilsim.initial_conditions import block
+
+LENGTH, SPACING = 2.0, 0.1
+
+
+@pytest.fixture
+def wavy(make_fluid):
+    """A sea that repeats along x, its surface and its pressure those of one wave of its length."""
+    fluid = make_fluid(periodic=(True, False, False))
+    points = block((0, 0, 0), (LENGTH, 2, 1.6), SPACING)
+    fluid.add_particles(points[points[:, 2] < level(points[:, 0])], phase="water")
+    state = fluid.state
+    state.pressure_impulse[:] = pressure(state.position[0]) * 1e-3
+    state.time_step = 1.0
+    return fluid
+
+
+def level(x):
+    return 1.2 + 0.3 * np.cos(2 * np.pi * x / LENGTH)
+
+
+def pressure(x):
+    return 1.5 + np.sin(2 * np.pi * x / LENGTH)
+
+
+@pytest.mark.parametrize("x", [0.0, 0.03, 0.7, 1.0, 1.96, LENGTH])
+def test_readings_are_those_of_a_periodic_sea(wavy, x):
+    # second order in the support over the wave: (k H)^2 / 10
+    assert wavy.pressure_at([(x, 1.0, 0.5)])[0] == pytest.approx(pressure(x), abs=0.07)
+    # the highest within a support across, on layers
+    assert wavy.surface_height_at([(x, 1.0)])[0] == pytest.approx(level(x), abs=0.25)
+
+
+def test_readings_do_not_know_where_the_seam_is(wavy):
+    ends = [(x, 1.0, 0.5) for x in (0.0, LENGTH)]
+    assert np.ptp(wavy.pressure_at(ends)) < 1e-6
+    assert np.ptp(wavy.surface_height_at([point[:2] for point in ends])) < 1e-6
+
+
+@pytest.mark.parametrize("points", [(1.0, 1.0, 1.0), [(1.0, 1.0)], [(1.0, 1.0, np.nan)]])
+def test_points_that_are_none_are_refused(wavy, points):
+    for read in (wavy.pressure_at, wavy.velocity_at):
+        with pytest.raises(ValueError, match="points ha"):
+            read(points)
