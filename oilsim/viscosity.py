@@ -1,13 +1,13 @@
 """Viscosity: explicit (Qiu et al. 2021, Eq. 25) and implicit (Eq. 26-29, the sign of A mended) by conjugate gradients.
 
     rho_i0 (dv/dt)_i = sum_j K_ij v_ji,   K_ij = f(r) mu_ij V_j x_ij x_ij^T
-    paper   f = 2 (dim + 2) (-W'(r) / r) / (r^2 + 0.01 h^2)                                  Eq. 25, h half the support radius
+    paper   f = 2 (dim + 2) (-W'(r) / r) / r^2                                               Eq. 25 but for its 0.01 h^2 (see REGULAR)
     split   f = dim (dim + 2) w(r) (1 / S_i + 1 / S_j),    S_i = sum_j V w r^4,    w = (1 + LEVEL q^2) W(r)
 
 Any f whose fourth moment has this value is consistent. That of Eq. 25 rests on the nearest neighbours, of which some directions have more:
-on a lattice it gives 0.86 of the viscosity along the axes and 1.14 along the diagonals, 0.95 among disordered particles. w spreads the
-weight: a square lattice has the same viscosity in every direction (0.3 % more along its axes without LEVEL), a cubic one within 1.2 %. S
-is the lattice's within reach of free surfaces and walls; inside it is the particle's own, 3 to 5 % more than the lattice's where flow
+on a square lattice it gives 0.84 of the viscosity along the axes and 1.12 along the diagonals, 0.95 among disordered particles. w spreads
+the weight: a square lattice has the same viscosity in every direction (0.3 % more along its axes without LEVEL), a cubic one within 2 %.
+S is the lattice's within reach of free surfaces and walls; inside it is the particle's own, 3 to 5 % more than the lattice's where flow
 disorders it, which would be that of viscosity.
 
 K_ij is symmetric and positive semi-definite and acts along the line of centres, or nearly so where pair vectors are corrected (`faces`).
@@ -219,7 +219,7 @@ def wall_drag(begin, end, active, walls, wall_gradient, wall_stiffness, wall_vel
 
 
 @njit(**FAST)
-def precondition(begin, end, active, block, rest_density, time_step, plane, residual, result):
+def precondition(begin, end, active, block, rest_density, time_step, residual, result):
     """result = (rho_0 + dt sum_j K_ij)^-1 residual, the 3x3 block Jacobi preconditioner, for active particles."""
     for n in range(begin, end):
         i = active[n]
@@ -245,10 +245,8 @@ def viscosity_matrix(viscosities: list[float], same_phase_only: bool) -> Real:
 class ViscousSystem:
     """The linear system of one step; `solve` makes a velocity implicit, `explicit` steps it forward."""
 
-    def __init__(
-        self, team: Team, active: NDArray[np.uint32], fluid: Pairs, gradient: PairVectors, plane: bool
-    ) -> None:
-        self._team, self.active, self._fluid, self._gradient, self._plane = team, active, fluid, gradient, plane
+    def __init__(self, team: Team, active: NDArray[np.uint32], fluid: Pairs, gradient: PairVectors) -> None:
+        self._team, self.active, self._fluid, self._gradient = team, active, fluid, gradient
         self.pair_stiffness = np.empty(gradient.whole.shape[1], np.float32)
         self.block: Real = np.empty((6, 0), np.float32)
 
@@ -343,7 +341,7 @@ class ViscousSystem:
         return used
 
     def _precondition(self, residual: Real, rest_density: Real, time_step: np.float32, result: Real) -> None:
-        arguments = (self.active, self.block, rest_density, time_step, self._plane, residual, result)
+        arguments = (self.active, self.block, rest_density, time_step, residual, result)
         self._team.run(precondition, self.active.size, *arguments)
 
     def _dot(self, left: Real, right: Real) -> float:

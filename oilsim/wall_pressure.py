@@ -4,12 +4,13 @@
 
 c fades to 0 where liquid neighbours are too few for a gradient, and at the free surface beside walls at rest: its transpose, which makes
 the divergence, would take water that rises along a wall for water that is compressed, and waves of 64 spacings would run 0.5 % faster.
-Without it walls pull the water's edge down by a fifth of its weight, which makes the pressure in a pool of 12 spacings' width a tenth
+Without it walls pull the water's edge down by 0.25 rho g d^2 a metre, which makes the pressure in a pool of 12 spacings' width a tenth
 of a spacing too high. So they hold the edge by the gradient that a free surface must have, across itself and from weight alone,
 
-    v_i -= dt (1 - c_i) M_i n_i (n_i . g),      M_i = sum_b G_ib x_ib^T,      n_i the surface's normal,
+    v_i -= dt s_i (1 - o_i) N_i n_i (n_i . g),      N_i = sum_b G_ib x_ib^T,      n_i the surface's normal,      c_i = s_i o_i,
 
-as far as the liquid is under pressure. A sheet that falls along a wall has its normal across gravity, and is not held.
+s by how the liquid's neighbours span space, o by how covered the particle is, as far as the liquid is under pressure. A sheet that falls
+along a wall has its normal across gravity, and is not held.
 Bodies keep c at the surface: the uppermost particles would press their dry part up, and they would ride high.
 """
 

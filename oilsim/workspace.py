@@ -338,7 +338,7 @@ class Workspace:
         config, walls = self.config, self.walls
         viscous = np.array([mu > 0.0 for mu in self.viscosities])
         chosen = np.arange(state.awake) if viscous.all() else np.flatnonzero(viscous[state.phase[: state.awake]])
-        system = ViscousSystem(self.team, chosen.astype(np.uint32), self.fluid_pairs, self.gradient, self.plane)
+        system = ViscousSystem(self.team, chosen.astype(np.uint32), self.fluid_pairs, self.gradient)
         no_slip = walls.no_slip
         if no_slip is not None:
             # one sheet of walls, of whatever volume, holds the liquid
