@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import os
 import threading
+import weakref
 from collections.abc import Callable
 from queue import SimpleQueue
 from typing import Any
@@ -86,22 +87,20 @@ if config.DISABLE_JIT:
     meet = meet_uncompiled
 
 
-class Team:
-    """Threads that run one kernel at a time; the caller's thread is one of them."""
+class Crew:
+    """Threads that work beside the caller's, and how they hear of work; nothing of who hands it out, who may be forgotten."""
 
-    def __init__(self, threads: int | None = None) -> None:
-        available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1)
-        self.threads = available if threads is None else threads
-        if self.threads < 1:
-            raise ValueError(f"threads is {threads}, allowed: 1 or more")
+    def __init__(self, threads: int) -> None:
+        self.threads = threads
         self._given = 0  # how many kernels the others have been given
-        self._cells = np.zeros(APART * self.threads, np.int64)  # that number, and how many each of the others has done
+        self._cells = np.zeros(APART * threads, np.int64)  # that number, and how many each of the others has done
         self._task: tuple[Callable[..., Any], list[int], tuple[Any, ...]] | None = None
-        self._errors: list[BaseException | None] = [None] * self.threads
-        self._asleep = [False] * self.threads
-        self._bells: list[SimpleQueue[None]] = [SimpleQueue() for _ in range(self.threads)]
-        for member in range(1, self.threads):
+        self._errors: list[BaseException | None] = [None] * threads
+        self._asleep = [False] * threads
+        self._bells: list[SimpleQueue[None]] = [SimpleQueue() for _ in range(threads)]
+        for member in range(1, threads):
             threading.Thread(target=self._work, args=(member,), daemon=True).start()
+        _CREWS.add(self)
 
     def _work(self, member: int) -> None:
         done = 0
@@ -118,6 +117,7 @@ class Team:
                 kernel(cuts[member], cuts[member + 1], *arguments)
             except BaseException as error:
                 self._errors[member] = error
+            del kernel, arguments
             done += 1
 
     def _give(self, looks: int) -> None:
@@ -128,22 +128,7 @@ class Team:
             if asleep:
                 bell.put(None)
 
-    def run(self, kernel: Callable[..., Any], count: int, *arguments: Any) -> None:
-        """Run `kernel(begin, end, *arguments)` over all of range(count); cuts fall between blocks."""
-        if count < SERIAL_BELOW or self.threads == 1:
-            kernel(0, count, *arguments)
-            return
-        blocks = block_count(count)
-        self._share(kernel, [blocks * t // self.threads * BLOCK for t in range(self.threads)] + [count], arguments)
-
-    def run_parts(self, kernel: Callable[..., Any], parts: int, *arguments: Any) -> None:
-        """Run `kernel(begin, end, *arguments)` over all of range(parts), each of which is a good deal of work."""
-        if parts < self.threads or self.threads == 1:
-            kernel(0, parts, *arguments)
-            return
-        self._share(kernel, [parts * t // self.threads for t in range(self.threads + 1)], arguments)
-
-    def _share(self, kernel: Callable[..., Any], cuts: list[int], arguments: tuple[Any, ...]) -> None:
+    def share(self, kernel: Callable[..., Any], cuts: list[int], arguments: tuple[Any, ...]) -> None:
         """Let each thread run a kernel from its cut to the next one."""
         self._task = kernel, cuts, arguments
         self._give(HEAD_START)
@@ -153,17 +138,75 @@ class Team:
             for member in range(1, self.threads):
                 while not meet(self._cells, 0, self._given, APART * member, self._given, PATIENCE):
                     pass
+            self._task = None
         for member, error in enumerate(self._errors):
             if error is not None:
                 self._errors[member] = None
                 raise error
 
-    def close(self) -> None:
-        """End the threads; the team is of no use after that."""
+    def dismiss(self) -> None:
+        """End the other threads."""
         if self.threads > 1:
-            self._task = None
             self._give(0)
         self.threads = 1
+
+    def lose(self) -> None:
+        """The other threads are gone: this is the child of a fork."""
+        self.threads = 1
+
+
+_CREWS: weakref.WeakSet[Crew] = weakref.WeakSet()
+
+
+def _lose_all() -> None:
+    for crew in _CREWS:
+        crew.lose()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_lose_all)
+
+
+class Team:
+    """Threads that run one kernel at a time; the caller's thread is one of them. They end with the team.
+
+    In the child of a fork, which has the caller's thread alone, that one does all the work.
+    """
+
+    def __init__(self, threads: int | None = None) -> None:
+        available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1)
+        threads = available if threads is None else threads
+        if not (isinstance(threads, int) and threads >= 1):
+            raise ValueError(f"threads is {threads}, allowed: 1, 2, ...")
+        self._crew = Crew(threads)
+        self._end = weakref.finalize(self, self._crew.dismiss)
+        self._end.atexit = False  # threads of a program that ends need no word
+
+    @property
+    def threads(self) -> int:
+        """How many threads work, the caller's with them."""
+        return self._crew.threads
+
+    def run(self, kernel: Callable[..., Any], count: int, *arguments: Any) -> None:
+        """Run `kernel(begin, end, *arguments)` over all of range(count); cuts fall between blocks."""
+        threads = self._crew.threads
+        if count < SERIAL_BELOW or threads == 1:
+            kernel(0, count, *arguments)
+            return
+        blocks = block_count(count)
+        self._crew.share(kernel, [blocks * t // threads * BLOCK for t in range(threads)] + [count], arguments)
+
+    def run_parts(self, kernel: Callable[..., Any], parts: int, *arguments: Any) -> None:
+        """Run `kernel(begin, end, *arguments)` over all of range(parts), each of which is a good deal of work."""
+        threads = self._crew.threads
+        if parts < threads or threads == 1:
+            kernel(0, parts, *arguments)
+            return
+        self._crew.share(kernel, [parts * t // threads for t in range(threads + 1)], arguments)
+
+    def close(self) -> None:
+        """End the other threads; after that the caller's does all the work."""
+        self._end()
 
 
 def total(partial: NDArray[Any]) -> float:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import gc
+import os
+import threading
 import time
 
 import numpy as np
@@ -84,3 +87,35 @@ def test_small_work_is_not_shared(team):
 def test_no_threads_are_refused():
     with pytest.raises(ValueError, match="threads is 0"):
         Team(0)
+
+
+def test_threads_end_with_a_team_that_nobody_closed():
+    before, values = threading.active_count(), np.zeros(COUNT, np.int64)
+    for _ in range(5):
+        Team(3).run(add_one, COUNT, values)
+    gc.collect()
+    patience = time.monotonic() + 10.0
+    while threading.active_count() > before and time.monotonic() < patience:
+        time.sleep(0.01)
+    assert threading.active_count() == before
+    assert (values == 5).all()
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
+def test_the_child_of_a_fork_works_alone():
+    team, values = Team(2), np.zeros(COUNT, np.int64)
+    team.run(add_one, COUNT, values)
+    child = os.fork()
+    if child == 0:
+        team.run(add_one, COUNT, values)
+        os._exit(0 if team.threads == 1 and (values == 2).all() else 1)
+    patience, ended = time.monotonic() + 20.0, (0, 0)
+    while ended[0] == 0 and time.monotonic() < patience:
+        time.sleep(0.01)
+        ended = os.waitpid(child, os.WNOHANG)
+    if ended[0] == 0:
+        os.kill(child, 9)
+    assert ended == (child, 0)
+    team.run(add_one, COUNT, values)
+    assert (values == 2).all()
+    team.close()
