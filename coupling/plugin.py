@@ -181,11 +181,19 @@ class FluidWorld:
     def _push(self, system: LinkSystem) -> None:
         """Let the wrenches act over the coming step and all its sub-steps."""
         client, frame = self._client, pybullet.WORLD_FRAME
+        moving = {system.keys[row][0] for row in np.flatnonzero(system.twist.any(axis=1))}
         for row in np.flatnonzero(system.is_free):
             wrench = self._wrenches.get(system.keys[row])
             if wrench is None or not wrench.any():
                 continue
             body, link = system.keys[row]
+            if (
+                body not in moving
+            ):  # it may sleep, which nobody can ask for, and would not feel a thing; this changes no setting of it
+                moving.add(body)
+                pybullet.changeDynamics(
+                    body, -1, activationState=pybullet.ACTIVATION_STATE_WAKE_UP, physicsClientId=client
+                )
             place = system.pose[row, :3].tolist()
             pybullet.applyExternalForce(body, link, wrench[:3].tolist(), place, frame, physicsClientId=client)
             pybullet.applyExternalTorque(body, link, wrench[3:].tolist(), frame, physicsClientId=client)
