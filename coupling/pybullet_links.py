@@ -26,6 +26,7 @@ LinkKey = tuple[int, int]  # unique id of the body and index of the link, -1 for
 FAR = 1e6  # [m, m/s, rad/s] where numbers mean nothing any more
 SPENT = 1e-3  # relative change of a motor's torque in a step, below which the motor has no more to give; of a constraint to its limit
 STEADY = 0.25  # [rad/s2, m/s2] of a joint up to which its motor is said to keep its rate: what iterations of the engine leave
+OF_LINKS = 2  # kind of a body in `getDynamicsInfo`; 1 has maximal coordinates and does not tell its shape, 3 is soft
 KEPT = {pybullet.JOINT_POINT2POINT: False, pybullet.JOINT_FIXED: True}  # constraints known here: do they hold the turn?
 
 
@@ -46,14 +47,16 @@ class LinkSystem:
 
 
 class LinkedBody:
-    """One body of a client; ValueError from what it tells once it has been removed there."""
+    """One body of a client; ValueError from what it tells once it has been removed there, or another has got its unique id."""
 
     def __init__(self, client: int, body: int) -> None:
+        _require_body(client, body)
         self._client, self.unique_id = client, body
         count = pybullet.getNumJoints(body, physicsClientId=client)
         self._joints = [pybullet.getJointInfo(body, n, physicsClientId=client) for n in range(count)]
         self._rates = np.full((count, 3), np.nan)
         self._torques = np.full((count, 3), np.nan)
+        self._shapes = self._told_shapes()
         self._spent: set[tuple[int, float]] = (
             set()
         )  # constraints that once gave all they may, and how much that was [N, N m]
@@ -76,6 +79,7 @@ class LinkedBody:
 
     def read(self, step_size: float) -> tuple[Array, list[TreeLink]]:
         """Poses (L, 7) of the centres of mass, and the links as a tree, base first; `step_size` [s] since the last call."""
+        self._refuse_another()
         position, orientation, states = self._states()
         poses = [(*position, *orientation), *((*state[0], *state[1]) for state in states)]
         twists = self.twists()
@@ -122,14 +126,30 @@ class LinkedBody:
                 f"fast, allowed: below {FAR:g}; pybullet's simulation of it has blown up, a shorter setTimeStep may hold it"
             )
 
-    def _states(self) -> tuple[Sequence[float], Sequence[float], Sequence[tuple]]:
-        """Position and orientation of the base, and pybullet's states of the other links."""
+    def _refuse_another(self) -> None:
         try:
-            base = pybullet.getBasePositionAndOrientation(self.unique_id, physicsClientId=self._client)
+            shapes = self._told_shapes()
         except pybullet.error as cause:
             raise ValueError(
                 f"body {self.unique_id} is no longer in the client, allowed: remove_body({self.unique_id}) takes it out of the fluid"
             ) from cause
+        if shapes != self._shapes:
+            raise ValueError(
+                f"body {self.unique_id} is not the one that was added to the fluid, whose unique id it has, allowed: "
+                f"remove_body({self.unique_id}), then add_body({self.unique_id})"
+            )
+
+    def _told_shapes(self) -> tuple[object, ...]:
+        """What a body is known by: its names and its links' collision shapes; pybullet.error if it is not there."""
+        names = pybullet.getBodyInfo(self.unique_id, physicsClientId=self._client)
+        links = range(-1, pybullet.getNumJoints(self.unique_id, physicsClientId=self._client))
+        return names, *(
+            pybullet.getCollisionShapeData(self.unique_id, link, physicsClientId=self._client) for link in links
+        )
+
+    def _states(self) -> tuple[Sequence[float], Sequence[float], Sequence[tuple]]:
+        """Position and orientation of the base, and pybullet's states of the other links."""
+        base = pybullet.getBasePositionAndOrientation(self.unique_id, physicsClientId=self._client)
         if not self._joints:
             return (*base, ())
         links = list(range(len(self._joints)))
@@ -181,6 +201,22 @@ def read_links(client: int, bodies: Iterable[LinkedBody], gravity: Array, step_s
         tied = Articulation(Joints(joints), pose, twist, inverse_mass)
         inverse_mass, acceleration = tied.inverse_mass(), tied.acceleration(acceleration, step_size)
     return LinkSystem(keys, pose, twist, inverse_mass, acceleration, np.array(is_free, dtype=bool))
+
+
+def _require_body(client: int, body: int) -> None:
+    """Refuse what is no unique id of a body of links, as `LinkedBody` reads them: TypeError for no number, else ValueError."""
+    if not isinstance(body, int | np.integer):
+        raise TypeError(f"body is {body!r}, allowed: the unique id that pybullet gave it, a whole number")
+    count = pybullet.getNumBodies(physicsClientId=client)
+    known = [pybullet.getBodyUniqueId(index, physicsClientId=client) for index in range(count)]
+    if body not in known:
+        raise ValueError(
+            f"body {body} is not in the client, allowed: {', '.join(map(str, known)) or 'none, for it is empty'}"
+        )
+    if pybullet.getDynamicsInfo(body, -1, physicsClientId=client)[10] != OF_LINKS:
+        raise ValueError(
+            f"body {body} is soft or has maximal coordinates, allowed: to load it without useMaximalCoordinates=True"
+        )
 
 
 def _triple(numbers: Sequence[float]) -> list[float]:

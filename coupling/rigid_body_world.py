@@ -15,7 +15,7 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from coupling.articulation import Articulation, Joints, PointJoint
-from coupling.bodies import MassProperties
+from coupling.bodies import MassProperties, require_closed
 from coupling.bullet_client import BulletClient
 from coupling.engine_step import Body, EngineStep
 from coupling.lines import ElasticLine, Lines
@@ -115,6 +115,7 @@ class RigidBodyWorld:
         """
         if name in self._bodies:
             raise ValueError(f"rigid bodies: body {name!r} is added twice")
+        require_closed(mesh, f"rigid bodies: mesh of {name!r}")
         if not math.isclose(float(np.linalg.norm(orientation)), 1.0, rel_tol=1e-6):
             raise ValueError(f"rigid bodies: orientation of {name!r} is {orientation}, allowed: a unit quaternion")
         start = Motion(

@@ -186,6 +186,7 @@ def test_inertia_of_a_bounding_box_is_told(client: int) -> None:
 
 @pytest.mark.filterwarnings("ignore:body")
 def test_many_links_and_bodies_that_come_and_go(client: int) -> None:
+    pybullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=client)
     fluid = pool(0.05, 0.4, 0.1)
     robot = pybullet.loadURDF("r2d2.urdf", [0.0, 0.0, 2.0], useFixedBase=True, physicsClientId=client)
     world = attach_fluid(client, fluid, [])
@@ -312,6 +313,7 @@ def test_joints_clipped_before_their_motors_hold_them_are_told(client: int, lift
 
 
 def test_a_link_that_turns_far_in_a_step_is_told(client: int) -> None:
+    pybullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=client)
     pybullet.setTimeStep(0.01, physicsClientId=client)
     shape = pybullet.createCollisionShape(pybullet.GEOM_SPHERE, radius=0.05, physicsClientId=client)
     body = pybullet.createMultiBody(1.0, shape, basePosition=(0, 0, 0.1), physicsClientId=client)
