@@ -216,13 +216,11 @@ class FluidWorld:
             if wrench is None or not wrench.any():
                 continue
             body, link = system.keys[row]
-            if (
-                body not in moving
-            ):  # it may sleep, which nobody can ask for, and would not feel a thing; this changes no setting of it
+            # what lies still may sleep, which nobody can ask for, and would feel nothing; waking it changes no setting of the body
+            if body not in moving:
                 moving.add(body)
-                pybullet.changeDynamics(
-                    body, -1, activationState=pybullet.ACTIVATION_STATE_WAKE_UP, physicsClientId=client
-                )
+                awake = pybullet.ACTIVATION_STATE_WAKE_UP
+                pybullet.changeDynamics(body, -1, activationState=awake, physicsClientId=client)
             place = system.pose[row, :3].tolist()
             pybullet.applyExternalForce(body, link, wrench[:3].tolist(), place, frame, physicsClientId=client)
             pybullet.applyExternalTorque(body, link, wrench[3:].tolist(), frame, physicsClientId=client)
