@@ -141,11 +141,12 @@ class LinkedBody:
 
     def _told_shapes(self) -> tuple[object, ...]:
         """What a body is known by: its names and its links' collision shapes; pybullet.error if it is not there."""
-        names = pybullet.getBodyInfo(self.unique_id, physicsClientId=self._client)
-        links = range(-1, pybullet.getNumJoints(self.unique_id, physicsClientId=self._client))
-        return names, *(
-            pybullet.getCollisionShapeData(self.unique_id, link, physicsClientId=self._client) for link in links
-        )
+        client, body = self._client, self.unique_id
+        names = pybullet.getBodyInfo(body, physicsClientId=client)
+        links = range(-1, pybullet.getNumJoints(body, physicsClientId=client))
+        told = [pybullet.getCollisionShapeData(body, link, physicsClientId=client) for link in links]
+        # the numbers of body and link, which come first, pybullet leaves unset for all but a link's first shape
+        return names, [[shape[2:] for shape in shapes] for shapes in told]
 
     def _states(self) -> tuple[Sequence[float], Sequence[float], Sequence[tuple]]:
         """Position and orientation of the base, and pybullet's states of the other links."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import warnings
 
 import numpy as np
@@ -51,6 +52,25 @@ def test_another_body_of_the_same_unique_id_is_refused(client: int, same_shape: 
     world.remove_body(body)
     world.add_body(body)
     world.step()
+
+
+def test_a_body_of_several_shapes_is_known_again(client: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    # pybullet leaves the first two numbers of all but the first shape as it finds them in memory
+    tell, found = pybullet.getCollisionShapeData, itertools.count(1000)
+
+    def told(*arguments: int, **terms: int) -> tuple[tuple[object, ...], ...]:
+        first, *others = tell(*arguments, **terms)
+        return first, *((next(found), next(found), *shape[2:]) for shape in others)
+
+    monkeypatch.setattr(pybullet, "getCollisionShapeData", told)
+    shape = pybullet.createCollisionShapeArray(
+        shapeTypes=[pybullet.GEOM_BOX] * 2, halfExtents=[[0.15] * 3] * 2, collisionFramePositions=[[0, 0, 0], [0.2, 0, 0]],
+        physicsClientId=client,
+    )  # fmt: skip
+    body = pybullet.createMultiBody(1.0, shape, basePosition=(0, 0, 0.5), physicsClientId=client)
+    assert len(told(body, -1, physicsClientId=client)) == 2
+    pybullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=client)
+    attach_fluid(client, puddle(), [body]).step()
 
 
 def test_a_failed_attachment_leaves_the_fluid_as_it_was(client: int) -> None:
