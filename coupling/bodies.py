@@ -81,7 +81,7 @@ def mass_properties(
     for name, value in (("density", density), ("mass", mass)):
         if value is not None and not (math.isfinite(value) and value > 0.0):
             raise ValueError(f"{name} is {value}, allowed: above 0")
-    _require_closed(mesh, "mesh")
+    require_closed(mesh, "mesh")
     volume = float(mesh.volume)
     rho = density if density is not None else float(mass or 0.0) / volume
     tensor = np.asarray(mesh.moment_inertia, dtype=np.float64) * (rho / float(mesh.density))
@@ -133,12 +133,14 @@ def load_mesh(path: str | Path, scale: float = 1.0) -> trimesh.Trimesh:
     mesh.apply_scale(scale)
     if mesh.is_watertight and mesh.volume < 0.0:
         mesh.invert()
-    _require_closed(mesh, f"mesh {path}")
+    require_closed(mesh, f"mesh {path}")
     return mesh
 
 
-def _require_closed(mesh: trimesh.Trimesh, what: str) -> None:
-    """Refuse a mesh that encloses no volume."""
+def require_closed(mesh: trimesh.Trimesh, what: str) -> None:
+    """Refuse, as `what`, anything but a closed surface whose normals point outwards: TypeError for no mesh, else ValueError."""
+    if not isinstance(mesh, trimesh.Trimesh):
+        raise TypeError(f"{what} is of the type {type(mesh).__name__}, allowed: trimesh.Trimesh")
     if not mesh.is_watertight:
         edges = np.sort(mesh.edges, axis=1)
         _, uses = np.unique(edges, axis=0, return_counts=True)
@@ -146,7 +148,9 @@ def _require_closed(mesh: trimesh.Trimesh, what: str) -> None:
     if not mesh.is_winding_consistent:
         raise ValueError(f"{what} has triangles of both windings, allowed: all counter-clockwise seen from outside")
     if not float(mesh.volume) > 0.0:
-        raise ValueError(f"{what} encloses {float(mesh.volume):g} m3, allowed: above 0")
+        raise ValueError(
+            f"{what} encloses {float(mesh.volume):g} m3, allowed: above 0, with triangles counter-clockwise seen from outside"
+        )
 
 
 def box(size: tuple[float, float, float]) -> trimesh.Trimesh:

@@ -61,6 +61,12 @@ class Scheme(Enum):
     VIRTUAL_MASS = "virtual mass"
 
 
+def require_scheme(what: str, scheme: object) -> None:
+    """Refuse, as `what`, anything but a `Scheme` or None."""
+    if scheme is not None and not isinstance(scheme, Scheme):
+        raise TypeError(f"{what} is {scheme!r}, allowed: None, {', '.join(map(str, Scheme))}")
+
+
 @dataclass(frozen=True, kw_only=True)
 class BodyInterface:
     """One body that meets a fluid.
@@ -70,7 +76,7 @@ class BodyInterface:
     added_mass: tells A (6, 6) of the body all under liquid, world frame, as `FluidParticipant.added_mass` does.
     mass_matrix: tells M (6, 6) now, world frame; None where nobody knows it, which needs rollback of the body.
     gravity: acceleration [m/s2] that the body is expected to have without the fluid in its first step.
-    scheme: None to let it be chosen.
+    scheme: None to let it be chosen; TypeError for anything else that is no `Scheme`.
     """
 
     body: str
@@ -80,6 +86,9 @@ class BodyInterface:
     mass_matrix: Callable[[], Array] | None = None
     gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
     scheme: Scheme | None = None
+
+    def __post_init__(self) -> None:
+        require_scheme(f"scheme of body {self.body!r}", self.scheme)
 
 
 class BodyExchange:
@@ -316,6 +325,12 @@ def _lasting(free: Array) -> Array:
 def _choose(interface: BodyInterface, answers: bool, number: float, faults: Mapping[str, str]) -> Scheme:
     """The scheme asked for, or the first that is stable with what participants offer; CoSimulationError if none is."""
     scheme = interface.scheme or _stable(interface, answers, number, faults)
+    if scheme is Scheme.MONOLITHIC and not answers:
+        message = (
+            f"body {interface.body!r} cannot be coupled ({scheme.value}): {interface.fluid!r} is not told how it answers, allowed: "
+            f"to connect {interface.body}.inverse_mass, or another scheme"
+        )
+        raise CoSimulationError(interface.fluid, 0.0, message)
     for name in _taken_back(interface, scheme):
         if name in faults:
             message = (

@@ -3,13 +3,13 @@
 The fluid gives a body the impulse H F, F its mean wrench, and foresees the twist V_f that the body will have at the end of the
 step; the body is fed the wrench F_s and ends at V_b, both having begun at V_0. Then
 
-    momentum  H (F - F_s)                    has been lost on the way,
+    momentum  H (F - F_s), H (T - T_s)       have been lost on the way, T the torque of F,
     energy    H F_s . (V_b - V_f) / 2        has been made by the exchange: what the body received less what the fluid gave,
 
 the work of an impulse being its product with the mean of the twists before and after. A monolithic exchange leaves rounding of
 the first, and of the second what joints and contacts do that the fluid does not foresee; a lagged one that diverges makes energy
-without bound. Both are summed over the run, and compared with what was turned over: sum |H F|, and sum |H F . V| + F d with d the
-particle spacing, the work of moving the force by a particle.
+without bound. Each step's momentum is compared with |H F|, and |H T| + |H F| d with d the particle spacing, the torque and the work of
+moving the force by a particle; energy is summed over the run, and compared with what was turned over: sum |H F . V| + |F| d.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ class ExchangeLedger:
 
     @property
     def momentum_residual(self) -> float:
-        """Part of all impulses that was lost on the way, over the run."""
+        """Part of all linear impulses that was lost on the way, over the run."""
         return self._lost_sum / self._impulse_sum if self._impulse_sum > 0.0 else 0.0
 
     @property
@@ -101,7 +101,7 @@ class ExchangeLedger:
         disturbed = self._disturbed()
         self._made += made * [bond.body not in disturbed for bond in self._bonds]
         self._turnover += np.abs(work)
-        self._check_momentum(given[:, :3], taken[:, :3], end)
+        self._check_momentum(given, taken, end)
         self._check_energy(np.linalg.norm(wrench[:, :3], axis=1), end, end - begin)
 
     def save(self) -> dict[str, Array]:
@@ -120,21 +120,23 @@ class ExchangeLedger:
         return np.array(values).reshape(-1, 6)
 
     def _check_momentum(self, given: Array, taken: Array, time: float) -> None:
-        lost, passed = np.linalg.norm(given - taken, axis=1), np.linalg.norm(given, axis=1)
-        self._lost_sum += float(lost.sum())
-        self._impulse_sum += float(passed.sum())
-        for index in np.flatnonzero(lost > self._limits[0] * passed):
+        """Of impulses (B, 6): forces by forces, torques by torques and by what moving the force by a particle makes of it."""
+        lost, passed = (np.linalg.norm(part.reshape(-1, 2, 3), axis=2) for part in (given - taken, given))
+        self._lost_sum += float(lost[:, 0].sum())
+        self._impulse_sum += float(passed[:, 0].sum())
+        passed[:, 1] += passed[:, 0] * self._length
+        for index in np.flatnonzero(~(lost <= self._limits[0] * passed).all(axis=1)):
             bond = self._bonds[index]
             raise CoSimulationError(
                 bond.solver,
                 time,
-                f"body {bond.body!r} took an impulse of {taken[index].tolist()} N s, the fluid gave "
-                f"{given[index].tolist()} N s, allowed: a part of {self._limits[0]:g} between them",
+                f"body {bond.body!r} took an impulse of {taken[index].tolist()} N s, N m s, the fluid gave "
+                f"{given[index].tolist()} N s, N m s, allowed: a part of {self._limits[0]:g} between them",
             )
 
     def _check_energy(self, force: Array, time: float, step: float) -> None:
         scale = self._turnover + force * self._length
-        beyond = np.flatnonzero(self._made / self._limits[1] > scale)
+        beyond = np.flatnonzero(~(self._made / self._limits[1] <= scale))
         if len(beyond):
             bond, made, turned = self._bonds[beyond[0]], self._made[beyond[0]], scale[beyond[0]]
             raise CoSimulationError(

@@ -24,6 +24,7 @@ import numpy.typing as npt
 import trimesh
 from scipy.spatial.transform import Rotation
 
+from coupling.bodies import require_closed
 from coupling.errors import UnresolvedSolidError
 from coupling.pybullet_defaults import DefaultsWatch, tell_inertia
 from coupling.pybullet_links import LinkedBody, LinkKey, LinkSystem, read_links
@@ -46,9 +47,11 @@ class _Residual:
 
 
 class FluidWorld:
-    """A pybullet client with a fluid in it; made by `attach_fluid`."""
+    """A pybullet client with a fluid in it; made by `attach_fluid`. ValueError for a fluid of two dimensions."""
 
     def __init__(self, client: int, fluid: Fluid) -> None:
+        if fluid.config.dimension != 3:
+            raise ValueError(f"fluid has {fluid.config.dimension} dimensions, allowed: 3, as the bodies of pybullet")
         self.fluid = fluid
         self._client = client
         self._bodies: dict[int, LinkedBody] = {}
@@ -57,36 +60,36 @@ class FluidWorld:
         self._residuals: dict[LinkKey, _Residual] = {}
         self._cut: dict[int, Array] = {}  # poses of bodies that are sampled in part
         self._samplings: dict[tuple[bytes, bytes], SurfaceSampling] = {}  # by vertices and faces
-        self._watch = DefaultsWatch(client)
+        self._watch = DefaultsWatch(client, fluid.config.gravity)
+        self._require_client()
 
     def add_body(
         self, body: int, *, no_slip: bool = False, meshes: Mapping[int, trimesh.Trimesh] | None = None
     ) -> None:
         """Let a body meet the fluid from now on. Links smaller than a particle are left out with a warning; ValueError if
-        no link is left, or if the body meets it already.
+        no link is left, if it is none of the client's bodies of links, or if it meets the fluid already.
 
         meshes: closed solids of links by their index, about their centres of mass [m], in place of what pybullet tells; for
         meshes that were made from indices in memory, which it keeps to itself.
         """
-        given = meshes or {}
+        self._require_client()
         if body in self._bodies:
             raise ValueError(f"body {body} meets the fluid already, allowed: to add it once")
-        linked = LinkedBody(self._client, body)
+        linked, given = LinkedBody(self._client, body), meshes or {}
+        for link, mesh in given.items():
+            if (body, link) not in linked.keys:
+                raise ValueError(f"meshes of body {body} has the link {link}, allowed: -1 to {len(linked.keys) - 2}")
+            require_closed(mesh, f"meshes[{link}] of body {body}")
         sampled = {}
         for key in linked.keys:
             mesh = given[key[1]] if key[1] in given else link_mesh(self._client, *key)
-            if mesh is None:
-                continue
-            try:
-                sampled[key] = mesh, self._sampling(key, mesh)
-            except UnresolvedSolidError as cause:
-                warnings.warn(f"body {body}, link {key[1]} does not meet the fluid: {cause}", stacklevel=3)
-            except ValueError as cause:
-                raise ValueError(f"body {body}, link {key[1]} cannot be sampled: {cause}") from cause
+            sampling = None if mesh is None else self._sampled(key, mesh)
+            if sampling is not None:
+                self._tell_inertia(key, mesh)
+                sampled[key] = sampling
         if not sampled:
             raise ValueError(f"body {body} has no collision shape that the fluid can see, allowed: one link at least")
-        for key, (mesh, sampling) in sampled.items():
-            self._tell_inertia(key, mesh)
+        for key, sampling in sampled.items():
             particles = particles_of(f"{body}/{key[1]}", sampling, no_slip=no_slip)
             self._handles[key], self._wrenches[key] = self.fluid.add_boundary(particles), np.zeros(6)
         self._bodies[body] = linked
@@ -105,12 +108,21 @@ class FluidWorld:
                 del self._wrenches[key]
                 self.fluid.remove_boundary(self._handles.pop(key))
 
+    def detach(self) -> None:
+        """Take every body out of the fluid."""
+        for body in list(self._bodies):
+            self.remove_body(body)
+
     def wrench(self, body: int, link: int = -1) -> Array:
         """(6,) of the fluid on a link, mean over the last step: force [N], torque about its centre of mass [N m]."""
+        if (body, link) not in self._wrenches:
+            met = ", ".join(f"{key[0]}/{key[1]}" for key in self._wrenches) or "none"
+            raise ValueError(f"link {link} of body {body} does not meet the fluid, allowed (body/link): {met}")
         return self._wrenches[body, link].copy()
 
     def step(self) -> AdvanceReport:
         """One step of the client's own time step, fluid first; replaces `pybullet.stepSimulation`."""
+        self._require_client()
         duration, gravity = self._settings()
         system = read_links(self._client, self._bodies.values(), gravity, duration)
         self._place(system)
@@ -121,6 +133,23 @@ class FluidWorld:
         pybullet.stepSimulation(physicsClientId=self._client)
         self._learn(system, gravity, duration)
         return report
+
+    def _require_client(self) -> None:
+        if not pybullet.isConnected(self._client):
+            raise ValueError(
+                f"client {self._client} is not connected, allowed: what pybullet.connect returned, until it is disconnected"
+            )
+
+    def _sampled(self, key: LinkKey, mesh: trimesh.Trimesh) -> SurfaceSampling | None:
+        """Of a link's solid; None, with a warning, if it is too small for the fluid."""
+        body, link = key
+        try:
+            return self._sampling(key, mesh)
+        except UnresolvedSolidError as cause:
+            warnings.warn(f"body {body}, link {link} does not meet the fluid: {cause}", stacklevel=4)
+        except ValueError as cause:
+            raise ValueError(f"body {body}, link {link} cannot be sampled: {cause}") from cause
+        return None
 
     def _sampling(self, key: LinkKey, mesh: trimesh.Trimesh) -> SurfaceSampling:
         """Of a link's solid; links and bodies of one shape share it."""
@@ -181,11 +210,17 @@ class FluidWorld:
     def _push(self, system: LinkSystem) -> None:
         """Let the wrenches act over the coming step and all its sub-steps."""
         client, frame = self._client, pybullet.WORLD_FRAME
+        moving = {system.keys[row][0] for row in np.flatnonzero(system.twist.any(axis=1))}
         for row in np.flatnonzero(system.is_free):
             wrench = self._wrenches.get(system.keys[row])
             if wrench is None or not wrench.any():
                 continue
             body, link = system.keys[row]
+            # what lies still may sleep, which nobody can ask for, and would feel nothing; waking it changes no setting of the body
+            if body not in moving:
+                moving.add(body)
+                awake = pybullet.ACTIVATION_STATE_WAKE_UP
+                pybullet.changeDynamics(body, -1, activationState=awake, physicsClientId=client)
             place = system.pose[row, :3].tolist()
             pybullet.applyExternalForce(body, link, wrench[:3].tolist(), place, frame, physicsClientId=client)
             pybullet.applyExternalTorque(body, link, wrench[3:].tolist(), frame, physicsClientId=client)
@@ -214,7 +249,13 @@ def attach_fluid(client: int, fluid: Fluid, bodies: Iterable[int], *, no_slip: b
     Particles inside a body are not looked for: fill the fluid around the bodies. A held body larger than the fluid's domain, such as
     the ground of plane.urdf, is sampled where the fluid can reach it.
     """
+    if not isinstance(bodies, Iterable):
+        raise TypeError(f"bodies is {bodies!r}, allowed: several unique ids, [{bodies!r}] for one body")
     world = FluidWorld(client, fluid)
-    for body in bodies:
-        world.add_body(body, no_slip=no_slip)
+    try:
+        for body in bodies:
+            world.add_body(body, no_slip=no_slip)
+    except Exception:
+        world.detach()  # the fluid is as it was, to be attached anew
+        raise
     return world

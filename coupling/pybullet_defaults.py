@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 import trimesh
+from scipy.spatial.transform import Rotation
 
 from coupling.pybullet_links import LinkedBody, LinkSystem
 from coupling.quiet_pybullet import pybullet
@@ -16,20 +18,34 @@ Array = npt.NDArray[np.float64]
 
 DEFAULT_DAMPING = 0.04  # [1/s] and [1/m]: pybullet's, of every link unless changeDynamics sets another
 SPEED_LIMIT = 100.0  # [m/s] and [rad/s]: of every coordinate of a body with joints, and before motors hold these
+ASTRAY = 0.5  # of a held body's move in a step: what its velocity may fail to explain, of one that speeds up
+LEAST_MOVE = 1e-9  # [m, rad]
 TURN_LIMIT = 0.5  # [rad] in a step, for which forces and the inverse mass of joints are those of its beginning
 LOST = TURN_LIMIT  # of the forces on a body's links: the engine itself errs by as much as links turn in a step
+
+
+@dataclass(frozen=True)
+class _Carried:
+    """A held body at the last reading: its pose (7,), and whether it had come there otherwise than by its velocity."""
+
+    pose: Array
+    is_astray: bool
 
 
 class DefaultsWatch:
     """Compares what links did in a step with what they were expected to do, and says each finding once."""
 
-    def __init__(self, client: int) -> None:
+    def __init__(self, client: int, gravity: Sequence[float]) -> None:
+        """`gravity` (3,) [m/s2] is the fluid's."""
         self._client = client
+        self._gravity = np.array(gravity)
         self._told: set[tuple[str, int]] = set()
+        self._carried: dict[int, _Carried] = {}  # held bodies
 
     def forget(self, body: int) -> None:
         """The body has gone; its number may come again."""
         self._told = {(finding, of) for finding, of in self._told if of != body}
+        self._carried.pop(body, None)
 
     def look(
         self,
@@ -43,6 +59,9 @@ class DefaultsWatch:
     ) -> None:
         """After a step of `duration` [s] from `system`: the fluid's wrenches [N, N m] and the twists since [m/s, rad/s], both (L, 6), the
         accelerations (L, 6) [m/s2, rad/s2] that were not expected, and gravity (3,) [m/s2]."""
+        self._look_for_gravity(gravity)
+        for row in np.flatnonzero(~system.is_free):
+            self._look_for_carrying(system.keys[row][0], system.pose[row], system.twist[row], duration)
         for row in np.flatnonzero(system.is_free):
             body, link = system.keys[row]
             if link < 0:
@@ -53,6 +72,37 @@ class DefaultsWatch:
         for name, linked in bodies.items():
             rows = slice(first, first := first + len(linked.keys))
             self._look_for_clipping(name, linked, wrenches[rows], unexplained[rows], gravity, duration)
+
+    def _look_for_gravity(self, gravity: Array) -> None:
+        """Bodies and fluid that fall differently."""
+        if not np.allclose(gravity, self._gravity):
+            self._tell(
+                ("gravity", -1),
+                f"gravity is {gravity.tolist()} m/s2 in the client and {self._gravity.tolist()} m/s2 in the fluid; "
+                f"setGravity{tuple(self._gravity.tolist())} makes them one, or FluidConfig(gravity=...)",
+            )
+
+    def _look_for_carrying(self, body: int, pose: Array, twist: Array, duration: float) -> None:
+        """A held body that is set elsewhere step after step, and not at its velocity: it does not push the fluid as it moves."""
+        before = self._carried.get(body)
+        if before is None:
+            self._carried[body] = _Carried(pose, is_astray=False)
+            return
+        turn = Rotation.from_quat(pose[3:]) * Rotation.from_quat(before.pose[3:]).inv()
+        moved = np.concatenate([pose[:3] - before.pose[:3], turn.as_rotvec()])
+        astray = any(
+            np.linalg.norm(moved[part] - duration * twist[part]) > ASTRAY * np.linalg.norm(moved[part]) > LEAST_MOVE
+            for part in (slice(0, 3), slice(3, 6))
+        )
+        self._carried[body] = _Carried(pose, astray)
+        if astray and before.is_astray:
+            velocity = [[float(f"{value:.3g}") for value in part] for part in (moved / duration).reshape(2, 3)]
+            self._tell(
+                ("carried", body),
+                f"body {body} is held and set elsewhere step after step, but the fluid meets it at the velocity "
+                f"{twist[:3].tolist()} m/s; resetBaseVelocity({body}, {velocity[0]}, {velocity[1]}) after "
+                f"resetBasePositionAndOrientation tells it how it moves",
+            )
 
     def _look_for_damping(self, body: int, twist: Array, unexplained: Array) -> None:
         """Default damping, which cannot be asked for: -c v (1 + |v|) is all that is left of a body's acceleration."""

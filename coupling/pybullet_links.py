@@ -2,8 +2,8 @@
 
 Links of one body hang together in a tree (`articulated_tree`); bodies may be tied to each other or to the world by constraints, point
 to point or fixed (`articulation`). A motor that keeps its joint's rate, or whose torque follows the load, as a servo's does, counts as
-a joint that does not give way; one that gives all it has is a force that nobody announces. Which it is shows after a first step. All is
-read from the client anew each step, nothing in it is changed.
+a joint that does not give way; one that gives all it has is a force that nobody announces, and so is a constraint at its `maxForce`.
+Which it is shows after a first step. All is read from the client anew each step, nothing in it is changed.
 """
 
 from __future__ import annotations
@@ -24,8 +24,9 @@ Array = npt.NDArray[np.float64]
 LinkKey = tuple[int, int]  # unique id of the body and index of the link, -1 for the base
 
 FAR = 1e6  # [m, m/s, rad/s] where numbers mean nothing any more
-SPENT = 1e-3  # relative change of a motor's torque in a step, below which the motor has no more to give
+SPENT = 1e-3  # relative change of a motor's torque in a step, below which the motor has no more to give; of a constraint to its limit
 STEADY = 0.25  # [rad/s2, m/s2] of a joint up to which its motor is said to keep its rate: what iterations of the engine leave
+OF_LINKS = 2  # kind of a body in `getDynamicsInfo`; 1 has maximal coordinates and does not tell its shape, 3 is soft
 KEPT = {pybullet.JOINT_POINT2POINT: False, pybullet.JOINT_FIXED: True}  # constraints known here: do they hold the turn?
 
 
@@ -34,7 +35,7 @@ class LinkSystem:
     """Links of some bodies at one instant, a row each in the order of `keys`.
 
     pose (L, 7) of the centres of mass; twist (L, 6); inverse_mass (6 L, 6 L) joints included; acceleration (L, 6) by gravity and turning,
-    joints included; is_free (L,) whether forces move it.
+    joints included; is_free (L,) whether forces reach it: all but held bases, for what a motor holds loads the motor.
     """
 
     keys: list[LinkKey]
@@ -46,20 +47,25 @@ class LinkSystem:
 
 
 class LinkedBody:
-    """One body of a client; ValueError from what it tells once it has been removed there."""
+    """One body of a client; ValueError from what it tells once it has been removed there, or another has got its unique id."""
 
     def __init__(self, client: int, body: int) -> None:
-        self._client, self._body = client, body
+        _require_body(client, body)
+        self._client, self.unique_id = client, body
         count = pybullet.getNumJoints(body, physicsClientId=client)
         self._joints = [pybullet.getJointInfo(body, n, physicsClientId=client) for n in range(count)]
         self._rates = np.full((count, 3), np.nan)
         self._torques = np.full((count, 3), np.nan)
+        self._shapes = self._told_shapes()
+        self._spent: set[tuple[int, float]] = (
+            set()
+        )  # constraints that once gave all they may, and how much that was [N, N m]
         self._loose: list[TreeLink] = []  # at the last reading, as if no motor held a joint
 
     @property
     def keys(self) -> list[LinkKey]:
         """Base first."""
-        return [(self._body, link) for link in range(-1, len(self._joints))]
+        return [(self.unique_id, link) for link in range(-1, len(self._joints))]
 
     @property
     def is_held(self) -> bool:
@@ -73,6 +79,7 @@ class LinkedBody:
 
     def read(self, step_size: float) -> tuple[Array, list[TreeLink]]:
         """Poses (L, 7) of the centres of mass, and the links as a tree, base first; `step_size` [s] since the last call."""
+        self._refuse_another()
         position, orientation, states = self._states()
         poses = [(*position, *orientation), *((*state[0], *state[1]) for state in states)]
         twists = self.twists()
@@ -90,6 +97,18 @@ class LinkedBody:
         ]
         return np.array(poses), links
 
+    def holds(self, constraint: int) -> bool:
+        """Whether a constraint is as good as rigid: it carried something in the last step, and was never at its limit.
+
+        One that was stays a force: taken for rigid whenever its load has gone down, it would be thrown between the two. pybullet tells
+        500 N of a constraint whose limit was never set and which bears far more: beyond those it is not at its limit.
+        """
+        limit = float(pybullet.getConstraintInfo(constraint, physicsClientId=self._client)[10])
+        load = np.abs(pybullet.getConstraintState(constraint, physicsClientId=self._client))
+        if (np.abs(load - limit) <= SPENT * limit).any():
+            self._spent.add((constraint, limit))
+        return bool(load.any()) and (constraint, limit) not in self._spent
+
     def fastest_change(self, wrenches: Array, gravity: Array, step_size: float) -> float:
         """Largest change of a rate [m/s, rad/s] that wrenches (L, 6) would make in a step, from the last reading on, if no motor held."""
         tree = ArticulatedTree(self._loose, is_fixed=self.is_held)
@@ -97,33 +116,50 @@ class LinkedBody:
 
     def twists(self) -> Array:
         """(L, 6) of the centres of mass [m/s, rad/s]."""
-        base = np.concatenate(pybullet.getBaseVelocity(self._body, physicsClientId=self._client))
+        base = np.concatenate(pybullet.getBaseVelocity(self.unique_id, physicsClientId=self._client))
         return np.array([base, *(np.concatenate(state[6:8]) for state in self._states()[2])])
 
     def _refuse_lost(self, poses: Sequence[Sequence[float]], twists: Array) -> None:
         if not (np.abs(poses) < FAR).all() or not (np.abs(twists) < FAR).all():
             raise ValueError(
-                f"body {self._body} is at {list(poses[0][:3])} m in the client, a link of it {np.abs(twists).max():.3g} m/s or rad/s fast, "
-                f"allowed: below {FAR:g}; pybullet's simulation of it has blown up, a shorter setTimeStep may hold it"
+                f"body {self.unique_id} is at {list(poses[0][:3])} m in the client, a link of it {np.abs(twists).max():.3g} m/s or rad/s "
+                f"fast, allowed: below {FAR:g}; pybullet's simulation of it has blown up, a shorter setTimeStep may hold it"
             )
+
+    def _refuse_another(self) -> None:
+        try:
+            shapes = self._told_shapes()
+        except pybullet.error as cause:
+            raise ValueError(
+                f"body {self.unique_id} is no longer in the client, allowed: remove_body({self.unique_id}) takes it out of the fluid"
+            ) from cause
+        if shapes != self._shapes:
+            raise ValueError(
+                f"body {self.unique_id} is not the one that was added to the fluid, whose unique id it has, allowed: "
+                f"remove_body({self.unique_id}), then add_body({self.unique_id})"
+            )
+
+    def _told_shapes(self) -> tuple[object, ...]:
+        """What a body is known by: its names and its links' collision shapes; pybullet.error if it is not there."""
+        client, body = self._client, self.unique_id
+        names = pybullet.getBodyInfo(body, physicsClientId=client)
+        links = range(-1, pybullet.getNumJoints(body, physicsClientId=client))
+        told = [pybullet.getCollisionShapeData(body, link, physicsClientId=client) for link in links]
+        # the numbers of body and link, which come first, pybullet leaves unset for all but a link's first shape
+        return names, [[shape[2:] for shape in shapes] for shapes in told]
 
     def _states(self) -> tuple[Sequence[float], Sequence[float], Sequence[tuple]]:
         """Position and orientation of the base, and pybullet's states of the other links."""
-        try:
-            base = pybullet.getBasePositionAndOrientation(self._body, physicsClientId=self._client)
-        except pybullet.error as cause:
-            raise ValueError(
-                f"body {self._body} is no longer in the client, allowed: remove_body({self._body}) takes it out of the fluid"
-            ) from cause
+        base = pybullet.getBasePositionAndOrientation(self.unique_id, physicsClientId=self._client)
         if not self._joints:
             return (*base, ())
         links = list(range(len(self._joints)))
-        return (*base, pybullet.getLinkStates(self._body, links, 1, 1, physicsClientId=self._client))
+        return (*base, pybullet.getLinkStates(self.unique_id, links, 1, 1, physicsClientId=self._client))
 
     def _link(
         self, index: int, parent: int, pose: Sequence[float], twist: Array, joint_point: Sequence[float], axes: tuple[Array, Array]
     ) -> TreeLink:  # fmt: skip
-        mass, _, moments, *_ = pybullet.getDynamicsInfo(self._body, index, physicsClientId=self._client)
+        mass, _, moments, *_ = pybullet.getDynamicsInfo(self.unique_id, index, physicsClientId=self._client)
         rotation = Rotation.from_quat(pose[3:]).as_matrix()
         return TreeLink(
             parent=parent + 1 if index >= 0 else -1, position=np.array(pose[:3]), twist=twist, mass=float(mass),
@@ -135,7 +171,7 @@ class LinkedBody:
         if not self._joints:
             return []
         numbers = range(len(self._joints))
-        states = pybullet.getJointStatesMultiDof(self._body, numbers, physicsClientId=self._client)
+        states = pybullet.getJointStatesMultiDof(self.unique_id, numbers, physicsClientId=self._client)
         rates, torques = (np.array([_triple(state[n]) for state in states]) for n in (1, 3))
         steady = (np.abs(rates - self._rates) <= STEADY * step_size).all(axis=1)
         spent = (np.abs(torques - self._torques) <= SPENT * np.abs(torques)).all(axis=1)
@@ -148,7 +184,8 @@ def read_links(client: int, bodies: Iterable[LinkedBody], gravity: Array, step_s
     """Every link of the bodies, under gravity (3,) [m/s2]; what constraints drifted is taken back within `step_size` [s]."""
     keys: list[LinkKey] = []
     poses, twists, masses, accelerations, is_free = [np.zeros((0, 7))], [np.zeros((0, 6))], [], [np.zeros((0, 6))], []
-    for body in bodies:
+    linked = list(bodies)
+    for body in linked:
         pose, links = body.read(step_size)
         fixed_base = links[0].mass == 0.0
         tree = ArticulatedTree(links, is_fixed=fixed_base)
@@ -157,19 +194,30 @@ def read_links(client: int, bodies: Iterable[LinkedBody], gravity: Array, step_s
         twists.append(np.array([link.twist for link in links]))
         masses.append(tree.inverse_mass())
         accelerations.append(tree.acceleration(gravity))
-        is_free += [bool(np.diag(block).any()) for block in _blocks(masses[-1])]
+        is_free += [not fixed_base, *[True] * (len(links) - 1)]
     inverse_mass = block_diag(*masses) if masses else np.zeros((0, 0))
     acceleration, pose, twist = np.concatenate(accelerations), np.concatenate(poses), np.concatenate(twists)
-    joints = _constraints(client, {key: row for row, key in enumerate(keys)})
+    joints = _constraints(client, linked, {key: row for row, key in enumerate(keys)})
     if joints:
         tied = Articulation(Joints(joints), pose, twist, inverse_mass)
         inverse_mass, acceleration = tied.inverse_mass(), tied.acceleration(acceleration, step_size)
     return LinkSystem(keys, pose, twist, inverse_mass, acceleration, np.array(is_free, dtype=bool))
 
 
-def _blocks(matrix: Array) -> list[Array]:
-    """The (6, 6) blocks on the diagonal."""
-    return [matrix[n : n + 6, n : n + 6] for n in range(0, len(matrix), 6)]
+def _require_body(client: int, body: int) -> None:
+    """Refuse what is no unique id of a body of links, as `LinkedBody` reads them: TypeError for no number, else ValueError."""
+    if not isinstance(body, int | np.integer):
+        raise TypeError(f"body is {body!r}, allowed: the unique id that pybullet gave it, a whole number")
+    count = pybullet.getNumBodies(physicsClientId=client)
+    known = [pybullet.getBodyUniqueId(index, physicsClientId=client) for index in range(count)]
+    if body not in known:
+        raise ValueError(
+            f"body {body} is not in the client, allowed: {', '.join(map(str, known)) or 'none, for it is empty'}"
+        )
+    if pybullet.getDynamicsInfo(body, -1, physicsClientId=client)[10] != OF_LINKS:
+        raise ValueError(
+            f"body {body} is soft or has maximal coordinates, allowed: to load it without useMaximalCoordinates=True"
+        )
 
 
 def _triple(numbers: Sequence[float]) -> list[float]:
@@ -191,16 +239,16 @@ def _axes(kind: int, axis: Array) -> tuple[Array, Array]:
     return none, none
 
 
-def _constraints(client: int, row_of: dict[LinkKey, int]) -> list[PointJoint]:
+def _constraints(client: int, linked: Iterable[LinkedBody], row_of: dict[LinkKey, int]) -> list[PointJoint]:
     """Constraints among the links, and between them and what does not move."""
-    joints = []
+    joints, bodies = [], {body.unique_id: body for body in linked}
     for index in range(pybullet.getNumConstraints(physicsClientId=client)):
         identifier = pybullet.getConstraintUniqueId(index, physicsClientId=client)
         first, first_link, second, second_link, kind, _, first_point, second_point, *_ = pybullet.getConstraintInfo(
             identifier, physicsClientId=client
         )
         row, other = row_of.get((first, first_link)), row_of.get((second, second_link), -1)
-        if row is None or kind not in KEPT or (other < 0 and second >= 0):
+        if row is None or kind not in KEPT or (other < 0 and second >= 0) or not bodies[first].holds(identifier):
             continue  # what it does comes as a force
         joints.append(PointJoint(row, other, np.array(first_point), np.array(second_point), KEPT[kind]))
     return joints

@@ -15,11 +15,11 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from coupling.articulation import Articulation, Joints, PointJoint
-from coupling.bodies import MassProperties
+from coupling.bodies import MassProperties, require_closed
 from coupling.bullet_client import BulletClient
 from coupling.engine_step import Body, EngineStep
 from coupling.lines import ElasticLine, Lines
-from coupling.motion import STILL, UPRIGHT, Motion, PrescribedMotion, Quaternion, Vector
+from coupling.motion import STILL, UPRIGHT, Motion, PrescribedMotion, Quaternion, Vector, finite
 from coupling.rigid_state import MOVING, RigidBodyState, pose_of, twist_of
 
 Array = npt.NDArray[np.float64]
@@ -115,11 +115,15 @@ class RigidBodyWorld:
         """
         if name in self._bodies:
             raise ValueError(f"rigid bodies: body {name!r} is added twice")
-        if not math.isclose(float(np.linalg.norm(orientation)), 1.0, rel_tol=1e-6):
-            raise ValueError(f"rigid bodies: orientation of {name!r} is {orientation}, allowed: a unit quaternion")
+        require_closed(mesh, f"rigid bodies: mesh of {name!r}")
         start = Motion(
-            *(np.array(value, dtype=np.float64) for value in (position, orientation, linear_velocity, angular_velocity))
+            finite(f"rigid bodies: position of {name!r}", position, 3),
+            finite(f"rigid bodies: orientation of {name!r}", orientation, 4),
+            finite(f"rigid bodies: linear_velocity of {name!r}", linear_velocity, 3),
+            finite(f"rigid bodies: angular_velocity of {name!r}", angular_velocity, 3),
         )
+        if not math.isclose(float(np.linalg.norm(start.orientation)), 1.0, rel_tol=1e-6):
+            raise ValueError(f"rigid bodies: orientation of {name!r} is {orientation}, allowed: a unit quaternion")
         if not isinstance(motion, str):
             start = motion.at(self.time)
         elif motion == "fixed":

@@ -18,6 +18,7 @@ import numpy.typing as npt
 import trimesh
 from scipy.spatial import cKDTree
 
+from coupling.bodies import require_closed
 from coupling.errors import UnresolvedSolidError
 from coupling.even_points import choose_apart, push_apart, random_distance
 from coupling.ridges import inset_ridges, sharp_edges
@@ -95,8 +96,8 @@ def sample_surface(
     """Sample a closed mesh for particles of spacing d [m]; parts thinner than `minimum_thickness` (d) count as that thick.
 
     `within`: lower and upper corner (3,) [m] of the box that is sampled, of a solid far larger than the fluid; None: all of it.
-    ValueError for an impossible spacing or thickness or a solid of more than LARGEST particles, UnresolvedSolidError for one smaller
-    than a particle.
+    ValueError for an impossible spacing or thickness, a mesh that is no closed solid with normals outwards or one of more than LARGEST
+    particles, UnresolvedSolidError for one smaller than a particle.
     """
     spacing = particle_spacing
     thickness = spacing if minimum_thickness is None else minimum_thickness
@@ -104,6 +105,7 @@ def sample_surface(
         raise ValueError(f"particle_spacing is {spacing} m, allowed: above 0")
     if not 0.0 <= thickness <= spacing:
         raise ValueError(f"minimum_thickness is {thickness} m, allowed: 0 to the particle spacing, {spacing} m")
+    require_closed(mesh, "mesh")
     count = float(mesh.area) / spacing**2
     if within is None and count > LARGEST:
         raise ValueError(

@@ -11,6 +11,7 @@ fail at a chosen step, to test what a master or an exercise does then.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from functools import partial
 from types import TracebackType
@@ -18,20 +19,22 @@ from typing import Literal
 
 import numpy as np
 import trimesh
+from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
-from coupling.bodies import mass_properties
-from coupling.body_exchange import BodyExchange, BodyInterface, Scheme
+from coupling.bodies import MassProperties, mass_properties
+from coupling.body_exchange import BodyExchange, BodyInterface, Scheme, require_scheme
 from coupling.co_simulation import CoSimulation
 from coupling.connection import Connection
 from coupling.exchange_ledger import ENERGY_LIMIT, BodyBond, ExchangeLedger
 from coupling.faults import Fault, FaultyParticipant
 from coupling.fixed_point import Aitken, Iteration
 from coupling.hydrostatics import hydrostatics
-from coupling.motion import STILL, UPRIGHT, PrescribedMotion, Quaternion, Vector
+from coupling.motion import STILL, UPRIGHT, PrescribedMotion, Quaternion, Vector, finite
 from coupling.participant import Array
 from coupling.participants.fluid import FluidParticipant
 from coupling.participants.rigid_bodies import RigidBodyParticipant, RigidBodyWorld
+from coupling.scene_checks import assert_draft, assert_momentum_conserved, assert_pressure_hydrostatic
 from coupling.signed_distance import SignedDistance
 from coupling.surface_sampling import boundary_particles
 from oilsim.boundary import tank_walls
@@ -49,14 +52,17 @@ __all__ = [
 WATER = Phase(name="water", rest_density=1000.0)
 CLEARANCE = 0.5  # spacings between a body's surface and the nearest particle at the start
 STEP = 0.01  # [s]
+OFF_CENTER = 1e-6  # of a mesh's size: distance of its centre of mass from its origin, of meshes from files
+TOUCHING = 0.5  # spacings that bodies may lie in each other at the start: rigid shapes of free bodies are convex
 
 
 class Scene:
     """A fluid and rigid bodies under the master: add bodies, then liquid around them, then run.
 
     fluid, world: the simulators; simulation: the coupled run, made when it is first asked for; exchange, ledger: its coupling
-    and accounts from then on; energy_limit: of the ledger (see `exchange_ledger`), to be set before. `scheme` couples all bodies in
-    one way, with `iteration` where it iterates; None: inside the pressure solve. Use it in a `with` block, which ends the run.
+    and accounts from then on; energy_limit: of the ledger (see `exchange_ledger`), to be set before; bottom: height [m] of the tank's
+    floor, or of the domain's. `scheme` couples all bodies in one way, with `iteration` where it iterates; None: inside the pressure
+    solve. Use it in a `with` block, which ends the run.
     """
 
     def __init__(
@@ -68,6 +74,7 @@ class Scene:
         scheme: Scheme | None = None,
         iteration: Callable[[float], Iteration] = Aitken,
     ) -> None:
+        require_scheme("scheme of the scene", scheme)
         self.fluid = Fluid(config, threads)
         self.world = RigidBodyWorld(gravity=config.gravity, communication_step=communication_step)
         self.meshes: dict[str, trimesh.Trimesh] = {}
@@ -80,7 +87,7 @@ class Scene:
         self.ledger: ExchangeLedger | None = None
         self.energy_limit = ENERGY_LIMIT
         self._level_area: float | None = None
-        self._bottom = config.lower[2]
+        self.bottom = config.lower[2]
 
     def __enter__(self) -> Scene:
         return self
@@ -102,7 +109,7 @@ class Scene:
         sides = ("-x", "+x", "-y", "+y", "-z")
         self.fluid.add_boundary(tank_walls(lower, upper, self.spacing, sides=sides, no_slip=no_slip))
         self._level_area = (upper[0] - lower[0]) * (upper[1] - lower[1])
-        self._bottom = lower[2]
+        self.bottom = lower[2]
 
     def add_body(
         self,
@@ -117,27 +124,39 @@ class Scene:
         motion: Literal["free", "fixed"] | PrescribedMotion = "free",
         no_slip: bool = False,
     ) -> None:
-        """A body of even `density` [kg/m3]; `mesh` is about its centre of mass, `position` [m] is where that lies."""
+        """A body of even `density` [kg/m3]; `mesh` is about its centre of mass, `position` [m] is where that lies.
+
+        ValueError for a mesh that is not, and once the run has begun.
+        """
+        if self._simulation is not None:
+            raise ValueError(f"scene: body {name!r} is added after the run has begun, allowed: before")
+        properties = mass_properties(mesh, density=density)
+        _require_centered(name, mesh, properties)
+        surface = boundary_particles(name, mesh, self.spacing, no_slip=no_slip)
         self.world.add_body(
             name,
             mesh,
-            mass_properties(mesh, density=density),
+            properties,
             position,
             orientation,
             motion=motion,
             linear_velocity=linear_velocity,
             angular_velocity=angular_velocity,
         )
-        surface = boundary_particles(name, mesh, self.spacing, no_slip=no_slip)
         self._handles[name] = self.fluid.add_boundary(surface)
         self.meshes[name] = mesh
 
     def fill(self, lower: Vector, upper: Vector, *, phase: str = "water", velocity: Vector = STILL) -> int:
         """A block of liquid, lower to upper [m], around the bodies that are there; returns the number of particles."""
-        points = block(lower, upper, self.spacing)
+        corners = (
+            finite("scene: lower corner of the liquid", lower, 3),
+            finite("scene: upper corner of the liquid", upper, 3),
+        )
+        finite("scene: velocity of the liquid", velocity, 3)
+        points = block(*corners, self.spacing)
         for name in self.meshes:
             clearance = CLEARANCE * self.spacing * (1.0 - 1e-6)
-            points = points[SignedDistance(self._placed(name)).phi(points) > clearance]
+            points = points[SignedDistance(self.placed(name)).phi(points) > clearance]
         self.fluid.add_particles(points, phase=phase, velocity=velocity)
         return len(points)
 
@@ -156,6 +175,8 @@ class Scene:
 
     def run(self, duration: float) -> None:
         """Go on by `duration` [s], in whole communication steps."""
+        if not (math.isfinite(duration) and duration > 0.0):
+            raise ValueError(f"scene: duration of the run is {duration} s, allowed: above 0")
         self.simulation.run(self.simulation.communication_point.time + duration)
 
     def step(self) -> None:
@@ -171,37 +192,38 @@ class Scene:
     def level(self) -> float:
         """Height [m] at which the water would stand if it lay still in the tank around the bodies as they are.
 
-        A (level - bottom) = V_water + V_displaced(level), by fixed point (the bodies' waterplanes are smaller than the tank).
+        A (level - bottom) = V_water + V_displaced(level), between the levels with all bodies dry and with all under.
         """
         if self._level_area is None:
             raise ValueError("scene has no tank, whose level could be told, allowed: after add_walls")
-        water = self.fluid.particle_count * self.fluid.config.rest_volume
-        level = self._bottom + water / self._level_area
-        for _ in range(60):
-            displaced = sum(self._displaced(name, level) for name in self.meshes)
-            level = self._bottom + (water + displaced) / self._level_area
-        return level
+        area, water = self._level_area, self.fluid.particle_count * self.fluid.config.rest_volume
+        bodies = [self.placed(name) for name in self.meshes]
+        lowest = self.bottom + water / area
+        highest = lowest + sum(float(mesh.volume) for mesh in bodies) / area
+
+        def missing(level: float) -> float:
+            return area * (level - self.bottom) - water - sum(_displaced(mesh, level) for mesh in bodies)
+
+        return float(brentq(missing, lowest, highest)) if missing(lowest) < 0.0 else lowest
 
     def draft(self, name: str) -> float:
         """Depth [m] of the body's lowest point below the still-water level."""
-        return self.level() - float(self._placed(name).bounds[0, 2])
+        return self.level() - float(self.placed(name).bounds[0, 2])
 
-    def _placed(self, name: str) -> trimesh.Trimesh:
+    def placed(self, name: str) -> trimesh.Trimesh:
         """The body's mesh where it is."""
         pose, mesh = self.world.pose(name), self.meshes[name].copy()
         mesh.vertices = Rotation.from_quat(pose[3:]).apply(mesh.vertices) + pose[:3]
         return mesh
 
-    def _displaced(self, name: str, level: float) -> float:
-        mesh = self._placed(name)
-        return hydrostatics(mesh, level).displaced_volume if level > mesh.bounds[0, 2] else 0.0
-
     def _coupled(self) -> CoSimulation:
         fluid = FluidParticipant("fluid", self.fluid, self._handles)
         if not self.meshes:
             return CoSimulation([fluid], [], self._step)
+        self._refuse_overlaps()
         bodies = RigidBodyParticipant("bodies", self.world)
-        tells = ("pose", "twist", "inverse_mass", "free_acceleration") if self._scheme is None else ("pose", "twist")
+        answers = self._scheme in (None, Scheme.MONOLITHIC)
+        tells = ("pose", "twist", "inverse_mass", "free_acceleration") if answers else ("pose", "twist")
         there = [
             Connection("bodies", f"{body}.{what}", "fluid", f"{body}.{what}") for body in self.meshes for what in tells
         ]
@@ -227,6 +249,30 @@ class Scene:
         )
         return CoSimulation([fluid, bodies], [*there, *back], self._step, algorithm=exchange, ledger=self.ledger)
 
+    def _refuse_overlaps(self) -> None:
+        """Bodies that lie deep in each other or in a side would be thrown apart by the first step."""
+        allowed = TOUCHING * self.spacing
+        for one, other, depth in self.world.overlaps():
+            if depth > allowed:
+                where = f"body {other!r}" if other else "a side of the tank"
+                raise ValueError(
+                    f"scene: body {one!r} lies {depth:.2g} m deep in {where} at the start, allowed: up to {allowed:.2g} m"
+                )
+
+
+def _require_centered(name: str, mesh: trimesh.Trimesh, properties: MassProperties) -> None:
+    """Refuse a mesh whose centre of mass is not its origin, about which it would be turned and pushed."""
+    if np.linalg.norm(properties.center_of_mass) > OFF_CENTER * np.max(mesh.extents):
+        raise ValueError(
+            f"scene: mesh of body {name!r} has its centre of mass at {properties.center_of_mass.tolist()} m, allowed: at 0; "
+            "coupling.bodies.about_center_of_mass puts it there"
+        )
+
+
+def _displaced(mesh: trimesh.Trimesh, level: float) -> float:
+    """Volume [m3] of a mesh below a level [m]."""
+    return hydrostatics(mesh, level).displaced_volume if level > mesh.bounds[0, 2] else 0.0
+
 
 def tank(
     *,
@@ -240,8 +286,13 @@ def tank(
 ) -> TankScene:
     """A tank from the origin to `size` [m], open at the top, to be filled to `depth` [m] around the bodies added to it.
 
+    ValueError for a size that is not above 0, and for a depth that does not lie in it.
     Regions that move at less than `sleep_speed` [m/s] fall asleep (`oilsim.sleeping_regions`).
     """
+    if not (finite("tank: size", size, 3) > 0.0).all():
+        raise ValueError(f"tank: size is {size} m, allowed: above 0")
+    if not 0.0 < depth <= size[2]:
+        raise ValueError(f"tank: depth is {depth} m, allowed: above 0, to its height of {size[2]} m")
     margin = 4.0 * particle_spacing
     config = FluidConfig(
         particle_spacing=particle_spacing,
@@ -297,70 +348,3 @@ def empty_space(
         particle_spacing=particle_spacing, phases=phases, lower=(-x, -y, -z), upper=(x, y, z), gravity=(0.0, 0.0, 0.0)
     )
     return Scene(config, communication_step=communication_step, scheme=scheme)
-
-
-def assert_draft(scene: Scene, body: str, expected: float, *, within: float) -> None:
-    """The body's lowest point lies `expected` [m] below the still-water level, give or take `within` [m]."""
-    found = scene.draft(body)
-    assert abs(found - expected) <= within, (
-        f"draft of {body!r} is {found:.5g} m, expected: {expected:.5g} m within {within:.3g} m"
-    )
-
-
-def assert_momentum_conserved(
-    scene: Scene, *, steps: int = 1, within: float = 1e-6, angular_within: float | None = None
-) -> None:
-    """Fluid and bodies, without walls and gravity, keep their momentum over each of the next `steps`.
-
-    `within` is relative to sum m |v| of all that moves, `angular_within` (`within` if None) to that times the largest distance
-    of a particle from the origin.
-    """
-    assert scene.simulation.is_running, "scene does not run any more, expected: a run that has not ended"
-    limits = within, within if angular_within is None else angular_within
-    for _ in range(steps):
-        before, earlier = scene.momentum(), _turnover(scene)
-        scene.step()
-        change, later = scene.momentum() - before, _turnover(scene)
-        turnover, reach = max(earlier[0], later[0]), max(earlier[1], later[1])
-        for part, scale, limit, unit in (
-            (change[:3], turnover, limits[0], "N s"),
-            (change[3:], turnover * reach, limits[1], "N m s"),
-        ):
-            worst = float(np.abs(part).max())
-            assert worst <= limit * scale, (
-                f"momentum changes by {part.tolist()} {unit} in the step to {scene.simulation.communication_point.time:.6g} s, "
-                f"where {scale:.3g} {unit} move, expected: {limit:.3g} of that at most"
-            )
-
-
-def _turnover(scene: Scene) -> tuple[float, float]:
-    """sum m |v| [kg m/s] of fluid and bodies, and the reach [m] of the fluid about the origin."""
-    state, config = scene.fluid.state, scene.fluid.config
-    mass = config.rest_volume * np.array([phase.rest_density for phase in config.phases])[state.phase]
-    speed = np.linalg.norm(state.velocity.astype(np.float64), axis=0)
-    moving = float(mass @ speed) + float(np.linalg.norm(scene.world.momentum()[:3]))
-    return moving, float(np.linalg.norm(state.position, axis=0).max(initial=scene.spacing))
-
-
-def assert_pressure_hydrostatic(
-    scene: Scene, *, at: tuple[float, float], within: float, density: float = 1000.0
-) -> None:
-    """Below the point `at` (x, y) [m] pressure is rho g (level - z), within the part `within` of that at the bottom.
-
-    Compared from the bottom to two spacings below the level, a spacing apart.
-    """
-    level, bottom, gravity = scene.level(), scene._bottom, abs(scene.fluid.config.gravity[2])
-    heights = np.arange(bottom + 0.5 * scene.spacing, level - 2.0 * scene.spacing, scene.spacing)
-    assert len(heights), (
-        f"water is {level - bottom:.3g} m deep, expected: three spacings, {3 * scene.spacing:.3g} m, or more"
-    )
-    found = scene.fluid.pressure_at(
-        np.column_stack([np.full(len(heights), at[0]), np.full(len(heights), at[1]), heights])
-    )
-    expected = density * gravity * (level - heights)
-    error = np.abs(found - expected) / (density * gravity * (level - bottom))
-    worst = int(np.argmax(error))
-    assert error[worst] <= within, (
-        f"pressure at z = {heights[worst]:.5g} m is {found[worst]:.5g} Pa, expected: {expected[worst]:.5g} Pa within "
-        f"{within:.3g} of that at the bottom"
-    )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -222,6 +223,33 @@ def test_what_cannot_be_coupled_is_refused() -> None:
         CoSimulationError, match=r"'raft' cannot be coupled .*: 'bodies' cannot be taken back \(no state\), allowed: "
     ):
         exchange.begin({"bodies": "no state"})
+
+
+def test_a_body_that_does_not_answer_is_not_solved_for_inside_the_pressure_solve() -> None:
+    wished = replace(interface(3.0), scheme=Scheme.MONOLITHIC)
+    with pytest.raises(
+        CoSimulationError,
+        match=r"'raft' cannot be coupled \(inside .*\): 'fluid' is not told how it answers, allowed: ",
+    ):
+        BodyExchange([wished]).prepare({}, [])
+
+
+def test_monolithic_by_name_is_what_is_chosen_without_a_name() -> None:
+    found = []
+    for scheme in (None, Scheme.MONOLITHIC):
+        with raft_under_water(0.1 * WATER, scheme) as scene:
+            found.append(accelerations(scene, 3))
+            assert scene.exchange is not None and scene.exchange.schemes == {"raft": Scheme.MONOLITHIC}
+    np.testing.assert_array_equal(*found)
+
+
+def test_a_scheme_that_is_none_is_refused() -> None:
+    with pytest.raises(
+        TypeError, match=r"scheme of body 'raft' is 'virtual mass', allowed: None, Scheme\.MONOLITHIC, "
+    ):
+        replace(interface(3.0), scheme="virtual mass")
+    with pytest.raises(TypeError, match="scheme of the scene is 'explicit', allowed: None, Scheme"):
+        raft_under_water(0.1 * WATER, "explicit")  # type: ignore[arg-type]
 
 
 # added mass

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Iterator
 
 import numpy as np
 import pybullet
@@ -17,41 +16,13 @@ from coupling import plugin
 from coupling.plugin import FluidWorld, attach_fluid
 from coupling.pybullet_shapes import link_mesh
 from coupling.surface_sampling import SurfaceSampling, sample_surface
-from oilsim.boundary import tank_walls
 from oilsim.config import FluidConfig
 from oilsim.initial_conditions import block
 from oilsim.phases import Phase
 from oilsim.solver import Fluid
+from tests.coupling.pools import pool
 
 GRAVITY = 9.81
-
-
-@pytest.fixture
-def client() -> Iterator[int]:
-    identifier = pybullet.connect(pybullet.DIRECT)
-    pybullet.setAdditionalSearchPath(pybullet_data.getDataPath(), physicsClientId=identifier)
-    yield identifier
-    pybullet.disconnect(identifier)
-
-
-def pool(
-    spacing: float, side: float, depth: float, hollow: tuple[tuple[float, float, float], ...] = ((0, 0, 0), (0, 0, 0))
-) -> Fluid:
-    """A square tank of water on the ground, centred on the z axis, but for a hollow box (centre, half extents)."""
-    half = 0.5 * side
-    config = FluidConfig(
-        particle_spacing=spacing,
-        phases=(Phase(name="water", rest_density=1000.0),),
-        lower=(-side, -side, -side),
-        upper=(side, side, 3.0 * side),
-    )
-    fluid = Fluid(config, threads=1)
-    sides = ("-x", "+x", "-y", "+y", "-z")
-    fluid.add_boundary(tank_walls((-half, -half, 0.0), (half, half, 2.0 * side), spacing, sides=sides))
-    water = block((-half, -half, 0.0), (half, half, depth), spacing)
-    center, extents = hollow
-    fluid.add_particles(water[(np.abs(water - center) >= extents).any(axis=1)], phase="water")
-    return fluid
 
 
 def held_sides(client: int, half: float, thick: float, high: float) -> list[int]:
@@ -215,6 +186,7 @@ def test_inertia_of_a_bounding_box_is_told(client: int) -> None:
 
 @pytest.mark.filterwarnings("ignore:body")
 def test_many_links_and_bodies_that_come_and_go(client: int) -> None:
+    pybullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=client)
     fluid = pool(0.05, 0.4, 0.1)
     robot = pybullet.loadURDF("r2d2.urdf", [0.0, 0.0, 2.0], useFixedBase=True, physicsClientId=client)
     world = attach_fluid(client, fluid, [])
@@ -341,6 +313,7 @@ def test_joints_clipped_before_their_motors_hold_them_are_told(client: int, lift
 
 
 def test_a_link_that_turns_far_in_a_step_is_told(client: int) -> None:
+    pybullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=client)
     pybullet.setTimeStep(0.01, physicsClientId=client)
     shape = pybullet.createCollisionShape(pybullet.GEOM_SPHERE, radius=0.05, physicsClientId=client)
     body = pybullet.createMultiBody(1.0, shape, basePosition=(0, 0, 0.1), physicsClientId=client)

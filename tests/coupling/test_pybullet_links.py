@@ -114,6 +114,20 @@ def test_inverse_mass_is_symmetric_and_moves_no_fixed_base(client: int) -> None:
     assert list(system.is_free) == [False, True, True, True]
 
 
+def test_forces_reach_links_of_a_fixed_base_that_motors_hold(client: int) -> None:
+    body = chain(client, pybullet.JOINT_REVOLUTE, base_mass=0.0)
+    for link in range(3):
+        pybullet.setJointMotorControl2(
+            body, link, pybullet.VELOCITY_CONTROL, targetVelocity=0.0, force=1e6, physicsClientId=client
+        )
+    linked = LinkedBody(client, body)
+    for _ in range(3):
+        system = read_links(client, [linked], GRAVITY, STEP)
+        pybullet.stepSimulation(physicsClientId=client)
+    assert not system.inverse_mass.any()
+    assert list(system.is_free) == [False, True, True, True]
+
+
 @pytest.mark.parametrize("kind", ["POINT2POINT", "FIXED"])
 def test_constraints_tie_bodies_to_each_other_and_to_the_world(client: int, kind: str) -> None:
     pybullet.setPhysicsEngineParameter(numSolverIterations=500, physicsClientId=client)
@@ -128,8 +142,27 @@ def test_constraints_tie_bodies_to_each_other_and_to_the_world(client: int, kind
         pybullet.changeConstraint(tie, maxForce=1e9, physicsClientId=client)
     for body in bodies:
         unbrake(client, body)
-    measured, expected = measured_and_expected(client, [LinkedBody(client, body) for body in bodies])
+    linked = [LinkedBody(client, body) for body in bodies]
+    measured_and_expected(client, linked)  # that they hold shows when they have carried something
+    measured, expected = measured_and_expected(client, linked)
     np.testing.assert_allclose(measured, expected, atol=2e-2 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("kind", ["POINT2POINT", "FIXED"])
+@pytest.mark.parametrize(("limit", "freedoms"), [(5.0, 6), (1e3, 0)])
+def test_a_constraint_that_gives_all_it_may_is_a_force(client: int, kind: str, limit: float, freedoms: int) -> None:
+    shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=(0.1, 0.1, 0.1), physicsClientId=client)
+    body = pybullet.createMultiBody(1.0, shape, physicsClientId=client)  # of 9.81 N, about twice the smaller limit
+    joint = getattr(pybullet, f"JOINT_{kind}")
+    tie = pybullet.createConstraint(body, -1, -1, -1, joint, (0, 0, 0), (0, 0, 0), (0, 0, 0), physicsClientId=client)
+    pybullet.changeConstraint(tie, maxForce=limit, physicsClientId=client)
+    if kind == "POINT2POINT":
+        freedoms = max(freedoms, 3)
+    linked = LinkedBody(client, body)
+    for expected in (6, freedoms, freedoms):
+        system = read_links(client, [linked], GRAVITY, STEP)
+        assert np.linalg.matrix_rank(system.inverse_mass, tol=1e-6) == expected
+        pybullet.stepSimulation(physicsClientId=client)
 
 
 def test_a_motor_that_keeps_its_rate_makes_a_joint_rigid(client: int) -> None:

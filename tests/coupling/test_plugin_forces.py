@@ -1,0 +1,115 @@
+"""The water's wrenches in worlds of somebody else: they arrive whatever holds the bodies, and wherever these rest."""
+
+from __future__ import annotations
+
+import numpy as np
+import pybullet
+import pytest
+
+from coupling.plugin import attach_fluid
+from oilsim.initial_conditions import block
+from oilsim.solver import Fluid
+from tests.coupling.pools import pool
+
+GRAVITY = 9.81
+
+
+def dammed(depth: float) -> Fluid:
+    """Water to the one side, x < -0.1 m, of a tank of 1 m."""
+    fluid = pool(0.1, 1.0, 0.0)
+    fluid.add_particles(block((-0.5, -0.5, 0.0), (-0.1, 0.5, depth), 0.1), phase="water")
+    return fluid
+
+
+def gate(client: int, force: float) -> int:
+    """A gate across the tank on a hinge above, whose motor gives `force` [N m] at most to keep it still."""
+    top, leaf = (
+        pybullet.createCollisionShape(
+            pybullet.GEOM_BOX, halfExtents=half, collisionFramePosition=place, physicsClientId=client
+        )
+        for half, place in (((0.2, 0.2, 0.1), (0, 0, 0)), ((0.1, 0.5, 0.4), (0, 0, -0.5)))
+    )
+    body = pybullet.createMultiBody(
+        0.0, top, basePosition=(0, 0, 1.6), linkMasses=[20.0], linkCollisionShapeIndices=[leaf], linkVisualShapeIndices=[-1],
+        linkPositions=[(0, 0, -0.7)], linkOrientations=[(0, 0, 0, 1)], linkInertialFramePositions=[(0, 0, -0.5)],
+        linkInertialFrameOrientations=[(0, 0, 0, 1)], linkParentIndices=[0], linkJointTypes=[pybullet.JOINT_REVOLUTE],
+        linkJointAxis=[(0, 1, 0)], physicsClientId=client,
+    )  # fmt: skip
+    unbrake(client, body)
+    pybullet.setJointMotorControl2(
+        body, 0, pybullet.VELOCITY_CONTROL, targetVelocity=0.0, force=force, physicsClientId=client
+    )
+    return body
+
+
+def unbrake(client: int, body: int) -> None:
+    for link in range(-1, pybullet.getNumJoints(body, physicsClientId=client)):
+        pybullet.changeDynamics(body, link, linearDamping=0, angularDamping=0, jointDamping=0, physicsClientId=client)
+
+
+def test_a_motor_on_a_fixed_base_bears_the_water_it_holds_back(client: int) -> None:
+    pybullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=client)
+    body = gate(client, 5000.0)
+    world = attach_fluid(client, dammed(0.6), [body])
+    water, motor = [], []
+    for _ in range(120):
+        world.step()
+        arm = np.array(pybullet.getLinkState(body, 0, physicsClientId=client)[0]) - (0.0, 0.0, 0.9)
+        wrench = world.wrench(body, 0)
+        water.append((np.cross(arm, wrench[:3]) + wrench[3:])[1])
+        motor.append(pybullet.getJointState(body, 0, physicsClientId=client)[3])
+    assert np.mean(water[60:]) < -500.0
+    assert np.mean(motor[60:]) == pytest.approx(-np.mean(water[60:]), rel=1e-3)
+
+
+def test_a_motor_on_a_fixed_base_gives_way_to_more_water_than_it_can_hold(client: int) -> None:
+    pybullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=client)
+    body = gate(client, 200.0)
+    world = attach_fluid(client, dammed(0.6), [body])
+    for _ in range(60):
+        world.step()
+    assert abs(pybullet.getJointState(body, 0, physicsClientId=client)[0]) > 0.1
+
+
+@pytest.mark.parametrize("limit", [1.0, 10.0, 100.0, 1e4])
+def test_a_weak_constraint_neither_holds_a_float_nor_throws_it(client: int, limit: float) -> None:
+    # 27 kg of water displaced by 1.6 kg: 265 N of buoyancy. Held as if for good, it would be thrown off at hundreds of m/s2
+    pybullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=client)
+    shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=[0.15] * 3, physicsClientId=client)
+    body = pybullet.createMultiBody(1.6, shape, basePosition=(0, 0, 0.3), physicsClientId=client)
+    unbrake(client, body)
+    tie = pybullet.createConstraint(
+        body, -1, -1, -1, pybullet.JOINT_POINT2POINT, (0, 0, 0), (0, 0, 0), (0, 0, 0.3), physicsClientId=client
+    )
+    pybullet.changeConstraint(tie, maxForce=limit, physicsClientId=client)
+    world = attach_fluid(client, pool(0.1, 1.0, 0.6, hollow=((0, 0, 0.3), (0.16, 0.16, 0.16))), [body])
+    speeds = []
+    for _ in range(120):
+        world.step()
+        speeds.append(pybullet.getBaseVelocity(body, physicsClientId=client)[0])
+    changes = np.linalg.norm(np.diff(speeds, axis=0), axis=1) * 240.0
+    height = pybullet.getBasePositionAndOrientation(body, physicsClientId=client)[0][2]
+    assert changes.max() < 15.0 * GRAVITY
+    assert (height > 0.5) == (limit < 265.0)
+
+
+def test_water_wakes_a_body_that_pybullet_put_to_sleep(client: int) -> None:
+    pybullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=client)
+    floor, shape = (
+        pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=half, physicsClientId=client)
+        for half in ((2.0, 2.0, 0.1), (0.1, 0.1, 0.1))
+    )
+    pybullet.createMultiBody(0.0, floor, basePosition=(0, 0, -0.1), physicsClientId=client)
+    body = pybullet.createMultiBody(
+        4.0, shape, basePosition=(0.2, 0, 0.1), flags=pybullet.URDF_ENABLE_SLEEPING, physicsClientId=client
+    )
+    pybullet.changeDynamics(
+        body, -1, activationState=pybullet.ACTIVATION_STATE_ENABLE_SLEEPING, lateralFriction=0.1, physicsClientId=client
+    )
+    for _ in range(900):
+        pybullet.stepSimulation(physicsClientId=client)
+    assert not np.any(pybullet.getBaseVelocity(body, physicsClientId=client))
+    world = attach_fluid(client, dammed(0.6), [body])
+    for _ in range(80):
+        world.step()
+    assert pybullet.getBasePositionAndOrientation(body, physicsClientId=client)[0][0] > 0.25

@@ -1,0 +1,239 @@
+"""What cannot be right in a world of somebody else is refused with its name, and told once where it can be mended."""
+
+from __future__ import annotations
+
+import itertools
+import warnings
+
+import numpy as np
+import pybullet
+import pytest
+import trimesh
+
+from coupling.bodies import box, mass_properties
+from coupling.plugin import FluidWorld, attach_fluid
+from coupling.rigid_body_world import RigidBodyWorld
+from coupling.surface_sampling import sample_surface
+from oilsim.config import FluidConfig
+from oilsim.phases import Phase
+from oilsim.solver import Fluid
+from tests.coupling.pools import pool
+
+GRAVITY = 9.81
+
+
+def cube(client: int, *, half: float = 0.15, mass: float = 1.0, height: float = 0.5, maximal: bool = False) -> int:
+    shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=[half] * 3, physicsClientId=client)
+    body: int = pybullet.createMultiBody(
+        mass, shape, basePosition=(0, 0, height), useMaximalCoordinates=maximal, physicsClientId=client
+    )
+    return body
+
+
+def puddle() -> Fluid:
+    return pool(0.1, 1.0, 0.1)
+
+
+@pytest.mark.parametrize("same_shape", [False, True])
+def test_another_body_of_the_same_unique_id_is_refused(client: int, same_shape: bool) -> None:
+    pybullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=client)
+    body = cube(client)
+    world = attach_fluid(client, puddle(), [body])
+    world.step()
+    pybullet.removeBody(body, physicsClientId=client)
+    assert cube(client, half=0.15 if same_shape else 0.2) == body
+    if same_shape:  # nothing that the fluid knows of it has changed
+        world.step()
+        return
+    with pytest.raises(
+        ValueError, match=rf"body {body} is not the one that was added .* remove_body\({body}\), then add_body"
+    ):
+        world.step()
+    world.remove_body(body)
+    world.add_body(body)
+    world.step()
+
+
+def test_a_body_of_several_shapes_is_known_again(client: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    # pybullet leaves the first two numbers of all but the first shape as it finds them in memory
+    tell, found = pybullet.getCollisionShapeData, itertools.count(1000)
+
+    def told(*arguments: int, **terms: int) -> tuple[tuple[object, ...], ...]:
+        first, *others = tell(*arguments, **terms)
+        return first, *((next(found), next(found), *shape[2:]) for shape in others)
+
+    monkeypatch.setattr(pybullet, "getCollisionShapeData", told)
+    shape = pybullet.createCollisionShapeArray(
+        shapeTypes=[pybullet.GEOM_BOX] * 2, halfExtents=[[0.15] * 3] * 2, collisionFramePositions=[[0, 0, 0], [0.2, 0, 0]],
+        physicsClientId=client,
+    )  # fmt: skip
+    body = pybullet.createMultiBody(1.0, shape, basePosition=(0, 0, 0.5), physicsClientId=client)
+    assert len(told(body, -1, physicsClientId=client)) == 2
+    pybullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=client)
+    attach_fluid(client, puddle(), [body]).step()
+
+
+def test_a_failed_attachment_leaves_the_fluid_as_it_was(client: int) -> None:
+    fluid, good = puddle(), cube(client)
+    bad = pybullet.createMultiBody(1.0, physicsClientId=client)
+    before = fluid.boundary_count
+    with pytest.raises(ValueError, match=f"body {bad} has no collision shape"):
+        attach_fluid(client, fluid, [good, bad])
+    assert fluid.boundary_count == before
+
+
+def test_a_warning_taken_for_an_error_leaves_no_part_of_a_body(client: int) -> None:
+    fluid = pool(0.04, 0.2, 0.08)
+    before = fluid.boundary_count
+    points = np.random.default_rng(0).normal(size=(60, 3))
+    points *= 0.1 / np.linalg.norm(points, axis=1, keepdims=True)
+    shape = pybullet.createCollisionShape(pybullet.GEOM_MESH, vertices=points.tolist(), physicsClientId=client)
+    body = pybullet.createMultiBody(2.0, shape, physicsClientId=client)
+    with warnings.catch_warnings(), pytest.raises(UserWarning, match="inertia of its bounding box"):
+        warnings.simplefilter("error")
+        attach_fluid(client, fluid, [body])
+    assert fluid.boundary_count == before
+
+
+# meshes that are no solids
+
+
+def opened() -> trimesh.Trimesh:
+    mesh = box((0.4, 0.4, 0.4))
+    return trimesh.Trimesh(mesh.vertices, mesh.faces[2:], process=False)
+
+
+def reversed_box() -> trimesh.Trimesh:
+    mesh = box((0.4, 0.4, 0.4))
+    return trimesh.Trimesh(mesh.vertices, mesh.faces[:, ::-1], process=False)
+
+
+def mixed() -> trimesh.Trimesh:
+    mesh = box((0.4, 0.4, 0.4))
+    faces = mesh.faces.copy()
+    faces[:3] = faces[:3, ::-1]
+    return trimesh.Trimesh(mesh.vertices, faces, process=False)
+
+
+NO_SOLIDS = [
+    (opened(), "is not watertight"),
+    (reversed_box(), r"encloses -0\.064 m3, allowed: above 0"),
+    (mixed(), "has triangles of both windings"),
+]
+
+
+@pytest.mark.parametrize(("mesh", "message"), NO_SOLIDS)
+def test_samplings_and_rigid_bodies_want_solids(mesh: trimesh.Trimesh, message: str) -> None:
+    with pytest.raises(ValueError, match=f"^mesh {message}"):
+        sample_surface(mesh, 0.1)
+    with pytest.raises(ValueError, match=f"rigid bodies: mesh of 'raft' {message}"):
+        RigidBodyWorld().add_body("raft", mesh, mass_properties(box((0.4, 0.4, 0.4)), mass=1.0))
+
+
+@pytest.mark.parametrize(("mesh", "message"), NO_SOLIDS)
+def test_meshes_that_are_no_solids_are_refused(client: int, mesh: trimesh.Trimesh, message: str) -> None:
+    body = cube(client)
+    world = attach_fluid(client, puddle(), [])
+    with pytest.raises(ValueError, match=rf"meshes\[-1\] of body {body} {message}"):
+        world.add_body(body, meshes={-1: mesh})
+
+
+def test_meshes_of_links_that_are_not_there_are_refused(client: int) -> None:
+    body = cube(client)
+    world = attach_fluid(client, puddle(), [])
+    with pytest.raises(ValueError, match=f"meshes of body {body} has the link 3, allowed: -1 to -1"):
+        world.add_body(body, meshes={3: box((0.4, 0.4, 0.4))})
+    with pytest.raises(
+        TypeError, match=rf"meshes\[-1\] of body {body} is of the type ndarray, allowed: trimesh\.Trimesh"
+    ):
+        world.add_body(body, meshes={-1: np.zeros((4, 3))})
+
+
+def test_what_is_no_body_of_links_is_named(client: int) -> None:
+    world = attach_fluid(client, puddle(), [])
+    with pytest.raises(ValueError, match="body 5 is not in the client, allowed: none, for it is empty"):
+        world.add_body(5)
+    body = cube(client, maximal=True)
+    with pytest.raises(
+        ValueError, match=f"body {body} is soft or has maximal coordinates, allowed: .*useMaximalCoordinates"
+    ):
+        world.add_body(body)
+    with pytest.raises(TypeError, match=r"body is '0', allowed: the unique id"):
+        world.add_body("0")  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match=r"bodies is 0, allowed: several unique ids, \[0\] for one body"):
+        attach_fluid(client, puddle(), 0)  # type: ignore[arg-type]
+
+
+def test_a_link_that_does_not_meet_the_fluid_has_no_wrench(client: int) -> None:
+    body = cube(client)
+    world = attach_fluid(client, puddle(), [body])
+    with pytest.raises(
+        ValueError, match=rf"link -1 of body 9 does not meet the fluid, allowed \(body/link\): {body}/-1"
+    ):
+        world.wrench(9)
+
+
+def test_a_client_that_is_not_connected_is_named() -> None:
+    with pytest.raises(ValueError, match="client 77 is not connected, allowed: "):
+        attach_fluid(77, puddle(), [])
+    client = pybullet.connect(pybullet.DIRECT)
+    world = attach_fluid(client, puddle(), [])
+    pybullet.disconnect(client)
+    with pytest.raises(ValueError, match=f"client {client} is not connected"):
+        world.step()
+
+
+def test_a_fluid_of_two_dimensions_is_refused(client: int) -> None:
+    config = FluidConfig(
+        particle_spacing=0.1, phases=(Phase(name="water", rest_density=1000.0),), lower=(-1, -0.5, -1), upper=(1, 0.5, 2),
+        dimension=2,
+    )  # fmt: skip
+    with pytest.raises(ValueError, match="fluid has 2 dimensions, allowed: 3"):
+        attach_fluid(client, Fluid(config, threads=1), [])
+
+
+def told_in(world: FluidWorld, steps: int, carried: int | None = None, velocity: float = 0.0) -> list[str]:
+    """What is said in some steps, a held body being set 0.5 m/s times the time further in each."""
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        for step in range(steps):
+            if carried is not None:
+                client = world._client
+                place = (-0.6 + 0.5 / 240.0 * step, 0, 0.5)
+                pybullet.resetBasePositionAndOrientation(carried, place, (0, 0, 0, 1), physicsClientId=client)
+                pybullet.resetBaseVelocity(carried, (velocity, 0, 0), physicsClientId=client)
+            world.step()
+    return [str(warning.message) for warning in told]
+
+
+def test_two_gravities_are_told_once(client: int) -> None:
+    world = attach_fluid(client, puddle(), [cube(client)])
+    told = told_in(world, 3)
+    assert len(told) == 1
+    assert (
+        "gravity is [0.0, 0.0, 0.0] m/s2 in the client and [0.0, 0.0, -9.81] m/s2 in the fluid; setGravity(" in told[0]
+    )
+    pybullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=client)
+    assert not told_in(attach_fluid(client, puddle(), []), 2)
+
+
+@pytest.mark.parametrize("velocity", [0.0, 0.5])
+def test_a_held_body_that_is_carried_without_a_velocity_is_told_once(client: int, velocity: float) -> None:
+    pybullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=client)
+    body = cube(client, mass=0.0)
+    world = attach_fluid(client, puddle(), [body])
+    told = told_in(world, 6, carried=body, velocity=velocity)
+    if velocity > 0.0:
+        assert not told
+        return
+    assert len(told) == 1
+    assert f"resetBaseVelocity({body}, [0.5, 0.0, 0.0], [0.0, 0.0, 0.0]) after" in told[0]
+
+
+def test_a_held_body_that_is_moved_once_is_not_told_of(client: int) -> None:
+    pybullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=client)
+    body = cube(client, mass=0.0)
+    world = attach_fluid(client, puddle(), [body])
+    assert not told_in(world, 2)
+    pybullet.resetBasePositionAndOrientation(body, (0.1, 0, 0.5), (0, 0, 0, 1), physicsClientId=client)
+    assert not told_in(world, 2)
