@@ -287,3 +287,28 @@ def test_models_may_inherit_their_variables() -> None:
         third = given("m")
 
     assert list(Derived().variables) == ["first", "second", "third"]
+
+
+def test_plain_numbers_of_a_model_are_part_of_its_state() -> None:
+    class Counter(ScalarModel):
+        sum = given("m")
+
+        def __init__(self) -> None:
+            super().__init__()
+            self.last, self._count, self.is_odd = 1.0, 0, False
+
+        def advance(self, time: float, step_size: float) -> None:
+            self.last, self._count, self.is_odd = 2.0 * self.last, self._count + 1, not self.is_odd
+            self.sum += self.last + self._count
+
+    run = CoSimulation([counter := Counter()], [], 0.1, rolls_back=True)
+    run.initialize()
+    assert run.rollback_faults == {}
+    run.run(0.3)
+    saved = run.save_state()
+    run.run(0.5)
+    after = (counter.sum, counter.last, counter._count, counter.is_odd)
+    run.restore_state(saved)
+    assert (counter.last, counter._count, counter.is_odd) == (8.0, 3, True)
+    run.run(0.5)
+    assert (counter.sum, counter.last, counter._count, counter.is_odd) == after
