@@ -152,6 +152,24 @@ def test_its_state_goes_back_and_into_another_instance(
         one.terminate()
 
 
+def test_a_current_set_after_a_state_was_saved_goes_with_it(folder: Path) -> None:
+    """Also out of the scores, which reckon with speeds through the water."""
+    exercise = ExerciseParticipant("tow", load_scenario(folder / "tow.toml").scenario)
+    exercise.enter_initialization_mode(0.0)
+    exercise.exit_initialization_mode()
+    state = exercise.save_state()
+    speeds = []
+    for ordered in (False, True, False):
+        exercise.restore_state(state)
+        if ordered:
+            exercise.set("forcing.current.speed", np.array([0.5]))
+            exercise.set("forcing.current.direction", np.array([2.0]))
+        assert exercise.do_step(0.0, STEP).status is Status.OK
+        speeds.append(float(exercise.get("booms.main.normal_speed")[0]))
+    assert speeds[0] == speeds[2] != speeds[1]
+    exercise.terminate()
+
+
 @pytest.mark.parametrize("version", [2, 3])
 def test_it_is_sound_and_fmpy_runs_it(exported: Build, own_run: dict[str, float], version: Literal[2, 3]) -> None:
     path = exported(version)
