@@ -56,7 +56,8 @@ class FmuContent:
 
     identifier: of the model, a Python name; factory: ``package.module:callable`` that makes the participant from the folder of its
     files (see `coupling.fmu_slave.ParticipantSlave`); description: one line; texts and files: what that folder holds, by name;
-    stop_time, step_size [s]: of the proposed experiment; any_step: whether it takes steps of any size.
+    stop_time, step_size [s]: of the proposed experiment; any_step: whether it takes steps of any size; saves_state: whether its state
+    can be saved, restored and serialised.
     """
 
     identifier: str
@@ -65,6 +66,7 @@ class FmuContent:
     step_size: float
     stop_time: float
     any_step: bool = False
+    saves_state: bool = True
     texts: Mapping[str, str] = field(default_factory=dict)
     files: Mapping[str, Path] = field(default_factory=dict)
 
@@ -94,7 +96,8 @@ def export_fmu(content: FmuContent, path: str | Path, version: Version) -> None:
 def _build(content: FmuContent, version: Version, folder: Path) -> Path:
     """The FMU in `folder`, built in a process of its own: one that has run FMUs may hold their copies of pythonfmu."""
     script, files = _script(content, version, folder), _files(content, folder / "files")
-    options = ["--handle-state", "--serialize-state", *([] if content.any_step else ["--no-variable-step"])]
+    state = ["--handle-state", "--serialize-state"] if content.saves_state else []
+    options = [*state, *([] if content.any_step else ["--no-variable-step"])]
     target = folder / "built"
     command = [sys.executable, "-m", PACKAGES[version], "build", "-f", str(script), "-d", str(target), *options]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(_own_module_path())}

@@ -21,6 +21,7 @@ from coupling.fmu_export import FmuContent
 from coupling.participant import Status, StepResult, Variable, checked_value
 from recordings.frame import Event, Frame, RunDescription
 from scenarios.build import Assembly, build
+from scenarios.fmu_checks import all_are_kept
 from scenarios.fmus import ORDERS, connections_of
 from scenarios.load import files_replaced, scenario_from
 from scenarios.scenario import Scenario
@@ -126,11 +127,16 @@ class ExerciseParticipant:
         return StepResult(Status.OK, time + step_size)
 
     def save_state(self) -> object:
-        """Everything that influences what follows, as plain data."""
+        """Everything that influences what follows, as plain data; NotImplementedError with an FMU whose state cannot be kept."""
+        simulation = self._running()
         assert self._assembly is not None
+        if self._assembly.not_kept:
+            raise NotImplementedError(
+                f"{self._name!r}: state of {', '.join(self._assembly.not_kept)} cannot be saved as bytes"
+            )
         return {
             "start_time": self._start_time,
-            "simulation": self._running().save_state(),
+            "simulation": simulation.save_state(),
             "scores": self._assembly.scoring.save_state(),
             "inputs": self._inputs().save_state(),
         }
@@ -186,6 +192,7 @@ def exercise_content(scenario: Scenario) -> FmuContent:
         stop_time=scenario.run.duration,
         texts={SCENARIO_FILE: json.dumps(data, indent=1)},
         files=files,
+        saves_state=all_are_kept(scenario.fmus),
     )
 
 

@@ -76,6 +76,11 @@ def _doubly_driven(connections: Mapping[str, Connection]) -> Iterator[Problem]:
             yield Problem(paths[1], f"drives {signal!r}, which {paths[0]} drives already, allowed: one of them")
 
 
+def all_are_kept(fmus: Mapping[str, FmuSettings]) -> bool:
+    """Whether the state of every FMU can be kept outside it, and so that of the run; the FMUs are those of a checked scenario."""
+    return all(FmuParticipant(PREFIX + name, settings.file).is_kept for name, settings in fmus.items())
+
+
 def fmu_participants(fmus: Mapping[str, FmuSettings]) -> tuple[FmuParticipant, ...]:
     """The FMUs, each of them tried out; ScenarioError for one that cannot run here, before anything is computed."""
     participants = []

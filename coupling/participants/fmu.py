@@ -76,6 +76,12 @@ class FmuParticipant:
         """See the module."""
         return self._variables
 
+    @property
+    def is_kept(self) -> bool:
+        """Whether its state can be kept outside it, as bytes: in a checkpoint, or in the state of what it is a part of."""
+        interface = self._description.coSimulation
+        return bool(interface.canGetAndSetFMUstate and interface.canSerializeFMUstate)
+
     def rehearse(self) -> None:
         """Load the FMU, make an instance and let it go, to find out before a run that it can; ValueError if it cannot.
 

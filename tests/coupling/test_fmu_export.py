@@ -68,7 +68,9 @@ class Stiff(ScalarModel):
 """
 
 
-def build(folder: Path, version: Version, name: str = "Tank", sign: str = "", text: str = TANK) -> Path:
+def build(
+    folder: Path, version: Version, name: str = "Tank", sign: str = "", text: str = TANK, saves_state: bool = True
+) -> Path:
     """The FMU of a tank, which empties if sign is -, or of another model."""
     source = folder / f"{name}.py"
     source.write_text(text.format(name=name, sign=sign))
@@ -80,6 +82,7 @@ def build(folder: Path, version: Version, name: str = "Tank", sign: str = "", te
         step_size=0.1,
         stop_time=2.0,
         any_step=True,
+        saves_state=saves_state,
         files={MODEL_FILE: source},
     )
     export_fmu(content, path, version)
@@ -130,6 +133,15 @@ def test_fmpy_runs_it_by_itself(tmp_path: Path, version: Version) -> None:
     level = next(variable for variable in description.modelVariables if variable.name == "level")
     assert level.unit == "m"
     assert {unit.name: unit.baseUnit.m for unit in description.unitDefinitions}["m3/s"] == 3
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_state_is_promised_only_where_it_can_be_saved(tmp_path: Path, version: Version) -> None:
+    fmu = FmuParticipant("tank", build(tmp_path, version, saves_state=False))
+    assert not fmu.is_kept
+    with pytest.raises(NotImplementedError, match=r"'tank': Tank-.\.fmu cannot save its state"):
+        fmu.save_state()
+    assert FmuParticipant("tank", build(tmp_path, version)).is_kept
 
 
 def test_two_fmus_of_one_process_keep_apart(tmp_path: Path) -> None:
