@@ -16,6 +16,7 @@ import uuid
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib import metadata
+from keyword import iskeyword
 from pathlib import Path
 from typing import Literal
 
@@ -71,8 +72,10 @@ class FmuContent:
     files: Mapping[str, Path] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        if not self.identifier.isidentifier():
-            raise ValueError(f"identifier of an FMU is {self.identifier!r}, allowed: letters, digits and '_'")
+        if not self.identifier.isidentifier() or iskeyword(self.identifier):
+            raise ValueError(
+                f"identifier of an FMU is {self.identifier!r}, allowed: letters, digits and '_', no keyword"
+            )
 
 
 def export_fmu(content: FmuContent, path: str | Path, version: Version) -> None:

@@ -8,6 +8,7 @@ booms. The exercise begins when its master begins, and takes steps of whole comm
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -108,11 +109,12 @@ class ExerciseParticipant:
     def do_step(self, time: float, step_size: float) -> StepResult:
         """A whole number of communication steps; ERROR for another, and where the run fails."""
         simulation, own = self._running(), self._scenario.run.communication_step
-        if simulation.communication_point.index == 0:
-            self._start_time = time
+        if simulation.communication_point.index == 0 and math.isfinite(time):
+            self._start_time = time  # not that of the initialization, which pythonfmu3 does not pass on
         reached = self._start_time + simulation.communication_point.time
-        count = round(step_size / own)
-        if count < 1 or abs(step_size - count * own) > WHOLE * own or abs(time - reached) > WHOLE * own:
+        count = round(step_size / own) if math.isfinite(step_size) else 0
+        fits = abs(step_size - count * own) <= WHOLE * own and abs(time - reached) <= WHOLE * own
+        if count < 1 or not fits:
             allowed = f"from {reached:g} s, whole multiples of communication_step = {own:g} s"
             return StepResult(Status.ERROR, reached, f"step is from {time:g} s by {step_size:g} s, allowed: {allowed}")
         try:
@@ -185,7 +187,7 @@ def exercise_content(scenario: Scenario) -> FmuContent:
 
     data = files_replaced(as_data(scenario), packed)
     return FmuContent(
-        identifier="".join(part.capitalize() for part in scenario.name.replace("_", "-").split("-")),
+        identifier=_identifier(scenario.name),
         factory="scenarios.exercise_fmu:packed_exercise",
         description=scenario.title or scenario.name,
         step_size=scenario.run.communication_step,
@@ -194,6 +196,11 @@ def exercise_content(scenario: Scenario) -> FmuContent:
         files=files,
         saves_state=all_are_kept(scenario.fmus),
     )
+
+
+def _identifier(name: str) -> str:
+    """A Python name after a scenario's, which no other class of the FMU's script has; letters alone could make "True"."""
+    return "Exercise" + "".join(part.capitalize() for part in name.replace("_", "-").split("-"))
 
 
 def packed_exercise(folder: Path) -> ExerciseParticipant:

@@ -41,7 +41,7 @@ def fmu_problems(fmus: Mapping[str, FmuSettings], signals: Mapping[str, Signal])
         if any(PREFIX + name in ends and PREFIX + name not in loaded for name in fmus):
             continue  # its FMU has been reported
         connections[path] = connection
-        unknown = _unknown_signal(connection, signals)
+        unknown = _unknown_signal(connection, signals) or _unknown_fmu(connection, fmus)
         if unknown:
             yield Problem(path, unknown)
             continue
@@ -63,6 +63,14 @@ def _unknown_signal(connection: Connection, signals: Mapping[str, Signal]) -> st
     direction = "that a run takes" if takes else "that a run gives"
     hint = suggestion(name, fitting) or ","
     return f"is {name!r}, which is no signal {direction}{hint} allowed: {', '.join(shown) or 'none is there'}"
+
+
+def _unknown_fmu(connection: Connection, fmus: Mapping[str, FmuSettings]) -> str:
+    """What is wrong with a connection from an FMU that does not exist; else nothing."""
+    name = connection.source.removeprefix(PREFIX)
+    if connection.source == READINGS or name in fmus:
+        return ""
+    return f"is from {connection.source!r}, which does not exist, allowed: {', '.join(PREFIX + one for one in fmus)}, a signal"
 
 
 def _doubly_driven(connections: Mapping[str, Connection]) -> Iterator[Problem]:

@@ -335,8 +335,9 @@ import {script.stem}
 
 
 def test_what_cannot_be_an_fmu_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="identifier of an FMU is 'my tank'"):
-        FmuContent(identifier="my tank", factory="", description="", step_size=0.1, stop_time=1.0)
+    for name in ("my tank", "True"):
+        with pytest.raises(ValueError, match=f"identifier of an FMU is '{name}'"):
+            FmuContent(identifier=name, factory="", description="", step_size=0.1, stop_time=1.0)
     (tmp_path / "none.py").write_text("x = 1\n")
     with pytest.raises(ValueError, match=r"none\.py defines none, allowed: one subclass"):
         model_in(tmp_path / "none.py")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import math
 import os
 import shutil
 import subprocess
@@ -254,6 +255,24 @@ def test_steps_and_starts_of_its_master(exported: Build) -> None:
     assert "allowed: from 100.1 s, whole multiples of communication_step = 0.02 s" in result.message
     for one in (fmu, same):
         one.terminate()
+
+
+@pytest.mark.parametrize(("time", "step_size"), [(math.nan, STEP), (0.0, math.nan), (0.0, math.inf), (0.0, 0.0)])
+def test_a_first_step_from_nowhere_is_refused(folder: Path, time: float, step_size: float) -> None:
+    exercise = ExerciseParticipant("tow", load_scenario(folder / "tow.toml").scenario)
+    exercise.enter_initialization_mode(0.0)
+    exercise.exit_initialization_mode()
+    result = exercise.do_step(time, step_size)
+    assert result.status is Status.ERROR
+    assert "allowed: from 0 s, whole multiples of communication_step" in result.message
+    exercise.terminate()
+
+
+@pytest.mark.parametrize("name", ["3d-tow", "true", "default-experiment", "exercise"])
+def test_every_scenario_name_makes_an_fmu(folder: Path, tmp_path: Path, name: str) -> None:
+    target = tmp_path / "named.fmu"
+    assert main(["export-fmu", str(folder / "tow.toml"), "--set", f'name="{name}"', "-o", str(target)]) == 0
+    assert validate_fmu(str(target)) == []
 
 
 def test_it_needs_no_file_of_the_scenario(exported: Build, tmp_path: Path) -> None:
