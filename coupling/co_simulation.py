@@ -5,7 +5,8 @@ length meets its last communication point exactly. A participant of sub-rate n m
 
 A step that a participant discards is tried again with half its length: by that participant alone, its inputs held, or, in a run
 that `rolls_back`, by all of them, which go back to the communication point first. Whoever is to be taken back is tested at
-the start (see `rollback`); one that does not repeat its step bit for bit is named, and is not taken back.
+the start (see `rollback`): one that cannot save its state is named, and is not taken back; one that does not repeat its step bit for
+bit ends the run.
 """
 
 from __future__ import annotations
@@ -80,6 +81,8 @@ class CoSimulation:
         passes between fluid and bodies, which may end the run.
         """
         problems = setup_problems(participants, connections) + _sub_rate_problems(participants, sub_rates)
+        if not participants:
+            problems.append("participants are none, allowed: one or more")
         if not (math.isfinite(communication_step_size) and communication_step_size > 0.0):
             problems.append(f"communication_step_size is {communication_step_size} s, allowed: above 0")
         if not math.isfinite(start_time):
@@ -170,7 +173,7 @@ class CoSimulation:
             message = f"the saved state is of {', '.join(sorted(states))}, allowed: {', '.join(sorted(self._steppers))}"
             self._fail(CoSimulationError("master", self.communication_point.time, message))
         for name, stepper in self._steppers.items():
-            self._guarded(stepper, partial(stepper.restore, Snapshot(states[name], saved["outputs"][name])))
+            self._in_order(partial(stepper.restore, Snapshot(states[name], saved["outputs"][name])))
         self._algorithm.restore(saved["algorithm"])
         if self._ledger is not None:
             self._ledger.restore(saved["ledger"])
@@ -189,8 +192,13 @@ class CoSimulation:
             self.terminate(f"{enders[0].name} ends the run: {enders[0].wants_end}")
 
     def run(self, until: float) -> None:
-        """Steps up to the first communication point at or after `until` [s], or to where a participant ends the run."""
+        """Steps up to the first communication point at or after `until` [s], or to where a participant ends the run.
+
+        ValueError for a time that is not finite.
+        """
         self._require(_Phase.RUNNING, "run")
+        if not math.isfinite(until):
+            raise ValueError(f"run: until is {until} s, allowed: a finite time")
         last = math.ceil((until - self._start_time) / self._step_size - TIME_TOLERANCE)
         while self._index < last and self.is_running:
             self.step()
@@ -204,7 +212,7 @@ class CoSimulation:
         """End the run: participants in order, then observers. A second call does nothing."""
         if self._phase is _Phase.TERMINATED:
             return
-        failures = self._terminate_participants(except_for="")
+        failures = self._terminate_participants()
         self._notify(lambda observer: observer.terminated(reason))
         if failures:
             name, cause = failures[0]
@@ -282,22 +290,20 @@ class CoSimulation:
             self._ledger.close(self._steppers, begin, end)
 
     def _fail(self, error: CoSimulationError, cause: BaseException | None = None) -> NoReturn:
-        """End the run in order and raise; the one that failed is not called again."""
-        self._terminate_participants(except_for=error.participant)
+        """End the run in order and raise; what goes wrong in the end itself is not told, the failure comes first."""
+        self._terminate_participants()
         event = Event(error.time, str(error), "error", error.participant)
         self._notify(lambda observer: observer.event(event), raise_failures=False)
         self._notify(lambda observer: observer.terminated(str(error)), raise_failures=False)
         raise error from cause
 
-    def _terminate_participants(self, except_for: str) -> list[tuple[str, Exception]]:
+    def _terminate_participants(self) -> list[tuple[str, Exception]]:
         """Terminate in order, all of them even if one cannot; returns those that could not."""
         failures: list[tuple[str, Exception]] = []
         if self._phase is _Phase.TERMINATED:
             return failures
         self._phase = _Phase.TERMINATED
         for name, stepper in self._steppers.items():
-            if name == except_for:
-                continue
             try:
                 stepper.participant.terminate()
             except Exception as cause:
@@ -342,7 +348,7 @@ class CoSimulation:
 
     def _end_without(self, failed: Observer, reason: str) -> None:
         """End the run in order and tell the observers that still listen."""
-        self._terminate_participants(except_for="")
+        self._terminate_participants()
         self._observers = tuple(observer for observer in self._observers if observer is not failed)
         self._notify(lambda observer: observer.terminated(reason), raise_failures=False)
 
@@ -365,5 +371,5 @@ def _sub_rate_problems(participants: Sequence[Participant], sub_rates: Mapping[s
     return unknown + [
         f"sub-rate of {name!r} is {rate!r}, allowed: a whole number, 1 or more"
         for name, rate in sub_rates.items()
-        if not (isinstance(rate, int) and rate >= 1)
+        if isinstance(rate, bool) or not (isinstance(rate, int) and rate >= 1)
     ]

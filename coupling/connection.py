@@ -13,6 +13,8 @@ import numpy as np
 from coupling.participant import Array, Causality, Participant, Variable
 from coupling.units import Conversion, conversion
 
+_KINDS = {Causality.INPUT: "an input", Causality.OUTPUT: "an output", Causality.PARAMETER: "a parameter"}
+
 
 @dataclass(frozen=True)
 class Connection:
@@ -65,9 +67,9 @@ def connection_problems(connection: Connection, participants: Mapping[str, Parti
     source = _find(connection, "source", connection.source, connection.source_variable, participants, problems)
     target = _find(connection, "target", connection.target, connection.target_variable, participants, problems)
     if source is not None and source.causality is not Causality.OUTPUT:
-        problems.append(f"{connection}: source is an {source.causality.value}, allowed: output")
+        problems.append(f"{connection}: source is {_KINDS[source.causality]}, allowed: output")
     if target is not None and target.causality is not Causality.INPUT:
-        problems.append(f"{connection}: target is an {target.causality.value}, allowed: input")
+        problems.append(f"{connection}: target is {_KINDS[target.causality]}, allowed: input")
     if source is not None and target is not None:
         if source.shape != target.shape:
             problems.append(f"{connection}: shape {source.shape} feeds shape {target.shape}, allowed: equal shapes")

@@ -16,6 +16,7 @@ import uuid
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib import metadata
+from keyword import iskeyword
 from pathlib import Path
 from typing import Literal
 
@@ -56,7 +57,8 @@ class FmuContent:
 
     identifier: of the model, a Python name; factory: ``package.module:callable`` that makes the participant from the folder of its
     files (see `coupling.fmu_slave.ParticipantSlave`); description: one line; texts and files: what that folder holds, by name;
-    stop_time, step_size [s]: of the proposed experiment; any_step: whether it takes steps of any size.
+    stop_time, step_size [s]: of the proposed experiment; any_step: whether it takes steps of any size; saves_state: whether its state
+    can be saved, restored and serialised.
     """
 
     identifier: str
@@ -65,12 +67,15 @@ class FmuContent:
     step_size: float
     stop_time: float
     any_step: bool = False
+    saves_state: bool = True
     texts: Mapping[str, str] = field(default_factory=dict)
     files: Mapping[str, Path] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        if not self.identifier.isidentifier():
-            raise ValueError(f"identifier of an FMU is {self.identifier!r}, allowed: letters, digits and '_'")
+        if not self.identifier.isidentifier() or iskeyword(self.identifier):
+            raise ValueError(
+                f"identifier of an FMU is {self.identifier!r}, allowed: letters, digits and '_', no keyword"
+            )
 
 
 def export_fmu(content: FmuContent, path: str | Path, version: Version) -> None:
@@ -94,7 +99,8 @@ def export_fmu(content: FmuContent, path: str | Path, version: Version) -> None:
 def _build(content: FmuContent, version: Version, folder: Path) -> Path:
     """The FMU in `folder`, built in a process of its own: one that has run FMUs may hold their copies of pythonfmu."""
     script, files = _script(content, version, folder), _files(content, folder / "files")
-    options = ["--handle-state", "--serialize-state", *([] if content.any_step else ["--no-variable-step"])]
+    state = ["--handle-state", "--serialize-state"] if content.saves_state else []
+    options = [*state, *([] if content.any_step else ["--no-variable-step"])]
     target = folder / "built"
     command = [sys.executable, "-m", PACKAGES[version], "build", "-f", str(script), "-d", str(target), *options]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(_own_module_path())}

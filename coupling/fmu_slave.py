@@ -15,10 +15,12 @@ from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 
-from coupling.participant import Causality, Participant, Status, Variable
+from coupling.participant import Causality, EventParticipant, Participant, Status, StepResult, Variable
+from coupling.stepper import EVENT_ROUNDS, PARTS_ALLOWED, TIME_TOLERANCE
 from coupling.units import BASE, SYMBOLS, read_unit
 from recordings.checkpoint import state_from_bytes, state_to_bytes
 
+ENDED = "asks to end the run"  # said with the last step, since PythonFMU's binary tells an end from a discard by nothing else
 CAUSALITIES = {Causality.INPUT: "input", Causality.OUTPUT: "output", Causality.PARAMETER: "parameter"}
 
 
@@ -58,15 +60,28 @@ class ParticipantSlave:
         """See `Participant`."""
         self.participant.exit_initialization_mode()
 
-    def advance(self, time: float, step_size: float) -> bool:
-        """Step the participant; False if it discarded the step, RuntimeError if it failed."""
-        result = self.participant.do_step(time, step_size)
-        if result.status is Status.DISCARD:
-            return False
-        if result.status is not Status.OK:
-            raise RuntimeError(f"{result.status.value} at {result.last_successful_time:g} s: {result.message}")
-        self._time = time + step_size
-        return True
+    def advance(self, time: float, step_size: float) -> StepResult:
+        """Step the participant; RuntimeError if it failed.
+
+        Where it returns early it is asked on at once, inputs held: neither binary can tell its master how far it has come.
+        """
+        reached, part = time, step_size
+        for _ in range(PARTS_ALLOWED):
+            result = self.participant.do_step(reached, part)
+            if result.status is Status.DISCARD and reached == time:
+                return result
+            reached = result.last_successful_time
+            if result.status not in (Status.OK, Status.EARLY_RETURN):
+                raise RuntimeError(f"{result.status.value} at {reached:g} s: {result.message}")
+            self._time = reached
+            if result.event_handling_needed:
+                self._settle_events(reached)
+            if result.terminate_simulation:
+                self._tell(f"{ENDED}: {result.message or 'no reason given'}")
+            part = time + step_size - reached
+            if result.terminate_simulation or result.status is Status.OK or part <= TIME_TOLERANCE * step_size:
+                return result
+        raise RuntimeError(f"stopped at {reached:g} s, allowed: {time + step_size:g} s")
 
     def terminate(self) -> None:
         """See `Participant`."""
@@ -86,6 +101,20 @@ class ParticipantSlave:
     @staticmethod
     def _fmu_state_from_bytes(data: bytes) -> dict[str, Any]:
         return state_from_bytes(data)
+
+    def _settle_events(self, time: float) -> None:
+        """Bring discrete states up to date; RuntimeError if the participant cannot, or never comes to an end."""
+        if not isinstance(self.participant, EventParticipant):
+            raise RuntimeError(f"asks for event handling at {time:g} s, but has no update_discrete_states")
+        for _ in range(EVENT_ROUNDS):
+            if not self.participant.update_discrete_states():
+                return
+        raise RuntimeError(f"discrete states do not settle at {time:g} s")
+
+    def _tell(self, text: str) -> None:
+        """A message to the master."""
+        enums = importlib.import_module(f"{self.library}.enums")
+        self.log(text, getattr(enums, f"{self.prefix}Status").warning)  # type: ignore[attr-defined]  # of pythonfmu's slave
 
     def _register(self, variable: Variable) -> None:
         """Make a variable of the participant one of the FMU."""
@@ -140,8 +169,9 @@ class Slave2(ParticipantSlave):
     library, prefix, number = "pythonfmu", "Fmi2", "Real"
 
     def do_step(self, current_time: float, step_size: float) -> bool:
-        """See `advance`."""
-        return self.advance(current_time, step_size)
+        """See `advance`. The last step is a discard in FMI 2, which the standard tells from others by the status fmi2Terminated."""
+        result = self.advance(current_time, step_size)
+        return result.status is not Status.DISCARD and not result.terminate_simulation
 
     def to_xml(self, *arguments: Any) -> Element:
         """The model description, with units and the initial unknowns that FMI 2 asks for."""
@@ -167,10 +197,11 @@ class Slave3(ParticipantSlave):
         self._add_number("time", "independent", "continuous", getter=lambda: self._time)
 
     def do_step(self, current_time: float, step_size: float) -> Any:
-        """See `advance`."""
+        """See `advance`. Of the last step the binary says that it is whole, even if it ended before."""
         fmi = importlib.import_module("pythonfmu3")
-        done = self.advance(current_time, step_size)
-        return fmi.Fmi3StepResult(status=fmi.Fmi3Status.ok if done else fmi.Fmi3Status.discard)
+        result = self.advance(current_time, step_size)
+        status = fmi.Fmi3Status.discard if result.status is Status.DISCARD else fmi.Fmi3Status.ok
+        return fmi.Fmi3StepResult(status=status, terminateSimulation=result.terminate_simulation)
 
     def to_xml(self, *arguments: Any) -> Element:
         """The model description, with units."""

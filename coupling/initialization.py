@@ -2,7 +2,10 @@
 
 A sweep carries every connection's value once, in order. Where no output depends on an input at once, the second sweep changes
 nothing; along a chain of n participants the n-th does not. What still changes then goes round in a loop, x = H(x) with H a sweep,
-which is solved by quasi-Newton iteration (see `fixed_point`).
+which is solved by quasi-Newton iteration (see `fixed_point`). Each value is solved to a tolerance of its own size, so that a small one
+is as good as a large one beside it.
+
+A value that is not finite is not carried: whoever gives it is found by it, and not those that it would have spoilt.
 """
 
 from __future__ import annotations
@@ -11,7 +14,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from coupling.connection import Link
+from coupling.connection import Connection, Link
 from coupling.errors import CoSimulationError
 from coupling.fixed_point import QuasiNewton
 from coupling.participant import Array
@@ -19,32 +22,45 @@ from coupling.stepper import Stepper
 
 LOOP_TOLERANCE = 1e-10  # relative change of a value from sweep to sweep
 LOOP_SWEEPS = 100
+SMALLEST_SCALE = 1e-5  # of the loop's largest value: what is smaller may be a difference of such, and be no better than their rounding
 
 
 def exchange_initial_values(steppers: dict[str, Stepper], links: Sequence[Link], time: float) -> None:
-    """Set all connected inputs; CoSimulationError, naming the connections, for a loop that does not settle."""
+    """Set all connected inputs.
+
+    CoSimulationError for an output that is not finite, by its participant; for a loop that does not settle, naming the connections.
+    """
     values = sweep(steppers, links)
+    changing: list[int] = []
     for _ in steppers:
         before, values = values, sweep(steppers, links)
-        changing = [index for index, pair in enumerate(zip(before, values, strict=True)) if not np.array_equal(*pair)]
+        pairs = enumerate(zip(before, values, strict=True))
+        changing = [index for index, pair in pairs if not np.array_equal(*pair, equal_nan=True)]
         if not changing:
-            return
-    _solve_loop(steppers, links, changing, time)
+            break
+    for index, value in enumerate(values):
+        if index not in changing and not np.isfinite(value).all():
+            where = links[index].connection
+            steppers[where.source].fail(time, f"output {where.source_variable!r} is {value}, allowed: finite numbers")
+    if changing:
+        _solve_loop(steppers, links, changing, time)
 
 
 def sweep(steppers: dict[str, Stepper], links: Sequence[Link]) -> list[Array]:
-    """Carry every value once; returns the values."""
+    """Carry every value that is finite once; returns the values."""
     values = []
     for link in links:
         where = link.connection
         values.append(link.carried(steppers[where.source].get(where.source_variable)))
-        steppers[where.target].set(where.target_variable, values[-1])
+        if np.isfinite(values[-1]).all():
+            steppers[where.target].set(where.target_variable, values[-1])
     return values
 
 
 def _solve_loop(steppers: dict[str, Stepper], links: Sequence[Link], changing: list[int], time: float) -> None:
     """Iterate on the values that go round until a sweep leaves them as they are."""
     iteration = QuasiNewton(relaxation=1.0)
+    loops = _loops([links[index].connection for index in changing])
     values = [np.asarray(value) for value in sweep(steppers, links)]
     for _ in range(LOOP_SWEEPS):
         for index in changing:
@@ -54,10 +70,10 @@ def _solve_loop(steppers: dict[str, Stepper], links: Sequence[Link], changing: l
         x, y = (np.concatenate([np.ravel(given[index]) for index in changing]) for given in (values, results))
         if not np.isfinite(y).all():
             break
-        scale = np.maximum(np.abs(x), np.abs(y)).max() or 1.0
-        if np.abs(y - x).max() <= LOOP_TOLERANCE * scale:
+        scale = _scale(x, y, [values[index].size for index in changing], loops)
+        if (np.abs(y - x) <= LOOP_TOLERANCE * scale).all():
             return
-        proposal = iteration.proposal(x, y - x, np.full(len(x), scale))
+        proposal = iteration.proposal(x, y - x, scale)
         values = [np.asarray(value) for value in results]
         for index, part in zip(
             changing, np.split(proposal, np.cumsum([values[i].size for i in changing])), strict=False
@@ -65,3 +81,26 @@ def _solve_loop(steppers: dict[str, Stepper], links: Sequence[Link], changing: l
             values[index] = part.reshape(values[index].shape)
     names = ", ".join(str(links[index].connection) for index in changing)
     raise CoSimulationError("master", time, f"initial values go round in a loop that does not settle: {names}")
+
+
+def _loops(connections: Sequence[Connection]) -> list[int]:
+    """A number for each connection, the same for those that share a participant, if only through others."""
+    numbers = list(range(len(connections)))
+    for later, one in enumerate(connections):
+        for earlier, other in enumerate(connections[:later]):
+            old, new = numbers[later], numbers[earlier]
+            if old != new and {one.source, one.target} & {other.source, other.target}:
+                numbers = [new if number == old else number for number in numbers]
+    return numbers
+
+
+def _scale(x: Array, y: Array, sizes: Sequence[int], loops: Sequence[int]) -> Array:
+    """The size (n,) of every entry of x and y (n,), which is that of the value it belongs to: its largest entry.
+
+    sizes: number of entries of each value; loops: the number of the loop that each goes round in.
+    """
+    parts = np.split(np.maximum(np.abs(x), np.abs(y)), np.cumsum(sizes)[:-1])
+    own = [float(part.max(initial=0.0)) for part in parts]
+    largest = [max(size for size, other in zip(own, loops, strict=True) if other == loop) for loop in loops]
+    sized = [max(size, SMALLEST_SCALE * most) or 1.0 for size, most in zip(own, largest, strict=True)]
+    return np.repeat(sized, sizes)

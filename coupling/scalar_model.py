@@ -8,8 +8,10 @@
         def advance(self, time: float, step_size: float) -> None:
             self.level += step_size * self.inflow / self.area
 
-Attributes are read and written like numbers. Everything the model remembers lies in declared variables and in plain numbers
-set in `__init__`, so that its state can be saved. As a participant every variable has the shape (1,).
+Attributes are read and written like numbers. Everything the model remembers lies in declared variables and in other attributes
+that are plain numbers (float, int, bool), set in `__init__`, so that its state can be saved.
+
+As a participant every variable has the shape (1,).
 """
 
 from __future__ import annotations
@@ -114,14 +116,16 @@ class ScalarModel:
         return StepResult(Status.OK, time + step_size)
 
     def save_state(self) -> object:
-        """All that the model remembers, by name."""
-        return dict(self.memory)
+        """All that the model remembers, by name: its variables, and other attributes that are plain numbers."""
+        numbers = {name: value for name, value in vars(self).items() if isinstance(value, float | int)}
+        return {"variables": dict(self.memory), "numbers": numbers}
 
     def restore_state(self, state: object) -> None:
         """Back to what `save_state` returned."""
         if not isinstance(state, dict):
             raise TypeError(f"{self._name!r}: restore_state wants what save_state returned, not {type(state).__name__}")
-        self.memory = dict(state)
+        self.memory = dict(state["variables"])
+        vars(self).update(state["numbers"])
 
     def terminate(self) -> None:
         """Nothing is held."""

@@ -5,7 +5,7 @@ Rules, after FMI 3:
 early return  the participant is called again from where it stopped, with the inputs it has
 discard       its state is as before; it is asked for half the step, then half of that, down to 2^-HALVINGS of it
 event         discrete states are updated until they are settled, and the run's observers are told
-terminate     how far it came counts; the run ends in order once the others have made the step
+terminate     how far it came counts, and it is not stepped again; the run ends in order once the others have made the step
 error         `CoSimulationError` with the participant's name and the time; so for times that do not fit
 
 Outputs are read once after every step, found finite, and handed on from here. An output that is a mean over the step
@@ -40,7 +40,7 @@ class Discarded(Exception):
 
 
 class NotExchanged(Exception):
-    """A value that a participant did not take or give."""
+    """A value, or a state, that a participant did not take or give."""
 
     def __init__(self, participant: str, message: str) -> None:
         self.participant = participant
@@ -69,6 +69,7 @@ class Stepper:
         self.events: list[tuple[float, str]] = []  # time [s] and text of those since the master took them
         self.passes_discards_on = False  # to the master, which takes back everybody's step
         self._given = [v for v in participant.variables.values() if v.causality is Causality.OUTPUT]
+        self._shapes = {variable.name: variable.shape for variable in self._given}
         self._means = [v for v in self._given if v.is_mean]
         self._sums: dict[str, Array] = {}
 
@@ -86,20 +87,33 @@ class Stepper:
             raise NotExchanged(self.name, f"input {name!r} does not take {value}: {reason(cause)}") from cause
 
     def get(self, name: str) -> Array:
-        """An output as the participant has it now; NotExchanged if it does not give it."""
+        """An output as the participant has it now; NotExchanged if it does not give it, or not in its shape."""
         try:
-            return self.participant.get(name)
+            value = self.participant.get(name)
         except Exception as cause:
             raise NotExchanged(self.name, f"output {name!r} cannot be read: {reason(cause)}") from cause
+        if not isinstance(value, np.ndarray):
+            allowed = f"an array of shape {self._shapes[name]}"
+            raise NotExchanged(self.name, f"output {name!r} is a {type(value).__name__}, allowed: {allowed}")
+        if value.shape != self._shapes[name]:
+            raise NotExchanged(self.name, f"output {name!r} has shape {value.shape}, allowed: {self._shapes[name]}")
+        return value
 
     def advance(self, begin: float, end: float) -> None:
-        """From `begin` to `end` [s]; CoSimulationError if the participant cannot."""
+        """From `begin` to `end` [s]; CoSimulationError if the participant cannot.
+
+        One that has asked for the run's end stays where it came to, and its outputs hold.
+        """
+        if self.wants_end is not None:
+            return
         started = wall_clock.perf_counter()
         self._sums.clear()
         span = (end - begin) / self.sub_rate
         for index in range(self.sub_rate):
             last = end if index == self.sub_rate - 1 else begin + (index + 1) * span
             self._cover(begin + index * span, last)
+            if self.wants_end is not None:
+                break
         self.read_outputs(end)
         self.outputs |= {name: total / (end - begin) for name, total in self._sums.items()}
         self.wall_seconds += wall_clock.perf_counter() - started
@@ -114,12 +128,20 @@ class Stepper:
                 self.fail(time, f"output {name!r} is {value}, allowed: finite numbers")
 
     def save(self) -> Snapshot:
-        """The participant's state with its outputs; NotImplementedError if it cannot."""
-        return Snapshot(self.participant.save_state(), dict(self.outputs))
+        """The participant's state with its outputs; NotExchanged if it cannot."""
+        try:
+            return Snapshot(self.participant.save_state(), dict(self.outputs))
+        except NotImplementedError as cause:
+            raise NotExchanged(self.name, str(cause) or "it cannot save its state") from cause
+        except Exception as cause:
+            raise NotExchanged(self.name, f"state cannot be saved: {reason(cause)}") from cause
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Back to what `save` returned."""
-        self.participant.restore_state(snapshot.state)
+        """Back to what `save` returned; NotExchanged if the participant does not take it."""
+        try:
+            self.participant.restore_state(snapshot.state)
+        except Exception as cause:
+            raise NotExchanged(self.name, f"state cannot be restored: {reason(cause)}") from cause
         self.outputs = dict(snapshot.outputs)
         self.events.clear()
         self.wants_end = None
@@ -150,9 +172,12 @@ class Stepper:
 
     def _call(self, time: float, step_size: float) -> StepResult:
         try:
-            return self.participant.do_step(time, step_size)
+            result = self.participant.do_step(time, step_size)
         except Exception as cause:
             self.fail(time, reason(cause), cause)
+        if not isinstance(result, StepResult):
+            self.fail(time, f"do_step returned {result!r}, allowed: a StepResult")
+        return result
 
     def _refuse_discard(self, time: float, part: float, halvings: int, result: StepResult) -> None:
         """Raise if the step is not to be tried again here."""

@@ -75,7 +75,7 @@ SYMBOLS = {
     "rpm": Unit(_base(rad=1, s=-1), math.pi / 30.0),
     "K": Unit(_base(K=1)), "degC": Unit(_base(K=1), 1.0, 273.15), "°C": Unit(_base(K=1), 1.0, 273.15),
 }  # fmt: skip
-_TOKEN = re.compile(r"\s*(?:(?P<symbol>[^\W\d_]+|[%°]C?|1)(?:\^?(?P<power>-?\d+))?|(?P<sign>[/()*.·]))")
+_TOKEN = re.compile(r"\s*(?:(?P<symbol>[^\W\d_]+|[%°]C?|1(?!\d))(?:\^?(?P<power>-?\d+))?|(?P<sign>[/()*.·]))")
 
 
 @cache

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from coupling.body_exchange import BodyExchange
 from coupling.co_simulation import CoSimulation, FrameSource
@@ -37,6 +38,9 @@ from scenarios.signals import RunParts, signals_of
 from vessels.control import VesselControl
 from vessels.manual import ManualControl
 
+if TYPE_CHECKING:
+    from coupling.participants.fmu import FmuParticipant
+
 BODIES = "bodies"
 TO_FLUID = ("pose", "twist", "free_acceleration")
 
@@ -48,7 +52,7 @@ class Assembly:
     fluid, world: the simulators themselves, for whoever wants more than the participants' variables; coupled: names of the
     bodies that exchange motion and wrench with the fluid; fleet: vessels and booms; scoring: their accounts; remarks: what a
     run falls short of; parts: what signals reach into; exchange, ledger: how bodies meet the fluid, and the accounts of it;
-    coupling_figures: both on record.
+    coupling_figures: both on record; not_kept: names of FMUs whose state cannot be kept outside them, and so not the run's.
     """
 
     scenario: Scenario
@@ -67,6 +71,7 @@ class Assembly:
     frame_source: FrameSource
     exchange: BodyExchange
     ledger: ExchangeLedger
+    not_kept: tuple[str, ...]
 
     @property
     def controls(self) -> tuple[VesselControl, ...]:
@@ -135,6 +140,7 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
         coupling_figures=figures,
         exchange=exchange,
         ledger=ledger,
+        not_kept=tuple(fmu.name for fmu in fmus if not fmu.is_kept),
     )
 
 
@@ -160,7 +166,7 @@ def _parts(scene: Scene, controls: Sequence[VesselControl | ManualControl], scor
     )
 
 
-def _fmus(scenario: Scenario) -> tuple[Participant, ...]:
+def _fmus(scenario: Scenario) -> tuple[FmuParticipant, ...]:
     """The FMUs; what runs them is loaded only where there are some."""
     if not scenario.fmus:
         return ()

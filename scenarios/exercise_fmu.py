@@ -8,6 +8,7 @@ booms. The exercise begins when its master begins, and takes steps of whole comm
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,7 @@ from coupling.fmu_export import FmuContent
 from coupling.participant import Status, StepResult, Variable, checked_value
 from recordings.frame import Event, Frame, RunDescription
 from scenarios.build import Assembly, build
+from scenarios.fmu_checks import all_are_kept
 from scenarios.fmus import ORDERS, connections_of
 from scenarios.load import files_replaced, scenario_from
 from scenarios.scenario import Scenario
@@ -107,11 +109,12 @@ class ExerciseParticipant:
     def do_step(self, time: float, step_size: float) -> StepResult:
         """A whole number of communication steps; ERROR for another, and where the run fails."""
         simulation, own = self._running(), self._scenario.run.communication_step
-        if simulation.communication_point.index == 0:
-            self._start_time = time
+        if simulation.communication_point.index == 0 and math.isfinite(time):
+            self._start_time = time  # not that of the initialization, which pythonfmu3 does not pass on
         reached = self._start_time + simulation.communication_point.time
-        count = round(step_size / own)
-        if count < 1 or abs(step_size - count * own) > WHOLE * own or abs(time - reached) > WHOLE * own:
+        count = round(step_size / own) if math.isfinite(step_size) else 0
+        fits = abs(step_size - count * own) <= WHOLE * own and abs(time - reached) <= WHOLE * own
+        if count < 1 or not fits:
             allowed = f"from {reached:g} s, whole multiples of communication_step = {own:g} s"
             return StepResult(Status.ERROR, reached, f"step is from {time:g} s by {step_size:g} s, allowed: {allowed}")
         try:
@@ -126,11 +129,16 @@ class ExerciseParticipant:
         return StepResult(Status.OK, time + step_size)
 
     def save_state(self) -> object:
-        """Everything that influences what follows, as plain data."""
+        """Everything that influences what follows, as plain data; NotImplementedError with an FMU whose state cannot be kept."""
+        simulation = self._running()
         assert self._assembly is not None
+        if self._assembly.not_kept:
+            raise NotImplementedError(
+                f"{self._name!r}: state of {', '.join(self._assembly.not_kept)} cannot be saved as bytes"
+            )
         return {
             "start_time": self._start_time,
-            "simulation": self._running().save_state(),
+            "simulation": simulation.save_state(),
             "scores": self._assembly.scoring.save_state(),
             "inputs": self._inputs().save_state(),
         }
@@ -179,14 +187,20 @@ def exercise_content(scenario: Scenario) -> FmuContent:
 
     data = files_replaced(as_data(scenario), packed)
     return FmuContent(
-        identifier="".join(part.capitalize() for part in scenario.name.replace("_", "-").split("-")),
+        identifier=_identifier(scenario.name),
         factory="scenarios.exercise_fmu:packed_exercise",
         description=scenario.title or scenario.name,
         step_size=scenario.run.communication_step,
         stop_time=scenario.run.duration,
         texts={SCENARIO_FILE: json.dumps(data, indent=1)},
         files=files,
+        saves_state=all_are_kept(scenario.fmus),
     )
+
+
+def _identifier(name: str) -> str:
+    """A Python name after a scenario's, which no other class of the FMU's script has; letters alone could make "True"."""
+    return "Exercise" + "".join(part.capitalize() for part in name.replace("_", "-").split("-"))
 
 
 def packed_exercise(folder: Path) -> ExerciseParticipant:

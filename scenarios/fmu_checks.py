@@ -41,7 +41,7 @@ def fmu_problems(fmus: Mapping[str, FmuSettings], signals: Mapping[str, Signal])
         if any(PREFIX + name in ends and PREFIX + name not in loaded for name in fmus):
             continue  # its FMU has been reported
         connections[path] = connection
-        unknown = _unknown_signal(connection, signals)
+        unknown = _unknown_signal(connection, signals) or _unknown_fmu(connection, fmus)
         if unknown:
             yield Problem(path, unknown)
             continue
@@ -65,6 +65,14 @@ def _unknown_signal(connection: Connection, signals: Mapping[str, Signal]) -> st
     return f"is {name!r}, which is no signal {direction}{hint} allowed: {', '.join(shown) or 'none is there'}"
 
 
+def _unknown_fmu(connection: Connection, fmus: Mapping[str, FmuSettings]) -> str:
+    """What is wrong with a connection from an FMU that does not exist; else nothing."""
+    name = connection.source.removeprefix(PREFIX)
+    if connection.source == READINGS or name in fmus:
+        return ""
+    return f"is from {connection.source!r}, which does not exist, allowed: {', '.join(PREFIX + one for one in fmus)}, a signal"
+
+
 def _doubly_driven(connections: Mapping[str, Connection]) -> Iterator[Problem]:
     """Signals that more than one output drives."""
     drivers: dict[str, list[str]] = {}
@@ -74,6 +82,11 @@ def _doubly_driven(connections: Mapping[str, Connection]) -> Iterator[Problem]:
     for signal, paths in drivers.items():
         if len(paths) > 1:
             yield Problem(paths[1], f"drives {signal!r}, which {paths[0]} drives already, allowed: one of them")
+
+
+def all_are_kept(fmus: Mapping[str, FmuSettings]) -> bool:
+    """Whether the state of every FMU can be kept outside it, and so that of the run; the FMUs are those of a checked scenario."""
+    return all(FmuParticipant(PREFIX + name, settings.file).is_kept for name, settings in fmus.items())
 
 
 def fmu_participants(fmus: Mapping[str, FmuSettings]) -> tuple[FmuParticipant, ...]:

@@ -254,13 +254,14 @@ class Scoring:
     def save_state(self) -> dict[str, Any]:
         """All accounts as they stand."""
         booms = {boom.name: boom.save_state() for boom in self.booms}
-        return {"booms": booms, "announced_until": self._announced_until}
+        return {"booms": booms, "announced_until": self._announced_until, "current": self._current.copy()}
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
         """Back to what `save_state` returned."""
         for boom in self.booms:
             boom.restore_state(saved["booms"][boom.name])
         self._announced_until, self._happenings = saved["announced_until"], []
+        self._current = np.array(saved["current"])
 
     def take_orders(self, vessels: Iterable[Vessel]) -> None:
         """From now on the vessels have these courses."""

@@ -2,7 +2,8 @@
 
 Its inputs, outputs and parameters keep their names. A number is an array of shape (1,), so that it connects to a joint's
 tension; the elements of an FMI 2 array, named `wrench[1]` to `wrench[6]`, are one variable `wrench` of shape (6,); an FMI 3
-array has its own shape. Units are those of the model description, see `fmu_variables`. Integers and booleans travel as numbers.
+array has its own shape. Units are those of the model description, see `fmu_variables`. Integers, enumerations and booleans travel as
+numbers; what is set must be whole, and 0 or 1 for a boolean.
 """
 
 from __future__ import annotations
@@ -10,7 +11,8 @@ from __future__ import annotations
 import os
 import sys
 import tempfile
-from collections.abc import Mapping
+import weakref
+from collections.abc import Mapping, Sequence
 from contextlib import chdir
 from dataclasses import replace
 from pathlib import Path
@@ -23,6 +25,7 @@ from fmpy.fmi2 import FMU2Slave, fmi2LastSuccessfulTime, fmi2Terminated
 from fmpy.fmi3 import FMU3Slave
 from fmpy.model_description import ModelDescription, ModelVariable, read_model_description
 
+from coupling.fmu_slave import ENDED
 from coupling.participant import Causality, Status, StepResult, Variable, checked_value
 from coupling.participants.fmu_messages import FmuMessages
 from coupling.participants.fmu_rehearsal import is_own_process, try_out
@@ -31,7 +34,17 @@ from coupling.participants.fmu_variables import grouped, variables_of
 Array = npt.NDArray[np.float64]
 
 DISCARD_STATUS = 2  # fmi2Discard, fmi3Discard
-ACCESS = {"Enumeration": "Integer"}  # kinds read and written as another kind in FMI 2
+FLOATS = ("Real", "Float64", "Float32")
+INTEGERS = {"Integer": (32, True)} | {  # bits, and whether one of them is a sign
+    f"{'' if signed else 'U'}Int{bits}": (bits, signed) for bits in (8, 16, 32, 64) for signed in (True, False)
+}
+
+
+class _Held:
+    """A state that the FMU holds itself, for whoever saved it."""
+
+    def __init__(self, handle: object) -> None:
+        self.handle = handle
 
 
 class FmuParticipant:
@@ -60,10 +73,12 @@ class FmuParticipant:
             )
             for key, value in self._checked_start_values(start_values or {}).items()
         }
+        for key, start in self._start_values.items():
+            self._numbers(key, start)
         self._folder: tempfile.TemporaryDirectory[str] | None = None  # goes with this object at the latest
         self._fmu: FMU2Slave | FMU3Slave | None = None
         self._is_initialized = False
-        self._handles: list[object] = []
+        self._held: list[tuple[weakref.ref[_Held], object]] = []  # states, with what the FMU holds of each
         self._messages = FmuMessages()
 
     @property
@@ -75,6 +90,12 @@ class FmuParticipant:
     def variables(self) -> Mapping[str, Variable]:
         """See the module."""
         return self._variables
+
+    @property
+    def is_kept(self) -> bool:
+        """Whether its state can be kept outside it, as bytes: in a checkpoint, or in the state of what it is a part of."""
+        interface = self._description.coSimulation
+        return bool(interface.canGetAndSetFMUstate and interface.canSerializeFMUstate)
 
     def rehearse(self) -> None:
         """Load the FMU, make an instance and let it go, to find out before a run that it can; ValueError if it cannot.
@@ -109,7 +130,7 @@ class FmuParticipant:
             else:
                 fmu.enterInitializationMode()
         except Exception as cause:
-            raise RuntimeError(self._messages.explain(cause)) from cause
+            raise self._failure(cause) from cause
 
     def _instantiate(self) -> FMU2Slave | FMU3Slave:
         """A fresh instance, unpacked into a folder of its own."""
@@ -133,7 +154,10 @@ class FmuParticipant:
 
     def exit_initialization_mode(self) -> None:
         """Initial inputs are set."""
-        self._running().exitInitializationMode()
+        try:
+            self._running().exitInitializationMode()
+        except FMICallException as cause:
+            raise self._failure(cause) from cause
         self._is_initialized = True
 
     def get(self, name: str) -> Array:
@@ -141,9 +165,11 @@ class FmuParticipant:
         if name not in self._variables:
             raise ValueError(f"{self._name!r} has no variable {name!r}, allowed: {', '.join(self._variables)}")
         members = self._members[name]
-        values = getattr(self._running(), f"get{_kind(members[0])}")(
-            [member.valueReference for member in members], **self._count(name)
-        )
+        read = getattr(self._running(), f"get{self._kind(members[0])}")
+        try:
+            values = read([member.valueReference for member in members], **self._count(name))
+        except FMICallException as cause:
+            raise self._failure(cause) from cause
         return np.array(values, dtype=np.float64).reshape(self._variables[name].shape)
 
     def set(self, name: str, value: Array) -> None:
@@ -181,7 +207,7 @@ class FmuParticipant:
         if isinstance(fmu, FMU3Slave):  # which leaves its state as it was
             return StepResult(Status.DISCARD, time, message)
         reached = float(fmu.getRealStatus(fmi2LastSuccessfulTime))
-        if fmu.getBooleanStatus(fmi2Terminated) and not self._confuses_discard_with_end:
+        if fmu.getBooleanStatus(fmi2Terminated) and (ENDED in message or not self._confuses_discard_with_end):
             return self._ended(reached)
         if before is None:
             self._forget()
@@ -204,7 +230,7 @@ class FmuParticipant:
         return "PythonFMU" in (self._description.generationTool or "")
 
     def save_state(self) -> object:
-        """The FMU's state: bytes if it can be serialised, else a handle that is good until the run ends.
+        """The FMU's state: bytes if it can be serialised, else what the FMU holds for it, good until the run ends or it is dropped.
 
         NotImplementedError if the FMU cannot save its state.
         """
@@ -214,8 +240,10 @@ class FmuParticipant:
         fmu = self._running()
         handle = fmu.getFMUState()
         if not interface.canSerializeFMUstate:
-            self._handles.append(handle)
-            return handle
+            self._free_dropped()
+            held = _Held(handle)
+            self._held.append((weakref.ref(held), handle))
+            return held
         try:
             return bytes(fmu.serializeFMUState(handle))
         finally:
@@ -224,8 +252,8 @@ class FmuParticipant:
     def restore_state(self, state: object) -> None:
         """Back to what `save_state` returned."""
         fmu = self._running()
-        if any(state is handle for handle in self._handles):
-            fmu.setFMUState(state)
+        if isinstance(state, _Held) and any(held() is state for held, _ in self._held):
+            fmu.setFMUState(state.handle)
             return
         if not isinstance(state, bytes):
             raise TypeError(f"{self._name!r}: restore_state wants what save_state returned, not {type(state).__name__}")
@@ -239,7 +267,7 @@ class FmuParticipant:
         """Terminate and free the instance, and remove what was unpacked."""
         try:
             if self._fmu is not None:
-                for handle in self._handles:
+                for _, handle in self._held:
                     self._fmu.freeFMUState(handle)
                 if self._is_initialized:
                     self._fmu.terminate()
@@ -247,12 +275,25 @@ class FmuParticipant:
         finally:
             self._forget()
 
+    def _failure(self, cause: Exception) -> RuntimeError:
+        """What went wrong, in the FMU's words; after an error the standard forbids all calls that are of use, so it is let go."""
+        if isinstance(cause, FMICallException) and cause.status != DISCARD_STATUS:
+            self._forget()
+        return cause if isinstance(cause, RuntimeError) else RuntimeError(self._messages.explain(cause))
+
     def _forget(self) -> None:
         """Let go of the instance without a further call to it, and remove what was unpacked."""
         if self._folder is not None:
             self._folder.cleanup()
         self._fmu, self._folder, self._is_initialized = None, None, False
-        self._handles.clear()
+        self._held.clear()
+
+    def _free_dropped(self) -> None:
+        """Let the FMU forget states that nobody can restore any more."""
+        dropped = [handle for held, handle in self._held if held() is None]
+        self._held = [(held, handle) for held, handle in self._held if held() is not None]
+        for handle in dropped:
+            self._running().freeFMUState(handle)
 
     def _running(self) -> FMU2Slave | FMU3Slave:
         if self._fmu is None:
@@ -266,13 +307,26 @@ class FmuParticipant:
         is_three = isinstance(self._fmu, FMU3Slave)
         return {"nValues": int(np.prod(self._variables[name].shape))} if is_three else {}
 
+    def _kind(self, variable: ModelVariable) -> str:
+        """What comes after `get` and `set` in the interface's calls; an enumeration is read and written as an integer."""
+        if variable.type == "Enumeration":
+            return "Integer" if self._description.fmiVersion.startswith("2") else "Int64"
+        return str(variable.type)
+
     def _write(self, name: str, value: Array) -> None:
         members = self._members[name]
-        kind = _kind(members[0])
-        numbers = value.ravel().tolist()
-        if kind not in ("Real", "Float64", "Float32"):
-            numbers = [bool(number) if kind == "Boolean" else round(number) for number in numbers]
-        getattr(self._running(), f"set{kind}")([member.valueReference for member in members], numbers)
+        write = getattr(self._running(), f"set{self._kind(members[0])}")
+        numbers = self._numbers(name, value)
+        try:
+            write([member.valueReference for member in members], numbers)
+        except FMICallException as cause:
+            raise self._failure(cause) from cause
+
+    def _numbers(self, name: str, value: Array) -> Sequence[float]:
+        """The value as the FMU's own kind of numbers; ValueError for what is none of them."""
+        kind = self._kind(self._members[name][0])
+        numbers: list[float] = value.ravel().tolist()
+        return numbers if kind in FLOATS else _whole(f"{self._name!r}: {name!r}", kind, numbers)
 
     def _checked_start_values(self, start_values: Mapping[str, float | bool]) -> Mapping[str, float | bool]:
         allowed = [key for key, variable in self._variables.items() if variable.causality is not Causality.OUTPUT]
@@ -288,6 +342,8 @@ class FmuParticipant:
 
 def _read(path: Path) -> ModelDescription:
     """The model description of an FMU that can run here."""
+    if path.is_dir():
+        raise ValueError(f"FMU {path} is a folder, allowed: a file")
     if not path.is_file():
         raise FileNotFoundError(f"FMU {path} does not exist")
     try:
@@ -307,9 +363,15 @@ def _read(path: Path) -> ModelDescription:
     return description
 
 
-def _kind(variable: ModelVariable) -> str:
-    """What comes after `get` and `set` in the interface's calls."""
-    return str(ACCESS.get(variable.type, variable.type))
+def _whole(variable: str, kind: str, numbers: Sequence[float]) -> list[int] | list[bool]:
+    """The numbers as the integers or booleans that they are; ValueError for others."""
+    bits, signed = INTEGERS.get(kind, (1, False))
+    lowest, highest = (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1) if signed else (0, 2**bits - 1)
+    for number in numbers:
+        if not (lowest <= number <= highest and number == int(number)):
+            allowed = "0 or 1" if kind == "Boolean" else f"whole numbers from {lowest} to {highest}"
+            raise ValueError(f"{variable} is {number:g}, allowed: {allowed}")
+    return [number != 0.0 for number in numbers] if kind == "Boolean" else [int(number) for number in numbers]
 
 
 if __name__ == "__main__":  # the rehearsal: NAME FILE

@@ -75,6 +75,16 @@ def test_gauss_seidel_and_jacobi_give_their_own_closed_forms() -> None:
         assert [float(p.output) for p in participants] == pytest.approx(expected, abs=1e-14)
 
 
+def test_a_run_of_nobody_and_one_without_an_end_are_refused() -> None:
+    with pytest.raises(CouplingSetupError, match="participants are none, allowed: one or more"):
+        CoSimulation([], [], 0.1)
+    run = CoSimulation([Accumulator("pump", [])], [], 0.1)
+    run.initialize()
+    for until in (np.nan, np.inf):
+        with pytest.raises(ValueError, match=f"run: until is {until} s, allowed: a finite time"):
+            run.run(until)
+
+
 def test_time_is_counted_in_whole_steps() -> None:
     log: list[tuple[object, ...]] = []
     participants, connections = ring(log)
@@ -124,7 +134,7 @@ def test_every_setup_problem_is_reported_at_once() -> None:
     assert "a:y -> c:u" in text
 
 
-def test_failing_participant_is_named_and_the_others_end_in_order() -> None:
+def test_failing_participant_is_named_and_all_end_in_order() -> None:
     log: list[tuple[object, ...]] = []
     participants = [Accumulator(name, log) for name in ("one", "two", "three")]
     watcher = Watcher()
@@ -145,6 +155,7 @@ def test_failing_participant_is_named_and_the_others_end_in_order() -> None:
         ("one", "step", 0.1, 0.1),
         ("two", "step", 0.1, 0.1),
         ("one", "terminate"),
+        ("two", "terminate"),
         ("three", "terminate"),
     ]
     assert watcher.told[-2][:4] == ("event", 0.1, "error", "two")
@@ -176,6 +187,31 @@ def test_value_that_is_not_taken_or_given_is_named_with_its_participant(
     with pytest.raises(CoSimulationError, match=rf"participant '{owner}' failed at 0 s: {message}") as caught:
         run.initialize() if at_start else run.step()
     assert isinstance(caught.value.__cause__, ZeroDivisionError)
+
+
+@pytest.mark.parametrize(
+    ("value", "message"),
+    [
+        (3.0, r"output 'y' is a float, allowed: an array of shape \(1,\)"),
+        (np.zeros(5), r"output 'y' has shape \(5,\), allowed: \(1,\)"),
+    ],
+)
+@pytest.mark.parametrize("connected", [True, False])
+def test_output_of_another_shape_is_found_at_the_start(value: object, message: str, connected: bool) -> None:
+    first, second = Accumulator("first", [], (1,)), Accumulator("second", [], (1,))
+    first.get = lambda name: value  # type: ignore[method-assign, assignment, return-value]
+    run = CoSimulation([second, first], [Connection("first", "y", "second", "u")] if connected else [], 0.1)
+    with pytest.raises(CoSimulationError, match=f"'first' failed at 0 s: {message}"):
+        run.initialize()
+
+
+def test_step_without_a_result_is_named() -> None:
+    participant = Accumulator("pump", [])
+    participant.do_step = lambda time, step_size: None  # type: ignore[method-assign, assignment, return-value]
+    run = CoSimulation([participant], [], 0.1)
+    run.initialize()
+    with pytest.raises(CoSimulationError, match="'pump' failed at 0 s: do_step returned None, allowed: a StepResult"):
+        run.step()
 
 
 @pytest.mark.parametrize(
@@ -279,6 +315,7 @@ def test_failure_during_initialization_is_named() -> None:
         raise OSError("no licence")
 
     participants[1].exit_initialization_mode = refuse  # type: ignore[method-assign]
+    participants[1].terminate = refuse  # type: ignore[method-assign]  # the failure that came first is told
     run = CoSimulation(participants, [], 0.1)
     with pytest.raises(CoSimulationError, match="'two' failed at 0 s: no licence"):
         run.initialize()

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fmpy.fmi3 import FMU3Slave
 
 from coupling.co_simulation import CoSimulation
 from coupling.connection import Connection
@@ -184,6 +185,8 @@ def test_failing_fmu_is_named(build: Build) -> None:
 def test_bad_fmus_are_refused(build: Build, tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError, match=r"FMU .*nowhere\.fmu does not exist"):
         FmuParticipant("winch", tmp_path / "nowhere.fmu")
+    with pytest.raises(ValueError, match=r"FMU .* is a folder, allowed: a file"):
+        FmuParticipant("winch", tmp_path)
     (tmp_path / "noise.fmu").write_text("no archive")
     with pytest.raises(ValueError, match=r"noise\.fmu is no FMU"):
         FmuParticipant("winch", tmp_path / "noise.fmu")
@@ -226,3 +229,89 @@ def test_fmus_that_crash_or_hang_do_no_harm(
         monkeypatch.setattr(fmu_rehearsal, "PATIENCE", 4.0)
     with pytest.raises(ValueError, match=rf"FMU .*bad\.fmu cannot be loaded: {told}"):
         FmuParticipant("winch", tmp_path / "bad.fmu").rehearse()
+
+
+GEAR = """
+from enum import Enum
+from pythonfmu3 import *
+from pythonfmu3.variable_types import EnumerationType
+
+class Mode(Enum):
+    off = 0
+    on = 1
+
+class Gear(Fmi3Slave):
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        self.time, self.speed, self.teeth, self.engaged, self.mode = 0.0, 0.0, 0, False, 1
+        self.type_definitions["Mode"] = EnumerationType("Mode", Mode)
+        discrete = Fmi3Variability.discrete
+        self.register_variable(Float64("time", causality=Fmi3Causality.independent, variability=Fmi3Variability.continuous))
+        self.register_variable(Int32("teeth", causality=Fmi3Causality.input, variability=discrete))
+        self.register_variable(Boolean("engaged", causality=Fmi3Causality.input, variability=discrete))
+        self.register_variable(Float64("speed", causality=Fmi3Causality.output))
+        mode = Enumeration("mode", declared_type="Mode", causality=Fmi3Causality.output, variability=discrete)
+        mode.dimensions = []  # which pythonfmu3 (0.3) forgets, and asks for
+        self.register_variable(mode)
+
+    def do_step(self, current_time, step_size):
+        self.speed = float(self.teeth * self.engaged)
+        return Fmi3StepResult(status=Fmi3Status.ok)
+"""
+
+
+@pytest.fixture(scope="module")
+def gear(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """An FMU of FMI 3 with an integer, a boolean and an enumeration, whose state it holds itself."""
+    folder = tmp_path_factory.mktemp("gear")
+    script = folder / "gear_3.py"
+    script.write_text(GEAR)
+    command = [sys.executable, "-m", "pythonfmu3", "build", "-f", str(script), "-d", str(folder), "--handle-state"]
+    subprocess.run(command, check=True, capture_output=True)
+    return next(folder.glob("*.fmu"))
+
+
+def test_integers_booleans_and_enumerations_are_numbers(gear: Path) -> None:
+    fmu = FmuParticipant("gear", gear, {"teeth": 7, "engaged": True})
+    run = CoSimulation([fmu], [], 0.1)
+    run.initialize()
+    run.step()
+    assert {name: float(value[0]) for name, value in run.outputs("gear").items()} == {"speed": 7.0, "mode": 1.0}
+    fmu.set("teeth", np.array([-(2.0**31)]))
+    run.terminate()
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "allowed"),
+    [
+        ("teeth", 2.7, "whole numbers from -2147483648 to 2147483647"),
+        ("teeth", 1e12, "whole numbers from -2147483648 to 2147483647"),
+        ("teeth", np.nan, "whole numbers"),
+        ("engaged", 0.2, "0 or 1"),
+        ("engaged", -1.0, "0 or 1"),
+    ],
+)
+def test_what_is_no_integer_or_boolean_is_not_made_one(gear: Path, name: str, value: float, allowed: str) -> None:
+    with pytest.raises(ValueError, match=f"'gear': '{name}' is .*, allowed: {allowed}"):
+        FmuParticipant("gear", gear, {name: value})
+    fmu = FmuParticipant("gear", gear)
+    fmu.enter_initialization_mode(0.0)
+    with pytest.raises(ValueError, match=f"'gear': '{name}' is .*, allowed: {allowed}"):
+        fmu.set(name, np.array([value]))
+    fmu.terminate()
+
+
+def test_states_that_an_fmu_holds_are_let_go_with_the_last_who_may_want_them(
+    build: Build, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    freed: list[object] = []
+    free = FMU3Slave.freeFMUState
+    monkeypatch.setattr(FMU3Slave, "freeFMUState", lambda fmu, state: (freed.append(state), free(fmu, state)))
+    run = CoSimulation([FmuParticipant("winch", build(3))], [], 0.1, rolls_back=True)
+    run.initialize()
+    assert run.rollback_faults == {}
+    freed.clear()
+    for _ in range(20):
+        run.step()
+    assert len(freed) >= 19
+    run.terminate()

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from fmpy import simulate_fmu
 from fmpy.fmi2 import FMU2Slave
+from fmpy.fmi3 import FMU3Slave
 from fmpy.validation import validate_fmu
 
 from coupling.co_simulation import CoSimulation
@@ -23,6 +24,45 @@ from coupling.participants.fmu import FmuParticipant
 from coupling.scalar_model import MODEL_FILE, ScalarModel, given, model_in, parameter, taken
 
 Version = Literal[2, 3]
+
+# fails when it is asked for its output in a run, not when it is built
+TAUT = """
+from coupling.scalar_model import ScalarModel, given
+
+class Tank(ScalarModel):
+    pull = given("N")
+    is_running = False
+
+    def enter_initialization_mode(self, start_time):
+        self.is_running = True
+
+    def get(self, name):
+        if self.is_running:
+            raise ValueError("rope is taut")
+        return super().get(name)
+"""
+
+# half of each step at first, with an event there; the end after 0.1 s
+HALTING = """
+from coupling.participant import Status, StepResult
+from coupling.scalar_model import ScalarModel, given
+
+class Halting(ScalarModel):
+    place = given("m")
+    rounds = given("1")
+
+    def do_step(self, time, step_size):
+        if step_size > 0.03:
+            self.place += 0.5 * step_size
+            return StepResult(Status.EARLY_RETURN, time + 0.5 * step_size, "half", event_handling_needed=True)
+        self.place += step_size
+        end = time + step_size
+        return StepResult(Status.OK, end, "winch is empty", terminate_simulation=end > 0.09)
+
+    def update_discrete_states(self):
+        self.rounds += 1
+        return self.rounds % 2 == 1
+"""
 
 TANK = '''
 from coupling.participant import Status, StepResult
@@ -68,7 +108,9 @@ class Stiff(ScalarModel):
 """
 
 
-def build(folder: Path, version: Version, name: str = "Tank", sign: str = "", text: str = TANK) -> Path:
+def build(
+    folder: Path, version: Version, name: str = "Tank", sign: str = "", text: str = TANK, saves_state: bool = True
+) -> Path:
     """The FMU of a tank, which empties if sign is -, or of another model."""
     source = folder / f"{name}.py"
     source.write_text(text.format(name=name, sign=sign))
@@ -80,6 +122,7 @@ def build(folder: Path, version: Version, name: str = "Tank", sign: str = "", te
         step_size=0.1,
         stop_time=2.0,
         any_step=True,
+        saves_state=saves_state,
         files={MODEL_FILE: source},
     )
     export_fmu(content, path, version)
@@ -132,6 +175,30 @@ def test_fmpy_runs_it_by_itself(tmp_path: Path, version: Version) -> None:
     assert {unit.name: unit.baseUnit.m for unit in description.unitDefinitions}["m3/s"] == 3
 
 
+@pytest.mark.parametrize("version", [2, 3])
+def test_state_is_promised_only_where_it_can_be_saved(tmp_path: Path, version: Version) -> None:
+    fmu = FmuParticipant("tank", build(tmp_path, version, saves_state=False))
+    assert not fmu.is_kept
+    with pytest.raises(NotImplementedError, match=r"'tank': Tank-.\.fmu cannot save its state"):
+        fmu.save_state()
+    assert FmuParticipant("tank", build(tmp_path, version)).is_kept
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_after_a_fatal_error_an_fmu_is_not_called_again(
+    tmp_path: Path, version: Version, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Not even to end it, which a master does with whoever failed; what it said is told."""
+    called: list[str] = []
+    run = CoSimulation([FmuParticipant("tank", build(tmp_path, version, text=TAUT))], [], 0.1)
+    for call in ("terminate", "freeInstance"):
+        for kind in (FMU2Slave, FMU3Slave):
+            monkeypatch.setattr(kind, call, lambda fmu, call=call: called.append(call))
+    with pytest.raises(CoSimulationError, match=r"'tank' failed at 0 s: output 'pull' cannot be read: .*rope is taut"):
+        run.initialize()
+    assert called == []
+
+
 def test_two_fmus_of_one_process_keep_apart(tmp_path: Path) -> None:
     fmus = []
     for version in (3, 2):
@@ -171,6 +238,20 @@ def test_a_discarded_step_is_a_discarded_step(tmp_path: Path, version: Version) 
     fmu.set("inflow", np.array([1.0]))
     assert fmu.do_step(0.0, 0.1).status is Status.OK
     fmu.terminate()
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_an_early_return_is_gone_on_from_and_the_end_is_told(tmp_path: Path, version: Version) -> None:
+    fmu = FmuParticipant("halting", build(tmp_path, version, "Halting", text=HALTING))
+    run = CoSimulation([fmu], [], 0.05)
+    run.initialize()
+    run.step()
+    assert (fmu.get("place")[0], fmu.get("rounds")[0]) == (0.05, 2.0)
+    assert run.is_running
+    run.run(1.0)
+    assert not run.is_running
+    assert run.communication_point.index == 2
+    assert float(run.outputs("halting")["place"][0]) == pytest.approx(0.1)
 
 
 def stiff_run(path: Path, rolls_back: bool = False) -> tuple[FmuParticipant, CoSimulation]:
@@ -254,8 +335,9 @@ import {script.stem}
 
 
 def test_what_cannot_be_an_fmu_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="identifier of an FMU is 'my tank'"):
-        FmuContent(identifier="my tank", factory="", description="", step_size=0.1, stop_time=1.0)
+    for name in ("my tank", "True"):
+        with pytest.raises(ValueError, match=f"identifier of an FMU is '{name}'"):
+            FmuContent(identifier=name, factory="", description="", step_size=0.1, stop_time=1.0)
     (tmp_path / "none.py").write_text("x = 1\n")
     with pytest.raises(ValueError, match=r"none\.py defines none, allowed: one subclass"):
         model_in(tmp_path / "none.py")
@@ -287,3 +369,28 @@ def test_models_may_inherit_their_variables() -> None:
         third = given("m")
 
     assert list(Derived().variables) == ["first", "second", "third"]
+
+
+def test_plain_numbers_of_a_model_are_part_of_its_state() -> None:
+    class Counter(ScalarModel):
+        sum = given("m")
+
+        def __init__(self) -> None:
+            super().__init__()
+            self.last, self._count, self.is_odd = 1.0, 0, False
+
+        def advance(self, time: float, step_size: float) -> None:
+            self.last, self._count, self.is_odd = 2.0 * self.last, self._count + 1, not self.is_odd
+            self.sum += self.last + self._count
+
+    run = CoSimulation([counter := Counter()], [], 0.1, rolls_back=True)
+    run.initialize()
+    assert run.rollback_faults == {}
+    run.run(0.3)
+    saved = run.save_state()
+    run.run(0.5)
+    after = (counter.sum, counter.last, counter._count, counter.is_odd)
+    run.restore_state(saved)
+    assert (counter.last, counter._count, counter.is_odd) == (8.0, 3, True)
+    run.run(0.5)
+    assert (counter.sum, counter.last, counter._count, counter.is_odd) == after

@@ -121,6 +121,8 @@ def test_mean_outputs_are_weighted_over_early_returns() -> None:
 def test_wrong_sub_rates_are_refused() -> None:
     with pytest.raises(CouplingSetupError, match=r"names participant 'c', allowed: a; sub-rate of 'a' is 0, allowed"):
         CoSimulation([Accumulator("a", [])], [], 0.1, sub_rates={"c": 2, "a": 0})
+    with pytest.raises(CouplingSetupError, match="sub-rate of 'a' is True, allowed: a whole number"):
+        CoSimulation([Accumulator("a", [])], [], 0.1, sub_rates={"a": True})
 
 
 # events and the end
@@ -178,6 +180,24 @@ def test_participant_may_end_the_run_without_a_failure() -> None:
     assert log[-2:] == [("first", "terminate"), ("second", "terminate")]
 
 
+@pytest.mark.parametrize("rolls_back", [False, True])
+def test_one_that_has_asked_for_the_end_is_not_stepped_again(rolls_back: bool) -> None:
+    """Neither in what its sub-rate leaves of the step, nor in the second half of a step that was repeated."""
+    log: Log = []
+    ender, stiff = Accumulator("ender", log), Accumulator("stiff", log)
+    ender.on_step = lambda time, step: StepResult(
+        Status.EARLY_RETURN, time + 0.5 * step, "done", terminate_simulation=True
+    )
+    stiff.on_step = refusing(0.06)
+    run = CoSimulation([ender, stiff], [], 0.1, sub_rates={"ender": 2}, rolls_back=rolls_back)
+    run.initialize()
+    log.clear()
+    run.step()
+    assert not run.is_running
+    assert steps_of(log, "ender") == ([(0.0, 0.05), (0.0, 0.025)] if rolls_back else [(0.0, 0.05)])
+    assert steps_of(log, "stiff")[-1] == pytest.approx((0.05, 0.05))  # which makes the step whole
+
+
 # discarded steps and rollback
 
 
@@ -230,6 +250,31 @@ def test_step_that_is_always_discarded_ends_the_run_by_name(rolls_back: bool) ->
 
 
 def test_rollback_is_tested_withheld_and_named() -> None:
+    """Of those that tell at once that they cannot, before they have made a step."""
+
+    class Refusing(Accumulator):
+        def restore_state(self, state: object) -> None:
+            raise OSError("no disk")
+
+    log: Log = []
+    good, bad, none = Accumulator("good", log), Refusing("bad", log), Function("none", lambda u: u)
+    run, watcher = watched([good, bad, none], [], rolls_back=True)
+    run.initialize()
+    assert run.rollback_faults == {
+        "bad": "state cannot be restored: no disk",
+        "none": "it cannot save its state",
+    }
+    assert watcher.events[0].text == "participant 'bad' cannot be taken back: state cannot be restored: no disk"
+    assert watcher.events[0].level == "warning"
+    good.on_step = refusing(0.06)
+    log.clear()
+    run.step()  # the one that discards takes smaller steps by itself, nobody is taken back
+    assert len(steps_of(log, "good")) == 3 and steps_of(log, "bad") == [(0.0, 0.1)]
+
+
+def test_one_that_does_not_come_back_ends_the_run() -> None:
+    """It has been stepped, and is no longer where the run begins."""
+
     class Forgetful(Accumulator):
         """Restores its output, but not how often it has stepped, on which the next output depends."""
 
@@ -241,16 +286,28 @@ def test_rollback_is_tested_withheld_and_named() -> None:
             return super().do_step(time, step_size)
 
     log: Log = []
-    good, bad, none = Accumulator("good", log), Forgetful("bad", log), Function("none", lambda u: u)
-    run, watcher = watched([good, bad, none], [], rolls_back=True)
+    run = CoSimulation([Accumulator("good", log), Forgetful("bad", log)], [], 0.1, rolls_back=True)
+    message = (
+        "restore_state leaves something out: output 'y' of a repeated step differs by up to 0.1, allowed: the same"
+    )
+    with pytest.raises(CoSimulationError, match=f"'bad' failed at 0 s: {message}"):
+        run.initialize()
+    assert log[-1] == ("bad", "terminate")
+
+
+@pytest.mark.parametrize("call", ["save_state", "restore_state"])
+def test_state_that_is_not_given_or_taken_later_is_named(call: str) -> None:
+    def refuse(*arguments: object) -> object:
+        raise OSError("no disk")
+
+    first, stiff = Accumulator("first", []), Accumulator("stiff", [])
+    stiff.on_step = refusing(0.06)
+    run = CoSimulation([first, stiff], [], 0.1, rolls_back=True)
     run.initialize()
-    assert list(run.rollback_faults) == ["bad", "none"]
-    assert run.rollback_faults["bad"] == "output 'y' of a repeated step differs by up to 0.1"
-    assert "'bad' cannot be taken back: output 'y'" in watcher.events[0].text and watcher.events[0].level == "warning"
-    good.on_step = refusing(0.06)
-    log.clear()
-    run.step()  # the one that discards takes smaller steps by itself, nobody is taken back
-    assert len(steps_of(log, "good")) == 3 and len(steps_of(log, "bad")) == 1
+    setattr(first, call, refuse)
+    verb = {"save_state": "saved", "restore_state": "restored"}[call]
+    with pytest.raises(CoSimulationError, match=f"'first' failed at 0 s: state cannot be {verb}: no disk"):
+        run.step()
 
 
 def test_run_is_as_if_never_tested() -> None:
@@ -299,6 +356,36 @@ def test_loop_without_a_solution_is_named() -> None:
     parts = [Function("up", lambda u: u + 1.0), Function("wire", lambda u: u)]
     run = CoSimulation(parts, [Connection("up", "y", "wire", "u"), Connection("wire", "y", "up", "u")], 0.1)
     with pytest.raises(CoSimulationError, match="loop that does not settle: up:y -> wire:u, wire:y -> up:u"):
+        run.initialize()
+
+
+def test_loops_of_different_size_are_each_solved_to_their_own() -> None:
+    # A = 0.5 A + 1e6, C = 0.9 C + 1e-4
+    parts = [Function("A", lambda u: 0.5 * u + 1e6), Function("B", lambda u: u)]
+    parts += [Function("C", lambda u: 0.9 * u + 1e-4), Function("D", lambda u: u)]
+    pairs = (("A", "B"), ("B", "A"), ("C", "D"), ("D", "C"))
+    run = CoSimulation(parts, [Connection(source, "y", target, "u") for source, target in pairs], 0.1)
+    run.initialize()
+    assert float(run.outputs("A")["y"][0]) == pytest.approx(2e6, rel=1e-9)
+    assert float(run.outputs("C")["y"][0]) == pytest.approx(1e-3, rel=1e-9)
+
+
+def test_small_difference_of_large_values_in_a_loop_settles() -> None:
+    # u = 0.7 u + 0.3e6 through a third value u - 1e6, which is 0 but for rounding
+    parts = [Function("up", lambda u: 0.7 * u + 0.3e6), Function("less", lambda u: u - 1e6)]
+    parts += [Function("more", lambda u: u + 1e6)]
+    pairs = (("up", "less"), ("less", "more"), ("more", "up"))
+    run = CoSimulation(parts, [Connection(source, "y", target, "u") for source, target in pairs], 0.1)
+    run.initialize()
+    assert float(run.outputs("up")["y"][0]) == pytest.approx(1e6, rel=1e-9)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_initial_value_that_is_not_finite_is_found_with_its_owner(value: float) -> None:
+    parts = [Function("last", lambda u: u), Function("next", lambda u: u), Function("source", lambda u: value)]
+    connections = [Connection("source", "y", "next", "u"), Connection("next", "y", "last", "u")]
+    run = CoSimulation(parts, connections, 0.1)
+    with pytest.raises(CoSimulationError, match=rf"'source' failed at 0 s: output 'y' is \[{value}\], allowed: finite"):
         run.initialize()
 
 

@@ -25,7 +25,7 @@ def test_spellings_of_one_unit(text: str, same_as: str) -> None:
     assert read_unit(text) == read_unit(same_as) is not None
 
 
-@pytest.mark.parametrize("text", ["furlong", "N, N m", "m/", "(m", "m)", "m//s", "2 m"])
+@pytest.mark.parametrize("text", ["furlong", "N, N m", "m/", "(m", "m)", "m//s", "2 m", "1000 N", "10"])
 def test_what_the_table_does_not_know_is_not_guessed(text: str) -> None:
     assert read_unit(text) is None
 

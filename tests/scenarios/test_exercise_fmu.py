@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import math
 import os
 import shutil
 import subprocess
@@ -152,6 +153,24 @@ def test_its_state_goes_back_and_into_another_instance(
         one.terminate()
 
 
+def test_a_current_set_after_a_state_was_saved_goes_with_it(folder: Path) -> None:
+    """Also out of the scores, which reckon with speeds through the water."""
+    exercise = ExerciseParticipant("tow", load_scenario(folder / "tow.toml").scenario)
+    exercise.enter_initialization_mode(0.0)
+    exercise.exit_initialization_mode()
+    state = exercise.save_state()
+    speeds = []
+    for ordered in (False, True, False):
+        exercise.restore_state(state)
+        if ordered:
+            exercise.set("forcing.current.speed", np.array([0.5]))
+            exercise.set("forcing.current.direction", np.array([2.0]))
+        assert exercise.do_step(0.0, STEP).status is Status.OK
+        speeds.append(float(exercise.get("booms.main.normal_speed")[0]))
+    assert speeds[0] == speeds[2] != speeds[1]
+    exercise.terminate()
+
+
 @pytest.mark.parametrize("version", [2, 3])
 def test_it_is_sound_and_fmpy_runs_it(exported: Build, own_run: dict[str, float], version: Literal[2, 3]) -> None:
     path = exported(version)
@@ -236,6 +255,24 @@ def test_steps_and_starts_of_its_master(exported: Build) -> None:
     assert "allowed: from 100.1 s, whole multiples of communication_step = 0.02 s" in result.message
     for one in (fmu, same):
         one.terminate()
+
+
+@pytest.mark.parametrize(("time", "step_size"), [(math.nan, STEP), (0.0, math.nan), (0.0, math.inf), (0.0, 0.0)])
+def test_a_first_step_from_nowhere_is_refused(folder: Path, time: float, step_size: float) -> None:
+    exercise = ExerciseParticipant("tow", load_scenario(folder / "tow.toml").scenario)
+    exercise.enter_initialization_mode(0.0)
+    exercise.exit_initialization_mode()
+    result = exercise.do_step(time, step_size)
+    assert result.status is Status.ERROR
+    assert "allowed: from 0 s, whole multiples of communication_step" in result.message
+    exercise.terminate()
+
+
+@pytest.mark.parametrize("name", ["3d-tow", "true", "default-experiment", "exercise"])
+def test_every_scenario_name_makes_an_fmu(folder: Path, tmp_path: Path, name: str) -> None:
+    target = tmp_path / "named.fmu"
+    assert main(["export-fmu", str(folder / "tow.toml"), "--set", f'name="{name}"', "-o", str(target)]) == 0
+    assert validate_fmu(str(target)) == []
 
 
 def test_it_needs_no_file_of_the_scenario(exported: Build, tmp_path: Path) -> None:

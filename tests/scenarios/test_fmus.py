@@ -16,11 +16,13 @@ import numpy as np
 import pytest
 
 from coupling.errors import CoSimulationError
+from coupling.participant import Status
 from coupling.participants.fmu import FmuParticipant
 from recordings.checkpoint import state_from_bytes, state_hash, state_to_bytes
 from recordings.frame import Event, Frame, RunDescription
 from scenarios.build import Assembly, build
 from scenarios.cli import main
+from scenarios.exercise_fmu import ExerciseParticipant, exercise_content
 from scenarios.load import load_scenario
 from scenarios.problems import ScenarioError
 
@@ -167,6 +169,45 @@ def test_a_run_with_an_fmu_goes_on_from_a_checkpoint_in_another_program(
     assert hashes[0] == hashes[1]
 
 
+@pytest.mark.parametrize("lacking", ["canGetAndSetFMUState", "canSerializeFMUState"])
+def test_a_run_with_an_fmu_that_cannot_be_kept_writes_no_checkpoints_and_says_so(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], lacking: str
+) -> None:
+    scenario = with_bare_winch(folder, tmp_path, lacking)
+    settings = [part for setting in (*QUICK, "run.duration=0.06") for part in ("--set", setting)]
+    files = ["--record", str(tmp_path / "tow.rrd"), "--summary", str(tmp_path / "tow.json")]
+    assert main(["run", str(scenario), *settings, *files]) == 0
+    told = "no checkpoints: state of fmus.winch cannot be saved as bytes (canSerializeFMUState)"
+    assert capsys.readouterr().err.count(told) == 1
+    summary = json.loads((tmp_path / "tow.json").read_text())
+    assert summary["state_hash"] is None
+    assert summary["ended"] == "completed"
+    assert list((tmp_path / "tow.checkpoints").iterdir()) == []
+
+
+def test_an_exercise_with_an_fmu_that_cannot_be_kept_does_not_promise_its_state(folder: Path, tmp_path: Path) -> None:
+    """Whoever asks for it all the same is refused, and the exercise goes on."""
+    scenario = load_scenario(with_bare_winch(folder, tmp_path, "canGetAndSetFMUState"), overrides=QUICK).scenario
+    assert not exercise_content(scenario).saves_state
+    exercise = ExerciseParticipant("tow", scenario)
+    exercise.enter_initialization_mode(0.0)
+    exercise.exit_initialization_mode()
+    with pytest.raises(NotImplementedError, match=r"'tow': state of fmus\.winch cannot be saved as bytes"):
+        exercise.save_state()
+    assert exercise.do_step(0.0, scenario.run.communication_step).status is Status.OK
+    exercise.terminate()
+
+
+def with_bare_winch(folder: Path, place: Path, lacking: str) -> Path:
+    """The scenario of the winch in another place, with an FMU that lacks a capability."""
+    with zipfile.ZipFile(folder / "tow-winch.fmu") as whole, zipfile.ZipFile(place / "tow-winch.fmu", "w") as bare:
+        for item in whole.namelist():
+            content = whole.read(item)
+            assert item != "modelDescription.xml" or f'{lacking}="true"'.encode() in content
+            bare.writestr(item, content.replace(f'{lacking}="true"'.encode(), b""))
+    return Path(shutil.copy(folder / "winch-tow.toml", place))
+
+
 def _here() -> dict[str, str]:
     """The environment of a program that is started elsewhere and finds these packages."""
     return os.environ | {"PYTHONPATH": str(EXAMPLES.parents[1])}
@@ -182,7 +223,7 @@ def test_units_are_compared_and_ends_checked(folder: Path, capsys: pytest.Captur
         'fmus.winch.inputs.paid_out="vessels.tug.x"': "target is an output, allowed: input",
         'fmus.winch.outputs.paid_out="vessels.tug.x"': "target is an output, allowed: input",
         'fmus.winch.outputs.paid_out="booms.main.tug.payuot"': "which is no signal that a run takes, did you mean 'booms.main.tug.payout'?",
-        'fmus.winch.inputs.tension="fmus.wind.speed"': "source participant 'fmus.wind' does not exist",
+        'fmus.winch.inputs.tension="fmus.wind.speed"': "is from 'fmus.wind', which does not exist, allowed: fmus.winch, a signal",
         'fmus.winch.outputs.speed="booms.main.tug.payout"': "which fmus.winch.outputs.paid_out drives already",
         'fmus.winch.units.tension="kN"': "unit of 'tension' is given as 'kN', but the FMU itself says 'N'",
         "fmus.winch.start.capacity=3": "has no parameter or input 'capacity', allowed: tension, speed_order",
