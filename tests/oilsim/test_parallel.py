@@ -90,14 +90,17 @@ def test_no_threads_are_refused():
 
 
 def test_threads_end_with_a_team_that_nobody_closed():
-    before, values = threading.active_count(), np.zeros(COUNT, np.int64)
-    for _ in range(5):
-        Team(3).run(add_one, COUNT, values)
+    others, values = set(threading.enumerate()), np.zeros(COUNT, np.int64)
+    teams = [Team(3) for _ in range(5)]
+    threads = set(threading.enumerate()) - others
+    assert len(threads) == 10
+    while teams:
+        teams.pop().run(add_one, COUNT, values)
     gc.collect()
     patience = time.monotonic() + 10.0
-    while threading.active_count() > before and time.monotonic() < patience:
+    while any(thread.is_alive() for thread in threads) and time.monotonic() < patience:
         time.sleep(0.01)
-    assert threading.active_count() == before
+    assert not any(thread.is_alive() for thread in threads)
     assert (values == 5).all()
 
 
