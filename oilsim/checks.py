@@ -22,9 +22,8 @@ def finite(what: str, values: ArrayLike, *shape: int | None) -> Double:
     if not fits:
         wanted = ", ".join("N" if n is None else str(n) for n in shape)
         raise ValueError(f"{what} has shape {array.shape}, allowed: ({wanted})")
-    bad = np.argwhere(~np.isfinite(array))
-    if bad.size:
-        place = tuple(bad[0].tolist())
+    if not np.isfinite(array).all():
+        place = tuple(np.argwhere(~np.isfinite(array))[0].tolist())
         raise ValueError(f"{what} has {array[place]} at {place}, allowed: finite numbers")
     return array
 
