@@ -7,7 +7,6 @@ the other. Frames and units as in `coupling.participant`.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -21,14 +20,6 @@ Quaternion = tuple[float, float, float, float]
 
 STILL: Vector = (0.0, 0.0, 0.0)
 UPRIGHT: Quaternion = (0.0, 0.0, 0.0, 1.0)
-
-
-def finite(what: str, numbers: Sequence[float], count: int) -> Array:
-    """(count,) of `numbers`; ValueError, as `what`, for fewer or more, or for one that is not finite."""
-    values = np.asarray(numbers, dtype=np.float64)
-    if values.shape != (count,) or not np.isfinite(values).all():
-        raise ValueError(f"{what} is {numbers}, allowed: {count} finite numbers")
-    return values
 
 
 @dataclass(frozen=True, eq=False)

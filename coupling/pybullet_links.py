@@ -57,9 +57,7 @@ class LinkedBody:
         self._rates = np.full((count, 3), np.nan)
         self._torques = np.full((count, 3), np.nan)
         self._shapes = self._told_shapes()
-        self._spent: set[tuple[int, float]] = (
-            set()
-        )  # constraints that once gave all they may, and how much that was [N, N m]
+        self._spent: set[tuple[int, float]] = set()  # constraints that once gave all, and how much that was [N, N m]
         self._loose: list[TreeLink] = []  # at the last reading, as if no motor held a joint
 
     @property

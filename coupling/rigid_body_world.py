@@ -19,8 +19,9 @@ from coupling.bodies import MassProperties, require_closed
 from coupling.bullet_client import BulletClient
 from coupling.engine_step import Body, EngineStep
 from coupling.lines import ElasticLine, Lines
-from coupling.motion import STILL, UPRIGHT, Motion, PrescribedMotion, Quaternion, Vector, finite
+from coupling.motion import STILL, UPRIGHT, Motion, PrescribedMotion, Quaternion, Vector
 from coupling.rigid_state import MOVING, RigidBodyState, pose_of, twist_of
+from oilsim.checks import finite
 
 Array = npt.NDArray[np.float64]
 

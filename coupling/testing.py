@@ -30,7 +30,7 @@ from coupling.exchange_ledger import ENERGY_LIMIT, BodyBond, ExchangeLedger
 from coupling.faults import Fault, FaultyParticipant
 from coupling.fixed_point import Aitken, Iteration
 from coupling.hydrostatics import hydrostatics
-from coupling.motion import STILL, UPRIGHT, PrescribedMotion, Quaternion, Vector, finite
+from coupling.motion import STILL, UPRIGHT, PrescribedMotion, Quaternion, Vector
 from coupling.participant import Array
 from coupling.participants.fluid import FluidParticipant
 from coupling.participants.rigid_bodies import RigidBodyParticipant, RigidBodyWorld
@@ -38,6 +38,7 @@ from coupling.scene_checks import assert_draft, assert_momentum_conserved, asser
 from coupling.signed_distance import SignedDistance
 from coupling.surface_sampling import boundary_particles
 from oilsim.boundary import tank_walls
+from oilsim.checks import finite
 from oilsim.config import FluidConfig
 from oilsim.diagnostics import angular_momentum
 from oilsim.initial_conditions import block
