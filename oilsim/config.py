@@ -85,7 +85,8 @@ class FluidConfig:
         for key in ("gravity", "lower", "upper"):
             if not all(math.isfinite(value) for value in getattr(self, key)):
                 problems.append(f"{key} is {getattr(self, key)}, allowed: finite numbers")
-        furthest = max(abs(value) for value in (*self.lower, *self.upper))
+        axes = (0, 2) if self.dimension == 2 else (0, 1, 2)  # a plane's particles have no y
+        furthest = max(abs(corner[axis]) for corner in (self.lower, self.upper) for axis in axes)
         if math.isfinite(furthest) and not furthest * ROUNDING <= COARSEST * self.particle_spacing:
             problems.append(
                 f"lower and upper reach {furthest} m from the origin, allowed: {COARSEST / ROUNDING:.0f} particle spacings; "

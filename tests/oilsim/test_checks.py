@@ -86,6 +86,14 @@ def test_impossible_domains_are_refused(terms, message):
         FluidConfig(**(settings | terms))
 
 
+def test_a_plane_may_be_as_thick_as_it_likes():
+    water = Phase(name="water", rest_density=1e3)
+    corners = {"lower": (0.0, -1.0, 0.0), "upper": (1e-3, 1.0, 1e-3)}
+    FluidConfig(particle_spacing=3e-5, phases=(water,), dimension=2, **corners)
+    with pytest.raises(ValueError, match=r"reach 1.0 m from the origin"):
+        FluidConfig(particle_spacing=3e-5, phases=(water,), **corners)
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
