@@ -45,7 +45,8 @@ class FluidConfig:
     scheme                 "split" (default: positions and velocities constrained apart) or "paper" (Qiu et al. 2021, Alg. 3)
     density_tolerance      mean compression (rho / rho_0 - 1)+ that ends the density iterations
     divergence_tolerance   mean compression a step, dt (D rho / Dt) / rho, that ends the divergence iterations: of all particles, of each
-                           liquid, and of those beside bodies; a tenth of it in a filled box
+                           liquid but the one that there is most of, with the particles that touch it, and of those beside bodies; a
+                           tenth of it in a filled box
     viscosity_tolerance    relative residual that ends the viscosity solve
     relaxation             omega of Eq. 23
     viscosity_correction   gamma of Eq. 29; 1 is physical, the paper used 1e4

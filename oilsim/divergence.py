@@ -166,15 +166,17 @@ def show_velocity(i, vx, vy, vz, walls, extrapolation, seen):
 
 
 @njit(**FAST)
-def pressure_velocity(begin, end, points, fluid, walls, gradient, own, extrapolation, kappa, change, seen, push):
-    """Fill `change` (3, N) with u_i [m/s] from kappa [m2/s] (Eq. 14), and `seen` (N, 4) with what neighbours see of it.
+def pressure_velocity(
+    begin, end, chosen, points, fluid, walls, gradient, own, extrapolation, kappa, change, seen, push
+):
+    """Fill `change` (3, N) with u_i [m/s] from kappa [m2/s] (Eq. 14), and `seen` (N, 4) with what neighbours see, for the i `chosen`.
 
     push (N, 3) becomes sum_j G_ij kappa_j [m/s], by which bodies beside walls are pressed too; None where none moves.
     """
     neighbor, quantum = fluid.neighbor, gradient.quantum
     whole_x, whole_y, whole_z = rows(gradient.whole)
-    for i in range(begin, end):
-        tx = ty = tz = spread(ZERO)
+    for n in range(begin, end):
+        i, tx, ty, tz = chosen[n], spread(ZERO), spread(ZERO), spread(ZERO)
         first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
         for k in range(first, last, LANES):
             present = below(last, k)
@@ -205,12 +207,12 @@ def seen_velocity(begin, end, walls, extrapolation, velocity, seen):
 
 
 @njit(**FAST)
-def velocity_divergence(begin, end, fluid, gradient, own, velocity, seen, rate):
-    """Fill `rate` [1/s] with (H^T v)_i, walls at rest (Eq. 7); `seen` as from `show_velocity`."""
+def velocity_divergence(begin, end, chosen, fluid, gradient, own, velocity, seen, rate):
+    """Fill `rate` [1/s] with (H^T v)_i of the i `chosen`, walls at rest (Eq. 7); `seen` as from `show_velocity`."""
     neighbor, quantum = fluid.neighbor, gradient.quantum
     whole_x, whole_y, whole_z = rows(gradient.whole)
-    for i in range(begin, end):
-        inflow = spread(ZERO)
+    for n in range(begin, end):
+        i, inflow = chosen[n], spread(ZERO)
         first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
         for k in range(first, last, LANES):
             present = below(last, k)

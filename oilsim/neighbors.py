@@ -26,7 +26,7 @@ from oilsim.grid import (
     mark_surroundings,
     widened,
 )
-from oilsim.lanes import floor, gather_four
+from oilsim.lanes import below, floor, gather, gather_four, load, only, spread, summed
 from oilsim.parallel import BLOCK, Team, block_count
 
 __all__ = ["NeighborSearch", "Pairs", "make_grid", "nearest_image", "nearest_images"]
@@ -86,6 +86,18 @@ def separations(i, points, others, j, period):
     x, y, z, content = gather_four(others, j, 0)
     dx, dy, dz = nearest_images(points[i, 0] - x, points[i, 1] - y, points[i, 2] - z, period)
     return dx, dy, dz, content
+
+
+@njit(**FAST)
+def mark_near(begin, end, fluid, marked, near):
+    """Set `near` (N,) to 1 for particles that are `marked`, with 1 for 0, and all that have one among their neighbours."""
+    for i in range(begin, end):
+        found = spread(marked[i])
+        first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
+        for k in range(first, last, lanes.LANES):
+            present = below(last, k)
+            found += only(present, gather(marked, load(fluid.neighbor, k, present)), np.float32(0.0))
+        near[i] = np.uint8(summed(found) > np.float32(0.0))
 
 
 @inlined

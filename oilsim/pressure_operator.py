@@ -9,10 +9,12 @@ from numpy.typing import NDArray
 from oilsim.compilation import FAST
 from oilsim.divergence import pressure_velocity, seen_velocity, velocity_divergence
 from oilsim.lanes import LANES, below, load, store
+from oilsim.pressure_projection import System
 from oilsim.state import FluidState
 from oilsim.workspace import Workspace
 
 Real = NDArray[np.float32]
+Index = NDArray[np.uint32]
 
 
 @njit(**FAST)
@@ -33,11 +35,12 @@ def follow_way(begin, end, length, way, velocity):
             store(velocity[axis], k, present, load(velocity[axis], k, present) + length * load(way[axis], k, present))
 
 
-class PressureOperator:
+class PressureOperator(System):
     """A = H^T (rho_ref / rho_0) H with the answers of moving bodies (see `divergence` and `rigid_response`)."""
 
     def __init__(self, work: Workspace, state: FluidState) -> None:
         self._work, self._state, self._count = work, state, state.awake
+        self._all = np.arange(self._count, dtype=np.uint32)
         self._push = np.empty((self._count, 3), np.float32) if work.lever is not None else None
         self._response = work.pressure_response(self._push)
         self._change, self._way = np.empty((2, 3, state.listed), np.float32)
@@ -55,20 +58,37 @@ class PressureOperator:
         work.team.run(seen_velocity, self._count, work.wall_pairs, work.extrapolation, velocity, self._seen)
         if self._response.present:
             self._response.show_motion(self._seen)
-        self._diverge(velocity, rate)
+        self._diverge(velocity, rate, self._all)
         if self._response.present:
             self._response.add_motion(rate)
         return rate
 
     def product(self, kappa: Real, result: Real) -> None:
         """Write A kappa [1/s] into result."""
-        self._pressure_velocity(kappa)
+        self.product_of(kappa, result, self._all, self._all)
+
+    def product_of(self, kappa: Real, result: Real, around: Index, chosen: Index) -> None:
+        """Write (A kappa)_i [1/s] of the `chosen` into result, those `around` being all that have neighbours under pressure."""
+        self._pressure_velocity(kappa, around)
         if self._response.present:
             self._response.answer(kappa)
             self._response.show_answer(self._seen)
-        self._diverge(self._change, result)
+        self._diverge(self._change, result, chosen)
         if self._response.present:
             self._response.add_answer(result)
+
+    def part(self, group: NDArray[np.integer]) -> PartialOperator:
+        """A among the particles of a group."""
+        near = self._work.near_to(self._state, group)
+        near[self._work.touching] = 1  # of whom bodies ask what pushes them
+        return PartialOperator(
+            self, group.astype(np.uint32), np.flatnonzero(near).astype(np.uint32), self._state.listed
+        )
+
+    def centre(self, values: Real) -> None:
+        """Take off the mean in a filled box."""
+        if self._work.closed:
+            values -= np.float32(values.mean(dtype=np.float64))
 
     def correct(self, residual: Real, face: Real, correction: Real) -> None:
         """Add to the correction what the coarse grid makes of a residual on the face; nothing in a filled box."""
@@ -97,20 +117,34 @@ class PressureOperator:
 
     def apply(self, kappa: Real) -> None:
         """Take u off the velocities and hand the bodies their impulses."""
-        self._pressure_velocity(kappa)
+        self._pressure_velocity(kappa, self._all)
         self._state.velocity[:, : self._count] -= self._change[:, : self._count]
         if self._response.present:
             self._response.accept(kappa)
 
-    def _pressure_velocity(self, kappa: Real) -> None:
+    def _pressure_velocity(self, kappa: Real, chosen: Index) -> None:
         work = self._work
         work.team.run(
-            pressure_velocity, self._count, work.points, work.fluid_pairs, work.wall_pairs, work.gradient, work.own,
+            pressure_velocity, chosen.size, chosen, work.points, work.fluid_pairs, work.wall_pairs, work.gradient, work.own,
             work.extrapolation, kappa, self._change, self._seen, self._push,
         )  # fmt: skip
 
-    def _diverge(self, velocity: Real, rate: Real) -> None:
+    def _diverge(self, velocity: Real, rate: Real, chosen: Index) -> None:
         work = self._work
         work.team.run(
-            velocity_divergence, self._count, work.fluid_pairs, work.gradient, work.own, velocity, self._seen, rate
-        )
+            velocity_divergence, chosen.size, chosen, work.fluid_pairs, work.gradient, work.own, velocity, self._seen, rate
+        )  # fmt: skip
+
+
+class PartialOperator(System):
+    """A among some particles, the pressure of all others as it is: the rest of the sea hears of it by a product of the whole."""
+
+    def __init__(self, whole: PressureOperator, chosen: Index, around: Index, room: int) -> None:
+        self._whole, self._chosen, self._around = whole, chosen, around
+        self._kappa, self._rate = np.zeros((2, room), np.float32)
+
+    def product(self, kappa: Real, result: Real) -> None:
+        """Write A kappa [1/s] into result, both (chosen,)."""
+        self._kappa[self._chosen] = kappa
+        self._whole.product_of(self._kappa, self._rate, self._around, self._chosen)
+        result[:] = self._rate[self._chosen]

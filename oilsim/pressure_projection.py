@@ -5,8 +5,13 @@ as if there were no bound, conjugate residuals (Stiefel 1955; Saad 2003, 6.8), p
 besides (`coarse_pressure`), bring down g, the rate of compression that is left, and what the tolerance is about. Pressures that have become
 negative count as the compression that clamping them would add. Where that is too much they are set to 0, which takes one product more, and
 the face is chosen anew: the primal-dual active set strategy of Hintermueller, Ito & Kunisch (2003), with a few steps in place of the exact
-solution. A round ends when the clamping would undo a quarter of what is left to be gained, among all particles or in a watched group, of
-which a whole sea tells nothing, and after three digits: what the preconditioner makes of g is carried on by recurrence, and drifts off.
+solution. A round ends when the clamping would undo a quarter of what is left to be gained, and after three digits: what the preconditioner
+makes of g is carried on by recurrence, and drifts off.
+
+A slick of oil with the water it touches, or what is beside a body, would be lost in the mean over a sea: such groups must meet the
+tolerance for themselves. What one still needs when all together have enough is solved for on it alone, the pressure of all others as it is,
+and a product of the whole tells them: a subdomain of the multiplicative Schwarz method (Smith, Bjorstad & Gropp 1996, 1.1). Its products
+cost its share of the particles.
 
 A body far lighter than water ties all particles around it together, and clamping some may then do more harm than the steps did good. A
 round that leaves the error's energy greater than it found it is taken back, and a projected gradient step, cut to what reduces the error,
@@ -18,7 +23,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Protocol
 
 import numpy as np
 from numba import njit
@@ -41,19 +45,22 @@ ZERO, ONE = np.float32(0.0), np.float32(1.0)
 def choose_face(begin, end, kappa, gradient, mobility, closed, opening, face, scaled, sums):
     """Set `face` to 1 on the face, 0 elsewhere, and `scaled` to g / diag A on it; mobility 1 / diag A.
 
-    Block sums `sums` (blocks, 3) [1/s]: the residual.
+    Block sums `sums` (blocks, 3) [1/s]: the residual, with what clamping negative pressures would add to it.
     """
     for block in range(begin, end, BLOCK):
         last, residual = min(block + BLOCK, end), spread(ZERO)
         for k in range(block, last, LANES):
             present = below(last, k)
-            excess = load(gradient, k, present)
-            on = spread(ONE) if closed else only(above_zero(load(kappa, k, present)), spread(ONE), ZERO)
+            pressure, excess = load(kappa, k, present), load(gradient, k, present)
+            on = spread(ONE) if closed else only(above_zero(pressure), spread(ONE), ZERO)
+            ease = load(mobility, k, present)
             residual += positive(-excess) + on * positive(excess)
+            if not closed:
+                residual += only(present, positive(-pressure) / ease, ZERO)
             if opening:
                 on = only(above_zero(-excess), spread(ONE), on)
             store(face, k, present, on)
-            store(scaled, k, present, on * excess * load(mobility, k, present))
+            store(scaled, k, present, on * excess * ease)
         sums[block // BLOCK, 0] = summed(residual)
 
 
@@ -103,11 +110,19 @@ def dot(begin, end, left, right, sums):
         sums[block // BLOCK] = summed(product)
 
 
-class System(Protocol):
-    """What is solved: A, and whatever else follows kappa."""
+class System:
+    """What is solved: A, and whatever else follows kappa, nothing unless a system says more."""
 
     def product(self, vector: Real, image: Real) -> None:
         """Write A vector into image."""
+        raise NotImplementedError
+
+    def part(self, group: NDArray[np.integer]) -> System:
+        """The rows and columns of A that belong to a group of particles."""
+        raise NotImplementedError
+
+    def centre(self, values: Real) -> None:
+        """Take off what no pressure can mend."""
 
     def correct(self, residual: Real, face: Real, correction: Real) -> None:
         """Add to the correction what is known of A^-1 residual on the face besides the diagonal, symmetric and not negative."""
@@ -125,13 +140,19 @@ class BoundConstrainedSolver:
     def __init__(self, team: Team) -> None:
         self._team = team
         self._room = self._size = -1
+        self._inner: BoundConstrainedSolver | None = None  # for groups alone
 
-    def _reserve(self, room: int, count: int) -> None:
-        if (self._room, self._size) != (room, count):
-            self._room, self._size = room, count
-            self._scaled, self._product, self._direction, self._image, self._answer = np.zeros((5, room), np.float32)
-            self._first_kappa, self._first_gradient = np.zeros((2, room), np.float32)
-            self._face = np.zeros(room, np.float32)
+    def _begin(
+        self, system: System, gradient: Real, diagonal: Real, kappa: Real, tolerance: float, closed: bool, count: int
+    ) -> None:
+        self._system, self._closed = system, closed
+        self._kappa, self._gradient, self._diagonal = kappa, gradient, diagonal
+        self._mobility, self._limit = np.float32(1.0) / diagonal[:count], tolerance * count
+        if (self._room, self._size) != (kappa.size, count):
+            self._room, self._size = kappa.size, count
+            vectors = np.zeros((8, kappa.size), np.float32)
+            self._scaled, self._product, self._direction, self._image, self._answer = vectors[:5]
+            self._first_kappa, self._first_gradient, self._face = vectors[5:]
             self._sums = np.zeros((block_count(count), 3))
 
     def solve(
@@ -150,57 +171,79 @@ class BoundConstrainedSolver:
 
         kappa (N,) [m2/s], nowhere negative unless `closed`; gradient (N,) [1/s] is A kappa - b of it, and moves with it; diagonal (N,)
         [1/m2] is that of A. The mean over each of the `watched` groups must meet the tolerance too: a small body, or a slick of oil,
-        would be lost in a large sea. `iterations` may be exceeded by two products. With a `count` that many of kappa are solved for,
-        the first ones, and those behind stay as they are; gradient is 0 there.
+        would be lost in a large sea. Products among a group alone count by its share of the particles. `iterations` may be exceeded by
+        a few. With a `count` that many of kappa are solved for, the first ones, and those behind stay as they are; gradient is 0
+        there.
         """
         count = kappa.size if count is None else count
         if count == 0:
             return 0, 0.0
-        self._reserve(kappa.size, count)
-        self._system, self._kappa, self._gradient, self._diagonal, self._closed = (
-            system,
-            kappa,
-            gradient,
-            diagonal,
-            closed,
-        )
-        self._mobility = np.float32(1.0) / diagonal[:count]
-        self._watched = [group for group in watched if group.size]
-        if closed:
-            _centre(gradient)
-        least = 0 if closed else LEAST
-        used, opening = 0, True
-        self._first_kappa[:], self._first_gradient[:] = kappa, gradient
-        while True:
-            residual = self._run(
-                choose_face, kappa, gradient, self._mobility, closed, opening, self._face, self._scaled
-            )[0]
-            enough = used >= least and self._settled(residual, tolerance)
-            if opening and (enough or used >= iterations):
+        self._begin(system, gradient, diagonal, kappa, tolerance, closed, count)
+        system.centre(gradient)
+        used, residual = self._solve_all(0 if closed else LEAST, iterations)
+        while used < iterations:
+            late = [group for group in watched if group.size and self._left(group) > tolerance]
+            if not late:
                 break
-            more, left = self._descend(tolerance, opening, max(least - used, 1), max(iterations - used, 1))
+            for group in late:
+                used += self._solve_group(group, tolerance, iterations - used)
+            more, residual = self._solve_all(0, iterations - used)
             used += more
-            if closed:
+        if closed:
+            self._level()
+        else:
+            np.maximum(kappa, 0.0, out=kappa)
+        return used, residual / count
+
+    def _level(self) -> None:
+        """Bring the mean of kappa, which nothing determines in a filled box, to its level."""
+        level = self._kappa.mean(dtype=np.float64) - AMBIENT * self._kappa.std(dtype=np.float64)
+        self._become(self._kappa - np.float32(level))
+
+    def _solve_all(self, least: int, most: int) -> tuple[int, float]:
+        """Improve kappa until the residual is within the limit; returns products and the residual. Some of it may be left negative."""
+        used, opening = 0, True
+        self._begin_round()
+        while True:
+            residual, *_ = self._run(
+                choose_face, self._kappa, self._gradient, self._mobility, self._closed, opening, self._face, self._scaled
+            )  # fmt: skip
+            if opening and (used >= most or (used >= least and residual <= self._limit)):
+                return used, residual
+            if not self._closed and self._kappa.min() < 0.0:  # left by a solve that had enough, but a group had not
+                used += self._clamp()
+                self._begin_round()
                 continue
-            if self._settled(left, tolerance):
-                residual = left
-                np.maximum(kappa, 0.0, out=kappa)
-                break
+            more, left = self._descend(opening, max(least - used, 1), max(most - used, 1))
+            used += more
+            if self._closed:
+                continue
+            if left <= self._limit:
+                return used, left
             clamped = self._clamp()
             used += clamped
             if self._worse():
-                opening = not clamped or used >= iterations
+                opening = not clamped or used >= most
                 if opening:
                     used += self._take_back()
             else:
                 opening = True
             if opening:
-                self._first_kappa[:], self._first_gradient[:] = kappa, gradient
-        if closed:
-            self._level()
-        return used, residual / count
+                self._begin_round()
 
-    def _descend(self, tolerance: float, opening: bool, least: int, most: int) -> tuple[int, float]:
+    def _solve_group(self, group: NDArray[np.integer], tolerance: float, iterations: int) -> int:
+        """Solve for a group alone, and let the others know; returns products."""
+        self._inner = self._inner or BoundConstrainedSolver(self._team)
+        inner, goal, kappa = self._inner, self._kappa.copy(), self._kappa[group]
+        inner._begin(
+            self._system.part(group), self._gradient[group], self._diagonal[group], kappa, tolerance, self._closed, group.size
+        )  # fmt: skip
+        used, _ = inner._solve_all(0, iterations)
+        goal[group] = kappa
+        self._become(goal)
+        return 1 + math.ceil(used * group.size / self._size)
+
+    def _descend(self, opening: bool, least: int, most: int) -> tuple[int, float]:
         """Conjugate residuals on the face, bounds ignored; returns products, and the residual with the bounds that it leaves."""
         vectors = self._direction, self._image, self._answer
         self._direction[:], self._image[:] = 0.0, 0.0
@@ -229,19 +272,19 @@ class BoundConstrainedSolver:
             )  # fmt: skip
             self._system.follow(step)
             left = on_face + off_face + harm
-            spoilt = _is_spoilt(opening, on_face, off_face, harm) or (
-                left <= tolerance * self._size and self._spoils_a_group(opening, tolerance)
-            )
-            if spoilt or used >= most or (used >= least and self._settled(left, tolerance)):
+            spoilt = harm > on_face if harm > 0.0 and not opening else off_face + harm > SPOILT * on_face
+            if spoilt or used >= most or (used >= least and left <= self._limit):
                 return used, left
+
+    def _begin_round(self) -> None:
+        """Note where a round begins."""
+        self._first_kappa[:], self._first_gradient[:] = self._kappa, self._gradient
 
     def _clamp(self) -> int:
         """Set negative pressures to 0; returns products."""
-        self._scaled[:] = np.minimum(self._kappa, 0.0)
-        if not self._scaled.any():
+        if self._kappa.min() >= 0.0:
             return 0
-        self._move(self._scaled, 1.0)
-        np.maximum(self._kappa, 0.0, out=self._kappa)
+        self._become(np.maximum(self._kappa, 0.0))
         return 1
 
     def _worse(self) -> bool:
@@ -252,10 +295,8 @@ class BoundConstrainedSolver:
 
     def _take_back(self) -> int:
         """Undo the round, and take a projected gradient step; returns products."""
-        way = self._direction
-        self._move(way, 1.0)
-        self._kappa[:] = self._first_kappa
-        scaled = np.zeros_like(self._scaled)
+        self._become(self._first_kappa)
+        way, scaled = self._direction, np.zeros_like(self._scaled)
         np.divide(self._gradient[: self._size], self._diagonal[: self._size], out=scaled[: self._size])
         np.subtract(self._kappa, np.maximum(self._kappa - scaled, 0.0), out=way)
         self._multiply(way)
@@ -264,37 +305,25 @@ class BoundConstrainedSolver:
         np.maximum(self._kappa, 0.0, out=self._kappa)
         return 2
 
-    def _settled(self, residual: float, tolerance: float) -> bool:
-        """Whether the mean residual, of all and of each watched group, is within the tolerance."""
-        return residual <= tolerance * self._size and all(
-            sum(self._left(group)) <= tolerance for group in self._watched
-        )
-
-    def _spoils_a_group(self, opening: bool, tolerance: float) -> bool:
-        """Whether the bounds have come to matter to a watched group that is not within the tolerance yet."""
-        lefts = (self._left(group) for group in self._watched)
-        return any(sum(left) > tolerance and _is_spoilt(opening, *left) for left in lefts)
-
-    def _left(self, group: NDArray[np.integer]) -> tuple[float, float, float]:
-        """Mean residual of some particles on the face, off it, and what clamping negative pressures would add to it [1/s]."""
-        rate, face = self._gradient[group], self._face[group] > 0.0
-        on_face = np.where(face, np.abs(rate), 0.0).mean(dtype=np.float64)
-        off_face = np.where(face, 0.0, np.maximum(-rate, 0.0)).mean(dtype=np.float64)
-        if self._closed:
-            return float(on_face), float(off_face), 0.0
-        tension = self._diagonal[group] * np.maximum(-self._kappa[group], 0.0)
-        return float(on_face), float(off_face), float(tension.mean(dtype=np.float64))
+    def _left(self, group: NDArray[np.integer]) -> float:
+        """Mean residual of some particles, with what clamping negative pressures would add to it [1/s]."""
+        rate, pressed = self._gradient[group], self._face[group] > 0.0
+        residual = np.where(pressed, np.abs(rate), np.maximum(-rate, 0.0))
+        if not self._closed:
+            residual += self._diagonal[group] * np.maximum(-self._kappa[group], 0.0)
+        return float(residual.mean(dtype=np.float64))
 
     def _multiply(self, vector: Real) -> None:
         """The product of A and a vector."""
         self._system.product(vector, self._product)
-        if self._closed:
-            _centre(self._product)
+        self._system.centre(self._product)
 
-    def _move(self, vector: Real, length: float) -> None:
-        """kappa -= length vector, by a product, and all that hangs on it."""
-        self._multiply(vector)
-        self._go(vector, length)
+    def _become(self, kappa: Real) -> None:
+        """Change kappa to this, by a product, and all that hangs on it."""
+        np.subtract(self._kappa, kappa, out=self._direction)
+        self._multiply(self._direction)
+        self._go(self._direction, 1.0)
+        self._kappa[:] = kappa
 
     def _go(self, vector: Real, length: float) -> None:
         """kappa -= length times the vector of the last product."""
@@ -308,22 +337,7 @@ class BoundConstrainedSolver:
         self._team.run(dot, self._size, left, right, sums)
         return total(sums)
 
-    def _level(self) -> None:
-        """Bring the mean of kappa, which nothing determines in a closed box, to its level."""
-        self._direction[:] = self._kappa.mean(dtype=np.float64) - AMBIENT * self._kappa.std(dtype=np.float64)
-        self._move(self._direction, 1.0)
-
     def _run(self, kernel: object, *arguments: object) -> tuple[float, float, float]:
         """Run a kernel that ends with block sums over all particles; returns the totals."""
         self._team.run(kernel, self._size, *arguments, self._sums)  # type: ignore[arg-type]
         return total(self._sums[:, 0]), total(self._sums[:, 1]), total(self._sums[:, 2])
-
-
-def _is_spoilt(opening: bool, on_face: float, off_face: float, harm: float) -> bool:
-    """Whether clamping would undo too much of what is left to be gained on the face (see the module)."""
-    return harm > on_face if harm > 0.0 and not opening else off_face + harm > SPOILT * on_face
-
-
-def _centre(values: Real) -> None:
-    """Take the mean off."""
-    values -= np.float32(values.mean(dtype=np.float64))

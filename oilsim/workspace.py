@@ -22,7 +22,7 @@ from oilsim.divergence import PairVectors, cache_gradients
 from oilsim.faces import largest_stretch
 from oilsim.kept_lists import KeptLists
 from oilsim.moment_mending import STRETCH, mend_moments
-from oilsim.neighbors import NeighborSearch, Pairs, fill_rows, make_grid
+from oilsim.neighbors import NeighborSearch, Pairs, fill_rows, make_grid, mark_near
 from oilsim.parallel import Team
 from oilsim.relaxation import shift_balance
 from oilsim.rigid_response import RigidResponse, extend_contacts
@@ -184,12 +184,20 @@ class Workspace:
         return head
 
     def lesser_liquids(self, state: FluidState) -> list[NDArray[np.intp]]:
-        """The awake particles of each liquid but the one that there is most of."""
+        """The awake particles of each liquid but the one that there is most of, with all neighbours: what spreads it is at its rim."""
         if len(self.densities) == 1:
             return []
         phase = state.phase[: state.awake]
         counts = np.bincount(phase, minlength=len(self.densities))
-        return [np.flatnonzero(phase == k) for k in range(counts.size) if counts[k] and k != counts.argmax()]
+        lesser = [np.flatnonzero(phase == k) for k in range(counts.size) if counts[k] and k != counts.argmax()]
+        return [np.flatnonzero(self.near_to(state, liquid)) for liquid in lesser]
+
+    def near_to(self, state: FluidState, group: NDArray[np.integer]) -> NDArray[np.uint8]:
+        """1 for the awake particles of a group and all that have one among their neighbours, 0 for others."""
+        marked, near = np.zeros(state.listed, np.float32), np.empty(state.awake, np.uint8)
+        marked[group] = 1.0
+        self.team.run(mark_near, state.awake, self.fluid_pairs, marked, near)
+        return near
 
     @property
     def geometry(self) -> tuple[object, ...]:

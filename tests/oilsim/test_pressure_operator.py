@@ -110,6 +110,24 @@ def test_operator_is_symmetric(make_fluid, kind, dimension, scheme):
     assert x @ ay == pytest.approx(y @ ax, abs=ROUNDOFF * np.sqrt((x @ ax) * (y @ ay)))
 
 
+@pytest.mark.parametrize(("kind", "dimension"), SCENES)
+def test_part_of_the_operator_has_the_rows_and_columns_of_its_group(make_fluid, kind, dimension):
+    fluid, operator = scene(make_fluid, kind, dimension=dimension)
+    rng = np.random.default_rng(3)
+    group = np.flatnonzero(fluid.state.phase == 1)
+    part = operator.part(group)
+    for _ in range(2):  # between products of the whole, which leave their traces
+        x = rng.normal(size=fluid.particle_count).astype(np.float32)
+        image(operator, x)
+        alone = np.empty(group.size, np.float32)
+        part.product(x[group], alone)
+        others = np.ones(fluid.particle_count, bool)
+        others[group] = False
+        x[others] = 0.0
+        expected = image(operator, x)[group]
+        assert alone == pytest.approx(expected, abs=ROUNDOFF * float(np.abs(expected).max()))
+
+
 @pytest.mark.parametrize("scheme", ["split", "paper"])
 @pytest.mark.parametrize(("kind", "dimension"), SCENES)
 def test_operator_is_the_energy_of_what_it_does(make_fluid, kind, dimension, scheme):

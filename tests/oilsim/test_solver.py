@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from oilsim.boundary import solid_box, tank_walls
 from oilsim.emitter import PipeEmitter
@@ -193,11 +194,14 @@ def test_each_liquid_but_the_most_meets_the_tolerance_by_itself(make_fluid, monk
 
     def look(system, gradient, diagonal, kappa, tolerance, *others):
         result = solve(system, gradient, diagonal, kappa, tolerance, *others)
-        oil = np.flatnonzero(fluid.state.phase == 1)
-        left.append(sum(solver._left(oil)) / tolerance)
+        left.extend(solver._left(oil) / tolerance for oil in fluid.work.lesser_liquids(fluid.state))
         return result
 
     monkeypatch.setattr(solver, "solve", look)
     for _ in range(10):
         fluid.advance(0.01)
     assert len(left) > 5 and max(left) < 1.01
+    (group,) = fluid.work.lesser_liquids(fluid.state)
+    places, oil = fluid.state.position.T, fluid.state.phase == 1
+    reach = cKDTree(places[oil]).query(places)[0] / fluid.config.particle_spacing
+    assert set(group) >= set(np.flatnonzero(reach < 2.7)) and reach[group].max() < 2.75 + 0.5
