@@ -45,6 +45,23 @@ def particles(config: FluidConfig, phase: str, position: ArrayLike, velocity: Ar
     return points, speeds
 
 
+def places_of_their_own(phase: str, points: Double, others: NDArray[np.float32]) -> None:
+    """ValueError where a new particle, `points` (N, 3), lies where another does, new or of `others` (3, M) [m]: they would never part."""
+    new = points.astype(np.float32)
+    if not len(new):
+        return
+    low, high = new.min(axis=0)[:, None], new.max(axis=0)[:, None]
+    near = ((others >= low) & (others <= high)).all(axis=0)
+    places = np.concatenate([new.T, others[:, near]], axis=1)
+    places = places[:, np.lexsort(places)]
+    again = (places[:, 1:] == places[:, :-1]).all(axis=0)
+    if again.any():
+        raise ValueError(
+            f"{np.count_nonzero(again)} particles of phase {phase!r} lie where others do, the first at "
+            f"{places[:, 1:][:, again][:, 0].tolist()} m, allowed: places of their own"
+        )
+
+
 def motion(handle: int, boundaries: Mapping[int, object], body: MovingBody) -> None:
     """ValueError for a motion that none of the boundaries can make."""
     if handle not in boundaries:

@@ -79,10 +79,14 @@ class Fluid:
     # what it holds
 
     def add_particles(self, position: ArrayLike, *, phase: str, velocity: ArrayLike = (0.0, 0.0, 0.0)) -> None:
-        """Add particles of a phase at `position` (N, 3) [m] with `velocity` (3,) or (N, 3) [m/s]; ValueError outside the domain."""
+        """Add particles of a phase at `position` (N, 3) [m] with `velocity` (3,) or (N, 3) [m/s].
+
+        ValueError outside the domain, and where particles lie already.
+        """
         index = self.config.phase_index(phase)
         points, speeds = checks.particles(self.config, phase, position, velocity)
         self.land()
+        checks.places_of_their_own(phase, points, self.state.position)
         self._insert(points, speeds, index)
 
     def _insert(self, points: Double, velocity: Double, phase: int) -> None:

@@ -42,6 +42,18 @@ def test_impossible_particles_are_refused(make_fluid, position, velocity, messag
     assert fluid.particle_count == 0
 
 
+def test_particles_have_places_of_their_own(make_fluid):
+    fluid, points = make_fluid(), np.array([[0.1, 0.1, 0.1], [0.2, 0.1, 0.1], [0.2, 0.1, 0.2]])
+    fluid.add_particles(points, phase="water")
+    message = r"2 particles of phase 'water' lie where others do, the first at \[0.2.*, 0.1.*, 0.1.*\] m, allowed: places of their own"
+    with pytest.raises(ValueError, match=message):
+        fluid.add_particles(points[1:], phase="water")
+    with pytest.raises(ValueError, match=r"1 particles of phase 'water' lie where others do"):
+        fluid.add_particles(np.full((2, 3), 0.3), phase="water")
+    fluid.add_particles(points + 1e-4, phase="water")
+    assert fluid.particle_count == 6
+
+
 @pytest.mark.parametrize(
     ("motion", "message"),
     [
