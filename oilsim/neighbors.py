@@ -26,7 +26,7 @@ from oilsim.grid import (
     mark_surroundings,
     widened,
 )
-from oilsim.lanes import below, floor, gather, gather_four, load, only, spread, summed
+from oilsim.lanes import floor, gather_four
 from oilsim.parallel import BLOCK, Team, block_count
 
 __all__ = ["NeighborSearch", "Pairs", "make_grid", "nearest_image", "nearest_images"]
@@ -89,15 +89,14 @@ def separations(i, points, others, j, period):
 
 
 @njit(**FAST)
-def mark_near(begin, end, fluid, marked, near):
-    """Set `near` (N,) to 1 for particles that are `marked`, with 1 for 0, and all that have one among their neighbours."""
-    for i in range(begin, end):
-        found = spread(marked[i])
-        first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
-        for k in range(first, last, lanes.LANES):
-            present = below(last, k)
-            found += only(present, gather(marked, load(fluid.neighbor, k, present)), np.float32(0.0))
-        near[i] = np.uint8(summed(found) > np.float32(0.0))
+def mark_around(begin, end, chosen, fluid, near):
+    """Set `near` (N,) to 1 for the i `chosen` and their neighbours; a scatter, but threads that meet write the same."""
+    for n in range(begin, end):
+        i = chosen[n]
+        near[i] = 1
+        first = fluid.start[i]
+        for k in range(first, first + np.int64(fluid.number[i])):
+            near[fluid.neighbor[k]] = 1
 
 
 @inlined

@@ -75,6 +75,18 @@ def mark_surface(begin, end, gradient_sum, compression, spacing, surface):
 
 
 @njit(**FAST)
+def mark_near_surface(begin, end, fluid, surface, near):
+    """Set `near` (N,) to 1 for surface particles and all that have one among their neighbours."""
+    for i in range(begin, end):
+        found = spread(surface[i])
+        first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
+        for k in range(first, last, LANES):
+            present = below(last, k)
+            found += only(present, gather(surface, load(fluid.neighbor, k, present)), ZERO)
+        near[i] = np.uint8(summed(found) > ZERO)
+
+
+@njit(**FAST)
 def relaxation_multiplier(begin, end, compression, near, rate, limit, multiplier):
     """Fill `multiplier` with L_i [m2]: rate omega / a [m2], limit the largest |L| [m2]."""
     for i in range(begin, end):

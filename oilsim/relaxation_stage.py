@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from oilsim.density import LARGEST_MULTIPLIER, density_constraint
 from oilsim.local_fields import local_fields
-from oilsim.neighbors import fill_rows, mark_near
+from oilsim.neighbors import fill_rows
 from oilsim.parallel import block_count, total
 from oilsim.relaxation import (
     HURRY,
@@ -20,6 +20,7 @@ from oilsim.relaxation import (
     SETTLING,
     flow_along,
     follow_flow,
+    mark_near_surface,
     mark_surface,
     relax,
     relaxation_multiplier,
@@ -103,7 +104,7 @@ def look_around(work: Workspace, state: FluidState, time_step: float) -> None:
     if work.budget is not None:
         work.budget.add_strain(work.field, time_step)
     run(mark_surface, state.listed, work.gradient_sum, work.compression, spacing, surface)
-    run(mark_near, count, work.fluid_pairs, surface, work.near)
+    run(mark_near_surface, count, work.fluid_pairs, surface, work.near)
     work.closed = not (state.asleep or work.near.any())
     if work.weightless:
         sums = np.zeros((block_count(count), 2))

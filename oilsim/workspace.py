@@ -22,7 +22,7 @@ from oilsim.divergence import PairVectors, cache_gradients
 from oilsim.faces import largest_stretch
 from oilsim.kept_lists import KeptLists
 from oilsim.moment_mending import STRETCH, mend_moments
-from oilsim.neighbors import NeighborSearch, Pairs, fill_rows, make_grid, mark_near
+from oilsim.neighbors import NeighborSearch, Pairs, fill_rows, make_grid, mark_around
 from oilsim.parallel import Team
 from oilsim.relaxation import shift_balance
 from oilsim.rigid_response import RigidResponse, extend_contacts
@@ -194,10 +194,9 @@ class Workspace:
 
     def near_to(self, state: FluidState, group: NDArray[np.integer]) -> NDArray[np.uint8]:
         """1 for the awake particles of a group and all that have one among their neighbours, 0 for others."""
-        marked, near = np.zeros(state.listed, np.float32), np.empty(state.awake, np.uint8)
-        marked[group] = 1.0
-        self.team.run(mark_near, state.awake, self.fluid_pairs, marked, near)
-        return near
+        near = np.zeros(state.listed, np.uint8)
+        self.team.run(mark_around, group.size, group.astype(np.uint32), self.fluid_pairs, near)
+        return near[: state.awake]
 
     @property
     def geometry(self) -> tuple[object, ...]:
