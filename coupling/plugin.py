@@ -33,7 +33,8 @@ from coupling.quiet_pybullet import pybullet
 from coupling.rigid_state import steady
 from coupling.signed_distance import Box
 from coupling.surface_sampling import SurfaceSampling, particles_of, sample_surface
-from oilsim.solver import AdvanceReport, Fluid
+from oilsim.advance_report import AdvanceReport
+from oilsim.solver import Fluid
 
 Array = npt.NDArray[np.float64]
 

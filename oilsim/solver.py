@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from oilsim import checks, diagnostics, probes
+from oilsim.advance_report import AdvanceReport, Unreported
 from oilsim.boundary import BoundaryParticles
 from oilsim.budget import Budget
 from oilsim.config import FluidConfig
@@ -19,7 +19,7 @@ from oilsim.forcing import Forcing, ForcingView
 from oilsim.ledger import Ledger
 from oilsim.parallel import Team
 from oilsim.pressure_projection import BoundConstrainedSolver
-from oilsim.schemes import StepResult, paper_step, split_step
+from oilsim.schemes import paper_step, split_step
 from oilsim.state import FluidState
 from oilsim.time_step import cfl_time_step, equal_steps, relative_time_step, stable_time_step
 from oilsim.walls import MovingBody
@@ -27,29 +27,6 @@ from oilsim.workspace import Workspace
 
 Real = NDArray[np.float32]
 Double = NDArray[np.float64]
-
-
-@dataclass(frozen=True, kw_only=True)
-class AdvanceReport:
-    """What happened during an advance.
-
-    sub_steps: the steps that ended in it. As means over these, or if there were none of the last one before: time_step [s], iterations,
-    and the mean compression that the solves leave, of positions (density_error; density_error_max of any particle) and that to which
-    velocities lead in a step (divergence_error). asleep: number of particles that sleep at the end; budget: energy and momentum by cause
-    if the fluid is watched, else None.
-    """
-
-    sub_steps: int
-    time_step: float
-    iterations: dict[str, float]
-    density_error: float
-    divergence_error: float
-    density_error_max: float
-    stage_seconds: dict[str, float]
-    asleep: int = 0
-    removed: dict[str, int] = field(default_factory=dict)
-    emitted: dict[str, int] = field(default_factory=dict)
-    budget: Ledger | None = None
 
 
 class FluidError(RuntimeError):
@@ -72,8 +49,7 @@ class Fluid:
         self.emitters: list[PipeEmitter] = []
         self._solver = BoundConstrainedSolver(self.work.team)
         self._duration = 0.0
-        self._begin_report()
-        self._figures: dict[str, Any] = {}  # of the last steps, as in `AdvanceReport`
+        self._unreported = Unreported()
         self._relative_speed: float | None = None  # [m/s] at the end of the last step, None if that is not known
 
     # what it holds
@@ -230,7 +206,7 @@ class Fluid:
         with self.work.stage("outflow"):
             self._remove_outflow()
         self.work.walls.drift(time_step)
-        self._results.append(result)
+        self._unreported.results.append(result)
 
     @property
     def _driven(self) -> bool:
@@ -243,8 +219,7 @@ class Fluid:
             if len(entering):
                 speeds = np.broadcast_to(emitter.velocity, entering.shape)
                 self._insert(entering, speeds, self.config.phase_index(emitter.phase))
-                counts = self._counts["emitted"]
-                counts[emitter.phase] = counts.get(emitter.phase, 0) + len(entering)
+                self._unreported.emitted[emitter.phase] += len(entering)
             emitter.hold(self.time, self.state.position, self.state.velocity)
 
     def _drive(self, state: FluidState, time_step: float) -> None:
@@ -269,7 +244,7 @@ class Fluid:
             for index, phase in enumerate(self.config.phases):
                 count = int(np.count_nonzero(self.state.phase[outside] == index))
                 if count:
-                    self._counts["removed"][phase.name] = self._counts["removed"].get(phase.name, 0) + count
+                    self._unreported.removed[phase.name] += count
             self.state.take(np.flatnonzero(~outside), self.work.team)
 
     def _check(self) -> None:
@@ -282,36 +257,14 @@ class Fluid:
                     f"{self.state.id[bad[0]]} in phase {phase!r}"
                 )
 
-    def _begin_report(self) -> None:
-        """Nothing that is not in a report yet."""
-        self._results: list[StepResult] = []
-        self._counts: dict[str, dict[str, int]] = {"removed": {}, "emitted": {}}
-        self.work.seconds.clear()
-
     def _report(self) -> AdvanceReport:
-        results = self._results
-
-        def mean(name: str) -> float:
-            return float(np.mean([getattr(result, name) for result in results]))
-
-        if results:
-            self._figures = {
-                "time_step": mean("time_step"),
-                "iterations": {kind: mean(f"{kind}_iterations") for kind in ("density", "divergence", "viscosity")},
-                "density_error": mean("density_error"),
-                "divergence_error": mean("divergence_error"),
-                "density_error_max": float(self.work.compression.max(initial=0.0)),
-            }
-        report = AdvanceReport(
-            sub_steps=len(results),
+        report = self._unreported.report(
+            float(self.work.compression.max(initial=0.0)),
             stage_seconds=dict(self.work.seconds),
             asleep=self.state.asleep,
-            removed=self._counts["removed"],
-            emitted=self._counts["emitted"],
             budget=self._close_budget(),
-            **self._figures,
         )
-        self._begin_report()
+        self.work.seconds.clear()
         return report
 
     def _close_budget(self) -> Ledger | None:
@@ -397,7 +350,7 @@ class Fluid:
         return {
             "time": self.time,
             "duration": self._duration,
-            "figures": dict(self._figures),
+            "figures": dict(self._unreported.figures),
             "relative_speed": self._relative_speed,
             "state": self.state.save(),
             "lists": self.work.lists.save(self.state, self.work.walls),
@@ -410,7 +363,7 @@ class Fluid:
     def restore_state(self, saved: dict[str, Any]) -> None:
         """Back to what `save_state` returned; ValueError unless the fluid holds the same boundaries, forcings and emitters."""
         checks.saved_state(saved, self.work.walls.boundaries, self.work.regions, self.forcings, self.emitters)
-        self.time, self._duration, self._figures = saved["time"], saved["duration"], dict(saved["figures"])
+        self.time, self._duration, self._unreported.figures = saved["time"], saved["duration"], dict(saved["figures"])
         self._relative_speed = saved["relative_speed"]
         self.state.restore(saved["state"])
         self.work.lists.restore(saved["lists"])
@@ -423,6 +376,7 @@ class Fluid:
             forcing.restore(values)
         for emitter, values in zip(self.emitters, saved["emitters"], strict=True):
             emitter.restore(values)
-        self._begin_report()
+        self._unreported.clear()
+        self.work.seconds.clear()
         if self.work.budget is not None:
             self.work.budget.begin_anew()

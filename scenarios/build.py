@@ -19,7 +19,8 @@ from coupling.participant import Participant
 from coupling.participants.fluid import FluidParticipant
 from coupling.participants.rigid_bodies import RigidBodyParticipant
 from coupling.rigid_body_world import RigidBodyWorld
-from oilsim.solver import AdvanceReport, Fluid
+from oilsim.advance_report import AdvanceReport
+from oilsim.solver import Fluid
 from recordings.frame import RunDescription
 from scenarios.coupling_figures import CouplingFigures
 from scenarios.description import describe_run

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from oilsim.solver import AdvanceReport, Fluid
+from oilsim.advance_report import AdvanceReport
+from oilsim.solver import Fluid
 from scenarios.probes import PressureProbe, Probe, VelocityProbe, WaveGauge
 
 Array = NDArray[np.float64]

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from coupling.rigid_body_world import RigidBodyWorld
-from oilsim.solver import AdvanceReport
+from oilsim.advance_report import AdvanceReport
 from scenarios.scenario import Scenario
 from scenarios.scoring import Happening
 

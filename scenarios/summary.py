@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from oilsim.advance_report import AdvanceReport
 from oilsim.ledger import Ledger, ledger_from
-from oilsim.solver import AdvanceReport
 from recordings.frame import Event, Frame, RunDescription
 from scenarios.build import Assembly
 from scenarios.even_sample import EvenSample

@@ -17,7 +17,8 @@ import numpy.typing as npt
 
 from coupling.added_mass import added_mass
 from coupling.participant import Causality, Status, StepResult, Variable, checked_value, variable_table
-from oilsim.solver import AdvanceReport, Fluid, FluidError
+from oilsim.advance_report import AdvanceReport
+from oilsim.solver import Fluid, FluidError
 from oilsim.walls import rotation_matrix
 
 Array = npt.NDArray[np.float64]

@@ -26,7 +26,8 @@ from rich.console import Console
 from rich.table import Table
 
 from oilsim import kept_lists, workspace
-from oilsim.solver import AdvanceReport, Fluid
+from oilsim.advance_report import AdvanceReport
+from oilsim.solver import Fluid
 from scenarios.build_fluid import build_fluid, fill_positions
 from scenarios.load import load_scenario
 

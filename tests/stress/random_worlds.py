@@ -16,11 +16,12 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from coupling.plugin import FluidWorld, attach_fluid
+from oilsim.advance_report import AdvanceReport
 from oilsim.boundary import tank_walls
 from oilsim.config import FluidConfig
 from oilsim.initial_conditions import block
 from oilsim.phases import Phase
-from oilsim.solver import AdvanceReport, Fluid
+from oilsim.solver import Fluid
 from tests.stress.random_bodies import DATA, REACH, drive, loose_body, placed
 from tests.stress.random_scenes import GRAVITY, LENGTH, Dice
 

@@ -10,8 +10,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from oilsim.advance_report import AdvanceReport
 from oilsim.config import FluidConfig
-from oilsim.solver import AdvanceReport, Fluid
+from oilsim.solver import Fluid
 
 Double = NDArray[np.float64]
 
