@@ -10,6 +10,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 from numba import njit
+from scipy.sparse import coo_array
 from scipy.spatial import cKDTree
 
 Array = npt.NDArray[np.float64]
@@ -44,12 +45,11 @@ def choose_apart(candidates: Array, least: float, ordered: int = 0) -> Integers:
     if count == 0:
         return np.zeros(0, dtype=np.int64)
     pairs = cKDTree(candidates).query_pairs(least, output_type="ndarray")
-    both = np.concatenate([pairs, pairs[:, ::-1]])
-    both = both[np.argsort(both[:, 0], kind="stable")]
-    start = np.searchsorted(both[:, 0], np.arange(count + 1))
+    near = coo_array((np.ones(len(pairs), dtype=np.bool_), pairs.T), shape=(count, count))
+    near = (near + near.T).tocsr()
     others = ordered + np.random.default_rng(0).permutation(count - ordered)
     chosen = np.zeros(count, dtype=np.bool_)
-    _choose(np.concatenate([np.arange(ordered), others]), start, np.ascontiguousarray(both[:, 1]), chosen)
+    _choose(np.concatenate([np.arange(ordered), others]), near.indptr, near.indices, chosen)
     return np.flatnonzero(chosen)
 
 

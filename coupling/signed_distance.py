@@ -78,13 +78,16 @@ class SignedDistance:
     def nearest(self, points: Array) -> Nearest:
         """Distance, closest point and normal for points (K, 3)."""
         points = np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 3)
-        first, *others = (self._nearest_to(tree, points) for tree in self._trees)
-        for other in others:
-            deeper = other.distance < first.distance
-            first.distance[deeper] = other.distance[deeper]
-            first.point[deeper] = other.point[deeper]
-            first.normal[deeper] = other.normal[deeper]
-        return first
+        nearest = self._nearest_to(self._trees[0], points)
+        for tree in self._trees[1:]:
+            # phi is no less than the way to the part's box, which spares most parts most points
+            outside = np.maximum(np.maximum(tree.lower[0] - points, points - tree.upper[0]), 0.0)
+            near = np.flatnonzero((outside**2).sum(axis=1) <= np.maximum(nearest.distance, 0.0) ** 2)
+            other = self._nearest_to(tree, points[near])
+            deeper = other.distance < nearest.distance[near]
+            for known, found in zip(nearest, other, strict=True):
+                known[near[deeper]] = found[deeper]
+        return nearest
 
     @staticmethod
     def _nearest_to(tree: _Tree, points: Array) -> Nearest:
@@ -96,14 +99,14 @@ class SignedDistance:
         """Signed distance (K,) [m]."""
         return self.nearest(points).distance
 
-    def outward(self, points: Array) -> Array:
-        """Unit gradient of phi (K, 3); the surface normal for points on the surface itself."""
+    def phi_and_outward(self, points: Array) -> tuple[Array, Array]:
+        """Signed distance (K,) [m] and its unit gradient (K, 3); the surface normal for points on the surface itself."""
         nearest = self.nearest(points)
         away = points - nearest.point
         length = np.linalg.norm(away, axis=1)
         scale = 1e-9 * float(np.max(self.upper - self.lower))
         away = away * (np.sign(nearest.distance) / np.maximum(length, scale))[:, None]
-        return np.where((length > scale)[:, None], away, nearest.normal)
+        return nearest.distance, np.where((length > scale)[:, None], away, nearest.normal)
 
     def lattice(self, step: float, low: float, high: float) -> tuple[Array, Array]:
         """All points (K, 3) of the cubic lattice with `step` [m] (cell centres) where low <= phi <= high, and phi (K,).

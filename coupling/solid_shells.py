@@ -72,11 +72,11 @@ class Shells:
     def _owners(self, outer: Array, inner: Array) -> Integers:
         """Index, outer points first, of the point to which each part of a cell belongs: of shell 1, then of shell 2."""
         tree = cKDTree(outer)
-        first = tree.query(self._near)[1]
+        first = tree.query(self._near, workers=-1)[1]
         if len(inner) == 0:
-            return np.concatenate([first, tree.query(self._deep)[1]])
-        gap, second = cKDTree(inner).query(self._deep)
+            return np.concatenate([first, tree.query(self._deep, workers=-1)[1]])
+        gap, second = cKDTree(inner).query(self._deep, workers=-1)
         second += len(outer)
         rest = gap > self._reach
-        second[rest] = tree.query(self._deep[rest])[1]
+        second[rest] = tree.query(self._deep[rest], workers=-1)[1]
         return np.concatenate([first, second])

@@ -197,7 +197,8 @@ def _inner_layer(mesh: trimesh.Trimesh, solid: SignedDistance, shells: Shells, s
 def _settle_inset(solid: SignedDistance, points: Array, half: float) -> tuple[Array, Flags]:
     """Move points to the depth `half` below the surface; and which of them came there."""
     for _ in range(3):
-        points = points - (solid.phi(points) + half)[:, None] * solid.outward(points)
+        phi, outward = solid.phi_and_outward(points)
+        points = points - (phi + half)[:, None] * outward
     return points, np.abs(solid.phi(points) + half) < 0.02 * half
 
 

@@ -69,7 +69,17 @@ def test_distance_to_a_box_is_exact_inside_and_outside() -> None:
     )
     smooth = np.abs(np.linalg.norm(gradient, axis=1) - 1.0) < 1e-6
     assert smooth.mean() > 0.99
-    np.testing.assert_allclose(solid.outward(points)[smooth], gradient[smooth], atol=1e-4)
+    np.testing.assert_allclose(solid.phi_and_outward(points)[1][smooth], gradient[smooth], atol=1e-4)
+
+
+def test_of_several_parts_the_deepest_counts_wherever_a_point_lies() -> None:
+    corners = np.random.default_rng(2).uniform(-1.0, 1.0, (12, 3))
+    parts = [box((0.5, 0.8, 0.3)).apply_translation(corner) for corner in corners]
+    points = np.random.default_rng(3).uniform(-2.0, 2.0, (3000, 3))
+    alone = np.stack([SignedDistance(part).phi(points) for part in parts])
+    union = SignedDistance(trimesh.util.concatenate(parts))
+    assert union.is_union
+    np.testing.assert_allclose(union.phi(points), alone.min(axis=0), atol=1e-12)
 
 
 def test_sign_is_right_at_a_concave_edge_and_a_sharp_one() -> None:
@@ -188,7 +198,7 @@ def probes_outside(solid: SignedDistance, distance: float, count: int) -> Array:
     points, _ = solid.lattice(0.2, distance - 0.1, distance + 0.1)
     points = points[np.random.default_rng(3).choice(len(points), count, replace=False)]
     for _ in range(5):
-        points = points + (distance - solid.phi(points))[:, None] * solid.outward(points)
+        points = points + (distance - solid.phi(points))[:, None] * solid.phi_and_outward(points)[1]
     return points
 
 
