@@ -12,12 +12,13 @@ bit ends the run.
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import partial
 from types import MappingProxyType
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TypeVar
 
 from coupling.algorithms import Algorithm, GaussSeidel
 from coupling.connection import Connection, link, setup_problems
@@ -43,6 +44,7 @@ class CommunicationPoint:
 
 
 FrameSource = Callable[[CommunicationPoint], Frame]
+Result = TypeVar("Result")
 
 
 class _Phase(Enum):
@@ -140,24 +142,23 @@ class CoSimulation:
         """
         self._require(_Phase.CREATED, "initialize")
         self._phase = _Phase.RUNNING
-        for stepper in self._steppers.values():
-            self._guarded(stepper, partial(stepper.participant.enter_initialization_mode, self._start_time))
+        for name, stepper in self._steppers.items():
+            self._in_order(partial(stepper.participant.enter_initialization_mode, self._start_time), name)
         self._in_order(lambda: exchange_initial_values(self._steppers, self._links, self._start_time))
-        for stepper in self._steppers.values():
-            self._guarded(stepper, stepper.participant.exit_initialization_mode)
+        for name, stepper in self._steppers.items():
+            self._in_order(stepper.participant.exit_initialization_mode, name)
         self._in_order(self._begin_exchange)
         if saved is not None:
             self.restore_state(saved)
         self._notify_initialized(first_frame=saved is None)
 
     def save_state(self) -> dict[str, Any]:
-        """State and outputs of every participant, what algorithm and ledger hold, and the number of steps; between steps."""
+        """State and outputs of every participant, what algorithm and ledger hold, and the clock; between steps."""
         self._require(_Phase.RUNNING, "save_state")
-        states: dict[str, object] = {}
-        for stepper in self._steppers.values():
-            self._guarded(stepper, partial(_save_into, states, stepper))
+        states = {name: self._in_order(one.participant.save_state, name) for name, one in self._steppers.items()}
         outputs = {name: dict(stepper.outputs) for name, stepper in self._steppers.items()}
         return {
+            **self._clock(),
             "index": self._index,
             "participants": states,
             "outputs": outputs,
@@ -166,18 +167,12 @@ class CoSimulation:
         }
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
-        """Every participant as it was saved, and the clock with them; between steps only."""
+        """Every participant as it was saved, and the clock with them; between steps only.
+
+        CoSimulationError for the state of other participants, or of a run with another start or step.
+        """
         self._require(_Phase.RUNNING, "restore_state")
-        states = saved["participants"]
-        if states.keys() != self._steppers.keys():
-            message = f"the saved state is of {', '.join(sorted(states))}, allowed: {', '.join(sorted(self._steppers))}"
-            self._fail(CoSimulationError("master", self.communication_point.time, message))
-        for name, stepper in self._steppers.items():
-            self._in_order(partial(stepper.restore, Snapshot(states[name], saved["outputs"][name])))
-        self._algorithm.restore(saved["algorithm"])
-        if self._ledger is not None:
-            self._ledger.restore(saved["ledger"])
-        self._index = int(saved["index"])
+        self._in_order(partial(self._take_up, saved))
 
     def step(self) -> None:
         """One communication step, then observers are told; the run ends here if a participant asks for it."""
@@ -199,12 +194,14 @@ class CoSimulation:
         self._require(_Phase.RUNNING, "run")
         if not math.isfinite(until):
             raise ValueError(f"run: until is {until} s, allowed: a finite time")
-        last = math.ceil((until - self._start_time) / self._step_size - TIME_TOLERANCE)
+        rounding = 4.0 * sys.float_info.epsilon * max(abs(until), abs(self._start_time)) / self._step_size
+        last = math.ceil((until - self._start_time) / self._step_size - max(TIME_TOLERANCE, rounding))
         while self._index < last and self.is_running:
             self.step()
 
     def emit(self, text: str, *, level: EventLevel = "info", source: str = "") -> None:
         """Tell observers something worth a line in the log, at the current time."""
+        self._require(_Phase.RUNNING, "emit")
         event = Event(self.communication_point.time, text, level, source)
         self._notify(lambda observer: observer.event(event))
 
@@ -212,37 +209,58 @@ class CoSimulation:
         """End the run: participants in order, then observers. A second call does nothing."""
         if self._phase is _Phase.TERMINATED:
             return
-        failures = self._terminate_participants()
-        self._notify(lambda observer: observer.terminated(reason))
+        failures, unheard = self._end(reason)
         if failures:
             name, cause = failures[0]
             raise CoSimulationError(name, self.communication_point.time, f"could not terminate: {cause}") from cause
+        if unheard:
+            raise unheard[0]
 
     def _time_of(self, index: int) -> float:
         return self._start_time + index * self._step_size
+
+    def _clock(self) -> dict[str, float]:
+        """What the time of a communication point hangs on, beside its index [s]."""
+        return {"start_time": self._start_time, "step_size": self._step_size}
 
     def _require(self, phase: _Phase, call: str) -> None:
         if self._phase is not phase:
             raise RuntimeError(f"{call} is called on a run that is {self._phase.value}, allowed: {phase.value}")
 
-    def _guarded(self, stepper: Stepper, call: Callable[[], None]) -> None:
-        """Make a call to a participant; its exception ends the run under its name."""
-        try:
-            call()
-        except Exception as cause:
-            self._fail(CoSimulationError(stepper.name, self.communication_point.time, reason(cause)), cause)
+    def _in_order(self, call: Callable[[], Result], name: str = "master") -> Result:
+        """What a call returns; what it raises ends the run, under the name of the participant that failed, or else under `name`.
 
-    def _in_order(self, call: Callable[[], None]) -> None:
-        """Make a call to many participants; what it raises ends the run, under the name of the one that failed."""
+        An interruption is meant for the process and passed on as it is; participants in the middle of a step are of no more use.
+        """
         try:
-            call()
+            return call()
         except CoSimulationError as error:
             self._fail(error, error.__cause__)
         except NotExchanged as refusal:
             time = self.communication_point.time
             self._fail(CoSimulationError(refusal.participant, time, refusal.message), refusal.__cause__)
         except Exception as cause:
-            self._fail(CoSimulationError("master", self.communication_point.time, reason(cause)), cause)
+            self._fail(CoSimulationError(name, self.communication_point.time, reason(cause)), cause)
+        except BaseException as interruption:
+            self._end(f"interrupted by {type(interruption).__name__}")
+            raise
+
+    def _take_up(self, saved: Mapping[str, Any]) -> None:
+        states, now = saved["participants"], self.communication_point.time
+        if states.keys() != self._steppers.keys():
+            message = f"the saved state is of {', '.join(sorted(states))}, allowed: {', '.join(sorted(self._steppers))}"
+            raise CoSimulationError("master", now, message)
+        for name, value in self._clock().items():
+            if saved[name] != value:
+                raise CoSimulationError(
+                    "master", now, f"{name} of the saved state is {saved[name]} s, allowed: {value} s"
+                )
+        for name, stepper in self._steppers.items():
+            stepper.restore(Snapshot(states[name], saved["outputs"][name]))
+        self._algorithm.restore(saved["algorithm"])
+        if self._ledger is not None:
+            self._ledger.restore(saved["ledger"])
+        self._index = int(saved["index"])
 
     def _begin_exchange(self) -> None:
         """First outputs, then the test of those that are to be taken back, then the algorithm's own preparation."""
@@ -291,24 +309,29 @@ class CoSimulation:
 
     def _fail(self, error: CoSimulationError, cause: BaseException | None = None) -> NoReturn:
         """End the run in order and raise; what goes wrong in the end itself is not told, the failure comes first."""
-        self._terminate_participants()
         event = Event(error.time, str(error), "error", error.participant)
-        self._notify(lambda observer: observer.event(event), raise_failures=False)
-        self._notify(lambda observer: observer.terminated(str(error)), raise_failures=False)
+        self._end(str(error), event)
         raise error from cause
 
-    def _terminate_participants(self) -> list[tuple[str, Exception]]:
-        """Terminate in order, all of them even if one cannot; returns those that could not."""
-        failures: list[tuple[str, Exception]] = []
-        if self._phase is _Phase.TERMINATED:
-            return failures
+    def _end(self, reason: str, event: Event | None = None) -> tuple[list[tuple[str, Exception]], list[Exception]]:
+        """End all participants in order, then tell observers, each once; returns what went wrong in either."""
         self._phase = _Phase.TERMINATED
+        failures: list[tuple[str, Exception]] = []
         for name, stepper in self._steppers.items():
             try:
                 stepper.participant.terminate()
             except Exception as cause:
                 failures.append((name, cause))
-        return failures
+        listening, self._observers = self._observers if self._watched else (), ()
+        unheard: list[Exception] = []
+        for observer in listening:
+            try:
+                if event is not None:
+                    observer.event(event)
+                observer.terminated(reason)
+            except Exception as cause:
+                unheard.append(cause)
+        return failures, unheard
 
     def _tell_events(self) -> None:
         for stepper in self._steppers.values():
@@ -332,30 +355,18 @@ class CoSimulation:
 
     def _notify_frame(self) -> None:
         if self._observers and self._frame_source is not None:
-            frame = self._frame_source(self.communication_point)
+            frame = self._in_order(partial(self._frame_source, self.communication_point), "frame_source")
             self._notify(lambda observer: observer.step_completed(frame))
 
-    def _notify(self, call: Callable[[Observer], None], *, raise_failures: bool = True) -> None:
-        """Tell every observer. One that fails ends the run and the others are told why."""
+    def _notify(self, call: Callable[[Observer], None]) -> None:
+        """Tell every observer. One that fails, or is interrupted, ends the run, and the others are told why."""
         for observer in self._observers if self._watched else ():
             try:
                 call(observer)
-            except Exception as cause:
-                if not raise_failures:
-                    continue
-                self._end_without(observer, f"observer {type(observer).__name__} failed: {cause}")
+            except BaseException as cause:
+                self._observers = tuple(other for other in self._observers if other is not observer)
+                self._end(f"observer {type(observer).__name__} failed: {reason(cause)}")
                 raise
-
-    def _end_without(self, failed: Observer, reason: str) -> None:
-        """End the run in order and tell the observers that still listen."""
-        self._terminate_participants()
-        self._observers = tuple(observer for observer in self._observers if observer is not failed)
-        self._notify(lambda observer: observer.terminated(reason), raise_failures=False)
-
-
-def _save_into(states: dict[str, object], stepper: Stepper) -> None:
-    """Put a participant's state under its name."""
-    states[stepper.name] = stepper.participant.save_state()
 
 
 def _tell(observer: Observer, event: Event) -> None:

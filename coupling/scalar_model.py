@@ -17,6 +17,8 @@ As a participant every variable has the shape (1,).
 from __future__ import annotations
 
 import importlib.util
+import itertools
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -28,6 +30,7 @@ from coupling.participant import Causality, Status, StepResult, Variable, checke
 Array = npt.NDArray[np.float64]
 
 MODEL_FILE = "model.py"
+_loads = itertools.count(1)  # files loaded so far: two may define models of one name
 
 
 class Quantity:
@@ -133,13 +136,15 @@ class ScalarModel:
 
 def model_in(path: Path) -> ScalarModel:
     """A model of the one class that a Python file defines; ValueError if it defines none or several."""
-    spec = importlib.util.spec_from_file_location("oilsim_model", path)
+    spec = importlib.util.spec_from_file_location(f"oilsim_model_{next(_loads)}", path)
     if spec is None or spec.loader is None:
         raise ValueError(f"{path} cannot be read, allowed: a Python file")
     module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module  # where dataclasses look their annotations up
     try:
         spec.loader.exec_module(module)
     except Exception as cause:
+        del sys.modules[spec.name]
         raise ValueError(f"{path.name} cannot be run: {type(cause).__name__}: {cause}") from cause
     classes = [
         member

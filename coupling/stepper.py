@@ -50,10 +50,12 @@ class NotExchanged(Exception):
 
 @dataclass(frozen=True)
 class Snapshot:
-    """What a participant and its outputs go back to."""
+    """What a participant goes back to, with its outputs, its wish to end, and events that nobody has been told of."""
 
     state: object
     outputs: dict[str, Array]
+    wants_end: str | None = None
+    events: tuple[tuple[float, str], ...] = ()
 
 
 class Stepper:
@@ -130,11 +132,12 @@ class Stepper:
     def save(self) -> Snapshot:
         """The participant's state with its outputs; NotExchanged if it cannot."""
         try:
-            return Snapshot(self.participant.save_state(), dict(self.outputs))
+            state = self.participant.save_state()
         except NotImplementedError as cause:
             raise NotExchanged(self.name, str(cause) or "it cannot save its state") from cause
         except Exception as cause:
             raise NotExchanged(self.name, f"state cannot be saved: {reason(cause)}") from cause
+        return Snapshot(state, dict(self.outputs), self.wants_end, tuple(self.events))
 
     def restore(self, snapshot: Snapshot) -> None:
         """Back to what `save` returned; NotExchanged if the participant does not take it."""
@@ -143,8 +146,8 @@ class Stepper:
         except Exception as cause:
             raise NotExchanged(self.name, f"state cannot be restored: {reason(cause)}") from cause
         self.outputs = dict(snapshot.outputs)
-        self.events.clear()
-        self.wants_end = None
+        self.events = list(snapshot.events)
+        self.wants_end = snapshot.wants_end
 
     def fail(self, time: float, message: str, cause: BaseException | None = None) -> NoReturn:
         """Raise under the participant's name."""

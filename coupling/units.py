@@ -5,8 +5,8 @@ A unit is what FMI says it is: with the SI base units, a quantity q reads in SI
     q_SI = factor * q + offset,     of the dimension kg^a m^b s^c A^d K^e mol^f cd^g rad^h.
 
 FMUs bring these numbers in their model description; other participants name their units in text, which is read with a small
-table: "N m", "kg.m2/s", "1/(kg m2)", "kn", "deg". A library of units knows more, but neither FMI's offsets nor its exponents.
-Quantities of mixed units name each group ("N, N m") and are carried as they are.
+table: "N m", "kg.m2/s", "1/(kg m2)", "m³", "m/s**2", "kn", "deg". A library of units knows more, but neither FMI's offsets nor
+its exponents. Quantities of mixed units name each group ("N, N m") and are carried as they are.
 """
 
 from __future__ import annotations
@@ -68,6 +68,7 @@ SYMBOLS = {
     "kg": Unit(_MASS), "g": Unit(_MASS, 1e-3), "t": Unit(_MASS, 1e3),
     "kn": Unit(_SPEED, 1852.0 / 3600.0), "kt": Unit(_SPEED, 1852.0 / 3600.0),
     "N": Unit(_FORCE), "kN": Unit(_FORCE, 1e3), "MN": Unit(_FORCE, 1e6),
+    "Nm": Unit(_ENERGY), "kNm": Unit(_ENERGY, 1e3), "MNm": Unit(_ENERGY, 1e6),
     "Pa": Unit(_PRESSURE), "kPa": Unit(_PRESSURE, 1e3), "MPa": Unit(_PRESSURE, 1e6), "bar": Unit(_PRESSURE, 1e5),
     "J": Unit(_ENERGY), "kJ": Unit(_ENERGY, 1e3), "W": Unit(_POWER), "kW": Unit(_POWER, 1e3), "MW": Unit(_POWER, 1e6),
     "Hz": Unit(_base(s=-1)), "A": Unit(_base(A=1)), "mol": Unit(_base(mol=1)), "cd": Unit(_base(cd=1)),
@@ -75,13 +76,14 @@ SYMBOLS = {
     "rpm": Unit(_base(rad=1, s=-1), math.pi / 30.0),
     "K": Unit(_base(K=1)), "degC": Unit(_base(K=1), 1.0, 273.15), "°C": Unit(_base(K=1), 1.0, 273.15),
 }  # fmt: skip
+_PLAIN = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻−", "0123456789--")
 _TOKEN = re.compile(r"\s*(?:(?P<symbol>[^\W\d_]+|[%°]C?|1(?!\d))(?:\^?(?P<power>-?\d+))?|(?P<sign>[/()*.·]))")
 
 
 @cache
 def read_unit(text: str) -> Unit | None:
     """The unit that a text names; None for one that the table does not know, or of mixed units."""
-    tokens, at = [], 0
+    tokens, at, text = [], 0, text.translate(_PLAIN).replace("**", "^")
     while at < len(text.rstrip()):
         match = _TOKEN.match(text, at)
         if match is None or (match["symbol"] and match["symbol"] not in SYMBOLS):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from coupling.algorithms import GaussSeidel, Jacobi
-from coupling.co_simulation import CoSimulation
+from coupling.co_simulation import CommunicationPoint, CoSimulation
 from coupling.connection import Connection
 from coupling.errors import CoSimulationError, CouplingSetupError
 from coupling.participant import Status, StepResult
@@ -339,3 +339,102 @@ def test_values_are_checked_when_set() -> None:
         participant.set("y", np.zeros(3))
     with pytest.raises(ValueError, match=r"'u' has shape \(2,\), allowed: \(3,\)"):
         participant.set("u", np.zeros(2))
+
+
+# the end, whatever brings it
+
+
+@pytest.mark.parametrize("where", ["participant", "observer"])
+def test_interrupted_run_ends_in_order(where: str) -> None:
+    """Ctrl-C comes at any time: those that have stepped already would step a second time in a run that went on."""
+
+    class Interrupted(Watcher):
+        def step_completed(self, frame: Frame) -> None:
+            if where == "observer" and frame.index == 1:
+                raise KeyboardInterrupt
+            super().step_completed(frame)
+
+    def interrupt(time: float, step: float) -> StepResult | None:
+        if where == "participant":
+            raise KeyboardInterrupt
+        return None
+
+    log: list[tuple[object, ...]] = []
+    participants, connections = ring(log)
+    participants[1].on_step = interrupt
+    watcher = Watcher()
+    run = watched(participants, connections, Interrupted(), watcher)
+    run.initialize()
+    with pytest.raises(KeyboardInterrupt):
+        run.run(1.0)
+    assert not run.is_running
+    assert log[-2:] == [("first", "terminate"), ("second", "terminate")]
+    cause = {"participant": "interrupted by", "observer": "observer Interrupted failed:"}[where]
+    assert watcher.told[-1] == ("terminated", f"{cause} KeyboardInterrupt")
+
+
+def test_frame_that_cannot_be_made_ends_the_run_by_name() -> None:
+    def torn(point: CommunicationPoint) -> Frame:
+        if point.index == 2:
+            raise ValueError("no positions")
+        return Frame(index=point.index, time=point.time)
+
+    log: list[tuple[object, ...]] = []
+    participants, connections = ring(log)
+    watcher = Watcher()
+    description = RunDescription(name="ring", particle_spacing=0.1)
+    run = CoSimulation(
+        participants, connections, 0.1, observers=[watcher], frame_source=torn, run_description=description
+    )
+    run.initialize()
+    with pytest.raises(CoSimulationError, match=r"'frame_source' failed at 0\.2 s: no positions"):
+        run.run(1.0)
+    assert log[-2:] == [("first", "terminate"), ("second", "terminate")]
+    assert [told[0] for told in watcher.told] == ["initialized", "frame", "frame", "event", "terminated"]
+
+
+def test_every_observer_hears_of_the_end_once_and_of_nothing_after_it() -> None:
+    class Deaf(Watcher):
+        def terminated(self, reason: str) -> None:
+            super().terminated(reason)
+            raise OSError("no space left")
+
+    participants, connections = ring([])
+    watchers = Watcher(), Deaf(), Watcher()
+    run = watched(participants, connections, *watchers)
+    run.initialize()
+    with pytest.raises(OSError, match="no space left"):
+        run.terminate("done")
+    assert [watcher.told[-1] for watcher in watchers] == 3 * [("terminated", "done")]
+    with pytest.raises(RuntimeError, match="emit is called on a run that is terminated, allowed: running"):
+        run.emit("too late")
+    assert [[told[0] for told in watcher.told] for watcher in watchers] == 3 * [["initialized", "frame", "terminated"]]
+
+
+@pytest.mark.parametrize("start", [0.0, 1e6, -1e6])
+@pytest.mark.parametrize("step", [0.01, 0.1, 1.0 / 3.0])
+def test_run_meets_a_far_point_and_makes_no_step_too_many(start: float, step: float) -> None:
+    """`until` is rounded to 1e-10 s there, a hundred millionth of a step."""
+    run = CoSimulation([Accumulator("pump", [])], [], step, start_time=start)
+    run.initialize()
+    for index in range(1, 200):
+        run.run(start + index * step)
+        assert run.communication_point.index == index
+
+
+@pytest.mark.parametrize(("option", "value"), [("step_size", 0.2), ("start_time", 3.0)])
+def test_saved_run_goes_on_with_its_own_clock_only(option: str, value: float) -> None:
+    def made(step_size: float = 0.1, start_time: float = 2.0) -> CoSimulation:
+        return CoSimulation([Accumulator("pump", [])], [], step_size, start_time=start_time)
+
+    first = made()
+    first.initialize()
+    first.run(2.5)
+    saved = first.save_state()
+    again = made()
+    again.initialize(saved)
+    assert again.communication_point == first.communication_point
+    own = {"step_size": 0.1, "start_time": 2.0}[option]
+    message = f"'master' failed at .* s: {option} of the saved state is {own} s, allowed: {value} s"
+    with pytest.raises(CoSimulationError, match=message):
+        made(**{option: value}).initialize(saved)

@@ -334,6 +334,29 @@ import {script.stem}
     assert "this FMU needs oilsim in the Python of its host: pip install oilsim" in done.stderr
 
 
+def test_files_may_define_dataclasses_and_models_of_one_name(tmp_path: Path) -> None:
+    """A dataclass looks its annotations up in the module that it was defined in."""
+    text = """from __future__ import annotations
+from dataclasses import dataclass
+from typing import ClassVar
+from coupling.scalar_model import ScalarModel, given
+
+@dataclass
+class Pipe:
+    kind: ClassVar[str] = "steel"
+    length: float = {length}
+
+class Model(ScalarModel):
+    length = given("m", Pipe().length)
+"""
+    models = []
+    for name, length in (("short", 2.0), ("long", 30.0)):
+        (tmp_path / f"{name}.py").write_text(text.format(length=length))
+        models.append(model_in(tmp_path / f"{name}.py"))
+    assert [float(model.get("length")[0]) for model in models] == [2.0, 30.0]
+    assert type(models[0]) is not type(models[1])
+
+
 def test_what_cannot_be_an_fmu_is_refused(tmp_path: Path) -> None:
     for name in ("my tank", "True"):
         with pytest.raises(ValueError, match=f"identifier of an FMU is '{name}'"):

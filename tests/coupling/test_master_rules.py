@@ -237,6 +237,31 @@ def test_discarded_step_is_repeated_by_all_in_a_run_that_rolls_back() -> None:
     assert run.communication_point.index == 1
 
 
+def test_end_and_events_of_a_kept_half_outlive_the_rollback_of_the_other() -> None:
+    """`ender` ends in the first half of the step; `stiff` discards the whole step, and then the second half."""
+
+    class Valve(Accumulator):
+        def update_discrete_states(self) -> bool:
+            return False
+
+    log: Log = []
+    ender, stiff = Valve("ender", log), Accumulator("stiff", log)
+    ender.on_step = lambda time, step: StepResult(
+        Status.OK, time + step, "full", event_handling_needed=True, terminate_simulation=True
+    )
+    stiff.on_step = lambda time, step: (
+        StepResult(Status.DISCARD, time, "too long") if step > (0.06 if time < 0.04 else 0.03) else None
+    )
+    run, watcher = watched([ender, stiff], [], rolls_back=True)
+    run.initialize()
+    log.clear()
+    run.step()
+    assert steps_of(log, "ender") == [(0.0, 0.1), (0.0, 0.05)]
+    np.testing.assert_allclose(steps_of(log, "stiff")[-2:], [(0.05, 0.025), (0.075, 0.025)], atol=1e-15)
+    assert [(event.time, event.text) for event in watcher.events] == [(0.05, "full")]
+    assert watcher.reason == "ender ends the run: full"
+
+
 @pytest.mark.parametrize("rolls_back", [False, True])
 def test_step_that_is_always_discarded_ends_the_run_by_name(rolls_back: bool) -> None:
     stuck = Accumulator("stuck", [])

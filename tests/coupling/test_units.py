@@ -19,13 +19,16 @@ from coupling.units import Unit, conversion, read_unit
         ("W", "J/s"),
         ("", "1"),
         ("kg m/s2", "kg*m*s-2"),
+        ("kg·m²·s⁻²", "N m"),
+        ("m/s**2", "m s-2"),
+        ("kNm", "kJ"),
     ],
 )
 def test_spellings_of_one_unit(text: str, same_as: str) -> None:
     assert read_unit(text) == read_unit(same_as) is not None
 
 
-@pytest.mark.parametrize("text", ["furlong", "N, N m", "m/", "(m", "m)", "m//s", "2 m", "1000 N", "10"])
+@pytest.mark.parametrize("text", ["furlong", "N, N m", "m/", "(m", "m)", "m//s", "2 m", "1000 N", "10", "m**", "m⁻"])
 def test_what_the_table_does_not_know_is_not_guessed(text: str) -> None:
     assert read_unit(text) is None
 
