@@ -72,10 +72,9 @@ class FmuContent:
     files: Mapping[str, Path] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        if not self.identifier.isidentifier() or iskeyword(self.identifier):
-            raise ValueError(
-                f"identifier of an FMU is {self.identifier!r}, allowed: letters, digits and '_', no keyword"
-            )
+        name = self.identifier  # of C functions too
+        if not (name.isascii() and name.isidentifier()) or iskeyword(name):
+            raise ValueError(f"identifier of an FMU is {name!r}, allowed: letters a to z, digits and '_', no keyword")
 
 
 def export_fmu(content: FmuContent, path: str | Path, version: Version) -> None:

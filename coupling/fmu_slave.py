@@ -194,7 +194,10 @@ class Slave3(ParticipantSlave):
 
     def __init__(self, **keywords: Any) -> None:
         super().__init__(**keywords)
-        self._add_number("time", "independent", "continuous", getter=lambda: self._time)
+        name = (
+            "time" if "time" not in self.participant.variables else "independent_time"
+        )  # FMI asks for one, of any name
+        self._add_number(name, "independent", "continuous", getter=lambda: self._time)
 
     def do_step(self, current_time: float, step_size: float) -> Any:
         """See `advance`. Of the last step the binary says that it is whole, even if it ended before."""

@@ -334,6 +334,28 @@ import {script.stem}
     assert "this FMU needs oilsim in the Python of its host: pip install oilsim" in done.stderr
 
 
+@pytest.mark.parametrize("version", [2, 3])
+def test_variables_may_have_any_name(tmp_path: Path, version: Version) -> None:
+    """Also that of the independent variable of FMI 3, and letters that C does not know."""
+    text = """from coupling.scalar_model import ScalarModel, given, taken
+
+class {name}(ScalarModel):
+    größe = taken("m/s", 1.0)
+    time = given("s")
+
+    def advance(self, time, step_size):
+        self.time = self.größe * (time + step_size)
+"""
+    fmu = FmuParticipant("odd", build(tmp_path, version, "Odd", text=text))
+    assert list(fmu.variables) == ["größe", "time"]
+    fmu.enter_initialization_mode(0.0)
+    fmu.set("größe", np.array([3.0]))
+    fmu.exit_initialization_mode()
+    fmu.do_step(0.0, 0.5)
+    assert float(fmu.get("time")[0]) == 1.5
+    fmu.terminate()
+
+
 def test_files_may_define_dataclasses_and_models_of_one_name(tmp_path: Path) -> None:
     """A dataclass looks its annotations up in the module that it was defined in."""
     text = """from __future__ import annotations
@@ -358,7 +380,7 @@ class Model(ScalarModel):
 
 
 def test_what_cannot_be_an_fmu_is_refused(tmp_path: Path) -> None:
-    for name in ("my tank", "True"):
+    for name in ("my tank", "True", "Böe"):
         with pytest.raises(ValueError, match=f"identifier of an FMU is '{name}'"):
             FmuContent(identifier=name, factory="", description="", step_size=0.1, stop_time=1.0)
     (tmp_path / "none.py").write_text("x = 1\n")
