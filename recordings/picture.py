@@ -105,9 +105,10 @@ def _draw_series(figure: Figure, place: SubplotSpec, replay: Replay, moments: Se
             axes.legend(frameon=False, ncols=4, loc="lower right", bbox_to_anchor=(1.0, 0.97), fontsize=9)
     for axes in rows:
         axes.set_xlim(moments[0].time, max(moments[-1].time, moments[0].time + 1e-3))
+    for axes in diagrams:  # lines would run through the words of the events
         for moment in moments:
             axes.axvline(moment.time, color="#c8d1d8", linewidth=0.8, zorder=0)
-        for event in replay.events if axes in diagrams else ():
+        for event in replay.events:
             axes.axvline(event.time, color=EVENT_COLORS[event.level], linewidth=0.9, linestyle=":")
     rows[-1].set_xlabel("simulated time [s]")
 
