@@ -88,6 +88,11 @@ def separations(i, points, others, j, period):
     return dx, dy, dz, content
 
 
+def indices(flags: NDArray[np.bool_]) -> NDArray[np.uint32]:
+    """Where flags (N,) are set, as kernels want it."""
+    return np.flatnonzero(flags).astype(np.uint32)
+
+
 @njit(**FAST)
 def mark_around(begin, end, chosen, fluid, near):
     """Set `near` (N,) to 1 for the i `chosen` and their neighbours; a scatter, but threads that meet write the same."""

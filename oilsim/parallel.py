@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 BLOCK = 1024  # particles that share one partial sum
 SERIAL_BELOW = 8 * BLOCK  # particles under which handing work over costs more than it saves
 HEAD_START = 4000  # looks, some microseconds, in which others take their work before the caller begins its own
-PATIENCE = 60_000  # looks, up to a millisecond, for which a thread waits awake
+PATIENCE = 300_000  # looks, a millisecond or so, for which a thread waits awake
 POLITE = 64  # looks after which a waiting thread lets others have its processor
 APART = 8  # cells between those of two threads: each has a line of the cache
 yield_processor = types.ExternalFunction("sched_yield" if os.name == "posix" else "SwitchToThread", types.int32())

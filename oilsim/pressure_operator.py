@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 from oilsim.compilation import FAST
 from oilsim.divergence import pressure_velocity, seen_velocity, velocity_divergence
 from oilsim.lanes import LANES, below, load, store
-from oilsim.pressure_projection import System
+from oilsim.neighbors import indices
+from oilsim.pressure_projection import Index, System
 from oilsim.state import FluidState
 from oilsim.workspace import Workspace
 
 Real = NDArray[np.float32]
-Index = NDArray[np.uint32]
 
 
 @njit(**FAST)
@@ -77,13 +77,11 @@ class PressureOperator(System):
         if self._response.present:
             self._response.add_answer(result)
 
-    def part(self, group: NDArray[np.integer]) -> PartialOperator:
+    def part(self, group: Index) -> PartialOperator:
         """A among the particles of a group."""
         near = self._work.near_to(self._state, group)
-        near[self._work.touching] = 1  # of whom bodies ask what pushes them
-        return PartialOperator(
-            self, group.astype(np.uint32), np.flatnonzero(near).astype(np.uint32), self._state.listed
-        )
+        near[self._work.touching] = True  # of whom bodies ask what pushes them
+        return PartialOperator(self, group, indices(near), self._state.listed)
 
     def centre(self, values: Real) -> None:
         """Take off the mean in a filled box."""

@@ -33,6 +33,7 @@ from oilsim.lanes import LANES, above_zero, below, load, only, positive, spread,
 from oilsim.parallel import BLOCK, Team, block_count, total
 
 Real = NDArray[np.float32]
+Index = NDArray[np.uint32]
 
 AMBIENT = 1.5  # standard deviations by which the mean of the pressure in a closed box lies above 0: all but a fifteenth is pressed
 SPOILT = 0.25  # of the residual on the face, that clamping may undo before it is due: with 1 solves take up to a sixth more products
@@ -110,6 +111,19 @@ def dot(begin, end, left, right, sums):
         sums[block // BLOCK] = summed(product)
 
 
+@njit(**FAST)
+def left_over(begin, end, group, kappa, gradient, diagonal, closed, face, sums):
+    """Block sums (blocks,) [1/s] over a group (n,): the residual, and what clamping negative pressures would add to it."""
+    for block in range(begin, end, BLOCK):
+        left = 0.0
+        for n in range(block, min(block + BLOCK, end)):
+            i = group[n]
+            left += abs(gradient[i]) if face[i] > ZERO else max(-gradient[i], ZERO)
+            if not closed:
+                left += diagonal[i] * max(-kappa[i], ZERO)
+        sums[block // BLOCK] = left
+
+
 class System:
     """What is solved: A, and whatever else follows kappa, nothing unless a system says more."""
 
@@ -117,7 +131,7 @@ class System:
         """Write A vector into image."""
         raise NotImplementedError
 
-    def part(self, group: NDArray[np.integer]) -> System:
+    def part(self, group: Index) -> System:
         """The rows and columns of A that belong to a group of particles."""
         raise NotImplementedError
 
@@ -164,7 +178,7 @@ class BoundConstrainedSolver:
         tolerance: float,
         iterations: int,
         closed: bool,
-        watched: Sequence[NDArray[np.integer]] = (),
+        watched: Sequence[Index] = (),
         count: int | None = None,
     ) -> tuple[int, float]:
         """Improve `kappa` in place until the mean residual is `tolerance` [1/s]; returns products used and that mean.
@@ -231,7 +245,7 @@ class BoundConstrainedSolver:
             if opening:
                 self._begin_round()
 
-    def _solve_group(self, group: NDArray[np.integer], tolerance: float, iterations: int) -> int:
+    def _solve_group(self, group: Index, tolerance: float, iterations: int) -> int:
         """Solve for a group alone, and let the others know; returns products."""
         self._inner = self._inner or BoundConstrainedSolver(self._team)
         inner, goal, kappa = self._inner, self._kappa.copy(), self._kappa[group]
@@ -305,13 +319,12 @@ class BoundConstrainedSolver:
         np.maximum(self._kappa, 0.0, out=self._kappa)
         return 2
 
-    def _left(self, group: NDArray[np.integer]) -> float:
+    def _left(self, group: Index) -> float:
         """Mean residual of some particles, with what clamping negative pressures would add to it [1/s]."""
-        rate, pressed = self._gradient[group], self._face[group] > 0.0
-        residual = np.where(pressed, np.abs(rate), np.maximum(-rate, 0.0))
-        if not self._closed:
-            residual += self._diagonal[group] * np.maximum(-self._kappa[group], 0.0)
-        return float(residual.mean(dtype=np.float64))
+        sums = np.empty(block_count(group.size))
+        pressures = self._kappa, self._gradient, self._diagonal
+        self._team.run(left_over, group.size, group, *pressures, self._closed, self._face, sums)
+        return total(sums) / group.size
 
     def _multiply(self, vector: Real) -> None:
         """The product of A and a vector."""

@@ -113,15 +113,21 @@ def shift_strength(begin, end, near, walls, field, time_step, square):
 
 
 @njit(**FAST)
-def shift_by_walls(begin, end, near, walls, gradient_sum, field, time_step, square, shift):
-    """Add -beta_i d^2 g_i [m] to `shift` (3, N) beside walls; square d^2 [m2]."""
+def end_first_pass(
+    begin, end, push, change, near, walls, gradient_sum, field, time_step, square, position, velocity, shift, moved
+):
+    """Add -beta_i d^2 g_i [m] to `shift` (3, N) beside walls, `push` to `position` and `change` to `velocity`; fill `moved` (3, N) with
+    push and shift together [m]; square d^2 [m2].
+    """
     for i in range(begin, end):
-        if near[i] or walls.number[i] == 0:
-            continue
-        beta = shift_coefficient(i, field, time_step) * square
-        shift[0, i] -= beta * gradient_sum[0, i]
-        shift[1, i] -= beta * gradient_sum[1, i]
-        shift[2, i] -= beta * gradient_sum[2, i]
+        beside = walls.number[i] > 0 and not near[i]
+        beta = shift_coefficient(i, field, time_step) * square if beside else ZERO
+        for axis in range(3):
+            position[axis, i] += push[axis, i]
+            velocity[axis, i] += change[axis, i]
+            if beside:
+                shift[axis, i] -= beta * gradient_sum[axis, i]
+            moved[axis, i] = push[axis, i] + shift[axis, i]
 
 
 @njit(**FAST)

@@ -18,13 +18,13 @@ from oilsim.relaxation import (
     LEFT,
     OMEGA,
     SETTLING,
+    end_first_pass,
     flow_along,
     follow_flow,
     mark_near_surface,
     mark_surface,
     relax,
     relaxation_multiplier,
-    shift_by_walls,
     shift_strength,
 )
 from oilsim.smoothing_kernels import lattice_diagonal
@@ -43,7 +43,8 @@ def relax_liquid(work: Workspace, state: FluidState, time_step: float) -> tuple[
         return 0, 0.0
     moving = slice(0, count)
     multiplier = np.zeros(state.listed, np.float32)
-    push, change, moved = np.zeros((3, 3, count), np.float32)
+    push = np.zeros((3, count), np.float32)
+    change, moved = np.empty((2, 3, count), np.float32)
     square = np.float32(config.particle_spacing**2)
     rate, limit = np.float32(OMEGA / lattice_diagonal(config.dimension)) * square, LARGEST_MULTIPLIER * square
     with work.stage("density"):
@@ -64,15 +65,14 @@ def relax_liquid(work: Workspace, state: FluidState, time_step: float) -> tuple[
                 relax, count, work.points, walls.points, work.field, multiplier, work.balance, first, theta, INERTIA, work.touching_wall,
                 *work.geometry, push, state.shift, change,
             )  # fmt: skip
-            position[:, moving] += push
-            moved += push
             if first:
-                state.velocity[:, moving] += change
                 run(
-                    shift_by_walls, count, work.near, work.wall_pairs, work.gradient_sum, work.field, np.float32(time_step),
-                    square, state.shift,
+                    end_first_pass, count, push, change, work.near, work.wall_pairs, work.gradient_sum, work.field, np.float32(time_step),
+                    square, position, state.velocity, state.shift, moved,
                 )  # fmt: skip
-                moved += state.shift[:, moving]
+            else:
+                position[:, moving] += push
+                moved += push
             if enough or iteration == config.density_iterations:
                 break
             work.place_points(state)

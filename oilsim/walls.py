@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from oilsim.boundary import BoundaryParticles
 from oilsim.compilation import FAST, inlined
-from oilsim.neighbors import NeighborSearch, Pairs
+from oilsim.neighbors import NeighborSearch, Pairs, indices
 
 Real = NDArray[np.float32]
 Double = NDArray[np.float64]
@@ -256,7 +256,7 @@ class Walls:
         touches = np.zeros(count, bool)
         if self.moving:
             find_touching(walls, count, self.resting, touches)
-        return np.flatnonzero(touches).astype(np.uint32)
+        return indices(touches)
 
     def rest_is_touched(self, walls: Pairs, by_body: NDArray[np.bool_], touching: NDArray[np.uint32]) -> bool:
         """Whether a fluid particle has a wall particle at rest within reach; `touching` a moving one, as `by_body` (N,) marks."""

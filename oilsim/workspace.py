@@ -22,7 +22,7 @@ from oilsim.divergence import PairVectors, cache_gradients
 from oilsim.faces import largest_stretch
 from oilsim.kept_lists import KeptLists
 from oilsim.moment_mending import STRETCH, mend_moments
-from oilsim.neighbors import NeighborSearch, Pairs, fill_rows, make_grid, mark_around
+from oilsim.neighbors import NeighborSearch, Pairs, fill_rows, indices, make_grid, mark_around
 from oilsim.parallel import Team
 from oilsim.relaxation import shift_balance
 from oilsim.rigid_response import RigidResponse, extend_contacts
@@ -132,13 +132,13 @@ class Workspace:
             self.fluid_pairs, self.wall_pairs = self.lists.update(state, self.walls)
             walls = self.walls
             count = state.listed
-            self.weight = self._weights[state.phase]
+            self.weight = self._weights.take(state.phase)
             self.points = np.empty((count, 4), np.float32)
             self.place_points(state)
-            self.rest_density = self.densities.astype(np.float32)[state.phase]
+            self.rest_density = self.densities.astype(np.float32).take(state.phase)
             self.coverage, self.compression, self.diagonal, self.openness = np.empty((4, count), np.float32)
             self.own, self.gradient_sum, self.wall_slope = np.empty((3, 3, count), np.float32)
-            self.matrix: Real = np.zeros((count, 8), np.float32)
+            self.matrix = (np.empty if self.split else np.zeros)((count, 8), np.float32)
             self.mended = np.empty_like(self.matrix) if self.split else None
             self.near = np.ones(count, np.uint8)
             walled = self.split and walls.count > 0
@@ -183,20 +183,20 @@ class Workspace:
         head: Real = state.pressure_impulse[chosen] * (weight / np.float32(state.time_step))
         return head
 
-    def lesser_liquids(self, state: FluidState) -> list[NDArray[np.intp]]:
+    def lesser_liquids(self, state: FluidState) -> list[NDArray[np.uint32]]:
         """The awake particles of each liquid but the one that there is most of, with all neighbours: what spreads it is at its rim."""
         if len(self.densities) == 1:
             return []
         phase = state.phase[: state.awake]
-        counts = np.bincount(phase, minlength=len(self.densities))
-        lesser = [np.flatnonzero(phase == k) for k in range(counts.size) if counts[k] and k != counts.argmax()]
-        return [np.flatnonzero(self.near_to(state, liquid)) for liquid in lesser]
+        counts = [np.count_nonzero(phase == k) for k in range(len(self.densities))]
+        lesser = [k for k, count in enumerate(counts) if count and k != np.argmax(counts)]
+        return [indices(self.near_to(state, indices(phase == k))) for k in lesser]
 
-    def near_to(self, state: FluidState, group: NDArray[np.integer]) -> NDArray[np.uint8]:
-        """1 for the awake particles of a group and all that have one among their neighbours, 0 for others."""
+    def near_to(self, state: FluidState, group: NDArray[np.uint32]) -> NDArray[np.bool_]:
+        """Which awake particles are of a group or have one of it among their neighbours."""
         near = np.zeros(state.listed, np.uint8)
-        self.team.run(mark_around, group.size, group.astype(np.uint32), self.fluid_pairs, near)
-        return near[: state.awake]
+        self.team.run(mark_around, group.size, group, self.fluid_pairs, near)
+        return near[: state.awake].view(np.bool_)
 
     @property
     def geometry(self) -> tuple[object, ...]:
