@@ -8,6 +8,8 @@ its faces near them.
 
 from __future__ import annotations
 
+import os
+from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +22,7 @@ Integers = npt.NDArray[np.int64]
 Box = tuple[Array, Array]
 
 LEAF_SIZE = 6
+ALONE = 10_000  # points of which one processor is asked: fewer are not worth a second one
 LATTICE_SHIFT = np.array(
     [0.31, 0.37, 0.43]
 )  # of a step: keeps lattice planes off the planes of meshes in round numbers
@@ -91,9 +94,17 @@ class SignedDistance:
 
     @staticmethod
     def _nearest_to(tree: _Tree, points: Array) -> Nearest:
-        distance, closest, normal = np.empty(len(points)), np.empty_like(points), np.empty_like(points)
-        _query(points, *tree, distance, closest, normal)
-        return Nearest(distance, closest, normal)
+        """Of one closed part; all processors look, each for points of its own."""
+        nearest = Nearest(np.empty(len(points)), np.empty_like(points), np.empty_like(points))
+        shares = min(os.cpu_count() or 1, 1 + len(points) // ALONE)
+        parts = [slice(len(points) * n // shares, len(points) * (n + 1) // shares) for n in range(shares)]
+
+        def look(part: slice) -> None:
+            _query(points[part], *tree, *(found[part] for found in nearest))
+
+        with ThreadPoolExecutor(shares) as pool:
+            list(pool.map(look, parts))  # a list, so that errors come out
+        return nearest
 
     def phi(self, points: Array) -> Array:
         """Signed distance (K,) [m]."""
