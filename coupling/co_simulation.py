@@ -21,6 +21,7 @@ from types import MappingProxyType
 from typing import Any, NoReturn, TypeVar
 
 from coupling.algorithms import Algorithm, GaussSeidel
+from coupling.audience import Audience, tried
 from coupling.connection import Connection, link, setup_problems
 from coupling.errors import CoSimulationError, CouplingSetupError, reason
 from coupling.exchange_ledger import ExchangeLedger
@@ -31,6 +32,7 @@ from coupling.rollback import rollback_fault
 from coupling.stepper import HALVINGS, TIME_TOLERANCE, Discarded, NotExchanged, Snapshot, Stepper
 from recordings.frame import Event, EventLevel, Frame, RunDescription
 
+FINEST = 1e-3  # of a step, that times must tell apart
 ALL_AT_ONE_RATE: Mapping[str, int] = MappingProxyType({})
 
 
@@ -89,6 +91,10 @@ class CoSimulation:
             problems.append(f"communication_step_size is {communication_step_size} s, allowed: above 0")
         if not math.isfinite(start_time):
             problems.append(f"start_time is {start_time} s, allowed: a finite time")
+        elif start_time + FINEST * communication_step_size == start_time:
+            problems.append(
+                f"start_time is {start_time} s, allowed: a time that steps of {communication_step_size} s tell"
+            )
         if observers and (frame_source is None or run_description is None):
             problems.append("observers watch, but frame_source or run_description is missing")
         if problems:
@@ -98,7 +104,7 @@ class CoSimulation:
         self._links = tuple(link(connection, by_name) for connection in connections)
         self._step_size = communication_step_size
         self._start_time = start_time
-        self._observers = tuple(observers)
+        self._audience = Audience(observers, self._end)
         self._algorithm: Algorithm = algorithm if algorithm is not None else GaussSeidel()
         self._rolls_back = rolls_back
         self._ledger = ledger
@@ -108,7 +114,6 @@ class CoSimulation:
         self._index = 0
         self._phase = _Phase.CREATED
         self._opening: Sequence[str] = ()  # what the algorithm tells as the run begins
-        self._watched = False  # observers have been told that the run begins
 
     @property
     def communication_point(self) -> CommunicationPoint:
@@ -153,9 +158,15 @@ class CoSimulation:
         self._notify_initialized(first_frame=saved is None)
 
     def save_state(self) -> dict[str, Any]:
-        """State and outputs of every participant, what algorithm and ledger hold, and the clock; between steps."""
+        """State and outputs of every participant, what algorithm and ledger hold, and the clock; between steps.
+
+        NotImplementedError where a participant cannot save its state; the run goes on.
+        """
         self._require(_Phase.RUNNING, "save_state")
-        states = {name: self._in_order(one.participant.save_state, name) for name, one in self._steppers.items()}
+        states = {name: self._in_order(partial(_saved, one), name) for name, one in self._steppers.items()}
+        lacking = [str(state) for state in states.values() if isinstance(state, NotImplementedError)]
+        if lacking:
+            raise NotImplementedError("; ".join(lacking))
         outputs = {name: dict(stepper.outputs) for name, stepper in self._steppers.items()}
         return {
             **self._clock(),
@@ -202,8 +213,7 @@ class CoSimulation:
     def emit(self, text: str, *, level: EventLevel = "info", source: str = "") -> None:
         """Tell observers something worth a line in the log, at the current time."""
         self._require(_Phase.RUNNING, "emit")
-        event = Event(self.communication_point.time, text, level, source)
-        self._notify(lambda observer: observer.event(event))
+        self._audience.event(Event(self.communication_point.time, text, level, source))
 
     def terminate(self, reason: str = "finished") -> None:
         """End the run: participants in order, then observers. A second call does nothing."""
@@ -211,7 +221,7 @@ class CoSimulation:
             return
         failures, unheard = self._end(reason)
         if failures:
-            name, cause = failures[0]
+            name, cause = next(iter(failures.items()))
             raise CoSimulationError(name, self.communication_point.time, f"could not terminate: {cause}") from cause
         if unheard:
             raise unheard[0]
@@ -313,38 +323,35 @@ class CoSimulation:
         self._end(str(error), event)
         raise error from cause
 
-    def _end(self, reason: str, event: Event | None = None) -> tuple[list[tuple[str, Exception]], list[Exception]]:
-        """End all participants in order, then tell observers, each once; returns what went wrong in either."""
+    def _end(self, reason: str, event: Event | None = None) -> tuple[dict[str, BaseException], list[BaseException]]:
+        """End all participants in order, then tell observers; returns what went wrong in either.
+
+        What interrupts the end is raised when all have been told.
+        """
         self._phase = _Phase.TERMINATED
-        failures: list[tuple[str, Exception]] = []
-        for name, stepper in self._steppers.items():
-            try:
-                stepper.participant.terminate()
-            except Exception as cause:
-                failures.append((name, cause))
-        listening, self._observers = self._observers if self._watched else (), ()
-        unheard: list[Exception] = []
-        for observer in listening:
-            try:
-                if event is not None:
-                    observer.event(event)
-                observer.terminated(reason)
-            except Exception as cause:
-                unheard.append(cause)
+        raised = tried([stepper.participant.terminate for stepper in self._steppers.values()])
+        failures = {name: error for name, error in zip(self._steppers, raised, strict=True) if error is not None}
+        unheard = self._audience.end([*self._take_events(), *([] if event is None else [event])], reason)
+        for error in [*failures.values(), *unheard]:
+            if not isinstance(error, Exception):
+                raise error
         return failures, unheard
 
-    def _tell_events(self) -> None:
+    def _take_events(self) -> list[Event]:
+        """Events of participants that nobody has been told of yet."""
+        events = []
         for stepper in self._steppers.values():
-            for time, text in stepper.events:
-                event = Event(time, text, "info", stepper.name)
-                self._notify(partial(_tell, event=event))
+            events += [Event(time, text, "info", stepper.name) for time, text in stepper.events]
             stepper.events.clear()
+        return events
+
+    def _tell_events(self) -> None:
+        for event in self._take_events():
+            self._audience.event(event)
 
     def _notify_initialized(self, *, first_frame: bool) -> None:
         if self._run_description is not None:
-            run = self._run_description
-            self._watched = True
-            self._notify(lambda observer: observer.initialized(run))
+            self._audience.begin(self._run_description)
         for name, fault in self._rollback_faults.items():
             self.emit(f"participant {name!r} cannot be taken back: {fault}", level="warning", source=name)
         for text in self._opening:
@@ -354,23 +361,16 @@ class CoSimulation:
             self._notify_frame()
 
     def _notify_frame(self) -> None:
-        if self._observers and self._frame_source is not None:
-            frame = self._in_order(partial(self._frame_source, self.communication_point), "frame_source")
-            self._notify(lambda observer: observer.step_completed(frame))
-
-    def _notify(self, call: Callable[[Observer], None]) -> None:
-        """Tell every observer. One that fails, or is interrupted, ends the run, and the others are told why."""
-        for observer in self._observers if self._watched else ():
-            try:
-                call(observer)
-            except BaseException as cause:
-                self._observers = tuple(other for other in self._observers if other is not observer)
-                self._end(f"observer {type(observer).__name__} failed: {reason(cause)}")
-                raise
+        if self._audience.is_listening and self._frame_source is not None:
+            self._audience.frame(self._in_order(partial(self._frame_source, self.communication_point), "frame_source"))
 
 
-def _tell(observer: Observer, event: Event) -> None:
-    observer.event(event)
+def _saved(stepper: Stepper) -> object:
+    """A participant's state, or that it cannot be saved."""
+    try:
+        return stepper.participant.save_state()
+    except NotImplementedError as cause:
+        return NotImplementedError(f"participant {stepper.name!r}: {reason(cause)}")
 
 
 def _sub_rate_problems(participants: Sequence[Participant], sub_rates: Mapping[str, int]) -> list[str]:

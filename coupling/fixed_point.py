@@ -20,7 +20,7 @@ import numpy.typing as npt
 Array = npt.NDArray[np.float64]
 
 LARGEST_RELAXATION = 1.0
-DEPENDENT = 1e-2  # of the largest singular value: what columns add below is noise of solvers that stop at a tolerance
+NOISE = 1e-2  # of the largest singular value: what columns add below is noise of solvers that stop at a tolerance
 
 
 class Iteration(Protocol):
@@ -51,10 +51,13 @@ class Aitken:
 
 
 class QuasiNewton:
-    """IQN-ILS from the differences of all calls so far; `relaxation` is used while there is only one."""
+    """IQN-ILS from the differences of all calls so far; `relaxation` is used while there is only one.
 
-    def __init__(self, relaxation: float = 0.5) -> None:
-        self._relaxation = relaxation
+    noise: of the largest singular value of those differences, below which they tell nothing.
+    """
+
+    def __init__(self, relaxation: float = 0.5, noise: float = NOISE) -> None:
+        self._relaxation, self._noise = relaxation, noise
         self._residuals: list[Array] = []
         self._results: list[Array] = []
 
@@ -66,5 +69,5 @@ class QuasiNewton:
             return np.asarray(x + self._relaxation * residual)
         columns = np.column_stack([earlier - residual for earlier in self._residuals[:-1]]) / scale[:, None]
         changes = np.column_stack([earlier - self._results[-1] for earlier in self._results[:-1]])
-        weights, *_ = np.linalg.lstsq(columns, -residual / scale, rcond=DEPENDENT)
+        weights, *_ = np.linalg.lstsq(columns, -residual / scale, rcond=self._noise)
         return np.asarray(self._results[-1] + changes @ weights)

@@ -3,13 +3,15 @@
 A sweep carries every connection's value once, in order. Where no output depends on an input at once, the second sweep changes
 nothing; along a chain of n participants the n-th does not. What still changes then goes round in a loop, x = H(x) with H a sweep,
 which is solved by quasi-Newton iteration (see `fixed_point`). Each value is solved to a tolerance of its own size, so that a small one
-is as good as a large one beside it.
+is as good as a large one beside it; but what is small may be a difference of large values, and be no better than their rounding, and so
+one that no longer comes closer is taken as it is.
 
 A value that is not finite is not carried: whoever gives it is found by it, and not those that it would have spoilt.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -22,7 +24,11 @@ from coupling.stepper import Stepper
 
 LOOP_TOLERANCE = 1e-10  # relative change of a value from sweep to sweep
 LOOP_SWEEPS = 100
-SMALLEST_SCALE = 1e-5  # of the loop's largest value: what is smaller may be a difference of such, and be no better than their rounding
+PATIENCE = 10  # sweeps in which the worst value must come twice as close to its tolerance
+SMALLEST_SCALE = 1e-5  # of the loop's largest value: of what rounding it makes may spoil the others
+ROUNDING = (
+    1e-8  # of the largest singular value, below which rounding tells: nothing else disturbs what outputs say of inputs
+)
 
 
 def exchange_initial_values(steppers: dict[str, Stepper], links: Sequence[Link], time: float) -> None:
@@ -59,9 +65,10 @@ def sweep(steppers: dict[str, Stepper], links: Sequence[Link]) -> list[Array]:
 
 def _solve_loop(steppers: dict[str, Stepper], links: Sequence[Link], changing: list[int], time: float) -> None:
     """Iterate on the values that go round until a sweep leaves them as they are."""
-    iteration = QuasiNewton(relaxation=1.0)
+    iteration = QuasiNewton(relaxation=1.0, noise=ROUNDING)
     loops = _loops([links[index].connection for index in changing])
     values = [np.asarray(value) for value in sweep(steppers, links)]
+    sizes, settled, best, waited = [values[index].size for index in changing], False, math.inf, 0
     for _ in range(LOOP_SWEEPS):
         for index in changing:
             where = links[index].connection
@@ -69,18 +76,20 @@ def _solve_loop(steppers: dict[str, Stepper], links: Sequence[Link], changing: l
         results = sweep(steppers, links)
         x, y = (np.concatenate([np.ravel(given[index]) for index in changing]) for given in (values, results))
         if not np.isfinite(y).all():
+            settled = False
             break
-        scale = _scale(x, y, [values[index].size for index in changing], loops)
-        if (np.abs(y - x) <= LOOP_TOLERANCE * scale).all():
+        own, least = _scale(x, y, sizes, loops)
+        worst, settled = float((np.abs(y - x) / own).max()), bool((np.abs(y - x) <= LOOP_TOLERANCE * least).all())
+        best, waited = (worst, 0) if worst < 0.5 * best else (best, waited + 1)
+        if worst <= LOOP_TOLERANCE or (settled and waited > PATIENCE):
             return
-        proposal = iteration.proposal(x, y - x, scale)
+        proposal = iteration.proposal(x, y - x, own if settled else least)
         values = [np.asarray(value) for value in results]
-        for index, part in zip(
-            changing, np.split(proposal, np.cumsum([values[i].size for i in changing])), strict=False
-        ):
+        for index, part in zip(changing, np.split(proposal, np.cumsum(sizes)), strict=False):
             values[index] = part.reshape(values[index].shape)
-    names = ", ".join(str(links[index].connection) for index in changing)
-    raise CoSimulationError("master", time, f"initial values go round in a loop that does not settle: {names}")
+    if not settled:
+        names = ", ".join(str(links[index].connection) for index in changing)
+        raise CoSimulationError("master", time, f"initial values go round in a loop that does not settle: {names}")
 
 
 def _loops(connections: Sequence[Connection]) -> list[int]:
@@ -94,13 +103,14 @@ def _loops(connections: Sequence[Connection]) -> list[int]:
     return numbers
 
 
-def _scale(x: Array, y: Array, sizes: Sequence[int], loops: Sequence[int]) -> Array:
-    """The size (n,) of every entry of x and y (n,), which is that of the value it belongs to: its largest entry.
+def _scale(x: Array, y: Array, sizes: Sequence[int], loops: Sequence[int]) -> tuple[Array, Array]:
+    """The size (n,) of every entry of x and y (n,), which is that of the value it belongs to: its largest entry; and the same, but not
+    below what the rounding of its loop's largest value leaves.
 
     sizes: number of entries of each value; loops: the number of the loop that each goes round in.
     """
     parts = np.split(np.maximum(np.abs(x), np.abs(y)), np.cumsum(sizes)[:-1])
     own = [float(part.max(initial=0.0)) for part in parts]
     largest = [max(size for size, other in zip(own, loops, strict=True) if other == loop) for loop in loops]
-    sized = [max(size, SMALLEST_SCALE * most) or 1.0 for size, most in zip(own, largest, strict=True)]
-    return np.repeat(sized, sizes)
+    least = [max(size, SMALLEST_SCALE * most) for size, most in zip(own, largest, strict=True)]
+    return np.repeat([size or 1.0 for size in own], sizes), np.repeat([size or 1.0 for size in least], sizes)

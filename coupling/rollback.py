@@ -50,12 +50,12 @@ def _difference(first: Snapshot, second: Snapshot) -> str:
 
 def _same(first: object, second: object) -> bool:
     """Whether two saved values are equal bit for bit, as far as they can be looked into."""
-    if isinstance(first, np.ndarray) and isinstance(second, np.ndarray):
+    if isinstance(first, np.ndarray | np.generic) and isinstance(second, np.ndarray | np.generic):
         return first.shape == second.shape and first.dtype == second.dtype and first.tobytes() == second.tobytes()
     if isinstance(first, Mapping) and isinstance(second, Mapping):
         return first.keys() == second.keys() and all(_same(first[key], second[key]) for key in first)
     if isinstance(first, list | tuple) and isinstance(second, list | tuple):
         return len(first) == len(second) and all(map(_same, first, second))
-    if isinstance(first, float | int | str) and isinstance(second, float | int | str):
+    if isinstance(first, float | int | complex | str) and isinstance(second, float | int | complex | str):
         return repr(first) == repr(second)
     return type(first) is type(second)

@@ -17,6 +17,7 @@ from __future__ import annotations
 import time as wall_clock
 from collections.abc import Iterable
 from dataclasses import dataclass
+from numbers import Real
 from typing import NoReturn
 
 import numpy as np
@@ -27,6 +28,7 @@ from coupling.participant import Array, Causality, EventParticipant, Participant
 TIME_TOLERANCE = 1e-9  # of a step: far above rounding, far below anything that moves
 HALVINGS = 10  # of a step that is discarded: a thousandth of it
 PARTS_ALLOWED = 5000  # of one step, so that a participant that never advances is found
+NUMBERS = "fiub"  # numpy's kinds of real numbers
 EVENT_ROUNDS = 100  # at one time, so that states that never settle are found
 
 
@@ -99,6 +101,8 @@ class Stepper:
             raise NotExchanged(self.name, f"output {name!r} is a {type(value).__name__}, allowed: {allowed}")
         if value.shape != self._shapes[name]:
             raise NotExchanged(self.name, f"output {name!r} has shape {value.shape}, allowed: {self._shapes[name]}")
+        if value.dtype.kind not in NUMBERS:
+            raise NotExchanged(self.name, f"output {name!r} is of type {value.dtype}, allowed: real numbers")
         return value
 
     def advance(self, begin: float, end: float) -> None:
@@ -116,13 +120,20 @@ class Stepper:
             self._cover(begin + index * span, last)
             if self.wants_end is not None:
                 break
-        self.read_outputs(end)
+        self._read()
         self.outputs |= {name: total / (end - begin) for name, total in self._sums.items()}
+        self._require_finite(end)
         self.wall_seconds += wall_clock.perf_counter() - started
 
     def read_outputs(self, time: float) -> None:
-        """Take every output from the participant and find those that are not finite."""
+        """Take every output from the participant; CoSimulationError for one that is not finite."""
+        self._read()
+        self._require_finite(time)
+
+    def _read(self) -> None:
         self.outputs = {variable.name: self.get(variable.name) for variable in self._given}
+
+    def _require_finite(self, time: float) -> None:
         if all_finite(self.outputs.values()):
             return
         for name, value in self.outputs.items():
@@ -180,6 +191,8 @@ class Stepper:
             self.fail(time, reason(cause), cause)
         if not isinstance(result, StepResult):
             self.fail(time, f"do_step returned {result!r}, allowed: a StepResult")
+        if not isinstance(result.last_successful_time, Real):
+            self.fail(time, f"last_successful_time is {result.last_successful_time!r}, allowed: a number of seconds")
         return result
 
     def _refuse_discard(self, time: float, part: float, halvings: int, result: StepResult) -> None:

@@ -205,6 +205,27 @@ def test_output_of_another_shape_is_found_at_the_start(value: object, message: s
         run.initialize()
 
 
+def test_time_that_is_none_is_told_of_its_participant() -> None:
+    pump = Accumulator("pump", [])
+    pump.do_step = lambda time, step: StepResult(Status.OK, None)  # type: ignore[method-assign,arg-type]
+    run = CoSimulation([pump], [], 0.1)
+    run.initialize()
+    with pytest.raises(
+        CoSimulationError, match="'pump' failed at 0 s: last_successful_time is None, allowed: a number"
+    ):
+        run.step()
+
+
+def test_text_for_a_number_is_told_of_its_participant() -> None:
+    pump = Accumulator("pump", [])
+    pump.get = lambda name: np.array("fast")  # type: ignore[method-assign]
+    run = CoSimulation([pump], [], 0.1)
+    with pytest.raises(
+        CoSimulationError, match="'pump' failed at 0 s: output 'y' is of type <U4, allowed: real numbers"
+    ):
+        run.initialize()
+
+
 def test_step_without_a_result_is_named() -> None:
     participant = Accumulator("pump", [])
     participant.do_step = lambda time, step_size: None  # type: ignore[method-assign, assignment, return-value]
@@ -274,6 +295,41 @@ def test_observers_see_every_point_and_the_end() -> None:
         ("event", 0.2, "info", "trainer", "boom deployed"),
         ("terminated", "done"),
     ]
+
+
+def test_observer_that_fails_at_the_start_leaves_the_others_out_of_a_run_they_never_saw_begin() -> None:
+    class Unready(Watcher):
+        def initialized(self, run: RunDescription) -> None:
+            raise OSError("no disk")
+
+    before, after = Watcher(), Watcher()
+    participants, connections = ring([])
+    run = watched(participants, connections, before, Unready(), after)
+    with pytest.raises(OSError, match="no disk"):
+        run.initialize()
+    assert before.told == [("initialized", "ring"), ("terminated", "observer Unready failed: no disk")]
+    assert after.told == []
+
+
+def test_events_before_a_failure_are_told_before_it() -> None:
+    """The first one's event lies in the step in which the second one fails."""
+
+    class Switch(Accumulator):
+        def update_discrete_states(self) -> bool:
+            return False
+
+    log: list[tuple[object, ...]] = []
+    first, second = Switch("first", log), Accumulator("second", log)
+    first.on_step = lambda time, step: StepResult(Status.OK, time + step, "valve shut", event_handling_needed=True)
+    second.on_step = lambda time, step: StepResult(Status.ERROR, time, "broken")
+    watcher = Watcher()
+    run = watched([first, second], [], watcher)
+    run.initialize()
+    with pytest.raises(CoSimulationError, match="broken"):
+        run.step()
+    assert [told[-1] for told in watcher.told if told[0] == "event"] == [
+        "valve shut", "participant 'second' failed at 0 s: error: broken",
+    ]  # fmt: skip
 
 
 def test_failing_observer_ends_the_run_in_order() -> None:
@@ -373,6 +429,33 @@ def test_interrupted_run_ends_in_order(where: str) -> None:
     assert watcher.told[-1] == ("terminated", f"{cause} KeyboardInterrupt")
 
 
+@pytest.mark.parametrize("where", ["participant", "observer"])
+def test_interrupted_end_is_brought_to_its_end(where: str) -> None:
+    class Interrupted(Watcher):
+        def terminated(self, reason: str) -> None:
+            super().terminated(reason)
+            if where == "observer":
+                raise KeyboardInterrupt
+
+    log: list[tuple[object, ...]] = []
+    participants, connections = ring(log)
+    end = participants[0].terminate
+
+    def interrupted() -> None:
+        end()
+        if where == "participant":
+            raise KeyboardInterrupt
+
+    participants[0].terminate = interrupted  # type: ignore[method-assign]
+    watchers = Interrupted(), Watcher()
+    run = watched(participants, connections, *watchers)
+    run.initialize()
+    with pytest.raises(KeyboardInterrupt):
+        run.terminate("done")
+    assert log[-2:] == [("first", "terminate"), ("second", "terminate")]
+    assert [watcher.told[-1] for watcher in watchers] == 2 * [("terminated", "done")]
+
+
 def test_frame_that_cannot_be_made_ends_the_run_by_name() -> None:
     def torn(point: CommunicationPoint) -> Frame:
         if point.index == 2:
@@ -438,3 +521,23 @@ def test_saved_run_goes_on_with_its_own_clock_only(option: str, value: float) ->
     message = f"'master' failed at .* s: {option} of the saved state is {own} s, allowed: {value} s"
     with pytest.raises(CoSimulationError, match=message):
         made(**{option: value}).initialize(saved)
+
+
+def test_run_goes_on_where_a_state_cannot_be_saved() -> None:
+    def refuse() -> object:
+        raise NotImplementedError("a device")
+
+    participants, connections = ring([])
+    participants[1].save_state = refuse  # type: ignore[method-assign]
+    run = watched(participants, connections)
+    run.initialize()
+    with pytest.raises(NotImplementedError, match="participant 'second': a device"):
+        run.save_state()
+    run.step()
+    assert run.communication_point.index == 1
+
+
+def test_start_at_which_a_step_is_lost_in_rounding_is_refused() -> None:
+    CoSimulation([Accumulator("pump", [])], [], 0.01, start_time=1.7e9)
+    with pytest.raises(CouplingSetupError, match=r"start_time is 1e\+17 s, allowed: a time that steps of 0.01 s tell"):
+        CoSimulation([Accumulator("pump", [])], [], 0.01, start_time=1e17)

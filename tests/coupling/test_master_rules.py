@@ -118,6 +118,23 @@ def test_mean_outputs_are_weighted_over_early_returns() -> None:
     assert float(tank.input) == pytest.approx(1.0 + 0.5 * 0.1 * 2.0, abs=1e-14)
 
 
+@pytest.mark.parametrize("sub_rate", [1, 2])
+def test_mean_over_a_part_that_is_not_finite_is_found_with_its_owner(sub_rate: int) -> None:
+    """The last part's mean is finite; the whole step's is not."""
+    pump = Accumulator("pump", [])
+
+    def early(time: float, step_size: float) -> StepResult | None:
+        pump.input = np.array(math.nan if time < 0.05 else 0.0)
+        pump.output = np.array(1.0)
+        return StepResult(Status.EARLY_RETURN, 0.05) if sub_rate == 1 and time < 0.05 else None
+
+    pump.on_step = early
+    run = CoSimulation([pump], [], 0.1, sub_rates={"pump": sub_rate})
+    run.initialize()
+    with pytest.raises(CoSimulationError, match=r"'pump' failed at 0\.1 s: output 'mean' is nan, allowed: finite"):
+        run.step()
+
+
 def test_wrong_sub_rates_are_refused() -> None:
     with pytest.raises(CouplingSetupError, match=r"names participant 'c', allowed: a; sub-rate of 'a' is 0, allowed"):
         CoSimulation([Accumulator("a", [])], [], 0.1, sub_rates={"c": 2, "a": 0})
@@ -320,6 +337,28 @@ def test_one_that_does_not_come_back_ends_the_run() -> None:
     assert log[-1] == ("bad", "terminate")
 
 
+@pytest.mark.parametrize("number", [np.int64, np.float64, np.bool_, complex])
+def test_numbers_of_every_kind_are_compared(number: Callable[[int], object]) -> None:
+    """Outputs of the repeated step are the same; a number in the state tells that its memory is not."""
+
+    class Forgetful(Accumulator):
+        count = 0
+
+        def do_step(self, time: float, step_size: float) -> StepResult:
+            self.count += 1
+            return super().do_step(time, step_size)
+
+        def save_state(self) -> object:
+            return {"own": super().save_state(), "odd": number(self.count % 2)}
+
+        def restore_state(self, state: object) -> None:
+            super().restore_state(state["own"])  # type: ignore[index]
+
+    run = CoSimulation([Forgetful("bad", [])], [], 0.1, rolls_back=True)
+    with pytest.raises(CoSimulationError, match="saved states after a step and after the same step repeated differ"):
+        run.initialize()
+
+
 @pytest.mark.parametrize("call", ["save_state", "restore_state"])
 def test_state_that_is_not_given_or_taken_later_is_named(call: str) -> None:
     def refuse(*arguments: object) -> object:
@@ -369,6 +408,15 @@ def test_linear_loop_is_solved_though_sweeps_alone_diverge() -> None:
     np.testing.assert_allclose(parts[0].input, np.linalg.solve(np.eye(2) - matrix, constant), rtol=1e-9)
 
 
+def test_loop_of_an_array_is_solved_though_its_modes_are_of_all_sizes() -> None:
+    # y = A y + 1: the differences of the calls differ by more than those of solvers that stop at a tolerance may
+    matrix = np.diag([2.0, 1.5, 0.5, -1.0, -3.0, 0.9])
+    parts = [Function("plant", lambda u: matrix @ u + 1.0, 6), Function("wire", lambda u: u, 6)]
+    run = CoSimulation(parts, [Connection("plant", "y", "wire", "u"), Connection("wire", "y", "plant", "u")], 0.1)
+    run.initialize()
+    np.testing.assert_allclose(parts[0].input, 1.0 / (1.0 - np.diag(matrix)), rtol=1e-9)
+
+
 def test_nonlinear_loop_is_solved() -> None:
     # x = cos x
     parts = [Function("cosine", np.cos), Function("wire", lambda u: u)]
@@ -393,6 +441,37 @@ def test_loops_of_different_size_are_each_solved_to_their_own() -> None:
     run.initialize()
     assert float(run.outputs("A")["y"][0]) == pytest.approx(2e6, rel=1e-9)
     assert float(run.outputs("C")["y"][0]) == pytest.approx(1e-3, rel=1e-9)
+
+
+def test_small_loop_through_the_participant_of_a_large_one_is_solved_to_its_own() -> None:
+    # p = 1e9 + 0.05 p, r = 1e-6 + 0.81 r: fifteen digits apart
+    hub = Function("hub", lambda u: (1e9 + 0.1 * u[0], 1e-6 + 0.9 * u[1]), 2)
+    hub.variables = variable_table(
+        [
+            Variable(name, "1", (1,), causality)
+            for names, causality in ((("q", "s"), Causality.INPUT), (("p", "r"), Causality.OUTPUT))
+            for name in names
+        ]
+    )
+    places = {"q": 0, "s": 1, "p": 0, "r": 1}
+
+    def take(name: str, value: Array) -> None:
+        hub.input[places[name]] = value[0]
+
+    hub.set = take  # type: ignore[method-assign]
+    hub.get = lambda name: np.array([hub.function(hub.input)[places[name]]])  # type: ignore[method-assign,index]
+    large, small = Function("large", lambda u: 0.5 * u), Function("small", lambda u: 0.9 * u)
+    run = CoSimulation(
+        [hub, large, small],
+        [
+            Connection("hub", "p", "large", "u"), Connection("large", "y", "hub", "q"),
+            Connection("hub", "r", "small", "u"), Connection("small", "y", "hub", "s"),
+        ],
+        0.1,
+    )  # fmt: skip
+    run.initialize()
+    assert float(run.outputs("hub")["p"][0]) == pytest.approx(1e9 / 0.95, rel=1e-9)
+    assert float(run.outputs("hub")["r"][0]) == pytest.approx(1e-6 / 0.19, rel=1e-9)
 
 
 def test_small_difference_of_large_values_in_a_loop_settles() -> None:

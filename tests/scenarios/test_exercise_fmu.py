@@ -257,6 +257,19 @@ def test_steps_and_starts_of_its_master(exported: Build) -> None:
         one.terminate()
 
 
+def test_a_master_may_add_up_its_time(folder: Path) -> None:
+    """From a Unix time, whose last digit is a hundred thousandth of a step."""
+    exercise = ExerciseParticipant("tow", load_scenario(folder / "tow.toml").scenario)
+    exercise.enter_initialization_mode(0.0)
+    exercise.exit_initialization_mode()
+    time = 1.7e9
+    for _ in range(STEPS):
+        assert exercise.do_step(time, STEP).status is Status.OK
+        time += STEP
+    assert exercise.do_step(time + 1e-3, STEP).status is Status.ERROR
+    exercise.terminate()
+
+
 @pytest.mark.parametrize(("time", "step_size"), [(math.nan, STEP), (0.0, math.nan), (0.0, math.inf), (0.0, 0.0)])
 def test_a_first_step_from_nowhere_is_refused(folder: Path, time: float, step_size: float) -> None:
     exercise = ExerciseParticipant("tow", load_scenario(folder / "tow.toml").scenario)
