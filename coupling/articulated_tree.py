@@ -55,7 +55,8 @@ class ArticulatedTree:
 
     def __init__(self, links: list[TreeLink], *, is_fixed: bool) -> None:
         self._links = links
-        freedoms = (0 if is_fixed else 6) + sum(len(link.slides) + len(link.turns) for link in links[1:])
+        self._freedoms = [0 if is_fixed else 6, *(len(link.slides) + len(link.turns) for link in links[1:])]
+        freedoms = sum(self._freedoms)
         self._motion = np.zeros((len(links), 6, freedoms))  # S
         self._bias = np.zeros((len(links), 6))  # b
         if not is_fixed:
@@ -65,12 +66,19 @@ class ArticulatedTree:
             at = self._hang(index, link, links[link.parent], at)
         self._momentum = np.array([self._mass_times(link, s) for link, s in zip(links, self._motion, strict=True)])
         matrix = np.einsum("lak,lan->kn", self._motion, self._momentum)
-        self._answer = np.linalg.inv(matrix) if freedoms else np.zeros((0, 0))
+        self._answer = np.zeros((freedoms, freedoms))
+        loaded = np.flatnonzero(matrix.diagonal() > 0.0)  # along the others there is no inertia, and pybullet moves nothing
+        self._answer[np.ix_(loaded, loaded)] = np.linalg.inv(matrix[np.ix_(loaded, loaded)])
 
     def inverse_mass(self) -> Array:
         """W_c (6 L, 6 L) [1/kg, 1/(kg m), 1/(kg m2)]."""
         motion = self._motion.reshape(6 * len(self._links), -1)
         return motion @ self._answer @ motion.T
+
+    def mobility(self) -> Array:
+        """(L,) largest change of a rate that a force or torque along one of a link's own freedoms makes, 0 without any [1/kg, 1/(kg m2)]."""
+        parts = np.split(np.diagonal(self._answer), np.cumsum(self._freedoms)[:-1])
+        return np.array([part.max(initial=0.0) for part in parts])
 
     def acceleration(self, gravity: Array) -> Array:
         """(L, 6) under gravity (3,) [m/s2] and the links' own turning."""

@@ -88,7 +88,8 @@ class Articulation:
         self._jacobian, self._bias = joints.jacobian(pose, twist)
         self._spread = (self._jacobian @ inverse_mass).T  # W is symmetric, and J has a few entries a row only
         system = self._jacobian @ self._spread
-        system[np.diag_indices_from(system)] += REGULAR * np.trace(system) / max(len(system), 1)
+        mean = float(np.trace(system)) / max(len(system), 1)
+        system[np.diag_indices_from(system)] += REGULAR * mean or 1.0  # nothing moves anyway where motors hold all
         self._factor = np.linalg.cholesky(system)
 
     def inverse_mass(self, chosen: list[int] | None = None) -> Array:

@@ -2,8 +2,9 @@
 
 Links of one body hang together in a tree (`articulated_tree`); bodies may be tied to each other or to the world by constraints, point
 to point or fixed (`articulation`). A motor that keeps its joint's rate, or whose torque follows the load, as a servo's does, counts as
-a joint that does not give way; one that gives all it has is a force that nobody announces, and so is a constraint at its `maxForce`.
-Which it is shows after a first step. All is read from the client anew each step, nothing in it is changed.
+a joint that does not give way; one that was overcome is a force that nobody announces until it gives more than it did then, and so is a
+constraint that was at its `maxForce`. Which it is shows after a first step. All is read from the client anew each step, nothing in it is
+changed.
 """
 
 from __future__ import annotations
@@ -24,7 +25,8 @@ Array = npt.NDArray[np.float64]
 LinkKey = tuple[int, int]  # unique id of the body and index of the link, -1 for the base
 
 FAR = 1e6  # [m, m/s, rad/s] where numbers mean nothing any more
-SPENT = 1e-3  # relative change of a motor's torque in a step, below which the motor has no more to give; of a constraint to its limit
+SPENT = 1e-3  # relative change of a motor's torque in a step, whatever its sign, below which it has no more to give; of a constraint to its limit
+BEATEN = 0.1  # of the change of rate that a motor's torque makes in a step: what, against it, tells that the load is greater
 STEADY = 0.25  # [rad/s2, m/s2] of a joint up to which its motor is said to keep its rate: what iterations of the engine leave
 OF_LINKS = 2  # kind of a body in `getDynamicsInfo`; 1 has maximal coordinates and does not tell its shape, 3 is soft
 KEPT = {pybullet.JOINT_POINT2POINT: False, pybullet.JOINT_FIXED: True}  # constraints known here: do they hold the turn?
@@ -57,6 +59,7 @@ class LinkedBody:
         self._rates = np.full((count, 3), np.nan)
         self._torques = np.full((count, 3), np.nan)
         self._shapes = self._told_shapes()
+        self._given = np.full((count, 3), np.inf)  # torques [N, N m] of motors that were overcome
         self._spent: set[tuple[int, float]] = set()  # constraints that once gave all, and how much that was [N, N m]
         self._loose: list[TreeLink] = []  # at the last reading, as if no motor held a joint
 
@@ -171,11 +174,23 @@ class LinkedBody:
         numbers = range(len(self._joints))
         states = pybullet.getJointStatesMultiDof(self.unique_id, numbers, physicsClientId=self._client)
         rates, torques = (np.array([_triple(state[n]) for state in states]) for n in (1, 3))
-        steady = (np.abs(rates - self._rates) <= STEADY * step_size).all(axis=1)
-        spent = (np.abs(torques - self._torques) <= SPENT * np.abs(torques)).all(axis=1)
-        kept = (torques != 0.0).any(axis=1) & (steady | ~spent)
+        changes = rates - self._rates
+        steady = (np.abs(changes) <= STEADY * step_size).all(axis=1)
+        overcome = ~steady & self._overcome(torques, changes, step_size)
+        stronger = (np.abs(torques) > (1.0 + SPENT) * self._given).any(axis=1)
+        self._given[stronger] = np.inf
+        self._given[overcome] = np.abs(torques[overcome])
+        kept = (torques != 0.0).any(axis=1) & np.isinf(self._given).all(axis=1)
         self._rates, self._torques = rates, torques
         return [bool(each) for each in kept]
+
+    def _overcome(self, torques: Array, changes: Array, step_size: float) -> npt.NDArray[np.bool_]:
+        """Which motors gave all they have: as much as in the step before, to whichever side, or gave way by `changes` of rate (J, 3)."""
+        size = np.abs(torques)
+        spent = (np.abs(size - np.abs(self._torques)) <= SPENT * size).all(axis=1)
+        tree = ArticulatedTree(self._loose, is_fixed=self.is_held)
+        made = BEATEN * step_size * tree.mobility()[1:, None] * size
+        return spent | ((torques * changes < 0.0) & (np.abs(changes) > made)).any(axis=1)
 
 
 def read_links(client: int, bodies: Iterable[LinkedBody], gravity: Array, step_size: float) -> LinkSystem:
