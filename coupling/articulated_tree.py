@@ -67,7 +67,9 @@ class ArticulatedTree:
         self._momentum = np.array([self._mass_times(link, s) for link, s in zip(links, self._motion, strict=True)])
         matrix = np.einsum("lak,lan->kn", self._motion, self._momentum)
         self._answer = np.zeros((freedoms, freedoms))
-        loaded = np.flatnonzero(matrix.diagonal() > 0.0)  # along the others there is no inertia, and pybullet moves nothing
+        loaded = np.flatnonzero(
+            matrix.diagonal() > 0.0
+        )  # along the others there is no inertia, and pybullet moves nothing
         self._answer[np.ix_(loaded, loaded)] = np.linalg.inv(matrix[np.ix_(loaded, loaded)])
 
     def inverse_mass(self) -> Array:
@@ -76,7 +78,7 @@ class ArticulatedTree:
         return motion @ self._answer @ motion.T
 
     def mobility(self) -> Array:
-        """(L,) largest change of a rate that a force or torque along one of a link's own freedoms makes, 0 without any [1/kg, 1/(kg m2)]."""
+        """(L,) largest change of a rate that an impulse along one of a link's own freedoms makes, 0 without any [1/kg, 1/(kg m2)]."""
         parts = np.split(np.diagonal(self._answer), np.cumsum(self._freedoms)[:-1])
         return np.array([part.max(initial=0.0) for part in parts])
 

@@ -130,11 +130,24 @@ def load_mesh(path: str | Path, scale: float = 1.0) -> trimesh.Trimesh:
     if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0:
         raise ValueError(f"mesh {path} holds no triangles")
     mesh.merge_vertices(merge_tex=True, merge_norm=True)
+    if not mesh.is_watertight:
+        parts = mesh_parts(path)
+        if len(parts) > 1 and all(part.is_watertight for part in parts):  # closed ones that share corners
+            mesh = trimesh.util.concatenate(parts)
     mesh.apply_scale(scale)
     if mesh.is_watertight and mesh.volume < 0.0:
         mesh.invert()
     require_closed(mesh, f"mesh {path}")
     return mesh
+
+
+def mesh_parts(path: Path) -> list[trimesh.Trimesh]:
+    """What a mesh file holds, object by object, as pybullet tells them apart; the corners of each are joined."""
+    parts = trimesh.load_scene(path, split_objects=True, group_material=False).dump()
+    solids = [part for part in parts if isinstance(part, trimesh.Trimesh) and len(part.faces)]
+    for part in solids:
+        part.merge_vertices(merge_tex=True, merge_norm=True)
+    return solids
 
 
 def require_closed(mesh: trimesh.Trimesh, what: str) -> None:

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import itertools
 import warnings
+import weakref
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
@@ -24,11 +25,12 @@ import numpy.typing as npt
 import trimesh
 from scipy.spatial.transform import Rotation
 
+from coupling.attachment import PlacedWalls, tell_overlaps, tell_thin_parts
 from coupling.bodies import require_closed
 from coupling.errors import UnresolvedSolidError
 from coupling.pybullet_defaults import DefaultsWatch, tell_inertia
 from coupling.pybullet_links import LinkedBody, LinkKey, LinkSystem, read_links
-from coupling.pybullet_shapes import link_mesh
+from coupling.pybullet_shapes import link_mesh, link_pose
 from coupling.quiet_pybullet import pybullet
 from coupling.rigid_state import steady
 from coupling.signed_distance import Box
@@ -51,6 +53,8 @@ class FluidWorld:
     """A pybullet client with a fluid in it; made by `attach_fluid`. ValueError for a fluid of two dimensions."""
 
     def __init__(self, client: int, fluid: Fluid) -> None:
+        if not isinstance(fluid, Fluid):
+            raise TypeError(f"fluid is {fluid!r}, allowed: an oilsim.solver.Fluid")
         if fluid.config.dimension != 3:
             raise ValueError(f"fluid has {fluid.config.dimension} dimensions, allowed: 3, as the bodies of pybullet")
         self.fluid = fluid
@@ -62,6 +66,7 @@ class FluidWorld:
         self._cut: dict[int, Array] = {}  # poses of bodies that are sampled in part
         self._samplings: dict[tuple[bytes, bytes], SurfaceSampling] = {}  # by vertices and faces
         self._watch = DefaultsWatch(client, fluid.config.gravity)
+        self._has_stepped = self._is_told = False
         self._require_client()
 
     def add_body(
@@ -76,20 +81,26 @@ class FluidWorld:
         self._require_client()
         if body in self._bodies:
             raise ValueError(f"body {body} meets the fluid already, allowed: to add it once")
+        if not isinstance(no_slip, bool):
+            raise TypeError(f"no_slip is {no_slip!r}, allowed: True or False")
+        if not isinstance(meshes or {}, Mapping):
+            raise TypeError(f"meshes is a {type(meshes).__name__}, allowed: solids by the index of their link")
         linked, given = LinkedBody(self._client, body), meshes or {}
         for link, mesh in given.items():
             if (body, link) not in linked.keys:
                 raise ValueError(f"meshes of body {body} has the link {link}, allowed: -1 to {len(linked.keys) - 2}")
             require_closed(mesh, f"meshes[{link}] of body {body}")
-        sampled = {}
+        sampled: dict[LinkKey, SurfaceSampling] = {}
         for key in linked.keys:
             mesh = given[key[1]] if key[1] in given else link_mesh(self._client, *key)
             sampling = None if mesh is None else self._sampled(key, mesh)
-            if sampling is not None:
+            if mesh is not None and sampling is not None:
                 self._tell_inertia(key, mesh)
+                tell_thin_parts(_label(key), sampling, float(mesh.volume))
                 sampled[key] = sampling
         if not sampled:
             raise ValueError(f"body {body} has no collision shape that the fluid can see, allowed: one link at least")
+        self._tell_overlaps(sampled)
         for key, sampling in sampled.items():
             particles = particles_of(f"{body}/{key[1]}", sampling, no_slip=no_slip)
             self._handles[key], self._wrenches[key] = self.fluid.add_boundary(particles), np.zeros(6)
@@ -124,6 +135,7 @@ class FluidWorld:
     def step(self) -> AdvanceReport:
         """One step of the client's own time step, fluid first; replaces `pybullet.stepSimulation`."""
         self._require_client()
+        self._require_alone()
         duration, gravity = self._settings()
         system = read_links(self._client, self._bodies.values(), gravity, duration)
         self._place(system)
@@ -135,27 +147,65 @@ class FluidWorld:
         self._learn(system, gravity, duration)
         return report
 
+    def _tell_overlaps(self, sampled: Mapping[LinkKey, SurfaceSampling]) -> None:
+        """Of links about to be added, with each other and with all that the fluid meets."""
+        walls, handles = self.fluid.work.walls.boundaries, set(self._handles.values())
+        others = {
+            f"boundary {handle} ({one.name})": PlacedWalls(one.position, one.volume)
+            for handle, one in walls.items()
+            if handle not in handles
+        }
+        for key, handle in self._handles.items():
+            others[_label(key)] = self._placed(key, walls[handle].position, walls[handle].volume)
+        solids = {_label(key): self._placed(key, one.position, one.volume) for key, one in sampled.items()}
+        tell_overlaps(solids, others, self.fluid.config.particle_spacing)
+
+    def _placed(self, key: LinkKey, position: Array, volume: Array) -> PlacedWalls:
+        """A link's wall particles where the client has it now."""
+        place, orientation = link_pose(self._client, *key)
+        return PlacedWalls(Rotation.from_quat(orientation).apply(position) + place, volume)
+
     def _require_client(self) -> None:
+        if isinstance(self._client, bool) or not isinstance(self._client, int | np.integer):
+            raise TypeError(
+                f"client is {self._client!r}, allowed: what pybullet.connect returned, of a BulletClient its _client"
+            )
         if not pybullet.isConnected(self._client):
             raise ValueError(
                 f"client {self._client} is not connected, allowed: what pybullet.connect returned, until it is disconnected"
             )
 
+    def _require_alone(self) -> None:
+        """It is said if another world steps the client's bodies in turn."""
+        last = _LAST_STEPPED.get(self._client)
+        if self._has_stepped and last is not self and last is not None and not self._is_told:
+            self._is_told = True
+            warnings.warn(
+                f"client {self._client} is stepped by another fluid's world in turn: each step moves all bodies on, so that they run ahead "
+                "of both fluids; phases of one Fluid meet, fluids of one client do not",
+                stacklevel=3,
+            )
+        _LAST_STEPPED[self._client], self._has_stepped = self, True
+
     def _sampled(self, key: LinkKey, mesh: trimesh.Trimesh) -> SurfaceSampling | None:
         """Of a link's solid; None, with a warning, if it is too small for the fluid."""
-        body, link = key
         try:
             return self._sampling(key, mesh)
         except UnresolvedSolidError as cause:
-            warnings.warn(f"body {body}, link {link} does not meet the fluid: {cause}", stacklevel=4)
+            warnings.warn(f"{_label(key)} does not meet the fluid: {cause}", stacklevel=4)
         except ValueError as cause:
-            raise ValueError(f"body {body}, link {link} cannot be sampled: {cause}") from cause
+            raise ValueError(f"{_label(key)} cannot be sampled: {cause}") from cause
         return None
 
     def _sampling(self, key: LinkKey, mesh: trimesh.Trimesh) -> SurfaceSampling:
         """Of a link's solid; links and bodies of one shape share it."""
         spacing, within = self.fluid.config.particle_spacing, self._reach(key, mesh)
         if within is not None:
+            if (within[0] > mesh.bounds[1]).any() or (within[1] < mesh.bounds[0]).any():
+                raise ValueError(
+                    f"it lies where the fluid does not come, allowed: in reach of its domain, {self.fluid.config.lower} to "
+                    f"{self.fluid.config.upper} m"
+                )
             return sample_surface(mesh, spacing, within=within)
         shape = (mesh.vertices.tobytes(), mesh.faces.tobytes())
         if shape not in self._samplings:
@@ -182,13 +232,23 @@ class FluidWorld:
         return own.min(axis=0) - margin, own.max(axis=0) + margin
 
     def _settings(self) -> tuple[float, Array]:
-        """The client's own time step [s] and gravity (3,) [m/s2]."""
+        """The client's own time step [s] and gravity (3,) [m/s2]; ValueError for what no step can be made with."""
         parameters = pybullet.getPhysicsEngineParameters(physicsClientId=self._client)
         gravity = np.array([parameters[f"gravityAcceleration{axis}"] for axis in "XYZ"])
-        return float(parameters["fixedTimeStep"]), gravity
+        duration = float(parameters["fixedTimeStep"])
+        if not 0.0 < duration < np.inf:
+            raise ValueError(f"the client's time step is {duration} s, allowed: setTimeStep above 0")
+        if not np.isfinite(gravity).all():
+            raise ValueError(f"the client's gravity is {gravity.tolist()} m/s2, allowed: setGravity of finite numbers")
+        return duration, gravity
 
     def _place(self, system: LinkSystem) -> None:
         """Tell the fluid where the links are and how they answer."""
+        strange = self.fluid.work.walls.moving.keys() - self._handles.values()
+        if strange:
+            raise ValueError(
+                f"boundaries {sorted(strange)} of the fluid are moved by somebody else, allowed: bodies of one world, which detach() ends"
+            )
         rows = [row for row, key in enumerate(system.keys) if key in self._handles]
         for row in rows:
             key, pose, twist = system.keys[row], system.pose[row], system.twist[row]
@@ -242,6 +302,13 @@ class FluidWorld:
         information = pybullet.getDynamicsInfo(*key, physicsClientId=self._client)
         if information[0] > 0.0:
             tell_inertia(*key, mesh, float(information[0]), np.array(information[2]))
+
+
+_LAST_STEPPED: weakref.WeakValueDictionary[int, FluidWorld] = weakref.WeakValueDictionary()  # by client
+
+
+def _label(key: LinkKey) -> str:
+    return f"body {key[0]}, link {key[1]}"
 
 
 def attach_fluid(client: int, fluid: Fluid, bodies: Iterable[int], *, no_slip: bool = False) -> FluidWorld:

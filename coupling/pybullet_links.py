@@ -25,8 +25,11 @@ Array = npt.NDArray[np.float64]
 LinkKey = tuple[int, int]  # unique id of the body and index of the link, -1 for the base
 
 FAR = 1e6  # [m, m/s, rad/s] where numbers mean nothing any more
-SPENT = 1e-3  # relative change of a motor's torque in a step, whatever its sign, below which it has no more to give; of a constraint to its limit
-BEATEN = 0.1  # of the change of rate that a motor's torque makes in a step: what, against it, tells that the load is greater
+SPENT = 1e-3  # of a constraint's limit: how near to it the constraint gives all
+MOTOR_SPENT = 1e-7  # relative change of a motor's torque in a step, whichever way, below which it gives all: where a load turns it is 1e-4
+BEATEN = (
+    0.1  # of the change of rate that a motor's torque makes in a step: what, against it, tells that the load is greater
+)
 STEADY = 0.25  # [rad/s2, m/s2] of a joint up to which its motor is said to keep its rate: what iterations of the engine leave
 OF_LINKS = 2  # kind of a body in `getDynamicsInfo`; 1 has maximal coordinates and does not tell its shape, 3 is soft
 KEPT = {pybullet.JOINT_POINT2POINT: False, pybullet.JOINT_FIXED: True}  # constraints known here: do they hold the turn?
@@ -177,7 +180,7 @@ class LinkedBody:
         changes = rates - self._rates
         steady = (np.abs(changes) <= STEADY * step_size).all(axis=1)
         overcome = ~steady & self._overcome(torques, changes, step_size)
-        stronger = (np.abs(torques) > (1.0 + SPENT) * self._given).any(axis=1)
+        stronger = (np.abs(torques) > (1.0 + MOTOR_SPENT) * self._given).any(axis=1)
         self._given[stronger] = np.inf
         self._given[overcome] = np.abs(torques[overcome])
         kept = (torques != 0.0).any(axis=1) & np.isinf(self._given).all(axis=1)
@@ -187,7 +190,7 @@ class LinkedBody:
     def _overcome(self, torques: Array, changes: Array, step_size: float) -> npt.NDArray[np.bool_]:
         """Which motors gave all they have: as much as in the step before, to whichever side, or gave way by `changes` of rate (J, 3)."""
         size = np.abs(torques)
-        spent = (np.abs(size - np.abs(self._torques)) <= SPENT * size).all(axis=1)
+        spent = (np.abs(size - np.abs(self._torques)) <= MOTOR_SPENT * size).all(axis=1)
         tree = ArticulatedTree(self._loose, is_fixed=self.is_held)
         made = BEATEN * step_size * tree.mobility()[1:, None] * size
         return spent | ((torques * changes < 0.0) & (np.abs(changes) > made)).any(axis=1)

@@ -224,9 +224,14 @@ def float_chain(client: int, height: float, density: float) -> int:
     """Three boxes of edge 0.1 m in a row, hinged across, without damping and motors; they bump into each other as they fold."""
     collide = pybullet.URDF_USE_SELF_COLLISION | pybullet.URDF_USE_SELF_COLLISION_INCLUDE_PARENT
     edge, mass = 0.1, density * 1e-3
-    shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=[0.5 * edge] * 3, physicsClientId=client)
+    shape, hung = (
+        pybullet.createCollisionShape(
+            pybullet.GEOM_BOX, halfExtents=[0.5 * edge] * 3, collisionFramePosition=(x, 0, 0), physicsClientId=client
+        )
+        for x in (0.0, 0.6 * edge)
+    )
     body = pybullet.createMultiBody(
-        mass, shape, basePosition=(-1.2 * edge, 0, height), linkMasses=[mass] * 2, linkCollisionShapeIndices=[shape] * 2,
+        mass, shape, basePosition=(-1.2 * edge, 0, height), linkMasses=[mass] * 2, linkCollisionShapeIndices=[hung] * 2,
         linkVisualShapeIndices=[-1] * 2, linkPositions=[(0.6 * edge, 0, 0), (1.2 * edge, 0, 0)],
         linkOrientations=[(0, 0, 0, 1)] * 2, linkInertialFramePositions=[(0.6 * edge, 0, 0)] * 2,
         linkInertialFrameOrientations=[(0, 0, 0, 1)] * 2, linkParentIndices=[0, 1],

@@ -71,6 +71,44 @@ def test_a_motor_on_a_fixed_base_gives_way_to_more_water_than_it_can_hold(client
     assert abs(pybullet.getJointState(body, 0, physicsClientId=client)[0]) > 0.1
 
 
+def submerged_arm(client: int, force: float) -> int:
+    """A block a twentieth as dense as water, under it, hinged at its end; its lift is 84 N m, its motor gives `force` [N m]."""
+    shape = pybullet.createCollisionShape(
+        pybullet.GEOM_BOX, halfExtents=(0.2, 0.15, 0.15), collisionFramePosition=(0.25, 0, 0), physicsClientId=client
+    )
+    body = pybullet.createMultiBody(
+        0.0, -1, basePosition=(-0.25, 0, 0.4), linkMasses=[1.8], linkCollisionShapeIndices=[shape], linkVisualShapeIndices=[-1],
+        linkPositions=[(0, 0, 0)], linkOrientations=[(0, 0, 0, 1)], linkInertialFramePositions=[(0.25, 0, 0)],
+        linkInertialFrameOrientations=[(0, 0, 0, 1)], linkParentIndices=[0], linkJointTypes=[pybullet.JOINT_REVOLUTE],
+        linkJointAxis=[(0, 1, 0)], physicsClientId=client,
+    )  # fmt: skip
+    unbrake(client, body)
+    pybullet.setJointMotorControl2(
+        body, 0, pybullet.VELOCITY_CONTROL, targetVelocity=0.0, force=force, physicsClientId=client
+    )
+    return body
+
+
+@pytest.mark.parametrize("force", [10.0, 60.0, 100.0, 150.0])
+def test_a_motor_that_is_overcome_by_a_light_link_does_not_throw_it(client: int, force: float) -> None:
+    """Taken for rigid as soon as its torque changes, be it from one limit to the other, it swung between 100 N m and 700 times the lift."""
+    pybullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=client)
+    body = submerged_arm(client, force)
+    world = attach_fluid(client, pool(0.05, 1.0, 0.7, hollow=((0, 0, 0.4), (0.21, 0.16, 0.16))), [body])
+    lifts = []
+    for _ in range(48):
+        world.step()
+        lifts.append(world.wrench(body, 0)[2])
+    lift = 1000.0 * GRAVITY * 0.4 * 0.3 * 0.3
+    assert np.abs(lifts).max() < 2.5 * lift
+    angle, rate, _, torque = pybullet.getJointState(body, 0, physicsClientId=client)
+    assert abs(rate) < 10.0
+    if force < 80.0:
+        assert angle < -0.1 and torque == pytest.approx(force)  # too weak: it rises
+    else:
+        assert abs(angle) < 0.1  # strong enough: held, but for the first blow
+
+
 @pytest.mark.parametrize("limit", [1.0, 10.0, 100.0, 1e4])
 def test_a_weak_constraint_neither_holds_a_float_nor_throws_it(client: int, limit: float) -> None:
     # 27 kg of water displaced by 1.6 kg: 265 N of buoyancy. Held as if for good, it would be thrown off at hundreds of m/s2

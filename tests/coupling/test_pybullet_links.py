@@ -128,6 +128,45 @@ def test_forces_reach_links_of_a_fixed_base_that_motors_hold(client: int) -> Non
     assert list(system.is_free) == [False, True, True, True]
 
 
+def test_a_constraint_on_what_motors_hold_changes_nothing(client: int) -> None:
+    """There is nothing left that it could hold."""
+    body = chain(client, pybullet.JOINT_REVOLUTE, base_mass=0.0)
+    for link in range(3):
+        pybullet.setJointMotorControl2(
+            body, link, pybullet.POSITION_CONTROL, targetPosition=0.0, force=1e6, physicsClientId=client
+        )
+    place = pybullet.getLinkState(body, 2, physicsClientId=client)[0]
+    away = (place[0], place[1], place[2] + 1e-3)
+    pybullet.createConstraint(
+        body, 2, -1, -1, pybullet.JOINT_POINT2POINT, (0, 0, 0), (0, 0, 0), away, physicsClientId=client
+    )
+    linked = LinkedBody(client, body)
+    for _ in range(5):
+        system = read_links(client, [linked], GRAVITY, STEP)
+        pybullet.stepSimulation(physicsClientId=client)
+    np.testing.assert_allclose(system.inverse_mass, 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("without", ["mass", "inertia"])
+def test_what_has_no_inertia_is_not_moved_by_forces(client: int, without: str) -> None:
+    """A leaf without mass on a hinge, and a body that may not turn: pybullet moves them so."""
+    shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=[0.15] * 3, physicsClientId=client)
+    if without == "mass":
+        body = pybullet.createMultiBody(
+            5.0, shape, linkMasses=[0.0], linkCollisionShapeIndices=[-1], linkVisualShapeIndices=[-1], linkPositions=[(0, 0, 0.2)],
+            linkOrientations=[(0, 0, 0, 1)], linkInertialFramePositions=[(0, 0, 0)], linkInertialFrameOrientations=[(0, 0, 0, 1)],
+            linkParentIndices=[0], linkJointTypes=[pybullet.JOINT_REVOLUTE], linkJointAxis=[(0, 0, 1)], physicsClientId=client,
+        )  # fmt: skip
+    else:
+        body = pybullet.createMultiBody(5.0, shape, physicsClientId=client)
+        pybullet.changeDynamics(body, -1, localInertiaDiagonal=(0, 0, 0), physicsClientId=client)
+    system = read_links(client, [LinkedBody(client, body)], GRAVITY, STEP)
+    np.testing.assert_allclose(system.inverse_mass[:3, :3], np.eye(3) / 5.0, atol=1e-12)
+    np.testing.assert_allclose(system.acceleration[0], [*GRAVITY, 0, 0, 0], atol=1e-12)
+    if without == "inertia":
+        assert not system.inverse_mass[3:6].any()
+
+
 @pytest.mark.parametrize("kind", ["POINT2POINT", "FIXED"])
 def test_constraints_tie_bodies_to_each_other_and_to_the_world(client: int, kind: str) -> None:
     pybullet.setPhysicsEngineParameter(numSolverIterations=500, physicsClientId=client)
