@@ -26,13 +26,22 @@ class PlacedWalls:
     volume: Array
 
 
+def swelling(sampling: SurfaceSampling, volume: float) -> float:
+    """How many times a solid's `volume` [m3] the fluid meets, since parts thinner than a particle are met as one thick; 1 if that is
+    hardly more.
+    """
+    times = 1.0 + sampling.excess_volume / volume
+    return times if times > 1.0 + UNSAID else 1.0
+
+
 def tell_thin_parts(name: str, sampling: SurfaceSampling, volume: float) -> None:
-    """Parts thinner than a particle are met as one thick: with a share of the solid's `volume` [m3] that is no small one, it is said."""
-    if sampling.excess_volume > UNSAID * volume:
+    """Say it if the fluid meets more than the `volume` [m3] of a solid."""
+    times = swelling(sampling, volume)
+    if times > 1.0:
         warnings.warn(
-            f"{name} has parts thinner than a particle, and the fluid meets and lifts {1.0 + sampling.excess_volume / volume:.2g} times "
-            f"its volume of {volume:.3g} m3; a particle_spacing below {sampling.particle_spacing:g} m resolves them",
-            stacklevel=5,
+            f"{name} has parts thinner than a particle, and the fluid meets and lifts {times:.2g} times its volume of {volume:.3g} m3; a "
+            f"particle_spacing below {sampling.particle_spacing:g} m resolves them",
+            stacklevel=4,
         )
 
 

@@ -22,6 +22,7 @@ import trimesh
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
+from coupling.attachment import tell_thin_parts
 from coupling.bodies import MassProperties, mass_properties
 from coupling.body_exchange import BodyExchange, BodyInterface, Scheme, require_scheme
 from coupling.co_simulation import CoSimulation
@@ -36,7 +37,7 @@ from coupling.participants.fluid import FluidParticipant
 from coupling.participants.rigid_bodies import RigidBodyParticipant, RigidBodyWorld
 from coupling.scene_checks import assert_draft, assert_momentum_conserved, assert_pressure_hydrostatic
 from coupling.signed_distance import SignedDistance
-from coupling.surface_sampling import boundary_particles
+from coupling.surface_sampling import particles_of, sample_surface
 from oilsim.boundary import tank_walls
 from oilsim.checks import finite
 from oilsim.config import FluidConfig
@@ -133,7 +134,8 @@ class Scene:
             raise ValueError(f"scene: body {name!r} is added after the run has begun, allowed: before")
         properties = mass_properties(mesh, density=density)
         _require_centered(name, mesh, properties)
-        surface = boundary_particles(name, mesh, self.spacing, no_slip=no_slip)
+        sampling = sample_surface(mesh, self.spacing)
+        tell_thin_parts(f"body {name!r}", sampling, float(mesh.volume))
         self.world.add_body(
             name,
             mesh,
@@ -144,7 +146,7 @@ class Scene:
             linear_velocity=linear_velocity,
             angular_velocity=angular_velocity,
         )
-        self._handles[name] = self.fluid.add_boundary(surface)
+        self._handles[name] = self.fluid.add_boundary(particles_of(name, sampling, no_slip=no_slip))
         self.meshes[name] = mesh
 
     def fill(self, lower: Vector, upper: Vector, *, phase: str = "water", velocity: Vector = STILL) -> int:

@@ -132,7 +132,7 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
         coupled=coupled,
         fleet=scene.fleet,
         scoring=scoring,
-        remarks=Remarks(scenario, world),
+        remarks=Remarks(scenario, world, scene.swelling),
         parts=parts,
         participants=(*fmus, *orders, *controls, fluid, *bodies, *readings),
         connections=_connections(scenario, coupled, controls),

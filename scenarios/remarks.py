@@ -1,4 +1,5 @@
-"""What a run falls short of, said once and by name: solves that end before their tolerance is met, bodies that leave the tank."""
+"""What a run falls short of, said once and by name: solves that end before their tolerance is met, bodies that leave the tank or are
+too thin for their particles."""
 
 from __future__ import annotations
 
@@ -16,14 +17,16 @@ TOLD = 2.0  # times a tolerance that a solve may leave before it is said: less i
 class Remarks:
     """Looks at a run after every communication step."""
 
-    def __init__(self, scenario: Scenario, world: RigidBodyWorld | None) -> None:
+    def __init__(self, scenario: Scenario, world: RigidBodyWorld | None, swelling: Mapping[str, float]) -> None:
+        """`swelling`: how many times its volume the fluid meets of a body, by name."""
         self._fluid, self._tank, self._world = scenario.fluid, scenario.tank, world
+        self._swollen = {name: times for name, times in swelling.items() if times > 1.0}
         self._made: set[str] = set()
 
     def look(self, report: AdvanceReport | None) -> list[Happening]:
         """What is new after a step of which the fluid gave this report."""
         found = {} if report is None else dict(self._solves(report))
-        found |= dict(self._bodies())
+        found |= dict(self._thin()) | dict(self._bodies())
         new = {about: text for about, text in found.items() if about not in self._made}
         self._made |= set(new)
         return [Happening(text, level="warning", source=about) for about, text in new.items()]
@@ -46,6 +49,12 @@ class Remarks:
                 text = f"stopped after {report.iterations[name]:.0f} {unit} a step with a mean compression of {error:.2g} left"
                 keys = f"fluid.{name}_tolerance is {tolerance:.2g}, fluid.{name}_iterations {getattr(self._fluid, f'{name}_iterations')}"
                 yield f"fluid {name}", f"{text}; {keys} (said once)"
+
+    def _thin(self) -> Iterator[tuple[str, str]]:
+        for name, times in self._swollen.items():
+            spacing = self._fluid.particle_spacing
+            text = f"the fluid meets and lifts {times:.2g} times its volume; fluid.particle_spacing below {spacing:g} m resolves them"
+            yield f"thin {name}", f"{name} has parts thinner than a particle: {text}"
 
     def _bodies(self) -> Iterator[tuple[str, str]]:
         if self._world is None:

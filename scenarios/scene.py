@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from coupling.attachment import swelling
 from coupling.participants.fluid import FluidParticipant
 from coupling.rigid_body_world import RigidBodyWorld
 from coupling.surface_sampling import SurfaceSampling, particles_of, sample_surface
@@ -30,7 +31,8 @@ class Scene:
     """What a scenario describes, as simulators.
 
     level: of the still water [m]; solids: all bodies, those of the fleet too; coupled: names of those that exchange motion and
-    wrench with the fluid; tank: the fluid's handle of the tank's sides, None without closed ones; world: None if nothing is coupled.
+    wrench with the fluid; tank: the fluid's handle of the tank's sides, None without closed ones; world: None if nothing is coupled;
+    swelling: how many times its volume the fluid meets of a body with parts thinner than a particle, by name.
     """
 
     scenario: Scenario
@@ -42,6 +44,7 @@ class Scene:
     tank: int | None
     fluid_participant: FluidParticipant
     world: RigidBodyWorld | None
+    swelling: Mapping[str, float]
 
     def wrench(self, body: str) -> NDArray[np.float64]:
         """The fluid's wrench (6,) [N, N m] on a body; 0 on one that is not coupled."""
@@ -61,7 +64,8 @@ def build_scene(scenario: Scenario) -> Scene:
     with problems_of("fluid", "cannot be made"):
         fluid, tank = build_fluid(scenario, positions)
     coupled = _coupled(scenario, solids)
-    handles = _wet(fluid, solids, coupled)
+    samplings = _sampled(solids, scenario.fluid.particle_spacing)
+    handles = _wet(fluid, solids, samplings, coupled)
     return Scene(
         scenario=scenario,
         level=level,
@@ -72,6 +76,11 @@ def build_scene(scenario: Scenario) -> Scene:
         tank=tank,
         fluid_participant=FluidParticipant(FLUID, fluid, {name: handles[name] for name in coupled}),
         world=_world(scenario, solids, fleet) if coupled else None,
+        swelling={
+            solid.name: swelling(samplings[id(solid.placed.mesh)], float(solid.placed.mesh.volume))
+            for solid in solids
+            if solid.wetted
+        },
     )
 
 
@@ -81,22 +90,29 @@ def _coupled(scenario: Scenario, solids: Sequence[Solid]) -> tuple[str, ...]:
     return tuple(solid.name for solid in solids if solid.wetted and (solid.motion != "fixed" or solid.name in probed))
 
 
-def _wet(fluid: Fluid, solids: Sequence[Solid], coupled: Sequence[str]) -> dict[str, int]:
+def _sampled(solids: Sequence[Solid], particle_spacing: float) -> dict[int, SurfaceSampling]:
+    """The surfaces of all wetted solids, by the id of their mesh: bodies of one mesh, such as a boom's segments, share its sampling."""
+    samplings: dict[int, SurfaceSampling] = {}
+    for solid in solids:
+        mesh = solid.placed.mesh
+        if solid.wetted and id(mesh) not in samplings:
+            with problems_of(table_entry(solid.name), "cannot be sampled with particles"):
+                samplings[id(mesh)] = sample_surface(mesh, particle_spacing)
+    return samplings
+
+
+def _wet(
+    fluid: Fluid, solids: Sequence[Solid], samplings: Mapping[int, SurfaceSampling], coupled: Sequence[str]
+) -> dict[str, int]:
     """Give the fluid the surfaces of all wetted solids; returns their handles by name.
 
-    A coupled one is placed about its centre of mass, another where it stands for good. Bodies of one mesh, such as a boom's
-    segments, share its sampling.
+    A coupled one is placed about its centre of mass, another where it stands for good.
     """
-    samplings: dict[int, SurfaceSampling] = {}
     handles = {}
     for solid in solids:
         if not solid.wetted:
             continue
-        mesh = solid.placed.mesh
-        if id(mesh) not in samplings:
-            with problems_of(table_entry(solid.name), "cannot be sampled with particles"):
-                samplings[id(mesh)] = sample_surface(mesh, fluid.config.particle_spacing)
-        surface = particles_of(solid.name, samplings[id(mesh)], no_slip=solid.no_slip)
+        surface = particles_of(solid.name, samplings[id(solid.placed.mesh)], no_slip=solid.no_slip)
         if solid.name not in coupled:
             rotation = Rotation.from_quat(solid.placed.orientation)
             surface = replace(surface, position=rotation.apply(surface.position) + solid.placed.position)

@@ -52,6 +52,16 @@ def test_run_that_keeps_its_tolerances_is_not_remarked_on() -> None:
     assert said(build(scenario_from(SHELF | calm)), 10) == []
 
 
+def test_a_body_too_thin_for_its_particles_is_told() -> None:
+    # 2 cm of aluminium, which the fluid takes for 5 but at its rim
+    sheet = {"shape": "box", "size": [0.2, 0.2, 0.02], "density": 2700.0, "position": [0.2, 0.25, 0.5]}
+    calm = {"fluid": {"particle_spacing": 0.05}, "bodies": {"sheet": sheet}}
+    ((source, text),) = said(build(scenario_from(SHELF | calm)), 3)
+    assert source == "thin sheet"
+    assert text.startswith("sheet has parts thinner than a particle: the fluid meets and lifts 2 times its volume;")
+    assert text.endswith("fluid.particle_spacing below 0.05 m resolves them")
+
+
 def test_what_has_been_said_is_remembered() -> None:
     first, second = build(scenario_from(SHELF)), build(scenario_from(SHELF))
     assert said(first, 20)
