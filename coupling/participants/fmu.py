@@ -1,9 +1,9 @@
 """An FMU for co-simulation, FMI 2 or 3, as a participant.
 
 Its inputs, outputs and parameters keep their names. A number is an array of shape (1,), so that it connects to a joint's
-tension; the elements of an FMI 2 array, named `wrench[1]` to `wrench[6]`, are one variable `wrench` of shape (6,); an FMI 3
-array has its own shape. Units are those of the model description, see `fmu_variables`. Integers, enumerations and booleans travel as
-numbers; what is set must be whole, and 0 or 1 for a boolean.
+tension; the elements of an FMI 2 array, named `wrench[1]` to `wrench[6]`, are one variable `wrench` of shape (6,) as well; an FMI 3
+array has its own shape, by the structural parameters' start values. Units are those of the model description, see `fmu_variables`.
+Integers, enumerations and booleans travel as numbers; what is set must be whole, and 0 or 1 for a boolean.
 """
 
 from __future__ import annotations
@@ -23,10 +23,11 @@ import numpy.typing as npt
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave, fmi2LastSuccessfulTime, fmi2Terminated
 from fmpy.fmi3 import FMU3Slave
-from fmpy.model_description import ModelDescription, ModelVariable, read_model_description
+from fmpy.model_description import ModelVariable
 
 from coupling.fmu_slave import ENDED
 from coupling.participant import Causality, Status, StepResult, Variable, checked_value
+from coupling.participants.fmu_description import read_description
 from coupling.participants.fmu_messages import FmuMessages
 from coupling.participants.fmu_rehearsal import is_own_process, try_out
 from coupling.participants.fmu_variables import grouped, variables_of
@@ -64,7 +65,7 @@ class FmuParticipant:
         """
         self._name = name
         self._path = Path(path)
-        self._description = _read(self._path)
+        self._description = read_description(self._path)
         self._members = grouped(self._description)
         self._variables = variables_of(self._description, self._members, units or {})
         self._start_values = {
@@ -338,29 +339,6 @@ class FmuParticipant:
         if problems:
             raise ValueError("; ".join(problems))
         return start_values
-
-
-def _read(path: Path) -> ModelDescription:
-    """The model description of an FMU that can run here."""
-    if path.is_dir():
-        raise ValueError(f"FMU {path} is a folder, allowed: a file")
-    if not path.is_file():
-        raise FileNotFoundError(f"FMU {path} does not exist")
-    try:
-        description = read_model_description(str(path), validate=False)
-    except Exception as cause:
-        raise ValueError(f"{path} is no FMU: {cause}") from cause
-    problems = []
-    if description.fmiVersion.split(".")[0] not in ("2", "3"):
-        problems.append(f"is of FMI {description.fmiVersion}, allowed: 2 or 3")
-    if description.coSimulation is None:
-        problems.append("has no co-simulation interface")
-    platforms = fmpy.supported_platforms(str(path))
-    if fmpy.platform not in platforms:
-        problems.append(f"has binaries for {', '.join(platforms) or 'no platform'}, needed: {fmpy.platform}")
-    if problems:
-        raise ValueError(f"FMU {path} " + "; ".join(problems))
-    return description
 
 
 def _whole(variable: str, kind: str, numbers: Sequence[float]) -> list[int] | list[bool]:

@@ -134,6 +134,7 @@ def test_variables_are_those_of_the_model(build: Build) -> None:
         "holding": ((1,), Causality.PARAMETER),
         "slip": ((1,), Causality.PARAMETER),
         "length": ((1,), Causality.OUTPUT),
+        **{f"force[{k}]": ((1,), Causality.OUTPUT) for k in (1, 2, 3)},
         "force": ((3,), Causality.OUTPUT),
     }
 

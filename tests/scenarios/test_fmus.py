@@ -133,6 +133,37 @@ def test_a_model_of_ones_own_drives_the_wind_in_knots(folder: Path, version: int
     run.terminate()
 
 
+WINDS = """
+from pythonfmu import Fmi2Causality, Fmi2Slave, Real
+
+class Winds(Fmi2Slave):
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        for k in (1, 2):
+            self.register_variable(Real(f"w[{k}]", causality=Fmi2Causality.output, getter=lambda k=k: 3.0 * k), nested=False)
+
+    def do_step(self, current_time, step_size):
+        return True
+"""
+
+
+def test_an_element_of_an_array_drives_a_signal_and_is_recorded_once(folder: Path) -> None:
+    (folder / "winds_2.py").write_text(WINDS)
+    command = [sys.executable, "-m", "pythonfmu", "build", "-f", "winds_2.py"]
+    subprocess.run(command, check=True, capture_output=True, cwd=folder)
+    winds = ['fmus.winds.file="Winds.fmu"', 'fmus.winds.units.w[2]="kn"']
+    wind = ["forcing.wind.speed=2.0", 'fmus.winds.outputs.w[2]="forcing.wind.speed"']
+    assembly = assembled(folder / "winch-tow.toml", *winds, *wind)
+    watch = LastFrame()
+    run = assembly.co_simulation([watch])
+    run.initialize()
+    run.step()
+    assert assembly.fluid.forcings[0].speed == pytest.approx(6.0 * 1852.0 / 3600.0, rel=1e-12)
+    shown = {name: value for name, value in watch.scalars.items() if name.startswith("fmus/winds")}
+    assert shown == {"fmus/winds/w/0": 3.0, "fmus/winds/w/1": 6.0}
+    run.terminate()
+
+
 def test_a_run_with_an_fmu_repeats_from_its_saved_state(folder: Path) -> None:
     assembly = assembled(folder / "winch-tow.toml")
     run = assembly.co_simulation()
