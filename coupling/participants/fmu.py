@@ -76,6 +76,8 @@ class FmuParticipant:
         }
         for key, start in self._start_values.items():
             self._numbers(key, start)
+            if not np.isfinite(start).all():
+                raise ValueError(f"{name!r}: {key!r} is {start[~np.isfinite(start)][0]:g}, allowed: finite numbers")
         self._folder: tempfile.TemporaryDirectory[str] | None = None  # goes with this object at the latest
         self._fmu: FMU2Slave | FMU3Slave | None = None
         self._is_initialized = False

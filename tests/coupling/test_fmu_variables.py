@@ -142,3 +142,10 @@ def test_differences_have_no_offset(tmp_path: Path, version: int, types: str, va
 def test_what_a_description_lacks_is_named(tmp_path: Path, variables: str, head: str | None, told: str) -> None:
     with pytest.raises(ValueError, match=f"described.fmu is no FMU: modelDescription.xml {told}$"):
         FmuParticipant("p", described(tmp_path, 3, variables, head=head))
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_start_values_are_finite(tmp_path: Path, value: float) -> None:
+    variable = '<Float64 name="T" valueReference="1" causality="input" start="0"/>'
+    with pytest.raises(ValueError, match=f"'p': 'T' is {value}, allowed: finite numbers"):
+        FmuParticipant("p", described(tmp_path, 3, variable), {"T": value})
