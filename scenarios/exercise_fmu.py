@@ -132,10 +132,8 @@ class ExerciseParticipant:
         """Everything that influences what follows, as plain data; NotImplementedError with an FMU whose state cannot be kept."""
         simulation = self._running()
         assert self._assembly is not None
-        if self._assembly.not_kept:
-            raise NotImplementedError(
-                f"{self._name!r}: state of {', '.join(self._assembly.not_kept)} cannot be saved as bytes"
-            )
+        if self._assembly.why_not_kept:
+            raise NotImplementedError(f"{self._name!r}: {self._assembly.why_not_kept}")
         return {
             "start_time": self._start_time,
             "simulation": simulation.save_state(),

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from fmpy.model_description import ModelDescription, ModelVariable
@@ -20,6 +20,10 @@ from coupling.units import BASE, Unit, read_unit
 ELEMENT = re.compile(r"^(?P<name>.+)\[(?P<index>\d+)\]$")
 NUMBERS = {"Real", "Integer", "Enumeration", "Boolean", "Float64", "Float32"} | {
     f"{sign}Int{bits}" for sign in ("", "U") for bits in (8, 16, 32, 64)
+}
+FLOATS = ("Real", "Float64", "Float32")
+INTEGERS = {"Integer": (32, True)} | {  # bits, and whether one of them is a sign
+    f"{'' if signed else 'U'}Int{bits}": (bits, signed) for bits in (8, 16, 32, 64) for signed in (True, False)
 }
 
 
@@ -103,3 +107,14 @@ def _defined(base: object) -> Unit:
     """A unit by what the model description says of it."""
     exponents = tuple(int(getattr(base, name)) for name in BASE)
     return Unit(exponents, float(base.factor), float(base.offset))  # type: ignore[attr-defined, arg-type]
+
+
+def whole(variable: str, kind: str, numbers: Sequence[float]) -> list[int] | list[bool]:
+    """The numbers as the integers or booleans that they are; ValueError for others."""
+    bits, signed = INTEGERS.get(kind, (1, False))
+    lowest, highest = (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1) if signed else (0, 2**bits - 1)
+    for number in numbers:
+        if not (lowest <= number <= highest and number == int(number)):
+            allowed = "0 or 1" if kind == "Boolean" else f"whole numbers from {lowest} to {highest}"
+            raise ValueError(f"{variable} is {number:g}, allowed: {allowed}")
+    return [number != 0.0 for number in numbers] if kind == "Boolean" else [int(number) for number in numbers]

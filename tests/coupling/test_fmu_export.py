@@ -12,6 +12,7 @@ import fmpy
 import numpy as np
 import pytest
 from fmpy import simulate_fmu
+from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
 from fmpy.validation import validate_fmu
@@ -181,10 +182,44 @@ def test_fmpy_runs_it_by_itself(tmp_path: Path, version: Version) -> None:
 @pytest.mark.parametrize("version", [2, 3])
 def test_state_is_promised_only_where_it_can_be_saved(tmp_path: Path, version: Version) -> None:
     fmu = FmuParticipant("tank", build(tmp_path, version, saves_state=False))
-    assert not fmu.is_kept
+    assert fmu.why_not_kept == "it lacks canSerializeFMUState"
     with pytest.raises(NotImplementedError, match=r"'tank': Tank-.\.fmu cannot save its state"):
         fmu.save_state()
-    assert FmuParticipant("tank", build(tmp_path, version)).is_kept
+    assert FmuParticipant("tank", build(tmp_path, version)).why_not_kept == ""
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_an_fmu_that_cannot_save_its_state_though_it_says_so_runs_without(
+    tmp_path: Path, version: Version, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Found out once it is initialized; a master that would take it back is told, and goes on."""
+
+    def fail(*_: object) -> None:
+        raise FMICallException("GetFMUState", 3)
+
+    fmu = FmuParticipant("tank", build(tmp_path, version))
+    monkeypatch.setattr(FMU2Slave if version == 2 else FMU3Slave, "getFMUState", fail)
+    run = CoSimulation([fmu], [], 0.1, rolls_back=True)
+    assert fmu.why_not_kept == ""
+    run.initialize()
+    assert fmu.why_not_kept == "GetFMUState failed with status 3 (error)"
+    assert "cannot save its state (GetFMUState failed with status 3" in run.rollback_faults["tank"]
+    run.run(0.3)
+    assert float(fmu.get("level")[0]) == pytest.approx(0.3 * 0.5 / 2.0)
+    run.terminate()
+
+
+FORGETFUL = """
+    def save_state(self):
+        raise NotImplementedError("there is too much of it")
+"""
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_an_fmu_that_fails_fatally_at_its_state_is_named(tmp_path: Path, version: Version) -> None:
+    run = CoSimulation([FmuParticipant("tank", build(tmp_path, version, text=TANK + FORGETFUL))], [], 0.1)
+    with pytest.raises(CoSimulationError, match=r"'tank' failed at 0 s: .*there is too much of it"):
+        run.initialize()
 
 
 @pytest.mark.parametrize("version", [2, 3])
@@ -280,6 +315,20 @@ def test_fmi_2_goes_as_far_as_it_says_it_can(tmp_path: Path, monkeypatch: pytest
     result = fmu.do_step(0.0, 0.1)
     assert (result.status, result.last_successful_time) == (Status.EARLY_RETURN, 0.02)
     assert fmu.get("place") == pytest.approx(0.02, rel=1e-12)
+    run.terminate()
+
+
+def test_fmi_2_that_says_nothing_of_a_discarded_step_is_taken_back(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def unknown(*_: object) -> float:
+        raise FMICallException("fmi2GetStatus", 2)
+
+    fmu, run = stiff_run(build(tmp_path, 2, "Stiff", text=STIFF))
+    for kind in ("getRealStatus", "getBooleanStatus"):
+        monkeypatch.setattr(FMU2Slave, kind, unknown)
+    run.run(0.4)
+    assert fmu.get("place") == pytest.approx(0.4, rel=1e-12)
     run.terminate()
 
 
