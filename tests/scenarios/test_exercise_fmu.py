@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import importlib.util
 import json
 import math
@@ -15,8 +16,11 @@ from typing import Literal
 
 import fmpy
 import numpy as np
+import pybullet
 import pytest
 from fmpy import simulate_fmu
+from fmpy.fmi2 import FMU2Slave
+from fmpy.fmi3 import FMU3Slave
 from fmpy.validation import validate_fmu
 
 from coupling.participant import Causality, Status
@@ -192,6 +196,47 @@ def test_it_is_sound_and_fmpy_runs_it(exported: Build, own_run: dict[str, float]
     assert result["time"][-1] == pytest.approx(STEPS * STEP)
     for name, value in own_run.items():
         assert result[name][-1] == value, name
+
+
+def slave(path: Path, folder: Path) -> FMU2Slave | FMU3Slave:
+    """An instance of the exercise in the hands of FMPy, so that a test may call what our master does not."""
+    description = fmpy.read_model_description(str(path))
+    kind = FMU2Slave if description.fmiVersion.startswith("2") else FMU3Slave
+    fmu = kind(
+        guid=description.guid,
+        unzipDirectory=fmpy.extract(str(path), str(folder)),
+        modelIdentifier=description.coSimulation.modelIdentifier,
+        instanceName="exercise",
+    )
+    fmu.instantiate()
+    return fmu
+
+
+def initialize(fmu: FMU2Slave | FMU3Slave) -> None:
+    if isinstance(fmu, FMU2Slave):
+        fmu.setupExperiment(startTime=0.0)
+    fmu.enterInitializationMode()
+    fmu.exitInitializationMode()
+
+
+def clients() -> int:
+    """How many pybullet clients this process has."""
+    gc.collect()
+    return sum(pybullet.isConnected(client) for client in range(100))
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_an_instance_that_is_reset_or_freed_leaves_nothing(exported: Build, tmp_path: Path, version: int) -> None:
+    before = clients()
+    fmu = slave(exported(version), tmp_path)
+    for _ in range(3):
+        initialize(fmu)
+        fmu.doStep(0.0, STEP)
+        assert clients() == before + 1
+        fmu.reset()
+    initialize(fmu)
+    fmu.freeInstance()
+    assert clients() == before
 
 
 ECOS = """
