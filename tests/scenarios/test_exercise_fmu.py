@@ -69,19 +69,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def exported(folder: Path) -> Build:
     """The exercise as an FMU of a version, exported by the command, once each; the files it was made from are gone then."""
     for version in (2, 3):
-        assert (
-            main(
-                [
-                    "export-fmu",
-                    str(folder / "tow.toml"),
-                    "--fmi",
-                    str(version),
-                    "-o",
-                    str(folder / f"tow-{version}.fmu"),
-                ]
-            )
-            == 0
-        )
+        target = folder / f"tow-{version}.fmu"
+        assert main(["export-fmu", str(folder / "tow.toml"), "--fmi", str(version), "-o", str(target)]) == 0
     return lambda version: folder / f"tow-{version}.fmu"
 
 
@@ -217,6 +206,57 @@ def initialize(fmu: FMU2Slave | FMU3Slave) -> None:
         fmu.setupExperiment(startTime=0.0)
     fmu.enterInitializationMode()
     fmu.exitInitializationMode()
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_its_state_can_be_saved_before_the_run_begins(exported: Build, tmp_path: Path, version: int) -> None:
+    """What was given in time counts, what was given after it was saved does not."""
+    path = exported(version)
+    references = {v.name: v.valueReference for v in fmpy.read_model_description(str(path)).modelVariables}
+    ends = []
+    for k, saved_in in enumerate(("no mode", "instantiated", "initialization mode", "step mode")):
+        fmu = slave(path, tmp_path / str(k))
+        read, write = (fmu.getReal, fmu.setReal) if version == 2 else (fmu.getFloat64, fmu.setFloat64)
+        order, wind = references["vessels.tug.speed_order"], references["forcing.wind.speed"]
+        write([order], [0.5])
+        state = None if saved_in == "no mode" else fmu.getFMUState()
+        if saved_in in ("instantiated", "step mode"):
+            write([wind], [20.0])
+        if saved_in == "step mode":
+            initialize(fmu)
+            fmu.doStep(0.0, STEP)
+        if saved_in in ("instantiated", "step mode"):
+            fmu.setFMUState(fmu.deserializeFMUState(fmu.serializeFMUState(state)))
+        if version == 2:
+            fmu.setupExperiment(startTime=0.0)
+        fmu.enterInitializationMode()
+        if saved_in == "initialization mode":
+            state = fmu.getFMUState()
+            write([wind], [20.0])
+            fmu.setFMUState(state)
+        fmu.exitInitializationMode()
+        assert read([order, wind]) == [0.5, 4.0]
+        for step in range(4):
+            fmu.doStep(step * STEP, STEP)
+        ends.append(read([references["vessels.tug.x"], references["booms.main.tug.tension"]]))
+        fmu.terminate()
+        fmu.freeInstance()
+    assert ends == ends[:1] * 4
+
+
+def test_a_state_goes_into_an_instance_that_has_not_begun(folder: Path) -> None:
+    scenario = load_scenario(folder / "tow.toml").scenario
+    first, second = ExerciseParticipant("tow", scenario), ExerciseParticipant("tow", scenario)
+    first.set("vessels.tug.speed_order", np.array([0.5]))
+    first.enter_initialization_mode(0.0)
+    first.exit_initialization_mode()
+    first.do_step(0.0, 3 * STEP)
+    second.restore_state(first.save_state())
+    for one in (first, second):
+        assert one.do_step(3 * STEP, 3 * STEP).status is Status.OK
+    assert first.get("vessels.tug.x") == second.get("vessels.tug.x")
+    first.terminate()
+    second.terminate()
 
 
 def clients() -> int:
