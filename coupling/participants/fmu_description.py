@@ -27,7 +27,7 @@ def read_description(path: Path) -> ModelDescription:
     except Exception as cause:
         raise ValueError(f"{path} is no FMU: {cause}") from cause
     if description is None:
-        raise ValueError(f"{path} is no FMU: {FILE} " + "; ".join(missing))
+        raise ValueError(f"FMU {path} cannot be read: {FILE} " + "; ".join(missing))
     problems = _problems(path, description)
     if problems:
         raise ValueError(f"FMU {path} " + "; ".join(problems))
@@ -36,9 +36,12 @@ def read_description(path: Path) -> ModelDescription:
 
 
 def _missing(root: ElementTree.Element) -> Iterator[str]:
-    """What every description says and this one does not; FMPy (0.3.32) would tell it in Python's words."""
-    if not root.get("fmiVersion"):
-        yield "has no fmiVersion, allowed: 2.0 or 3.0"
+    """What is missing or of no use; FMPy (0.3.32) would tell it in Python's words."""
+    version = root.get("fmiVersion", "")
+    if version[:2] not in ("2.", "3."):
+        yield (
+            f"has fmiVersion {version!r}, allowed: 2.0 or 3.0" if version else "has no fmiVersion, allowed: 2.0 or 3.0"
+        )
     for variable in root.iterfind("ModelVariables/*[@name]"):
         reference = variable.get("valueReference", "").strip()
         if not reference.isdecimal():
@@ -52,8 +55,6 @@ def _missing(root: ElementTree.Element) -> Iterator[str]:
 def _problems(path: Path, description: ModelDescription) -> list[str]:
     """Why the FMU cannot run here."""
     problems = []
-    if description.fmiVersion.split(".")[0] not in ("2", "3"):
-        problems.append(f"is of FMI {description.fmiVersion}, allowed: 2 or 3")
     if description.coSimulation is None:
         problems.append("has no co-simulation interface")
     platforms = fmpy.supported_platforms(str(path))

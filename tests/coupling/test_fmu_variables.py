@@ -137,10 +137,11 @@ def test_differences_have_no_offset(tmp_path: Path, version: int, types: str, va
         ('<Float64 name="x" causality="output"/>', None, "has no valueReference for variable 'x', allowed: a whole number"),
         ('<Float64 name="x" valueReference="abc"/>', None, "has valueReference 'abc' for variable 'x', allowed: a whole number"),
         ("", 'modelName="M"', "has no fmiVersion, allowed: 2.0 or 3.0"),
+        ("", 'fmiVersion="1.0"', "has fmiVersion '1.0', allowed: 2.0 or 3.0"),
     ],
 )  # fmt: skip
 def test_what_a_description_lacks_is_named(tmp_path: Path, variables: str, head: str | None, told: str) -> None:
-    with pytest.raises(ValueError, match=f"described.fmu is no FMU: modelDescription.xml {told}$"):
+    with pytest.raises(ValueError, match=f"described.fmu cannot be read: modelDescription.xml {told}$"):
         FmuParticipant("p", described(tmp_path, 3, variables, head=head))
 
 
