@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import tempfile
+import weakref
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -44,6 +45,7 @@ class BulletClient:
 
     def __init__(self, gravity: Vector, solver_iterations: int) -> None:
         self._client: int = pybullet.connect(pybullet.DIRECT)
+        self._release = weakref.finalize(self, _disconnect, self._client)  # with this object at the latest, and once
         self._is_pushed = False  # forces are pending in the client
         self._call(pybullet.setGravity, *gravity)
         self._call(
@@ -167,8 +169,7 @@ class BulletClient:
 
     def close(self) -> None:
         """Give the client back."""
-        if pybullet.isConnected(self._client):
-            pybullet.disconnect(self._client)
+        self._release()
 
     def _call(self, function: Callable, *arguments: object, **keywords: object):  # type: ignore[no-untyped-def]
         """A pybullet call on this client."""
@@ -181,3 +182,9 @@ class BulletClient:
             return self._call(pybullet.createCollisionShape, pybullet.GEOM_MESH, vertices=vertices.tolist())
         vertices, indices = (mesh.vertices @ axes).tolist(), mesh.faces.ravel().tolist()
         return self._call(pybullet.createCollisionShape, pybullet.GEOM_MESH, vertices=vertices, indices=indices)
+
+
+def _disconnect(client: int) -> None:
+    """Give a client back that nobody else has."""
+    if pybullet.isConnected(client):
+        pybullet.disconnect(client)

@@ -8,8 +8,10 @@
         def advance(self, time: float, step_size: float) -> None:
             self.level += step_size * self.inflow / self.area
 
-Attributes are read and written like numbers. Everything the model remembers lies in declared variables and in other attributes
-that are plain numbers (float, int, bool), set in `__init__`, so that its state can be saved.
+Attributes are read and written like numbers. Everything the model remembers lies in declared variables and in other attributes of
+its own, so that its state can be saved: numbers, texts, None, arrays of numbers, and lists, tuples and dicts of them, none of which
+lies in two places. A model with more than that, a generator of random numbers say, has a `save_state` and `restore_state` of its own;
+what never changes may lie in the class.
 
 As a participant every variable has the shape (1,).
 """
@@ -21,6 +23,7 @@ import itertools
 import sys
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -30,6 +33,10 @@ from coupling.participant import Causality, Status, StepResult, Variable, checke
 Array = npt.NDArray[np.float64]
 
 MODEL_FILE = "model.py"
+OWN = ("_name", "_variables", "memory")  # attributes of every model
+NUMERIC = "biufc"  # kinds of numbers in arrays
+PLAIN = (float, int, bool, str, type(None))
+REMEMBERED = "numbers, texts, None, arrays of numbers, and lists, tuples and dicts of them, each in one place"
 _loads = itertools.count(1)  # files loaded so far: two may define models of one name
 
 
@@ -68,16 +75,35 @@ def parameter(unit: str, start: float) -> Quantity:
 class ScalarModel:
     """Base of a model; keeps the contract of `coupling.participant.Participant`."""
 
-    def __init__(self, name: str = "") -> None:
-        self._name = name or type(self).__name__
+    _name: str
+    _variables: Mapping[str, Variable]
+    memory: dict[str, float]
+
+    def __init_subclass__(cls) -> None:
+        """ValueError for a variable that would hide what every model has."""
+        super().__init_subclass__()
+        every = {*dir(ScalarModel), *OWN}
+        for name, member in vars(cls).items():
+            if isinstance(member, Quantity) and name in every:
+                others = ", ".join(sorted(one for one in every if not one.startswith("_")))
+                raise ValueError(f"variable {name!r} hides what every model has, allowed: a name other than {others}")
+
+    def __new__(cls, *_: object, **__: object) -> Self:
+        """Variables are there before `__init__`, which a model may have of its own."""
+        model = super().__new__(cls)
         declared = {
             name: member
-            for base in reversed(type(self).__mro__)
+            for base in reversed(cls.__mro__)
             for name, member in vars(base).items()
             if isinstance(member, Quantity)
         }
-        self._variables = variable_table(Variable(name, q.unit, (1,), q.causality) for name, q in declared.items())
-        self.memory: dict[str, float] = {name: q.start for name, q in declared.items()}
+        model._name = cls.__name__
+        model._variables = variable_table(Variable(name, q.unit, (1,), q.causality) for name, q in declared.items())
+        model.memory = {name: q.start for name, q in declared.items()}
+        return model
+
+    def __init__(self, name: str = "") -> None:
+        self._name = name or self._name
 
     @property
     def name(self) -> str:
@@ -119,19 +145,45 @@ class ScalarModel:
         return StepResult(Status.OK, time + step_size)
 
     def save_state(self) -> object:
-        """All that the model remembers, by name: its variables, and other attributes that are plain numbers."""
-        numbers = {name: value for name, value in vars(self).items() if isinstance(value, float | int)}
+        """All that the model remembers, by name; NotImplementedError for an attribute that cannot be saved, see the module."""
+        seen: set[int] = set()
+        others = {name: value for name, value in vars(self).items() if name not in OWN}
+        numbers = {name: _copied(f"{self._name!r}: attribute {name!r}", value, seen) for name, value in others.items()}
         return {"variables": dict(self.memory), "numbers": numbers}
 
     def restore_state(self, state: object) -> None:
-        """Back to what `save_state` returned."""
+        """Back to what `save_state` returned; what came into being since then is gone."""
         if not isinstance(state, dict):
             raise TypeError(f"{self._name!r}: restore_state wants what save_state returned, not {type(state).__name__}")
         self.memory = dict(state["variables"])
-        vars(self).update(state["numbers"])
+        for name in vars(self).keys() - {*OWN}:
+            del vars(self)[name]
+        vars(self).update({name: _copied(name, value, set()) for name, value in state["numbers"].items()})
 
     def terminate(self) -> None:
         """Nothing is held."""
+
+
+def _copied(what: str, value: Any, seen: set[int]) -> Any:
+    """A copy that shares nothing; NotImplementedError for what is no value, or is met again: it would become two."""
+    kind = type(value)
+    if kind in PLAIN or (isinstance(value, np.generic) and value.dtype.kind in NUMERIC):
+        return value
+    is_array = kind is np.ndarray and value.dtype.kind in NUMERIC
+    keys_fit = kind is not dict or all(type(key) is str for key in value)
+    if not (is_array or (kind in (list, tuple, dict) and keys_fit)):
+        raise NotImplementedError(f"{what} is or holds a {kind.__name__}, allowed: {REMEMBERED}")
+    owner = id(value.base if is_array and value.base is not None else value)
+    if owner in seen and kind is not tuple:
+        raise NotImplementedError(
+            f"{what} is or holds a {kind.__name__} that lies elsewhere too, allowed: {REMEMBERED}"
+        )
+    seen.add(owner)
+    if is_array:
+        return value.copy(order="K")
+    if kind is dict:
+        return {key: _copied(what, item, seen) for key, item in value.items()}
+    return kind(_copied(what, item, seen) for item in value)
 
 
 def model_in(path: Path) -> ScalarModel:
@@ -154,8 +206,13 @@ def model_in(path: Path) -> ScalarModel:
     if len(classes) != 1:
         names = ", ".join(found.__name__ for found in classes) or "none"
         raise ValueError(f"{path.name} defines {names}, allowed: one subclass of coupling.scalar_model.ScalarModel")
-    model: ScalarModel = classes[0]()
-    return model
+    kind: type[ScalarModel] = classes[0]
+    if kind.advance is ScalarModel.advance and kind.do_step is ScalarModel.do_step:
+        raise ValueError(f"{path.name}: {kind.__name__} has no step, allowed: a method `advance`, or `do_step`")
+    try:
+        return kind()
+    except Exception as cause:
+        raise ValueError(f"{path.name}: {kind.__name__}() fails: {type(cause).__name__}: {cause}") from cause
 
 
 def model_in_folder(folder: Path) -> ScalarModel:

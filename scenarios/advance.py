@@ -48,7 +48,7 @@ class Course:
         self.state_hash: str | None = None
         self._plan, self._assembly = plan, assembly
         self._requests, self._keepers = requests, dict(keepers)
-        self._checkpoints = None if assembly.not_kept else checkpoints
+        self._checkpoints = checkpoints
 
     def run(self, restart: Restart | None = None) -> Exception | None:
         """Step until the end, a stop or a failure; the simulation is terminated in each case. Returns what failed."""
@@ -64,7 +64,7 @@ class Course:
                 self._save_and_say()
             elif self._checkpoints is not None:
                 self._save(self._checkpoints, asked=True)  # so that a run can be made longer
-            if not self._assembly.not_kept:
+            if not self._assembly.why_not_kept:
                 self.state_hash = run_state_hash(simulation, self._assembly)
             simulation.terminate("completed" if requests.stop is None else f"stopped by signal {requests.stop}")
         except (CoSimulationError, RecordingError) as error:
@@ -94,8 +94,9 @@ class Course:
                 if name in restart.state:
                     keeper.restore_state(restart.state[name])
             self.simulation.emit(f"goes on from {restart.source.name}", source="oilsim")
-        if self._assembly.not_kept:
-            self.simulation.emit(f"no checkpoints: {self._who_is_not_kept()}", level="warning", source="oilsim")
+        if self._assembly.why_not_kept:
+            self._checkpoints = None
+            self.simulation.emit(f"no checkpoints: {self._assembly.why_not_kept}", level="warning", source="oilsim")
         if self._checkpoints is not None and self._checkpoints.is_due(0):
             self._save(self._checkpoints, asked=False)
 
@@ -125,15 +126,11 @@ class Course:
     def _save_and_say(self) -> None:
         """A checkpoint that somebody waits for."""
         if self._checkpoints is None:
-            why = self._who_is_not_kept() if self._assembly.not_kept else "--checkpoints names no folder"
+            why = self._assembly.why_not_kept or "--checkpoints names no folder"
             self.simulation.emit(f"no checkpoint is kept: {why}", source="oilsim")
         else:
             path = self._save(self._checkpoints, asked=True)
             self.simulation.emit(f"checkpoint {path}", source="oilsim")
-
-    def _who_is_not_kept(self) -> str:
-        """Which FMUs stand in the way of checkpoints."""
-        return f"state of {', '.join(self._assembly.not_kept)} cannot be saved as bytes (canSerializeFMUState)"
 
     def _save(self, checkpoints: CheckpointWriter, *, asked: bool) -> Path:
         state = run_state(self.simulation, self._assembly)

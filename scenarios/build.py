@@ -53,7 +53,7 @@ class Assembly:
     fluid, world: the simulators themselves, for whoever wants more than the participants' variables; coupled: names of the
     bodies that exchange motion and wrench with the fluid; fleet: vessels and booms; scoring: their accounts; remarks: what a
     run falls short of; parts: what signals reach into; exchange, ledger: how bodies meet the fluid, and the accounts of it;
-    coupling_figures: both on record; not_kept: names of FMUs whose state cannot be kept outside them, and so not the run's.
+    coupling_figures: both on record; fmus: those that take part.
     """
 
     scenario: Scenario
@@ -72,7 +72,7 @@ class Assembly:
     frame_source: FrameSource
     exchange: BodyExchange
     ledger: ExchangeLedger
-    not_kept: tuple[str, ...]
+    fmus: tuple[FmuParticipant, ...]
 
     @property
     def controls(self) -> tuple[VesselControl, ...]:
@@ -83,6 +83,12 @@ class Assembly:
     def body_names(self) -> tuple[str, ...]:
         """All rigid bodies but the tank's sides."""
         return tuple(self.description.meshes)
+
+    @property
+    def why_not_kept(self) -> str:
+        """Why the run's state cannot be kept: FMUs that cannot give theirs as bytes; empty if it can. Sure once it is initialized."""
+        names = [f"{fmu.name} ({fmu.why_not_kept})" for fmu in self.fmus if fmu.why_not_kept]
+        return f"state of {', '.join(names)} cannot be saved as bytes" if names else ""
 
     def report(self) -> AdvanceReport | None:
         """The fluid's report on its last step; None before the first."""
@@ -141,7 +147,7 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
         coupling_figures=figures,
         exchange=exchange,
         ledger=ledger,
-        not_kept=tuple(fmu.name for fmu in fmus if not fmu.is_kept),
+        fmus=fmus,
     )
 
 

@@ -62,7 +62,8 @@ class ExerciseParticipant:
         self._scenario = scenario
         self._signals = exercise_signals(scenario)
         self._variables = signal_variables(self._signals)
-        self._given: dict[str, Array] = {}
+        self._given: dict[str, Array] = {}  # before the run
+        self._is_begun = False
         self._start_time = 0.0
         self._assembly: Assembly | None = None
         self._board: SignalBoard | None = None
@@ -89,6 +90,7 @@ class ExerciseParticipant:
     def exit_initialization_mode(self) -> None:
         """The first communication point of the run."""
         self._running().initialize()
+        self._is_begun = True
         self._inputs().renew()  # helmsmen took up the scenario's orders just now
 
     def get(self, name: str) -> Array:
@@ -102,10 +104,10 @@ class ExerciseParticipant:
 
     def set(self, name: str, value: Array) -> None:
         """Set an input."""
-        if self._board is None:
-            self._given[name] = checked_value(self._name, self._variables, name, value)
-        else:
+        if self._board is not None:
             self._board.set(name, value)
+        if not self._is_begun:
+            self._given[name] = checked_value(self._name, self._variables, name, value)
 
     def do_step(self, time: float, step_size: float) -> StepResult:
         """A whole number of communication steps; ERROR for another, and where the run fails."""
@@ -132,13 +134,16 @@ class ExerciseParticipant:
         return StepResult(Status.OK, time + step_size)
 
     def save_state(self) -> object:
-        """Everything that influences what follows, as plain data; NotImplementedError with an FMU whose state cannot be kept."""
+        """Everything that influences what follows, as plain data; NotImplementedError with an FMU whose state cannot be kept.
+
+        Before the run that is what has been given, and whether the run has been built.
+        """
+        if not self._is_begun:
+            return {"given": dict(self._given), "is_built": self._simulation is not None}
         simulation = self._running()
         assert self._assembly is not None
-        if self._assembly.not_kept:
-            raise NotImplementedError(
-                f"{self._name!r}: state of {', '.join(self._assembly.not_kept)} cannot be saved as bytes"
-            )
+        if self._assembly.why_not_kept:
+            raise NotImplementedError(f"{self._name!r}: {self._assembly.why_not_kept}")
         return {
             "start_time": self._start_time,
             "simulation": simulation.save_state(),
@@ -150,17 +155,31 @@ class ExerciseParticipant:
         """Back to what `save_state` returned; TypeError for anything else."""
         if not isinstance(state, dict):
             raise TypeError(f"{self._name!r}: restore_state wants what save_state returned, not {type(state).__name__}")
+        if "given" in state or not self._is_begun:
+            self._begin_anew(state)
+        if "given" in state:
+            return
         assert self._assembly is not None
         self._start_time = state["start_time"]
         self._assembly.scoring.restore_state(state["scores"])
         self._inputs().restore_state(state["inputs"])
         self._running().restore_state(state["simulation"])
 
+    def _begin_anew(self, state: Mapping[str, Any]) -> None:
+        """To where `state` was saved before a run; for one of a run that this instance has not begun, to its beginning."""
+        self.terminate()
+        self._given = dict(state.get("given", self._given))
+        if state.get("is_built", True):
+            self.enter_initialization_mode(self._start_time)
+        if "given" not in state:
+            self.exit_initialization_mode()
+
     def terminate(self) -> None:
         """End the run; the world and the fluid's threads go with it."""
         if self._simulation is not None:
             self._simulation.terminate()
         self._simulation = self._board = self._assembly = None
+        self._is_begun = False
 
     def _running(self) -> CoSimulation:
         if self._simulation is None:

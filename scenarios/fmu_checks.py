@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -33,6 +34,7 @@ def fmu_problems(fmus: Mapping[str, FmuSettings], signals: Mapping[str, Signal])
             loaded[PREFIX + name] = FmuParticipant(PREFIX + name, settings.file, settings.start, settings.units)
         except (ValueError, OSError) as error:
             yield Problem(f"fmus.{name}", f"cannot be used: {error}")
+    yield from _several_of_one(loaded)
     boards = {board: _Declared(board, signal_variables(signals)) for board in (ORDERS, READINGS)}
     participants: dict[str, Any] = {**boards, **loaded}
     connections = {}
@@ -48,6 +50,18 @@ def fmu_problems(fmus: Mapping[str, FmuSettings], signals: Mapping[str, Signal])
         for text in connection_problems(connection, participants):
             yield Problem(path, f"does not fit: {text.removeprefix(f'{connection}: ')}")
     yield from _doubly_driven(connections)
+
+
+def _several_of_one(loaded: Mapping[str, FmuParticipant]) -> Iterator[Problem]:
+    """FMUs that a process can run only once, and another runs already."""
+    first: dict[str, str] = {}
+    for name, fmu in loaded.items():
+        other = first.setdefault(fmu.only_one_of, name)
+        if fmu.only_one_of and other != name:
+            text = (
+                f"is the same FMU as {other}, which runs only once in a process (canBeInstantiatedOnlyOncePerProcess)"
+            )
+            yield Problem(name, f"{text}, allowed: one of them")
 
 
 def _unknown_signal(connection: Connection, signals: Mapping[str, Signal]) -> str:
@@ -85,8 +99,19 @@ def _doubly_driven(connections: Mapping[str, Connection]) -> Iterator[Problem]:
 
 
 def all_are_kept(fmus: Mapping[str, FmuSettings]) -> bool:
-    """Whether the state of every FMU can be kept outside it, and so that of the run; the FMUs are those of a checked scenario."""
-    return all(FmuParticipant(PREFIX + name, settings.file).is_kept for name, settings in fmus.items())
+    """Whether the state of every FMU can be kept outside it, and so that of the run; each of them is tried out."""
+    return not any(_why_not_kept(fmu) for fmu in fmu_participants(fmus))
+
+
+def _why_not_kept(fmu: FmuParticipant) -> str:
+    """What is found by initializing it; of one that cannot be initialized by itself, what it says."""
+    with suppress(RuntimeError):
+        fmu.enter_initialization_mode(0.0)
+        fmu.exit_initialization_mode()
+    why = fmu.why_not_kept
+    with suppress(Exception):  # nothing is lost with it
+        fmu.terminate()
+    return why
 
 
 def fmu_participants(fmus: Mapping[str, FmuSettings]) -> tuple[FmuParticipant, ...]:

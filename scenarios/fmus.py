@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from coupling.connection import Connection
 from scenarios.fields import Section
+from scenarios.problems import Problem
 
 PREFIX = "fmus."  # of an FMU's name as a participant, so that it cannot be taken for another
 ORDERS, READINGS = "orders", "readings"  # the participants that FMUs are connected to, see `scenarios.signal_board`
@@ -32,6 +34,12 @@ class FmuSettings(Section):
     units: Mapping[str, str] = field(default_factory=dict)
     inputs: Mapping[str, str] = field(default_factory=dict)
     outputs: Mapping[str, str] = field(default_factory=dict)
+
+    def problems(self) -> Iterator[Problem]:
+        """Start values that are no numbers: FMUs take them as they are."""
+        for name, value in self.start.items():
+            if not math.isfinite(value):
+                yield Problem(f"start.{name}", f"is {value}, allowed: a finite number")
 
 
 def connections_of(fmus: Mapping[str, FmuSettings]) -> dict[str, Connection]:

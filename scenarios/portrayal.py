@@ -66,11 +66,12 @@ class FramePainter:
         )
 
     def _fmu_outputs(self) -> dict[str, float]:
-        """What each FMU gives, as ``fmus/winch/paid_out``; of an array, each element."""
+        """What each FMU gives, as ``fmus/winch/paid_out``; of an array, each element, once."""
         outputs: dict[str, float] = {}
         for fmu in self._fmus:
+            arrays = {name for name, variable in fmu.variables.items() if math.prod(variable.shape) > 1}
             for name, variable in fmu.variables.items():
-                if variable.causality is Causality.OUTPUT:
+                if variable.causality is Causality.OUTPUT and name.rpartition("[")[0] not in arrays:
                     values = fmu.get(name).ravel()
                     place = f"{fmu.name.replace('.', '/', 1)}/{name}"
                     outputs |= {f"{place}/{i}" if len(values) > 1 else place: float(v) for i, v in enumerate(values)}

@@ -1,9 +1,9 @@
 """An FMU for co-simulation, FMI 2 or 3, as a participant.
 
 Its inputs, outputs and parameters keep their names. A number is an array of shape (1,), so that it connects to a joint's
-tension; the elements of an FMI 2 array, named `wrench[1]` to `wrench[6]`, are one variable `wrench` of shape (6,); an FMI 3
-array has its own shape. Units are those of the model description, see `fmu_variables`. Integers, enumerations and booleans travel as
-numbers; what is set must be whole, and 0 or 1 for a boolean.
+tension; the elements of an FMI 2 array, named `wrench[1]` to `wrench[6]`, are one variable `wrench` of shape (6,) as well; an FMI 3
+array has its own shape, by the structural parameters' start values. Units are those of the model description, see `fmu_variables`.
+Integers, enumerations and booleans travel as numbers; what is set must be whole, and 0 or 1 for a boolean.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import os
 import sys
 import tempfile
 import weakref
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import chdir
 from dataclasses import replace
 from pathlib import Path
@@ -23,21 +23,18 @@ import numpy.typing as npt
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave, fmi2LastSuccessfulTime, fmi2Terminated
 from fmpy.fmi3 import FMU3Slave
-from fmpy.model_description import ModelDescription, ModelVariable, read_model_description
+from fmpy.model_description import ModelVariable
 
 from coupling.fmu_slave import ENDED
 from coupling.participant import Causality, Status, StepResult, Variable, checked_value
+from coupling.participants.fmu_description import read_description
 from coupling.participants.fmu_messages import FmuMessages
-from coupling.participants.fmu_rehearsal import is_own_process, try_out
-from coupling.participants.fmu_variables import grouped, variables_of
+from coupling.participants.fmu_rehearsal import is_own_process, suspected_folder, try_out
+from coupling.participants.fmu_variables import FLOATS, grouped, variables_of, whole
 
 Array = npt.NDArray[np.float64]
 
-DISCARD_STATUS = 2  # fmi2Discard, fmi3Discard
-FLOATS = ("Real", "Float64", "Float32")
-INTEGERS = {"Integer": (32, True)} | {  # bits, and whether one of them is a sign
-    f"{'' if signed else 'U'}Int{bits}": (bits, signed) for bits in (8, 16, 32, 64) for signed in (True, False)
-}
+DISCARD_STATUS, FATAL_STATUS = 2, 4  # of FMI 2 and 3
 
 
 class _Held:
@@ -64,7 +61,7 @@ class FmuParticipant:
         """
         self._name = name
         self._path = Path(path)
-        self._description = _read(self._path)
+        self._description = read_description(self._path)
         self._members = grouped(self._description)
         self._variables = variables_of(self._description, self._members, units or {})
         self._start_values = {
@@ -75,11 +72,16 @@ class FmuParticipant:
         }
         for key, start in self._start_values.items():
             self._numbers(key, start)
+            if not np.isfinite(start).all():
+                raise ValueError(f"{name!r}: {key!r} is {start[~np.isfinite(start)][0]:g}, allowed: finite numbers")
         self._folder: tempfile.TemporaryDirectory[str] | None = None  # goes with this object at the latest
         self._fmu: FMU2Slave | FMU3Slave | None = None
         self._is_initialized = False
         self._held: list[tuple[weakref.ref[_Held], object]] = []  # states, with what the FMU holds of each
         self._messages = FmuMessages()
+        interface = self._description.coSimulation
+        self._why_not_saved = "" if interface.canGetAndSetFMUstate else "it lacks canGetAndSetFMUState"
+        self._why_not_serialised = "" if interface.canSerializeFMUstate else "it lacks canSerializeFMUState"
 
     @property
     def name(self) -> str:
@@ -92,10 +94,18 @@ class FmuParticipant:
         return self._variables
 
     @property
-    def is_kept(self) -> bool:
-        """Whether its state can be kept outside it, as bytes: in a checkpoint, or in the state of what it is a part of."""
-        interface = self._description.coSimulation
-        return bool(interface.canGetAndSetFMUstate and interface.canSerializeFMUstate)
+    def why_not_kept(self) -> str:
+        """Why its state cannot be kept outside it, as bytes: in a checkpoint, or in the state of what it is a part of.
+
+        Empty if it can: by what it says of itself until it is initialized, by what was tried from then on.
+        """
+        return self._why_not_serialised or self._why_not_saved
+
+    @property
+    def only_one_of(self) -> str:
+        """What is to be instantiated only once in a process, for all participants that run it; empty where there may be several."""
+        description = self._description
+        return str(description.guid) if description.coSimulation.canBeInstantiatedOnlyOncePerProcess else ""
 
     def rehearse(self) -> None:
         """Load the FMU, make an instance and let it go, to find out before a run that it can; ValueError if it cannot.
@@ -105,7 +115,7 @@ class FmuParticipant:
         arguments = (self._name, str(self._path.resolve()))
         problem = try_out(__name__, arguments) if is_own_process() else self.load_and_free()
         if problem:
-            raise ValueError(f"FMU {self._path} cannot be loaded: {problem}")
+            raise ValueError(f"FMU {self._path} cannot be loaded: {problem}{suspected_folder()}")
 
     def load_and_free(self) -> str:
         """Make an instance and let it go; what is wrong with it, or nothing."""
@@ -159,6 +169,25 @@ class FmuParticipant:
         except FMICallException as cause:
             raise self._failure(cause) from cause
         self._is_initialized = True
+        if not self._why_not_saved:
+            self._try_state()
+
+    def _try_state(self) -> None:
+        """Find out whether the FMU can save its state, since some only say so, and a run can do without."""
+        fmu, handle = self._running(), None
+        try:
+            handle = fmu.getFMUState()
+            if not self._why_not_serialised:
+                fmu.serializeFMUState(handle)
+        except FMICallException as cause:
+            if cause.status == FATAL_STATUS:
+                raise self._failure(cause) from cause
+            if handle is None:
+                self._why_not_saved = self._messages.explain(cause).rstrip(".")
+            else:
+                self._why_not_serialised = self._messages.explain(cause).rstrip(".")
+        if handle is not None:
+            fmu.freeFMUState(handle)
 
     def get(self, name: str) -> Array:
         """A fresh copy of a variable."""
@@ -182,8 +211,7 @@ class FmuParticipant:
         After a discard FMI 2 allows no step but from an earlier state, so such an FMU is saved before each one, and taken back.
         """
         fmu = self._running()
-        can_go_back = self._description.coSimulation.canGetAndSetFMUstate
-        before = fmu.getFMUState() if isinstance(fmu, FMU2Slave) and can_go_back else None
+        before = fmu.getFMUState() if isinstance(fmu, FMU2Slave) and not self._why_not_saved else None
         try:
             result = fmu.doStep(time, step_size, False)  # whoever drives it may go back to before this step
         except FMICallException as failure:
@@ -206,8 +234,9 @@ class FmuParticipant:
         fmu = self._running()
         if isinstance(fmu, FMU3Slave):  # which leaves its state as it was
             return StepResult(Status.DISCARD, time, message)
-        reached = float(fmu.getRealStatus(fmi2LastSuccessfulTime))
-        if fmu.getBooleanStatus(fmi2Terminated) and (ENDED in message or not self._confuses_discard_with_end):
+        reached = float(self._status(fmu.getRealStatus, fmi2LastSuccessfulTime, time))
+        wants_end = self._status(fmu.getBooleanStatus, fmi2Terminated, False)
+        if wants_end and (ENDED in message or not self._confuses_discard_with_end):
             return self._ended(reached)
         if before is None:
             self._forget()
@@ -219,6 +248,15 @@ class FmuParticipant:
             return StepResult(Status.DISCARD, time, message)
         shorter = self.do_step(time, reached - time)
         return replace(shorter, status=Status.EARLY_RETURN) if shorter.status is Status.OK else shorter
+
+    def _status(self, read: Callable[[int], float], kind: int, unknown: float) -> float:
+        """What FMI 2 says of a discarded step; `unknown` of an FMU that does not say."""
+        try:
+            return read(kind)
+        except FMICallException as cause:
+            if cause.status == DISCARD_STATUS:
+                return unknown
+            raise self._failure(cause) from cause
 
     def _ended(self, reached: float) -> StepResult:
         text = f"{self._path.name} asked to end the run"
@@ -234,12 +272,13 @@ class FmuParticipant:
 
         NotImplementedError if the FMU cannot save its state.
         """
-        interface = self._description.coSimulation
-        if not interface.canGetAndSetFMUstate:
-            raise NotImplementedError(f"{self._name!r}: {self._path.name} cannot save its state")
+        if self._why_not_saved:
+            raise NotImplementedError(
+                f"{self._name!r}: {self._path.name} cannot save its state ({self._why_not_saved})"
+            )
         fmu = self._running()
         handle = fmu.getFMUState()
-        if not interface.canSerializeFMUstate:
+        if self._why_not_serialised:
             self._free_dropped()
             held = _Held(handle)
             self._held.append((weakref.ref(held), handle))
@@ -326,7 +365,7 @@ class FmuParticipant:
         """The value as the FMU's own kind of numbers; ValueError for what is none of them."""
         kind = self._kind(self._members[name][0])
         numbers: list[float] = value.ravel().tolist()
-        return numbers if kind in FLOATS else _whole(f"{self._name!r}: {name!r}", kind, numbers)
+        return numbers if kind in FLOATS else whole(f"{self._name!r}: {name!r}", kind, numbers)
 
     def _checked_start_values(self, start_values: Mapping[str, float | bool]) -> Mapping[str, float | bool]:
         allowed = [key for key, variable in self._variables.items() if variable.causality is not Causality.OUTPUT]
@@ -338,40 +377,6 @@ class FmuParticipant:
         if problems:
             raise ValueError("; ".join(problems))
         return start_values
-
-
-def _read(path: Path) -> ModelDescription:
-    """The model description of an FMU that can run here."""
-    if path.is_dir():
-        raise ValueError(f"FMU {path} is a folder, allowed: a file")
-    if not path.is_file():
-        raise FileNotFoundError(f"FMU {path} does not exist")
-    try:
-        description = read_model_description(str(path), validate=False)
-    except Exception as cause:
-        raise ValueError(f"{path} is no FMU: {cause}") from cause
-    problems = []
-    if description.fmiVersion.split(".")[0] not in ("2", "3"):
-        problems.append(f"is of FMI {description.fmiVersion}, allowed: 2 or 3")
-    if description.coSimulation is None:
-        problems.append("has no co-simulation interface")
-    platforms = fmpy.supported_platforms(str(path))
-    if fmpy.platform not in platforms:
-        problems.append(f"has binaries for {', '.join(platforms) or 'no platform'}, needed: {fmpy.platform}")
-    if problems:
-        raise ValueError(f"FMU {path} " + "; ".join(problems))
-    return description
-
-
-def _whole(variable: str, kind: str, numbers: Sequence[float]) -> list[int] | list[bool]:
-    """The numbers as the integers or booleans that they are; ValueError for others."""
-    bits, signed = INTEGERS.get(kind, (1, False))
-    lowest, highest = (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1) if signed else (0, 2**bits - 1)
-    for number in numbers:
-        if not (lowest <= number <= highest and number == int(number)):
-            allowed = "0 or 1" if kind == "Boolean" else f"whole numbers from {lowest} to {highest}"
-            raise ValueError(f"{variable} is {number:g}, allowed: {allowed}")
-    return [number != 0.0 for number in numbers] if kind == "Boolean" else [int(number) for number in numbers]
 
 
 if __name__ == "__main__":  # the rehearsal: NAME FILE

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import subprocess
 import sys
+import tempfile
 from collections.abc import Sequence
 
 PATIENCE = 120.0  # s until a program counts as hanging: far above what an exercise takes to be built
@@ -35,6 +37,14 @@ def try_out(module: str, arguments: Sequence[str]) -> str:
     if done.returncode < 0:
         return f"it crashes ({signal.Signals(-done.returncode).name}){_last_words(done.stderr)}"
     return "" if done.returncode == 0 else _last_words(done.stderr).removeprefix(": ")
+
+
+def suspected_folder() -> str:
+    """Where the path of temporary files has letters that PythonFMU's binary (0.7) crashes at, that this may be why; else nothing."""
+    folder = tempfile.gettempdir()
+    odd = "".join(sorted(set(re.findall(r"[^\w/\\:. ~-]", folder, re.ASCII))))
+    allowed = "a TMPDIR of letters a to z, digits, blanks and . _ -"
+    return f"; perhaps for the {odd!r} in the path of temporary files {folder!r}, allowed: {allowed}" if odd else ""
 
 
 def _last_words(said: str) -> str:

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from fmpy.model_description import ModelDescription, ModelVariable
 
@@ -20,33 +21,42 @@ ELEMENT = re.compile(r"^(?P<name>.+)\[(?P<index>\d+)\]$")
 NUMBERS = {"Real", "Integer", "Enumeration", "Boolean", "Float64", "Float32"} | {
     f"{sign}Int{bits}" for sign in ("", "U") for bits in (8, 16, 32, 64)
 }
+FLOATS = ("Real", "Float64", "Float32")
+INTEGERS = {"Integer": (32, True)} | {  # bits, and whether one of them is a sign
+    f"{'' if signed else 'U'}Int{bits}": (bits, signed) for bits in (8, 16, 32, 64) for signed in (True, False)
+}
 
 
 def grouped(description: ModelDescription) -> dict[str, list[ModelVariable]]:
-    """Numeric inputs, outputs and parameters by name, elements of one FMI 2 array together and in order."""
-    offered = [
-        variable
+    """Numeric inputs, outputs and parameters by name, and arrays of FMI 2: their elements together and in order.
+
+    An array is what two elements or more with neighbouring indices make, if they are alike and no variable has its name; each
+    of them can be had by its own name as well.
+    """
+    offered = {
+        variable.name: [variable]
         for variable in description.modelVariables
-        if variable.causality in ("input", "output", "parameter") and variable.type in NUMBERS
-    ]
+        if variable.causality in ("input", "output", "parameter")
+        and variable.type in NUMBERS
+        and math.prod(variable.shape)  # an array may be empty
+    }
+    elements: dict[str, dict[int, ModelVariable]] = {}
+    for name, (variable,) in offered.items():
+        match = ELEMENT.match(name)
+        if match and not variable.shape:
+            elements.setdefault(match["name"], {})[int(match["index"])] = variable
+    arrays = {
+        name: [by_index[index] for index in sorted(by_index)]
+        for name, by_index in elements.items()
+        if name not in offered and _are_array(by_index)
+    }
+    return offered | arrays
 
-    def place(variable: ModelVariable) -> tuple[str, int]:
-        match = ELEMENT.match(variable.name)
-        return (match["name"], int(match["index"])) if match else (variable.name, 0)
 
-    groups: dict[str, list[ModelVariable]] = {}
-    for variable in offered:
-        groups.setdefault(place(variable)[0], []).append(variable)
-    result: dict[str, list[ModelVariable]] = {}
-    for name, members in groups.items():
-        members.sort(key=lambda member: place(member)[1])
-        alike = len({(member.type, member.causality) for member in members}) == 1
-        indices = [place(member)[1] for member in members]
-        if alike and indices == list(range(indices[0], indices[0] + len(members))):
-            result[name] = members
-        else:
-            result |= {member.name: [member] for member in members}
-    return result
+def _are_array(by_index: Mapping[int, ModelVariable]) -> bool:
+    """Whether these elements, by their indices, are one array."""
+    alike = len({(element.type, element.causality) for element in by_index.values()}) == 1
+    return alike and len(by_index) > 1 and max(by_index) - min(by_index) + 1 == len(by_index)
 
 
 def variables_of(
@@ -76,12 +86,16 @@ def variables_of(
 def _declare(name: str, members: list[ModelVariable], unit_names: list[str], defined: Mapping[str, Unit]) -> Variable:
     """The variable that stands for these members."""
     distinct = list(dict.fromkeys(unit_names))
-    dimensions = [int(dimension.start) for dimension in members[0].dimensions or [] if dimension.start is not None]
-    shape = tuple(dimensions) if dimensions else (len(members),)
-    if math.prod(shape) == 0:
-        shape = (1,)
-    si = defined.get(distinct[0]) if len(distinct) == 1 else None
+    shape = tuple(members[0].shape) or (len(members),)
+    units = {_unit(member, unit, defined) for member, unit in zip(members, unit_names, strict=True)}
+    si = units.pop() if len(units) == 1 else None
     return Variable(name, ", ".join(distinct).replace(".", " "), shape, Causality(members[0].causality), si=si)
+
+
+def _unit(member: ModelVariable, name: str, defined: Mapping[str, Unit]) -> Unit | None:
+    """How a variable's unit stands to SI, if that is known; a difference has no offset, 5 degC of it are 5 K."""
+    unit = defined.get(name) or read_unit(name.replace(".", " "))
+    return replace(unit, offset=0.0) if unit is not None and member.relativeQuantity else unit
 
 
 def _unit_name(member: ModelVariable) -> str:
@@ -93,3 +107,14 @@ def _defined(base: object) -> Unit:
     """A unit by what the model description says of it."""
     exponents = tuple(int(getattr(base, name)) for name in BASE)
     return Unit(exponents, float(base.factor), float(base.offset))  # type: ignore[attr-defined, arg-type]
+
+
+def whole(variable: str, kind: str, numbers: Sequence[float]) -> list[int] | list[bool]:
+    """The numbers as the integers or booleans that they are; ValueError for others."""
+    bits, signed = INTEGERS.get(kind, (1, False))
+    lowest, highest = (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1) if signed else (0, 2**bits - 1)
+    for number in numbers:
+        if not (lowest <= number <= highest and number == int(number)):
+            allowed = "0 or 1" if kind == "Boolean" else f"whole numbers from {lowest} to {highest}"
+            raise ValueError(f"{variable} is {number:g}, allowed: {allowed}")
+    return [number != 0.0 for number in numbers] if kind == "Boolean" else [int(number) for number in numbers]

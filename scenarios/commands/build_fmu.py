@@ -49,17 +49,19 @@ def _build(options: argparse.Namespace) -> int:
     require_folder(output, "--output")
     try:
         model = model_in(source)
+        model.save_state()  # which its FMU promises
+        said = (type(model).__doc__ or "").strip() or model.name
         content = FmuContent(
             identifier=model.name,
             factory="coupling.scalar_model:model_in_folder",
-            description=(type(model).__doc__ or model.name).strip().splitlines()[0],
+            description=said.splitlines()[0],
             step_size=STEP_SIZE,
             stop_time=STOP_TIME,
             any_step=True,
             files={MODEL_FILE: source},
         )
         export_fmu(content, output, options.fmi)
-    except (FmuExportError, ValueError) as error:
+    except (FmuExportError, NotImplementedError, ValueError) as error:
         raise ScenarioError([Problem(str(options.model), f"cannot be built: {error}")], "oilsim") from error
     print(f"{output}: {model.name}, FMI {options.fmi}")
     return DONE

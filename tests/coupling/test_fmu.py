@@ -134,6 +134,7 @@ def test_variables_are_those_of_the_model(build: Build) -> None:
         "holding": ((1,), Causality.PARAMETER),
         "slip": ((1,), Causality.PARAMETER),
         "length": ((1,), Causality.OUTPUT),
+        **{f"force[{k}]": ((1,), Causality.OUTPUT) for k in (1, 2, 3)},
         "force": ((3,), Causality.OUTPUT),
     }
 
@@ -229,6 +230,18 @@ def test_fmus_that_crash_or_hang_do_no_harm(
         monkeypatch.setattr(fmu_rehearsal, "PATIENCE", 4.0)
     with pytest.raises(ValueError, match=rf"FMU .*bad\.fmu cannot be loaded: {told}"):
         FmuParticipant("winch", tmp_path / "bad.fmu").rehearse()
+
+
+def test_a_crash_for_the_path_of_temporary_files_is_suspected(
+    build: Build, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """PythonFMU's binary (0.7) takes the path for an address of the web, and does not decode it."""
+    folder = tmp_path / "tü%mp"
+    folder.mkdir()
+    monkeypatch.setenv("TMPDIR", str(folder))
+    monkeypatch.setattr("tempfile.tempdir", None)
+    with pytest.raises(ValueError, match=r"cannot be loaded: .*; perhaps for the '%ü' in the path of temporary files"):
+        FmuParticipant("winch", build(2)).rehearse()
 
 
 GEAR = """

@@ -12,6 +12,7 @@ import fmpy
 import numpy as np
 import pytest
 from fmpy import simulate_fmu
+from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
 from fmpy.validation import validate_fmu
@@ -21,7 +22,7 @@ from coupling.errors import CoSimulationError
 from coupling.fmu_export import FmuContent, FmuExportError, export_fmu
 from coupling.participant import Status
 from coupling.participants.fmu import FmuParticipant
-from coupling.scalar_model import MODEL_FILE, ScalarModel, given, model_in, parameter, taken
+from coupling.scalar_model import MODEL_FILE, model_in
 
 Version = Literal[2, 3]
 
@@ -40,6 +41,9 @@ class Tank(ScalarModel):
         if self.is_running:
             raise ValueError("rope is taut")
         return super().get(name)
+
+    def advance(self, time, step_size):
+        pass
 """
 
 # half of each step at first, with an event there; the end after 0.1 s
@@ -178,10 +182,44 @@ def test_fmpy_runs_it_by_itself(tmp_path: Path, version: Version) -> None:
 @pytest.mark.parametrize("version", [2, 3])
 def test_state_is_promised_only_where_it_can_be_saved(tmp_path: Path, version: Version) -> None:
     fmu = FmuParticipant("tank", build(tmp_path, version, saves_state=False))
-    assert not fmu.is_kept
+    assert fmu.why_not_kept == "it lacks canSerializeFMUState"
     with pytest.raises(NotImplementedError, match=r"'tank': Tank-.\.fmu cannot save its state"):
         fmu.save_state()
-    assert FmuParticipant("tank", build(tmp_path, version)).is_kept
+    assert FmuParticipant("tank", build(tmp_path, version)).why_not_kept == ""
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_an_fmu_that_cannot_save_its_state_though_it_says_so_runs_without(
+    tmp_path: Path, version: Version, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Found out once it is initialized; a master that would take it back is told, and goes on."""
+
+    def fail(*_: object) -> None:
+        raise FMICallException("GetFMUState", 3)
+
+    fmu = FmuParticipant("tank", build(tmp_path, version))
+    monkeypatch.setattr(FMU2Slave if version == 2 else FMU3Slave, "getFMUState", fail)
+    run = CoSimulation([fmu], [], 0.1, rolls_back=True)
+    assert fmu.why_not_kept == ""
+    run.initialize()
+    assert fmu.why_not_kept == "GetFMUState failed with status 3 (error)"
+    assert "cannot save its state (GetFMUState failed with status 3" in run.rollback_faults["tank"]
+    run.run(0.3)
+    assert float(fmu.get("level")[0]) == pytest.approx(0.3 * 0.5 / 2.0)
+    run.terminate()
+
+
+FORGETFUL = """
+    def save_state(self):
+        raise NotImplementedError("there is too much of it")
+"""
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_an_fmu_that_fails_fatally_at_its_state_is_named(tmp_path: Path, version: Version) -> None:
+    run = CoSimulation([FmuParticipant("tank", build(tmp_path, version, text=TANK + FORGETFUL))], [], 0.1)
+    with pytest.raises(CoSimulationError, match=r"'tank' failed at 0 s: .*there is too much of it"):
+        run.initialize()
 
 
 @pytest.mark.parametrize("version", [2, 3])
@@ -280,6 +318,20 @@ def test_fmi_2_goes_as_far_as_it_says_it_can(tmp_path: Path, monkeypatch: pytest
     run.terminate()
 
 
+def test_fmi_2_that_says_nothing_of_a_discarded_step_is_taken_back(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def unknown(*_: object) -> float:
+        raise FMICallException("fmi2GetStatus", 2)
+
+    fmu, run = stiff_run(build(tmp_path, 2, "Stiff", text=STIFF))
+    for kind in ("getRealStatus", "getBooleanStatus"):
+        monkeypatch.setattr(FMU2Slave, kind, unknown)
+    run.run(0.4)
+    assert fmu.get("place") == pytest.approx(0.4, rel=1e-12)
+    run.terminate()
+
+
 def test_fmi_2_that_discards_and_cannot_be_taken_back_is_named(tmp_path: Path) -> None:
     _, run = stiff_run(without("canGetAndSetFMUstate", build(tmp_path, 2, "Stiff", text=STIFF)))
     message = r"'stiff' failed at 0 s: error: .*discard.*; bare\.fmu cannot be taken back for a shorter step"
@@ -356,29 +408,6 @@ class {name}(ScalarModel):
     fmu.terminate()
 
 
-def test_files_may_define_dataclasses_and_models_of_one_name(tmp_path: Path) -> None:
-    """A dataclass looks its annotations up in the module that it was defined in."""
-    text = """from __future__ import annotations
-from dataclasses import dataclass
-from typing import ClassVar
-from coupling.scalar_model import ScalarModel, given
-
-@dataclass
-class Pipe:
-    kind: ClassVar[str] = "steel"
-    length: float = {length}
-
-class Model(ScalarModel):
-    length = given("m", Pipe().length)
-"""
-    models = []
-    for name, length in (("short", 2.0), ("long", 30.0)):
-        (tmp_path / f"{name}.py").write_text(text.format(length=length))
-        models.append(model_in(tmp_path / f"{name}.py"))
-    assert [float(model.get("length")[0]) for model in models] == [2.0, 30.0]
-    assert type(models[0]) is not type(models[1])
-
-
 def test_what_cannot_be_an_fmu_is_refused(tmp_path: Path) -> None:
     for name in ("my tank", "True", "Böe"):
         with pytest.raises(ValueError, match=f"identifier of an FMU is '{name}'"):
@@ -403,39 +432,3 @@ def test_what_cannot_be_an_fmu_is_refused(tmp_path: Path) -> None:
         match="cannot build the FMU of Odd: ValueError: unit 'stone' is not known, allowed",
     ):
         export_fmu(content, tmp_path / "odd.fmu", 3)
-
-
-def test_models_may_inherit_their_variables() -> None:
-    class Base(ScalarModel):
-        first = taken("m")
-        second = parameter("m", 1.0)
-
-    class Derived(Base):
-        third = given("m")
-
-    assert list(Derived().variables) == ["first", "second", "third"]
-
-
-def test_plain_numbers_of_a_model_are_part_of_its_state() -> None:
-    class Counter(ScalarModel):
-        sum = given("m")
-
-        def __init__(self) -> None:
-            super().__init__()
-            self.last, self._count, self.is_odd = 1.0, 0, False
-
-        def advance(self, time: float, step_size: float) -> None:
-            self.last, self._count, self.is_odd = 2.0 * self.last, self._count + 1, not self.is_odd
-            self.sum += self.last + self._count
-
-    run = CoSimulation([counter := Counter()], [], 0.1, rolls_back=True)
-    run.initialize()
-    assert run.rollback_faults == {}
-    run.run(0.3)
-    saved = run.save_state()
-    run.run(0.5)
-    after = (counter.sum, counter.last, counter._count, counter.is_odd)
-    run.restore_state(saved)
-    assert (counter.last, counter._count, counter.is_odd) == (8.0, 3, True)
-    run.run(0.5)
-    assert (counter.sum, counter.last, counter._count, counter.is_odd) == after

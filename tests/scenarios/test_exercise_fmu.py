@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import importlib.util
 import json
 import math
@@ -15,8 +16,11 @@ from typing import Literal
 
 import fmpy
 import numpy as np
+import pybullet
 import pytest
 from fmpy import simulate_fmu
+from fmpy.fmi2 import FMU2Slave
+from fmpy.fmi3 import FMU3Slave
 from fmpy.validation import validate_fmu
 
 from coupling.participant import Causality, Status
@@ -65,19 +69,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def exported(folder: Path) -> Build:
     """The exercise as an FMU of a version, exported by the command, once each; the files it was made from are gone then."""
     for version in (2, 3):
-        assert (
-            main(
-                [
-                    "export-fmu",
-                    str(folder / "tow.toml"),
-                    "--fmi",
-                    str(version),
-                    "-o",
-                    str(folder / f"tow-{version}.fmu"),
-                ]
-            )
-            == 0
-        )
+        target = folder / f"tow-{version}.fmu"
+        assert main(["export-fmu", str(folder / "tow.toml"), "--fmi", str(version), "-o", str(target)]) == 0
     return lambda version: folder / f"tow-{version}.fmu"
 
 
@@ -192,6 +185,98 @@ def test_it_is_sound_and_fmpy_runs_it(exported: Build, own_run: dict[str, float]
     assert result["time"][-1] == pytest.approx(STEPS * STEP)
     for name, value in own_run.items():
         assert result[name][-1] == value, name
+
+
+def slave(path: Path, folder: Path) -> FMU2Slave | FMU3Slave:
+    """An instance of the exercise in the hands of FMPy, so that a test may call what our master does not."""
+    description = fmpy.read_model_description(str(path))
+    kind = FMU2Slave if description.fmiVersion.startswith("2") else FMU3Slave
+    fmu = kind(
+        guid=description.guid,
+        unzipDirectory=fmpy.extract(str(path), str(folder)),
+        modelIdentifier=description.coSimulation.modelIdentifier,
+        instanceName="exercise",
+    )
+    fmu.instantiate()
+    return fmu
+
+
+def initialize(fmu: FMU2Slave | FMU3Slave) -> None:
+    if isinstance(fmu, FMU2Slave):
+        fmu.setupExperiment(startTime=0.0)
+    fmu.enterInitializationMode()
+    fmu.exitInitializationMode()
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_its_state_can_be_saved_before_the_run_begins(exported: Build, tmp_path: Path, version: int) -> None:
+    """What was given in time counts, what was given after it was saved does not."""
+    path = exported(version)
+    references = {v.name: v.valueReference for v in fmpy.read_model_description(str(path)).modelVariables}
+    ends = []
+    for k, saved_in in enumerate(("no mode", "instantiated", "initialization mode", "step mode")):
+        fmu = slave(path, tmp_path / str(k))
+        read, write = (fmu.getReal, fmu.setReal) if version == 2 else (fmu.getFloat64, fmu.setFloat64)
+        order, wind = references["vessels.tug.speed_order"], references["forcing.wind.speed"]
+        write([order], [0.5])
+        state = None if saved_in == "no mode" else fmu.getFMUState()
+        if saved_in in ("instantiated", "step mode"):
+            write([wind], [20.0])
+        if saved_in == "step mode":
+            initialize(fmu)
+            fmu.doStep(0.0, STEP)
+        if saved_in in ("instantiated", "step mode"):
+            fmu.setFMUState(fmu.deserializeFMUState(fmu.serializeFMUState(state)))
+        if version == 2:
+            fmu.setupExperiment(startTime=0.0)
+        fmu.enterInitializationMode()
+        if saved_in == "initialization mode":
+            state = fmu.getFMUState()
+            write([wind], [20.0])
+            fmu.setFMUState(state)
+        fmu.exitInitializationMode()
+        assert read([order, wind]) == [0.5, 4.0]
+        for step in range(4):
+            fmu.doStep(step * STEP, STEP)
+        ends.append(read([references["vessels.tug.x"], references["booms.main.tug.tension"]]))
+        fmu.terminate()
+        fmu.freeInstance()
+    assert ends == ends[:1] * 4
+
+
+def test_a_state_goes_into_an_instance_that_has_not_begun(folder: Path) -> None:
+    scenario = load_scenario(folder / "tow.toml").scenario
+    first, second = ExerciseParticipant("tow", scenario), ExerciseParticipant("tow", scenario)
+    first.set("vessels.tug.speed_order", np.array([0.5]))
+    first.enter_initialization_mode(0.0)
+    first.exit_initialization_mode()
+    first.do_step(0.0, 3 * STEP)
+    second.restore_state(first.save_state())
+    for one in (first, second):
+        assert one.do_step(3 * STEP, 3 * STEP).status is Status.OK
+    assert first.get("vessels.tug.x") == second.get("vessels.tug.x")
+    first.terminate()
+    second.terminate()
+
+
+def clients() -> int:
+    """How many pybullet clients this process has."""
+    gc.collect()
+    return sum(pybullet.isConnected(client) for client in range(100))
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_an_instance_that_is_reset_or_freed_leaves_nothing(exported: Build, tmp_path: Path, version: int) -> None:
+    before = clients()
+    fmu = slave(exported(version), tmp_path)
+    for _ in range(3):
+        initialize(fmu)
+        fmu.doStep(0.0, STEP)
+        assert clients() == before + 1
+        fmu.reset()
+    initialize(fmu)
+    fmu.freeInstance()
+    assert clients() == before
 
 
 ECOS = """

@@ -9,11 +9,13 @@ import shutil
 import subprocess
 import sys
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
 import pytest
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi3 import FMU3Slave
 
 from coupling.errors import CoSimulationError
 from coupling.participant import Status
@@ -133,6 +135,37 @@ def test_a_model_of_ones_own_drives_the_wind_in_knots(folder: Path, version: int
     run.terminate()
 
 
+WINDS = """
+from pythonfmu import Fmi2Causality, Fmi2Slave, Real
+
+class Winds(Fmi2Slave):
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        for k in (1, 2):
+            self.register_variable(Real(f"w[{k}]", causality=Fmi2Causality.output, getter=lambda k=k: 3.0 * k), nested=False)
+
+    def do_step(self, current_time, step_size):
+        return True
+"""
+
+
+def test_an_element_of_an_array_drives_a_signal_and_is_recorded_once(folder: Path) -> None:
+    (folder / "winds_2.py").write_text(WINDS)
+    command = [sys.executable, "-m", "pythonfmu", "build", "-f", "winds_2.py"]
+    subprocess.run(command, check=True, capture_output=True, cwd=folder)
+    winds = ['fmus.winds.file="Winds.fmu"', 'fmus.winds.units.w[2]="kn"']
+    wind = ["forcing.wind.speed=2.0", 'fmus.winds.outputs.w[2]="forcing.wind.speed"']
+    assembly = assembled(folder / "winch-tow.toml", *winds, *wind)
+    watch = LastFrame()
+    run = assembly.co_simulation([watch])
+    run.initialize()
+    run.step()
+    assert assembly.fluid.forcings[0].speed == pytest.approx(6.0 * 1852.0 / 3600.0, rel=1e-12)
+    shown = {name: value for name, value in watch.scalars.items() if name.startswith("fmus/winds")}
+    assert shown == {"fmus/winds/w/0": 3.0, "fmus/winds/w/1": 6.0}
+    run.terminate()
+
+
 def test_a_run_with_an_fmu_repeats_from_its_saved_state(folder: Path) -> None:
     assembly = assembled(folder / "winch-tow.toml")
     run = assembly.co_simulation()
@@ -177,7 +210,7 @@ def test_a_run_with_an_fmu_that_cannot_be_kept_writes_no_checkpoints_and_says_so
     settings = [part for setting in (*QUICK, "run.duration=0.06") for part in ("--set", setting)]
     files = ["--record", str(tmp_path / "tow.rrd"), "--summary", str(tmp_path / "tow.json")]
     assert main(["run", str(scenario), *settings, *files]) == 0
-    told = "no checkpoints: state of fmus.winch cannot be saved as bytes (canSerializeFMUState)"
+    told = f"no checkpoints: state of fmus.winch (it lacks {lacking}) cannot be saved as bytes"
     assert capsys.readouterr().err.count(told) == 1
     summary = json.loads((tmp_path / "tow.json").read_text())
     assert summary["state_hash"] is None
@@ -192,10 +225,36 @@ def test_an_exercise_with_an_fmu_that_cannot_be_kept_does_not_promise_its_state(
     exercise = ExerciseParticipant("tow", scenario)
     exercise.enter_initialization_mode(0.0)
     exercise.exit_initialization_mode()
-    with pytest.raises(NotImplementedError, match=r"'tow': state of fmus\.winch cannot be saved as bytes"):
+    with pytest.raises(
+        NotImplementedError, match=r"'tow': state of fmus\.winch \(it lacks canGetAndSetFMUState\) cannot be saved"
+    ):
         exercise.save_state()
     assert exercise.do_step(0.0, scenario.run.communication_step).status is Status.OK
     exercise.terminate()
+
+
+@pytest.mark.parametrize("failing", ["getFMUState", "serializeFMUState"])
+def test_what_an_fmu_says_it_can_and_cannot_is_found_out_and_the_run_goes_on(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, failing: str
+) -> None:
+    monkeypatch.setattr(FMU3Slave, failing, failure("fmi3" + failing, 3))
+    settings = [part for setting in (*QUICK, "run.duration=0.06") for part in ("--set", setting)]
+    files = ["--record", str(tmp_path / "tow.rrd"), "--summary", str(tmp_path / "tow.json")]
+    assert main(["run", str(folder / "winch-tow.toml"), *settings, *files]) == 0
+    told = f"state of fmus.winch (fmi3{failing} failed with status 3 (error)) cannot be saved as bytes"
+    assert capsys.readouterr().err.count(f"no checkpoints: {told}") == 1
+    assert json.loads((tmp_path / "tow.json").read_text())["state_hash"] is None
+    assert list((tmp_path / "tow.checkpoints").iterdir()) == []
+    assert not exercise_content(load_scenario(folder / "winch-tow.toml").scenario).saves_state
+
+
+def failure(function: str, status: int) -> Callable[..., None]:
+    """A call to an FMU that fails."""
+
+    def fail(*_: object) -> None:
+        raise FMICallException(function, status)
+
+    return fail
 
 
 def with_bare_winch(folder: Path, place: Path, lacking: str) -> Path:
@@ -228,6 +287,8 @@ def test_units_are_compared_and_ends_checked(folder: Path, capsys: pytest.Captur
         'fmus.winch.units.tension="kN"': "unit of 'tension' is given as 'kN', but the FMU itself says 'N'",
         "fmus.winch.start.capacity=3": "has no parameter or input 'capacity', allowed: tension, speed_order",
         'fmus.winch.start.brake="on"': "fmus.winch.start.brake is 'on', allowed: a number, true or false",
+        "fmus.winch.start.brake=nan": "fmus.winch.start.brake is nan, allowed: a finite number",
+        "fmus.winch.start.tension=inf": "fmus.winch.start.tension is inf, allowed: a finite number",
         'fmus.winch.file="nowhere.fmu"': "nowhere.fmu does not exist",
         'fmus.winch.file="winch-tow.toml"': "winch-tow.toml is no FMU",
         'vessels.tug.control="manual"': 'vessels.tug.legs are given, allowed: only with control = "helmsman"',
@@ -236,6 +297,26 @@ def test_units_are_compared_and_ends_checked(folder: Path, capsys: pytest.Captur
     for setting, told in faults.items():
         assert main(["check", str(folder / "winch-tow.toml"), "--set", setting]) == 2, setting
         assert told in capsys.readouterr().err, setting
+
+
+def test_an_fmu_that_runs_once_in_a_process_is_not_run_twice(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    name = "canBeInstantiatedOnlyOncePerProcess"
+    for file in folder.iterdir():
+        shutil.copy(file, tmp_path)
+    with zipfile.ZipFile(folder / "tow-winch.fmu") as whole, zipfile.ZipFile(tmp_path / "once.fmu", "w") as once:
+        for item in whole.namelist():
+            once.writestr(item, whole.read(item).replace(f'{name}="false"'.encode(), f'{name}="true"'.encode()))
+    codes = []
+    for file in ("tow-winch.fmu", "once.fmu"):
+        settings = [f'fmus.{fmu}.file="{file}"' for fmu in ("winch", "second")]
+        codes.append(main(["check", str(tmp_path / "winch-tow.toml"), *("--set", settings[0], "--set", settings[1])]))
+    assert codes == [0, 2]
+    told = (
+        f"fmus.second is the same FMU as fmus.winch, which runs only once in a process ({name}), allowed: one of them"
+    )
+    assert told in capsys.readouterr().err
 
 
 def test_broken_fmu_is_refused_before_anything_is_computed(folder: Path, tmp_path: Path) -> None:

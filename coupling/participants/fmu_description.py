@@ -1,0 +1,71 @@
+"""The model description of an FMU that can run here, as FMPy reads it, and what FMPy leaves out of it."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+from xml.etree import ElementTree
+
+import fmpy
+from fmpy.model_description import ModelDescription, read_model_description
+
+FILE = "modelDescription.xml"
+
+
+def read_description(path: Path) -> ModelDescription:
+    """The description; FileNotFoundError for a missing file, ValueError for what is no FMU or cannot run here, with all that is wrong."""
+    if path.is_dir():
+        raise ValueError(f"FMU {path} is a folder, allowed: a file")
+    if not path.is_file():
+        raise FileNotFoundError(f"FMU {path} does not exist")
+    try:
+        with zipfile.ZipFile(path) as archive:
+            root = ElementTree.fromstring(archive.read(FILE))
+        missing = list(_missing(root))
+        description = None if missing else read_model_description(str(path), validate=False)
+    except Exception as cause:
+        raise ValueError(f"{path} is no FMU: {cause}") from cause
+    if description is None:
+        raise ValueError(f"FMU {path} cannot be read: {FILE} " + "; ".join(missing))
+    problems = _problems(path, description)
+    if problems:
+        raise ValueError(f"FMU {path} " + "; ".join(problems))
+    _take_relative_quantities(root, description)
+    return description
+
+
+def _missing(root: ElementTree.Element) -> Iterator[str]:
+    """What is missing or of no use; FMPy (0.3.32) would tell it in Python's words."""
+    version = root.get("fmiVersion", "")
+    if version[:2] not in ("2.", "3."):
+        yield (
+            f"has fmiVersion {version!r}, allowed: 2.0 or 3.0" if version else "has no fmiVersion, allowed: 2.0 or 3.0"
+        )
+    for variable in root.iterfind("ModelVariables/*[@name]"):
+        reference = variable.get("valueReference", "").strip()
+        if not reference.isdecimal():
+            text = f"has valueReference {reference!r}" if reference else "has no valueReference"
+            yield f"{text} for variable {variable.get('name')!r}, allowed: a whole number"
+        for dimension in variable.iterfind("Dimension[@valueReference]"):
+            if not root.findall(f"ModelVariables/*[@valueReference='{dimension.get('valueReference')}'][@start]"):
+                yield f"has no start value of a dimension of variable {variable.get('name')!r}"
+
+
+def _problems(path: Path, description: ModelDescription) -> list[str]:
+    """Why the FMU cannot run here."""
+    problems = []
+    if description.coSimulation is None:
+        problems.append("has no co-simulation interface")
+    platforms = fmpy.supported_platforms(str(path))
+    if fmpy.platform not in platforms:
+        problems.append(f"has binaries for {', '.join(platforms) or 'no platform'}, needed: {fmpy.platform}")
+    return problems
+
+
+def _take_relative_quantities(root: ElementTree.Element, description: ModelDescription) -> None:
+    """Put `relativeQuantity` into the description's variables: FMPy (0.3.32) looks for it among their children."""
+    for variable, element in zip(description.modelVariables, root.iterfind("ModelVariables/*[@name]"), strict=True):
+        said = [part.get("relativeQuantity") for part in (element, *element)]
+        of_type = variable.declaredType is not None and variable.declaredType.relativeQuantity
+        variable.relativeQuantity = bool({"true", "1"} & set(said)) or bool(of_type and not any(said))
