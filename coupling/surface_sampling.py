@@ -33,6 +33,8 @@ PITCH = 0.85  # mean distance of points in particle spacings: random choice leav
 RIDGE_PITCH = 0.9  # least distance of points along an edge, in pitches: what is left of its length is shared out
 CANDIDATE_STEP = 0.2  # lattice step of candidates, in particle spacings
 RELAXATIONS = 30  # rounds of pushing apart
+SETTLINGS = 3  # steps in which a point is moved to its depth
+EXACT = 1e-9  # of a depth, that a point may be off it
 CENTERINGS = 3  # rounds of moving points to their cells' centroids
 CORNER_REACH = (
     1.5  # spacings from the inset layer within which its points' cells cover a corner or edge; farther is thin
@@ -195,11 +197,15 @@ def _inner_layer(mesh: trimesh.Trimesh, solid: SignedDistance, shells: Shells, s
 
 
 def _settle_inset(solid: SignedDistance, points: Array, half: float) -> tuple[Array, Flags]:
-    """Move points to the depth `half` below the surface; and which of them came there."""
-    for _ in range(3):
-        phi, outward = solid.phi_and_outward(points)
-        points = points - (phi + half)[:, None] * outward
-    return points, np.abs(solid.phi(points) + half) < 0.02 * half
+    """Points moved to the depth `half` [m] below the surface; and which of them came there."""
+    settled, off, moving = points.copy(), np.full(len(points), np.inf), np.arange(len(points))
+    for _ in range(SETTLINGS):
+        phi, outward = solid.phi_and_outward(settled[moving])
+        off[moving] = np.abs(phi + half)
+        settled[moving] -= (phi + half)[:, None] * outward
+        moving = moving[off[moving] > EXACT * half]  # on flat sides all are where they belong at once
+    off[moving] = np.abs(solid.phi(settled[moving]) + half)
+    return settled, off < 0.02 * half
 
 
 def _middle_of(solid: SignedDistance, surface: Array, normal: Array, half: float) -> tuple[Array, Flags, Flags]:
