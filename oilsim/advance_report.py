@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import astuple, dataclass, field
 from typing import Any
 
 import numpy as np
@@ -47,6 +47,18 @@ class Unreported:
         self.results: list[StepResult] = []
         self.removed: Counter[str] = Counter()
         self.emitted: Counter[str] = Counter()
+
+    def save(self) -> dict[str, Any]:
+        """All of it, as plain data."""
+        results = [astuple(result) for result in self.results]
+        return {
+            "figures": dict(self.figures), "results": results, "removed": dict(self.removed), "emitted": dict(self.emitted),
+        }  # fmt: skip
+
+    def restore(self, saved: dict[str, Any]) -> None:
+        """Back to what `save` returned."""
+        self.figures, self.results = dict(saved["figures"]), [StepResult(*result) for result in saved["results"]]
+        self.removed, self.emitted = Counter(saved["removed"]), Counter(saved["emitted"])
 
     def report(self, density_error_max: float, **others: Any) -> AdvanceReport:
         """The report of all this, and what else it tells of now; what comes then is in the next one."""

@@ -8,11 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from oilsim.boundary import BoundaryParticles
 from oilsim.config import FluidConfig
 from oilsim.emitter import PipeEmitter
 from oilsim.walls import MovingBody
 
 Double = NDArray[np.float64]
+
+SKEW = 1e-6  # of an inverse mass's largest entry, by which rounding may set it off its transpose
 
 
 def finite(what: str, values: ArrayLike, *shape: int | None) -> Double:
@@ -45,14 +48,14 @@ def particles(config: FluidConfig, phase: str, position: ArrayLike, velocity: Ar
     return points, speeds
 
 
-def places_of_their_own(phase: str, points: Double, others: NDArray[np.float32]) -> None:
+def places_of_their_own(config: FluidConfig, phase: str, points: Double, others: NDArray[np.float32]) -> None:
     """ValueError where a new particle, `points` (N, 3), lies where another does, new or of `others` (3, M) [m]: they would never part."""
-    new = points.astype(np.float32)
-    if not len(new):
+    if not len(points):
         return
-    low, high = new.min(axis=0)[:, None], new.max(axis=0)[:, None]
-    near = ((others >= low) & (others <= high)).all(axis=0)
-    places = np.concatenate([new.T, others[:, near]], axis=1)
+    new, old = (_off_seams(config, places) for places in (points.T.astype(np.float32), others))
+    low, high = new.min(axis=1)[:, None], new.max(axis=1)[:, None]
+    near = ((old >= low) & (old <= high)).all(axis=0)
+    places = np.concatenate([new, old[:, near]], axis=1)
     places = places[:, np.lexsort(places)]
     again = (places[:, 1:] == places[:, :-1]).all(axis=0)
     if again.any():
@@ -60,6 +63,17 @@ def places_of_their_own(phase: str, points: Double, others: NDArray[np.float32])
             f"{np.count_nonzero(again)} particles of phase {phase!r} lie where others do, the first at "
             f"{places[:, 1:][:, again][:, 0].tolist()} m, allowed: places of their own"
         )
+
+
+def _off_seams(config: FluidConfig, places: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Places (3, N) [m] of which none lies at the upper end of an axis that repeats, which is its lower end."""
+    if not any(config.periodic):
+        return places
+    ends = [
+        np.where(np.float32(high) == row, np.float32(low), row) if repeats else row
+        for row, low, high, repeats in zip(places, config.lower, config.upper, config.periodic, strict=True)
+    ]
+    return np.stack(ends)
 
 
 def motion(handle: int, boundaries: Mapping[int, object], body: MovingBody) -> None:
@@ -74,19 +88,48 @@ def motion(handle: int, boundaries: Mapping[int, object], body: MovingBody) -> N
     if (body.inverse_mass.diagonal() < 0.0).any():
         lowest = float(body.inverse_mass.diagonal().min())
         raise ValueError(f"inverse_mass of boundary {handle} has {lowest} on its diagonal, allowed: 0 or more")
+    if (body.inverse_mass != body.inverse_mass.T).any():
+        largest = np.abs(body.inverse_mass).max()
+        skew = float(np.abs(body.inverse_mass - body.inverse_mass.T).max())
+        if skew > SKEW * largest:
+            raise ValueError(f"inverse_mass of boundary {handle} differs from its transpose by {skew}, allowed: 0")
+
+
+def ties(handles: Sequence[int], inverse_mass: Double, moving: Sequence[int]) -> None:
+    """ValueError for an inverse mass (6 n, 6 n) of other boundaries than those that move, or with numbers that none can have."""
+    if sorted(handles) != sorted(moving) or inverse_mass.shape != (6 * len(handles),) * 2:
+        raise ValueError(
+            f"inverse mass of shape {inverse_mass.shape} for boundaries {list(handles)}, "
+            f"allowed: (6 n, 6 n) for all that move, {list(moving)}"
+        )
+    finite(f"inverse mass of boundaries {list(handles)}", inverse_mass, None, None)
+    if (inverse_mass.diagonal() < 0.0).any():
+        lowest = float(inverse_mass.diagonal().min())
+        raise ValueError(f"inverse mass of boundaries {list(handles)} has {lowest} on its diagonal, allowed: 0 or more")
+
+
+def made_of(config: FluidConfig, boundaries: Mapping[int, BoundaryParticles]) -> dict[str, Any]:
+    """What a saved state must find in the fluid that takes it: spacing [m], dimension, liquids, and wall particles of each boundary."""
+    return {
+        "particle_spacing": config.particle_spacing,
+        "dimension": config.dimension,
+        "phases": [[phase.name, phase.rest_density] for phase in config.phases],
+        "boundaries": {str(handle): len(boundary.volume) for handle, boundary in boundaries.items()},
+    }
 
 
 def saved_state(
     saved: Mapping[str, Any],
-    boundaries: Mapping[int, object],
+    config: FluidConfig,
+    boundaries: Mapping[int, BoundaryParticles],
     regions: object,
     forcings: Sequence[object],
     emitters: Sequence[object],
 ) -> None:
     """ValueError for a saved state that is not this fluid's."""
-    unknown = [handle for handle in saved["bodies"] if int(handle) not in boundaries]
-    if unknown:
-        raise ValueError(f"saved state moves boundary {unknown[0]}, allowed: {sorted(boundaries)}, those of this fluid")
+    for what, value in made_of(config, boundaries).items():
+        if saved["made_of"][what] != value:
+            raise ValueError(f"saved state has {what} {saved['made_of'][what]}, allowed: {value}, as this fluid")
     if (saved["regions"] is None) != (regions is None):
         raise ValueError(
             "saved state and fluid differ in whether regions may sleep, allowed: sleep_speed 0 in both or in neither"

@@ -84,8 +84,9 @@ class FluidConfig:
             if not (math.isfinite(getattr(self, key)) and valid(getattr(self, key)))
         ]
         for key in ("gravity", "lower", "upper"):
-            if not all(math.isfinite(value) for value in getattr(self, key)):
-                problems.append(f"{key} is {getattr(self, key)}, allowed: finite numbers")
+            value = getattr(self, key)
+            if len(value) != 3 or not all(math.isfinite(number) for number in value):
+                raise ValueError("fluid: " + "; ".join([*problems, f"{key} is {value}, allowed: three finite numbers"]))
         axes = (0, 2) if self.dimension == 2 else (0, 1, 2)  # a plane's particles have no y
         furthest = max(abs(corner[axis]) for corner in (self.lower, self.upper) for axis in axes)
         if math.isfinite(furthest) and not furthest * ROUNDING <= COARSEST * self.particle_spacing:
@@ -114,6 +115,8 @@ class FluidConfig:
                 problems.append(f"upper.{axis} is {high} m, allowed: above lower.{axis} = {low} m")
         if problems:
             raise ValueError("fluid: " + "; ".join(problems))
+        for key in ("gravity", "lower", "upper"):  # kernels take tuples of one kind of numbers only
+            object.__setattr__(self, key, tuple(float(number) for number in getattr(self, key)))
 
     @property
     def rest_volume(self) -> float:

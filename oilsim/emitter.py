@@ -88,8 +88,8 @@ class PipeEmitter:
 
     def save(self) -> dict[str, Any]:
         """How far the jet has come."""
-        return {"particles_left": self.particles_left, "travelled": self._travelled}
+        return {"particles_left": self.particles_left, "travelled": self._travelled, "speed": self.speed}
 
     def restore(self, saved: dict[str, Any]) -> None:
         """Back to what `save` returned."""
-        self.particles_left, self._travelled = saved["particles_left"], saved["travelled"]
+        self.particles_left, self._travelled, self.speed = saved["particles_left"], saved["travelled"], saved["speed"]

@@ -79,6 +79,8 @@ class Current:
     """Relaxes the velocity in a zone to `velocity` [m/s]; the vertical component is left free."""
 
     def __init__(self, velocity: Vector, zone: Zone) -> None:
+        if not all(math.isfinite(number) for number in velocity):
+            raise ValueError(f"current: velocity is {velocity} m/s, allowed: finite numbers")
         self.velocity, self.zone = velocity, zone
 
     def apply(self, view: ForcingView) -> None:
@@ -121,10 +123,12 @@ class AiryWaves:
         self, *, height: float, period: float, direction: float, bottom: float, level: float, zone: Zone,
         drift: tuple[float, float] = (0.0, 0.0), gravity: float = 9.81,
     ) -> None:  # fmt: skip
-        if not (height >= 0.0 and period > 0.0 and level > bottom):
+        whole = all(math.isfinite(number) for number in (height, period, direction, bottom, level, *drift, gravity))
+        if not (whole and height >= 0.0 and period > 0.0 and level > bottom and gravity > 0.0):
             raise ValueError(
-                f"waves: height {height} m, period {period} s, bottom {bottom} m, level {level} m, "
-                "allowed: height 0 or more, period above 0, level above bottom"
+                f"waves: height {height} m, period {period} s, direction {direction} rad, bottom {bottom} m, level {level} m, drift "
+                f"{drift} m/s, gravity {gravity} m/s2, allowed: finite numbers, height 0 or more, period and gravity above 0, level "
+                "above bottom"
             )
         self.height, self.period, self.direction = height, period, direction
         self.bottom, self.level, self.zone, self.drift = bottom, level, zone, drift
@@ -184,10 +188,12 @@ class Wind:
         drag_coefficient: float = 1.3e-3,
     ) -> None:  # fmt: skip
         """speed [m/s] at 10 m towards `direction` [rad from +x]; drag coefficient 1.3e-3 as at 5-10 m/s (Large & Pond 1981)."""
-        if not (math.isfinite(speed) and math.isfinite(direction) and gustiness >= 0.0 and gust_time > 0.0):
+        whole = all(math.isfinite(number) for number in (speed, direction, spacing, gustiness, drag_coefficient))
+        if not (whole and spacing > 0.0 and gustiness >= 0.0 and gust_time > 0.0 and drag_coefficient >= 0.0):
             raise ValueError(
-                f"wind: speed {speed} m/s, direction {direction} rad, gustiness {gustiness}, gust_time {gust_time} s, "
-                "allowed: finite speed and direction, gustiness 0 or more, gust_time above 0"
+                f"wind: speed {speed} m/s, direction {direction} rad, spacing {spacing} m, gustiness {gustiness}, gust_time {gust_time} s, "
+                f"drag_coefficient {drag_coefficient}, allowed: finite numbers, spacing and gust_time above 0, gustiness and "
+                "drag_coefficient 0 or more"
             )
         self.speed, self.direction, self.spacing = speed, direction, spacing
         self.gustiness, self.gust_time, self.drag_coefficient = gustiness, gust_time, drag_coefficient

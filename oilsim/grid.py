@@ -57,7 +57,7 @@ def make_grid(
             raise ValueError(
                 f"periodic axis {'xyz'[axis]} is {extent} m long, allowed: {3.0 * support_radius} m or more"
             )
-        count = max(1, math.floor(extent * per_radius / support_radius))
+        count = max(3 if repeats else 1, math.floor(extent * per_radius / support_radius))
         if dimension == 2 and axis == 1:
             count, per_radius = 1, 0
         counts.append(count)

@@ -62,7 +62,7 @@ class Fluid:
         index = self.config.phase_index(phase)
         points, speeds = checks.particles(self.config, phase, position, velocity)
         self.land()
-        checks.places_of_their_own(phase, points, self.state.position)
+        checks.places_of_their_own(self.config, phase, points, self.state.position)
         self._insert(points, speeds, index)
 
     def _insert(self, points: Double, velocity: Double, phase: int) -> None:
@@ -105,7 +105,9 @@ class Fluid:
 
         To be set after their motions, before each advance; it takes the place of their own inverse masses.
         """
-        self.work.walls.tie(handles, np.asarray(inverse_mass, np.float64))
+        tied = np.asarray(inverse_mass, np.float64)
+        checks.ties(handles, tied, list(self.work.walls.moving))
+        self.work.walls.tie(handles, tied)
 
     def add_forcing(self, forcing: Forcing) -> None:
         """Add a current, waves or wind."""
@@ -156,8 +158,10 @@ class Fluid:
         What that changes is in the report of the next advance.
         """
         if self.state.to_fly > 0.0:
-            self.state.step -= self.state.to_fly
-            self.state.to_fly = 0.0
+            flown, self.state.to_fly = self.state.step - self.state.to_fly, 0.0
+            if flown == 0.0:  # what has just begun
+                return
+            self.state.step = flown
             if self.work.budget is not None:
                 self.work.budget.open()
             self._end_step()
@@ -165,15 +169,17 @@ class Fluid:
                 self.work.budget.suspend()
 
     def _largest_speed(self) -> float:
-        bodies = self.work.walls.largest_speed(self.config.lower, self.config.upper)
+        bodies = self.work.walls.largest_speed(self.config.lower, self.config.upper, self.config.maximum_time_step)
         return max(diagnostics.largest_speed(self.state), bodies)
 
     def _time_step(self) -> float:
         config, fastest = self.config, self._largest_speed()
         limits = (config.cfl, config.minimum_time_step, config.maximum_time_step)
-        if config.scheme == "paper" or self._relative_speed is None:
-            return cfl_time_step(config.particle_spacing, fastest, *limits)
-        wanted = relative_time_step(config.particle_spacing, fastest, self._relative_speed, *limits)
+        wanted = cfl_time_step(config.particle_spacing, fastest, *limits)
+        if config.scheme == "paper":
+            return wanted
+        if self._relative_speed is not None:
+            wanted = relative_time_step(config.particle_spacing, fastest, self._relative_speed, *limits)
         stable = stable_time_step(config.particle_spacing, config.dimension, self.work.pressure_head(self.state))
         return max(config.minimum_time_step, min(wanted, stable))
 
@@ -245,7 +251,8 @@ class Fluid:
                 count = int(np.count_nonzero(self.state.phase[outside] == index))
                 if count:
                     self._unreported.removed[phase.name] += count
-            self.state.take(np.flatnonzero(~outside), self.work.team)
+            if self.state.remove(outside, self.work.team):
+                self.work.lists.forget()
 
     def _check(self) -> None:
         for name in ("position", "velocity"):
@@ -350,33 +357,39 @@ class Fluid:
         return {
             "time": self.time,
             "duration": self._duration,
-            "figures": dict(self._unreported.figures),
+            "made_of": checks.made_of(self.config, self.work.walls.boundaries),
+            "unreported": self._unreported.save(),
             "relative_speed": self._relative_speed,
             "state": self.state.save(),
             "lists": self.work.lists.save(self.state, self.work.walls),
             "regions": None if self.work.regions is None else self.work.regions.save(),
             "bodies": {str(h): {k: np.copy(v) for k, v in vars(b).items()} for h, b in self.work.walls.moving.items()},
+            "tied": self.work.walls.tied,
             "forcings": [forcing.save() for forcing in self.forcings],
             "emitters": [emitter.save() for emitter in self.emitters],
         }
 
     def restore_state(self, saved: dict[str, Any]) -> None:
         """Back to what `save_state` returned; ValueError unless the fluid holds the same boundaries, forcings and emitters."""
-        checks.saved_state(saved, self.work.walls.boundaries, self.work.regions, self.forcings, self.emitters)
-        self.time, self._duration, self._unreported.figures = saved["time"], saved["duration"], dict(saved["figures"])
+        checks.saved_state(
+            saved, self.config, self.work.walls.boundaries, self.work.regions, self.forcings, self.emitters
+        )
+        self.time, self._duration = saved["time"], saved["duration"]
         self._relative_speed = saved["relative_speed"]
         self.state.restore(saved["state"])
         self.work.lists.restore(saved["lists"])
         if self.work.regions is not None:
             self.work.regions.restore(saved["regions"])
-        self.work.walls.stop([handle for handle in self.work.walls.moving if str(handle) not in saved["bodies"]])
+        self.work.walls.stop(list(self.work.walls.moving))  # to move again in the order in which they did
         for handle, values in saved["bodies"].items():
             self.work.walls.set_motion(int(handle), MovingBody(**{k: np.copy(v) for k, v in values.items()}))
+        if saved["tied"] is not None:
+            self.work.walls.tie(list(self.work.walls.moving), saved["tied"])
         for forcing, values in zip(self.forcings, saved["forcings"], strict=True):
             forcing.restore(values)
         for emitter, values in zip(self.emitters, saved["emitters"], strict=True):
             emitter.restore(values)
-        self._unreported.clear()
+        self._unreported.restore(saved["unreported"])
         self.work.seconds.clear()
         if self.work.budget is not None:
             self.work.budget.begin_anew()

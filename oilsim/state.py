@@ -97,6 +97,13 @@ class FluidState:
         team.run(take, chosen.size, chosen, before, tuple(after))
         self.position, self.velocity, self.shift, self.phase, self.id, self.pressure_impulse = after
 
+    def remove(self, leaving: NDArray[np.bool_], team: Team) -> bool:
+        """Take out the particles `leaving` (N,); whether one of those that sleep was among them."""
+        asleep, bordering = (int(np.count_nonzero(leaving[self.awake : end])) for end in (self.count, self.listed))
+        self.asleep, self.bordering = self.asleep - asleep, self.bordering - bordering
+        self.take(np.flatnonzero(~leaving), team)
+        return asleep > 0
+
     def save(self) -> dict[str, Any]:
         """A copy of everything, by name."""
         values = {entry.name: getattr(self, entry.name) for entry in fields(self)}

@@ -193,16 +193,18 @@ class Walls:
         """Twists (bodies, 6) [m/s, rad/s] of the moving bodies."""
         return np.array([body.twist for body in self.moving.values()]).reshape(-1, 6)
 
-    def largest_speed(self, lower: ArrayLike, upper: ArrayLike) -> float:
-        """Of the moving bodies [m/s] that reach into the domain between two corners [m]; others meet no liquid."""
+    def largest_speed(self, lower: ArrayLike, upper: ArrayLike, time_step: float) -> float:
+        """Of any point of the moving bodies [m/s] that may reach into the domain between two corners [m] within `time_step` [s]."""
         if not self.moving:
             return 0.0
         places = np.array([body.position for body in self.moving.values()])
         outside = places - np.clip(places, lower, upper)
         if self._period is not None:
             outside[:, np.array(self._period) > 0.0] = 0.0
-        inside = np.linalg.norm(outside, axis=1) <= [self._reach[handle] for handle in self.moving]
-        return float(np.linalg.norm(self.twists()[inside, :3], axis=1).max(initial=0.0))
+        reach, twists = np.array([self._reach[handle] for handle in self.moving]), self.twists()
+        linear = np.linalg.norm(twists[:, :3], axis=1)
+        inside = np.linalg.norm(outside, axis=1) <= reach + time_step * linear
+        return float((linear + reach * np.linalg.norm(twists[:, 3:], axis=1))[inside].max(initial=0.0))
 
     def drift(self, time_step: float) -> None:
         """Move the bodies' poses by their twists."""
@@ -292,15 +294,15 @@ class Walls:
             body.twist = body.twist + answer
 
     def tie(self, handles: Sequence[int], inverse_mass: Double) -> None:
-        """The moving bodies answer together, by `inverse_mass` (6 n, 6 n) in the order of `handles`; ValueError for others."""
-        if set(handles) != set(self.moving) or inverse_mass.shape != (6 * len(handles),) * 2:
-            raise ValueError(
-                f"inverse mass of shape {inverse_mass.shape} for boundaries {list(handles)}, "
-                f"allowed: (6 n, 6 n) for all that move, {list(self.moving)}"
-            )
+        """The moving bodies answer together, by `inverse_mass` (6 n, 6 n) in the order of `handles`."""
         place = {handle: n for n, handle in enumerate(handles)}
         rows = [6 * place[handle] + axis for handle in self.moving for axis in range(6)]
         self._tied = inverse_mass[np.ix_(rows, rows)]
+
+    @property
+    def tied(self) -> Double | None:
+        """The inverse mass (6 n, 6 n) that `tie` gave the moving bodies, in their order; None without."""
+        return None if self._tied is None else self._tied.copy()
 
     def inverse_mass(self) -> Double:
         """Twists by impulses of all moving bodies (6 n, 6 n)."""

@@ -138,7 +138,7 @@ class Workspace:
             self.rest_density = self.densities.astype(np.float32).take(state.phase)
             self.coverage, self.compression, self.diagonal, self.openness = np.empty((4, count), np.float32)
             self.own, self.gradient_sum, self.wall_slope = np.empty((3, 3, count), np.float32)
-            self.matrix = (np.empty if self.split else np.zeros)((count, 8), np.float32)
+            self.matrix: Real = np.zeros((count, 8), np.float32)
             self.mended = np.empty_like(self.matrix) if self.split else None
             self.near = np.ones(count, np.uint8)
             walled = self.split and walls.count > 0
@@ -300,11 +300,12 @@ class Workspace:
         Liquids so thin that a step changes nothing are owed their viscosity until NEGLIGIBLE is reached, and then get it at once.
         """
         config = self.config
-        if not any(self.viscosities) or state.count == 0:
+        viscosities = self._viscosities_of(state)
+        if not any(viscosities):
             return 0
         state.viscous_time += time_step
         span = state.viscous_time
-        number = largest_number(self.viscosities, list(self.densities), span, config.particle_spacing)
+        number = largest_number(viscosities, list(self.densities), span, config.particle_spacing)
         if self.split and number < NEGLIGIBLE:
             return 0
         state.viscous_time = 0.0
@@ -323,6 +324,11 @@ class Workspace:
             if bodies is not None:
                 bodies.hand_over(state.velocity, explicit)
         return used
+
+    def _viscosities_of(self, state: FluidState) -> list[float]:
+        """Of the liquids of which there are particles that move, 0 of others: what is not there must not cost a solve [Pa s]."""
+        phase = state.phase[: state.awake]
+        return [mu if mu > 0.0 and (phase == k).any() else 0.0 for k, mu in enumerate(self.viscosities)]
 
     def _viscous_response(self, system: ViscousSystem, time_step: float, theta: float) -> ViscousResponse | None:
         """How moving bodies answer the drag of liquids that they hold; None where nothing touches one."""
@@ -348,9 +354,9 @@ class Workspace:
         system = ViscousSystem(self.team, chosen.astype(np.uint32), self.fluid_pairs, self.gradient)
         no_slip = walls.no_slip
         if no_slip is not None:
-            # one sheet of walls, of whatever volume, holds the liquid
+            # one sheet of walls, of whatever volume, holds the liquid; points without any are no walls
             held = walls.area * np.float32(wall_factor(config.dimension, not self.split) * config.particle_spacing)
-            no_slip = (no_slip * held / walls.volume).astype(np.float32)
+            no_slip = np.divide(no_slip * held, walls.volume, out=np.zeros_like(held), where=walls.volume > 0.0)
         system.assemble(
             self.points, walls.points, state.phase, self._viscosity, no_slip, self.period, self.wall_pairs, self.wall_gradient,
             config.particle_spacing, config.dimension, self.near if self.split else None,

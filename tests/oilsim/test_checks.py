@@ -8,7 +8,7 @@ import pytest
 from oilsim.boundary import BoundaryParticles
 from oilsim.config import FluidConfig
 from oilsim.emitter import PipeEmitter
-from oilsim.forcing import Current, Wind, Zone
+from oilsim.forcing import AiryWaves, Current, Wind, Zone
 from oilsim.phases import Phase
 
 NAN = float("nan")
@@ -52,6 +52,10 @@ def test_particles_have_places_of_their_own(make_fluid):
         fluid.add_particles(np.full((2, 3), 0.3), phase="water")
     fluid.add_particles(points + 1e-4, phase="water")
     assert fluid.particle_count == 6
+    with pytest.raises(
+        ValueError, match=r"1 particles of phase 'water' lie where others do"
+    ):  # across a seam, at one place
+        make_fluid(periodic=(True, False, False)).add_particles([(0, 1, 1), (2, 1, 1)], phase="water")
 
 
 @pytest.mark.parametrize(
@@ -82,8 +86,9 @@ def test_impossible_motions_are_refused(make_fluid, motion, message):
 @pytest.mark.parametrize(
     ("terms", "message"),
     [
-        ({"gravity": (0, 0, NAN)}, "gravity is .* allowed: finite numbers"),
-        ({"upper": (np.inf, 2, 2)}, "upper is .* allowed: finite numbers"),
+        ({"gravity": (0, 0, NAN)}, "gravity is .* allowed: three finite numbers"),
+        ({"upper": (np.inf, 2, 2)}, "upper is .* allowed: three finite numbers"),
+        ({"gravity": (0, -9.81)}, r"gravity is \(0, -9.81\), allowed: three finite numbers"),
         ({"lower": (-2e4, 0, 0)}, "reach 20000.0 m from the origin, allowed: 16777 particle spacings"),
     ],
 )
@@ -128,8 +133,18 @@ def test_forcings_that_cannot_be_are_refused():
     for lower, upper, time in (((0, 0, 0), (1, 1, 1), 0.0), ((0, 0, 0), (1, 1, 1), -1.0), ((1, 0, 0), (0, 1, 1), 1.0)):
         with pytest.raises(ValueError, match=r"zone: .* allowed: lower below upper .* relaxation_time above 0"):
             Zone(lower, upper, time)
-    with pytest.raises(ValueError, match=r"wind: .* gust_time 0\.0 s, allowed: .* gust_time above 0"):
+    with pytest.raises(ValueError, match=r"wind: .* gust_time 0\.0 s, .* allowed: .* spacing and gust_time above 0"):
         Wind(speed=5.0, direction=0.0, spacing=0.1, seed=1, gustiness=0.2, gust_time=0.0)
+    with pytest.raises(ValueError, match=r"wind: .* drag_coefficient nan, allowed: finite numbers"):
+        Wind(speed=5.0, direction=0.0, spacing=0.1, seed=1, drag_coefficient=NAN)
+    zone = Zone((0, 0, 0), (1, 1, 1), 0.1)
+    with pytest.raises(ValueError, match=r"current: velocity is \(nan, 0, 0\) m/s, allowed: finite numbers"):
+        Current((NAN, 0, 0), zone)
+    for terms in ({"height": np.inf}, {"direction": NAN}, {"gravity": 0.0}):
+        with pytest.raises(ValueError, match=r"waves: .* allowed: finite numbers, .* gravity above 0"):
+            AiryWaves(
+                **({"height": 0.1, "period": 1.0, "direction": 0.0, "bottom": 0.0, "level": 1.0, "zone": zone} | terms)
+            )
 
 
 def test_nothing_leaves_the_plane(make_fluid):
@@ -143,14 +158,17 @@ def test_nothing_leaves_the_plane(make_fluid):
 
 
 def test_states_of_another_fluid_are_refused(make_fluid):
-    fluid, other, moved = make_fluid(), make_fluid(sleep_speed=0.01), make_fluid()
-    handle = moved.add_boundary(
-        BoundaryParticles(name="dot", position=np.zeros((1, 3)), volume=np.ones(1), area=np.ones(1))
-    )
-    moved.set_boundary_motion(handle, **POSE)
+    fluid, other, walled = make_fluid(), make_fluid(sleep_speed=0.01), make_fluid()
+    walled.add_boundary(BoundaryParticles(name="dot", position=np.zeros((1, 3)), volume=np.ones(1), area=np.ones(1)))
+    mercury = make_fluid(phases=(Phase(name="mercury", rest_density=13500.0),))
     other.add_emitter(pipe())
     for state, message in (
-        (moved.save_state(), r"saved state moves boundary 0, allowed: \[\]"),
+        (walled.save_state(), r"saved state has boundaries \{'0': 1\}, allowed: \{\}, as this fluid"),
+        (
+            make_fluid(particle_spacing=0.2).save_state(),
+            "saved state has particle_spacing 0.2, allowed: 0.1, as this fluid",
+        ),
+        (mercury.save_state(), r"saved state has phases \[\['mercury', 13500.0\]\], allowed: \[\['water', 1000.0\]\]"),
         (other.save_state(), "differ in whether regions may sleep"),
     ):
         with pytest.raises(ValueError, match=message):
