@@ -140,7 +140,9 @@ class Tank(Section):
 
 @dataclass(frozen=True, kw_only=True)
 class FillSettings(Section):
-    """Liquid that is there at the start; a later region replaces earlier ones where they overlap.
+    """Liquid that is there at the start; a later region replaces earlier ones where they overlap, bodies replace all.
+
+    What bodies take of a region is told by `oilsim check` and as the run starts: of oil as a warning. They must leave some of it.
 
     phase     which liquid
     velocity  [m/s] at the start; None: that of a current that runs through the whole tank, else at rest

@@ -1,5 +1,5 @@
-"""What a run falls short of, said once and by name: solves that end before their tolerance is met, bodies that leave the tank or are
-too thin for their particles."""
+"""What a run falls short of, said once and by name: solves that end before their tolerance is met, bodies that leave the tank, are too
+thin for their particles or lie where liquid was to start."""
 
 from __future__ import annotations
 
@@ -17,9 +17,18 @@ TOLD = 2.0  # times a tolerance that a solve may leave before it is said: less i
 class Remarks:
     """Looks at a run after every communication step."""
 
-    def __init__(self, scenario: Scenario, world: RigidBodyWorld | None, swelling: Mapping[str, float]) -> None:
-        """`swelling`: how many times its volume the fluid meets of a body, by name."""
+    def __init__(
+        self,
+        scenario: Scenario,
+        world: RigidBodyWorld | None,
+        left_out: Mapping[str, str],
+        swelling: Mapping[str, float],
+    ) -> None:
+        """`left_out`: what bodies take of the liquid at the start, by region; `swelling`: how many times its volume the fluid
+        meets of a body, by name."""
         self._fluid, self._tank, self._world = scenario.fluid, scenario.tank, world
+        self._left_out = left_out
+        self._oil = {name for name, fill in scenario.fill.items() if scenario.phases[fill.phase].is_oil}
         self._swollen = {name: times for name, times in swelling.items() if times > 1.0}
         self._made: set[str] = set()
 
@@ -27,9 +36,10 @@ class Remarks:
         """What is new after a step of which the fluid gave this report."""
         found = {} if report is None else dict(self._solves(report))
         found |= dict(self._thin()) | dict(self._bodies())
-        new = {about: text for about, text in found.items() if about not in self._made}
-        self._made |= set(new)
-        return [Happening(text, level="warning", source=about) for about, text in new.items()]
+        remarks = [Happening(text, level="warning", source=about) for about, text in found.items()]
+        new = [remark for remark in (*self._fills(), *remarks) if remark.source not in self._made]
+        self._made |= {remark.source for remark in new}
+        return new
 
     def save_state(self) -> dict[str, Any]:
         """What has been said."""
@@ -38,6 +48,11 @@ class Remarks:
     def restore_state(self, saved: Mapping[str, Any]) -> None:
         """Go on with what `save_state` returned."""
         self._made = set(saved["made"])
+
+    def _fills(self) -> Iterator[Happening]:
+        """Liquid that bodies take the place of: of water it is what they displace, of oil it is oil that a slick has less."""
+        for name, text in self._left_out.items():
+            yield Happening(text, level="warning" if name in self._oil else "info", source=f"fill {name}")
 
     def _solves(self, report: AdvanceReport) -> Iterator[tuple[str, str]]:
         solves = {
