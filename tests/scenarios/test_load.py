@@ -93,6 +93,8 @@ def test_small_scenario_is_sound() -> None:
         ("upper = [1.0, 1.0, 1.0]", "upper = [1.0, 1.0]", "tank.upper", "a list of 3 numbers"),
         ("upper = [1.0, 1.0, 1.0]", "upper = [1.0, -1.0, 1.0]", "tank.upper", "has y = -1 m"),
         ("upper = [1.0, 1.0, 1.0]", 'upper = [1.0, 1.0, 1.0]\nopen = ["z"]', "tank.open.0", "did you mean '-z'?"),
+        ("upper = [1.0, 1.0, 1.0]", 'upper = [1.0, 1.0, 1.0]\nopen = "+z"', "tank.open", "is '+z', allowed: a list of entries"),
+        ("upper = [1.0, 1.0, 1.0]", 'upper = [1.0, 1.0, 1.0]\nperiodic = "xy"', "tank.periodic", "is 'xy', allowed: a list of entries"),
         (
             "upper = [1.0, 1.0, 1.0]",
             'upper = [1.0, 1.0, 1.0]\nopen = ["-x"]\nperiodic = ["x"]',
@@ -105,6 +107,7 @@ def test_small_scenario_is_sound() -> None:
         ("top = 0.3", "top = 1.3", "fill.sea", "has z = 0 to 1.3 m, allowed: inside the tank"),
         ("top = 0.3", "top = 0.0", "fill.sea.top", "above bottom = 0 m"),
         ("[run]", "[runs]", "runs", "did you mean 'run'?"),
+        ('name = "small"', 'name = "small"\ndemo = 5', "demo", "is 5, allowed: a table"),
         ('name = "small"', 'name = "../small"', "name", "letters, digits"),
     ],
 )  # fmt: skip
@@ -159,6 +162,7 @@ def test_mistake_is_found_and_explained(old: str, new: str, path: str, part: str
         ("[forcing.wind]\nspeed_kn = 300", "forcing.wind.speed_kn", "is 300, that is 154.33"),
         ("[forcing.wind]\nspeed_kn = 3\nspeed = 1", "forcing.wind.speed_kn", "is given beside speed"),
         ("[forcing.waves]\nheight = 0.1\nperiod = 1.0\nlower = [0.0, 0.0, 0.0]", "forcing.waves.upper", "is missing"),
+        ('[booms.b]\nends = ["port"]\nlength = 1.0\nskirt_depth = 0.1\nfreeboard = 0.1', "booms.b.ends", "a list of 2 entries, each"),
         ('[booms.b]\nends = ["tug", [0.5, 0.5]]\nlength = 1.0\nskirt_depth = 0.1\nfreeboard = 0.1', "booms.b.ends", "is no vessel"),
         (
             "[vessels.v]\nlength = 0.5\nbeam = 0.2\ndraft = 0.1\ndepth = 0.3\nposition = [0.5, 0.5]\nbollard_pull = 1\nyaw_moment = 1",
