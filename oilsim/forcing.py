@@ -121,10 +121,10 @@ class AiryWaves:
         self, *, height: float, period: float, direction: float, bottom: float, level: float, zone: Zone,
         drift: tuple[float, float] = (0.0, 0.0), gravity: float = 9.81,
     ) -> None:  # fmt: skip
-        if not (height >= 0.0 and period > 0.0 and level > bottom):
+        if not (height >= 0.0 and period > 0.0 and level > bottom and gravity > 0.0):
             raise ValueError(
-                f"waves: height {height} m, period {period} s, bottom {bottom} m, level {level} m, "
-                "allowed: height 0 or more, period above 0, level above bottom"
+                f"waves: height {height} m, period {period} s, bottom {bottom} m, level {level} m, gravity {gravity} m/s2, "
+                "allowed: height 0 or more, period above 0, level above bottom, gravity above 0"
             )
         self.height, self.period, self.direction = height, period, direction
         self.bottom, self.level, self.zone, self.drift = bottom, level, zone, drift

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 from scenarios.bodies import Body, MeshBody
 from scenarios.exercise import BoomSettings, TowSettings, VesselSettings, body_of, segment_names
-from scenarios.fields import Vector
+from scenarios.fields import SHORTEST, Vector
 from scenarios.fmus import FmuSettings
 from scenarios.liquid import (
     BlockFill,
@@ -82,6 +82,8 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
         yield from _places(parts, parts.tank)
     if parts.fluid is not None:
         yield from _sizes(parts, parts.fluid)
+    if parts.forcing is not None and parts.forcing.waves is not None:
+        yield from _waves(parts.forcing.waves, parts.fluid, parts.tank)
     if parts.fluid is not None and parts.tank is not None:
         yield from _numbers(parts.fluid, parts.tank, parts.fill.values())
     if parts.fmus:
@@ -149,6 +151,16 @@ def _plane(parts: Parts) -> Iterator[Problem]:
             yield Problem(f"forcing.{kind}.direction", text)
 
 
+def _waves(waves: WaveSettings, fluid: FluidSettings | None, tank: Tank | None) -> Iterator[Problem]:
+    """Waves run by gravity, in water of some depth."""
+    if fluid is not None and math.hypot(*fluid.gravity) < SHORTEST:
+        yield Problem("forcing.waves", "is given, allowed: only with fluid.gravity, by which waves run")
+    if tank is not None and waves.level is not None and waves.level <= tank.lower[2]:
+        yield Problem(
+            "forcing.waves.level", f"is {waves.level:g}, allowed: above the tank's floor, {tank.lower[2]:g} m"
+        )
+
+
 def _meshes(parts: Parts) -> Iterator[Problem]:
     for name, body in parts.bodies.items():
         if isinstance(body, MeshBody):
@@ -161,7 +173,7 @@ def _meshes(parts: Parts) -> Iterator[Problem]:
 
 
 def _places(parts: Parts, tank: Tank) -> Iterator[Problem]:
-    """Liquid, pipes, gauges and zones lie inside the tank."""
+    """Liquid, pipes, gauges, vessels, booms' ends and zones lie inside the tank; of bodies see `scenarios.layout`."""
     for name, fill in parts.fill.items():
         yield from _inside(f"fill.{name}", _extent(fill, tank), tank)
     for name, emitter in parts.emitters.items():
@@ -173,6 +185,11 @@ def _places(parts: Parts, tank: Tank) -> Iterator[Problem]:
     for name, vessel in parts.vessels.items():
         point = (*vessel.position, tank.lower[2])
         yield from _inside(f"vessels.{name}.position", (point, point), tank)
+    for name, boom in parts.booms.items():
+        for end in boom.ends:
+            if not isinstance(end, str):
+                point = (*end, tank.lower[2])
+                yield from _inside(f"booms.{name}.ends", (point, point), tank)
     for kind in ("waves", "current"):
         zone: ZoneSettings | None = getattr(parts.forcing, kind, None)
         if zone is not None and zone.lower is not None and zone.upper is not None:

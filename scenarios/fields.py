@@ -18,6 +18,8 @@ LARGEST = (
     1e12  # magnitude of any number: nothing of this world, in SI units, is larger, and single precision squares it yet
 )
 
+SHORTEST = 1e-100  # of a vector that gives a direction: the square of a shorter one may vanish
+
 
 @dataclass(frozen=True, kw_only=True)
 class Quantity:
@@ -119,6 +121,12 @@ class Section:
     def problems(self) -> Iterable[Problem]:
         """Problems that concern several fields together; called only when each field is sound by itself."""
         return ()
+
+
+def directed(name: str, vector: Vector) -> Iterator[Problem]:
+    """A problem of a vector that is to give a direction but has none."""
+    if math.hypot(*vector) < SHORTEST:
+        yield Problem(name, f"is {vector}, allowed: a direction, not all zero")
 
 
 def above_lower(lower: Iterable[float], upper: Iterable[float]) -> Iterator[Problem]:

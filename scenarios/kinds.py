@@ -47,7 +47,7 @@ def shape_of(kind: Any) -> str:
     names = {int: "a whole number", float: "a number", str: "text in quotes", bool: "true or false"}
     origin, parts = get_origin(kind), [part for part in get_args(kind) if part is not types.NoneType]
     if origin in (Union, types.UnionType):
-        return " or ".join(map(shape_of, parts))
+        return ", ".join(map(shape_of, parts))
     if origin is Literal:
         return ", ".join(map(repr, parts))
     if origin is Mapping:
@@ -63,17 +63,17 @@ def shape_of(kind: Any) -> str:
 
 def _one_of(value: Any, kinds: tuple[Any, ...]) -> Any:
     """`value` as the first of the kinds that takes it."""
-    kinds = tuple(kind for kind in kinds if kind is not types.NoneType or value is None)
-    if len(kinds) == 1:
-        return taken(value, kinds[0])
-    for kind in kinds:
+    if value is None and types.NoneType in kinds:
+        return None
+    some = [kind for kind in kinds if kind is not types.NoneType]
+    if len(some) == 1:
+        return taken(value, some[0])
+    for kind in some:
         try:
             return taken(value, kind)
         except Misfit:
             continue
-    raise Misfit(
-        f"is {value!r}, allowed: {' or '.join(shape_of(kind) for kind in kinds if kind is not types.NoneType)}"
-    )
+    raise Misfit(f"is {value!r}, allowed: {', '.join(map(shape_of, some))}")
 
 
 def _entries(value: Any, kind: Any) -> tuple[Any, ...]:

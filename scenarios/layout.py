@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import trimesh
 from numpy.typing import NDArray
 
 from coupling.rigid_body_world import RigidBodyWorld
@@ -58,6 +59,7 @@ def lay_out(scenario: Scenario) -> Layout:
     positions = clear_of(meshes.values(), regions, fluid.particle_spacing)
     problems += _displaced_regions(regions, positions)
     problems += pipe_problems(scenario, meshes)
+    problems += _out_of_reach(solids, meshes, scenario.tank)
     problems += _sampling_problems(solids, fluid.particle_spacing)
     coupled = _coupled(scenario, solids)
     world = _world(scenario, solids, fleet, problems) if coupled else None
@@ -89,6 +91,15 @@ def _left_out(regions: Mapping[str, Array], clear: Mapping[str, Array], spacing:
         if missing:
             part, whole = (volume_in_words(count * spacing**3) for count in (missing, len(points)))
             yield name, f"fill.{name}: {part} of its {whole} lie in bodies, or right at them, and are left out"
+
+
+def _out_of_reach(solids: Sequence[Solid], meshes: Mapping[str, trimesh.Trimesh], tank: Tank) -> Iterator[Problem]:
+    """Fixed bodies that lie outside the tank altogether, where no liquid meets them; others may fall or be led into it."""
+    for name in (solid.name for solid in solids if solid.wetted and solid.motion == "fixed"):
+        for axis, low, high, bottom, top in zip("xyz", *meshes[name].bounds, tank.lower, tank.upper, strict=True):
+            if high < bottom or low > top:
+                text = f"stands at {axis} = {low:.4g} to {high:.4g} m for good, allowed: in the tank, {bottom:g} to {top:g} m"
+                yield Problem(table_entry(name), text)
 
 
 def _coupled(scenario: Scenario, solids: Sequence[Solid]) -> tuple[str, ...]:

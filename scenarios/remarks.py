@@ -10,6 +10,7 @@ from coupling.rigid_body_world import RigidBodyWorld
 from oilsim.advance_report import AdvanceReport
 from scenarios.scenario import Scenario
 from scenarios.scoring import Happening
+from scenarios.solids import table_entry
 
 TOLD = 2.0  # times a tolerance that a solve may leave before it is said: less is the same flow
 
@@ -29,7 +30,10 @@ class Remarks:
         self._fluid, self._tank, self._world = scenario.fluid, scenario.tank, world
         self._left_out = left_out
         self._oil = {name for name, fill in scenario.fill.items() if scenario.phases[fill.phase].is_oil}
-        self._swollen = {name: times for name, times in swelling.items() if times > 1.0}
+        self._swollen: dict[str, dict[str, float]] = {}
+        for name, times in swelling.items():
+            if times > 1.0:
+                self._swollen.setdefault(table_entry(name), {})[name] = times
         self._made: set[str] = set()
 
     def look(self, report: AdvanceReport | None) -> list[Happening]:
@@ -66,10 +70,13 @@ class Remarks:
                 yield f"fluid {name}", f"{text}; {keys} (said once)"
 
     def _thin(self) -> Iterator[tuple[str, str]]:
-        for name, times in self._swollen.items():
-            spacing = self._fluid.particle_spacing
-            text = f"the fluid meets and lifts {times:.2g} times its volume; fluid.particle_spacing below {spacing:g} m resolves them"
-            yield f"thin {name}", f"{name} has parts thinner than a particle: {text}"
+        """A boom's segments are told of together."""
+        spacing = self._fluid.particle_spacing
+        for all_times in self._swollen.values():
+            times, (first, *others) = max(all_times.values()), all_times
+            which, have, its = (f"{first} and {len(others)} more", "have", "their") if others else (first, "has", "its")
+            text = f"the fluid meets and lifts {times:.2g} times {its} volume; fluid.particle_spacing below {spacing:g} m resolves them"
+            yield f"thin {first}", f"{which} {have} parts thinner than a particle: {text}"
 
     def _bodies(self) -> Iterator[tuple[str, str]]:
         if self._world is None:

@@ -121,6 +121,16 @@ def test_everything_that_cannot_be_placed_is_told_at_once(tmp_path: Path) -> Non
     assert len(bad) == 7
 
 
+def test_a_fixed_body_out_of_the_tank_is_refused() -> None:
+    """Such as one with lengths in millimetres; one that a motion leads in is not, nor one that falls in from above."""
+    found = problems_of(scenario_of(ball(0.1, (500.0, 0.5, 0.5))))
+    assert found == {"bodies.ball": "stands at x = 499.9 to 500.1 m for good, allowed: in the tank, 0 to 1 m"}
+    above = ball(0.1, (0.5, 0.5, 1.5), "free", name="above")
+    led = '[bodies.led]\nshape = "sphere"\nradius = 0.1\nposition = [0.5, 0.5, 2.5]\n'
+    ramp = 'motion = {kind = "ramp", velocity = [0.0, 0.0, -1.0]}\n'
+    assert estimate(scenario_of(above + led + ramp)).left_out == {}
+
+
 def test_a_boom_is_not_told_for_its_vessel() -> None:
     """A vessel that is no hull has no boom laid behind it; another boom is told all the same."""
     vessel = "length = 1e-10\nbeam = 0.2\ndraft = 0.1\ndepth = 0.2\nposition = [0.5, 0.5]\nbollard_pull = 1.0\nyaw_moment = 1.0\n"

@@ -54,6 +54,12 @@ def test_two_dimensions_have_no_y() -> None:
     assert "is 1.5708 rad, allowed: 0 or pi" in found["forcing.wind.direction"]
 
 
+def test_waves_need_gravity() -> None:
+    weightless = {"particle_spacing = 0.1": "particle_spacing = 0.1\ngravity = [0, 0, 0]"}
+    found = problems_of("[forcing.waves]\nheight = 0.1\nperiod = 1.0", instead=weightless)
+    assert found == {"forcing.waves": "is given, allowed: only with fluid.gravity, by which waves run"}
+
+
 def test_numbers_that_no_machine_holds_are_refused() -> None:
     found = problems_of("", instead={"particle_spacing = 0.1": "particle_spacing = 0.0001"})
     assert (
@@ -169,6 +175,34 @@ def test_mistake_is_found_and_explained(old: str, new: str, path: str, part: str
             "vessels.v.legs",
             "[tow] table",
         ),
+        (
+            "[booms.b]\nends = [[-3.0, 0.5], [0.5, 0.5]]\nlength = 4.0\nskirt_depth = 0.1\nfreeboard = 0.1",
+            "booms.b.ends",
+            "has x = -3 m, allowed: inside the tank",
+        ),
+        (
+            '[bodies.b]\nshape = "sphere"\nradius = 0.1\nposition = [0.5, 0.5, 0.5]\ndensity = 600.0\nvelocity = [0.0, 1000.0, 0.0]',
+            "bodies.b.velocity",
+            "is 1000.0, allowed: -90 or more and at most 90 m/s",
+        ),
+        (
+            '[bodies.b]\nshape = "sphere"\nradius = 0.1\nposition = [0.5, 0.5, 0.5]\n'
+            'motion = {kind = "sine", direction = [1e-200, 0, 0], amplitude = 1, period = 1}',
+            "bodies.b.motion.direction",
+            "not all zero",
+        ),
+        (
+            '[emitters.e]\nphase = "oil"\nmouth = [0.5, 0.5, 0.9]\nradius = 0.1\nspeed = 1.0\ndirection = [1e-200, 0, 0]',
+            "emitters.e.direction",
+            "not all zero",
+        ),
+        (
+            '[fill.c]\nshape = "cylinder"\nphase = "oil"\nbase = [0.5, 0.5, 0.3]\nradius = 0.1\nheight = 0.2\naxis = [1e-200, 0, 0]',
+            "fill.c.axis",
+            "not all zero",
+        ),
+        ("[site]\nlatitude = 58.9\nlongitude = 5.6\nbearing_deg = 700", "site.bearing_deg", "is 700, that is 12.217"),
+        ("[forcing.waves]\nheight = 0.1\nperiod = 1.0\nlevel = -1.0", "forcing.waves.level", "above the tank's floor, 0 m"),
         ("[demo]\nfluid.particle_spacing = -1.0", "", ""),
     ],
 )  # fmt: skip
