@@ -40,6 +40,7 @@ NAME = r"[A-Za-z0-9][A-Za-z0-9_-]*"
 NAME_ALLOWED = "letters, digits, '-' and '_', beginning with a letter or digit"
 MESH_SUFFIXES = (".stl", ".obj", ".ply", ".glb")
 MOST_PARTICLES = 1e8  # some 300 GB of memory
+FURTHEST = 16_000.0  # spacings from the origin, within which 32 bits tell particles apart (`oilsim.config`)
 NAMED_TABLES = ("phases", "fill", "emitters", "bodies", "vessels", "booms", "probes", "fmus")
 
 
@@ -241,7 +242,7 @@ def _sizes(parts: Parts, fluid: FluidSettings) -> Iterator[Problem]:
 
 
 def _numbers(fluid: FluidSettings, tank: Tank, fills: Iterable[Fill]) -> Iterator[Problem]:
-    """No more particles than any machine holds: a length in millimetres, or a spacing of them, is soon found so."""
+    """No more particles than any machine holds, nor places than 32 bits do: lengths in millimetres are soon found so."""
     d, axes = fluid.particle_spacing, (0, 2) if fluid.dimension == 2 else (0, 1, 2)
     size = [high - low for low, high in zip(tank.lower, tank.upper, strict=True)]
     liquid = sum(
@@ -254,6 +255,10 @@ def _numbers(fluid: FluidSettings, tank: Tank, fills: Iterable[Fill]) -> Iterato
     if liquid + walls > MOST_PARTICLES:
         text = f"is {d:g} m, with which the liquid takes {liquid:.2g} particles and the tank {walls:.2g}"
         yield Problem("fluid.particle_spacing", f"{text}, allowed: {MOST_PARTICLES:.0e} together")
+    furthest = max(abs(corner[axis]) for corner in (tank.lower, tank.upper) for axis in axes)
+    if furthest > FURTHEST * d:
+        text = f"reaches {furthest:g} m from the origin, allowed: {FURTHEST * d:g} m, {FURTHEST:.0f} fluid.particle_spacing"
+        yield Problem("tank", text)
 
 
 def _fmus(parts: Parts) -> Iterator[Problem]:

@@ -10,6 +10,7 @@ import pytest
 import trimesh
 
 from scenarios.build import build
+from scenarios.cli import main
 from scenarios.cost import estimate
 from scenarios.load import scenario_from
 from scenarios.problems import ScenarioError
@@ -85,6 +86,20 @@ def test_liquid_that_bodies_take_the_place_of_is_told_once_and_not_counted() -> 
     assert told["fill pool"][0] == "info"
     assert told["fill pool"][1].startswith(f"fill.pool: {400 - counts['water']} l of its 400 l")
     assert assembly.remarks.look(None) == []
+
+
+def test_check_says_what_bodies_take_and_refuses_what_run_does(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "slick.toml"
+    file.write_text(TANK + ball(0.15, (0.5, 0.5, 0.4)))
+    assert main(["check", str(file)]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "fill.slick: " in said
+    assert "l of its 32 l lie in bodies, or right at them, and are left out" in said
+    file.write_text(TANK + ball(0.15, (0.5, 0.5, 0.05), "free"))
+    assert main(["check", str(file)]) == 2
+    assert "bodies.ball has body 'ball' lie 0.1 m deep in a side of the tank" in capsys.readouterr().err
 
 
 def test_liquid_beside_bodies_is_not_remarked_on() -> None:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from scenarios.bodies import BoxBody, Fixed, RampMotion, RockBody, SphereBody, TableMotion
+from coupling.engine_step import SPEED_LIMIT
+from scenarios.bodies import FASTEST, BoxBody, Fixed, RampMotion, RockBody, SphereBody, TableMotion
 from scenarios.liquid import FluidSettings, PhaseSettings, SlabFill, Tank
 from scenarios.motions import TowingMotion, prescribed_motion
 from scenarios.scenario import RunSettings, Scenario
@@ -58,6 +59,10 @@ def test_smooth_rock_is_an_ellipsoid() -> None:
     """Volume pi / 6 a b c, less the facets' share, O(1 / triangles) = 0.2 %."""
     body = RockBody(position=(0, 0, 0), size=(0.5, 0.4, 0.3), roughness=0.0, motion=Fixed())
     assert body_mesh(body).volume == pytest.approx(np.pi / 6.0 * 0.5 * 0.4 * 0.3, rel=3e-3)
+
+
+def test_a_body_may_start_no_faster_than_a_run_follows() -> None:
+    assert FASTEST < SPEED_LIMIT
 
 
 def test_body_is_placed_by_the_origin_of_its_shape_and_turned() -> None:
