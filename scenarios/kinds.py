@@ -47,7 +47,7 @@ def shape_of(kind: Any) -> str:
     names = {int: "a whole number", float: "a number", str: "text in quotes", bool: "true or false"}
     origin, parts = get_origin(kind), [part for part in get_args(kind) if part is not types.NoneType]
     if origin in (Union, types.UnionType):
-        return ", ".join(map(shape_of, parts))
+        return " or ".join(map(shape_of, parts))
     if origin is Literal:
         return ", ".join(map(repr, parts))
     if origin is Mapping:
@@ -73,7 +73,7 @@ def _one_of(value: Any, kinds: tuple[Any, ...]) -> Any:
             return taken(value, kind)
         except Misfit:
             continue
-    raise Misfit(f"is {value!r}, allowed: {', '.join(map(shape_of, some))}")
+    raise Misfit(f"is {value!r}, allowed: {' or '.join(map(shape_of, some))}")
 
 
 def _entries(value: Any, kind: Any) -> tuple[Any, ...]:

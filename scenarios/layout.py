@@ -64,7 +64,7 @@ def lay_out(scenario: Scenario) -> Layout:
     coupled = _coupled(scenario, solids)
     world = _world(scenario, solids, fleet, problems) if coupled else None
     if problems:
-        raise ScenarioError(problems)
+        raise ScenarioError(problems, scenario.name)
     return Layout(
         level=level,
         positions=positions,
