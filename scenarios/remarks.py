@@ -8,6 +8,7 @@ from typing import Any
 
 from coupling.rigid_body_world import RigidBodyWorld
 from oilsim.advance_report import AdvanceReport
+from recordings.frame import EventLevel
 from scenarios.scenario import Scenario
 from scenarios.scoring import Happening
 from scenarios.solids import table_entry
@@ -38,12 +39,13 @@ class Remarks:
 
     def look(self, report: AdvanceReport | None) -> list[Happening]:
         """What is new after a step of which the fluid gave this report."""
-        found = {} if report is None else dict(self._solves(report))
-        found |= dict(self._thin()) | dict(self._bodies())
-        remarks = [Happening(text, level="warning", source=about) for about, text in found.items()]
-        new = [remark for remark in (*self._fills(), *remarks) if remark.source not in self._made]
-        self._made |= {remark.source for remark in new}
-        return new
+        short = {} if report is None else dict(self._solves(report))
+        short |= dict(self._thin()) | dict(self._bodies())
+        found = dict(self._fills())
+        found |= {about: Happening(text, level="warning", source=about) for about, text in short.items()}
+        new = {about: remark for about, remark in found.items() if about not in self._made}
+        self._made |= set(new)
+        return list(new.values())
 
     def save_state(self) -> dict[str, Any]:
         """What has been said."""
@@ -53,10 +55,11 @@ class Remarks:
         """Go on with what `save_state` returned."""
         self._made = set(saved["made"])
 
-    def _fills(self) -> Iterator[Happening]:
+    def _fills(self) -> Iterator[tuple[str, Happening]]:
         """Liquid that bodies take the place of: of water it is what they displace, of oil it is oil that a slick has less."""
         for name, text in self._left_out.items():
-            yield Happening(text, level="warning" if name in self._oil else "info", source=f"fill {name}")
+            level: EventLevel = "warning" if name in self._oil else "info"
+            yield f"fill {name}", Happening(text, level=level, source="oilsim")
 
     def _solves(self, report: AdvanceReport) -> Iterator[tuple[str, str]]:
         solves = {

@@ -80,11 +80,11 @@ def test_liquid_that_bodies_take_the_place_of_is_told_once_and_not_counted() -> 
     assert cost.particles == {name: counts[name] for name in ("water", "brent")}
     assert 0 < cost.particles["brent"] < 32
     assert cost.particles["water"] < 400
-    told = {one.source: (one.level, one.text) for one in assembly.remarks.look(None)}
-    oil = f"fill.slick: {32 - counts['brent']} l of its 32 l lie in bodies, or right at them, and are left out"
-    assert told["fill slick"] == ("warning", oil)
-    assert told["fill pool"][0] == "info"
-    assert told["fill pool"][1].startswith(f"fill.pool: {400 - counts['water']} l of its 400 l")
+    water, oil = assembly.remarks.look(None)
+    taken = 32 - counts["brent"]
+    assert oil.text == f"fill.slick: {taken} l of its 32 l lie in bodies, or right at them, and are left out"
+    assert (water.level, oil.level) == ("info", "warning")
+    assert water.text.startswith(f"fill.pool: {400 - counts['water']} l of its 400 l")
     assert assembly.remarks.look(None) == []
 
 
