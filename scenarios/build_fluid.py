@@ -57,10 +57,15 @@ def fluid_config(scenario: Scenario) -> FluidConfig:
 def fill_positions(scenario: Scenario, solids: Iterable[trimesh.Trimesh] = ()) -> dict[str, Array]:
     """Particles (N, 3) [m] by region, none of them inside a solid (meshes in the world frame) or right at its surface."""
     spacing, dimension = scenario.fluid.particle_spacing, scenario.fluid.dimension
-    positions = starting_positions(scenario.fill, scenario.tank, spacing, dimension)
+    return clear_of(solids, starting_positions(scenario.fill, scenario.tank, spacing, dimension), spacing)
+
+
+def clear_of(solids: Iterable[trimesh.Trimesh], positions: Mapping[str, Array], spacing: float) -> dict[str, Array]:
+    """Of particles (N, 3) [m] by region those that are neither inside a solid nor right at its surface."""
+    clear = dict(positions)
     for solid in solids:
-        positions = {name: _outside(points, solid, CLEARANCE * spacing) for name, points in positions.items()}
-    return positions
+        clear = {name: _outside(points, solid, CLEARANCE * spacing) for name, points in clear.items()}
+    return clear
 
 
 def _outside(points: Array, solid: trimesh.Trimesh, clearance: float) -> Array:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 from scenarios.bodies import Body, MeshBody
 from scenarios.exercise import BoomSettings, TowSettings, VesselSettings, body_of, segment_names
-from scenarios.fields import Vector
+from scenarios.fields import SHORTEST, Vector
 from scenarios.fmus import FmuSettings
 from scenarios.liquid import (
     BlockFill,
@@ -40,6 +40,7 @@ NAME = r"[A-Za-z0-9][A-Za-z0-9_-]*"
 NAME_ALLOWED = "letters, digits, '-' and '_', beginning with a letter or digit"
 MESH_SUFFIXES = (".stl", ".obj", ".ply", ".glb")
 MOST_PARTICLES = 1e8  # some 300 GB of memory
+FURTHEST = 16_000.0  # spacings from the origin, within which 32 bits tell particles apart (`oilsim.config`)
 NAMED_TABLES = ("phases", "fill", "emitters", "bodies", "vessels", "booms", "probes", "fmus")
 
 
@@ -82,6 +83,8 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
         yield from _places(parts, parts.tank)
     if parts.fluid is not None:
         yield from _sizes(parts, parts.fluid)
+    if parts.forcing is not None and parts.forcing.waves is not None:
+        yield from _waves(parts.forcing.waves, parts.fluid, parts.tank)
     if parts.fluid is not None and parts.tank is not None:
         yield from _numbers(parts.fluid, parts.tank, parts.fill.values())
     if parts.fmus:
@@ -149,6 +152,16 @@ def _plane(parts: Parts) -> Iterator[Problem]:
             yield Problem(f"forcing.{kind}.direction", text)
 
 
+def _waves(waves: WaveSettings, fluid: FluidSettings | None, tank: Tank | None) -> Iterator[Problem]:
+    """Waves run by gravity, in water of some depth."""
+    if fluid is not None and math.hypot(*fluid.gravity) < SHORTEST:
+        yield Problem("forcing.waves", "is given, allowed: only with fluid.gravity, by which waves run")
+    if tank is not None and waves.level is not None and waves.level <= tank.lower[2]:
+        yield Problem(
+            "forcing.waves.level", f"is {waves.level:g}, allowed: above the tank's floor, {tank.lower[2]:g} m"
+        )
+
+
 def _meshes(parts: Parts) -> Iterator[Problem]:
     for name, body in parts.bodies.items():
         if isinstance(body, MeshBody):
@@ -161,7 +174,7 @@ def _meshes(parts: Parts) -> Iterator[Problem]:
 
 
 def _places(parts: Parts, tank: Tank) -> Iterator[Problem]:
-    """Liquid, pipes, gauges and zones lie inside the tank."""
+    """Liquid, pipes, gauges, vessels, booms' ends and zones lie inside the tank; of bodies see `scenarios.layout`."""
     for name, fill in parts.fill.items():
         yield from _inside(f"fill.{name}", _extent(fill, tank), tank)
     for name, emitter in parts.emitters.items():
@@ -173,6 +186,11 @@ def _places(parts: Parts, tank: Tank) -> Iterator[Problem]:
     for name, vessel in parts.vessels.items():
         point = (*vessel.position, tank.lower[2])
         yield from _inside(f"vessels.{name}.position", (point, point), tank)
+    for name, boom in parts.booms.items():
+        for end in boom.ends:
+            if not isinstance(end, str):
+                point = (*end, tank.lower[2])
+                yield from _inside(f"booms.{name}.ends", (point, point), tank)
     for kind in ("waves", "current"):
         zone: ZoneSettings | None = getattr(parts.forcing, kind, None)
         if zone is not None and zone.lower is not None and zone.upper is not None:
@@ -224,7 +242,7 @@ def _sizes(parts: Parts, fluid: FluidSettings) -> Iterator[Problem]:
 
 
 def _numbers(fluid: FluidSettings, tank: Tank, fills: Iterable[Fill]) -> Iterator[Problem]:
-    """No more particles than any machine holds: a length in millimetres, or a spacing of them, is soon found so."""
+    """No more particles than any machine holds, nor places than 32 bits do: lengths in millimetres are soon found so."""
     d, axes = fluid.particle_spacing, (0, 2) if fluid.dimension == 2 else (0, 1, 2)
     size = [high - low for low, high in zip(tank.lower, tank.upper, strict=True)]
     liquid = sum(
@@ -237,6 +255,10 @@ def _numbers(fluid: FluidSettings, tank: Tank, fills: Iterable[Fill]) -> Iterato
     if liquid + walls > MOST_PARTICLES:
         text = f"is {d:g} m, with which the liquid takes {liquid:.2g} particles and the tank {walls:.2g}"
         yield Problem("fluid.particle_spacing", f"{text}, allowed: {MOST_PARTICLES:.0e} together")
+    furthest = max(abs(corner[axis]) for corner in (tank.lower, tank.upper) for axis in axes)
+    if furthest > FURTHEST * d:
+        text = f"reaches {furthest:g} m from the origin, allowed: {FURTHEST * d:g} m, {FURTHEST:.0f} fluid.particle_spacing"
+        yield Problem("tank", text)
 
 
 def _fmus(parts: Parts) -> Iterator[Problem]:

@@ -8,15 +8,19 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from scenarios.bodies import Fixed
-from scenarios.lattice import starting_positions
+from scenarios.lattice import Array, starting_positions
 from scenarios.liquid import Tank
 from scenarios.scenario import Scenario
+
+if TYPE_CHECKING:
+    from scenarios.solids import Solid
 
 SECONDS_PER_PARTICLE_STEP = 2.0e-6  # of the fluid, on 2 threads: falling, splashing and calm water of calm-spread
 SECONDS_PER_BODY_STEP = 5e-4  # of each body that moves, for a communication step of u-sweep
@@ -32,11 +36,12 @@ BOUNDARY_SPACING = 0.64  # of the particle spacing, between wall particles
 
 @dataclass(frozen=True, kw_only=True)
 class Cost:
-    """Particles at the start by phase, particles that pipes add by phase, wall and surface particles; memory [bytes];
-    fluid steps; wall time [s] on `threads` threads."""
+    """Particles at the start by phase, particles that pipes add by phase, what bodies take of the liquid in words by region, wall and
+    surface particles; memory [bytes]; fluid steps; wall time [s] on `threads` threads."""
 
     particles: Mapping[str, int]
     emitted: Mapping[str, int]
+    left_out: Mapping[str, str]
     boundary: Mapping[str, int]
     steps: int
     threads: int
@@ -45,15 +50,13 @@ class Cost:
 
 
 def estimate(scenario: Scenario) -> Cost:
-    """The cost of a run; ScenarioError where a region or body cannot be made at this spacing."""
-    positions = starting_positions(
-        scenario.fill, scenario.tank, scenario.fluid.particle_spacing, scenario.fluid.dimension
-    )
+    """The cost of a run; ScenarioError with everything that cannot be made or placed."""
+    positions, left_out, solids = _start(scenario)
     particles = dict.fromkeys(scenario.phases, 0)
     for name, points in positions.items():
         particles[scenario.fill[name].phase] += len(points)
     emitted = _emitted(scenario)
-    boundary = _boundary(scenario)
+    boundary = _boundary(scenario, solids)
     threads = scenario.run.threads or os.cpu_count() or 1
     steps = _steps(scenario, [float(points[:, 2].max()) for points in positions.values()])
     alive = sum(particles.values()) + 0.5 * sum(emitted.values())
@@ -62,12 +65,24 @@ def estimate(scenario: Scenario) -> Cost:
     return Cost(
         particles=particles,
         emitted=emitted,
+        left_out=left_out,
         boundary=boundary,
         steps=steps,
         threads=threads,
         memory=BYTES_AT_REST + BYTES_PER_PARTICLE * most + BYTES_PER_BOUNDARY_PARTICLE * walls,
         seconds=START_SECONDS + SECONDS_PER_PARTICLE_STEP * share * alive * steps + _body_seconds(scenario),
     )
+
+
+def _start(scenario: Scenario) -> tuple[Mapping[str, Array], Mapping[str, str], Sequence[Solid]]:
+    """Particles by region, what bodies take of them in words, and all bodies; what makes these is loaded only where there are any."""
+    if not (scenario.bodies or scenario.vessels or scenario.booms or scenario.emitters):
+        fluid = scenario.fluid
+        return starting_positions(scenario.fill, scenario.tank, fluid.particle_spacing, fluid.dimension), {}, ()
+    from scenarios.layout import lay_out
+
+    layout = lay_out(scenario)
+    return layout.positions, layout.left_out, layout.solids
 
 
 def _body_seconds(scenario: Scenario) -> float:
@@ -88,13 +103,15 @@ def _emitted(scenario: Scenario) -> dict[str, int]:
     return emitted
 
 
-def _boundary(scenario: Scenario) -> dict[str, int]:
+def _boundary(scenario: Scenario, solids: Sequence[Solid]) -> dict[str, int]:
     """Wall and surface particles: area over the area of each; in a plane, length over the length of each."""
     pitch = BOUNDARY_SPACING * scenario.fluid.particle_spacing
     plane = scenario.fluid.dimension == 2
     counts = {"tank": round(_wall_measure(scenario.tank, plane) / pitch ** (1 if plane else 2))}
-    if scenario.bodies or scenario.vessels or scenario.booms:
-        counts |= _surface_counts(scenario, pitch)
+    for solid in solids:
+        if solid.wetted:
+            group = solid.name.split("/")[0]
+            counts[group] = counts.get(group, 0) + round(float(solid.placed.mesh.area) / pitch**2)
     return counts
 
 
@@ -105,19 +122,6 @@ def _wall_measure(tank: Tank, plane: bool) -> float:
         extent[1] = 1.0
     sides = [side for side in tank.closed_sides if not (plane and side[1] == "y")]
     return float(sum(np.prod(np.delete(extent, "xyz".index(side[1]))) for side in sides))
-
-
-def _surface_counts(scenario: Scenario, pitch: float) -> dict[str, int]:
-    """Surface particles of bodies, vessels and booms; meshes are made only here, for they take time to import."""
-    from scenarios.fleet import place_fleet
-    from scenarios.solids import own_solids
-
-    counts: dict[str, int] = {}
-    for solid in (*own_solids(scenario), *place_fleet(scenario, 0.0).solids):
-        if solid.wetted:
-            group = solid.name.split("/")[0]
-            counts[group] = counts.get(group, 0) + round(float(solid.placed.mesh.area) / pitch**2)
-    return counts
 
 
 def _steps(scenario: Scenario, tops: list[float]) -> int:

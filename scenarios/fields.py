@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import MISSING, dataclass, field, fields
-from numbers import Real
-from typing import Any, ClassVar
+from typing import Any, ClassVar, get_type_hints
 
+from scenarios.kinds import Misfit, shape_of, taken
 from scenarios.problems import Problem, ScenarioError
 
 Vector = tuple[float, float, float]
@@ -17,6 +17,8 @@ _QUANTITY = "quantity"
 LARGEST = (
     1e12  # magnitude of any number: nothing of this world, in SI units, is larger, and single precision squares it yet
 )
+
+SHORTEST = 1e-100  # of a vector that gives a direction: the square of a shorter one may vanish
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,13 +50,10 @@ class Quantity:
             and (self.at_most is None or number <= self.at_most)
         )
 
-    def fault(self, value: object) -> str | None:
-        """What is wrong with ``value`` (a number, or a sequence of numbers down to any depth), or None."""
-        if isinstance(value, tuple | list):
+    def fault(self, value: Any) -> str | None:
+        """What is wrong with ``value`` (a number, or numbers in tuples down to any depth), or None."""
+        if isinstance(value, tuple):
             return next((fault for fault in map(self.fault, value) if fault), None)
-        kind = "a whole number" if self.whole else "a number"
-        if isinstance(value, bool) or not isinstance(value, int if self.whole else Real):
-            return f"is {value!r}, allowed: {kind}, {self.allowed}"
         if math.isfinite(value) and abs(float(value)) > LARGEST:
             return f"is {float(value):g}, allowed: magnitudes up to {LARGEST:g}"
         return None if self.accepts(float(value)) else f"is {value!r}, allowed: {self.allowed}"
@@ -79,6 +78,12 @@ def quantities(section: type) -> dict[str, Quantity]:
     return {item.name: item.metadata[_QUANTITY] for item in fields(section) if _QUANTITY in item.metadata}
 
 
+def field_kinds(section: type) -> Mapping[str, Any]:
+    """The type of each field of a section, resolved."""
+    kinds = get_type_hints(section)
+    return {item.name: kinds[item.name] for item in fields(section)}
+
+
 @dataclass(frozen=True, kw_only=True)
 class Section:
     """A part of a scenario that refuses impossible values when it is made.
@@ -90,22 +95,38 @@ class Section:
     TAG: ClassVar[tuple[str, str] | None] = None
 
     def __post_init__(self) -> None:
-        """Raise one ScenarioError with every problem of this section."""
-        faults = {name: limits.fault(value) for name, limits, value in self._stated_quantities()}
-        found = [Problem(name, fault) for name, fault in faults.items() if fault]
+        """Raise one ScenarioError with every problem of this section; numbers and lists become floats, ints and tuples."""
+        found = [problem for name, kind in field_kinds(type(self)).items() for problem in self._problems_of(name, kind)]
         if not found:
             found = list(self.problems())
         if found:
             raise ScenarioError(found, type(self).__name__)
 
-    def _stated_quantities(self) -> Iterator[tuple[str, Quantity, object]]:
-        for name, limits in quantities(type(self)).items():
-            if getattr(self, name) is not None:
-                yield name, limits, getattr(self, name)
+    def _problems_of(self, name: str, kind: Any) -> Iterator[Problem]:
+        """What is wrong with one field by itself; its value is taken as of its kind."""
+        given, limits = getattr(self, name), quantities(type(self)).get(name)
+        try:
+            value = taken(given, kind)
+        except Misfit as misfit:
+            if limits is None:
+                yield Problem(".".join((name, *misfit.path)), misfit.text)
+            else:
+                yield Problem(name, f"is {given!r}, allowed: {shape_of(kind)}, {limits.allowed}")
+            return
+        object.__setattr__(self, name, value)
+        fault = limits.fault(value) if limits is not None and value is not None else None
+        if fault:
+            yield Problem(name, fault)
 
     def problems(self) -> Iterable[Problem]:
         """Problems that concern several fields together; called only when each field is sound by itself."""
         return ()
+
+
+def directed(name: str, vector: Vector) -> Iterator[Problem]:
+    """A problem of a vector that is to give a direction but has none."""
+    if math.hypot(*vector) < SHORTEST:
+        yield Problem(name, f"is {vector}, allowed: a direction, not all zero")
 
 
 def above_lower(lower: Iterable[float], upper: Iterable[float]) -> Iterator[Problem]:

@@ -13,7 +13,7 @@ from booms.boom import Boom, boom_of_ratio
 from booms.deployment import BoomLayout, PlacedBody, PlacedJoint, PlacedLine, lay_between, tow_line
 from scenarios.exercise import BoomSettings, VesselSettings, body_of
 from scenarios.fields import Point2
-from scenarios.problems import Problem, ScenarioError
+from scenarios.problems import Problem
 from scenarios.scenario import Scenario
 from scenarios.solids import Solid
 from vessels.course import Course, CourseLeg
@@ -51,9 +51,8 @@ class Fleet:
         return {end: joint for (name, end), joint in self.tension_joints.items() if name == boom}
 
 
-def place_fleet(scenario: Scenario, water_level: float) -> Fleet:
-    """Vessels and booms afloat at `water_level` [m]; ScenarioError for every one that cannot float or be laid."""
-    problems: list[Problem] = []
+def place_fleet(scenario: Scenario, water_level: float, problems: list[Problem]) -> Fleet:
+    """Sound vessels and booms, afloat at `water_level` [m]; every one that cannot float or be laid is added to `problems`."""
     vessels: dict[str, Vessel] = {}
     for name, settings in scenario.vessels.items():
         try:
@@ -65,7 +64,9 @@ def place_fleet(scenario: Scenario, water_level: float) -> Fleet:
     booms: dict[str, BoomLayout] = {}
     lines: list[PlacedLine] = []
     tensions: dict[tuple[str, str], str] = {}
-    for name, boom in scenario.booms.items() if not problems else ():
+    for name, boom in scenario.booms.items():
+        if any(isinstance(end, str) and end not in vessels for end in boom.ends):
+            continue  # its vessel is told
         try:
             layout, ends = _laid(name, boom, scenario, vessels, water_level)
         except ValueError as error:
@@ -76,8 +77,6 @@ def place_fleet(scenario: Scenario, water_level: float) -> Fleet:
         joints += [*layout.joints, *ends.joints]
         lines += ends.lines
         tensions |= {(name, end): joint for end, joint in ends.tensions.items()}
-    if problems:
-        raise ScenarioError(problems)
     return Fleet(
         vessels=tuple(vessels.values()),
         booms=booms,

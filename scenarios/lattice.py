@@ -8,7 +8,7 @@ lattice of its own.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -105,10 +105,16 @@ def _inset_block(fill: BlockFill, spacing: float, dimension: int) -> Array:
 
 
 def starting_positions(regions: Mapping[str, Fill], tank: Tank, spacing: float, dimension: int) -> dict[str, Array]:
-    """Positions (N, 3) [m] by region; particles of earlier regions give way to later ones.
+    """Positions (N, 3) [m] by region, as of `placed_regions`; ScenarioError for a region without a single particle."""
+    placed = placed_regions(regions, tank, spacing, dimension)
+    problems = list(empty_regions(placed, spacing))
+    if problems:
+        raise ScenarioError(problems)
+    return placed
 
-    ScenarioError for a region without a single particle.
-    """
+
+def placed_regions(regions: Mapping[str, Fill], tank: Tank, spacing: float, dimension: int) -> dict[str, Array]:
+    """Positions (N, 3) [m] by region; particles of earlier regions give way to later ones."""
     placed: dict[str, Array] = {}
     for name, fill in regions.items():
         points = region_points(fill, tank, spacing, dimension)
@@ -118,8 +124,10 @@ def starting_positions(regions: Mapping[str, Fill], tank: Tank, spacing: float, 
                 distance, _ = tree.query(others, distance_upper_bound=TOO_NEAR * spacing)
                 placed[earlier] = others[np.isinf(distance)]
         placed[name] = points
-    empty = [name for name, points in placed.items() if len(points) == 0]
-    if empty:
-        text = f"holds no particle at fluid.particle_spacing = {spacing:g} m, allowed: a region larger than that"
-        raise ScenarioError([Problem(f"fill.{name}", text) for name in empty])
     return placed
+
+
+def empty_regions(placed: Mapping[str, Array], spacing: float) -> Iterator[Problem]:
+    """A problem for each region without a single particle."""
+    text = f"holds no particle at fluid.particle_spacing = {spacing:g} m, allowed: a region larger than that"
+    yield from (Problem(f"fill.{name}", text) for name, points in placed.items() if len(points) == 0)

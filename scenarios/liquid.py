@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 from scenarios import oils
-from scenarios.fields import Section, Vector, above_lower, quantity
+from scenarios.fields import Section, Vector, above_lower, directed, quantity
 from scenarios.problems import Problem, unknown
 
 Axis = Literal["x", "y"]
@@ -140,7 +140,9 @@ class Tank(Section):
 
 @dataclass(frozen=True, kw_only=True)
 class FillSettings(Section):
-    """Liquid that is there at the start; a later region replaces earlier ones where they overlap.
+    """Liquid that is there at the start; a later region replaces earlier ones where they overlap, bodies replace all.
+
+    What bodies take of a region is told by `oilsim check` and as the run starts: of oil as a warning. They must leave some of it.
 
     phase     which liquid
     velocity  [m/s] at the start; None: that of a current that runs through the whole tank, else at rest
@@ -194,8 +196,7 @@ class CylinderFill(FillSettings):
 
     def problems(self) -> Iterator[Problem]:
         """The axis must have a direction."""
-        if not any(self.axis):
-            yield Problem("axis", f"is {self.axis}, allowed: a direction, not all zero")
+        yield from directed("axis", self.axis)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -232,5 +233,4 @@ class PipeEmitterSettings(Section):
 
     def problems(self) -> Iterator[Problem]:
         """The flow must have a direction."""
-        if not any(self.direction):
-            yield Problem("direction", f"is {self.direction}, allowed: a direction, not all zero")
+        yield from directed("direction", self.direction)

@@ -7,13 +7,14 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import MISSING, dataclass, fields
 from importlib import resources
 from pathlib import Path
-from typing import Any, get_args, get_origin
+from typing import Any, get_args
 
 from scenarios.checks import NAMED_TABLES, Parts, problems_between
+from scenarios.fields import field_kinds
 from scenarios.overrides import merged, parse_override, with_override
 from scenarios.problems import Problem, ScenarioError, suggestion
 from scenarios.scenario import Scenario
-from scenarios.structuring import field_kinds, structure
+from scenarios.structuring import structure
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,8 +120,6 @@ def _structured(data: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]
                 problems.append(Problem(item.name, "is missing, it must be given"))
         elif item.name in NAMED_TABLES:
             sound[item.name] = _entries(item.name, data[item.name], get_args(kinds[item.name])[1], problems)
-        elif get_origin(kinds[item.name]) is not None and item.name == "demo":
-            _keep(sound, problems, item.name, data[item.name], dict)
         else:
             _keep(sound, problems, item.name, data[item.name], kinds[item.name])
     for key in data:

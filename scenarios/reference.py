@@ -8,8 +8,9 @@ from dataclasses import MISSING, Field, fields
 from typing import Any, Literal, get_args, get_origin
 
 from scenarios import bodies, exercise, fmus, liquid, probes, scenario, weather
-from scenarios.fields import Section, quantities
-from scenarios.structuring import SUFFIXES, field_kinds, shape_of
+from scenarios.fields import Section, field_kinds, quantities
+from scenarios.kinds import shape_of
+from scenarios.structuring import SUFFIXES
 
 INTRODUCTION = """# Scenario files
 

@@ -1,5 +1,5 @@
-"""What a run falls short of, said once and by name: solves that end before their tolerance is met, bodies that leave the tank or are
-too thin for their particles."""
+"""What a run falls short of, said once and by name: solves that end before their tolerance is met, bodies that leave the tank, are too
+thin for their particles or lie where liquid was to start."""
 
 from __future__ import annotations
 
@@ -8,8 +8,10 @@ from typing import Any
 
 from coupling.rigid_body_world import RigidBodyWorld
 from oilsim.advance_report import AdvanceReport
+from recordings.frame import EventLevel
 from scenarios.scenario import Scenario
 from scenarios.scoring import Happening
+from scenarios.solids import table_entry
 
 TOLD = 2.0  # times a tolerance that a solve may leave before it is said: less is the same flow
 
@@ -17,19 +19,33 @@ TOLD = 2.0  # times a tolerance that a solve may leave before it is said: less i
 class Remarks:
     """Looks at a run after every communication step."""
 
-    def __init__(self, scenario: Scenario, world: RigidBodyWorld | None, swelling: Mapping[str, float]) -> None:
-        """`swelling`: how many times its volume the fluid meets of a body, by name."""
+    def __init__(
+        self,
+        scenario: Scenario,
+        world: RigidBodyWorld | None,
+        left_out: Mapping[str, str],
+        swelling: Mapping[str, float],
+    ) -> None:
+        """`left_out`: what bodies take of the liquid at the start, by region; `swelling`: how many times its volume the fluid
+        meets of a body, by name."""
         self._fluid, self._tank, self._world = scenario.fluid, scenario.tank, world
-        self._swollen = {name: times for name, times in swelling.items() if times > 1.0}
+        self._left_out = left_out
+        self._oil = {name for name, fill in scenario.fill.items() if scenario.phases[fill.phase].is_oil}
+        self._swollen: dict[str, dict[str, float]] = {}
+        for name, times in swelling.items():
+            if times > 1.0:
+                self._swollen.setdefault(table_entry(name), {})[name] = times
         self._made: set[str] = set()
 
     def look(self, report: AdvanceReport | None) -> list[Happening]:
         """What is new after a step of which the fluid gave this report."""
-        found = {} if report is None else dict(self._solves(report))
-        found |= dict(self._thin()) | dict(self._bodies())
-        new = {about: text for about, text in found.items() if about not in self._made}
+        short = {} if report is None else dict(self._solves(report))
+        short |= dict(self._thin()) | dict(self._bodies())
+        found = dict(self._fills())
+        found |= {about: Happening(text, level="warning", source=about) for about, text in short.items()}
+        new = {about: remark for about, remark in found.items() if about not in self._made}
         self._made |= set(new)
-        return [Happening(text, level="warning", source=about) for about, text in new.items()]
+        return list(new.values())
 
     def save_state(self) -> dict[str, Any]:
         """What has been said."""
@@ -38,6 +54,12 @@ class Remarks:
     def restore_state(self, saved: Mapping[str, Any]) -> None:
         """Go on with what `save_state` returned."""
         self._made = set(saved["made"])
+
+    def _fills(self) -> Iterator[tuple[str, Happening]]:
+        """Liquid that bodies take the place of: of water it is what they displace, of oil it is oil that a slick has less."""
+        for name, text in self._left_out.items():
+            level: EventLevel = "warning" if name in self._oil else "info"
+            yield f"fill {name}", Happening(text, level=level, source="oilsim")
 
     def _solves(self, report: AdvanceReport) -> Iterator[tuple[str, str]]:
         solves = {
@@ -51,10 +73,13 @@ class Remarks:
                 yield f"fluid {name}", f"{text}; {keys} (said once)"
 
     def _thin(self) -> Iterator[tuple[str, str]]:
-        for name, times in self._swollen.items():
-            spacing = self._fluid.particle_spacing
-            text = f"the fluid meets and lifts {times:.2g} times its volume; fluid.particle_spacing below {spacing:g} m resolves them"
-            yield f"thin {name}", f"{name} has parts thinner than a particle: {text}"
+        """A boom's segments are told of together."""
+        spacing = self._fluid.particle_spacing
+        for all_times in self._swollen.values():
+            times, (first, *others) = max(all_times.values()), all_times
+            which, have, its = (f"{first} and {len(others)} more", "have", "their") if others else (first, "has", "its")
+            text = f"the fluid meets and lifts {times:.2g} times {its} volume; fluid.particle_spacing below {spacing:g} m resolves them"
+            yield f"thin {first}", f"{which} {have} parts thinner than a particle: {text}"
 
     def _bodies(self) -> Iterator[tuple[str, str]]:
         if self._world is None:

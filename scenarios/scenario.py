@@ -94,7 +94,7 @@ class SiteSettings(Section):
 
     latitude: float = quantity("degrees north", at_least=-89.0, at_most=89.0)
     longitude: float = quantity("degrees east", at_least=-180.0, at_most=360.0)
-    bearing: float = quantity("rad", default=0.5 * math.pi)
+    bearing: float = quantity("rad", default=0.5 * math.pi, at_least=-2.0 * math.pi, at_most=2.0 * math.pi)
     start: str = "2000-01-01T00:00:00Z"
 
     def problems(self) -> Iterator[Problem]:

@@ -14,16 +14,14 @@ from coupling.participants.fluid import FluidParticipant
 from coupling.rigid_body_world import RigidBodyWorld
 from coupling.surface_sampling import SurfaceSampling, particles_of, sample_surface
 from oilsim.solver import Fluid
-from scenarios.build_fluid import build_fluid, fill_positions, pipe_problems, water_level
-from scenarios.fleet import LINE_RELAXATION_TIME, Fleet, place_fleet
-from scenarios.liquid import Tank
-from scenarios.probes import BodyProbe
-from scenarios.problems import Problem, ScenarioError, problems_of
+from scenarios.build_fluid import build_fluid
+from scenarios.fleet import Fleet
+from scenarios.layout import lay_out
+from scenarios.problems import problems_of
 from scenarios.scenario import Scenario
-from scenarios.solids import Solid, own_solids, table_entry, vector
+from scenarios.solids import Solid, table_entry
 
 FLUID = "fluid"
-TOUCHING = 0.5  # spacings that bodies may lie in each other at the start: rigid shapes of free bodies are convex
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -32,7 +30,8 @@ class Scene:
 
     level: of the still water [m]; solids: all bodies, those of the fleet too; coupled: names of those that exchange motion and
     wrench with the fluid; tank: the fluid's handle of the tank's sides, None without closed ones; world: None if nothing is coupled;
-    swelling: how many times its volume the fluid meets of a body with parts thinner than a particle, by name.
+    left_out: what bodies take of the liquid at the start, in words, by region; swelling: how many times its volume the fluid meets of a
+    body with parts thinner than a particle, by name.
     """
 
     scenario: Scenario
@@ -44,6 +43,7 @@ class Scene:
     tank: int | None
     fluid_participant: FluidParticipant
     world: RigidBodyWorld | None
+    left_out: Mapping[str, str]
     swelling: Mapping[str, float]
 
     def wrench(self, body: str) -> NDArray[np.float64]:
@@ -52,42 +52,30 @@ class Scene:
 
 
 def build_scene(scenario: Scenario) -> Scene:
-    """Fill the tank and place the bodies; ScenarioError for what cannot be made."""
-    level = water_level(scenario, fill_positions(scenario))
-    fleet = place_fleet(scenario, level)
-    solids = (*own_solids(scenario), *fleet.solids)
-    meshes = {solid.name: solid.world_mesh() for solid in solids if solid.wetted}
-    problems = list(pipe_problems(scenario, meshes))
-    if problems:
-        raise ScenarioError(problems)
-    positions = fill_positions(scenario, meshes.values())
+    """Lay everything out and fill the tank; ScenarioError for what cannot be made."""
+    layout = lay_out(scenario)
+    solids, coupled = layout.solids, layout.coupled
     with problems_of("fluid", "cannot be made"):
-        fluid, tank = build_fluid(scenario, positions)
-    coupled = _coupled(scenario, solids)
+        fluid, tank = build_fluid(scenario, layout.positions)
     samplings = _sampled(solids, scenario.fluid.particle_spacing)
     handles = _wet(fluid, solids, samplings, coupled)
     return Scene(
         scenario=scenario,
-        level=level,
-        fleet=fleet,
+        level=layout.level,
+        fleet=layout.fleet,
         solids=solids,
         coupled=coupled,
         fluid=fluid,
         tank=tank,
         fluid_participant=FluidParticipant(FLUID, fluid, {name: handles[name] for name in coupled}),
-        world=_world(scenario, solids, fleet) if coupled else None,
+        world=layout.world,
+        left_out=layout.left_out,
         swelling={
             solid.name: swelling(samplings[id(solid.placed.mesh)], float(solid.placed.mesh.volume))
             for solid in solids
             if solid.wetted
         },
     )
-
-
-def _coupled(scenario: Scenario, solids: Sequence[Solid]) -> tuple[str, ...]:
-    """Bodies that exchange motion and wrench with the fluid: those that move, and held ones whose force is asked for."""
-    probed = {probe.body for probe in scenario.probes.values() if isinstance(probe, BodyProbe)}
-    return tuple(solid.name for solid in solids if solid.wetted and (solid.motion != "fixed" or solid.name in probed))
 
 
 def _sampled(solids: Sequence[Solid], particle_spacing: float) -> dict[int, SurfaceSampling]:
@@ -118,60 +106,3 @@ def _wet(
             surface = replace(surface, position=rotation.apply(surface.position) + solid.placed.position)
         handles[solid.name] = fluid.add_boundary(surface)
     return handles
-
-
-def _world(scenario: Scenario, solids: Sequence[Solid], fleet: Fleet) -> RigidBodyWorld:
-    """All solids and joints in one rigid body world; the tank's walls too, if anything could run into them."""
-    world = RigidBodyWorld(gravity=scenario.fluid.gravity, communication_step=scenario.run.communication_step)
-    for solid in solids:
-        placed = solid.placed
-        x, y, z, w = (float(part) for part in placed.orientation)
-        world.add_body(
-            placed.name,
-            placed.mesh,
-            placed.mass_properties,
-            vector(placed.position),
-            (x, y, z, w),
-            motion=solid.motion,
-            linear_velocity=solid.linear_velocity,
-            angular_velocity=solid.angular_velocity,
-            contact=solid.contact,
-        )
-    if any(solid.motion == "free" and solid.contact for solid in solids):
-        _add_tank_sides(world, scenario.tank)
-    for joint in fleet.joints:
-        world.add_joint(joint.name, joint.body_a, joint.body_b, vector(joint.point))
-    for line in fleet.lines:
-        with problems_of(f"booms.{line.name.split('/')[1]}.line_stiffness", "cannot be used"):
-            world.add_line(
-                line.name,
-                line.body_a,
-                line.body_b,
-                (vector(line.points[0]), vector(line.points[1])),
-                length=line.length,
-                stiffness=line.stiffness,
-                relaxation_time=LINE_RELAXATION_TIME,
-            )
-    _require_apart(world, scenario.fluid.particle_spacing)
-    return world
-
-
-def _require_apart(world: RigidBodyWorld, spacing: float) -> None:
-    """Bodies that lie deep in each other, or in a side of the tank, would be thrown apart by the first step."""
-    allowed = TOUCHING * spacing
-    problems = []
-    for one, other, depth in world.overlaps():
-        if depth > allowed:
-            where = f"body {other!r}" if other else "a side of the tank"
-            text = f"has body {one!r} lie {depth:.2g} m deep in {where} at the start, allowed: up to {allowed:.2g} m"
-            problems.append(Problem(table_entry(one), text))
-    if problems:
-        raise ScenarioError(problems)
-
-
-def _add_tank_sides(world: RigidBodyWorld, tank: Tank) -> None:
-    """Let bodies run into the closed sides of the tank, which go on beyond its other sides."""
-    for side in tank.closed_sides:
-        inward = 1.0 if side[0] == "-" else -1.0
-        normal = inward * np.eye(3)["xyz".index(side[1])]
-        world.add_half_space(tank.lower if inward > 0.0 else tank.upper, vector(normal))

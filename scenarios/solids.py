@@ -17,7 +17,7 @@ from recordings.frame import Color
 from scenarios.bodies import Body, Fixed
 from scenarios.fields import Vector
 from scenarios.motions import prescribed_motion
-from scenarios.problems import Problem, ScenarioError
+from scenarios.problems import Problem
 from scenarios.scenario import Scenario
 from scenarios.shapes import body_mesh
 
@@ -67,17 +67,14 @@ def table_entry(body: str) -> str:
     return f"{tables[group]}.{rest.partition('/')[0]}" if group in tables and rest else f"bodies.{body}"
 
 
-def own_solids(scenario: Scenario) -> tuple[Solid, ...]:
-    """The bodies of the [bodies] table; ScenarioError names each mesh that cannot be used."""
+def own_solids(scenario: Scenario, problems: list[Problem]) -> tuple[Solid, ...]:
+    """The sound bodies of the [bodies] table; those of meshes that cannot be used are added to `problems`."""
     solids: list[Solid] = []
-    problems: list[Problem] = []
     for name, body in scenario.bodies.items():
         try:
             solids.append(_solid(name, body))
         except (ValueError, OSError) as error:
             problems.append(Problem(f"bodies.{name}", f"cannot be made: {error}"))
-    if problems:
-        raise ScenarioError(problems)
     return tuple(solids)
 
 

@@ -1,6 +1,6 @@
 """Plain data, as read from a file, becomes the dataclasses of a scenario: strictly, and with every fault at its path.
 
-Nothing is guessed: a number in quotes is no number, true is not 1, an unknown key is refused. A key for a speed may end
+Nothing is guessed: a number in quotes is no number (`scenarios.kinds`), an unknown key is refused. A key for a speed may end
 in ``_kn`` and one for an angle in ``_deg``; its value is converted to SI here, so that nobody else meets the suffixes.
 """
 
@@ -10,7 +10,7 @@ import math
 import types
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields
-from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+from typing import Any, Union, get_args, get_origin
 
 from cattrs import Converter
 from cattrs.errors import (
@@ -21,7 +21,8 @@ from cattrs.errors import (
 )
 from cattrs.gen import make_dict_structure_fn, override
 
-from scenarios.fields import Point2, Quantity, Section, quantities
+from scenarios.fields import Quantity, Section, quantities
+from scenarios.kinds import Misfit, shape_of, taken
 from scenarios.problems import Problem, ScenarioError, suggestion
 
 SUFFIXES: Mapping[str, tuple[str, float]] = {"_kn": ("m/s", 1852.0 / 3600.0), "_deg": ("rad", math.pi / 180.0)}
@@ -87,6 +88,8 @@ def _problems(error: BaseException, path: tuple[str, ...] = ()) -> Iterator[Prob
             yield Problem(".".join((*path, key)), f"is unknown{hint} allowed: {', '.join(allowed)}")
     elif isinstance(error, KeyError):
         yield Problem(".".join(path), "is missing, it must be given")
+    elif isinstance(error, Misfit):
+        yield Problem(".".join((*path, *error.path)), error.text)
     elif isinstance(error, Fault):
         place = (*path[:-1], error.key) if error.key else path
         yield Problem(".".join(place), error.text)
@@ -109,68 +112,17 @@ def _written_names(section: type[Section]) -> list[str]:
     return [section.TAG[0], *names] if section.TAG else names
 
 
-def _number(value: object, _: object) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise Fault(f"is {value!r}, allowed: a number")
-    return float(value)
+def _plain(value: Any, kind: Any) -> Any:
+    """A value in which there is no section."""
+    return taken(value, kind)
 
 
-def _whole_number(value: object, _: object) -> int:
-    if isinstance(value, bool) or not isinstance(value, int):
-        raise Fault(f"is {value!r}, allowed: a whole number")
-    return value
-
-
-def _text(value: object, _: object) -> str:
-    if not isinstance(value, str):
-        raise Fault(f"is {value!r}, allowed: text in quotes")
-    return value
-
-
-def _truth(value: object, _: object) -> bool:
-    if not isinstance(value, bool):
-        raise Fault(f"is {value!r}, allowed: true or false")
-    return value
-
-
-def _choice(value: object, kind: Any) -> object:
-    choices = get_args(kind)
-    if value in choices and not isinstance(value, bool):
-        return value
-    hint = suggestion(value, map(str, choices)) if isinstance(value, str) else ""
-    raise Fault(f"is {value!r}{hint or ','} allowed: {', '.join(repr(choice) for choice in choices)}")
-
-
-def _number_or_switch(value: object, kind: object) -> float | bool:
-    if isinstance(value, bool):
-        return value
-    try:
-        return _number(value, kind)
-    except Fault as cause:
-        raise Fault(f"is {value!r}, allowed: a number, true or false") from cause
-
-
-def _boom_end(value: object, _: object) -> str | Point2:
-    if isinstance(value, str):
-        return value
-    try:
-        point: Point2 = _CONVERTER.structure(value, _POINT)
-        return point
-    except Exception as cause:
-        raise Fault(f"is {value!r}, allowed: a vessel's name or a point [x, y] in m") from cause
-
-
-def shape_of(kind: Any) -> str:
-    """What a quantity's type looks like in a file, in words."""
-    arguments = [part for part in get_args(kind) if part is not types.NoneType]
-    if get_origin(kind) in (Union, types.UnionType):
-        return shape_of(arguments[0])
-    if get_origin(kind) is not tuple:
-        return "a whole number" if kind is int else "a number"
-    if arguments[-1] is Ellipsis:
-        inner = shape_of(arguments[0])
-        return "a list of numbers" if inner == "a number" else f"a list of entries, each {inner}"
-    return f"a list of {len(arguments)} {'whole ' if arguments[0] is int else ''}numbers"
+def _tables(value: Any, kind: Any) -> tuple[Any, ...]:
+    """A list of tables of one section."""
+    if not isinstance(value, list | tuple):
+        raise Fault(f"is {value!r}, allowed: a list of tables")
+    section = get_args(kind)[0]
+    return tuple(_CONVERTER.structure(list(value), list[section]))  # type: ignore[valid-type]
 
 
 def _scaled(value: Any, factor: float) -> Any:
@@ -184,8 +136,8 @@ def _quantity_hook(limits: Quantity) -> Callable[[Any, Any], Any]:
         suffixed = given if isinstance(given, _Suffixed) else _Suffixed(given, "", 1.0)
         value = _scaled(suffixed.value, suffixed.factor) if suffixed.key else given
         try:
-            result = _CONVERTER.structure(value, kind)
-        except Exception as cause:
+            result = taken(value, kind)
+        except Misfit as cause:
             text = f"is {suffixed.value!r}, allowed: {shape_of(kind)}, {limits.allowed}"
             raise Fault(text, suffixed.key) from cause
         fault = limits.fault(result)
@@ -224,6 +176,15 @@ def _section_factory(section: type[Section], converter: Converter) -> Callable[[
     return hook
 
 
+def _is_plain(kind: Any) -> bool:
+    """Whether there is no section in a type, at any depth."""
+    return not _is_section(kind) and all(part is Ellipsis or _is_plain(part) for part in get_args(kind))
+
+
+def _is_list_of_sections(kind: Any) -> bool:
+    return get_origin(kind) is tuple and _is_section(get_args(kind)[0])
+
+
 def _is_section(kind: Any) -> bool:
     return isinstance(kind, type) and issubclass(kind, Section)
 
@@ -256,22 +217,13 @@ def _tagged_factory(union: Any, converter: Converter) -> Callable[[Any, Any], An
 
 def _strict_converter() -> Converter:
     converter = Converter(detailed_validation=True, forbid_extra_keys=True)
-    converter.register_structure_hook(float, _number)
-    converter.register_structure_hook(int, _whole_number)
-    converter.register_structure_hook(str, _text)
-    converter.register_structure_hook(bool, _truth)
-    converter.register_structure_hook_func(lambda kind: get_origin(kind) is Literal, _choice)
-    converter.register_structure_hook_func(lambda kind: kind == str | Point2, _boom_end)
-    converter.register_structure_hook_func(lambda kind: kind == float | bool, _number_or_switch)
+    for kind in (bool, int, float, str):  # for which cattrs has hooks of its own
+        converter.register_structure_hook(kind, _plain)
+    converter.register_structure_hook_func(_is_plain, _plain)
+    converter.register_structure_hook_func(_is_list_of_sections, _tables)
     converter.register_structure_hook_factory(_is_section, _section_factory)
     converter.register_structure_hook_factory(_is_tagged_union, _tagged_factory)
     return converter
 
 
-_POINT: Any = Point2
 _CONVERTER = _strict_converter()
-
-
-def field_kinds(section: type[Section]) -> dict[str, Any]:
-    """The type of each field of a section, resolved."""
-    return get_type_hints(section)

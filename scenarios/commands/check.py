@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from scenarios.commands.scenario_options import add_scenario, overrides
 from scenarios.exit_codes import DONE
+from scenarios.words import volume_in_words
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -42,7 +43,9 @@ def _print_cost(console: Console, scenario: Scenario, cost: Cost) -> None:
     table.add_column(justify="right")
     for phase, count in cost.particles.items():
         poured = cost.emitted.get(phase, 0)
-        volume = f" ({_volume(count * scenario.fluid.particle_spacing**3)})" if scenario.fluid.dimension == 3 else ""
+        volume = (
+            f" ({volume_in_words(count * scenario.fluid.particle_spacing**3)})" if scenario.fluid.dimension == 3 else ""
+        )
         table.add_row(f"{phase} particles", f"{count:,}{volume}" + (f", up to {poured:,} from pipes" if poured else ""))
     for name, count in cost.boundary.items():
         table.add_row(f"{name} surface particles", f"about {count:,}")
@@ -50,14 +53,11 @@ def _print_cost(console: Console, scenario: Scenario, cost: Cost) -> None:
     table.add_row("memory", f"about {cost.memory / 1e9:.1f} GB")
     table.add_row(f"time on {cost.threads} threads", f"about {_duration(cost.seconds)}")
     console.print(table)
+    for text in cost.left_out.values():
+        console.print(text, highlight=False, markup=False)
     console.print(
         "Estimated from the cost per particle and step measured on two x86 cores; splashing takes longer.", style="dim"
     )
-
-
-def _volume(volume: float) -> str:
-    """A volume [m3] in words, to three figures."""
-    return f"{volume:.3g} m3" if volume >= 1.0 or volume == 0.0 else f"{1e3 * volume:.3g} l"
 
 
 def _duration(seconds: float) -> str:

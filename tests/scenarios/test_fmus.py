@@ -286,7 +286,7 @@ def test_units_are_compared_and_ends_checked(folder: Path, capsys: pytest.Captur
         'fmus.winch.outputs.speed="booms.main.tug.payout"': "which fmus.winch.outputs.paid_out drives already",
         'fmus.winch.units.tension="kN"': "unit of 'tension' is given as 'kN', but the FMU itself says 'N'",
         "fmus.winch.start.capacity=3": "has no parameter or input 'capacity', allowed: tension, speed_order",
-        'fmus.winch.start.brake="on"': "fmus.winch.start.brake is 'on', allowed: a number, true or false",
+        'fmus.winch.start.brake="on"': "fmus.winch.start.brake is 'on', allowed: a number or true or false",
         "fmus.winch.start.brake=nan": "fmus.winch.start.brake is nan, allowed: a finite number",
         "fmus.winch.start.tension=inf": "fmus.winch.start.tension is inf, allowed: a finite number",
         'fmus.winch.file="nowhere.fmu"': "nowhere.fmu does not exist",

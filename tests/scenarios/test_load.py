@@ -54,11 +54,19 @@ def test_two_dimensions_have_no_y() -> None:
     assert "is 1.5708 rad, allowed: 0 or pi" in found["forcing.wind.direction"]
 
 
+def test_waves_need_gravity() -> None:
+    weightless = {"particle_spacing = 0.1": "particle_spacing = 0.1\ngravity = [0, 0, 0]"}
+    found = problems_of("[forcing.waves]\nheight = 0.1\nperiod = 1.0", instead=weightless)
+    assert found == {"forcing.waves": "is given, allowed: only with fluid.gravity, by which waves run"}
+
+
 def test_numbers_that_no_machine_holds_are_refused() -> None:
     found = problems_of("", instead={"particle_spacing = 0.1": "particle_spacing = 0.0001"})
     assert (
         "liquid takes 3e+11 particles and the tank 1.2e+09, allowed: 1e+08 together" in found["fluid.particle_spacing"]
     )
+    found = problems_of("", instead={"lower = [0.0, 0": "lower = [-1700.0, 0"})
+    assert found == {"tank": "reaches 1700 m from the origin, allowed: 1600 m, 16000 fluid.particle_spacing"}
     found = problems_of("", instead={"density = 1000.0": "density = 1e300"})
     assert found["phases.water.density"] == "is 1e+300, allowed: magnitudes up to 1e+12"
 
@@ -93,6 +101,8 @@ def test_small_scenario_is_sound() -> None:
         ("upper = [1.0, 1.0, 1.0]", "upper = [1.0, 1.0]", "tank.upper", "a list of 3 numbers"),
         ("upper = [1.0, 1.0, 1.0]", "upper = [1.0, -1.0, 1.0]", "tank.upper", "has y = -1 m"),
         ("upper = [1.0, 1.0, 1.0]", 'upper = [1.0, 1.0, 1.0]\nopen = ["z"]', "tank.open.0", "did you mean '-z'?"),
+        ("upper = [1.0, 1.0, 1.0]", 'upper = [1.0, 1.0, 1.0]\nopen = "+z"', "tank.open", "is '+z', allowed: a list of entries"),
+        ("upper = [1.0, 1.0, 1.0]", 'upper = [1.0, 1.0, 1.0]\nperiodic = "xy"', "tank.periodic", "is 'xy', allowed: a list of entries"),
         (
             "upper = [1.0, 1.0, 1.0]",
             'upper = [1.0, 1.0, 1.0]\nopen = ["-x"]\nperiodic = ["x"]',
@@ -105,6 +115,7 @@ def test_small_scenario_is_sound() -> None:
         ("top = 0.3", "top = 1.3", "fill.sea", "has z = 0 to 1.3 m, allowed: inside the tank"),
         ("top = 0.3", "top = 0.0", "fill.sea.top", "above bottom = 0 m"),
         ("[run]", "[runs]", "runs", "did you mean 'run'?"),
+        ('name = "small"', 'name = "small"\ndemo = 5', "demo", "is 5, allowed: a table"),
         ('name = "small"', 'name = "../small"', "name", "letters, digits"),
     ],
 )  # fmt: skip
@@ -159,12 +170,41 @@ def test_mistake_is_found_and_explained(old: str, new: str, path: str, part: str
         ("[forcing.wind]\nspeed_kn = 300", "forcing.wind.speed_kn", "is 300, that is 154.33"),
         ("[forcing.wind]\nspeed_kn = 3\nspeed = 1", "forcing.wind.speed_kn", "is given beside speed"),
         ("[forcing.waves]\nheight = 0.1\nperiod = 1.0\nlower = [0.0, 0.0, 0.0]", "forcing.waves.upper", "is missing"),
+        ('[booms.b]\nends = ["port"]\nlength = 1.0\nskirt_depth = 0.1\nfreeboard = 0.1', "booms.b.ends", "a list of 2 entries, each"),
         ('[booms.b]\nends = ["tug", [0.5, 0.5]]\nlength = 1.0\nskirt_depth = 0.1\nfreeboard = 0.1', "booms.b.ends", "is no vessel"),
         (
             "[vessels.v]\nlength = 0.5\nbeam = 0.2\ndraft = 0.1\ndepth = 0.3\nposition = [0.5, 0.5]\nbollard_pull = 1\nyaw_moment = 1",
             "vessels.v.legs",
             "[tow] table",
         ),
+        (
+            "[booms.b]\nends = [[-3.0, 0.5], [0.5, 0.5]]\nlength = 4.0\nskirt_depth = 0.1\nfreeboard = 0.1",
+            "booms.b.ends",
+            "has x = -3 m, allowed: inside the tank",
+        ),
+        (
+            '[bodies.b]\nshape = "sphere"\nradius = 0.1\nposition = [0.5, 0.5, 0.5]\ndensity = 600.0\nvelocity = [0.0, 1000.0, 0.0]',
+            "bodies.b.velocity",
+            "is 1000.0, allowed: -90 or more and at most 90 m/s",
+        ),
+        (
+            '[bodies.b]\nshape = "sphere"\nradius = 0.1\nposition = [0.5, 0.5, 0.5]\n'
+            'motion = {kind = "sine", direction = [1e-200, 0, 0], amplitude = 1, period = 1}',
+            "bodies.b.motion.direction",
+            "not all zero",
+        ),
+        (
+            '[emitters.e]\nphase = "oil"\nmouth = [0.5, 0.5, 0.9]\nradius = 0.1\nspeed = 1.0\ndirection = [1e-200, 0, 0]',
+            "emitters.e.direction",
+            "not all zero",
+        ),
+        (
+            '[fill.c]\nshape = "cylinder"\nphase = "oil"\nbase = [0.5, 0.5, 0.3]\nradius = 0.1\nheight = 0.2\naxis = [1e-200, 0, 0]',
+            "fill.c.axis",
+            "not all zero",
+        ),
+        ("[site]\nlatitude = 58.9\nlongitude = 5.6\nbearing_deg = 700", "site.bearing_deg", "is 700, that is 12.217"),
+        ("[forcing.waves]\nheight = 0.1\nperiod = 1.0\nlevel = -1.0", "forcing.waves.level", "above the tank's floor, 0 m"),
         ("[demo]\nfluid.particle_spacing = -1.0", "", ""),
     ],
 )  # fmt: skip

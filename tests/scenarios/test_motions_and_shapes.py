@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from scenarios.bodies import BoxBody, Fixed, RampMotion, RockBody, SphereBody, TableMotion
+from coupling.engine_step import SPEED_LIMIT
+from scenarios.bodies import FASTEST, BoxBody, Fixed, RampMotion, RockBody, SphereBody, TableMotion
 from scenarios.liquid import FluidSettings, PhaseSettings, SlabFill, Tank
 from scenarios.motions import TowingMotion, prescribed_motion
 from scenarios.scenario import RunSettings, Scenario
@@ -60,6 +61,10 @@ def test_smooth_rock_is_an_ellipsoid() -> None:
     assert body_mesh(body).volume == pytest.approx(np.pi / 6.0 * 0.5 * 0.4 * 0.3, rel=3e-3)
 
 
+def test_a_body_may_start_no_faster_than_a_run_follows() -> None:
+    assert FASTEST < SPEED_LIMIT
+
+
 def test_body_is_placed_by_the_origin_of_its_shape_and_turned() -> None:
     """Yaw by 90 degrees turns a box's long side from x to y; density gives the mass."""
     scenario = Scenario(
@@ -74,7 +79,7 @@ def test_body_is_placed_by_the_origin_of_its_shape_and_turned() -> None:
             "ball": SphereBody(position=(0.5, 0.5, 1.5), radius=0.1, mass=2.0),
         },
     )
-    box, ball = own_solids(scenario)
+    box, ball = own_solids(scenario, [])
     np.testing.assert_allclose(box.world_mesh().extents, [0.2, 0.6, 0.1], atol=1e-12)
     np.testing.assert_allclose(box.world_mesh().bounds.mean(axis=0), [1.0, 1.0, 0.7], atol=1e-12)
     assert box.placed.mass_properties.mass == pytest.approx(300.0 * 0.012)

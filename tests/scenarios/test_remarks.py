@@ -8,6 +8,7 @@ import pytest
 
 from scenarios.build import Assembly, build
 from scenarios.load import scenario_from
+from scenarios.remarks import Remarks
 
 SHELF: dict[str, Any] = {
     "name": "shelf",
@@ -60,6 +61,19 @@ def test_a_body_too_thin_for_its_particles_is_told() -> None:
     assert source == "thin sheet"
     assert text.startswith("sheet has parts thinner than a particle: the fluid meets and lifts 2 times its volume;")
     assert text.endswith("fluid.particle_spacing below 0.05 m resolves them")
+
+
+def test_a_boom_of_thin_segments_is_told_once() -> None:
+    swelling = {f"boom/main/segment-{k:02d}": 1.5 + 0.1 * k for k in range(5)} | {
+        "boom/other/segment-00": 1.2,
+        "rock": 1.0,
+    }
+    remarks = Remarks(scenario_from(SHELF), None, {}, swelling)
+    main, other = remarks.look(None)
+    assert main.source == "thin boom/main/segment-00"
+    assert main.text.startswith("boom/main/segment-00 and 4 more have parts thinner than a particle: ")
+    assert "lifts 1.9 times their volume" in main.text
+    assert "lifts 1.2 times its volume" in other.text
 
 
 def test_what_has_been_said_is_remembered() -> None:

@@ -239,7 +239,7 @@ def test_body_displaces_the_liquid_it_stands_in() -> None:
 
 
 def _start(scenario: Scenario) -> dict[str, np.ndarray]:
-    return fill_positions(scenario, [solid.world_mesh() for solid in own_solids(scenario)])
+    return fill_positions(scenario, [solid.world_mesh() for solid in own_solids(scenario, [])])
 
 
 def test_failed_run_ends_with_1_and_keeps_recording_and_summary(
