@@ -62,7 +62,7 @@ _MEASURES = (
     _Measure("oil_lost", "oil lost at the end", "l", 1e3, _last),
     _Measure(_CAUSES, "lost by {}", "l", 1e3, _last),
     _Measure("oil_recovered", "oil taken back", "l", 1e3, _last),
-    _Measure("oil_removed", "oil gone from the water", "l", 1e3, _last),
+    _Measure("oil_removed", "oil gone from the water, not lost", "l", 1e3, _last),
     _Measure("tow_speed", "mean speed through the water", "kn", _KNOTS, _mean),
     _Measure("normal_speed_held", "largest speed held along the boom's normal", "kn", _KNOTS, _largest),
     _Measure("tow_tension/*", "mean tow tension, {}", "N", 1.0, _mean),

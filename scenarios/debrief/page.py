@@ -134,7 +134,7 @@ def _figures(replay: Replay, account: BoomAccount) -> list[tuple[str, str]]:
         *((f"&nbsp;&nbsp;by {cause.replace('_', ' ')}", _volume(float(v[-1]))) for cause, v in account.causes.items()),
         ("Lost once and taken back, in all", _volume(oil["recovered"])),
         ("Not met by the boom", _volume(oil["free"])),
-        ("Left the simulated water", _volume(oil["removed"])),
+        ("Left the simulated water without being lost", _volume(oil["removed"])),
         ("Tow speed at the first loss (0.5 % of the oil)", _knots(losses.first_loss)),
         ("Tow speed at gross loss (2 % of the oil a second)", _knots(losses.gross_loss)),
         (
@@ -183,6 +183,10 @@ def _notes(replay: Replay) -> list[str]:
         if deep < _COARSE:
             coarse = f"The skirt of boom {boom.name} is {deep:.2g} particles deep: see how it fails,"
             notes.append(f"{coarse} and trust neither the speed at which it does, nor its draft, nor its pull.")
+    if replay.run.exercise and len(replay.run.exercise.booms) > 1:
+        notes.append(
+            "Each boom has an account of its own: oil that one lost and another met, or that two hold, is in both."
+        )
     if replay.run.exercise:
         notes += [f"Resolved by the particles: {RESOLVED}.", f"Modelled: {MODELLED}."]
     return notes

@@ -110,7 +110,7 @@ def test_shipped_scenario_runs(name: str) -> None:
     assert set(result) == SUMMARY_KEYS
     assert result["steps"] == 3
     assert set(result["particles"]) == {*scenario.phases, "boundary"}
-    assert set(result["oil_m3"]) == {"released", "afloat", "retained", "lost", "recovered", "ashore"}
+    assert set(result["oil_m3"]) == {"released", "afloat", "retained", "free", "lost", "recovered", "ashore"}
     assert set(result["step_ms"]) == {"median", "p95", "max"}
 
 
