@@ -91,7 +91,11 @@ def frame(index: int) -> Frame:
 @pytest.fixture(scope="module")
 def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A made-up exercise whose every figure follows from a formula."""
-    path = tmp_path_factory.mktemp("exercise") / "made-up.rrd"
+    return write_exercise(tmp_path_factory.mktemp("exercise") / "made-up.rrd", {})
+
+
+def write_exercise(path: Path, scalars: dict[str, float]) -> Path:
+    """Record the made-up exercise, with other values of some series."""
     corners = np.array([[x, y, z] for x in (-0.4, 0.4) for y in (-0.05, 0.05) for z in (-0.2, 0.2)])
     box = MeshDescription(vertices=corners, faces=np.array([[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5]]))
     phases = (
@@ -109,7 +113,9 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with Recorder(path, frame_rate=10.0) as recorder:
         recorder.initialized(run)
         for index in range(FRAMES):
-            recorder.step_completed(frame(index))
+            made_up = frame(index)
+            made_up.scalars = made_up.scalars | scalars
+            recorder.step_completed(made_up)
             if index == 11:
                 recorder.event(Event(1.1, "leaks <now>", "warning", "boom main"))
     return path
@@ -229,6 +235,15 @@ def test_the_page_needs_nothing_else_and_shows_all(recording: Path, tmp_path: Pa
         assert image[..., :3].std() > 0.01  # something is drawn
     saved = json.loads((tmp_path / "out" / "grade.json").read_text())
     assert saved["main"]["grade"] == "C"
+
+
+def test_a_boom_that_met_no_oil_is_debriefed_without_a_word_on_what_it_held(tmp_path: Path) -> None:
+    nothing = {"oil_retained": 0.0, "oil_lost": 0.0, "oil_lost/drainage": 0.0, "oil_free": 0.010}
+    page = write_debrief(write_exercise(tmp_path / "dry.rrd", nothing), tmp_path / "out").read_text(encoding="utf-8")
+    assert re.search(r'<td class="n">–</td>.*?<td class="v none">not told</td>', page, re.DOTALL)
+    saved = json.loads((tmp_path / "out" / "grade.json").read_text())
+    assert saved["main"]["findings"]["held"]["verdict"] is None
+    assert "Left the simulated water without being lost" in page
 
 
 def test_a_run_without_booms_is_debriefed_without_a_grade(tmp_path: Path) -> None:
