@@ -153,11 +153,12 @@ class MeshDescription:
 
 @dataclass(frozen=True, kw_only=True)
 class PhaseDescription:
-    """One fluid of the run: rest density [kg/m3], dynamic viscosity [Pa s], colour (None: chosen by name)."""
+    """One fluid of the run: rest density [kg/m3], dynamic viscosity [Pa s], whether it is oil, colour (None: a usual one)."""
 
     name: str
     rest_density: float
     dynamic_viscosity: float = 0.0
+    is_oil: bool = False
     color: Color | None = None
 
 
@@ -205,6 +206,11 @@ class RunDescription:
             raise ValueError(f"particle_spacing is {self.particle_spacing} m, expected more than 0")
         for name, points in self.boundaries.items():
             _require_shape(f"boundary {name}", np.asarray(points), (None, 3))
+
+    @property
+    def oils(self) -> tuple[str, ...]:
+        """Names of the phases that are oil."""
+        return tuple(phase.name for phase in self.phases if phase.is_oil)
 
 
 @dataclass(frozen=True)

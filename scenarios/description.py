@@ -33,7 +33,11 @@ def describe_run(scene: Scene, *, text: str, overrides: Sequence[str]) -> RunDes
         properties=properties,
         phases=tuple(
             PhaseDescription(
-                name=name, rest_density=phase.rest_density, dynamic_viscosity=phase.viscosity, color=phase.color
+                name=name,
+                rest_density=phase.rest_density,
+                dynamic_viscosity=phase.viscosity,
+                is_oil=phase.is_oil,
+                color=phase.color,
             )
             for name, phase in scenario.phases.items()
         ),

@@ -148,8 +148,8 @@ def _figures(replay: Replay, account: BoomAccount) -> list[tuple[str, str]]:
 def _rules_of_thumb(replay: Replay, account: BoomAccount) -> list[tuple[str, str]]:
     """What formulas say of the same tow, beside what was measured."""
     boom, under_way = account.boom, account.under_way
-    oils = [phase.rest_density for phase in replay.run.phases if palette.is_oil(phase.name)]
-    waters = [phase.rest_density for phase in replay.run.phases if not palette.is_oil(phase.name)]
+    oils = [phase.rest_density for phase in replay.run.phases if phase.is_oil]
+    waters = [phase.rest_density for phase in replay.run.phases if not phase.is_oil]
     rows = []
     if oils and waters and max(oils) < max(waters):
         limit = drainage_speed(max(oils), max(waters), boom.skirt_depth)

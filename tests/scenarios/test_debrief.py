@@ -100,7 +100,7 @@ def write_exercise(path: Path, scalars: dict[str, float]) -> Path:
     box = MeshDescription(vertices=corners, faces=np.array([[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5]]))
     phases = (
         PhaseDescription(name="water", rest_density=1000.0),
-        PhaseDescription(name="oil", rest_density=900.0),
+        PhaseDescription(name="oil", rest_density=900.0, is_oil=True),
     )
     run = RunDescription(
         name="made-up",

@@ -43,6 +43,14 @@ def channel(booms: dict[str, Any]) -> dict[str, Any]:
     }  # fmt: skip
 
 
+def test_oil_is_recorded_as_oil_by_its_role_and_not_by_its_name() -> None:
+    """What the scores count is what recordings, exports and debriefs show."""
+    data = channel(BOOMS["alone"])
+    data["phases"] = {"boiled-sea": data["phases"]["sea"], "brent": data["phases"]["oil"]}
+    data["fill"]["water"]["phase"], data["fill"]["slick"]["phase"] = "boiled-sea", "brent"
+    assert build(scenario_from(data)).description.oils == ("brent",)
+
+
 class Balance:
     """Holds the summary of every communication point to its sum, and looks for lost particles that are shown twice."""
 
