@@ -18,8 +18,9 @@ from recordings import entity_paths, looks
 from recordings.errors import RecordingError
 from recordings.plots import plots_with_series
 from recordings.repair import open_reader
-from recordings.replay import Replay, Series
+from recordings.replay import Replay
 from recordings.rerun_sink import open_stream
+from recordings.worst import WORST, reached
 
 SIDES = ("A", "B")
 _BACKGROUND = (224, 233, 240)
@@ -102,29 +103,36 @@ def scores(first: Replay, second: Replay) -> Iterator[Score]:
     window = common_time(first, second)
     for measure in _MEASURES:
         for name in first.scalars:
-            rest = _rest(name, measure.pattern)
-            if rest is None or name not in second.scalars:
+            start = _start(name, measure.pattern)
+            if start is None or name not in second.scalars:
                 continue
-            values = [_within(replay.scalars[name], *window) for replay in (first, second)]
+            values = [_within(replay, name, start, measure.reduce, *window) for replay in (first, second)]
             if all(len(one) for one in values):
                 a, b = (measure.factor * measure.reduce(one) for one in values)
                 if measure.pattern == _CAUSES and a == b == 0.0:
                     continue
-                yield Score(label=measure.label.format(rest), unit=measure.unit, first=a, second=b)
+                yield Score(label=_label(name, start, measure), unit=measure.unit, first=a, second=b)
 
 
-def _rest(name: str, pattern: str) -> str | None:
-    """What a series is called beyond the pattern that it fits; None if it does not. One boom of several comes first in a name."""
-    for start in (0, *(place + 1 for place, letter in enumerate(name) if letter == "/")):
-        if fnmatch(name[start:], pattern):
-            stem = pattern.removesuffix("*")
-            found = name[start:].removeprefix(stem) if pattern.endswith("*") else ""
-            return " ".join(filter(None, (name[:start].strip("/"), found.replace("_", " "))))
-    return None
+def _start(name: str, pattern: str) -> int | None:
+    """Where in a series' name begins what fits the pattern: behind its boom, if there are several; None if nothing does."""
+    starts = (0, *(place + 1 for place, letter in enumerate(name) if letter == "/"))
+    return next((start for start in starts if fnmatch(name[start:], pattern)), None)
 
 
-def _within(series: Series, begin: float, end: float) -> Values:
-    return series.value[(series.time >= begin - 1e-9) & (series.time <= end + 1e-9)]
+def _label(name: str, start: int, measure: _Measure) -> str:
+    """A score in words."""
+    found = name[start:].removeprefix(measure.pattern.removesuffix("*"))
+    return measure.label.format(" ".join(filter(None, (name[:start].strip("/"), found.replace("_", " ")))))
+
+
+def _within(replay: Replay, name: str, start: int, reduce: Reduction, begin: float, end: float) -> Values:
+    """Values of a series in a time; of the largest and the smallest, what lay between the frames too where that was recorded."""
+    series, values = replay.scalars[name], replay.scalars[name].value
+    worst = replay.scalars.get(f"{name[:start]}{WORST}{name[start:]}")
+    if worst is not None and reduce in (_largest, _smallest):
+        values = reached(values, worst.value)
+    return values[(series.time >= begin - 1e-9) & (series.time <= end + 1e-9)]
 
 
 def write_side_by_side(first: Path, second: Path, target: Path) -> None:

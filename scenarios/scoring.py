@@ -18,6 +18,7 @@ from booms.scores import HeldSpeed, LossSpeeds, TensionRecord
 from coupling.rigid_body_world import RigidBodyWorld
 from oilsim.solver import Fluid
 from recordings.frame import EventLevel
+from recordings.worst import WORST
 from scenarios.exercise import body_of
 from scenarios.fleet import Fleet
 from scenarios.scenario import Scenario
@@ -86,12 +87,8 @@ class BoomScore:
         scalars = report.scalars() | {"metrics/tow_speed": speed}
         scalars |= {"metrics/normal_speed_held": held, "metrics/normal_speed_limit": PRACTICE_SPEED}
         scalars |= {f"metrics/current/{axis}": float(current[place]) for place, axis in enumerate("xy")}
-        for end, joint in self._tension_joints.items():
-            tension = world.tension(joint)
-            self._tensions[end].add(tension, step)
-            scalars[f"metrics/tow_tension/{end}"] = tension
+        scalars |= self._pull(world, step) | self._remember(report, held)
         self._losses.add(time, speed, report.lost, report.retained + report.lost)
-        self._remember(report, held)
         self._announce(report, speed, held)
         return scalars
 
@@ -136,11 +133,22 @@ class BoomScore:
         speeds = [float(np.linalg.norm(world.twist(name)[:2] - current[:2])) for name in self._vessels]
         return float(np.mean(speeds)) if speeds else float(np.linalg.norm(current[:2]))
 
-    def _remember(self, report: ContainmentReport, held: float) -> None:
+    def _pull(self, world: RigidBodyWorld, duration: float) -> dict[str, float]:
+        """The tow tension [N] at each end, which acted for `duration` [s], and its peak."""
+        scalars: dict[str, float] = {}
+        for end, joint in self._tension_joints.items():
+            tension, record = world.tension(joint), self._tensions[end]
+            record.add(tension, duration)
+            scalars |= {f"metrics/tow_tension/{end}": tension, f"metrics/{WORST}tow_tension/{end}": record.peak}
+        return scalars
+
+    def _remember(self, report: ContainmentReport, held: float) -> dict[str, float]:
+        """The worst of what the summary tells, for recordings, which do not hold every communication point."""
         for key, value in (("normal_speed_held", held), ("skirt_angle", report.skirt_angle)):
             self._worst[key] = max(self._worst.get(key, 0.0), value)
         draft = report.effective_draft
         self._worst["effective_draft"] = min(self._worst.get("effective_draft", draft), draft)
+        return {f"metrics/{WORST}{key}": value for key, value in self._worst.items()}
 
     def first_loss_speed(self) -> float | None:
         """Tow speed [m/s] at the first loss, None before it."""

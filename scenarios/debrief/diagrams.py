@@ -94,7 +94,7 @@ def tension_diagram(account: BoomAccount, moments: Sequence[KeyMoment]) -> Figur
     axes = figure.subplots()
     for color, (end, tension) in zip(_LINES, account.tow_tension.items(), strict=False):
         mean = tension[account.under_way].mean()
-        label = f"{end}: mean under way {mean:.3g} N, peak {tension.max():.3g} N"
+        label = f"{end}: mean under way {mean:.3g} N, peak {account.tow_peak[end].max():.3g} N"
         axes.plot(account.time, tension, color=color, linewidth=1.4, label=label)
     axes.set_ylim(bottom=0.0, top=1.3 * max(float(tension.max()) for tension in account.tow_tension.values()))
     axes.set_title("Tow tension at each end", loc="left")

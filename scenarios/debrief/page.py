@@ -139,7 +139,7 @@ def _figures(replay: Replay, account: BoomAccount) -> list[tuple[str, str]]:
         ("Tow speed at gross loss (2 % of the oil a second)", _knots(losses.gross_loss)),
         (
             f"Highest speed normal to the boom, held for {account.hold_time:.2g} s",
-            _knots(float(account.held_speed.max())),
+            _knots(account.highest_held_speed),
         ),
     ]
     return rows + _rules_of_thumb(replay, account)

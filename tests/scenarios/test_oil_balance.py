@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import copy
 import json
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from recordings.comparison import scores
 from recordings.frame import Frame, RunDescription
+from recordings.recorder import Recorder
+from recordings.replay import Replay
 from scenarios.build import Assembly, build
+from scenarios.debrief.account import KNOT, boom_accounts
 from scenarios.load import scenario_from
 from scenarios.score_signals import scores_of
 from scenarios.summary import SummaryObserver
@@ -49,6 +54,28 @@ def test_oil_is_recorded_as_oil_by_its_role_and_not_by_its_name() -> None:
     data["phases"] = {"boiled-sea": data["phases"]["sea"], "brent": data["phases"]["oil"]}
     data["fill"]["water"]["phase"], data["fill"]["slick"]["phase"] = "boiled-sea", "brent"
     assert build(scenario_from(data)).description.oils == ("brent",)
+
+
+def test_recording_debrief_and_comparison_know_the_peaks_of_the_summary(tmp_path: Path) -> None:
+    """Though one communication point in ten is recorded."""
+    scenario = scenario_from(channel(BOOMS["alone"]))
+    assembly = build(scenario)
+    recorder = Recorder(tmp_path / "channel.rrd", frame_rate=5.0)
+    simulation = assembly.co_simulation([recorder])
+    simulation.initialize()
+    simulation.run(1.2)
+    simulation.terminate("completed")
+    replay, summary = Replay(tmp_path / "channel.rrd"), assembly.scoring.summary()["a"]
+    peaks = {end: tension["peak"] for end, tension in summary["tow_tension_n"].items()}
+    (account,) = boom_accounts(replay)
+    assert {end: peak.max() for end, peak in account.tow_peak.items()} == pytest.approx(peaks)
+    assert max(tension.max() for tension in account.tow_tension.values()) < 0.9 * max(peaks.values())
+    assert account.highest_held_speed / KNOT == pytest.approx(summary["largest_held_normal_speed_kn"])
+    found = {score.label: score.first for score in scores(replay, replay)}
+    assert {end: found[f"largest tow tension, {end}"] for end in peaks} == pytest.approx(peaks)
+    assert found["largest speed held along the boom's normal"] == pytest.approx(summary["largest_held_normal_speed_kn"])
+    assert found["largest lean of the skirt"] == pytest.approx(summary["largest_skirt_angle_deg"])
+    assert found["smallest draft"] == pytest.approx(summary["smallest_effective_draft_m"])
 
 
 class Balance:
