@@ -187,6 +187,7 @@ class RunDescription:
             of all other scalars.
         exercise: booms, current and water level, for the debrief; None for a run without booms.
         site: where on Earth and when; None if nobody said so.
+        dimension: 3, or 2 for a plane, a slice one metre thick.
     """
 
     name: str
@@ -200,12 +201,18 @@ class RunDescription:
     plots: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     exercise: ExerciseDescription | None = None
     site: Site | None = None
+    dimension: int = 3
 
     def __post_init__(self) -> None:
         if not self.particle_spacing > 0.0:
             raise ValueError(f"particle_spacing is {self.particle_spacing} m, expected more than 0")
         for name, points in self.boundaries.items():
             _require_shape(f"boundary {name}", np.asarray(points), (None, 3))
+
+    @property
+    def particle_volume(self) -> float:
+        """Rest volume of a particle [m3], of one of a plane's a metre wide."""
+        return self.particle_spacing**self.dimension
 
     @property
     def oils(self) -> tuple[str, ...]:

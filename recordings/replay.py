@@ -134,6 +134,7 @@ class Replay:
             text=str(scenario.get("text", "")),
             properties=dict(self.properties.get("run", {})),
             particle_spacing=float(self.properties["recording"]["particle_spacing"]),
+            dimension=int(self.properties["recording"].get("dimension", 3)),
             phases=self._phase_descriptions(),
             meshes=self._meshes(),
             boundaries=self._boundaries(),

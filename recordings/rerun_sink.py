@@ -128,7 +128,7 @@ class RerunWriter:
         exercise, site = to_json(run.exercise), to_json(run.site)
         facts = rr.AnyValues(name=run.name, text=run.text, camera=camera, plots=plots, exercise=exercise, site=site)
         self._stream.send_property("scenario", facts)
-        fixed = {"format_version": FORMAT_VERSION, "particle_spacing": run.particle_spacing}
+        fixed = {"format_version": FORMAT_VERSION, "particle_spacing": run.particle_spacing, "dimension": run.dimension}
         self._stream.send_property("recording", rr.AnyValues(**fixed, **terms))
         if run.properties:
             self._stream.send_property("run", rr.AnyValues(**{key: [value] for key, value in run.properties.items()}))

@@ -30,6 +30,7 @@ def describe_run(scene: Scene, *, text: str, overrides: Sequence[str]) -> RunDes
         name=scenario.name,
         text=text,
         particle_spacing=scenario.fluid.particle_spacing,
+        dimension=scenario.fluid.dimension,
         properties=properties,
         phases=tuple(
             PhaseDescription(

@@ -218,7 +218,7 @@ def test_tables_hold_every_series_and_the_tracks_asked_for(kind: str, replay: Re
     assert track["x"][0] == pytest.approx(0.7)
 
 
-def two_fluids(path: Path, oil_name: str, water_name: str) -> Replay:
+def two_fluids(path: Path, oil_name: str, water_name: str, dimension: int = 3) -> Replay:
     """A recording of oil and water, of which the oil loses three particles."""
     phases = (
         PhaseDescription(name=water_name, rest_density=1027.0),
@@ -226,7 +226,7 @@ def two_fluids(path: Path, oil_name: str, water_name: str) -> Replay:
     )
     names = {water_name: np.arange(500, 510, dtype=np.uint32), oil_name: np.arange(30, dtype=np.uint32)}
     with Recorder(path, frame_rate=2.0) as recorder:
-        recorder.initialized(RunDescription(name="sea", particle_spacing=SPACING, phases=phases))
+        recorder.initialized(RunDescription(name="sea", particle_spacing=SPACING, phases=phases, dimension=dimension))
         for index in range(2):
             recorder.step_completed(
                 Frame(
@@ -249,6 +249,18 @@ def test_oil_is_what_the_run_called_oil_whatever_its_name(tmp_path: Path) -> Non
     sea, brent = replay.run.phases
     assert palette.phase_color(brent, 1) == palette.OIL and palette.phase_color(sea, 0) == palette.WATER
     assert "**Oil** is dark. **Water** is drawn thin." in legend(replay.run)
+
+
+def test_a_planes_particles_are_a_metre_wide(tmp_path: Path) -> None:
+    replay = two_fluids(tmp_path / "plane.rrd", "oil", "water", dimension=2)
+    assert replay.run.particle_volume == pytest.approx(SPACING**2)
+    write_netcdf(replay, tmp_path / "oil.nc", SITE)
+    with xarray.open_dataset(tmp_path / "oil.nc") as data:
+        np.testing.assert_allclose(data.mass.values, 1000.0 * 835.0 * SPACING**2)
+    write_geojson(replay, tmp_path / "oil.geojson", SITE)
+    features = json.loads((tmp_path / "oil.geojson").read_text())["features"]
+    volumes = {f["properties"]["cause"]: f["properties"]["volume_m3"] for f in features if "cause" in f["properties"]}
+    assert volumes == pytest.approx({"afloat": 27 * SPACING**2, "drainage": 3 * SPACING**2})
 
 
 def test_recordings_that_do_not_say_what_is_oil_are_read_by_the_names(
