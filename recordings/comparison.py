@@ -100,7 +100,7 @@ def common_time(first: Replay, second: Replay) -> tuple[float, float]:
 
 def scores(first: Replay, second: Replay) -> Iterator[Score]:
     """The scores that both runs have, over the time that both cover; without causes by which neither lost oil."""
-    window = common_time(first, second)
+    window, units = common_time(first, second), _probe_units(first)
     for measure in _MEASURES:
         for name in first.scalars:
             start = _start(name, measure.pattern)
@@ -111,7 +111,8 @@ def scores(first: Replay, second: Replay) -> Iterator[Score]:
                 a, b = (measure.factor * measure.reduce(one) for one in values)
                 if measure.pattern == _CAUSES and a == b == 0.0:
                     continue
-                yield Score(label=_label(name, start, measure), unit=measure.unit, first=a, second=b)
+                unit = units.get(name, measure.unit)
+                yield Score(label=_label(name, start, measure), unit=unit, first=a, second=b)
 
 
 def _start(name: str, pattern: str) -> int | None:
@@ -121,9 +122,22 @@ def _start(name: str, pattern: str) -> int | None:
 
 
 def _label(name: str, start: int, measure: _Measure) -> str:
-    """A score in words."""
-    found = name[start:].removeprefix(measure.pattern.removesuffix("*"))
-    return measure.label.format(" ".join(filter(None, (name[:start].strip("/"), found.replace("_", " ")))))
+    """A score in words, with its boom if there are several."""
+    found = name[start:].removeprefix(measure.pattern.removesuffix("*")).removesuffix("_deg")
+    label = measure.label.format(found.replace("_", " "))
+    return f"boom {name[:start].strip('/')}: {label}" if start else label
+
+
+def _probe_units(replay: Replay) -> dict[str, str]:
+    """The units of probes' series as the titles of their diagrams tell them; those that none tells are left out."""
+    probes = [name for name in replay.scalars if name.startswith(f"{entity_paths.PROBES}/")]
+    plots = plots_with_series(replay.run.plots, probes)
+    return {
+        name: title[title.rindex("[") + 1 : -1]
+        for title, names in plots.items()
+        if title.endswith("]")
+        for name in names
+    }
 
 
 def _within(replay: Replay, name: str, start: int, reduce: Reduction, begin: float, end: float) -> Values:
