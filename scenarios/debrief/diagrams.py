@@ -51,7 +51,8 @@ def oil_diagram(account: BoomAccount, moments: Sequence[KeyMoment]) -> Figure:
         lost.text(0.5, 0.5, "nothing was lost", transform=lost.transAxes, ha="center", color="#5c6b76")
     whole.set_title("Where the oil was", loc="left")
     lost.set_title("Lost by cause, on a scale of its own", loc="left", fontsize=10.5)
-    whole.legend(frameon=False, ncols=5, loc="lower right", bbox_to_anchor=(1.0, 0.98), fontsize=9)
+    if whole.get_legend_handles_labels()[0]:  # nothing is drawn of a run without oil
+        whole.legend(frameon=False, ncols=5, loc="lower right", bbox_to_anchor=(1.0, 0.98), fontsize=9)
     _finish([whole, lost], moments)
     return figure
 

@@ -258,8 +258,10 @@ def test_the_page_needs_nothing_else_and_shows_all(recording: Path, tmp_path: Pa
     assert saved["main"]["grade"] == "C"
 
 
-def test_a_boom_that_met_no_oil_is_debriefed_without_a_word_on_what_it_held(tmp_path: Path) -> None:
-    nothing = {"oil_retained": 0.0, "oil_lost": 0.0, "oil_lost/drainage": 0.0, "oil_free": 0.010}
+@pytest.mark.parametrize("free", [0.010, 0.0])
+@pytest.mark.filterwarnings("error")
+def test_a_boom_that_met_no_oil_is_debriefed_without_a_word_on_what_it_held(free: float, tmp_path: Path) -> None:
+    nothing = {"oil_retained": 0.0, "oil_lost": 0.0, "oil_lost/drainage": 0.0, "oil_free": free}
     page = write_debrief(write_exercise(tmp_path / "dry.rrd", lambda index: nothing), tmp_path / "out").read_text(
         encoding="utf-8"
     )
