@@ -80,7 +80,7 @@ def _print_events(first: Replay, second: Replay) -> None:
     from rich.table import Table
 
     told = [
-        (event.time, side, event.text)
+        (event.time, side, f"{event.source}: {event.text}" if event.source else event.text)
         for side, replay in (("A", first), ("B", second))
         for event in replay.events
         if event.source == "instructor" or event.level != "info"

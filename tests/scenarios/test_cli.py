@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import recordings.picture
-from recordings.frame import Frame, RunDescription
+from recordings.frame import Event, Frame, RunDescription
 from recordings.recorder import Recorder
 from recordings.replay import Replay
 from scenarios.cli import main
@@ -33,9 +33,11 @@ def test_compare_says_that_unrelated_runs_have_no_score_in_common(
         with Recorder(tmp_path / f"{name}.rrd", frame_rate=1.0) as recorder:
             recorder.initialized(RunDescription(name=f"{name}-scene", particle_spacing=0.1))
             recorder.step_completed(Frame(index=0, time=0.0, scalars={probe: 1.0}))
+            recorder.event(Event(0.0, "leaks", "warning", f"boom {name}"))
     assert main(["compare", str(tmp_path / "one.rrd"), str(tmp_path / "other.rrd"), "--table"]) == 0
     said = capsys.readouterr().out
-    assert said == "one.rrd (one-scene) and other.rrd (other-scene) have no score in common\n"
+    assert said.startswith("one.rrd (one-scene) and other.rrd (other-scene) have no score in common\n")
+    assert "boom one: leaks" in said and "boom other: leaks" in said
 
 
 @pytest.mark.parametrize("name", sorted(library_paths()))
