@@ -37,10 +37,11 @@ def balance(trackers: Sequence[ContainmentTracker], ids: NDArray[np.integer]) ->
     present = np.zeros(len(cause), dtype=np.bool_)
     present[ids] = True
     lost = cause != _NOT_LOST
+    counts = np.bincount(cause[lost], minlength=len(Cause))
     return OilBalance(
         retained=int((present & retained).sum()),
         free=int((present & ~retained & ~lost).sum()),
-        lost_by_cause={name: len(found) for name, found in lost_ids(trackers).items()},
+        lost_by_cause={one.name.lower(): int(counts[one]) for one in Cause if counts[one]},
         lost_and_gone=int((lost & ~present).sum()),
     )
 
