@@ -165,6 +165,18 @@ class ContainmentReport:
         return values | {f"metrics/{name}": float(getattr(self, name)) for name in shape}
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Standing:
+    """Where particles 0 ... N - 1 stand: retained (N,); lost_at (N,) [s], -inf unless lost; cause (N,) of those lost."""
+
+    retained: NDArray[np.bool_]
+    lost_at: Array
+    cause: NDArray[np.int8]
+
+
+_BY_PARTICLE = ("_fate", "_was_inside", "_cause", "_known", "_lost_at")
+
+
 class ContainmentTracker:
     """Keeps the account of every oil particle by its id, from update to update.
 
@@ -188,6 +200,7 @@ class ContainmentTracker:
         self._was_inside = np.zeros(0, dtype=np.bool_)
         self._cause = np.zeros(0, dtype=np.int8)
         self._known = np.zeros(0, dtype=np.bool_)
+        self._lost_at = np.zeros(0)  # [s], of those that are lost
         self._recovered = 0
 
     def update(
@@ -207,19 +220,18 @@ class ContainmentTracker:
         signed, edge = signed_distance(points[:, :2], boom.line())
         inside = signed > 0.0
         self._settle_causes(index, points, inside, edge, boom, water_level, np.array(current))
-        self._settle_fates(index, signed, inside)
+        self._settle_fates(time, index, signed, inside)
         self._was_inside[index] = inside
         return self._report(time, index, inside, boom, water_level, np.array(current))
 
-    def lost_ids(self) -> dict[str, NDArray[np.uint32]]:
-        """Ids, increasing, of the particles that are lost now, by cause; causes that took none are left out."""
-        ids = np.flatnonzero(self._known & (self._fate == _Fate.LOST)).astype(np.uint32)
-        causes = self._cause[ids]
-        return {cause.name.lower(): ids[causes == cause] for cause in Cause if (causes == cause).any()}
+    def standing(self) -> Standing:
+        """Where every particle stands, by its id."""
+        lost_at = np.where(self._fate == _Fate.LOST, self._lost_at, -np.inf)
+        return Standing(retained=self._fate == _Fate.RETAINED, lost_at=lost_at, cause=self._cause)
 
     def save_state(self) -> dict[str, object]:
         """Everything needed to go on from here."""
-        arrays = {name: getattr(self, name).copy() for name in ("_fate", "_was_inside", "_cause", "_known")}
+        arrays = {name: getattr(self, name).copy() for name in _BY_PARTICLE}
         return {**arrays, "_recovered": self._recovered}
 
     def restore_state(self, state: Mapping[str, object]) -> None:
@@ -231,7 +243,7 @@ class ContainmentTracker:
         """Let the account reach up to the largest id."""
         missing = (int(index.max()) + 1 if len(index) else 0) - len(self._fate)
         if missing > 0:
-            for name in ("_fate", "_was_inside", "_cause", "_known"):
+            for name in _BY_PARTICLE:
                 old = getattr(self, name)
                 setattr(self, name, np.concatenate([old, np.zeros(missing, dtype=old.dtype)]))
 
@@ -268,7 +280,7 @@ class ContainmentTracker:
                 bottom[k] = np.quantile(near, 0.05)
         return bottom
 
-    def _settle_fates(self, index: NDArray[np.int64], signed: Array, inside: NDArray[np.bool_]) -> None:
+    def _settle_fates(self, time: float, index: NDArray[np.int64], signed: Array, inside: NDArray[np.bool_]) -> None:
         """Move particles between free, retained and lost."""
         fate, margin = self._fate[index], self.options.hysteresis
         back = (fate == _Fate.LOST) & (signed > margin)
@@ -277,6 +289,7 @@ class ContainmentTracker:
         self._recovered += int(back.sum())
         fate[back | gathered] = _Fate.RETAINED
         fate[gone] = _Fate.LOST
+        self._lost_at[index[gone]] = time
         self._fate[index] = fate
         self._known[index] = True
 

@@ -76,7 +76,7 @@ def _scene(
 
 def _waters(run: RunDescription) -> list[str]:
     """What would hide a boom from a near camera."""
-    return [entity_paths.phase(phase.name) for phase in run.phases if palette.is_water(phase.name)]
+    return [entity_paths.phase(phase.name) for phase in run.phases if palette.is_water(phase)]
 
 
 def _eye(camera: CameraView, follows: str | None) -> rrb.EyeControls3D:

@@ -37,11 +37,11 @@ def draw_map(axes: Axes, replay: Replay, moments: Sequence[Moment]) -> None:
         positions = last.positions.get(phase.name)
         if positions is None or not len(positions):
             continue
-        if palette.is_oil(phase.name):
+        if phase.is_oil:
             before = first.positions.get(phase.name, positions[:0])
             draw_outline(axes, before[:, across], run.particle_spacing, "dashed")
             draw_outline(axes, positions[:, across], run.particle_spacing, "solid")
-        _draw_particles(axes, positions[:, across], run.particle_spacing, color, palette.is_oil(phase.name))
+        _draw_particles(axes, positions[:, across], run.particle_spacing, color, phase.is_oil)
     for cause, positions in last.lost.items():
         _draw_particles(axes, positions[:, across], run.particle_spacing, palette.cause_color(cause), True)
     for name, mesh in run.meshes.items():
@@ -55,17 +55,17 @@ def draw_map(axes: Axes, replay: Replay, moments: Sequence[Moment]) -> None:
     axes.set_ylabel("z [m]" if side else "y [m]")
     view = "from the side" if side else "from above"
     axes.set_title(f"{view} at {last.time:.1f} s", loc="left", fontsize=10.5)
-    if last.time > first.time and _has_past(moments):
+    if last.time > first.time and _has_past(run.oils, moments):
         past = f"dashed outline and faint bodies: {first.time:.1f} s"
         axes.set_title(past, loc="right", fontsize=9.0, color="#5c6b76", fontweight="normal")
     axes.set_axisbelow(True)
     axes.grid(color="#e3e8ec", linewidth=0.8)
 
 
-def _has_past(moments: Sequence[Moment]) -> bool:
+def _has_past(oils: Sequence[str], moments: Sequence[Moment]) -> bool:
     """Whether the first moment left something on the map: oil, or a body that has moved since."""
     first, last = moments[0], moments[-1]
-    oil = any(palette.is_oil(name) and len(position) for name, position in first.positions.items())
+    oil = any(name in oils and len(position) for name, position in first.positions.items())
     return oil or any(_moves(body, last.bodies[name]) for name, body in first.bodies.items())
 
 

@@ -18,8 +18,9 @@ from recordings import entity_paths, looks
 from recordings.errors import RecordingError
 from recordings.plots import plots_with_series
 from recordings.repair import open_reader
-from recordings.replay import Replay, Series
+from recordings.replay import Replay
 from recordings.rerun_sink import open_stream
+from recordings.worst import WORST, reached
 
 SIDES = ("A", "B")
 _BACKGROUND = (224, 233, 240)
@@ -62,7 +63,7 @@ _MEASURES = (
     _Measure("oil_lost", "oil lost at the end", "l", 1e3, _last),
     _Measure(_CAUSES, "lost by {}", "l", 1e3, _last),
     _Measure("oil_recovered", "oil taken back", "l", 1e3, _last),
-    _Measure("oil_removed", "oil gone from the water", "l", 1e3, _last),
+    _Measure("oil_removed", "oil gone from the water, not lost", "l", 1e3, _last),
     _Measure("tow_speed", "mean speed through the water", "kn", _KNOTS, _mean),
     _Measure("normal_speed_held", "largest speed held along the boom's normal", "kn", _KNOTS, _largest),
     _Measure("tow_tension/*", "mean tow tension, {}", "N", 1.0, _mean),
@@ -99,32 +100,53 @@ def common_time(first: Replay, second: Replay) -> tuple[float, float]:
 
 def scores(first: Replay, second: Replay) -> Iterator[Score]:
     """The scores that both runs have, over the time that both cover; without causes by which neither lost oil."""
-    window = common_time(first, second)
+    window, units = common_time(first, second), _probe_units(first)
     for measure in _MEASURES:
         for name in first.scalars:
-            rest = _rest(name, measure.pattern)
-            if rest is None or name not in second.scalars:
+            start = _start(name, measure.pattern)
+            if start is None or name not in second.scalars:
                 continue
-            values = [_within(replay.scalars[name], *window) for replay in (first, second)]
+            values = [_within(replay, name, start, measure.reduce, *window) for replay in (first, second)]
             if all(len(one) for one in values):
                 a, b = (measure.factor * measure.reduce(one) for one in values)
                 if measure.pattern == _CAUSES and a == b == 0.0:
                     continue
-                yield Score(label=measure.label.format(rest), unit=measure.unit, first=a, second=b)
+                unit = units.get(name, measure.unit)
+                yield Score(label=_label(name, start, measure), unit=unit, first=a, second=b)
 
 
-def _rest(name: str, pattern: str) -> str | None:
-    """What a series is called beyond the pattern that it fits; None if it does not. One boom of several comes first in a name."""
-    for start in (0, *(place + 1 for place, letter in enumerate(name) if letter == "/")):
-        if fnmatch(name[start:], pattern):
-            stem = pattern.removesuffix("*")
-            found = name[start:].removeprefix(stem) if pattern.endswith("*") else ""
-            return " ".join(filter(None, (name[:start].strip("/"), found.replace("_", " "))))
-    return None
+def _start(name: str, pattern: str) -> int | None:
+    """Where in a series' name begins what fits the pattern: behind its boom, if there are several; None if nothing does."""
+    starts = (0, *(place + 1 for place, letter in enumerate(name) if letter == "/"))
+    return next((start for start in starts if fnmatch(name[start:], pattern)), None)
 
 
-def _within(series: Series, begin: float, end: float) -> Values:
-    return series.value[(series.time >= begin - 1e-9) & (series.time <= end + 1e-9)]
+def _label(name: str, start: int, measure: _Measure) -> str:
+    """A score in words, with its boom if there are several."""
+    found = name[start:].removeprefix(measure.pattern.removesuffix("*")).removesuffix("_deg")
+    label = measure.label.format(found.replace("_", " "))
+    return f"boom {name[:start].strip('/')}: {label}" if start else label
+
+
+def _probe_units(replay: Replay) -> dict[str, str]:
+    """The units of probes' series as the titles of their diagrams tell them; those that none tells are left out."""
+    probes = [name for name in replay.scalars if name.startswith(f"{entity_paths.PROBES}/")]
+    plots = plots_with_series(replay.run.plots, probes)
+    return {
+        name: title[title.rindex("[") + 1 : -1]
+        for title, names in plots.items()
+        if title.endswith("]")
+        for name in names
+    }
+
+
+def _within(replay: Replay, name: str, start: int, reduce: Reduction, begin: float, end: float) -> Values:
+    """Values of a series in a time; of the largest and the smallest, what lay between the frames too where that was recorded."""
+    series, values = replay.scalars[name], replay.scalars[name].value
+    worst = replay.scalars.get(f"{name[:start]}{WORST}{name[start:]}")
+    if worst is not None and reduce in (_largest, _smallest):
+        values = reached(values, worst.value)
+    return values[(series.time >= begin - 1e-9) & (series.time <= end + 1e-9)]
 
 
 def write_side_by_side(first: Path, second: Path, target: Path) -> None:

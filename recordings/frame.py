@@ -153,11 +153,12 @@ class MeshDescription:
 
 @dataclass(frozen=True, kw_only=True)
 class PhaseDescription:
-    """One fluid of the run: rest density [kg/m3], dynamic viscosity [Pa s], colour (None: chosen by name)."""
+    """One fluid of the run: rest density [kg/m3], dynamic viscosity [Pa s], whether it is oil, colour (None: a usual one)."""
 
     name: str
     rest_density: float
     dynamic_viscosity: float = 0.0
+    is_oil: bool = False
     color: Color | None = None
 
 
@@ -186,6 +187,7 @@ class RunDescription:
             of all other scalars.
         exercise: booms, current and water level, for the debrief; None for a run without booms.
         site: where on Earth and when; None if nobody said so.
+        dimension: 3, or 2 for a plane, a slice one metre thick.
     """
 
     name: str
@@ -199,12 +201,23 @@ class RunDescription:
     plots: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     exercise: ExerciseDescription | None = None
     site: Site | None = None
+    dimension: int = 3
 
     def __post_init__(self) -> None:
         if not self.particle_spacing > 0.0:
             raise ValueError(f"particle_spacing is {self.particle_spacing} m, expected more than 0")
         for name, points in self.boundaries.items():
             _require_shape(f"boundary {name}", np.asarray(points), (None, 3))
+
+    @property
+    def particle_volume(self) -> float:
+        """Rest volume of a particle [m3], of one of a plane's a metre wide."""
+        return self.particle_spacing**self.dimension
+
+    @property
+    def oils(self) -> tuple[str, ...]:
+        """Names of the phases that are oil."""
+        return tuple(phase.name for phase in self.phases if phase.is_oil)
 
 
 @dataclass(frozen=True)

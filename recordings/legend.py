@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from recordings.frame import RunDescription
-from recordings.palette import CAUSES, is_oil, is_water
+from recordings.palette import CAUSES, is_water
 
 
 def legend(run: RunDescription) -> str:
     """What is run, and what colours and arrows mean, in Markdown."""
-    names = [phase.name for phase in run.phases]
     booms = run.exercise.booms if run.exercise else ()
     lines = [f"**{run.properties.get('title') or run.name}**"]
     if booms:
@@ -16,9 +15,9 @@ def legend(run: RunDescription) -> str:
         full = max(boom.full_tension for boom in booms)
         lines.append(f"**Oil** is dark; **lost oil** by its cause: {causes}.")
         lines.append(f"**Boom**: pale when slack, orange at {0.5 * full:.3g} N, dark red from {full:.3g} N of tension.")
-    elif any(map(is_oil, names)):
+    elif run.oils:
         lines.append("**Oil** is dark.")
-    if any(map(is_oil, names)) and any(map(is_water, names)):
+    if run.oils and any(map(is_water, run.phases)):
         lines[-1] += " **Water** is drawn thin."
     if run.meshes:
         lines.append("Tab *Forces*: the water's force on each body, three body lengths for its whole buoyancy.")

@@ -28,10 +28,10 @@ def classes(phases: Sequence[PhaseDescription]) -> rr.AnnotationContext:
     return rr.AnnotationContext([*entries, rr.AnnotationInfo(id=_WALL_CLASS, label="wall", color=palette.WALL)])
 
 
-def phase(index: int, name: str, spacing: float, *, beside_oil: bool) -> rr.Points3D:
+def phase(index: int, one: PhaseDescription, spacing: float, *, beside_oil: bool) -> rr.Points3D:
     """The particles of one phase, water the thinner if there is oil."""
     water = _WATER_RADIUS if beside_oil else _LONE_WATER_RADIUS
-    return rr.Points3D.from_fields(class_ids=[index], radii=[spacing * (water if palette.is_water(name) else _RADIUS)])
+    return rr.Points3D.from_fields(class_ids=[index], radii=[spacing * (water if palette.is_water(one) else _RADIUS)])
 
 
 def lost(cause: str, spacing: float) -> rr.Points3D:

@@ -50,23 +50,18 @@ def tension_color(tension: npt.ArrayLike, full_tension: float) -> npt.NDArray[np
     return np.column_stack([*channels, np.full(len(place), 255.0)]).round().astype(np.uint8)
 
 
-def is_oil(name: str) -> bool:
-    """Whether a phase's name says that it is oil; everything else is drawn as something to look through."""
-    return any(word in name.lower() for word in ("oil", "crude", "diesel", "fuel"))
-
-
-def is_water(name: str) -> bool:
-    """Whether a phase's name says that it is water."""
-    return any(word in name.lower() for word in ("water", "ocean", "sea"))
+def is_water(phase: PhaseDescription) -> bool:
+    """Whether a phase is no oil and its name says that it is water, which is drawn as something to look through."""
+    return not phase.is_oil and any(word in phase.name.lower() for word in ("water", "ocean", "sea"))
 
 
 def phase_color(phase: PhaseDescription, index: int) -> Color:
     """A phase's own colour, or dark for oil, blue for water, and something else for others."""
     if phase.color is not None:
         return phase.color
-    if is_oil(phase.name):
+    if phase.is_oil:
         return OIL
-    return WATER if is_water(phase.name) else _OTHERS[index % len(_OTHERS)]
+    return WATER if is_water(phase) else _OTHERS[index % len(_OTHERS)]
 
 
 def body_color(name: str, mesh: MeshDescription | None) -> Color:

@@ -68,6 +68,7 @@ class Recorder:
         self._last_slot = -1
         self._last_index = 0
         self._is_first = True
+        self._oils: tuple[str, ...] = ()
         _require_writable(self.path)
 
     def __enter__(self) -> Recorder:
@@ -85,6 +86,7 @@ class Recorder:
 
         if self._file is not None:
             raise RecordingError(self.path, "is already open; one recorder records one run")
+        self._oils = run.oils
         terms = {"frame_rate": self.frame_rate, "precision": self.precision or 0.0}
         terms |= {f"every_{name}": float(count) for name, count in self.every.items()}
         self._file = RerunFile(self.path, run, terms)
@@ -101,7 +103,7 @@ class Recorder:
             file.write_if_full()
             return
         self._last_slot = slot
-        sample = take_sample(frame, precision=self.precision, phases=self._due_phases(frame))
+        sample = take_sample(frame, precision=self.precision, phases=self._due_phases(frame), oils=self._oils)
         self.recorded_frames += 1
         self._is_first = False
         file.add(sample)

@@ -134,6 +134,7 @@ class Replay:
             text=str(scenario.get("text", "")),
             properties=dict(self.properties.get("run", {})),
             particle_spacing=float(self.properties["recording"]["particle_spacing"]),
+            dimension=int(self.properties["recording"].get("dimension", 3)),
             phases=self._phase_descriptions(),
             meshes=self._meshes(),
             boundaries=self._boundaries(),
@@ -239,6 +240,7 @@ class Replay:
             if "description" in values:
                 stored = json.loads(str(values["description"]))
                 color = tuple(stored.pop("color")) if stored.get("color") else None
+                stored.setdefault("is_oil", _sounds_like_oil(stored["name"]))
                 order = int(str(values["Points3D:class_ids"]))
                 found.append((order, PhaseDescription(**(stored | {"color": color}))))
         return tuple(phase for _, phase in sorted(found, key=lambda pair: pair[0]))
@@ -286,6 +288,11 @@ def _lazy_store(reader: RrdReader) -> LazyStore | None:
         return reader.store()
     except (ValueError, RuntimeError):
         return None
+
+
+def _sounds_like_oil(name: str) -> bool:
+    """Whether a phase is oil by its name, for recordings that do not say it."""
+    return any(word in name.lower() for word in ("oil", "crude", "diesel", "fuel"))
 
 
 def _unpacked(color: int) -> Color:

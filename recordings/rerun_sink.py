@@ -68,9 +68,8 @@ class RerunWriter:
         self._full_tension = {name: boom.full_tension for boom in booms for name in boom.segments}
         self._write_properties(run, terms)
         self._static("/", rr.ViewCoordinates.RIGHT_HAND_Z_UP, looks.classes(run.phases))
-        oily = any(palette.is_oil(phase.name) for phase in run.phases)
         for index, phase in enumerate(run.phases):
-            look = looks.phase(index, phase.name, run.particle_spacing, beside_oil=oily)
+            look = looks.phase(index, phase, run.particle_spacing, beside_oil=bool(run.oils))
             self._static(entity_paths.phase(phase.name), look, rr.AnyValues(description=json.dumps(asdict(phase))))
         for name, points in run.boundaries.items():
             self._write_boundary(name, np.array(points, dtype=np.float32), run.particle_spacing)
@@ -129,7 +128,7 @@ class RerunWriter:
         exercise, site = to_json(run.exercise), to_json(run.site)
         facts = rr.AnyValues(name=run.name, text=run.text, camera=camera, plots=plots, exercise=exercise, site=site)
         self._stream.send_property("scenario", facts)
-        fixed = {"format_version": FORMAT_VERSION, "particle_spacing": run.particle_spacing}
+        fixed = {"format_version": FORMAT_VERSION, "particle_spacing": run.particle_spacing, "dimension": run.dimension}
         self._stream.send_property("recording", rr.AnyValues(**fixed, **terms))
         if run.properties:
             self._stream.send_property("run", rr.AnyValues(**{key: [value] for key, value in run.properties.items()}))

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from recordings import palette
 from recordings.frame import Frame, PhaseFrame
 
 MAXIMUM_BLOCK_SECONDS = 0.5  # of wall time: what a killed run may lose
@@ -83,8 +82,10 @@ class Block:
         return samples
 
 
-def take_sample(frame: Frame, *, precision: float | None, phases: Collection[str] | None) -> Sample:
-    """Copy out of ``frame`` what is to be recorded; particles of ``phases`` only (None: of all).
+def take_sample(
+    frame: Frame, *, precision: float | None, phases: Collection[str] | None, oils: Collection[str]
+) -> Sample:
+    """Copy out of ``frame`` what is to be recorded; particles of ``phases`` only (None: of all), of which ``oils`` are oil.
 
     A sample waits for its block and is then kept by Rerun, which takes arrays without copying them. So everything is
     copied here, whatever its owner promises: a megabyte costs a tenth of a millisecond.
@@ -101,16 +102,14 @@ def take_sample(frame: Frame, *, precision: float | None, phases: Collection[str
         phases=taken,
         bodies={name: body.motion for name, body in frame.bodies.items()},
         tensions={name: body.tension for name, body in frame.bodies.items() if not math.isnan(body.tension)},
-        lost=_lost(frame, taken),
+        lost=_lost(frame, {name: taken[name] for name in oils if name in taken}),
         scalars=dict(frame.scalars),
     )
 
 
-def _lost(frame: Frame, taken: Mapping[str, PhaseFrame]) -> Mapping[str, PhaseFrame] | None:
-    """The lost particles among those taken, by cause."""
-    if not any(palette.is_oil(name) for name in taken):
-        return None
-    return {cause: _those_of(ids, taken.values()) for cause, ids in frame.lost.items()}
+def _lost(frame: Frame, oil: Mapping[str, PhaseFrame]) -> Mapping[str, PhaseFrame] | None:
+    """The lost particles among the oil that was taken, by cause; None if none was taken."""
+    return {cause: _those_of(ids, oil.values()) for cause, ids in frame.lost.items()} if oil else None
 
 
 def _those_of(ids: npt.NDArray[np.uint32], phases: Iterable[PhaseFrame]) -> PhaseFrame:

@@ -31,7 +31,7 @@ def render_moments(
     camera = run.camera or _usual_camera(moments)
     eye, target = np.array(camera.eye), np.array(camera.target)
     if exercise_only:
-        seen = np.concatenate([_extent(run, _without_water(moment), far=np.inf) for moment in moments])
+        seen = np.concatenate([_extent(run, _without_water(run, moment), far=np.inf) for moment in moments])
     else:
         seen = np.concatenate([_extent(run, moment) for moment in moments])
     margin = _MARGIN * width
@@ -67,9 +67,9 @@ def _render(run: RunDescription, moment: Moment, canvas: Canvas, depth: float) -
 
 def _opaque(phase: PhaseDescription, phase_count: int) -> bool:
     """Oil hides what is behind it; water does not, nor does the only fluid of a run unless it is oil."""
-    if palette.is_oil(phase.name):
+    if phase.is_oil:
         return True
-    return phase_count > 1 and not palette.is_water(phase.name)
+    return phase_count > 1 and not palette.is_water(phase)
 
 
 def _body_color(run: RunDescription, name: str, mesh: MeshDescription, body: BodyFrame) -> Color:
@@ -81,9 +81,9 @@ def _body_color(run: RunDescription, name: str, mesh: MeshDescription, body: Bod
     return palette.body_color(name, mesh)
 
 
-def _without_water(moment: Moment) -> Moment:
+def _without_water(run: RunDescription, moment: Moment) -> Moment:
     """The same moment with its oil only, unless that leaves nothing to look at."""
-    oil = {name: position for name, position in moment.positions.items() if palette.is_oil(name) and len(position)}
+    oil = {name: position for name, position in moment.positions.items() if name in run.oils and len(position)}
     return replace(moment, positions=oil) if oil else moment
 
 

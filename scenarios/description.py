@@ -30,10 +30,15 @@ def describe_run(scene: Scene, *, text: str, overrides: Sequence[str]) -> RunDes
         name=scenario.name,
         text=text,
         particle_spacing=scenario.fluid.particle_spacing,
+        dimension=scenario.fluid.dimension,
         properties=properties,
         phases=tuple(
             PhaseDescription(
-                name=name, rest_density=phase.rest_density, dynamic_viscosity=phase.viscosity, color=phase.color
+                name=name,
+                rest_density=phase.rest_density,
+                dynamic_viscosity=phase.viscosity,
+                is_oil=phase.is_oil,
+                color=phase.color,
             )
             for name, phase in scenario.phases.items()
         ),

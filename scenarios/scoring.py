@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -11,12 +11,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from booms.balance import OilBalance, balance, lost_ids
 from booms.containment import PRACTICE_SPEED, BoomState, ContainmentOptions, ContainmentReport, ContainmentTracker
 from booms.deployment import BoomLayout
 from booms.scores import HeldSpeed, LossSpeeds, TensionRecord
 from coupling.rigid_body_world import RigidBodyWorld
 from oilsim.solver import Fluid
 from recordings.frame import EventLevel
+from recordings.worst import WORST
 from scenarios.exercise import body_of
 from scenarios.fleet import Fleet
 from scenarios.scenario import Scenario
@@ -56,7 +58,7 @@ class BoomScore:
         self._told: set[str] = set()
         self._happenings: list[Happening] = []
         spacing = scenario.fluid.particle_spacing
-        self._tracker = ContainmentTracker(
+        self.tracker = ContainmentTracker(
             ContainmentOptions(
                 skirt_depth=settings.skirt_depth,
                 freeboard=settings.freeboard,
@@ -74,7 +76,7 @@ class BoomScore:
     ) -> dict[str, float]:
         """Take the state at `time` [s] into the account; oil is positions (N, 3) [m] and ids (N,), current (3,) [m/s]."""
         state = self._state(world)
-        report = self._tracker.update(
+        report = self.tracker.update(
             time, state, *oil, water_level=level, current=(float(current[0]), float(current[1]))
         )
         self.report = report
@@ -85,18 +87,10 @@ class BoomScore:
         scalars = report.scalars() | {"metrics/tow_speed": speed}
         scalars |= {"metrics/normal_speed_held": held, "metrics/normal_speed_limit": PRACTICE_SPEED}
         scalars |= {f"metrics/current/{axis}": float(current[place]) for place, axis in enumerate("xy")}
-        for end, joint in self._tension_joints.items():
-            tension = world.tension(joint)
-            self._tensions[end].add(tension, step)
-            scalars[f"metrics/tow_tension/{end}"] = tension
+        scalars |= self._pull(world, step) | self._remember(report, held)
         self._losses.add(time, speed, report.lost, report.retained + report.lost)
-        self._remember(report, held)
         self._announce(report, speed, held)
         return scalars
-
-    def lost_ids(self) -> dict[str, NDArray[np.uint32]]:
-        """Ids of the oil particles that the boom has lost, by cause."""
-        return self._tracker.lost_ids()
 
     def take_happenings(self) -> list[Happening]:
         """What has happened since the last call."""
@@ -139,11 +133,22 @@ class BoomScore:
         speeds = [float(np.linalg.norm(world.twist(name)[:2] - current[:2])) for name in self._vessels]
         return float(np.mean(speeds)) if speeds else float(np.linalg.norm(current[:2]))
 
-    def _remember(self, report: ContainmentReport, held: float) -> None:
+    def _pull(self, world: RigidBodyWorld, duration: float) -> dict[str, float]:
+        """The tow tension [N] at each end, which acted for `duration` [s], and its peak."""
+        scalars: dict[str, float] = {}
+        for end, joint in self._tension_joints.items():
+            tension, record = world.tension(joint), self._tensions[end]
+            record.add(tension, duration)
+            scalars |= {f"metrics/tow_tension/{end}": tension, f"metrics/{WORST}tow_tension/{end}": record.peak}
+        return scalars
+
+    def _remember(self, report: ContainmentReport, held: float) -> dict[str, float]:
+        """The worst of what the summary tells, for recordings, which do not hold every communication point."""
         for key, value in (("normal_speed_held", held), ("skirt_angle", report.skirt_angle)):
             self._worst[key] = max(self._worst.get(key, 0.0), value)
         draft = report.effective_draft
         self._worst["effective_draft"] = min(self._worst.get("effective_draft", draft), draft)
+        return {f"metrics/{WORST}{key}": value for key, value in self._worst.items()}
 
     def first_loss_speed(self) -> float | None:
         """Tow speed [m/s] at the first loss, None before it."""
@@ -156,7 +161,7 @@ class BoomScore:
     def save_state(self) -> dict[str, Any]:
         """The account as it stands."""
         return {
-            "tracker": self._tracker.save_state(),
+            "tracker": self.tracker.save_state(),
             "report": None if self.report is None else asdict(self.report),
             "tensions": {end: asdict(record) for end, record in self._tensions.items()},
             "losses": asdict(self._losses),
@@ -168,7 +173,7 @@ class BoomScore:
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
         """Back to what `save_state` returned."""
-        self._tracker.restore_state(saved["tracker"])
+        self.tracker.restore_state(saved["tracker"])
         self.report = None if saved["report"] is None else ContainmentReport(**saved["report"])
         self._tensions = {end: TensionRecord(**record) for end, record in saved["tensions"].items()}
         self._losses, self._held = LossSpeeds(**deepcopy(saved["losses"])), HeldSpeed(**deepcopy(saved["held"]))
@@ -214,6 +219,7 @@ class Scoring:
         self._orders = tuple(_orders(fleet.vessels))
         self._announced_until = -math.inf  # [s]
         self._happenings: list[Happening] = []
+        self.balance: OilBalance | None = None  # without booms, and before the first communication point
         self.booms = tuple(
             BoomScore(name, scenario, layout, fleet.tensions_of(name)) for name, layout in fleet.booms.items()
         )
@@ -229,6 +235,7 @@ class Scoring:
             values = boom.update(time, self._world, oil, self._level, self._current)
             several = len(self.booms) > 1
             scalars |= {_of_boom(key, boom.name) if several else key: value for key, value in values.items()}
+        self.balance = balance([boom.tracker for boom in self.booms], oil[1])
         return scalars
 
     def take_happenings(self) -> Sequence[Happening]:
@@ -237,12 +244,8 @@ class Scoring:
         return [*happenings, *(found for boom in self.booms for found in boom.take_happenings())]
 
     def lost_ids(self) -> dict[str, NDArray[np.uint32]]:
-        """Ids, increasing, of the oil particles that any boom has lost, by cause."""
-        found: dict[str, list[NDArray[np.uint32]]] = {}
-        for boom in self.booms:
-            for cause, ids in boom.lost_ids().items():
-                found.setdefault(cause, []).append(ids)
-        return {cause: np.unique(np.concatenate(parts)) for cause, parts in found.items()}
+        """Ids, increasing, of the oil particles that booms have lost and none holds, by cause, each particle once."""
+        return lost_ids([boom.tracker for boom in self.booms])
 
     def _announce_orders(self, time: float) -> None:
         """Say which orders hold from now on."""
@@ -254,12 +257,18 @@ class Scoring:
     def save_state(self) -> dict[str, Any]:
         """All accounts as they stand."""
         booms = {boom.name: boom.save_state() for boom in self.booms}
-        return {"booms": booms, "announced_until": self._announced_until, "current": self._current.copy()}
+        return {
+            "booms": booms,
+            "balance": None if self.balance is None else asdict(self.balance),
+            "announced_until": self._announced_until,
+            "current": self._current.copy(),
+        }
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
         """Back to what `save_state` returned."""
         for boom in self.booms:
             boom.restore_state(saved["booms"][boom.name])
+        self.balance = None if saved["balance"] is None else OilBalance(**saved["balance"])
         self._announced_until, self._happenings = saved["announced_until"], []
         self._current = np.array(saved["current"])
 
@@ -274,20 +283,6 @@ class Scoring:
     def summary(self) -> dict[str, Any]:
         """Scores by boom."""
         return {boom.name: boom.summary() for boom in self.booms}
-
-    def volume(self, of: Callable[[ContainmentReport], float]) -> float | None:
-        """Sum over the booms of a volume [m3] in their reports; None without booms."""
-        reports = [boom.report for boom in self.booms if boom.report is not None]
-        return sum(of(report) for report in reports) if reports else None
-
-    def lost_by_cause(self) -> dict[str, float]:
-        """Oil [m3] that booms lost, by cause; causes that took nothing are left out."""
-        causes: dict[str, float] = {}
-        for boom in self.booms:
-            for cause, volume in (boom.report.lost_by_cause if boom.report else {}).items():
-                if volume > 0.0:
-                    causes[cause] = causes.get(cause, 0.0) + volume
-        return causes
 
     def _oil(self) -> tuple[Array, NDArray[np.uint32]]:
         if not self._oils:

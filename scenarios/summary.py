@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from booms.balance import OilBalance
 from oilsim.advance_report import AdvanceReport
 from oilsim.ledger import Ledger, ledger_from
 from recordings.frame import Event, Frame, RunDescription
@@ -183,18 +184,24 @@ class SummaryObserver:
         }
 
     def _oil_volumes(self) -> dict[str, Any]:
-        """Oil [m3] let into the run, still in it, held by booms, and lost by cause; what nothing accounts for is null."""
+        """Oil [m3] by what became of it; what nothing accounts for is null.
+
+        Each particle once: released = retained + free + all of lost. Afloat is what of these is in the water still.
+        """
         assembly = self._assembly
         volume = assembly.fluid.config.rest_volume
         oils = [name for name, phase in assembly.scenario.phases.items() if phase.is_oil]
         counts = assembly.particle_counts()
         here = sum(counts[name] for name in oils)
         gone = sum(self._removed.get(name, 0) for name in oils)
+        balance = assembly.scoring.balance or OilBalance(retained=0, free=here, lost_by_cause={}, lost_and_gone=0)
+        lost = dict(balance.lost_by_cause) | {"left_the_tank": gone - balance.lost_and_gone}
         return {
             "released": (here + gone) * volume,
             "afloat": here * volume,
-            "retained": assembly.scoring.volume(lambda report: report.retained),
-            "lost": assembly.scoring.lost_by_cause() | {"left_the_tank": gone * volume},
+            "retained": None if assembly.scoring.balance is None else balance.retained * volume,
+            "free": balance.free * volume,
+            "lost": {cause: count * volume for cause, count in lost.items()},
             "recovered": None,
             "ashore": None,
         }

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from recordings import entity_paths, palette
+from recordings import entity_paths
 from recordings.errors import RecordingError
 from recordings.frame import PhaseFrame
 from recordings.replay import Replay
@@ -34,11 +34,10 @@ class OilFrame:
 
 def oil_names(replay: Replay) -> list[str]:
     """The phases that are oil; RecordingError if none is."""
-    names = [phase.name for phase in replay.run.phases if palette.is_oil(phase.name)]
-    if not names:
+    if not replay.run.oils:
         known = ", ".join(phase.name for phase in replay.run.phases)
         raise RecordingError(replay.path, f"has no oil, its phases are {known}")
-    return names
+    return list(replay.run.oils)
 
 
 def causes(replay: Replay) -> tuple[str, ...]:

@@ -34,7 +34,7 @@ def write_geojson(
             of_cause = frame.position[frame.cause == cause]
             if not len(of_cause):
                 continue
-            facts = stamp | {"cause": names[cause], "volume_m3": len(of_cause) * replay.run.particle_spacing**3}
+            facts = stamp | {"cause": names[cause], "volume_m3": len(of_cause) * replay.run.particle_volume}
             if particles:
                 geometry = {"type": "MultiPoint", "coordinates": _coordinates(site, of_cause)}
                 features.append(_feature(geometry, facts | {"kind": "particles"}))

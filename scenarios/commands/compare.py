@@ -57,10 +57,16 @@ def _print_scores(first: Replay, second: Replay) -> None:
     from recordings.comparison import common_time, scores
 
     begin, end = common_time(first, second)
+    found = list(scores(first, second))
+    if not found:
+        print(
+            f"{first.path.name} ({first.run.name}) and {second.path.name} ({second.run.name}) have no score in common"
+        )
+        return
     table = Table("score", "unit", title=f"{begin:g} s to {end:g} s, which both cover", title_justify="left")
     for name in (f"A: {first.path.stem}", f"B: {second.path.stem}", "B - A"):
         table.add_column(name, justify="right")
-    for score in scores(first, second):
+    for score in found:
         change = score.second - score.first
         table.add_row(
             score.label, score.unit, f"{score.first:.4g}", f"{score.second:.4g}", f"{change:+.3g}" if change else "="
@@ -74,7 +80,7 @@ def _print_events(first: Replay, second: Replay) -> None:
     from rich.table import Table
 
     told = [
-        (event.time, side, event.text)
+        (event.time, side, f"{event.source}: {event.text}" if event.source else event.text)
         for side, replay in (("A", first), ("B", second))
         for event in replay.events
         if event.source == "instructor" or event.level != "info"

@@ -13,6 +13,7 @@ from booms.containment import PRACTICE_SPEED, BoomState
 from booms.scores import HeldSpeed, LossSpeeds
 from recordings.exercise import BoomDescription, ExerciseDescription
 from recordings.replay import BodySeries, Replay, Series
+from recordings.worst import WORST, reached
 
 Array = NDArray[np.float64]
 
@@ -28,6 +29,8 @@ class BoomAccount:
     states        N shapes of the boom
     tension       (N, S) [N] along the boom; NaN in a recording without it
     tow_tension   by end, (N,) [N]
+    tow_peak      by end, (N,) [N]: the highest since the instant before, as far as the recording knows it
+    held_peak     (N,) [m/s], the same of the largest held speed along the boom; None in a recording without it
     oil           "retained", "lost", "free", "removed", "recovered" and "lost/<cause>": (N,) [m3]
     tow_speed     (N,) [m/s] through the water, mean of the vessels
     current       (N, 2) [m/s]
@@ -40,6 +43,8 @@ class BoomAccount:
     water_level: float
     tension: Array
     tow_tension: Mapping[str, Array]
+    tow_peak: Mapping[str, Array]
+    held_peak: Array | None
     oil: Mapping[str, Array]
     tow_speed: Array
 
@@ -58,6 +63,11 @@ class BoomAccount:
         """Speed (N, S) [m/s] at which water kept running against each segment, see `HeldSpeed`."""
         held = HeldSpeed(window=self.hold_time)
         return np.array([held.add(float(time), flow) for time, flow in zip(self.time, self.normal_flow, strict=True)])
+
+    @property
+    def highest_held_speed(self) -> float:
+        """Highest speed [m/s] at which water kept running against any segment."""
+        return float((self.held_speed if self.held_peak is None else self.held_peak).max())
 
     @cached_property
     def skirt_angle(self) -> Array:
@@ -112,28 +122,33 @@ def boom_accounts(replay: Replay) -> list[BoomAccount]:
 
 
 def _account(replay: Replay, exercise: ExerciseDescription, boom: BoomDescription, prefix: str) -> BoomAccount:
-    series = {name.removeprefix(prefix): one.value for name, one in replay.scalars.items() if name.startswith(prefix)}
     segments = [replay.bodies[name] for name in boom.segments]
     clock: Series = replay.scalars[f"{prefix}oil_retained"]
     count = min(len(clock.index), *(len(segment.index) for segment in segments))
+    series = {
+        name.removeprefix(prefix): one.value[:count] for name, one in replay.scalars.items() if name.startswith(prefix)
+    }
+    worst = {name: reached(values, series.get(f"{WORST}{name}")) for name, values in series.items()}
     still = np.zeros(count)
     return BoomAccount(
         boom=boom,
         time=clock.time[:count],
         states=tuple(_state(boom, segments, row) for row in range(count)),
         current=np.stack(
-            [series.get(f"current/{axis}", still + exercise.current[k])[:count] for k, axis in enumerate("xy")], 1
+            [series.get(f"current/{axis}", still + exercise.current[k]) for k, axis in enumerate("xy")], 1
         ),
         water_level=exercise.water_level,
         tension=np.stack([segment.tension[:count] for segment in segments], axis=1),
-        tow_tension={
-            name.removeprefix("tow_tension/"): value[:count]
-            for name, value in series.items()
-            if name.startswith("tow_tension/")
-        },
-        oil={name.removeprefix("oil_"): value[:count] for name, value in series.items() if name.startswith("oil_")},
-        tow_speed=series.get("tow_speed", still)[:count],
+        tow_tension=_beginning_with("tow_tension/", series),
+        tow_peak=_beginning_with("tow_tension/", worst),
+        held_peak=worst.get("normal_speed_held"),
+        oil=_beginning_with("oil_", series),
+        tow_speed=series.get("tow_speed", still),
     )
+
+
+def _beginning_with(start: str, series: Mapping[str, Array]) -> dict[str, Array]:
+    return {name.removeprefix(start): values for name, values in series.items() if name.startswith(start)}
 
 
 def _state(boom: BoomDescription, segments: list[BodySeries], row: int) -> BoomState:

@@ -51,7 +51,8 @@ def oil_diagram(account: BoomAccount, moments: Sequence[KeyMoment]) -> Figure:
         lost.text(0.5, 0.5, "nothing was lost", transform=lost.transAxes, ha="center", color="#5c6b76")
     whole.set_title("Where the oil was", loc="left")
     lost.set_title("Lost by cause, on a scale of its own", loc="left", fontsize=10.5)
-    whole.legend(frameon=False, ncols=5, loc="lower right", bbox_to_anchor=(1.0, 0.98), fontsize=9)
+    if whole.get_legend_handles_labels()[0]:  # nothing is drawn of a run without oil
+        whole.legend(frameon=False, ncols=5, loc="lower right", bbox_to_anchor=(1.0, 0.98), fontsize=9)
     _finish([whole, lost], moments)
     return figure
 
@@ -94,7 +95,7 @@ def tension_diagram(account: BoomAccount, moments: Sequence[KeyMoment]) -> Figur
     axes = figure.subplots()
     for color, (end, tension) in zip(_LINES, account.tow_tension.items(), strict=False):
         mean = tension[account.under_way].mean()
-        label = f"{end}: mean under way {mean:.3g} N, peak {tension.max():.3g} N"
+        label = f"{end}: mean under way {mean:.3g} N, peak {account.tow_peak[end].max():.3g} N"
         axes.plot(account.time, tension, color=color, linewidth=1.4, label=label)
     axes.set_ylim(bottom=0.0, top=1.3 * max(float(tension.max()) for tension in account.tow_tension.values()))
     axes.set_title("Tow tension at each end", loc="left")

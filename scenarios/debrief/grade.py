@@ -106,11 +106,10 @@ def _draft(account: BoomAccount) -> float:
 
 
 def _snatch(account: BoomAccount) -> float | None:
-    loads = [tension[account.under_way] for tension in account.tow_tension.values()]
-    means = [float(load.mean()) for load in loads]
-    if not loads or not all(means):
+    means = {end: float(tension[account.under_way].mean()) for end, tension in account.tow_tension.items()}
+    if not means or not all(means.values()):
         return None
-    return max(float(load.max()) / mean for load, mean in zip(loads, means, strict=True))
+    return max(float(account.tow_peak[end][account.under_way].max()) / mean for end, mean in means.items())
 
 
 def _sharing(account: BoomAccount) -> float | None:

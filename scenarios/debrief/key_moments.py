@@ -83,9 +83,9 @@ def _shown(group: list[tuple[float, int, str]], begin: float) -> tuple[float, tu
 
 
 def _highest_tension(account: BoomAccount) -> list[tuple[float, int, str]]:
-    if not account.tow_tension:
+    if not account.tow_peak:
         return []
-    end, tension = max(account.tow_tension.items(), key=lambda item: float(item[1].max()))
+    end, tension = max(account.tow_peak.items(), key=lambda item: float(item[1].max()))
     row = int(tension.argmax())
     return [
         (float(account.time[row]), 1, f"boom {account.boom.name}: highest tow tension, {tension[row]:.0f} N at {end}")

@@ -134,12 +134,12 @@ def _figures(replay: Replay, account: BoomAccount) -> list[tuple[str, str]]:
         *((f"&nbsp;&nbsp;by {cause.replace('_', ' ')}", _volume(float(v[-1]))) for cause, v in account.causes.items()),
         ("Lost once and taken back, in all", _volume(oil["recovered"])),
         ("Not met by the boom", _volume(oil["free"])),
-        ("Left the simulated water", _volume(oil["removed"])),
+        ("Left the simulated water without being lost", _volume(oil["removed"])),
         ("Tow speed at the first loss (0.5 % of the oil)", _knots(losses.first_loss)),
         ("Tow speed at gross loss (2 % of the oil a second)", _knots(losses.gross_loss)),
         (
             f"Highest speed normal to the boom, held for {account.hold_time:.2g} s",
-            _knots(float(account.held_speed.max())),
+            _knots(account.highest_held_speed),
         ),
     ]
     return rows + _rules_of_thumb(replay, account)
@@ -148,8 +148,8 @@ def _figures(replay: Replay, account: BoomAccount) -> list[tuple[str, str]]:
 def _rules_of_thumb(replay: Replay, account: BoomAccount) -> list[tuple[str, str]]:
     """What formulas say of the same tow, beside what was measured."""
     boom, under_way = account.boom, account.under_way
-    oils = [phase.rest_density for phase in replay.run.phases if palette.is_oil(phase.name)]
-    waters = [phase.rest_density for phase in replay.run.phases if not palette.is_oil(phase.name)]
+    oils = [phase.rest_density for phase in replay.run.phases if phase.is_oil]
+    waters = [phase.rest_density for phase in replay.run.phases if not phase.is_oil]
     rows = []
     if oils and waters and max(oils) < max(waters):
         limit = drainage_speed(max(oils), max(waters), boom.skirt_depth)
@@ -183,6 +183,10 @@ def _notes(replay: Replay) -> list[str]:
         if deep < _COARSE:
             coarse = f"The skirt of boom {boom.name} is {deep:.2g} particles deep: see how it fails,"
             notes.append(f"{coarse} and trust neither the speed at which it does, nor its draft, nor its pull.")
+    if replay.run.exercise and len(replay.run.exercise.booms) > 1:
+        notes.append(
+            "Each boom has an account of its own: oil that one lost and another met, or that two hold, is in both."
+        )
     if replay.run.exercise:
         notes += [f"Resolved by the particles: {RESOLVED}.", f"Modelled: {MODELLED}."]
     return notes

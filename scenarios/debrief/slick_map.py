@@ -56,7 +56,7 @@ def _draw_moment(axes: Axes, replay: Replay, key: KeyMoment, color: str) -> Line
     """Slick and booms at one moment; returns its mark in the legend."""
     run = replay.run
     for name, positions in key.moment.positions.items():
-        if palette.is_oil(name):
+        if name in run.oils:
             draw_outline(axes, positions[:, :2], run.particle_spacing, "solid", color)
     for boom in run.exercise.booms if run.exercise else ():
         _draw_boom(axes, boom, key, color)

@@ -88,7 +88,10 @@ class _Keeper:
 def measure(frames: Sequence[Frame], terms: Terms) -> tuple[float, float, float]:
     """Mean wall and processor time [ms] and file size [MB] of one frame, opening and closing the file included."""
     precision, every = terms
-    phases = (PhaseDescription(name="ocean", rest_density=1027.0), PhaseDescription(name="oil", rest_density=840.0))
+    phases = (
+        PhaseDescription(name="ocean", rest_density=1027.0),
+        PhaseDescription(name="oil", rest_density=840.0, is_oil=True),
+    )
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "benchmark.rrd"
         recorder = Recorder(path, EVERY_FRAME, precision=precision, every=every)

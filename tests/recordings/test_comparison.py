@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 
@@ -53,7 +54,28 @@ def test_scores_are_of_the_common_time(pair: tuple[Path, Path], made_up: ModuleT
 def test_causes_are_named_with_their_boom_and_those_of_nothing_left_out(pair: tuple[Path, Path]) -> None:
     second = Replay(pair[1])
     found = {score.label: score.second for score in scores(second, second) if "lost" in score.label}
-    assert found == {"lost by main planing": pytest.approx(2.0)}
+    assert found == {"boom main: lost by planing": pytest.approx(2.0)}
+
+
+def test_each_score_says_its_boom_and_its_unit(made_up: ModuleType, tmp_path: Path) -> None:
+    held = {"a/oil_retained": 0.138, "b/oil_retained": 0.0, "b/tow_tension/tug-1": 5.0}
+    probes = {"probes/ball/roll_deg": 30.0, "probes/ball/x": 1.0, "probes/ball/force_x": 2.0, "probes/gauge": 3.0}
+    path = tmp_path / "two.rrd"
+    with Recorder(path, frame_rate=1.0) as recorder:
+        recorder.initialized(replace(made_up.describe(), plots={"Probe gauge: pressure [Pa]": ("probes/gauge",)}))
+        recorder.step_completed(Frame(index=0, time=0.0, scalars=held | probes))
+    replay = Replay(path)
+    found = {score.label: (score.unit, score.first) for score in scores(replay, replay)}
+    assert found == {
+        "boom a: oil held at the end": ("l", pytest.approx(138.0)),
+        "boom b: oil held at the end": ("l", 0.0),
+        "boom b: mean tow tension, tug-1": ("N", 5.0),
+        "boom b: largest tow tension, tug-1": ("N", 5.0),
+        "ball/roll at the end": ("deg", 30.0),
+        "ball/x at the end": ("m", 1.0),
+        "ball/force x at the end": ("N", 2.0),
+        "gauge at the end": ("Pa", 3.0),
+    }
 
 
 def test_both_recordings_lie_in_one(pair: tuple[Path, Path], tmp_path: Path) -> None:

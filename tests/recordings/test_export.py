@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
+from dataclasses import asdict, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -13,6 +13,7 @@ import pyarrow.parquet
 import pytest
 import xarray
 
+from recordings import palette
 from recordings.errors import RecordingError
 from recordings.exercise import Site
 from recordings.export.chosen import every, oil_frames
@@ -23,6 +24,7 @@ from recordings.export.outline import slick_outlines
 from recordings.export.tables import write_tables
 from recordings.export.vtk_files import write_vtk
 from recordings.frame import BodyFrame, Event, Frame, MeshDescription, PhaseDescription, PhaseFrame, RunDescription
+from recordings.legend import legend
 from recordings.recorder import Recorder
 from recordings.replay import Replay
 
@@ -56,7 +58,7 @@ def replay(tmp_path_factory: pytest.TempPathFactory) -> Replay:
     path = tmp_path_factory.mktemp("export") / "film.rrd"
     corners = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
     hull = MeshDescription(vertices=corners, faces=np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]))
-    phase = PhaseDescription(name="oil", rest_density=900.0, dynamic_viscosity=0.09)
+    phase = PhaseDescription(name="oil", is_oil=True, rest_density=900.0, dynamic_viscosity=0.09)
     with Recorder(path, frame_rate=2.0) as recorder:
         recorder.initialized(
             RunDescription(name="film", particle_spacing=SPACING, phases=(phase,), meshes={"vessels/port": hull})
@@ -214,6 +216,61 @@ def test_tables_hold_every_series_and_the_tracks_asked_for(kind: str, replay: Re
     track = tables["particles-oil"].to_pydict()
     assert track["id"] == [7, 143, 7, 143, 7, 143, 7, 7]
     assert track["x"][0] == pytest.approx(0.7)
+
+
+def two_fluids(path: Path, oil_name: str, water_name: str, dimension: int = 3) -> Replay:
+    """A recording of oil and water, of which the oil loses three particles."""
+    phases = (
+        PhaseDescription(name=water_name, rest_density=1027.0),
+        PhaseDescription(name=oil_name, rest_density=835.0, is_oil=True),
+    )
+    names = {water_name: np.arange(500, 510, dtype=np.uint32), oil_name: np.arange(30, dtype=np.uint32)}
+    with Recorder(path, frame_rate=2.0) as recorder:
+        recorder.initialized(RunDescription(name="sea", particle_spacing=SPACING, phases=phases, dimension=dimension))
+        for index in range(2):
+            recorder.step_completed(
+                Frame(
+                    index=index,
+                    time=0.5 * index,
+                    read_phases=lambda: {n: PhaseFrame(np.zeros((len(i), 3), np.float32), i) for n, i in names.items()},
+                    read_lost=lambda: {"drainage": LOST},
+                )
+            )
+    return Replay(path)
+
+
+def test_oil_is_what_the_run_called_oil_whatever_its_name(tmp_path: Path) -> None:
+    """A sea that has "oil" in its name is none, and a crude called brent is."""
+    replay = two_fluids(tmp_path / "brent.rrd", "brent", "boiled-sea")
+    assert replay.run.oils == ("brent",)
+    assert replay.lost_causes == ("drainage",)
+    last = list(oil_frames(replay))[-1]
+    assert last.id.tolist() == list(range(30)) and last.id[last.cause > 0].tolist() == LOST.tolist()
+    sea, brent = replay.run.phases
+    assert palette.phase_color(brent, 1) == palette.OIL and palette.phase_color(sea, 0) == palette.WATER
+    assert "**Oil** is dark. **Water** is drawn thin." in legend(replay.run)
+
+
+def test_a_planes_particles_are_a_metre_wide(tmp_path: Path) -> None:
+    replay = two_fluids(tmp_path / "plane.rrd", "oil", "water", dimension=2)
+    assert replay.run.particle_volume == pytest.approx(SPACING**2)
+    write_netcdf(replay, tmp_path / "oil.nc", SITE)
+    with xarray.open_dataset(tmp_path / "oil.nc") as data:
+        np.testing.assert_allclose(data.mass.values, 1000.0 * 835.0 * SPACING**2)
+    write_geojson(replay, tmp_path / "oil.geojson", SITE)
+    features = json.loads((tmp_path / "oil.geojson").read_text())["features"]
+    volumes = {f["properties"]["cause"]: f["properties"]["volume_m3"] for f in features if "cause" in f["properties"]}
+    assert volumes == pytest.approx({"afloat": 27 * SPACING**2, "drainage": 3 * SPACING**2})
+
+
+def test_recordings_that_do_not_say_what_is_oil_are_read_by_the_names(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def without(phase: PhaseDescription) -> dict[str, object]:
+        return {name: value for name, value in asdict(phase).items() if name != "is_oil"}
+
+    monkeypatch.setattr("recordings.rerun_sink.asdict", without)
+    assert two_fluids(tmp_path / "old.rrd", "crude", "sea").run.oils == ("crude",)
 
 
 def test_tracks_of_an_unknown_phase_are_refused(replay: Replay, tmp_path: Path) -> None:

@@ -37,7 +37,9 @@ def describe() -> RunDescription:
         particle_spacing=0.1,
         phases=(
             PhaseDescription(name="ocean", rest_density=1027.0, dynamic_viscosity=1e-3),
-            PhaseDescription(name="oil", rest_density=840.0, dynamic_viscosity=0.1, color=(50, 30, 10, 255)),
+            PhaseDescription(
+                name="oil", rest_density=840.0, dynamic_viscosity=0.1, is_oil=True, color=(50, 30, 10, 255)
+            ),
         ),
         meshes=dict.fromkeys(BODIES, cube),
         boundaries={"tank": np.random.default_rng(3).random((40, 3)).astype(np.float32)},

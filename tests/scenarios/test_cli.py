@@ -10,6 +10,8 @@ from pathlib import Path
 import pytest
 
 import recordings.picture
+from recordings.frame import Event, Frame, RunDescription
+from recordings.recorder import Recorder
 from recordings.replay import Replay
 from scenarios.cli import main
 from scenarios.load import library_paths
@@ -22,6 +24,20 @@ def test_list_names_every_scenario_and_oil(capsys: pytest.CaptureFixture[str]) -
     text = capsys.readouterr().out
     assert all(name in text for name in library_paths())
     assert "bunker-c" in text
+
+
+def test_compare_says_that_unrelated_runs_have_no_score_in_common(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name, probe in (("one", "probes/gauge"), ("other", "probes/ball/x")):
+        with Recorder(tmp_path / f"{name}.rrd", frame_rate=1.0) as recorder:
+            recorder.initialized(RunDescription(name=f"{name}-scene", particle_spacing=0.1))
+            recorder.step_completed(Frame(index=0, time=0.0, scalars={probe: 1.0}))
+            recorder.event(Event(0.0, "leaks", "warning", f"boom {name}"))
+    assert main(["compare", str(tmp_path / "one.rrd"), str(tmp_path / "other.rrd"), "--table"]) == 0
+    said = capsys.readouterr().out
+    assert said.startswith("one.rrd (one-scene) and other.rrd (other-scene) have no score in common\n")
+    assert "boom one: leaks" in said and "boom other: leaks" in said
 
 
 @pytest.mark.parametrize("name", sorted(library_paths()))

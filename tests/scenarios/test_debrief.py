@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -91,12 +92,16 @@ def frame(index: int) -> Frame:
 @pytest.fixture(scope="module")
 def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A made-up exercise whose every figure follows from a formula."""
-    path = tmp_path_factory.mktemp("exercise") / "made-up.rrd"
+    return write_exercise(tmp_path_factory.mktemp("exercise") / "made-up.rrd", lambda index: {})
+
+
+def write_exercise(path: Path, scalars: Callable[[int], dict[str, float]]) -> Path:
+    """Record the made-up exercise, with other values of some series at each index."""
     corners = np.array([[x, y, z] for x in (-0.4, 0.4) for y in (-0.05, 0.05) for z in (-0.2, 0.2)])
     box = MeshDescription(vertices=corners, faces=np.array([[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5]]))
     phases = (
         PhaseDescription(name="water", rest_density=1000.0),
-        PhaseDescription(name="oil", rest_density=900.0),
+        PhaseDescription(name="oil", rest_density=900.0, is_oil=True),
     )
     run = RunDescription(
         name="made-up",
@@ -109,7 +114,9 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with Recorder(path, frame_rate=10.0) as recorder:
         recorder.initialized(run)
         for index in range(FRAMES):
-            recorder.step_completed(frame(index))
+            made_up = frame(index)
+            made_up.scalars = made_up.scalars | scalars(index)
+            recorder.step_completed(made_up)
             if index == 11:
                 recorder.event(Event(1.1, "leaks <now>", "warning", "boom main"))
     return path
@@ -215,6 +222,26 @@ def test_key_moments_are_beginning_warning_peak_and_end(recording: Path, account
     assert len(moments[-1].moment.lost["drainage"]) == 2
 
 
+def test_what_lies_between_the_frames_counts_where_it_was_recorded(tmp_path: Path) -> None:
+    """Starboard pulls with 90 N between frames 11 and 12 and 60 N in frame 15; port's 200 N are from before the recording."""
+
+    def worst(index: int) -> dict[str, float]:
+        return {
+            "worst_tow_tension/port": 200.0, "worst_tow_tension/starboard": 24.0 if index < 12 else 90.0,
+            "normal_speed_held": 0.4, "worst_normal_speed_held": 0.5 if index < 3 else 0.7,
+        }  # fmt: skip
+
+    replay = Replay(write_exercise(tmp_path / "snatched.rrd", worst))
+    (account,) = boom_accounts(replay)
+    assert account.tow_peak["starboard"].tolist() == [24.0] * 12 + [90.0] + [24.0] * 2 + [60.0] + [24.0] * 5
+    assert account.tow_peak["port"].max() == 30.0 and account.tow_tension["starboard"].max() == 60.0
+    findings = {finding.criterion.key: finding.value for finding in grade(account).findings}
+    assert findings["snatch"] == pytest.approx(90.0 / ((20 * 24.0 + 60.0) / 21.0))
+    assert account.highest_held_speed == 0.7
+    told = [text for moment in key_moments(replay, [account]) for text in moment.captions]
+    assert any("highest tow tension, 90 N at starboard" in text for text in told)
+
+
 def test_the_page_needs_nothing_else_and_shows_all(recording: Path, tmp_path: Path) -> None:
     page = write_debrief(recording, tmp_path / "out").read_text(encoding="utf-8")
     assert not re.search(r"""(src|href)\s*=\s*["'](?!data:|#)""", page)
@@ -229,6 +256,19 @@ def test_the_page_needs_nothing_else_and_shows_all(recording: Path, tmp_path: Pa
         assert image[..., :3].std() > 0.01  # something is drawn
     saved = json.loads((tmp_path / "out" / "grade.json").read_text())
     assert saved["main"]["grade"] == "C"
+
+
+@pytest.mark.parametrize("free", [0.010, 0.0])
+@pytest.mark.filterwarnings("error")
+def test_a_boom_that_met_no_oil_is_debriefed_without_a_word_on_what_it_held(free: float, tmp_path: Path) -> None:
+    nothing = {"oil_retained": 0.0, "oil_lost": 0.0, "oil_lost/drainage": 0.0, "oil_free": free}
+    page = write_debrief(write_exercise(tmp_path / "dry.rrd", lambda index: nothing), tmp_path / "out").read_text(
+        encoding="utf-8"
+    )
+    assert re.search(r'<td class="n">–</td>.*?<td class="v none">not told</td>', page, re.DOTALL)
+    saved = json.loads((tmp_path / "out" / "grade.json").read_text())
+    assert saved["main"]["findings"]["held"]["verdict"] is None
+    assert "Left the simulated water without being lost" in page
 
 
 def test_a_run_without_booms_is_debriefed_without_a_grade(tmp_path: Path) -> None:

@@ -106,11 +106,12 @@ def test_shipped_scenario_runs(name: str) -> None:
         assert np.isfinite(phase.position).all()
         assert (np.diff(phase.id.astype(np.int64)) > 0).all()
     assert set(watch.frame.bodies) == set(assembly.body_names)
+    assert assembly.description.particle_volume == assembly.fluid.config.rest_volume
     result = json.loads(json.dumps(summary.summary(0.015), allow_nan=False))
     assert set(result) == SUMMARY_KEYS
     assert result["steps"] == 3
     assert set(result["particles"]) == {*scenario.phases, "boundary"}
-    assert set(result["oil_m3"]) == {"released", "afloat", "retained", "lost", "recovered", "ashore"}
+    assert set(result["oil_m3"]) == {"released", "afloat", "retained", "free", "lost", "recovered", "ashore"}
     assert set(result["step_ms"]) == {"median", "p95", "max"}
 
 
