@@ -91,14 +91,21 @@ class Plan:
         actions = [{"index": action.index, "set": list(action.settings)} for action in self.actions]
         return {"scenario": as_data(self.scenario), "actions": actions}
 
+    @property
+    def files(self) -> dict[str, Path]:
+        """The files of meshes and FMUs, by their place in the scenario."""
+        files = {
+            f"bodies.{n}.file": body.file for n, body in self.scenario.bodies.items() if isinstance(body, MeshBody)
+        }
+        files |= {f"fmus.{name}.file": fmu.file for name, fmu in self.scenario.fmus.items()}
+        return {place: Path(file) for place, file in files.items()}
+
     def fingerprint(self, index: int) -> str:
         """What tells this run from another up to the communication point `index`: terms left out, files of meshes and FMUs read."""
         data = as_data(self.scenario)
         course = {path: value for path, value in _leaves(data) if not _matches(path, TERMS)}
         actions = [[action.index, action.settings] for action in self.actions if action.index < index]
-        files = [body.file for body in self.scenario.bodies.values() if isinstance(body, MeshBody)]
-        files += [fmu.file for fmu in self.scenario.fmus.values()]
-        digests = [_digest(file) for file in files]
+        digests = [_digest(file) for file in self.files.values()]
         return hashlib.sha256(json.dumps([course, actions, digests], sort_keys=True).encode()).hexdigest()
 
 
@@ -153,7 +160,6 @@ def _matches(path: str, patterns: Sequence[str]) -> bool:
     return any(fnmatch(path, pattern) for pattern in patterns)
 
 
-def _digest(file: str) -> str:
+def _digest(path: Path) -> str:
     """What tells one file from another; empty if it is gone, which building the scenario will say better."""
-    path = Path(file)
     return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""

@@ -14,18 +14,20 @@ from typing import Any
 
 from coupling.co_simulation import CoSimulation
 from recordings.checkpoint import Checkpoint, CheckpointError, load_checkpoint, save_checkpoint, state_hash
+from recordings.files import RECORDING_ENDING
 from scenarios.build import Assembly
 from scenarios.plan import Plan, plan_from
 from scenarios.problems import ScenarioError
 from scenarios.versions import versions
 
 ENDING = ".npz"
+_FOLDER_ENDING = ".checkpoints"
 _NUMERIC = ("oilsim", "numpy", "numba", "pybullet")  # versions on which the bits depend
 
 
 def checkpoint_folder(recording: Path) -> Path:
-    """Where the checkpoints of a recording lie."""
-    return recording.with_suffix(".checkpoints")
+    """Where the checkpoints of a recording lie; of no other one, since all of them end in ``.rrd``."""
+    return recording.with_suffix(_FOLDER_ENDING)
 
 
 def run_state(simulation: CoSimulation, assembly: Assembly) -> dict[str, Any]:
@@ -127,6 +129,15 @@ class Restart:
     warning: str = ""
 
     @property
+    def files(self) -> dict[str, Path]:
+        """What it goes on from and nothing may be written over, by what it is called."""
+        folder = self.source.parent
+        files = {"the checkpoint gone on with": self.source, "the checkpoints gone on with": folder}
+        if folder.suffix == _FOLDER_ENDING:
+            files["the recording gone on with"] = folder.with_suffix(RECORDING_ENDING)
+        return files
+
+    @property
     def time(self) -> float:
         """Simulated time [s] it goes on from."""
         return self.index * self.plan.scenario.run.communication_step
@@ -168,6 +179,9 @@ def _find(path: Path, at: float | None) -> tuple[Checkpoint, Path]:
     """The checkpoint meant by a recording or a checkpoint file."""
     if path.suffix == ENDING:
         return load_checkpoint(path), path
+    if not path.is_dir() and path.suffix != RECORDING_ENDING:
+        allowed = f"a recording ({RECORDING_ENDING}), a checkpoint ({ENDING}), a folder of checkpoints"
+        raise CheckpointError(path, f"is nothing to go on with, allowed: {allowed}")
     folder = path if path.is_dir() else checkpoint_folder(path)
     files = _files(folder)
     if not files:

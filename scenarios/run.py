@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,7 +11,9 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 from rich.table import Table
 
+from recordings.files import RECORDING_ENDING, held
 from scenarios.advance import Course
+from scenarios.apart import require_apart
 from scenarios.build import Assembly, build
 from scenarios.exit_codes import FAILED
 from scenarios.plan import Plan
@@ -31,6 +34,7 @@ class RunOptions:
     """What a run leaves behind: recording, summary and picture files, each or none; and whether it is shown live.
 
     checkpoints: folder for them; by default that of the recording, and none without a recording.
+    source: the scenario's file, which none of them may be.
     overrides: texts that changed the scenario, for the record.
     """
 
@@ -39,6 +43,7 @@ class RunOptions:
     summary: Path | None = None
     picture: Path | None = None
     live: bool = False
+    source: Path | None = None
     overrides: tuple[str, ...] = ()
 
     @property
@@ -69,8 +74,11 @@ def resume(restart: Restart, *, options: RunOptions | None = None, console: Cons
 def _run(plan: Plan, restart: Restart | None, text: str, options: RunOptions, console: Console) -> int:
     scenario = plan.scenario
     _require_writable(options)
-    recorder = _recorder(scenario, options)
-    with requests_by_signal() as requests:
+    _require_own_files(plan, restart, options)
+    with ExitStack() as stack, requests_by_signal() as requests:
+        if options.record is not None:
+            stack.enter_context(held(options.record))
+        recorder = _recorder(scenario, options)
         console.print(f"building {scenario.name}", highlight=False)
         assembly = _with_plan(build(scenario, text=text, overrides=options.overrides), plan)
         summary = SummaryObserver(assembly)
@@ -134,8 +142,21 @@ def _require_writable(options: RunOptions) -> None:
             problems.append(Problem(f"--{name}", f"is {str(path)!r}, allowed: a file in a folder that exists"))
         elif path is not None and path.is_dir():
             problems.append(Problem(f"--{name}", f"is {str(path)!r}, a folder, allowed: a file"))
+    if options.record is not None and options.record.suffix != RECORDING_ENDING:
+        problems.append(
+            Problem("--record", f"is {str(options.record)!r}, allowed: a name that ends in {RECORDING_ENDING}")
+        )
     if problems:
         raise ScenarioError(problems, "oilsim")
+
+
+def _require_own_files(plan: Plan, restart: Restart | None, options: RunOptions) -> None:
+    """Nothing is written over what the run is made of or goes on from, nor over anything else that it leaves."""
+    read = plan.files | ({} if restart is None else restart.files)
+    if options.source is not None:
+        read["the scenario"] = options.source
+    written = {f"--{name}": getattr(options, name) for name in ("record", "summary", "picture")}
+    require_apart(read, written | {"--checkpoints": options.checkpoint_folder})
 
 
 def _draw(recording: Path, picture: Path) -> None:

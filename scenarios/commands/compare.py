@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from scenarios.apart import require_apart
 from scenarios.exit_codes import DONE, FAILED
 
 if TYPE_CHECKING:
@@ -32,12 +33,14 @@ def _compare(options: argparse.Namespace) -> int:
     from recordings.replay import Replay
     from recordings.viewer import ViewerError, open_viewer
 
+    target = options.to or Path(f"{options.first.stem}-and-{options.second.stem}.rrd")
+    require_apart({"A": options.first, "B": options.second}, {"--to": target})
     first, second = Replay(options.first), Replay(options.second)
+    require_apart({"A as repaired": first.path, "B as repaired": second.path}, {"--to": target})
     _print_scores(first, second)
     _print_events(first, second)
     if options.table:
         return DONE
-    target = options.to or Path(f"{options.first.stem}-and-{options.second.stem}.rrd")
     write_side_by_side(first.path, second.path, target)
     print(f"both runs: {target}")
     if options.to is not None:
