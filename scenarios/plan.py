@@ -15,7 +15,7 @@ from scenarios.load import scenario_from
 from scenarios.overrides import parse_override, with_override
 from scenarios.problems import Problem, ScenarioError
 from scenarios.scenario import Scenario
-from scenarios.structuring import as_data
+from scenarios.structuring import as_data, spellings
 
 # Terms of a run that its course does not depend on.
 TERMS = ("run.duration", "run.threads", "run.budget", "recording.*", "camera.*", "title", "text", "demo", "demo.*")
@@ -68,14 +68,15 @@ class Plan:
         Actions after that point are given up: what follows is another story. ScenarioError names every setting that is neither.
         """
         plan = Plan(scenario=self.scenario, actions=tuple(a for a in self.actions if a.index <= index))
+        now = plan.scenario_at(index)
         orders: list[str] = []
         problems: list[Problem] = []
-        for setting in settings:
+        for setting in _last_of_each(settings):
             try:
-                kind = _kind(plan.scenario_at(index), setting)
-                if kind == "term":
+                if _kind(now, setting) == "term":
                     plan = replace(plan, scenario=_with_setting(plan.scenario, setting)[0])
                 else:
+                    now = _with_setting(now, setting)[0]
                     orders.append(setting)
             except ScenarioError as error:
                 problems.extend(error.problems)
@@ -115,13 +116,22 @@ def plan_from(data: Mapping[str, Any]) -> Plan:
     return Plan(scenario=scenario_from(data["scenario"]), actions=actions)
 
 
+def _last_of_each(settings: Sequence[str]) -> list[str]:
+    """Of settings of one key only the last: it rules."""
+    last = {setting.partition("=")[0]: place for place, setting in enumerate(settings)}
+    return [settings[place] for place in sorted(last.values())]
+
+
 def _kind(scenario: Scenario, setting: str) -> str:
-    """Whether a setting is a "term" or an "order"; ScenarioError if it can be changed before a run only."""
+    """Whether a setting is a "term" or an "order"; ScenarioError if it can be changed before a run only.
+
+    One that changes nothing is what its key says: an order is given, and told, even to those who already do it.
+    """
     keys, _ = parse_override(setting)
     missing = _missing_part(scenario, keys)
     if missing:
         raise ScenarioError([Problem(f"--set {'.'.join(keys)}", f"changes {missing}, which the run was begun without")])
-    _, paths = _with_setting(scenario, setting)
+    paths = _with_setting(scenario, setting)[1] or _entries_of(keys, scenario)
     if all(_matches(path, TERMS) for path in paths):
         return "term"
     for path in paths:
@@ -137,6 +147,16 @@ def _with_setting(scenario: Scenario, setting: str) -> tuple[Scenario, list[str]
     changed = scenario_from(with_override(before, *parse_override(setting)))
     old, new = dict(_leaves(before)), dict(_leaves(as_data(changed)))
     return changed, sorted(path for path in old.keys() | new.keys() if old.get(path) != new.get(path))
+
+
+def _entries_of(keys: Sequence[str], scenario: Scenario) -> list[str]:
+    """The paths of all entries that a key, however it is spelled, names, holds or lies in; the key itself if there is none."""
+    found = [
+        path
+        for path, _ in _leaves(as_data(scenario))
+        if all(part in spellings(key) for part, key in zip(path.split("."), keys, strict=False))
+    ]
+    return found or [".".join(keys)]
 
 
 def _missing_part(scenario: Scenario, keys: Sequence[str]) -> str:

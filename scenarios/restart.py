@@ -17,7 +17,7 @@ from recordings.checkpoint import Checkpoint, CheckpointError, load_checkpoint, 
 from recordings.files import RECORDING_ENDING
 from scenarios.build import Assembly
 from scenarios.plan import Plan, plan_from
-from scenarios.problems import ScenarioError
+from scenarios.problems import Problem, ScenarioError
 from scenarios.versions import versions
 
 ENDING = ".npz"
@@ -143,9 +143,21 @@ class Restart:
         return self.index * self.plan.scenario.run.communication_step
 
     def with_settings(self, settings: tuple[str, ...], at: float | None) -> Restart:
-        """The same with settings changed at the first communication point at or after `at` [s]; None: where it goes on."""
+        """The same with settings changed at the first communication point at or after `at` [s]; None: where it goes on.
+
+        ScenarioError for settings that cannot be, and if the run would not go on from there.
+        """
         index = self.index if at is None else _index_at(at, self.plan)
-        return replace(self, plan=self.plan.changed(settings, index))
+        plan = self.plan.changed(settings, index)
+        duration = plan.scenario.run.duration
+        if index >= _index_at(duration, plan):
+            if at is not None:
+                raise ScenarioError(
+                    [Problem("--at", f"is {at:g} s, allowed: before the run's end, {duration:g} s")], "oilsim"
+                )
+            begin = f"the end of a run that goes on from {self.time:g} s, allowed: later, by --until"
+            raise ScenarioError([Problem("run.duration", f"is {duration:g} s, {begin}")], "oilsim")
+        return replace(self, plan=plan)
 
 
 def find_restart(path: Path, at: float | None = None, scenario_hash: str | None = None) -> Restart:

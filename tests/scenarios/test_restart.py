@@ -203,6 +203,45 @@ def test_terms_may_change_and_the_rest_is_refused_by_name(tmp_path: Path) -> Non
     assert "changes tow, which the run was begun without" in str(caught.value)
 
 
+def test_of_two_orders_of_one_key_the_last_rules_and_one_that_changes_nothing_is_an_order_too(tmp_path: Path) -> None:
+    """The wind blows at 8 m/s from the start; what is ordered is told, and never taken for what the run was begun with."""
+    scenario = scenario_of(STORM, steps=4, interval=0)
+    plan = Plan(scenario=scenario)
+    for settings, told in (
+        (("forcing.wind.speed=3", "forcing.wind.speed=8"), ("forcing.wind.speed=8",)),
+        (("forcing.wind.speed_kn=20", "forcing.wind.speed=8"), ("forcing.wind.speed_kn=20", "forcing.wind.speed=8")),
+        (("forcing.wind.speed=8",), ("forcing.wind.speed=8",)),
+        (("vessels.port.legs=[]",), ("vessels.port.legs=[]",)),
+    ):
+        changed = plan.changed(settings, 2)
+        assert (changed.scenario, changed.settings_due(2)) == (scenario, told)
+        assert changed.scenario_at(2).forcing == scenario.forcing
+    gale = plan.changed(("forcing.wind.speed=12",), 1).changed(("forcing.wind.speed=12",), 2)
+    assert gale.scenario == scenario  # as it began, whatever was ordered since
+    with pytest.raises(ScenarioError, match="cannot be changed during a run"):
+        plan.changed(("fluid.particle_spacing=0.14",), 2)
+
+
+def test_a_run_goes_on_before_its_end_only(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Orders at its end or later would never be given, and a shorter run is over already."""
+    run(scenario_of(CALM, "forcing.wind.speed=2.0", steps=6, interval=3), tmp_path)
+    recording, order = (
+        ["run", "--resume", str(tmp_path / "whole.rrd"), "--no-record"],
+        ["--set", "forcing.wind.speed=9"],
+    )
+    for arguments, told in (
+        (["--at", "0.12", *order], "--at is 0.12 s, allowed: before the run's end, 0.12 s"),
+        (["--at", "50", *order], "--at is 50 s, allowed: before the run's end, 0.12 s"),
+        (["--at", "0.08", "--until", "0.04"], "--at is 0.08 s, allowed: before the run's end, 0.04 s"),
+        ([*order], "run.duration is 0.12 s, the end of a run that goes on from 0.12 s, allowed: later, by --until"),
+        (["--until", "0.06"], "run.duration is 0.06 s, the end of a run that goes on from 0.12 s, allowed: later"),
+    ):
+        assert main([*recording, *arguments]) == 2
+        assert told in capsys.readouterr().err
+    assert main([*recording, "--at", "0.1", "--until", "0.12", *order]) == 0
+    assert "ordered: forcing.wind.speed=9" in capsys.readouterr().err
+
+
 def test_what_cannot_be_gone_on_with_is_one_clear_error(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scenario = scenario_of(CALM, steps=6, interval=3)
     run(scenario, tmp_path)
