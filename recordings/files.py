@@ -20,6 +20,21 @@ def is_same_file(first: Path, second: Path) -> bool:
     return first.exists() and second.exists() and first.samefile(second)
 
 
+def why_unwritable(path: Path) -> str:
+    """Why no file can be written at `path`, found out without a trace; empty if one can, or if only writing to it will tell."""
+    existed = path.exists()
+    if existed and not path.is_file():
+        return "is a folder" if path.is_dir() else ""
+    try:
+        with path.open("ab"):
+            pass
+    except OSError as error:
+        return error.strerror or str(error)
+    if not existed:
+        path.unlink()
+    return ""
+
+
 @contextmanager
 def held(path: Path) -> Iterator[None]:
     """Within the block the recording `path` belongs to this run; RecordingError if another run writes it.

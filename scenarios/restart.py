@@ -208,7 +208,7 @@ def _find(path: Path, at: float | None) -> tuple[Checkpoint, Path]:
 
 def _files(folder: Path) -> list[Path]:
     """The checkpoints in a folder, in order of time."""
-    return sorted(folder.glob(f"step-*{ENDING}"))
+    return sorted(file for file in folder.glob(f"step-*{ENDING}") if file.stem.removeprefix("step-").isdecimal())
 
 
 def _index_of(file: Path) -> int:

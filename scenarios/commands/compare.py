@@ -54,10 +54,10 @@ def _compare(options: argparse.Namespace) -> int:
 
 
 def _print_scores(first: Replay, second: Replay) -> None:
-    from rich.console import Console
     from rich.table import Table
 
     from recordings.comparison import common_time, scores
+    from scenarios.terminal import terminal
 
     begin, end = common_time(first, second)
     table = Table("score", "unit", title=f"{begin:g} s to {end:g} s, which both cover", title_justify="left")
@@ -68,13 +68,14 @@ def _print_scores(first: Replay, second: Replay) -> None:
         table.add_row(
             score.label, score.unit, f"{score.first:.4g}", f"{score.second:.4g}", f"{change:+.3g}" if change else "="
         )
-    Console().print(table)
+    terminal().print(table)
 
 
 def _print_events(first: Replay, second: Replay) -> None:
     """What was ordered and what went wrong, in order of time."""
-    from rich.console import Console
     from rich.table import Table
+
+    from scenarios.terminal import terminal
 
     told = [
         (event.time, side, event.text)
@@ -87,4 +88,4 @@ def _print_events(first: Replay, second: Replay) -> None:
     table = Table("at", "run", "what happened")
     for time, side, text in sorted(told):
         table.add_row(f"{time:.2f} s", side, text)
-    Console().print(table)
+    terminal().print(table)

@@ -70,7 +70,7 @@ def contents(folder: Path) -> dict[Path, bytes]:
         "run mine.toml --record new.rrd --summary new.rrd",
         "run mine.toml --record new.rrd --summary rock.stl",
         "run mine.toml --no-record --summary mine.toml",
-        "run mine.toml --record new.rrd --summary sub/../new --picture new",
+        "run mine.toml --record new.rrd --summary sub/../new.png --picture new.png",
         "run mine.toml --record me.v2",
         "run --resume me.rrd --until 1 --record {here}/me.rrd",
         "run --resume me.rrd --until 1 --record link.rrd",
