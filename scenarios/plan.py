@@ -18,7 +18,7 @@ from scenarios.scenario import Scenario
 from scenarios.structuring import as_data, spellings
 
 # Terms of a run that its course does not depend on.
-TERMS = ("run.duration", "run.threads", "run.budget", "recording.*", "camera.*", "title", "text", "demo", "demo.*")
+TERMS = ("run.duration", "run.threads", "recording.*", "camera.*", "title", "text", "demo", "demo.*")
 # Orders that can be given while a run goes on: what a helmsman, the weather or a valve could do.
 ORDERS = (
     "tow.speed",
@@ -44,10 +44,20 @@ class Action:
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
-    """A scenario as it begins, and the actions on the way, in order of time."""
+    """A scenario as it begins, and the actions on the way, in order of time.
+
+    text: the scenario's file; overrides: ``--set`` texts that made the scenario of it. Both for the record only.
+    """
 
     scenario: Scenario
     actions: tuple[Action, ...] = ()
+    text: str = ""
+    overrides: tuple[str, ...] = ()
+
+    @property
+    def changes(self) -> tuple[str, ...]:
+        """Everything in which the run differs from the scenario's file: overrides, and the orders on the way."""
+        return (*self.overrides, *(setting for action in self.actions for setting in action.settings))
 
     def scenario_at(self, index: int) -> Scenario:
         """The scenario with all that was changed before the step that begins at `index`, and at it."""
@@ -67,14 +77,15 @@ class Plan:
 
         Actions after that point are given up: what follows is another story. ScenarioError names every setting that is neither.
         """
-        plan = Plan(scenario=self.scenario, actions=tuple(a for a in self.actions if a.index <= index))
+        plan = replace(self, actions=tuple(action for action in self.actions if action.index <= index))
         now = plan.scenario_at(index)
         orders: list[str] = []
         problems: list[Problem] = []
         for setting in _last_of_each(settings):
             try:
                 if _kind(now, setting) == "term":
-                    plan = replace(plan, scenario=_with_setting(plan.scenario, setting)[0])
+                    overrides = tuple(_last_of_each((*plan.overrides, setting)))
+                    plan = replace(plan, scenario=_with_setting(plan.scenario, setting)[0], overrides=overrides)
                 else:
                     now = _with_setting(now, setting)[0]
                     orders.append(setting)
@@ -90,7 +101,8 @@ class Plan:
     def as_data(self) -> dict[str, Any]:
         """Plain data, from which `plan_from` makes the same plan."""
         actions = [{"index": action.index, "set": list(action.settings)} for action in self.actions]
-        return {"scenario": as_data(self.scenario), "actions": actions}
+        record = {"text": self.text, "overrides": list(self.overrides)}
+        return {"scenario": as_data(self.scenario), "actions": actions} | record
 
     @property
     def files(self) -> dict[str, Path]:
@@ -113,7 +125,12 @@ class Plan:
 def plan_from(data: Mapping[str, Any]) -> Plan:
     """The plan that `Plan.as_data` described; ScenarioError if this program knows no such scenario."""
     actions = tuple(Action(index=entry["index"], settings=tuple(entry["set"])) for entry in data["actions"])
-    return Plan(scenario=scenario_from(data["scenario"]), actions=actions)
+    return Plan(
+        scenario=scenario_from(data["scenario"]),
+        actions=actions,
+        text=data.get("text", ""),  # which recordings of old do not have in their plan
+        overrides=tuple(data.get("overrides", ())),
+    )
 
 
 def _last_of_each(settings: Sequence[str]) -> list[str]:

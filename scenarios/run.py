@@ -40,7 +40,6 @@ class RunOptions:
 
     checkpoints: folder for them; by default that of the recording, and none without a recording.
     source: the scenario's file, which none of them may be.
-    overrides: texts that changed the scenario, for the record.
     """
 
     record: Path | None = None
@@ -49,7 +48,6 @@ class RunOptions:
     picture: Path | None = None
     live: bool = False
     source: Path | None = None
-    overrides: tuple[str, ...] = ()
 
     @property
     def checkpoint_folder(self) -> Path | None:
@@ -58,14 +56,21 @@ class RunOptions:
 
 
 def run_scenario(
-    scenario: Scenario, *, text: str = "", options: RunOptions | None = None, console: Console | None = None
+    scenario: Scenario,
+    *,
+    text: str = "",
+    overrides: tuple[str, ...] = (),
+    options: RunOptions | None = None,
+    console: Console | None = None,
 ) -> int:
     """Run a scenario to its end; returns the exit code of the `oilsim` command.
 
+    `text` is the scenario file's, `overrides` the changes made to it; both only go into the recording and the summary.
     ScenarioError for what cannot be built, RecordingError for a recording that cannot be begun.
     A failed or stopped run keeps its recording, its checkpoints and its summary.
     """
-    return _run(Plan(scenario=scenario), None, text, options or RunOptions(), console or terminal(stderr=True))
+    plan = Plan(scenario=scenario, text=text, overrides=overrides)
+    return _run(plan, None, options or RunOptions(), console or terminal(stderr=True))
 
 
 def resume(restart: Restart, *, options: RunOptions | None = None, console: Console | None = None) -> int:
@@ -73,10 +78,10 @@ def resume(restart: Restart, *, options: RunOptions | None = None, console: Cons
     options, console = options or RunOptions(), console or terminal(stderr=True)
     if restart.warning:
         console.print(f"oilsim: {restart.source} {restart.warning}", style="yellow", highlight=False, markup=False)
-    return _run(restart.plan, restart, "", options, console)
+    return _run(restart.plan, restart, options, console)
 
 
-def _run(plan: Plan, restart: Restart | None, text: str, options: RunOptions, console: Console) -> int:
+def _run(plan: Plan, restart: Restart | None, options: RunOptions, console: Console) -> int:
     scenario = plan.scenario
     _require_writable(options)
     _require_own_files(plan, restart, options)
@@ -85,7 +90,7 @@ def _run(plan: Plan, restart: Restart | None, text: str, options: RunOptions, co
             stack.enter_context(held(options.record))
         recorder = _recorder(scenario, options)
         console.print(f"building {scenario.name}", highlight=False, markup=False)
-        assembly = _with_plan(build(scenario, text=text, overrides=options.overrides), plan)
+        assembly = _with_plan(build(scenario, text=plan.text, overrides=plan.changes), plan)
         summary = SummaryObserver(assembly)
         folder = options.checkpoint_folder
         checkpoints = None if folder is None else CheckpointWriter(folder, plan)
@@ -100,7 +105,7 @@ def _run(plan: Plan, restart: Restart | None, text: str, options: RunOptions, co
             )
             error = course.run(restart)
     summary.state_hash = course.state_hash
-    result = summary.summary(course.simulation.communication_point.time, options.overrides)
+    result = summary.summary(course.simulation.communication_point.time, plan.changes)
     _print_result(console, result, options)
     failures = [*([] if error is None else [str(error)]), *_leave(result, options, drawn=error is None)]
     for failure in failures:

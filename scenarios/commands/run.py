@@ -63,7 +63,12 @@ def _run(options: argparse.Namespace) -> int:
 
     loaded = load_scenario(options.scenario, overrides=overrides(options), demo=options.demo)
     record = None if options.no_record else options.record or Path(f"{loaded.scenario.name}.rrd")
-    return run_scenario(loaded.scenario, text=loaded.text, options=_run_options(options, record, loaded.path))
+    return run_scenario(
+        loaded.scenario,
+        text=loaded.text,
+        overrides=overrides(options),
+        options=_run_options(options, record, loaded.path),
+    )
 
 
 def _resume(options: argparse.Namespace) -> int:
@@ -103,7 +108,6 @@ def _run_options(options: argparse.Namespace, record: Path | None, source: Path 
         picture=options.picture,
         live=options.live,
         source=source,
-        overrides=overrides(options),
     )
 
 

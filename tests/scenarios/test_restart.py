@@ -168,6 +168,23 @@ def test_orders_on_the_way_are_the_same_whether_given_before_or_after_a_restart(
     assert (verdict.equal_frames, verdict.difference, verdict.versions) == (4, "", "")  # of steps 7, 9, 10, 12
 
 
+def test_a_run_that_goes_on_still_tells_its_scenario_and_all_that_was_changed(tmp_path: Path) -> None:
+    """Once by overrides at its beginning, once by a term and an order; and once more, from the second run, by another order."""
+    first, second, third = (str(tmp_path / f"{name}.rrd") for name in ("first", "second", "third"))
+    summary = tmp_path / "third.json"
+    begun = ["fluid.particle_spacing=0.1", "forcing.wind.speed=2.0", "run.duration=0.04", "run.threads=1"]
+    assert main(["run", "two-layer", *(part for text in begun for part in ("--set", text)), "--record", first]) == 0
+    order, other = "forcing.wind.speed=5", "forcing.wind.speed=7"
+    assert main(["run", "--resume", first, "--set", order, "--until", "0.08", "--record", second]) == 0
+    more = ["--set", other, "--until", "0.12", "--record", third, "--summary", str(summary)]
+    assert main(["run", "--resume", second, *more]) == 0
+    changes = [*begun[:2], "run.threads=1", "run.duration=0.12", order, other]
+    assert json.loads(summary.read_text())["overrides"] == changes
+    told = Replay(Path(third)).run
+    assert told.properties["overrides"] == " ".join(changes)
+    assert told.text == load_scenario("two-layer").text
+
+
 def test_a_pipe_is_shut_and_opened_by_order(tmp_path: Path) -> None:
     """Shut at step 4 of 12: the oil is what it was then. Opened again at step 8, at twice the speed: it grows twice as fast."""
     pouring = ("rock-coating", "fluid.particle_spacing=0.03", f"run.communication_step={STEP}", "emitters.pipe.speed=3")
@@ -194,10 +211,18 @@ def test_terms_may_change_and_the_rest_is_refused_by_name(tmp_path: Path) -> Non
     assert (longer.plan.scenario.run.duration, longer.plan.actions) == (0.2, ())
     with pytest.raises(ScenarioError) as caught:
         restart.with_settings(
-            ("fluid.particle_spacing=0.2", "tow.speed=1", "forcing.wind.speed=3", "phases.oil.adhesion=1"), None
+            (
+                "fluid.particle_spacing=0.2",
+                "tow.speed=1",
+                "forcing.wind.speed=3",
+                "phases.oil.adhesion=1",
+                "run.budget=true",  # of half a run, told as if of all
+            ),
+            None,
         )
     assert [problem.path for problem in caught.value.problems] == [
         "--set fluid.particle_spacing", "--set tow.speed", "--set forcing.wind.speed", "--set phases.oil.adhesion",
+        "--set run.budget",
     ]  # fmt: skip
     assert "cannot be changed during a run, allowed: tow.speed" in str(caught.value)
     assert "changes tow, which the run was begun without" in str(caught.value)
