@@ -123,5 +123,7 @@ def _contradictions(options: argparse.Namespace) -> Iterator[Problem]:
             yield Problem(f"--{name}", f"is {seconds}, allowed: above 0 s")
     if options.resume is None and options.scenario is None:
         yield Problem("NAME-or-FILE", "is missing, allowed: a scenario, or --resume FILE")
+    if options.demo and options.resume is not None and options.scenario is None:
+        yield Problem("--demo", "is given with --resume alone, allowed: with the scenario that the run is to be one of")
     if options.resume is None and options.at is not None:
         yield Problem("--at", "is given without --resume, allowed: --resume FILE --at S")

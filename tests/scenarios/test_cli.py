@@ -46,6 +46,7 @@ def test_check_says_what_a_scenario_costs(name: str, capsys: pytest.CaptureFixtu
         ["run", "calm-spread", "--record", "/tmp/x.rrd", "--picture", "x.xyz"],
         ["run", "calm-spread", "--record", "/tmp/x.rrd", "--picture", "x"],
         ["run", "calm-spread", "--no-record", "--threads", "100000"],
+        ["run", "--resume", "x.rrd", "--demo"],
         ["report", "x.rrd", "--csv", "x", "--ids", "-1"],
         ["report", "x.rrd", "--csv", "x", "--ids", "3,99999999999"],
         ["replay", "no-such-file.rrd"],
@@ -72,6 +73,14 @@ def test_all_problems_of_a_file_are_printed(tmp_path: Path, capsys: pytest.Captu
     said = capsys.readouterr().err
     for path in ("run.duration", "fluid.particle_spacing", "tank.lower", "tank.upper", "phases"):
         assert path in said
+
+
+def test_a_demo_that_a_scenario_does_not_have_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "plain.toml"
+    file.write_text(library_paths()["two-layer"].read_text().partition("[demo]")[0])
+    assert main(["check", str(file)]) == 0
+    assert main(["check", str(file), "--demo"]) == 2
+    assert "demo is asked for and missing, allowed: a table [demo], or no --demo" in capsys.readouterr().err
 
 
 def test_run_leaves_recording_and_summary_and_asks_for_the_picture(

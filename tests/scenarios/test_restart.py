@@ -185,6 +185,19 @@ def test_a_run_that_goes_on_still_tells_its_scenario_and_all_that_was_changed(tm
     assert told.text == load_scenario("two-layer").text
 
 
+def test_what_holds_from_the_beginning_is_told_there(tmp_path: Path) -> None:
+    """The vessels' first orders hold from the first frame on, and those of 0.04 s from then: none is told a step late."""
+    scenario = scenario_of(STORM, "tow.start=0.04", steps=4, interval=1)
+    run(scenario, tmp_path)
+    told = [(event.time, event.text) for event in Replay(tmp_path / "whole.rrd").events if event.source == "orders"]
+    assert [time for time, _ in told] == [0.0, 0.04]
+    assert told[0][1].endswith("hold your places")
+    begun_again = resume(find_restart(tmp_path / "whole.rrd", 0.0), options=RunOptions(record=tmp_path / "second.rrd"))
+    assert begun_again == 0
+    again = [(event.time, event.text) for event in Replay(tmp_path / "second.rrd").events if event.source == "orders"]
+    assert again == told[1:]
+
+
 def test_a_pipe_is_shut_and_opened_by_order(tmp_path: Path) -> None:
     """Shut at step 4 of 12: the oil is what it was then. Opened again at step 8, at twice the speed: it grows twice as fast."""
     pouring = ("rock-coating", "fluid.particle_spacing=0.03", f"run.communication_step={STEP}", "emitters.pipe.speed=3")
