@@ -37,14 +37,14 @@ def why_unwritable(path: Path) -> str:
 
 @contextmanager
 def held(path: Path) -> Iterator[None]:
-    """Within the block the recording `path` belongs to this run; RecordingError if another run writes it.
+    """Within the block `path`, a recording or a folder of checkpoints, belongs to this run; RecordingError if another writes it.
 
     The lock is advisory and ends with the program, however that ends. A file that was not there is made, and gone again if nothing
     was written.
     """
     existed = path.exists()
     try:
-        handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+        handle = os.open(path, os.O_RDONLY if path.is_dir() else os.O_RDWR | os.O_CREAT, 0o666)
     except OSError as error:
         raise RecordingError(path, f"cannot be written: {error.strerror or error}") from error
     try:

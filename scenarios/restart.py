@@ -7,14 +7,15 @@ and to any time after the first.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from coupling.co_simulation import CoSimulation
 from recordings.checkpoint import Checkpoint, CheckpointError, load_checkpoint, save_checkpoint, state_hash
-from recordings.files import RECORDING_ENDING
+from recordings.files import RECORDING_ENDING, held
 from scenarios.build import Assembly
 from scenarios.plan import Plan, plan_from
 from scenarios.problems import Problem, ScenarioError
@@ -61,14 +62,13 @@ class CheckpointWriter:
     """
 
     def __init__(self, folder: Path, plan: Plan) -> None:
-        """Make the folder, empty of checkpoints of earlier runs; CheckpointError if that cannot be."""
+        """Empty the folder of checkpoints of earlier runs; CheckpointError if that cannot be."""
         self.folder = folder
         self._plan = plan
         self._unasked: dict[int, Path] = {}
         self._every = _steps_between(plan)
         self._versions = versions()
         try:
-            folder.mkdir(exist_ok=True)
             for old in _files(folder):
                 old.unlink()
         except OSError as error:
@@ -107,6 +107,17 @@ class CheckpointWriter:
             self._unasked.pop(index).unlink(missing_ok=True)
         interval = self._every * self._plan.scenario.run.communication_step
         return f"over {kept} checkpoints: from now on one every {interval:g} s is kept, and the first"
+
+
+@contextmanager
+def checkpoint_writer(folder: Path, plan: Plan) -> Iterator[CheckpointWriter]:
+    """A writer into `folder`, which is made if need be and belongs to this run alone within the block."""
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        raise CheckpointError(folder, f"cannot be written: {error.strerror or error}") from error
+    with held(folder):
+        yield CheckpointWriter(folder, plan)
 
 
 def _steps_between(plan: Plan) -> int:

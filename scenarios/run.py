@@ -23,7 +23,7 @@ from scenarios.problems import Problem, ScenarioError
 from scenarios.progress import ProgressDisplay
 from scenarios.recorder_terms import grid, thinning
 from scenarios.requests import requests_by_signal
-from scenarios.restart import CheckpointWriter, Restart, checkpoint_folder
+from scenarios.restart import Restart, checkpoint_folder, checkpoint_writer
 from scenarios.scenario import Scenario
 from scenarios.summary import SummaryObserver, write_summary
 from scenarios.terminal import terminal
@@ -93,7 +93,7 @@ def _run(plan: Plan, restart: Restart | None, options: RunOptions, console: Cons
         assembly = _with_plan(build(scenario, text=plan.text, overrides=plan.changes), plan)
         summary = SummaryObserver(assembly)
         folder = options.checkpoint_folder
-        checkpoints = None if folder is None else CheckpointWriter(folder, plan)
+        checkpoints = None if folder is None else stack.enter_context(checkpoint_writer(folder, plan))
         with ProgressDisplay(scenario.name, scenario.run.duration, console) as progress:
             course = Course(
                 plan,

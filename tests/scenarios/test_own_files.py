@@ -108,6 +108,9 @@ def test_a_recording_that_another_run_writes_is_refused_by_name(
         with held(Path(name)):
             assert main(["run", "mine.toml", *QUICK, "--record", name]) == 2
             assert f"recording {name}: is being written by another run" in capsys.readouterr().err
+    with held(Path("me.checkpoints")):
+        assert main(["run", "mine.toml", *QUICK, "--no-record", "--checkpoints", "me.checkpoints"]) == 2
+        assert "me.checkpoints: is being written by another run" in capsys.readouterr().err
     assert contents(begun) == before
 
 
