@@ -27,7 +27,7 @@ def register(commands: argparse._SubParsersAction) -> None:
 
 def _add_run_options(parser: argparse.ArgumentParser) -> None:
     recording = parser.add_mutually_exclusive_group()
-    recording.add_argument("--record", type=Path, metavar="FILE", help="recording to write; NAME.rrd by default")
+    recording.add_argument("--record", type=Path, metavar="FILE.rrd", help="recording to write; NAME.rrd by default")
     recording.add_argument("--no-record", action="store_true", help="record nothing")
     parser.add_argument("--summary", type=Path, metavar="FILE.json", help="write what the run came to")
     parser.add_argument("--picture", type=Path, metavar="FILE.png", help="draw a picture from the recording")
