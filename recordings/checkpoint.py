@@ -114,21 +114,27 @@ def load_checkpoint(path: str | Path, *, scenario_hash: str | None = None) -> Ch
     """Read a checkpoint, and refuse one of another format or, unless None, of another scenario."""
     source = Path(path)
     try:
-        with np.load(source, allow_pickle=False) as file:
-            arrays = {name: file[name] for name in file.files}
-        structure = json.loads(arrays.pop(_STRUCTURE).tobytes())
+        checkpoint = _read(source)
     except OSError as error:
         raise CheckpointError(source, f"cannot be read: {error.strerror or error}") from error
-    except (ValueError, KeyError, EOFError, AttributeError, zipfile.BadZipFile) as error:
+    except (ValueError, TypeError, KeyError, EOFError, AttributeError, zipfile.BadZipFile) as error:
         raise CheckpointError(source, f"is no checkpoint, or was cut off: {error}") from error
+    stored = checkpoint.scenario_hash
+    if scenario_hash is not None and stored != scenario_hash:
+        raise CheckpointError(source, f"belongs to scenario {stored[:12]}, this one is {scenario_hash[:12]}")
+    return checkpoint
+
+
+def _read(source: Path) -> Checkpoint:
+    """The checkpoint in a file that numpy has written; of what anybody else has written, whatever error there may be."""
+    with np.load(source, allow_pickle=False) as file:
+        arrays = {name: file[name] for name in file.files}
+    structure = json.loads(arrays.pop(_STRUCTURE).tobytes())
     version = structure.get("format_version")
     if version != FORMAT_VERSION:
         raise CheckpointError(source, f"has format version {version}, this program reads {FORMAT_VERSION}")
-    stored = structure["scenario_hash"]
-    if scenario_hash is not None and stored != scenario_hash:
-        raise CheckpointError(source, f"belongs to scenario {stored[:12]}, this one is {scenario_hash[:12]}")
     return Checkpoint(
-        scenario_hash=stored,
+        scenario_hash=structure["scenario_hash"],
         index=structure["index"],
         time=float.fromhex(structure["time"]),
         run=structure["run"],

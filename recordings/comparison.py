@@ -19,7 +19,7 @@ from recordings.errors import RecordingError
 from recordings.plots import plots_with_series
 from recordings.repair import open_reader
 from recordings.replay import Replay
-from recordings.rerun_sink import open_stream
+from recordings.rerun_sink import flush, open_stream
 from recordings.worst import WORST, reached
 
 SIDES = ("A", "B")
@@ -167,7 +167,7 @@ def write_side_by_side(first: Path, second: Path, target: Path) -> None:
         for name in replay.scalars:
             stream.log(f"{side}/{entity_paths.scalar(name)}", looks.line(name, side), static=True, strict=True)
     stream.send_blueprint(_blueprint(replays))
-    stream.flush()
+    flush(stream, target)
     stream.disconnect()
 
 

@@ -31,28 +31,26 @@ class Moment:
 
 
 def recorded_steps(replay: Replay) -> list[tuple[int, float]]:
-    """Every recorded communication step and its time [s], in order."""
+    """Every recorded communication step and its time [s], in order; RecordingError if there is none."""
     steps: dict[int, float] = {}
     series: list[Series | BodySeries] = [*replay.scalars.values(), *replay.bodies.values()]
     if not series:
         series += [replay.phase_times(phase.name) for phase in replay.run.phases]
     for one in series:
         steps |= dict(zip(one.index.tolist(), one.time.tolist(), strict=True))
+    if not steps:
+        raise RecordingError(replay.path, "holds no frame")
     return sorted(steps.items())
 
 
 def key_steps(steps: Sequence[tuple[int, float]], count: int) -> list[tuple[int, float]]:
     """The first step, the last, and others as evenly between them as there are."""
-    if not steps:
-        return []
     places = np.unique(np.linspace(0, len(steps) - 1, count).round().astype(int))
     return [steps[place] for place in places]
 
 
 def read_moments(replay: Replay, steps: Sequence[tuple[int, float]]) -> list[Moment]:
     """What the recording knows of the given steps; a phase recorded now and then as it was last seen."""
-    if not steps:
-        raise RecordingError(replay.path, "holds no frames")
     indices = [index for index, _ in steps]
     particles: dict[int, dict[str, Positions]] = {index: {} for index in indices}
     lost: dict[int, dict[str, Positions]] = {index: {} for index in indices}

@@ -10,6 +10,7 @@ from pathlib import Path
 from rerun.chunk import RrdReader
 
 from recordings.errors import RecordingError
+from recordings.files import is_same_file
 from recordings.viewer import viewer_environment, viewer_executable
 
 _REPAIR_SECONDS = 600.0
@@ -68,6 +69,8 @@ def repair(path: str | Path, target: str | Path | None = None) -> Path:
         if file.read(len(_HEAD)) != _HEAD:
             raise RecordingError(source, "is not a Rerun recording, or was cut off before anything was written")
     copy = repaired_path(source) if target is None else Path(target)
+    if is_same_file(source, copy):
+        raise RecordingError(source, "is the recording to repair, allowed: another file for its copy")
     unfinished = copy.with_name(f".{os.getpid()}-{copy.name}")
     command = [viewer_executable(), "rrd", "optimize", str(source), "-o", str(unfinished)]
     done = subprocess.run(

@@ -31,6 +31,7 @@ from recordings.frame import (
     RunDescription,
 )
 from recordings.repair import is_whole, open_reader, repair
+from recordings.rerun_sink import FORMAT_VERSION
 from recordings.sample import ids_of_ranges
 
 _PROPERTIES = "__properties"
@@ -96,6 +97,7 @@ class Replay:
         self.path = source
         self._reader = open_reader(source)
         self._store = _lazy_store(self._reader)
+        _require_run(source, self.properties.get("recording", {}))
 
     @cached_property
     def properties(self) -> Mapping[str, Mapping[str, Any]]:
@@ -280,6 +282,15 @@ class Replay:
         """The chunks of some entities, in the file's order."""
         stream = self._reader.stream() if self._store is None else self._store.stream()
         return iter(stream.filter(content=list(contents), is_static=static))
+
+
+def _require_run(path: Path, terms: Mapping[str, Any]) -> None:
+    """RecordingError unless the terms are those of a run, in a format that is read here."""
+    if "particle_spacing" not in terms:
+        raise RecordingError(path, "holds no run of oilsim, or was cut off before one began")
+    version = terms.get("format_version")
+    if version != FORMAT_VERSION:
+        raise RecordingError(path, f"has format version {version}, this program reads {FORMAT_VERSION}")
 
 
 def _lazy_store(reader: RrdReader) -> LazyStore | None:

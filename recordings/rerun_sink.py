@@ -290,33 +290,42 @@ class RerunFile:
             raise RecordingError(self.path, f"disk is full: {free >> 20} MiB left; what was written can be replayed")
 
     def _flush(self) -> None:
-        """Wait until all is on disk; a writer that has died is one clear error and is not asked again.
+        """Wait until all is on disk; a file that cannot be written any more is not written to again."""
+        try:
+            flush(self._stream, self.path)
+        except RecordingError:
+            self.closed = True
+            self._block.take()
+            raise
 
-        A flush that meets Rerun's writer at the moment of its death is never answered, hence the short waits, after each of
-        which the disk is asked.
-        """
-        deadline = time.monotonic() + _FLUSH_SECONDS
-        while True:
-            try:
-                self._stream.flush(timeout_sec=_ANSWER_SECONDS)
-                return
-            except RuntimeError as error:
-                refusal = _refusal(self.path)
-                if refusal is None and _TIMED_OUT in str(error) and time.monotonic() < deadline:
-                    continue  # a slow disk
-                self._abandon()
-                raise RecordingError(self.path, f"cannot be written any more: {refusal or error}") from error
 
-    def _abandon(self) -> None:
-        """Leave a stream alone whose writer is dead: it may answer no call any more, and the program could not end.
+def flush(stream: rr.RecordingStream, path: Path) -> None:
+    """Wait until all of a stream to a file is on disk; a writer that has died is one clear error and is not asked again.
 
-        Such calls are Rerun's flush of all streams at the end of the program, and the disconnect when the stream is
-        collected, which one reference too many prevents.
-        """
-        self.closed = True
-        self._block.take()
-        atexit.unregister(rr.rerun_shutdown)
-        ctypes.pythonapi.Py_IncRef(ctypes.py_object(self._stream))
+    A flush that meets Rerun's writer at the moment of its death is never answered, hence the short waits, after each of
+    which the disk is asked.
+    """
+    deadline = time.monotonic() + _FLUSH_SECONDS
+    while True:
+        try:
+            stream.flush(timeout_sec=_ANSWER_SECONDS)
+            return
+        except RuntimeError as error:
+            refusal = _refusal(path)
+            if refusal is None and _TIMED_OUT in str(error) and time.monotonic() < deadline:
+                continue  # a slow disk
+            _abandon(stream)
+            raise RecordingError(path, f"cannot be written any more: {refusal or error}") from error
+
+
+def _abandon(stream: rr.RecordingStream) -> None:
+    """Leave a stream alone whose writer is dead: it may answer no call any more, and the program could not end.
+
+    Such calls are Rerun's flush of all streams at the end of the program, and the disconnect when the stream is
+    collected, which one reference too many prevents.
+    """
+    atexit.unregister(rr.rerun_shutdown)
+    ctypes.pythonapi.Py_IncRef(ctypes.py_object(stream))
 
 
 def open_stream(recording_id: str) -> rr.RecordingStream:

@@ -77,16 +77,14 @@ class Course:
         """Orders that are due, one communication step, and what happened in it."""
         self._give_orders()
         self.simulation.step()
-        if not self.simulation.is_running:
-            return
-        remarks = self._assembly.remarks.look(self._assembly.report())
-        for happening in [*self._assembly.scoring.take_happenings(), *remarks]:
-            self.simulation.emit(happening.text, level=happening.level, source=happening.source)
+        if self.simulation.is_running:
+            self._tell()
 
     def begin(self, restart: Restart | None = None) -> None:
         """The first frame, or the state of a checkpoint; it is the first checkpoint of this run too."""
         if restart is None:
             self.simulation.initialize()
+            self._tell()
         else:
             give_orders(self._assembly, self._plan.scenario_at(restart.index - 1))
             begin_from(restart.state, self.simulation, self._assembly)
@@ -99,6 +97,12 @@ class Course:
             self.simulation.emit(f"no checkpoints: {self._assembly.why_not_kept}", level="warning", source="oilsim")
         if self._checkpoints is not None and self._checkpoints.is_due(0):
             self._save(self._checkpoints, asked=False)
+
+    def _tell(self) -> None:
+        """What the last frame showed."""
+        remarks = self._assembly.remarks.look(self._assembly.report())
+        for happening in [*self._assembly.scoring.take_happenings(), *remarks]:
+            self.simulation.emit(happening.text, level=happening.level, source=happening.source)
 
     def _is_done(self) -> bool:
         run = self._plan.scenario.run

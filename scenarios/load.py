@@ -57,6 +57,10 @@ def load_scenario(source: str | Path, *, overrides: Iterable[str] = (), demo: bo
         data = tomllib.loads(text)
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as cause:
         raise ScenarioError([Problem("", f"cannot be read: {cause}")], str(path)) from cause
+    if demo and "demo" not in data:
+        raise ScenarioError(
+            [Problem("demo", "is asked for and missing, allowed: a table [demo], or no --demo")], str(path)
+        )
     try:
         scenario = scenario_from(_changed(data, overrides, demo), folder=path.parent)
     except ScenarioError as error:

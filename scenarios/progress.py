@@ -27,10 +27,10 @@ class ProgressDisplay:
         self._bar: Progress | None = None
         if console.is_terminal:
             self._bar = Progress(
-                TextColumn("[bold]{task.description}"),
+                TextColumn("{task.description}", style="bold", markup=False),
                 BarColumn(),
                 TaskProgressColumn(),
-                TextColumn("{task.fields[state]}"),
+                TextColumn("{task.fields[state]}", markup=False),
                 console=console,
             )
             self._task = self._bar.add_task(name, total=duration, state="starting")
@@ -61,7 +61,9 @@ class ProgressDisplay:
         elif now - self._last_line >= SECONDS_BETWEEN_LINES:
             self._last_line = now
             share = 100.0 * min(1.0, frame.time / self._duration)
-            self._console.print(f"{self._name}: {share:.0f} %, {self._state(frame.time)}", highlight=False)
+            self._console.print(
+                f"{self._name}: {share:.0f} %, {self._state(frame.time)}", highlight=False, markup=False
+            )
 
     def event(self, event: Event) -> None:
         """Show it above the bar."""

@@ -7,25 +7,28 @@ and to any time after the first.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from coupling.co_simulation import CoSimulation
 from recordings.checkpoint import Checkpoint, CheckpointError, load_checkpoint, save_checkpoint, state_hash
+from recordings.files import RECORDING_ENDING, held
 from scenarios.build import Assembly
 from scenarios.plan import Plan, plan_from
-from scenarios.problems import ScenarioError
+from scenarios.problems import Problem, ScenarioError
 from scenarios.versions import versions
 
 ENDING = ".npz"
+_FOLDER_ENDING = ".checkpoints"
 _NUMERIC = ("oilsim", "numpy", "numba", "pybullet")  # versions on which the bits depend
 
 
 def checkpoint_folder(recording: Path) -> Path:
-    """Where the checkpoints of a recording lie."""
-    return recording.with_suffix(".checkpoints")
+    """Where the checkpoints of a recording lie; of no other one, since all of them end in ``.rrd``."""
+    return recording.with_suffix(_FOLDER_ENDING)
 
 
 def run_state(simulation: CoSimulation, assembly: Assembly) -> dict[str, Any]:
@@ -59,14 +62,13 @@ class CheckpointWriter:
     """
 
     def __init__(self, folder: Path, plan: Plan) -> None:
-        """Make the folder, empty of checkpoints of earlier runs; CheckpointError if that cannot be."""
+        """Empty the folder of checkpoints of earlier runs; CheckpointError if that cannot be."""
         self.folder = folder
         self._plan = plan
         self._unasked: dict[int, Path] = {}
         self._every = _steps_between(plan)
         self._versions = versions()
         try:
-            folder.mkdir(exist_ok=True)
             for old in _files(folder):
                 old.unlink()
         except OSError as error:
@@ -107,6 +109,17 @@ class CheckpointWriter:
         return f"over {kept} checkpoints: from now on one every {interval:g} s is kept, and the first"
 
 
+@contextmanager
+def checkpoint_writer(folder: Path, plan: Plan) -> Iterator[CheckpointWriter]:
+    """A writer into `folder`, which is made if need be and belongs to this run alone within the block."""
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        raise CheckpointError(folder, f"cannot be written: {error.strerror or error}") from error
+    with held(folder):
+        yield CheckpointWriter(folder, plan)
+
+
 def _steps_between(plan: Plan) -> int:
     """Communication steps from one checkpoint to the next; 0: none is written unasked."""
     interval = plan.scenario.recording.checkpoint_interval
@@ -127,14 +140,35 @@ class Restart:
     warning: str = ""
 
     @property
+    def files(self) -> dict[str, Path]:
+        """What it goes on from and nothing may be written over, by what it is called."""
+        folder = self.source.parent
+        files = {"the checkpoint gone on with": self.source, "the checkpoints gone on with": folder}
+        if folder.suffix == _FOLDER_ENDING:
+            files["the recording gone on with"] = folder.with_suffix(RECORDING_ENDING)
+        return files
+
+    @property
     def time(self) -> float:
         """Simulated time [s] it goes on from."""
         return self.index * self.plan.scenario.run.communication_step
 
     def with_settings(self, settings: tuple[str, ...], at: float | None) -> Restart:
-        """The same with settings changed at the first communication point at or after `at` [s]; None: where it goes on."""
+        """The same with settings changed at the first communication point at or after `at` [s]; None: where it goes on.
+
+        ScenarioError for settings that cannot be, and if the run would not go on from there.
+        """
         index = self.index if at is None else _index_at(at, self.plan)
-        return replace(self, plan=self.plan.changed(settings, index))
+        plan = self.plan.changed(settings, index)
+        duration = plan.scenario.run.duration
+        if index >= _index_at(duration, plan):
+            if at is not None:
+                raise ScenarioError(
+                    [Problem("--at", f"is {at:g} s, allowed: before the run's end, {duration:g} s")], "oilsim"
+                )
+            begin = f"the end of a run that goes on from {self.time:g} s, allowed: later, by --until"
+            raise ScenarioError([Problem("run.duration", f"is {duration:g} s, {begin}")], "oilsim")
+        return replace(self, plan=plan)
 
 
 def find_restart(path: Path, at: float | None = None, scenario_hash: str | None = None) -> Restart:
@@ -168,6 +202,9 @@ def _find(path: Path, at: float | None) -> tuple[Checkpoint, Path]:
     """The checkpoint meant by a recording or a checkpoint file."""
     if path.suffix == ENDING:
         return load_checkpoint(path), path
+    if not path.is_dir() and path.suffix != RECORDING_ENDING:
+        allowed = f"a recording ({RECORDING_ENDING}), a checkpoint ({ENDING}), a folder of checkpoints"
+        raise CheckpointError(path, f"is nothing to go on with, allowed: {allowed}")
     folder = path if path.is_dir() else checkpoint_folder(path)
     files = _files(folder)
     if not files:
@@ -182,7 +219,7 @@ def _find(path: Path, at: float | None) -> tuple[Checkpoint, Path]:
 
 def _files(folder: Path) -> list[Path]:
     """The checkpoints in a folder, in order of time."""
-    return sorted(folder.glob(f"step-*{ENDING}"))
+    return sorted(file for file in folder.glob(f"step-*{ENDING}") if file.stem.removeprefix("step-").isdecimal())
 
 
 def _index_of(file: Path) -> int:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,7 +12,10 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 from rich.table import Table
 
+from recordings.errors import RecordingError
+from recordings.files import RECORDING_ENDING, held, why_unwritable
 from scenarios.advance import Course
+from scenarios.apart import require_apart
 from scenarios.build import Assembly, build
 from scenarios.exit_codes import FAILED
 from scenarios.plan import Plan
@@ -18,12 +23,15 @@ from scenarios.problems import Problem, ScenarioError
 from scenarios.progress import ProgressDisplay
 from scenarios.recorder_terms import grid, thinning
 from scenarios.requests import requests_by_signal
-from scenarios.restart import CheckpointWriter, Restart, checkpoint_folder
+from scenarios.restart import Restart, checkpoint_folder, checkpoint_writer
 from scenarios.scenario import Scenario
 from scenarios.summary import SummaryObserver, write_summary
+from scenarios.terminal import terminal
 
 if TYPE_CHECKING:
     from recordings.recorder import Recorder
+
+_PICTURE_ENDINGS = (".png", ".jpg", ".pdf", ".svg")  # of what matplotlib draws, what is of use
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,7 +39,7 @@ class RunOptions:
     """What a run leaves behind: recording, summary and picture files, each or none; and whether it is shown live.
 
     checkpoints: folder for them; by default that of the recording, and none without a recording.
-    overrides: texts that changed the scenario, for the record.
+    source: the scenario's file, which none of them may be.
     """
 
     record: Path | None = None
@@ -39,7 +47,7 @@ class RunOptions:
     summary: Path | None = None
     picture: Path | None = None
     live: bool = False
-    overrides: tuple[str, ...] = ()
+    source: Path | None = None
 
     @property
     def checkpoint_folder(self) -> Path | None:
@@ -48,34 +56,44 @@ class RunOptions:
 
 
 def run_scenario(
-    scenario: Scenario, *, text: str = "", options: RunOptions | None = None, console: Console | None = None
+    scenario: Scenario,
+    *,
+    text: str = "",
+    overrides: tuple[str, ...] = (),
+    options: RunOptions | None = None,
+    console: Console | None = None,
 ) -> int:
     """Run a scenario to its end; returns the exit code of the `oilsim` command.
 
+    `text` is the scenario file's, `overrides` the changes made to it; both only go into the recording and the summary.
     ScenarioError for what cannot be built, RecordingError for a recording that cannot be begun.
     A failed or stopped run keeps its recording, its checkpoints and its summary.
     """
-    return _run(Plan(scenario=scenario), None, text, options or RunOptions(), console or Console(stderr=True))
+    plan = Plan(scenario=scenario, text=text, overrides=overrides)
+    return _run(plan, None, options or RunOptions(), console or terminal(stderr=True))
 
 
 def resume(restart: Restart, *, options: RunOptions | None = None, console: Console | None = None) -> int:
     """Go on with a run from a checkpoint to its end, into files of its own; otherwise as `run_scenario`."""
-    options, console = options or RunOptions(), console or Console(stderr=True)
+    options, console = options or RunOptions(), console or terminal(stderr=True)
     if restart.warning:
         console.print(f"oilsim: {restart.source} {restart.warning}", style="yellow", highlight=False, markup=False)
-    return _run(restart.plan, restart, "", options, console)
+    return _run(restart.plan, restart, options, console)
 
 
-def _run(plan: Plan, restart: Restart | None, text: str, options: RunOptions, console: Console) -> int:
+def _run(plan: Plan, restart: Restart | None, options: RunOptions, console: Console) -> int:
     scenario = plan.scenario
     _require_writable(options)
-    recorder = _recorder(scenario, options)
-    with requests_by_signal() as requests:
-        console.print(f"building {scenario.name}", highlight=False)
-        assembly = _with_plan(build(scenario, text=text, overrides=options.overrides), plan)
+    _require_own_files(plan, restart, options)
+    with ExitStack() as stack, requests_by_signal() as requests:
+        if options.record is not None:
+            stack.enter_context(held(options.record))
+        recorder = _recorder(scenario, options)
+        console.print(f"building {scenario.name}", highlight=False, markup=False)
+        assembly = _with_plan(build(scenario, text=plan.text, overrides=plan.changes), plan)
         summary = SummaryObserver(assembly)
         folder = options.checkpoint_folder
-        checkpoints = None if folder is None else CheckpointWriter(folder, plan)
+        checkpoints = None if folder is None else stack.enter_context(checkpoint_writer(folder, plan))
         with ProgressDisplay(scenario.name, scenario.run.duration, console) as progress:
             course = Course(
                 plan,
@@ -87,16 +105,26 @@ def _run(plan: Plan, restart: Restart | None, text: str, options: RunOptions, co
             )
             error = course.run(restart)
     summary.state_hash = course.state_hash
-    result = summary.summary(course.simulation.communication_point.time, options.overrides)
-    if options.summary is not None:
-        write_summary(result, options.summary)
+    result = summary.summary(course.simulation.communication_point.time, plan.changes)
     _print_result(console, result, options)
-    if error is not None:
-        console.print(f"oilsim: {error}", style="red", highlight=False, markup=False)
-        return FAILED
-    if options.picture is not None and options.record is not None:
-        _draw(options.record, options.picture)
-    return requests.exit_code
+    failures = [*([] if error is None else [str(error)]), *_leave(result, options, drawn=error is None)]
+    for failure in failures:
+        console.print(f"oilsim: {failure}", style="red", highlight=False, markup=False)
+    return FAILED if failures else requests.exit_code
+
+
+def _leave(result: dict[str, Any], options: RunOptions, *, drawn: bool) -> Iterator[str]:
+    """Write the summary and, if it is to be `drawn`, the picture; tells of each that could not be written, and why."""
+    try:
+        if options.summary is not None:
+            write_summary(result, options.summary)
+    except OSError as error:
+        yield f"summary {options.summary}: cannot be written: {error.strerror or error}"
+    try:
+        if drawn and options.picture is not None and options.record is not None:
+            _draw(options.record, options.picture)
+    except (OSError, RecordingError) as error:
+        yield f"picture {options.picture}: cannot be drawn: {error}"
 
 
 def _with_plan(assembly: Assembly, plan: Plan) -> Assembly:
@@ -128,14 +156,29 @@ def _recorder(scenario: Scenario, options: RunOptions) -> Recorder | None:
 def _require_writable(options: RunOptions) -> None:
     """Find out before the run, not after, that a result could not be written."""
     problems = []
+    endings = {"record": (RECORDING_ENDING,), "picture": _PICTURE_ENDINGS}
     for name in ("record", "summary", "picture"):
         path: Path | None = getattr(options, name)
-        if path is not None and not path.absolute().parent.is_dir():
-            problems.append(Problem(f"--{name}", f"is {str(path)!r}, allowed: a file in a folder that exists"))
-        elif path is not None and path.is_dir():
-            problems.append(Problem(f"--{name}", f"is {str(path)!r}, a folder, allowed: a file"))
+        if path is None:
+            continue
+        reason = why_unwritable(path)
+        if reason:
+            text = f"is {str(path)!r}, which cannot be written: {reason}, allowed: a file in a folder that exists"
+            problems.append(Problem(f"--{name}", text))
+        elif name in endings and path.suffix not in endings[name]:
+            allowed = " or ".join(endings[name])
+            problems.append(Problem(f"--{name}", f"is {str(path)!r}, allowed: a name that ends in {allowed}"))
     if problems:
         raise ScenarioError(problems, "oilsim")
+
+
+def _require_own_files(plan: Plan, restart: Restart | None, options: RunOptions) -> None:
+    """Nothing is written over what the run is made of or goes on from, nor over anything else that it leaves."""
+    read = plan.files | ({} if restart is None else restart.files)
+    if options.source is not None:
+        read["the scenario"] = options.source
+    written = {f"--{name}": getattr(options, name) for name in ("record", "summary", "picture")}
+    require_apart(read, written | {"--checkpoints": options.checkpoint_folder})
 
 
 def _draw(recording: Path, picture: Path) -> None:

@@ -38,7 +38,7 @@ class RunSettings(Section):
 
     duration: float = quantity("s", above=0.0)
     communication_step: float = quantity("s", default=0.01, above=0.0, at_most=1.0)
-    threads: int | None = quantity("", default=None, at_least=1, whole=True)
+    threads: int | None = quantity("", default=None, at_least=1, at_most=1024, whole=True)
     seed: int = quantity("", default=1, at_least=0, whole=True)
     budget: bool = False
 

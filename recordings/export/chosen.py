@@ -58,9 +58,11 @@ def every(indices: list[int], interval: float | None, times: list[float]) -> lis
 
 
 def oil_frames(replay: Replay, interval: float | None = None, *, lost_only: bool = False) -> Iterator[OilFrame]:
-    """All oil, frame by frame ``interval`` [s] apart; or only what booms have lost."""
+    """All oil, frame by frame ``interval`` [s] apart; or only what booms have lost. RecordingError if there is no frame."""
     names = oil_names(replay)
     clock = replay.phase_times(names[0])
+    if not len(clock.index):
+        raise RecordingError(replay.path, "holds no frame")
     indices = every(clock.index.tolist(), interval, clock.time.tolist())
     wanted = set(indices)
     phases = [_by_index(replay, entity_paths.phase(name), wanted) for name in names]

@@ -7,6 +7,7 @@ import re
 from importlib import resources
 from pathlib import Path
 
+from scenarios.apart import require_apart
 from scenarios.exit_codes import DONE
 from scenarios.problems import Problem, ScenarioError, suggestion
 
@@ -47,6 +48,7 @@ def _build(options: argparse.Namespace) -> int:
     source = _source(options.model)
     output = options.output or Path(f"{Path(options.model).stem}.fmu")
     require_folder(output, "--output")
+    require_apart({"the model": source}, {"--output": output})
     try:
         model = model_in(source)
         model.save_state()  # which its FMU promises

@@ -24,20 +24,20 @@ def register(commands: argparse._SubParsersAction) -> None:
 
 
 def _check(options: argparse.Namespace) -> int:
-    from rich.console import Console
-
     from scenarios.cost import estimate
     from scenarios.load import load_scenario
+    from scenarios.terminal import terminal
 
     loaded = load_scenario(options.scenario, overrides=overrides(options), demo=options.demo)
-    _print_cost(Console(), loaded.scenario, estimate(loaded.scenario))
+    _print_cost(terminal(), loaded.scenario, estimate(loaded.scenario))
     return DONE
 
 
 def _print_cost(console: Console, scenario: Scenario, cost: Cost) -> None:
     from rich.table import Table
+    from rich.text import Text
 
-    console.print(f"[bold]{scenario.name}[/bold]: {scenario.title}")
+    console.print(Text.assemble((scenario.name, "bold"), f": {scenario.title}"))
     table = Table(show_header=False)
     table.add_column(style="bold")
     table.add_column(justify="right")

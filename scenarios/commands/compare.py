@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from scenarios.apart import require_apart
 from scenarios.exit_codes import DONE, FAILED
 
 if TYPE_CHECKING:
@@ -32,12 +33,14 @@ def _compare(options: argparse.Namespace) -> int:
     from recordings.replay import Replay
     from recordings.viewer import ViewerError, open_viewer
 
+    target = options.to or Path(f"{options.first.stem}-and-{options.second.stem}.rrd")
+    require_apart({"A": options.first, "B": options.second}, {"--to": target})
     first, second = Replay(options.first), Replay(options.second)
+    require_apart({"A as repaired": first.path, "B as repaired": second.path}, {"--to": target})
     _print_scores(first, second)
     _print_events(first, second)
     if options.table:
         return DONE
-    target = options.to or Path(f"{options.first.stem}-and-{options.second.stem}.rrd")
     write_side_by_side(first.path, second.path, target)
     print(f"both runs: {target}")
     if options.to is not None:
@@ -51,10 +54,10 @@ def _compare(options: argparse.Namespace) -> int:
 
 
 def _print_scores(first: Replay, second: Replay) -> None:
-    from rich.console import Console
     from rich.table import Table
 
     from recordings.comparison import common_time, scores
+    from scenarios.terminal import terminal
 
     begin, end = common_time(first, second)
     found = list(scores(first, second))
@@ -71,13 +74,14 @@ def _print_scores(first: Replay, second: Replay) -> None:
         table.add_row(
             score.label, score.unit, f"{score.first:.4g}", f"{score.second:.4g}", f"{change:+.3g}" if change else "="
         )
-    Console().print(table)
+    terminal().print(table)
 
 
 def _print_events(first: Replay, second: Replay) -> None:
     """What was ordered and what went wrong, in order of time."""
-    from rich.console import Console
     from rich.table import Table
+
+    from scenarios.terminal import terminal
 
     told = [
         (event.time, side, f"{event.source}: {event.text}" if event.source else event.text)
@@ -90,4 +94,4 @@ def _print_events(first: Replay, second: Replay) -> None:
     table = Table("at", "run", "what happened")
     for time, side, text in sorted(told):
         table.add_row(f"{time:.2f} s", side, text)
-    Console().print(table)
+    terminal().print(table)

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from scenarios.apart import require_apart
 from scenarios.exit_codes import BAD_INPUT, DONE
 from scenarios.problems import Problem, ScenarioError
 
@@ -44,6 +45,8 @@ def _export(options: argparse.Namespace) -> int:
     from scenarios.commands.export_options import file_errors, interval, require_some
 
     require_some(options, "netcdf", "geojson", "vtk")
+    written = {f"--{name}": getattr(options, name) for name in ("netcdf", "geojson", "vtk")}
+    require_apart({"the recording": options.recording}, written)
     apart = interval(options)
     replay = Replay(options.recording)
     site = _site(options, replay) if options.netcdf or options.geojson else None

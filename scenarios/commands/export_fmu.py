@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from scenarios.apart import require_apart
 from scenarios.commands.build_fmu import add_version, require_folder
 from scenarios.commands.scenario_options import add_scenario, overrides
 from scenarios.exit_codes import DONE
@@ -24,10 +25,12 @@ def _export(options: argparse.Namespace) -> int:
     from coupling.fmu_export import FmuExportError, export_fmu
     from scenarios.exercise_fmu import exercise_content, exercise_signals
     from scenarios.load import load_scenario
+    from scenarios.plan import Plan
 
     loaded = load_scenario(options.scenario, overrides=overrides(options), demo=options.demo)
     output = options.output or Path(f"{loaded.scenario.name}.fmu")
     require_folder(output, "--output")
+    require_apart({"the scenario": loaded.path} | Plan(scenario=loaded.scenario).files, {"--output": output})
     try:
         export_fmu(exercise_content(loaded.scenario), output, options.fmi)
     except FmuExportError as error:

@@ -9,6 +9,8 @@ from contextlib import contextmanager
 
 from scenarios.problems import Problem, ScenarioError
 
+LARGEST_ID = 2**32 - 1
+
 
 def require_some(options: argparse.Namespace, *names: str) -> None:
     """Refuse a call that asks for nothing."""
@@ -35,9 +37,13 @@ def interval(options: argparse.Namespace) -> float | None:
     return seconds
 
 
-def whole_numbers(option: str, text: str) -> tuple[int, ...]:
-    """Numbers separated by commas."""
+def particle_ids(option: str, text: str) -> tuple[int, ...]:
+    """Ids of particles, separated by commas."""
     try:
-        return tuple(int(part) for part in text.split(",") if part)
+        ids = tuple(int(part) for part in text.split(",") if part)
     except ValueError:
         raise ScenarioError([Problem(option, f"is {text!r}, allowed: whole numbers and commas")], "oilsim") from None
+    for number in ids:
+        if not 0 <= number <= LARGEST_ID:
+            raise ScenarioError([Problem(option, f"has {number}, allowed: 0 to {LARGEST_ID}")], "oilsim")
+    return ids

@@ -14,20 +14,22 @@ def register(commands: argparse._SubParsersAction) -> None:
 
 
 def _list(_: argparse.Namespace) -> int:
-    from rich.console import Console
     from rich.table import Table
+    from rich.text import Text
 
     from scenarios.load import library_paths, load_scenario
     from scenarios.oils import OILS
+    from scenarios.terminal import terminal
 
-    console = Console()
-    console.print("[bold]Scenarios[/bold]: oilsim run NAME")
+    console = terminal()
+    console.print(Text.assemble(("Scenarios", "bold"), ": oilsim run NAME"))
     table = Table("name", "what it shows", "simulated")
     for name in library_paths():
         scenario = load_scenario(name).scenario
         table.add_row(name, scenario.title, f"{scenario.run.duration:g} s")
     console.print(table)
-    console.print('[bold]Oils[/bold] at 15 C: oil = "NAME" in a phase; figures from the ADIOS oil library')
+    said = ' at 15 C: oil = "NAME" in a phase; figures from the ADIOS oil library'
+    console.print(Text.assemble(("Oils", "bold"), said))
     oils = Table("name", "kg/m3", "Pa s", "what it is")
     for name, oil in OILS.items():
         oils.add_row(name, f"{oil.density:g}", f"{oil.dynamic_viscosity:g}", oil.description)

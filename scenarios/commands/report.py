@@ -27,10 +27,10 @@ def register(commands: argparse._SubParsersAction) -> None:
 def _report(options: argparse.Namespace) -> int:
     from recordings.export.tables import Format, write_tables
     from recordings.replay import Replay
-    from scenarios.commands.export_options import file_errors, interval, require_some, whole_numbers
+    from scenarios.commands.export_options import file_errors, interval, particle_ids, require_some
 
     require_some(options, "csv", "parquet")
-    apart, ids = interval(options), whole_numbers("--ids", options.ids)
+    apart, ids = interval(options), particle_ids("--ids", options.ids)
     replay = Replay(options.recording)
     folders: tuple[tuple[Format, Path | None], ...] = (("csv", options.csv), ("parquet", options.parquet))
     with file_errors():

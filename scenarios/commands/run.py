@@ -27,7 +27,7 @@ def register(commands: argparse._SubParsersAction) -> None:
 
 def _add_run_options(parser: argparse.ArgumentParser) -> None:
     recording = parser.add_mutually_exclusive_group()
-    recording.add_argument("--record", type=Path, metavar="FILE", help="recording to write; NAME.rrd by default")
+    recording.add_argument("--record", type=Path, metavar="FILE.rrd", help="recording to write; NAME.rrd by default")
     recording.add_argument("--no-record", action="store_true", help="record nothing")
     parser.add_argument("--summary", type=Path, metavar="FILE.json", help="write what the run came to")
     parser.add_argument("--picture", type=Path, metavar="FILE.png", help="draw a picture from the recording")
@@ -63,7 +63,12 @@ def _run(options: argparse.Namespace) -> int:
 
     loaded = load_scenario(options.scenario, overrides=overrides(options), demo=options.demo)
     record = None if options.no_record else options.record or Path(f"{loaded.scenario.name}.rrd")
-    return run_scenario(loaded.scenario, text=loaded.text, options=_run_options(options, record))
+    return run_scenario(
+        loaded.scenario,
+        text=loaded.text,
+        overrides=overrides(options),
+        options=_run_options(options, record, loaded.path),
+    )
 
 
 def _resume(options: argparse.Namespace) -> int:
@@ -72,25 +77,28 @@ def _resume(options: argparse.Namespace) -> int:
     from scenarios.restart import find_restart
     from scenarios.run import resume
 
-    named = None
+    named = source = None
     if options.scenario is not None:
-        named = Plan(scenario=load_scenario(options.scenario, demo=options.demo).scenario).fingerprint(0)
+        loaded = load_scenario(options.scenario, demo=options.demo)
+        named, source = Plan(scenario=loaded.scenario).fingerprint(0), loaded.path
     restart = find_restart(options.resume, options.at, named).with_settings(overrides(options), options.at)
     record = None
     if not options.no_record:
         record = options.record or _branch(options.resume, restart.time if options.at is None else options.at)
-    return resume(restart, options=_run_options(options, record))
+    return resume(restart, options=_run_options(options, record, source))
 
 
 def _branch(source: Path, at: float) -> Path:
     """A free name for the recording of a run that goes on: ``sweep-from-12s.rrd``, ``sweep-from-12s-2.rrd``, ..."""
+    from scenarios.restart import checkpoint_folder
+
     stem = source.parent.stem if source.suffix == ".npz" else source.stem
     suffixes = itertools.chain([""], (f"-{number}" for number in itertools.count(2)))
     names = (Path(f"{stem}-from-{at:g}s{suffix}.rrd") for suffix in suffixes)
-    return next(name for name in names if not name.exists())
+    return next(name for name in names if not name.exists() and not checkpoint_folder(name).exists())
 
 
-def _run_options(options: argparse.Namespace, record: Path | None) -> RunOptions:
+def _run_options(options: argparse.Namespace, record: Path | None, source: Path | None) -> RunOptions:
     from scenarios.run import RunOptions
 
     return RunOptions(
@@ -99,7 +107,7 @@ def _run_options(options: argparse.Namespace, record: Path | None) -> RunOptions
         summary=options.summary,
         picture=options.picture,
         live=options.live,
-        overrides=overrides(options),
+        source=source,
     )
 
 
@@ -115,7 +123,7 @@ def _contradictions(options: argparse.Namespace) -> Iterator[Problem]:
             yield Problem(f"--{name}", f"is {seconds}, allowed: above 0 s")
     if options.resume is None and options.scenario is None:
         yield Problem("NAME-or-FILE", "is missing, allowed: a scenario, or --resume FILE")
+    if options.demo and options.resume is not None and options.scenario is None:
+        yield Problem("--demo", "is given with --resume alone, allowed: with the scenario that the run is to be one of")
     if options.resume is None and options.at is not None:
         yield Problem("--at", "is given without --resume, allowed: --resume FILE --at S")
-    if options.resume is not None and options.resume == options.record:
-        yield Problem("--record", f"is {str(options.record)!r}, the recording to go on with, allowed: another file")

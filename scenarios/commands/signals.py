@@ -16,15 +16,15 @@ def register(commands: argparse._SubParsersAction) -> None:
 
 
 def _signals(options: argparse.Namespace) -> int:
-    from rich.console import Console
     from rich.table import Table
 
     from scenarios.load import load_scenario
     from scenarios.signals import signals_of
+    from scenarios.terminal import terminal
 
     scenario = load_scenario(options.scenario, overrides=overrides(options), demo=options.demo).scenario
     table = Table("signal", "unit", "")
     for signal in signals_of(scenario).values():
         table.add_row(signal.name, signal.unit, f"taken, {signal.start:g} at first" if signal.is_input else "given")
-    Console().print(table)
+    terminal().print(table)
     return DONE

@@ -20,11 +20,10 @@ def register(commands: argparse._SubParsersAction) -> None:
 
 
 def _verify(options: argparse.Namespace) -> int:
-    from rich.console import Console
-
+    from scenarios.terminal import terminal
     from scenarios.verify import verify
 
-    verdict = verify(options.recording, threads=options.threads, until=options.until, console=Console(stderr=True))
+    verdict = verify(options.recording, threads=options.threads, until=options.until, console=terminal(stderr=True))
     if verdict.versions:
         print(f"versions differ: {verdict.versions}")
     if verdict.difference:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import os
 from pathlib import Path
@@ -118,6 +119,30 @@ def test_another_format_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 def test_what_is_no_checkpoint_is_refused(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "run.npz").write_bytes(content)
     with pytest.raises(CheckpointError, match=r"run.npz: is no checkpoint, or was cut off"):
+        load_checkpoint(tmp_path / "run.npz")
+
+
+@pytest.mark.parametrize("name", ["array-0", "scenario_hash", "index", "time", "run", "state"])
+def test_a_checkpoint_that_lacks_something_is_refused(tmp_path: Path, name: str) -> None:
+    path = tmp_path / "run.npz"
+    save_checkpoint(path, _checkpoint({"position": np.arange(3.0)}))
+    with np.load(path) as file:
+        arrays = dict(file)
+    if name in arrays:
+        del arrays[name]
+    else:
+        structure = json.loads(arrays["structure"].tobytes())
+        del structure[name]
+        arrays["structure"] = np.frombuffer(json.dumps(structure).encode(), dtype=np.uint8)
+    np.savez(path, **arrays)
+    with pytest.raises(CheckpointError, match=f"is no checkpoint, or was cut off: .*{name}"):
+        load_checkpoint(path)
+
+
+def test_a_bare_array_is_no_checkpoint(tmp_path: Path) -> None:
+    with (tmp_path / "run.npz").open("wb") as file:
+        np.save(file, np.arange(3.0))
+    with pytest.raises(CheckpointError, match="is no checkpoint"):
         load_checkpoint(tmp_path / "run.npz")
 
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import resource
+import subprocess
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -89,6 +92,21 @@ def test_both_recordings_lie_in_one(pair: tuple[Path, Path], tmp_path: Path) -> 
             if rows is not None:
                 copied |= {index: part.tobytes() for index, part in zip(rows.index.tolist(), rows.split(), strict=True)}
         assert copied == frames
+
+
+def test_full_disk_is_one_clear_error(pair: tuple[Path, Path], tmp_path: Path) -> None:
+    target = tmp_path / "both.rrd"
+    done = subprocess.run(
+        [sys.executable, "-m", "scenarios.cli", "compare", *map(str, pair), "--to", str(target)],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=60,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (50_000, 50_000)),
+    )
+    assert done.returncode == 2
+    assert done.stderr.endswith(f"oilsim: recording {target}: cannot be written any more: File too large\n")
+    assert "Traceback" not in done.stderr
 
 
 def test_runs_without_common_time_are_one_clear_error(

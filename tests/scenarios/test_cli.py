@@ -58,6 +58,13 @@ def test_check_says_what_a_scenario_costs(name: str, capsys: pytest.CaptureFixtu
         ["run", "calm-spread", "--no-record", "--picture", "x.png"],
         ["run", "calm-spread", "--no-record", "--live"],
         ["run", "calm-spread", "--record", "no/such/folder/x.rrd"],
+        ["run", "calm-spread", "--no-record", "--summary", "/proc/x.json"],
+        ["run", "calm-spread", "--record", "/tmp/x.rrd", "--picture", "x.xyz"],
+        ["run", "calm-spread", "--record", "/tmp/x.rrd", "--picture", "x"],
+        ["run", "calm-spread", "--no-record", "--threads", "100000"],
+        ["run", "--resume", "x.rrd", "--demo"],
+        ["report", "x.rrd", "--csv", "x", "--ids", "-1"],
+        ["report", "x.rrd", "--csv", "x", "--ids", "3,99999999999"],
         ["replay", "no-such-file.rrd"],
     ],
 )
@@ -84,6 +91,14 @@ def test_all_problems_of_a_file_are_printed(tmp_path: Path, capsys: pytest.Captu
         assert path in said
 
 
+def test_a_demo_that_a_scenario_does_not_have_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "plain.toml"
+    file.write_text(library_paths()["two-layer"].read_text().partition("[demo]")[0])
+    assert main(["check", str(file)]) == 0
+    assert main(["check", str(file), "--demo"]) == 2
+    assert "demo is asked for and missing, allowed: a table [demo], or no --demo" in capsys.readouterr().err
+
+
 def test_run_leaves_recording_and_summary_and_asks_for_the_picture(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -100,6 +115,43 @@ def test_run_leaves_recording_and_summary_and_asks_for_the_picture(
     assert result["ended"] == "completed"
     assert result["simulated_s"] == pytest.approx(0.02)
     assert result["overrides"] == ["fluid.particle_spacing=0.1", "run.duration=0.02", "run.threads=1"]
+
+
+def test_a_summary_that_cannot_be_written_after_all_is_told_after_the_table(capsys: pytest.CaptureFixture[str]) -> None:
+    """/dev/full takes no byte, and nobody knows before one is written: as a disk that fills during the run."""
+    assert main(["run", "two-layer", *QUICK, "--no-record", "--summary", "/dev/full"]) == 1
+    said = capsys.readouterr().err
+    assert said.index("simulated") < said.index("summary /dev/full: cannot be written: No space left on device")
+
+
+def test_a_picture_that_cannot_be_drawn_is_told_after_the_table(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def full(source: Path, target: Path) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(recordings.picture, "draw_picture", full)
+    files = ["--record", str(tmp_path / "run.rrd"), "--picture", str(tmp_path / "run.png")]
+    assert main(["run", "two-layer", *QUICK, *files]) == 1
+    assert "cannot be drawn: [Errno 28] No space left on device" in " ".join(capsys.readouterr().err.split())
+
+
+def test_words_of_a_scenario_are_shown_as_they_are(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Brackets and colons in titles and file names are no colours and no pictures."""
+    monkeypatch.chdir(tmp_path)
+    text = library_paths()["two-layer"].read_text().splitlines()
+    text = ['title = "A [flume] in [/red] paint :sun:"' if line.startswith("title") else line for line in text]
+    Path("words.toml").write_text("\n".join(text))
+    assert main(["check", "words.toml"]) == 0
+    assert "A [flume] in [/red] paint :sun:" in capsys.readouterr().out
+    assert main(["signals", "words.toml"]) == 0
+    record = "a[bold].rrd"
+    assert main(["run", "words.toml", *QUICK, "--record", record]) == 0
+    assert record in capsys.readouterr().err
+    assert main(["compare", record, record, "--table"]) == 0
+    assert "A: a[bold]" in capsys.readouterr().out
 
 
 def test_recording_is_named_after_the_scenario(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -168,6 +168,36 @@ def test_orders_on_the_way_are_the_same_whether_given_before_or_after_a_restart(
     assert (verdict.equal_frames, verdict.difference, verdict.versions) == (4, "", "")  # of steps 7, 9, 10, 12
 
 
+def test_a_run_that_goes_on_still_tells_its_scenario_and_all_that_was_changed(tmp_path: Path) -> None:
+    """Once by overrides at its beginning, once by a term and an order; and once more, from the second run, by another order."""
+    first, second, third = (str(tmp_path / f"{name}.rrd") for name in ("first", "second", "third"))
+    summary = tmp_path / "third.json"
+    begun = ["fluid.particle_spacing=0.1", "forcing.wind.speed=2.0", "run.duration=0.04", "run.threads=1"]
+    assert main(["run", "two-layer", *(part for text in begun for part in ("--set", text)), "--record", first]) == 0
+    order, other = "forcing.wind.speed=5", "forcing.wind.speed=7"
+    assert main(["run", "--resume", first, "--set", order, "--until", "0.08", "--record", second]) == 0
+    more = ["--set", other, "--until", "0.12", "--record", third, "--summary", str(summary)]
+    assert main(["run", "--resume", second, *more]) == 0
+    changes = [*begun[:2], "run.threads=1", "run.duration=0.12", order, other]
+    assert json.loads(summary.read_text())["overrides"] == changes
+    told = Replay(Path(third)).run
+    assert told.properties["overrides"] == " ".join(changes)
+    assert told.text == load_scenario("two-layer").text
+
+
+def test_what_holds_from_the_beginning_is_told_there(tmp_path: Path) -> None:
+    """The vessels' first orders hold from the first frame on, and those of 0.04 s from then: none is told a step late."""
+    scenario = scenario_of(STORM, "tow.start=0.04", steps=4, interval=1)
+    run(scenario, tmp_path)
+    told = [(event.time, event.text) for event in Replay(tmp_path / "whole.rrd").events if event.source == "orders"]
+    assert [time for time, _ in told] == [0.0, 0.04]
+    assert told[0][1].endswith("hold your places")
+    begun_again = resume(find_restart(tmp_path / "whole.rrd", 0.0), options=RunOptions(record=tmp_path / "second.rrd"))
+    assert begun_again == 0
+    again = [(event.time, event.text) for event in Replay(tmp_path / "second.rrd").events if event.source == "orders"]
+    assert again == told[1:]
+
+
 def test_a_pipe_is_shut_and_opened_by_order(tmp_path: Path) -> None:
     """Shut at step 4 of 12: the oil is what it was then. Opened again at step 8, at twice the speed: it grows twice as fast."""
     pouring = ("rock-coating", "fluid.particle_spacing=0.03", f"run.communication_step={STEP}", "emitters.pipe.speed=3")
@@ -194,13 +224,60 @@ def test_terms_may_change_and_the_rest_is_refused_by_name(tmp_path: Path) -> Non
     assert (longer.plan.scenario.run.duration, longer.plan.actions) == (0.2, ())
     with pytest.raises(ScenarioError) as caught:
         restart.with_settings(
-            ("fluid.particle_spacing=0.2", "tow.speed=1", "forcing.wind.speed=3", "phases.oil.adhesion=1"), None
+            (
+                "fluid.particle_spacing=0.2",
+                "tow.speed=1",
+                "forcing.wind.speed=3",
+                "phases.oil.adhesion=1",
+                "run.budget=true",  # of half a run, told as if of all
+            ),
+            None,
         )
     assert [problem.path for problem in caught.value.problems] == [
         "--set fluid.particle_spacing", "--set tow.speed", "--set forcing.wind.speed", "--set phases.oil.adhesion",
+        "--set run.budget",
     ]  # fmt: skip
     assert "cannot be changed during a run, allowed: tow.speed" in str(caught.value)
     assert "changes tow, which the run was begun without" in str(caught.value)
+
+
+def test_of_two_orders_of_one_key_the_last_rules_and_one_that_changes_nothing_is_an_order_too(tmp_path: Path) -> None:
+    """The wind blows at 8 m/s from the start; what is ordered is told, and never taken for what the run was begun with."""
+    scenario = scenario_of(STORM, steps=4, interval=0)
+    plan = Plan(scenario=scenario)
+    for settings, told in (
+        (("forcing.wind.speed=3", "forcing.wind.speed=8"), ("forcing.wind.speed=8",)),
+        (("forcing.wind.speed_kn=20", "forcing.wind.speed=8"), ("forcing.wind.speed_kn=20", "forcing.wind.speed=8")),
+        (("forcing.wind.speed=8",), ("forcing.wind.speed=8",)),
+        (("vessels.port.legs=[]",), ("vessels.port.legs=[]",)),
+    ):
+        changed = plan.changed(settings, 2)
+        assert (changed.scenario, changed.settings_due(2)) == (scenario, told)
+        assert changed.scenario_at(2).forcing == scenario.forcing
+    gale = plan.changed(("forcing.wind.speed=12",), 1).changed(("forcing.wind.speed=12",), 2)
+    assert gale.scenario == scenario  # as it began, whatever was ordered since
+    with pytest.raises(ScenarioError, match="cannot be changed during a run"):
+        plan.changed(("fluid.particle_spacing=0.14",), 2)
+
+
+def test_a_run_goes_on_before_its_end_only(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Orders at its end or later would never be given, and a shorter run is over already."""
+    run(scenario_of(CALM, "forcing.wind.speed=2.0", steps=6, interval=3), tmp_path)
+    recording, order = (
+        ["run", "--resume", str(tmp_path / "whole.rrd"), "--no-record"],
+        ["--set", "forcing.wind.speed=9"],
+    )
+    for arguments, told in (
+        (["--at", "0.12", *order], "--at is 0.12 s, allowed: before the run's end, 0.12 s"),
+        (["--at", "50", *order], "--at is 50 s, allowed: before the run's end, 0.12 s"),
+        (["--at", "0.08", "--until", "0.04"], "--at is 0.08 s, allowed: before the run's end, 0.04 s"),
+        ([*order], "run.duration is 0.12 s, the end of a run that goes on from 0.12 s, allowed: later, by --until"),
+        (["--until", "0.06"], "run.duration is 0.06 s, the end of a run that goes on from 0.12 s, allowed: later"),
+    ):
+        assert main([*recording, *arguments]) == 2
+        assert told in capsys.readouterr().err
+    assert main([*recording, "--at", "0.1", "--until", "0.12", *order]) == 0
+    assert "ordered: forcing.wind.speed=9" in capsys.readouterr().err
 
 
 def test_what_cannot_be_gone_on_with_is_one_clear_error(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -213,6 +290,8 @@ def test_what_cannot_be_gone_on_with_is_one_clear_error(tmp_path: Path, capsys: 
     assert find_restart(recording, None, Plan(scenario=scenario).fingerprint(0)).index == 6
     with pytest.raises(CheckpointError, match=r"allowed: --at 0.06 s or later"):
         find_restart(tmp_path / "whole.checkpoints" / "step-000000003.npz", 0.02)
+    (tmp_path / "whole.checkpoints" / "step-foo.npz").touch()  # somebody else's
+    assert find_restart(recording).index == 6
     with pytest.raises(CheckpointError, match=r"has no checkpoints in .*nothing.checkpoints"):
         find_restart(tmp_path / "nothing.rrd")
     for arguments in (["--resume", str(recording), "--record", str(recording)], ["--at", "1"], []):

@@ -1,0 +1,67 @@
+"""Files that must not be one and the same, and files that one program at a time may write."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from recordings.errors import RecordingError
+
+RECORDING_ENDING = ".rrd"  # by which Rerun knows its files
+
+
+def is_same_file(first: Path, second: Path) -> bool:
+    """Whether two paths, however they are spelled or linked, lead to one file or folder."""
+    if first.resolve() == second.resolve():
+        return True
+    return first.exists() and second.exists() and first.samefile(second)
+
+
+def why_unwritable(path: Path) -> str:
+    """Why no file can be written at `path`, found out without a trace; empty if one can, or if only writing to it will tell."""
+    existed = path.exists()
+    if existed and not path.is_file():
+        return "is a folder" if path.is_dir() else ""
+    try:
+        with path.open("ab"):
+            pass
+    except OSError as error:
+        return error.strerror or str(error)
+    if not existed:
+        path.unlink()
+    return ""
+
+
+@contextmanager
+def held(path: Path) -> Iterator[None]:
+    """Within the block `path`, a recording or a folder of checkpoints, belongs to this run; RecordingError if another writes it.
+
+    The lock is advisory and ends with the program, however that ends. A file that was not there is made, and gone again if nothing
+    was written.
+    """
+    existed = path.exists()
+    try:
+        handle = os.open(path, os.O_RDONLY if path.is_dir() else os.O_RDWR | os.O_CREAT, 0o666)
+    except OSError as error:
+        raise RecordingError(path, f"cannot be written: {error.strerror or error}") from error
+    try:
+        _lock(path, handle)
+        try:
+            yield
+        finally:
+            if not existed and os.fstat(handle).st_size == 0:
+                path.unlink(missing_ok=True)
+    finally:
+        os.close(handle)
+
+
+def _lock(path: Path, handle: int) -> None:
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError as error:
+        raise RecordingError(path, "is being written by another run, allowed: a file of its own") from error
+    except OSError:
+        return  # some network drives have no locks
