@@ -25,6 +25,7 @@ from oilsim.checks import finite
 
 Array = npt.NDArray[np.float64]
 
+FURTHEST = 0.25  # of half its thickness, that a body may go in a step of the engine
 
 class RigidBodyWorld:
     """Builds and steps rigid bodies; every quantity is of the centre of mass, in the world frame, in SI units."""
@@ -36,7 +37,8 @@ class RigidBodyWorld:
         solver_iterations: int = 50,
         communication_step: float | None = None,
     ) -> None:
-        """`sub_step` [s] is the longest step the rigid body solver takes; `solver_iterations` close the joints.
+        """`sub_step` [s] is the longest step the rigid body solver takes, less where a body would go further than FURTHEST of half its
+        thickness and deep into another; `solver_iterations` close the joints.
 
         A prescribed motion tells its mean acceleration over the `communication_step` [s] to come, or over a sub-step.
         """
@@ -49,6 +51,7 @@ class RigidBodyWorld:
         self._sub_step = sub_step
         self._ahead = communication_step or sub_step
         self._bodies: dict[str, Body] = {}
+        self._half_thickness: list[float] = []  # [m] of free bodies that touch others, inf of others
         self._joints: dict[str, int] = {}
         self._tensions: dict[str, float] = {}
         self.lines = Lines()
@@ -141,6 +144,8 @@ class RigidBodyWorld:
         )
         body = Body(name, len(self._bodies), motion, bullet)
         self._bodies[name] = body
+        touches = contact and motion == "free"
+        self._half_thickness.append(0.5 * float(mesh.extents.min()) if touches else math.inf)
         self._state.append(mass_properties, start, is_free=motion == "free")
         self._place(body, start)
 
@@ -276,7 +281,8 @@ class RigidBodyWorld:
 
     def advance(self, duration: float) -> None:
         """Move on by `duration` [s] in equal sub-steps, under the wrenches as set."""
-        count = max(1, math.ceil(duration / self._sub_step - 1e-9))
+        hurry = float((np.linalg.norm(self._state.twist[:, :3], axis=1) / self._half_thickness).max(initial=0.0))  # 1/s
+        count = max(1, math.ceil(duration * max(1.0 / self._sub_step, hurry / FURTHEST) - 1e-9))
         sub_step = duration / count
         momenta_before, begin = self._state.momenta(), self.time
         tensions = dict.fromkeys(self._joints, 0.0)
