@@ -27,6 +27,7 @@ Array = npt.NDArray[np.float64]
 
 FURTHEST = 0.25  # of half its thickness, that a body may go in a step of the engine
 
+
 class RigidBodyWorld:
     """Builds and steps rigid bodies; every quantity is of the centre of mass, in the world frame, in SI units."""
 
