@@ -68,7 +68,9 @@ def lay_out(scenario: Scenario) -> Layout:
     return Layout(
         level=level,
         positions=positions,
-        left_out=dict(_left_out(regions, positions, fluid.particle_spacing)),
+        left_out=dict(
+            _left_out(regions, positions, fluid.particle_spacing**fluid.dimension)
+        ),  # a plane is a metre thick
         fleet=fleet,
         solids=solids,
         coupled=coupled,
@@ -84,12 +86,12 @@ def _displaced_regions(regions: Mapping[str, Array], clear: Mapping[str, Array])
             yield Problem(f"fill.{name}", text)
 
 
-def _left_out(regions: Mapping[str, Array], clear: Mapping[str, Array], spacing: float) -> Iterator[tuple[str, str]]:
-    """What bodies take of each region, by its name."""
+def _left_out(regions: Mapping[str, Array], clear: Mapping[str, Array], content: float) -> Iterator[tuple[str, str]]:
+    """What bodies take of each region, by its name; content [m3] of a particle."""
     for name, points in regions.items():
         missing = len(points) - len(clear[name])
         if missing:
-            part, whole = (volume_in_words(count * spacing**3) for count in (missing, len(points)))
+            part, whole = (volume_in_words(count * content) for count in (missing, len(points)))
             yield name, f"fill.{name}: {part} of its {whole} lie in bodies, or right at them, and are left out"
 
 
