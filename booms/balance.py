@@ -33,14 +33,12 @@ class OilBalance:
 
 def balance(trackers: Sequence[ContainmentTracker], ids: NDArray[np.integer]) -> OilBalance:
     """Count particles by what became of them; ids (N,) are those in the water, which every boom has been told of."""
-    cause, retained = _settled(trackers)
-    present = np.zeros(len(cause), dtype=np.bool_)
-    present[ids] = True
-    lost = cause != _NOT_LOST
+    seen, cause, retained = _settled(trackers)
+    present, lost = np.isin(seen, ids), cause != _NOT_LOST
     counts = np.bincount(cause[lost], minlength=len(Cause))
     return OilBalance(
         retained=int((present & retained).sum()),
-        free=int((present & ~retained & ~lost).sum()),
+        free=len(ids) - int((present & (retained | lost)).sum()),
         lost_by_cause={one.name.lower(): int(counts[one]) for one in Cause if counts[one]},
         lost_and_gone=int((lost & ~present).sum()),
     )
@@ -48,22 +46,26 @@ def balance(trackers: Sequence[ContainmentTracker], ids: NDArray[np.integer]) ->
 
 def lost_ids(trackers: Sequence[ContainmentTracker]) -> dict[str, NDArray[np.uint32]]:
     """Ids, increasing, of the particles that are lost now, each by one cause; causes that took none are left out."""
-    cause, _ = _settled(trackers)
-    found = {one.name.lower(): np.flatnonzero(cause == one).astype(np.uint32) for one in Cause}
+    seen, cause, _ = _settled(trackers)
+    found = {one.name.lower(): seen[cause == one].astype(np.uint32) for one in Cause}
     return {name: ids for name, ids in found.items() if len(ids)}
 
 
-def _settled(trackers: Sequence[ContainmentTracker]) -> tuple[NDArray[np.int8], NDArray[np.bool_]]:
-    """Cause (N,) by which particles 0 ... N - 1 are lost to all booms, and whether any boom holds them (N,).
+def _settled(
+    trackers: Sequence[ContainmentTracker],
+) -> tuple[NDArray[np.int64], NDArray[np.int8], NDArray[np.bool_]]:
+    """Ids (N,), increasing, of the particles that a boom holds or has lost, by what they are lost to all booms, and whether any holds them.
 
     Of booms that lost a particle at the same time the first one's cause is taken.
     """
     standings = [tracker.standing() for tracker in trackers]
-    if not standings:
-        return np.zeros(0, np.int8), np.zeros(0, np.bool_)
-    lost_at = np.stack([standing.lost_at for standing in standings])
-    last = lost_at.argmax(axis=0)
-    cause = np.stack([standing.cause for standing in standings])[last, np.arange(len(last))]
-    retained = np.any([standing.retained for standing in standings], axis=0)
-    lost = np.isfinite(lost_at.max(axis=0)) & ~retained
-    return np.where(lost, cause, _NOT_LOST).astype(np.int8), retained
+    seen = np.unique(np.concatenate([np.zeros(0, np.int64), *(standing.ids for standing in standings)]))
+    cause, retained = np.full(len(seen), _NOT_LOST, np.int8), np.zeros(len(seen), np.bool_)
+    lost_at = np.full(len(seen), -np.inf)
+    for standing in standings:
+        row = np.searchsorted(seen, standing.ids)
+        retained[row] |= standing.retained
+        later = standing.lost_at > lost_at[row]
+        cause[row[later]], lost_at[row[later]] = standing.cause[later], standing.lost_at[later]
+    cause[retained] = _NOT_LOST
+    return seen, cause, retained

@@ -167,8 +167,10 @@ class ContainmentReport:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Standing:
-    """Where particles 0 ... N - 1 stand: retained (N,); lost_at (N,) [s], -inf unless lost; cause (N,) of those lost."""
+    """Where the particles stand that are held or lost: ids (N,), increasing; retained (N,); lost_at (N,) [s], -inf unless lost; cause (N,)
+    of those lost."""
 
+    ids: NDArray[np.int64]
     retained: NDArray[np.bool_]
     lost_at: Array
     cause: NDArray[np.int8]
@@ -225,9 +227,15 @@ class ContainmentTracker:
         return self._report(time, index, inside, boom, water_level, np.array(current))
 
     def standing(self) -> Standing:
-        """Where every particle stands, by its id."""
-        lost_at = np.where(self._fate == _Fate.LOST, self._lost_at, -np.inf)
-        return Standing(retained=self._fate == _Fate.RETAINED, lost_at=lost_at, cause=self._cause)
+        """Where the particles stand that are held or lost: of those in a sea few are."""
+        ids = np.flatnonzero(self._fate != _Fate.FREE)
+        fate, lost_at = self._fate[ids], self._lost_at[ids]
+        return Standing(
+            ids=ids,
+            retained=fate == _Fate.RETAINED,
+            lost_at=np.where(fate == _Fate.LOST, lost_at, -np.inf),
+            cause=self._cause[ids],
+        )
 
     def save_state(self) -> dict[str, object]:
         """Everything needed to go on from here."""
