@@ -129,6 +129,7 @@ class Walls:
         self._next = 0
         self._tied: Double | None = None
         self._stale = True
+        self._grid = search.grid  # in whose cells those at rest lie
         self.position: Real = np.empty((3, 0), np.float32)
         self.points: Real = np.empty(
             (0, 4), np.float32
@@ -218,7 +219,7 @@ class Walls:
 
     def place(self) -> None:
         """Bring all positions up to date with the bodies' poses."""
-        if self._stale:
+        if self._stale or self._grid is not self._search.grid:
             self._arrange()
         if not self.moving:
             return
@@ -338,6 +339,7 @@ class Walls:
         no_slip[: self.resting] = no_slip[order]
         self.no_slip = no_slip if no_slip.any() else None
         self.bodies_hold = bool(no_slip[self.resting :].any())
+        self._grid = self._search.grid
         self._near_resting = self._search.surroundings(np.ascontiguousarray(self.position[:, : self.resting]))
         self._local = np.concatenate([np.empty((3, 0)), *(self.boundaries[h].position.T for h in self.moving)], axis=1)
         sizes = [len(self.boundaries[h].volume) for h in self.moving]

@@ -76,7 +76,7 @@ class Workspace:
         grid = make_grid(config.lower, config.upper, config.periodic, config.support_radius, config.dimension)
         search = NeighborSearch(grid, team, period)
         self.lists = KeptLists(search, team, config.particle_spacing, config.dimension)
-        self.walls = Walls(NeighborSearch(grid, team, period), config.lower, period)
+        self.walls = Walls(search, config.lower, period)
         self.regions = SleepingRegions(config, team) if config.sleep_speed > 0.0 else None
         self.densities = np.array([phase.rest_density for phase in config.phases])
         self.viscosities = [config.viscosity_correction * phase.dynamic_viscosity for phase in config.phases]
