@@ -105,7 +105,7 @@ class Fluid:
 
         To be set after their motions, before each advance; it takes the place of their own inverse masses.
         """
-        tied = np.asarray(inverse_mass, np.float64)
+        tied = np.array(inverse_mass, np.float64)
         checks.ties(handles, tied, list(self.work.walls.moving))
         self.work.walls.tie(handles, tied)
 

@@ -106,6 +106,14 @@ def rotated(orientation: Double, turn: Double) -> Double:
     return result / np.linalg.norm(result, axis=1, keepdims=True)
 
 
+def chosen_blocks(matrix: Double, rows: list[int]) -> Double:
+    """The blocks of 6 by 6 in these rows and columns of a matrix (6 n, 6 n); itself if they are all, in order."""
+    if rows == list(range(len(matrix) // 6)):
+        return matrix
+    axes = [6 * row + axis for row in rows for axis in range(6)]
+    return matrix[np.ix_(axes, axes)]
+
+
 @dataclass
 class MovingBody:
     """Motion of one moving boundary during an advance: pose, twist, how it answers, and what it has received."""
@@ -297,8 +305,7 @@ class Walls:
     def tie(self, handles: Sequence[int], inverse_mass: Double) -> None:
         """The moving bodies answer together, by `inverse_mass` (6 n, 6 n) in the order of `handles`."""
         place = {handle: n for n, handle in enumerate(handles)}
-        rows = [6 * place[handle] + axis for handle in self.moving for axis in range(6)]
-        self._tied = inverse_mass[np.ix_(rows, rows)]
+        self._tied = chosen_blocks(inverse_mass, [place[handle] for handle in self.moving])
 
     @property
     def tied(self) -> Double | None:
