@@ -43,7 +43,7 @@ class Fluid:
     def __init__(self, config: FluidConfig, threads: int | None = None) -> None:
         self.config = config
         self.time = 0.0
-        self.state = FluidState()
+        self.state = FluidState(viscous_time=np.zeros(len(config.phases)))
         self.work = Workspace(config, Team(threads))
         self.forcings: list[Forcing] = []
         self.emitters: list[PipeEmitter] = []
