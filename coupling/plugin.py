@@ -37,6 +37,7 @@ from coupling.signed_distance import Box
 from coupling.surface_sampling import SurfaceSampling, particles_of, sample_surface
 from oilsim.advance_report import AdvanceReport
 from oilsim.solver import Fluid
+from oilsim.walls import chosen_blocks
 
 Array = npt.NDArray[np.float64]
 
@@ -264,9 +265,8 @@ class FluidWorld:
                 self._handles[key], pose[:3], pose[3:], twist[:3], twist[3:], free_acceleration=acceleration
             )
         if rows:
-            axes = np.array([6 * row + axis for row in rows for axis in range(6)])
             handles = [self._handles[system.keys[row]] for row in rows]
-            self.fluid.set_joint_inverse_mass(handles, system.inverse_mass[np.ix_(axes, axes)])
+            self.fluid.set_joint_inverse_mass(handles, chosen_blocks(system.inverse_mass, rows))
 
     def _push(self, system: LinkSystem) -> None:
         """Let the wrenches act over the coming step and all its sub-steps."""

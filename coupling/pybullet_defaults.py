@@ -85,7 +85,7 @@ class DefaultsWatch:
     def _look_for_carrying(self, body: int, pose: Array, twist: Array, duration: float) -> None:
         """A held body that is set elsewhere step after step, and not at its velocity: it does not push the fluid as it moves."""
         before = self._carried.get(body)
-        if before is None:
+        if before is None or np.array_equal(pose, before.pose):
             self._carried[body] = _Carried(pose, is_astray=False)
             return
         turn = Rotation.from_quat(pose[3:]) * Rotation.from_quat(before.pose[3:]).inv()

@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
-from scipy.linalg import block_diag
 from scipy.spatial.transform import Rotation
 
 from coupling.articulated_tree import ArticulatedTree, TreeLink, no_axes
@@ -88,12 +87,12 @@ class LinkedBody:
         poses = [(*position, *orientation), *((*state[0], *state[1]) for state in states)]
         twists = self.twists()
         self._refuse_lost(poses, twists)
-        self._loose = [self._link(-1, -1, poses[0], twists[0], position, _axes(pybullet.JOINT_FIXED, np.zeros(3)))]
+        turns = Rotation.from_quat([pose[3:] for pose in poses]).as_matrix()
+        no_joint = _axes(pybullet.JOINT_FIXED, np.zeros(3))
+        self._loose = [self._link(-1, -1, poses[0], turns[0], twists[0], position, no_joint)]
         for n, (joint, state) in enumerate(zip(self._joints, states, strict=True)):
-            axis = Rotation.from_quat(state[1]).apply(
-                joint[13]
-            )  # told in the frame of the centre of mass, not of the link
-            self._loose.append(self._link(n, joint[16], poses[n + 1], twists[n + 1], state[4], _axes(joint[2], axis)))
+            axes = _axes(joint[2], turns[n + 1] @ joint[13])  # told in the frame of the centre of mass, not of the link
+            self._loose.append(self._link(n, joint[16], poses[n + 1], turns[n + 1], twists[n + 1], state[4], axes))
         kept = [False, *self._kept_joints(step_size)]
         links = [
             replace(link, slides=no_axes(), turns=no_axes()) if held else link
@@ -161,13 +160,13 @@ class LinkedBody:
         return (*base, pybullet.getLinkStates(self.unique_id, links, 1, 1, physicsClientId=self._client))
 
     def _link(
-        self, index: int, parent: int, pose: Sequence[float], twist: Array, joint_point: Sequence[float], axes: tuple[Array, Array]
+        self, index: int, parent: int, pose: Sequence[float], rotation: Array, twist: Array, joint_point: Sequence[float],
+        axes: tuple[Array, Array],
     ) -> TreeLink:  # fmt: skip
         mass, _, moments, *_ = pybullet.getDynamicsInfo(self.unique_id, index, physicsClientId=self._client)
-        rotation = Rotation.from_quat(pose[3:]).as_matrix()
         return TreeLink(
             parent=parent + 1 if index >= 0 else -1, position=np.array(pose[:3]), twist=twist, mass=float(mass),
-            inertia=rotation @ np.diag(moments) @ rotation.T, joint_point=np.array(joint_point), slides=axes[0], turns=axes[1],
+            inertia=(rotation * moments) @ rotation.T, joint_point=np.array(joint_point), slides=axes[0], turns=axes[1],
         )  # fmt: skip
 
     def _kept_joints(self, step_size: float) -> list[bool]:
@@ -211,7 +210,10 @@ def read_links(client: int, bodies: Iterable[LinkedBody], gravity: Array, step_s
         masses.append(tree.inverse_mass())
         accelerations.append(tree.acceleration(gravity))
         is_free += [not fixed_base, *[True] * (len(links) - 1)]
-    inverse_mass = block_diag(*masses) if masses else np.zeros((0, 0))
+    inverse_mass, first = np.zeros((6 * len(keys), 6 * len(keys))), 0
+    for block in masses:
+        last = first + len(block)
+        inverse_mass[first:last, first:last], first = block, last
     acceleration, pose, twist = np.concatenate(accelerations), np.concatenate(poses), np.concatenate(twists)
     joints = _constraints(client, linked, {key: row for row, key in enumerate(keys)})
     if joints:

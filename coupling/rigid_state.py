@@ -15,6 +15,7 @@ from coupling.rotations import applied, cross, in_world
 
 Array = npt.NDArray[np.float64]
 
+ALL = slice(None)
 MOVING = ("pose", "twist", "wrench", "applied_wrench", "line_wrench", "reaction", "earlier_reaction")
 
 
@@ -81,9 +82,10 @@ class RigidBodyState:
         """(B, 6) wrench of gravity about each centre of mass [N, N m]."""
         return np.hstack([self.mass[:, None] * gravity, np.zeros((len(self.mass), 3))])
 
-    def gyroscopic_torque(self) -> Array:
-        """(B, 3) omega x (I omega) [N m]."""
-        return cross(self.twist[:, 3:], self.momenta()[:, 3:])
+    def gyroscopic_torque(self, rows: slice = ALL) -> Array:
+        """(B, 3) omega x (I omega) of the bodies of these rows [N m]."""
+        rate = self.twist[rows, 3:]
+        return cross(rate, applied(self.world_inertia()[rows], rate))
 
     def rates_for_midpoint(self, duration: float) -> Array:
         """(B, 3) angular velocities [rad/s] from which one explicit gyroscopic step of `duration` leads to that of the
@@ -132,14 +134,14 @@ class RigidBodyState:
         M^-1 (applied wrench + lines + lasting reaction of joints and contacts) + gravity, and - I^-1 omega x I omega.
         """
         lasting = steady(self.earlier_reaction[row], self.reaction[row])
-        return self.known_accelerations(gravity)[row] + self.inverse_masses()[row] @ lasting
+        return self.known_accelerations(gravity, slice(row, row + 1))[0] + self.inverse_masses()[row] @ lasting
 
-    def known_accelerations(self, gravity: Array) -> Array:
-        """(B, 6) as `free_acceleration`, without joints and contacts; 0 for a body that is held."""
-        wrench = self.applied_wrench + self.line_wrench
-        wrench[:, 3:] -= self.gyroscopic_torque()
-        acceleration = applied(self.inverse_masses(), wrench)
-        acceleration[self.is_free, :3] += gravity
+    def known_accelerations(self, gravity: Array, rows: slice = ALL) -> Array:
+        """(B, 6) as `free_acceleration`, without joints and contacts, of these rows; 0 for a body that is held."""
+        wrench = self.applied_wrench[rows] + self.line_wrench[rows]
+        wrench[:, 3:] -= self.gyroscopic_torque(rows)
+        acceleration = applied(self.inverse_masses()[rows], wrench)
+        acceleration[self.is_free[rows], :3] += gravity
         return acceleration
 
     def settle_reaction(self, momenta_before: Array, duration: float, gravity: Array) -> None:

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from oilsim.compilation import FAST, inlined
 from oilsim.config import FluidConfig
+from oilsim.grid import find_extent
 from oilsim.parallel import BLOCK, Team
 
 Real = NDArray[np.float32]
@@ -33,15 +34,19 @@ ZERO, ONE = np.float32(0.0), np.float32(1.0)
 
 
 @njit(**FAST)
-def locate(begin, end, position, lower, inverse, cells, cell, share):
-    """The cell of each particle and its place there, share (3, N) of an edge; inverse (3,) of the edges [1/m], 0 along none."""
+def locate(begin, end, position, lower, inverse, first, cells, cell, share):
+    """The cell of each particle and its place there, share (3, N) of an edge; inverse (3,) of the edges [1/m], 0 along none.
+
+    Cells are counted along each axis from `first` on, as many as `cells`.
+    """
     for i in range(begin, end):
         index = np.int64(0)
         for axis in range(3):
             along = (position[axis, i] - lower[axis]) * inverse[axis]
-            k = max(min(np.int64(along), cells[axis] - 1), np.int64(0))  # of what has left the domain, too, or blown up
+            last = first[axis] + cells[axis] - 1
+            k = max(min(np.int64(along), last), first[axis])  # of what has left the domain, too, or blown up
             share[axis, i] = max(min(along - np.float32(k), ONE), ZERO)
-            index = index * cells[axis] + k
+            index = index * cells[axis] + k - first[axis]
         cell[i] = index
 
 
@@ -155,7 +160,7 @@ def solve_grid(other, wires, leak, diagonal, residual, left, rounds, solution, d
 
 
 class CoarsePressure:
-    """A grid over a fluid's domain; every pressure solve lays it anew over the cells that hold liquid."""
+    """A grid over what of a domain a fluid takes up; every pressure solve lays it anew over the cells that hold liquid."""
 
     def __init__(self, config: FluidConfig, team: Team) -> None:
         self._team = team
@@ -164,7 +169,8 @@ class CoarsePressure:
         edge = np.full(3, CELL * config.particle_spacing)
         self._cells = np.where(lies, np.maximum(np.ceil(extent / edge), 1), 1).astype(np.int64)
         edge = np.where(config.periodic, extent / self._cells, edge)
-        self._turns = self._cells + np.where(np.logical_or(config.periodic, ~lies), 0, 1)
+        self._repeats = np.array(config.periodic)
+        self._ends = np.where(np.logical_or(config.periodic, ~lies), 0, 1)  # nodes beyond the last cell's
         self._inverse = np.where(lies, 1.0 / edge, 0.0).astype(np.float32)
         self._conductance = 0.25 * self._inverse.astype(np.float64) ** 2  # four edges share a cell's content
         self._lower = np.array(config.lower, np.float32)
@@ -177,11 +183,12 @@ class CoarsePressure:
         count = position.shape[1]
         self._cell = np.empty(count, np.uint32)
         self._share = np.empty((3, count), np.float32)
-        self._team.run(locate, count, position, self._lower, self._inverse, self._cells, self._cell, self._share)
-        most = min(count, int(self._cells.prod()))
-        number, name = np.full(int(self._cells.prod()), -1), np.full(int(self._turns.prod()), -1)
+        first, cells = self._taken_up(position)
+        self._team.run(locate, count, position, self._lower, self._inverse, first, cells, self._cell, self._share)
+        turns, most = cells + self._ends, min(count, int(cells.prod()))
+        number, name = np.full(int(cells.prod()), -1), np.full(int(turns.prod()), -1)
         content, corners = np.empty(most), np.empty((most, 8), np.uint32)
-        found, nodes = occupy(points, self._cells, self._turns, self._cell, number, name, content, corners)
+        found, nodes = occupy(points, cells, turns, self._cell, number, name, content, corners)
         self._corners = corners[:found]
         self._length = BLOCK * max(-(-count // (BLOCK * PARTS)), 1)
         self._sums = np.empty((-(-count // self._length), nodes))
@@ -190,6 +197,12 @@ class CoarsePressure:
         wire(self._corners, content[:found], self._conductance, self._other, self._wires)
         into = np.bincount(self._other.ravel(), self._wires.ravel(), nodes)
         self._diagonal = self._leak + self._wires.sum(axis=1) + into
+
+    def _taken_up(self, position: Real) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """The first cell with a particle along each axis and the number of cells to the last one; of axes that repeat all."""
+        low, high = np.empty((2, 3), np.int64)
+        find_extent(position, position.shape[1], self._lower, self._inverse, self._cells, low, high)
+        return np.where(self._repeats, 0, low), np.where(self._repeats, self._cells, high - low + 1)
 
     def correct(self, residual: Real, face: Real, correction: Real) -> None:
         """correction += F P K^-1 P^T F residual; F: `face`, 1 or 0 for each particle."""

@@ -4,11 +4,15 @@ Cells are a support radius wide across and half of it along z, the fastest axis,
 are one contiguous range and few of them miss. Rows are counted over strips of STRIP cells in y, in each strip along x: whatever the
 domain's extent, a particle's neighbours are near it in memory too. Seas are shallow, so columns of z are short. Counted in layers of
 z, the neighbours of a sea ten particles deep lay half of all particles apart, and every look at them cost twice as much.
+
+Of a domain much larger than its liquid only a part is counted, `part_around` what the liquid may reach. What lies elsewhere counts as in a
+border cell of it. The order of cells is that of the domain, whatever the part.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -19,16 +23,20 @@ from oilsim.compilation import FAST, inlined
 CELLS_ACROSS = 1  # cells per support radius in x and y
 CELLS_ALONG = 2  # cells per support radius in z
 STRIP = 8  # cells in y
+MARGIN = 4  # cells around the liquid that must be counted, so that no list looks into border cells: skins reach three along z
+SPARE = 8  # cells beyond that, in which it may move
 
 
 class Grid(NamedTuple):
-    """Regular cells over the domain: lower corner [m], inverse widths [1/m], counts, and which axes repeat.
+    """Regular cells over the domain, or a part of them: its lower corner [m], inverse widths [1/m], counts, and which axes repeat.
 
+    first: the domain's cells before those that are counted, along each axis, in y a multiple of `strip`.
     strip: cells in y that are counted together before x moves on.
     """
 
     lower: tuple[float, float, float]
     inverse_width: tuple[float, float, float]
+    first: tuple[int, int, int]
     cells: tuple[int, int, int]
     periodic: tuple[bool, bool, bool]
     reach: tuple[int, int, int]
@@ -37,7 +45,7 @@ class Grid(NamedTuple):
 
     @property
     def cell_count(self) -> int:
-        """Cells that are counted, those of the last strip beyond the domain with them."""
+        """Cells that are counted, those of the last strip beyond them included."""
         return self.cells[0] * -(-self.cells[1] // self.strip) * self.strip * self.cells[2]
 
 
@@ -66,11 +74,31 @@ def make_grid(
     return Grid(
         lower,
         (inverse[0], inverse[1], inverse[2]),
+        (0, 0, 0),
         (counts[0], counts[1], counts[2]),
         periodic,
         (reach[0], reach[1], reach[2]),
         min(STRIP, counts[1]),
         support_radius,
+    )
+
+
+def part_around(whole: Grid, low: Sequence[int], high: Sequence[int], around: int) -> Grid:
+    """The part of a whole grid from cell `low` to cell `high` (3,) with so many `around`, of axes that repeat all."""
+    begin, count = [], []
+    for axis, (one, other) in enumerate(zip(low, high, strict=True)):
+        step, cells = whole.strip if axis == 1 else 1, whole.cells[axis]
+        first = 0 if whole.periodic[axis] else max(one - around, 0) // step * step
+        begin.append(first)
+        count.append(cells if whole.periodic[axis] else min(other + around + 1, cells) - first)
+    return whole._replace(first=(begin[0], begin[1], begin[2]), cells=(count[0], count[1], count[2]))
+
+
+def holds(grid: Grid, part: Grid) -> bool:
+    """Whether all cells of `part` are counted in `grid`, another part of the same whole."""
+    return all(
+        here <= there and there + wanted <= here + count
+        for here, count, there, wanted in zip(grid.first, grid.cells, part.first, part.cells, strict=True)
     )
 
 
@@ -85,9 +113,25 @@ def widened(grid: Grid, skin: float) -> Grid | None:
 
 
 @inlined
-def cell_coordinate(value, lower, inverse_width, count):
+def cell_coordinate(value, axis, grid):
     """Cell along one axis; what lies outside counts as the border cell."""
-    return min(max(np.int64(math.floor((value - lower) * inverse_width)), 0), count - 1)
+    cell = np.int64(math.floor((value - grid.lower[axis]) * grid.inverse_width[axis])) - grid.first[axis]
+    return min(max(cell, 0), grid.cells[axis] - 1)
+
+
+@njit(**FAST)
+def find_extent(position, count, lower, inverse_width, cells, low, high):
+    """Set `low` and `high` (3,) to the first and the last cell along each axis that holds one of the first `count` of `position` (3, N).
+
+    The cells of a grid from `lower` [m] on, inverse_width [1/m], as many as `cells` (3,); what lies outside counts as in a border cell.
+    """
+    for axis in range(3):
+        first, last = np.int64(cells[axis] - 1), np.int64(0)
+        for i in range(count):
+            cell = np.int64(math.floor((position[axis, i] - lower[axis]) * inverse_width[axis]))
+            first, last = min(first, cell), max(last, cell)
+        last = min(last, np.int64(cells[axis] - 1))
+        low[axis], high[axis] = max(min(first, last), 0), last
 
 
 @inlined
@@ -101,9 +145,9 @@ def first_of_row(cx, cy, grid):
 def assign_cells(begin, end, position, grid, cell):
     """Fill `cell` with the cell of each particle."""
     for i in range(begin, end):
-        cx = cell_coordinate(position[0, i], grid.lower[0], grid.inverse_width[0], grid.cells[0])
-        cy = cell_coordinate(position[1, i], grid.lower[1], grid.inverse_width[1], grid.cells[1])
-        cz = cell_coordinate(position[2, i], grid.lower[2], grid.inverse_width[2], grid.cells[2])
+        cx = cell_coordinate(position[0, i], 0, grid)
+        cy = cell_coordinate(position[1, i], 1, grid)
+        cz = cell_coordinate(position[2, i], 2, grid)
         cell[i] = first_of_row(cx, cy, grid) + cz
 
 
@@ -143,9 +187,9 @@ def mark_surroundings(position, grid, near):
     nx, ny, nz = grid.cells
     rx, ry, rz = grid.reach
     for b in range(position.shape[1]):
-        cx = cell_coordinate(position[0, b], grid.lower[0], grid.inverse_width[0], nx)
-        cy = cell_coordinate(position[1, b], grid.lower[1], grid.inverse_width[1], ny)
-        cz = cell_coordinate(position[2, b], grid.lower[2], grid.inverse_width[2], nz)
+        cx = cell_coordinate(position[0, b], 0, grid)
+        cy = cell_coordinate(position[1, b], 1, grid)
+        cz = cell_coordinate(position[2, b], 2, grid)
         ranges = ranges_along(cz, rz, nz, grid.periodic[2])
         for sx in range(cx - rx, cx + rx + 1):
             if not grid.periodic[0] and (sx < 0 or sx >= nx):

@@ -147,6 +147,8 @@ class KeptLists:
 
     def update(self, state: FluidState, walls: Walls) -> tuple[Pairs, Pairs]:
         """Lists at the present positions; where they are not kept the state is sorted by cell."""
+        if self._search.cover(state.position, state.awake):
+            self._sleepers = None
         walls.place()
         build, motion = self._build, math.inf
         if build is not None and build.matches(state, walls):

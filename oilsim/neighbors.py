@@ -16,14 +16,19 @@ from oilsim import lanes
 from oilsim.compaction import LANES, append_near
 from oilsim.compilation import ALLOCATING, FAST, inlined
 from oilsim.grid import (
+    MARGIN,
+    SPARE,
     Grid,
     assign_cells,
     cell_coordinate,
     count_sort,
+    find_extent,
     find_ranges,
     first_of_row,
+    holds,
     make_grid,
     mark_surroundings,
+    part_around,
     widened,
 )
 from oilsim.lanes import floor, gather_four
@@ -33,6 +38,9 @@ __all__ = ["NeighborSearch", "Pairs", "make_grid", "nearest_image", "nearest_ima
 
 Index = NDArray[np.uint32]
 Real = NDArray[np.float32]
+
+FEW = 2**14  # cells, counted as soon as it is found out where the liquid is
+LAVISH = 4  # times the cells that would be counted anew: more are too many
 
 
 class Pairs(NamedTuple):
@@ -163,9 +171,9 @@ def build_lists(
         number[i] = 0
         xi, yi, zi = position[0, i], position[1, i], position[2, i]
         me = i if same else -1
-        cx = cell_coordinate(xi, grid.lower[0], grid.inverse_width[0], grid.cells[0])
-        cy = cell_coordinate(yi, grid.lower[1], grid.inverse_width[1], grid.cells[1])
-        cz = cell_coordinate(zi, grid.lower[2], grid.inverse_width[2], grid.cells[2])
+        cx = cell_coordinate(xi, 0, grid)
+        cy = cell_coordinate(yi, 1, grid)
+        cz = cell_coordinate(zi, 2, grid)
         cell = first_of_row(cx, cy, grid) + cz
         if near is not None and near[cell] == 0:
             continue
@@ -187,14 +195,30 @@ def build_lists(
 
 
 class NeighborSearch:
-    """Keeps the grid and the lists' storage; `order_by_cell` sorts, `list_neighbors` lists."""
+    """Keeps the grid and the lists' storage; `order_by_cell` sorts, `list_neighbors` lists, in the part of the grid that `cover` chose."""
 
     def __init__(self, grid: Grid, team: Team, period: tuple[float, float, float] | None) -> None:
-        self.grid = grid
+        self._whole = self.grid = grid
         self.period = None if period is None else tuple(np.float32(p) for p in period)
         self._team = team
         self._shares: dict[str, int] = {}
         self._storage: dict[str, Pairs] = {}
+
+    def cover(self, position: Real, count: int) -> bool:
+        """Count the cells around the first `count` of (3, N) positions and no others, if one of them is not counted or far too many are.
+
+        Whether other cells are counted now.
+        """
+        whole, (low, high) = self._whole, np.empty((2, 3), np.int64)
+        if whole.cell_count <= FEW:
+            return False
+        find_extent(position, count, whole.lower, whole.inverse_width, whole.cells, low, high)
+        wide = part_around(whole, low.tolist(), high.tolist(), MARGIN + SPARE)
+        needed = part_around(whole, low.tolist(), high.tolist(), MARGIN)
+        if holds(self.grid, needed) and self.grid.cell_count <= LAVISH * wide.cell_count:
+            return False
+        self.grid = wide
+        return True
 
     def order_by_cell(self, position: Real, count: int | None = None) -> tuple[Index, Index]:
         """Order (n,) that sorts the first n = `count`, or all, of (3, N) positions by cell, and where each cell starts (cells + 1,)."""

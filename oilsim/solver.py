@@ -43,7 +43,7 @@ class Fluid:
     def __init__(self, config: FluidConfig, threads: int | None = None) -> None:
         self.config = config
         self.time = 0.0
-        self.state = FluidState()
+        self.state = FluidState(viscous_time=np.zeros(len(config.phases)))
         self.work = Workspace(config, Team(threads))
         self.forcings: list[Forcing] = []
         self.emitters: list[PipeEmitter] = []
@@ -105,7 +105,7 @@ class Fluid:
 
         To be set after their motions, before each advance; it takes the place of their own inverse masses.
         """
-        tied = np.asarray(inverse_mass, np.float64)
+        tied = np.array(inverse_mass, np.float64)
         checks.ties(handles, tied, list(self.work.walls.moving))
         self.work.walls.tie(handles, tied)
 

@@ -43,8 +43,8 @@ class FluidState:
     the phases, id (N,) never reused,
     pressure_impulse (N,) kappa / rho_ref = p dt / rho_ref [m2/s], the warm start of the pressure solve, for dt = time_step [s];
     step [s]: length of the step that has begun, of which `to_fly` [s] is still to be flown; 0 between steps.
-    viscous_time [s]: time for which viscosity is still owed (`Workspace.resist`). The last `asleep` particles do not move
-    (`sleeping_regions`); the first `bordering` of them may have others that do within reach.
+    viscous_time (phases,) [s]: time for which each liquid is still owed its viscosity (`owed_viscosity`). The last `asleep` particles do
+    not move (`sleeping_regions`); the first `bordering` of them may have others that do within reach.
     """
 
     position: Real = field(default_factory=_rows)
@@ -57,7 +57,7 @@ class FluidState:
     time_step: float = 0.0
     step: float = 0.0
     to_fly: float = 0.0
-    viscous_time: float = 0.0
+    viscous_time: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
     asleep: int = 0
     bordering: int = 0
 

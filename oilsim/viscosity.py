@@ -51,7 +51,6 @@ Real = NDArray[np.float32]
 ZERO, ONE, HALF = np.float32(0.0), np.float32(1.0), np.float32(0.5)
 LEVEL = np.float32(0.6)  # for which sum w x^2 y^2 = sum w r^4 / 8 on a square lattice
 REGULAR = 1e-4  # of d^2, beside r^2 of a pair: the 0.01 h^2 of Eq. 25 takes 1 % off the viscosity, and nothing needs it
-NEGLIGIBLE = 1e-3  # nu t / d^2 that a liquid may be owed: what decays on the finest wave, one of 2 d, is off by (10 of this)^2 / 2
 FINEST = 10.0  # nu / d^2 at which waves decay at most: 6.6 on a square lattice, 7.4 on a cubic one, more beside walls that hold
 EXPLICIT_BELOW = 1e-2  # nu dt / d^2 under which one explicit step equals the implicit one to the square of this
 
@@ -349,11 +348,6 @@ class ViscousSystem:
         sums = np.zeros(block_count(left.size))
         self._team.run(dot, left.size, left, right, sums)
         return total(sums)
-
-
-def largest_number(viscosities: list[float], densities: list[float], time_step: float, spacing: float) -> float:
-    """Largest viscous number nu dt / d^2 of the phases."""
-    return max(mu / rho for mu, rho in zip(viscosities, densities, strict=True)) * time_step / spacing**2
 
 
 def implicit_share(number: float) -> float:

@@ -106,6 +106,14 @@ def rotated(orientation: Double, turn: Double) -> Double:
     return result / np.linalg.norm(result, axis=1, keepdims=True)
 
 
+def chosen_blocks(matrix: Double, rows: list[int]) -> Double:
+    """The blocks of 6 by 6 in these rows and columns of a matrix (6 n, 6 n); itself if they are all, in order."""
+    if rows == list(range(len(matrix) // 6)):
+        return matrix
+    axes = [6 * row + axis for row in rows for axis in range(6)]
+    return matrix[np.ix_(axes, axes)]
+
+
 @dataclass
 class MovingBody:
     """Motion of one moving boundary during an advance: pose, twist, how it answers, and what it has received."""
@@ -129,6 +137,7 @@ class Walls:
         self._next = 0
         self._tied: Double | None = None
         self._stale = True
+        self._grid = search.grid  # in whose cells those at rest lie
         self.position: Real = np.empty((3, 0), np.float32)
         self.points: Real = np.empty(
             (0, 4), np.float32
@@ -218,7 +227,7 @@ class Walls:
 
     def place(self) -> None:
         """Bring all positions up to date with the bodies' poses."""
-        if self._stale:
+        if self._stale or self._grid is not self._search.grid:
             self._arrange()
         if not self.moving:
             return
@@ -296,8 +305,7 @@ class Walls:
     def tie(self, handles: Sequence[int], inverse_mass: Double) -> None:
         """The moving bodies answer together, by `inverse_mass` (6 n, 6 n) in the order of `handles`."""
         place = {handle: n for n, handle in enumerate(handles)}
-        rows = [6 * place[handle] + axis for handle in self.moving for axis in range(6)]
-        self._tied = inverse_mass[np.ix_(rows, rows)]
+        self._tied = chosen_blocks(inverse_mass, [place[handle] for handle in self.moving])
 
     @property
     def tied(self) -> Double | None:
@@ -338,6 +346,7 @@ class Walls:
         no_slip[: self.resting] = no_slip[order]
         self.no_slip = no_slip if no_slip.any() else None
         self.bodies_hold = bool(no_slip[self.resting :].any())
+        self._grid = self._search.grid
         self._near_resting = self._search.surroundings(np.ascontiguousarray(self.position[:, : self.resting]))
         self._local = np.concatenate([np.empty((3, 0)), *(self.boundaries[h].position.T for h in self.moving)], axis=1)
         sizes = [len(self.boundaries[h].volume) for h in self.moving]

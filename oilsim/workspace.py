@@ -23,6 +23,7 @@ from oilsim.faces import largest_stretch
 from oilsim.kept_lists import KeptLists
 from oilsim.moment_mending import STRETCH, mend_moments
 from oilsim.neighbors import NeighborSearch, Pairs, fill_rows, indices, make_grid, mark_around
+from oilsim.owed_viscosity import NEGLIGIBLE, viscosity_due
 from oilsim.parallel import Team
 from oilsim.relaxation import shift_balance
 from oilsim.rigid_response import RigidResponse, extend_contacts
@@ -32,11 +33,9 @@ from oilsim.state import FluidState
 from oilsim.time_step import most, relative_speeds, sampling_stride
 from oilsim.time_unit import LONGEST, froude_unit
 from oilsim.viscosity import (
-    NEGLIGIBLE,
     ViscousSystem,
     implicit_share,
     is_mild,
-    largest_number,
     viscosity_matrix,
     wall_factor,
 )
@@ -76,7 +75,7 @@ class Workspace:
         grid = make_grid(config.lower, config.upper, config.periodic, config.support_radius, config.dimension)
         search = NeighborSearch(grid, team, period)
         self.lists = KeptLists(search, team, config.particle_spacing, config.dimension)
-        self.walls = Walls(NeighborSearch(grid, team, period), config.lower, period)
+        self.walls = Walls(search, config.lower, period)
         self.regions = SleepingRegions(config, team) if config.sleep_speed > 0.0 else None
         self.densities = np.array([phase.rest_density for phase in config.phases])
         self.viscosities = [config.viscosity_correction * phase.dynamic_viscosity for phase in config.phases]
@@ -297,20 +296,20 @@ class Workspace:
     def resist(self, state: FluidState, time_step: float) -> int:
         """Viscosity on velocities; returns the iterations of the implicit solve, 0 for an explicit step.
 
-        Liquids so thin that a step changes nothing are owed their viscosity until NEGLIGIBLE is reached, and then get it at once.
+        Liquids so thin that a step changes nothing are owed it (see `owed_viscosity`).
         """
-        config = self.config
-        viscosities = self._viscosities_of(state)
-        if not any(viscosities):
+        config, viscosity = self.config, self._viscosity_of(state)
+        if not viscosity.any():
             return 0
-        state.viscous_time += time_step
-        span = state.viscous_time
-        number = largest_number(viscosities, list(self.densities), span, config.particle_spacing)
-        if self.split and number < NEGLIGIBLE:
+        owed = np.where(viscosity > 0.0, state.viscous_time + time_step, 0.0)
+        least = NEGLIGIBLE if self.split else 0.0
+        span, matrix, number, state.viscous_time = viscosity_due(
+            owed, viscosity, self._viscosity, self.densities * config.particle_spacing**2, least
+        )
+        if span == 0.0:
             return 0
-        state.viscous_time = 0.0
         with self.stage("viscosity"):
-            system = self._viscous_system(state)
+            system = self._viscous_system(state, matrix)
             explicit, used = config.explicit_viscosity or is_mild(number), 0
             theta = implicit_share(number) if self.split and not explicit else 1.0
             bodies = self._viscous_response(system, span, theta)
@@ -325,10 +324,10 @@ class Workspace:
                 bodies.hand_over(state.velocity, explicit)
         return used
 
-    def _viscosities_of(self, state: FluidState) -> list[float]:
+    def _viscosity_of(self, state: FluidState) -> NDArray[np.float64]:
         """Of the liquids of which there are particles that move, 0 of others: what is not there must not cost a solve [Pa s]."""
         phase = state.phase[: state.awake]
-        return [mu if mu > 0.0 and (phase == k).any() else 0.0 for k, mu in enumerate(self.viscosities)]
+        return np.array([mu if mu > 0.0 and (phase == k).any() else 0.0 for k, mu in enumerate(self.viscosities)])
 
     def _viscous_response(self, system: ViscousSystem, time_step: float, theta: float) -> ViscousResponse | None:
         """How moving bodies answer the drag of liquids that they hold; None where nothing touches one."""
@@ -346,10 +345,10 @@ class Workspace:
             theta,
         )
 
-    def _viscous_system(self, state: FluidState) -> ViscousSystem:
-        """The viscous liquids' pairs and the walls that hold them, at the present positions."""
+    def _viscous_system(self, state: FluidState, viscosity: Real) -> ViscousSystem:
+        """Pairs of liquids with a `viscosity` (P, P) [Pa s] and the walls that hold them, at the present positions."""
         config, walls = self.config, self.walls
-        viscous = np.array([mu > 0.0 for mu in self.viscosities])
+        viscous = viscosity.max(axis=1) > 0.0
         chosen = np.arange(state.awake) if viscous.all() else np.flatnonzero(viscous[state.phase[: state.awake]])
         system = ViscousSystem(self.team, chosen.astype(np.uint32), self.fluid_pairs, self.gradient)
         no_slip = walls.no_slip
@@ -358,7 +357,7 @@ class Workspace:
             held = walls.area * np.float32(wall_factor(config.dimension, not self.split) * config.particle_spacing)
             no_slip = np.divide(no_slip * held, walls.volume, out=np.zeros_like(held), where=walls.volume > 0.0)
         system.assemble(
-            self.points, walls.points, state.phase, self._viscosity, no_slip, self.period, self.wall_pairs, self.wall_gradient,
+            self.points, walls.points, state.phase, viscosity, no_slip, self.period, self.wall_pairs, self.wall_gradient,
             config.particle_spacing, config.dimension, self.near if self.split else None,
         )  # fmt: skip
         return system

@@ -1,7 +1,8 @@
 """What a scene does not need costs nothing: run as ``python -m tests.benchmarks.needless``.
 
 Part of the step that is not the fluid's, in the U-sweep; pairs of scenes, of which the second holds something that the fluid
-does not need: walls at rest, a moving body far from the liquid, bodies that do not move; and water at rest that sleeps or does not.
+does not need: walls at rest, a vast domain, a moving body far from the liquid, bodies that do not move; and water at rest that
+sleeps or does not.
 """
 
 from __future__ import annotations
@@ -10,12 +11,14 @@ import argparse
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 
 import numpy as np
 from rich.console import Console
 from rich.table import Table
 
 from coupling.bodies import box
+from coupling.fixed_point import Aitken
 from coupling.motion import UniformMotion
 from coupling.quiet_pybullet import pybullet
 from coupling.surface_sampling import boundary_particles
@@ -60,6 +63,12 @@ def with_walls_far_away() -> TankScene:
         walls.position[:] += (0.1 + 0.07 * (n % 10), 0.1 + 0.07 * (n // 10 % 10), 0.7 + 0.1 * (n // 100))
         scene.fluid.add_boundary(walls)
     return scene
+
+
+def in_a_vast_domain() -> TankScene:
+    """The same in a domain of two hundred thousand times the water's volume."""
+    config = replace(water().fluid.config, lower=(-20.0,) * 3, upper=(20.0,) * 3)
+    return TankScene(config, SIZE, 0.4, scheme=None, iteration=Aitken)
 
 
 def with_fixed_body() -> TankScene:
@@ -163,6 +172,7 @@ def main() -> None:
     scenes = (
         ("still water", water),
         (f"+ {FAR} resting boxes far away", with_walls_far_away),
+        ("in a domain of 64,000 m3", in_a_vast_domain),
         ("+ a held body", with_fixed_body),
         ("+ a plate that moves far above", with_moving_body_far_away),
     )

@@ -114,6 +114,17 @@ def test_inverse_mass_is_symmetric_and_moves_no_fixed_base(client: int) -> None:
     assert list(system.is_free) == [False, True, True, True]
 
 
+def test_bodies_that_nothing_ties_answer_each_for_itself(client: int) -> None:
+    bodies = [LinkedBody(client, chain(client, pybullet.JOINT_REVOLUTE, base_mass=mass)) for mass in (1.5, 0.0, 0.7)]
+    together = read_links(client, bodies, np.array(GRAVITY), STEP)
+    expected = np.zeros_like(together.inverse_mass)
+    for n, body in enumerate(bodies):
+        alone, rows = read_links(client, [body], np.array(GRAVITY), STEP), slice(24 * n, 24 * n + 24)
+        expected[rows, rows] = alone.inverse_mass
+        np.testing.assert_array_equal(together.acceleration[4 * n : 4 * n + 4], alone.acceleration)
+    np.testing.assert_array_equal(together.inverse_mass, expected)
+
+
 def test_forces_reach_links_of_a_fixed_base_that_motors_hold(client: int) -> None:
     body = chain(client, pybullet.JOINT_REVOLUTE, base_mass=0.0)
     for link in range(3):

@@ -130,6 +130,24 @@ def test_free_acceleration_is_what_the_body_does_without_the_fluid(world: RigidB
     np.testing.assert_allclose((world.twist("hull") - before) / 1e-4, expected, rtol=2e-3, atol=2e-3)
 
 
+def test_bodies_apart_accelerate_as_each_alone(world: RigidBodyWorld, space: RigidBodyWorld) -> None:
+    spins = {"one": (3.0, 2.0, -1.0), "held": (0.0, 0.0, 0.0), "other": (-1.0, 4.0, 2.0)}
+    for place, (name, spin) in enumerate(spins.items()):
+        add_box(
+            world,
+            name,
+            position=(5.0 * place, 0, 5),
+            angular_velocity=spin,
+            motion="fixed" if name == "held" else "free",
+        )
+        world.set_wrench(name, np.arange(6.0))
+    add_box(space, "other", position=(0, 0, 5), angular_velocity=spins["other"])  # as in space, without weight
+    alone = np.add(space.free_acceleration("other"), [0.0, 0.0, -9.81, 0.0, 0.0, 0.0])
+    assert np.abs(alone[3:]).max() > 1.0
+    np.testing.assert_allclose(world.free_acceleration("other"), alone, rtol=1e-14)
+    assert not world.free_acceleration("held").any()
+
+
 def test_pendulum_period(world: RigidBodyWorld) -> None:
     # physical pendulum, small swing: T = 2 pi sqrt((I + m l^2) / (m g l)) (1 + theta^2 / 16)
     size, arm, swing = (0.1, 0.1, 0.4), 1.0, 0.1

@@ -63,6 +63,36 @@ def test_moving_particles_are_found_beside_sorted_ones():
         assert set(pairs.neighbor[pairs.start[i] : pairs.start[i] + pairs.number[i]]) == set(np.flatnonzero(near[i]))
 
 
+def listed_in(search, points, walls):
+    """Order of the points, and neighbours of each in that order among them and among the walls, by their places in `walls`."""
+    order, start = search.order_by_cell(points)
+    wall_order, wall_start = search.order_by_cell(walls)
+    points, walls = points[:, order].copy(), walls[:, wall_order].copy()
+    fluid = search.list_neighbors("fluid", points, points, start)
+    wall = search.list_neighbors("walls", points, walls, wall_start, search.surroundings(walls))
+    rows = [[(pairs.start[i], pairs.number[i]) for i in range(len(order))] for pairs in (fluid, wall)]
+    beside = [fluid.neighbor[first : first + number].tolist() for first, number in rows[0]]
+    return (
+        order.tolist(),
+        beside,
+        [wall_order[wall.neighbor[first : first + number]].tolist() for first, number in rows[1]],
+    )
+
+
+@pytest.mark.parametrize("periodic", [(False,) * 3, (False, True, False)])
+def test_of_a_large_domain_the_liquids_part_is_counted_and_nothing_else_changes(periodic):
+    grid = make_grid((0.0, -30.0, 0.0), (90.0, 31.3, 40.0), periodic, SUPPORT, 3)
+    rng = np.random.default_rng(6)
+    points = (rng.random((3, 2000)) + np.array([[60.2], [11.0], [39.3]])).astype(np.float32)  # at the top, and above it
+    stray = (40.0 * rng.random((3, 500))).astype(np.float32)
+    walls = np.concatenate([points[:, ::7] + np.float32(0.01), stray], axis=1)
+    whole, part = (NeighborSearch(grid, Team(1), (0.0, 61.3, 0.0) if periodic[1] else None) for _ in range(2))
+    assert part.cover(points, 2000) and not part.cover(points, 2000)
+    assert part.grid.cell_count < 0.1 * grid.cell_count
+    assert listed_in(part, points, walls) == listed_in(whole, points, walls)
+    assert part.cover(stray, 500) and part.cover(points, 2000)  # it grows, and shrinks again
+
+
 def test_crowded_block_grows_its_lists():
     grid = make_grid((0, 0, 0), (1, 1, 1), (False,) * 3, SUPPORT, 3)
     search = NeighborSearch(grid, Team(1), None)

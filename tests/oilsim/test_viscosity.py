@@ -162,7 +162,7 @@ def test_disorder_leaves_the_viscosity_as_it_is_set(make_fluid, diagonal):
     wave_vector = 2.0 * np.pi * (np.array([1.0, 0.0, -1.0]) if diagonal else np.array([0.0, 0.0, 1.0]))
     wave = np.sin(wave_vector @ fluid.state.position)
     fluid.state.velocity[:] = direction[:, None] * wave
-    fluid.state.viscous_time = 0.0
+    fluid.state.viscous_time[:] = 0.0
     fluid.work.resist(fluid.state, time_step)
     left = (direction @ fluid.state.velocity * wave).mean() / (wave**2).mean()
     rate = (1.0 - left) / (2e-3 * (wave_vector @ wave_vector) * time_step)

@@ -56,7 +56,7 @@ def stirred(make_fluid):
 def response_of(fluid, theta=1.0):
     """The bodies' part of a step, with the system it belongs to."""
     work = fluid.work
-    system = work._viscous_system(fluid.state)
+    system = work._viscous_system(fluid.state, work._viscosity)
     walls = (work.wall_pairs, work.wall_gradient, system.wall_stiffness)
     return system, ViscousResponse(work.walls, work.touching, *walls, work.volume, STEP, theta)
 
