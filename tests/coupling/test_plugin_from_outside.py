@@ -1,0 +1,58 @@
+"""What somebody else does to a world between the steps of its fluid: told where it spoils physics, else taken as it is."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+
+import pybullet
+import pytest
+
+from coupling.plugin import attach_fluid
+from tests.coupling.pools import pool
+
+HALF = 0.15  # [m] of the cube's edge
+
+
+def cube(client: int, height: float, mass: float = 10.0) -> int:
+    shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=[HALF] * 3, physicsClientId=client)
+    body: int = pybullet.createMultiBody(mass, shape, basePosition=(0, 0, height), physicsClientId=client)
+    pybullet.changeDynamics(body, -1, linearDamping=0, angularDamping=0, physicsClientId=client)
+    pybullet.setGravity(0.0, 0.0, -9.81, physicsClientId=client)
+    return body
+
+
+def told_in(client: int, body: int, steps: int, between: Callable[[int], None]) -> list[str]:
+    """What is said in some steps, with a call of the step's number after each."""
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        world = attach_fluid(client, pool(0.1, 1.0, 0.3), [body])
+        for step in range(steps):
+            world.step()
+            between(step)
+    return [str(warning.message) for warning in told]
+
+
+@pytest.mark.parametrize("more", [0, 1, 4])
+def test_steps_of_the_engine_beside_those_of_the_world_are_told_once(client: int, more: int) -> None:
+    body = cube(client, 0.6)
+
+    def between(_: int) -> None:
+        for _ in range(more):
+            pybullet.stepSimulation(physicsClientId=client)
+
+    told = told_in(client, body, 60, between)
+    assert len(told) == (more > 0)
+    if told:
+        assert f"body {body} moves on between the steps" in told[0] and "world.step() takes the place" in told[0]
+
+
+def test_a_loose_body_that_is_set_along_its_way_is_not_told_of(client: int) -> None:
+    body = cube(client, 0.8)
+
+    def between(step: int) -> None:
+        place = (-0.2 + 0.5 * step / 240.0, 0.0, 0.8)
+        pybullet.resetBasePositionAndOrientation(body, place, (0, 0, 0, 1), physicsClientId=client)
+        pybullet.resetBaseVelocity(body, (0.5, 0.0, 0.0), (0.0, 0.0, 0.0), physicsClientId=client)
+
+    assert not told_in(client, body, 30, between)
