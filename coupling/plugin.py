@@ -25,7 +25,7 @@ import numpy.typing as npt
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from coupling.attachment import PlacedWalls, tell_overlaps, tell_thin_parts
+from coupling.attachment import PlacedWalls, tell_liquid_within, tell_overlaps, tell_thin_parts
 from coupling.bodies import require_closed
 from coupling.errors import UnresolvedSolidError
 from coupling.pybullet_defaults import DefaultsWatch, tell_inertia
@@ -39,6 +39,8 @@ from oilsim.advance_report import AdvanceReport
 from oilsim.solver import Fluid
 
 Array = npt.NDArray[np.float64]
+
+JUMP = 0.5  # spacings that a link comes further in a step than its velocity takes it, to have been set elsewhere
 
 
 @dataclass(frozen=True)
@@ -64,6 +66,8 @@ class FluidWorld:
         self._wrenches: dict[LinkKey, Array] = {}
         self._residuals: dict[LinkKey, _Residual] = {}
         self._cut: dict[int, Array] = {}  # poses of bodies that are sampled in part
+        self._solids: dict[LinkKey, trimesh.Trimesh] = {}  # of sampled links that may be set elsewhere
+        self._places: dict[LinkKey, Array] = {}  # (3,) [m] of those, at the last step
         self._samplings: dict[tuple[bytes, bytes], SurfaceSampling] = {}  # by vertices and faces
         self._watch = DefaultsWatch(client, fluid.config.gravity)
         self._has_stepped = self._is_told = False
@@ -91,13 +95,14 @@ class FluidWorld:
                 raise ValueError(f"meshes of body {body} has the link {link}, allowed: -1 to {len(linked.keys) - 2}")
             require_closed(mesh, f"meshes[{link}] of body {body}")
         sampled: dict[LinkKey, SurfaceSampling] = {}
+        solids: dict[LinkKey, trimesh.Trimesh] = {}
         for key in linked.keys:
             mesh = given[key[1]] if key[1] in given else link_mesh(self._client, *key)
             sampling = None if mesh is None else self._sampled(key, mesh)
             if mesh is not None and sampling is not None:
                 self._tell_inertia(key, mesh)
                 tell_thin_parts(_label(key), sampling, float(mesh.volume))
-                sampled[key] = sampling
+                sampled[key], solids[key] = sampling, mesh
         if not sampled:
             raise ValueError(f"body {body} has no collision shape that the fluid can see, allowed: one link at least")
         self._tell_overlaps(sampled)
@@ -105,6 +110,7 @@ class FluidWorld:
             particles = particles_of(f"{body}/{key[1]}", sampling, no_slip=no_slip)
             self._handles[key], self._wrenches[key] = self.fluid.add_boundary(particles), np.zeros(6)
         self._bodies[body] = linked
+        self._solids |= {} if body in self._cut else solids
 
     def remove_body(self, body: int) -> None:
         """Take a body out of the fluid; call it before or after it is removed from the client."""
@@ -116,6 +122,8 @@ class FluidWorld:
         self._watch.forget(body)
         for key in self._bodies.pop(body).keys:
             self._residuals.pop(key, None)
+            self._solids.pop(key, None)
+            self._places.pop(key, None)
             if key in self._handles:
                 del self._wrenches[key]
                 self.fluid.remove_boundary(self._handles.pop(key))
@@ -138,6 +146,7 @@ class FluidWorld:
         self._require_alone()
         duration, gravity = self._settings()
         system = read_links(self._client, self._bodies.values(), gravity, duration)
+        self._tell_liquid_within(system, duration)
         self._place(system)
         report = self.fluid.advance(duration)
         for key, handle in self._handles.items():
@@ -159,6 +168,19 @@ class FluidWorld:
             others[_label(key)] = self._placed(key, walls[handle].position, walls[handle].volume)
         solids = {_label(key): self._placed(key, one.position, one.volume) for key, one in sampled.items()}
         tell_overlaps(solids, others, self.fluid.config.particle_spacing)
+
+    def _tell_liquid_within(self, system: LinkSystem, duration: float) -> None:
+        """Of links that have just been added, or that somebody has set elsewhere since the last step."""
+        spacing = self.fluid.config.particle_spacing
+        for row, key in enumerate(system.keys):
+            if key not in self._solids:
+                continue
+            pose, before = system.pose[row], self._places.get(key)
+            self._places[key] = pose[:3]
+            reach = JUMP * spacing + duration * float(np.linalg.norm(system.twist[row, :3]))
+            if before is None or np.linalg.norm(pose[:3] - before) > reach:
+                liquid = Rotation.from_quat(pose[3:]).inv().apply(self.fluid.state.position.T - pose[:3])
+                tell_liquid_within(_label(key), self._solids[key], liquid, spacing)
 
     def _placed(self, key: LinkKey, position: Array, volume: Array) -> PlacedWalls:
         """A link's wall particles where the client has it now."""
@@ -314,7 +336,7 @@ def _label(key: LinkKey) -> str:
 def attach_fluid(client: int, fluid: Fluid, bodies: Iterable[int], *, no_slip: bool = False) -> FluidWorld:
     """Put `fluid` into the pybullet client `client`, to meet the bodies with these unique ids.
 
-    Particles inside a body are not looked for: fill the fluid around the bodies. A held body larger than the fluid's domain, such as
+    Fill the fluid around the bodies: particles inside one are told of, not removed. A held body larger than the fluid's domain, such as
     the ground of plane.urdf, is sampled where the fluid can reach it.
     """
     if not isinstance(bodies, Iterable):

@@ -134,8 +134,8 @@ class DefaultsWatch:
         if times == IN_A_ROW:
             self._tell(
                 ("stepped", -1),
-                f"body {body} moves on between the steps of the fluid's world, as by pybullet.stepSimulation, which the water does not push "
-                f"in; world.step() takes the place of that call",
+                f"body {body} moves on between the steps of the fluid's world, as by pybullet.stepSimulation, which the water does "
+                f"not push in; world.step() takes the place of that call",
             )
 
     def _look_for_damping(self, body: int, twist: Array, unexplained: Array) -> None:

@@ -56,3 +56,20 @@ def test_a_loose_body_that_is_set_along_its_way_is_not_told_of(client: int) -> N
         pybullet.resetBaseVelocity(body, (0.5, 0.0, 0.0), (0.0, 0.0, 0.0), physicsClientId=client)
 
     assert not told_in(client, body, 30, between)
+
+
+def test_a_body_that_lies_in_liquid_or_is_set_into_it_is_told_of(client: int) -> None:
+    body = cube(client, 0.8)
+
+    def between(step: int) -> None:
+        if step in (3, 6):
+            place = (0.0, 0.0, 0.15 if step == 3 else 0.8)
+            pybullet.resetBasePositionAndOrientation(body, place, (0, 0, 0, 1), physicsClientId=client)
+            pybullet.resetBaseVelocity(body, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), physicsClientId=client)
+
+    told = told_in(client, body, 10, between)
+    # 0.3 m of water in layers of 0.1 m: of 3 x 3 x 3 particles or more all but the outermost lie half a spacing deep
+    assert len(told) == 1
+    assert f"body {body}, link -1 lies where liquid is: " in told[0] and "particles" in told[0]
+    sunk = cube(client, 0.15)
+    assert len(told_in(client, sunk, 2, lambda _: None)) == 1
