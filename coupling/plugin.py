@@ -19,6 +19,7 @@ import warnings
 import weakref
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -155,6 +156,24 @@ class FluidWorld:
         pybullet.stepSimulation(physicsClientId=self._client)
         self._learn(system, gravity, duration)
         return report
+
+    def save_state(self) -> dict[str, Any]:
+        """The fluid, and what has been learnt of the bodies' own forces; of the bodies themselves `pybullet.saveState` takes care."""
+        bodies = {body: linked.save_state() for body, linked in self._bodies.items()}
+        known = {"residuals": dict(self._residuals), "wrenches": dict(self._wrenches)}
+        return {"fluid": self.fluid.save_state(), "bodies": bodies, **known}
+
+    def restore_state(self, saved: Mapping[str, Any]) -> None:
+        """As it was when `save_state` returned this, with `pybullet.restoreState` of the same moment. ValueError for other bodies."""
+        if saved["bodies"].keys() != self._bodies.keys():
+            raise ValueError(
+                f"state is of the bodies {', '.join(map(str, saved['bodies'])) or 'none'}, allowed: "
+                f"{', '.join(map(str, self._bodies)) or 'none'}, which meet the fluid"
+            )
+        self.fluid.restore_state(saved["fluid"])
+        for body, state in saved["bodies"].items():
+            self._bodies[body].restore_state(state)
+        self._residuals, self._wrenches = dict(saved["residuals"]), dict(saved["wrenches"])
 
     def _tell_overlaps(self, sampled: Mapping[LinkKey, SurfaceSampling]) -> None:
         """Of links about to be added, with each other and with all that the fluid meets."""

@@ -67,6 +67,16 @@ class LinkedBody:
         self._spent: set[tuple[int, float]] = set()  # constraints that once gave all, and how much that was [N, N m]
         self._loose: list[TreeLink] = []  # at the last reading, as if no motor held a joint
 
+    def save_state(self) -> tuple[object, ...]:
+        """What has been learnt of motors and constraints."""
+        return self._rates.copy(), self._torques.copy(), self._given.copy(), frozenset(self._spent)
+
+    def restore_state(self, state: tuple[object, ...]) -> None:
+        """As it was when `save_state` returned this."""
+        rates, torques, given, spent = state
+        self._rates, self._torques, self._given = np.array(rates), np.array(torques), np.array(given)
+        self._spent = set(spent)  # type: ignore[call-overload]
+
     @property
     def keys(self) -> list[LinkKey]:
         """Base first."""

@@ -73,3 +73,28 @@ def test_a_body_that_lies_in_liquid_or_is_set_into_it_is_told_of(client: int) ->
     assert f"body {body}, link -1 lies where liquid is: " in told[0] and "particles" in told[0]
     sunk = cube(client, 0.15)
     assert len(told_in(client, sunk, 2, lambda _: None)) == 1
+
+
+def test_bodies_that_collide_in_water_repeat_bit_for_bit_when_taken_back(client: int) -> None:
+    bodies = [cube(client, 0.45), cube(client, 0.77)]
+    pybullet.loadURDF("plane.urdf", physicsClientId=client)
+    world = attach_fluid(client, pool(0.1, 1.0, 0.3), bodies)
+
+    def states(steps: int) -> list[object]:
+        found: list[object] = []
+        for _ in range(steps):
+            world.step()
+            found.append([pybullet.getBaseVelocity(body, physicsClientId=client) for body in bodies])
+        return found
+
+    states(40)
+    saved, moment = world.save_state(), pybullet.saveState(physicsClientId=client)
+    first = states(20)
+    world.restore_state(saved)
+    pybullet.restoreState(moment, physicsClientId=client)
+    assert states(20) == first
+    world.remove_body(bodies[0])
+    with pytest.raises(
+        ValueError, match=rf"state is of the bodies {bodies[0]}, {bodies[1]}, allowed: {bodies[1]}, which"
+    ):
+        world.restore_state(saved)
