@@ -17,6 +17,7 @@ from coupling.quiet_pybullet import pybullet
 Array = npt.NDArray[np.float64]
 
 DEFAULT_DAMPING = 0.04  # [1/s] and [1/m]: pybullet's, of every link unless changeDynamics sets another
+BRAKED = 8  # steps in a row: in a few it may be a controller's force, on its way through 0
 SPEED_LIMIT = 100.0  # [m/s] and [rad/s]: of every coordinate of a body with joints, and before motors hold these
 ASTRAY = 0.5  # of a held body's move in a step: what its velocity may fail to explain, of one that speeds up
 LEAST_MOVE = 1e-9  # [m, rad]
@@ -53,12 +54,14 @@ class DefaultsWatch:
         self._gravity = np.array(gravity)
         self._told: set[tuple[str, int]] = set()
         self._carried: dict[int, _Carried] = {}  # held bodies
+        self._braked: dict[int, int] = {}  # loose bodies: in how many of the last steps just as default damping does
         self._left: dict[int, _Left] = {}  # loose bodies
 
     def forget(self, body: int) -> None:
         """The body has gone; its number may come again."""
         self._told = {(finding, of) for finding, of in self._told if of != body}
         self._carried.pop(body, None)
+        self._braked.pop(body, None)
         self._left.pop(body, None)
 
     def look(
@@ -142,7 +145,9 @@ class DefaultsWatch:
         """Default damping, which cannot be asked for: -c v (1 + |v|) is all that is left of a body's acceleration."""
         speed = float(np.linalg.norm(twist[:3]))
         expected = -DEFAULT_DAMPING * twist[:3] * (1.0 + speed)
-        if speed > 0.05 and np.linalg.norm(unexplained[:3] - expected) < 0.05 * np.linalg.norm(expected):
+        is_braked = speed > 0.05 and np.linalg.norm(unexplained[:3] - expected) < 0.05 * np.linalg.norm(expected)
+        self._braked[body] = self._braked.get(body, 0) + 1 if is_braked else 0
+        if self._braked[body] == BRAKED:
             self._tell(
                 ("damping", -1),
                 f"body {body} is braked by pybullet's default damping (a fall ends at 15 m/s); "

@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 
+import numpy as np
 import pybullet
 import pytest
 
@@ -98,3 +99,17 @@ def test_bodies_that_collide_in_water_repeat_bit_for_bit_when_taken_back(client:
         ValueError, match=rf"state is of the bodies {bodies[0]}, {bodies[1]}, allowed: {bodies[1]}, which"
     ):
         world.restore_state(saved)
+
+
+def test_a_controllers_force_that_goes_through_zero_is_not_taken_for_damping(client: int) -> None:
+    body = cube(client, 0.8)
+    pybullet.resetBaseVelocity(body, (0.5, 0.0, 0.0), physicsClientId=client)
+
+    def between(step: int) -> None:
+        place = pybullet.getBasePositionAndOrientation(body, physicsClientId=client)[0]
+        velocity = np.array(pybullet.getBaseVelocity(body, physicsClientId=client)[0])
+        damping = -10.0 * 0.04 * velocity * (1.0 + np.linalg.norm(velocity))  # [N] pybullet's default, of 10 kg
+        force = (step // 4 - 1) * damping  # of a controller that is asked every fourth step
+        pybullet.applyExternalForce(body, -1, force.tolist(), place, pybullet.WORLD_FRAME, physicsClientId=client)
+
+    assert not told_in(client, body, 20, between)
