@@ -1,4 +1,6 @@
-"""What the fluid meets otherwise than it is, told as a body is attached: parts that are too thin, and solids that count twice."""
+"""What the fluid meets otherwise than it is, told as a body is attached: parts that are too thin, solids that count twice, and liquid
+that lies in a solid.
+"""
 
 from __future__ import annotations
 
@@ -8,13 +10,16 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+import trimesh
 from scipy.spatial import cKDTree
 
+from coupling.signed_distance import SignedDistance
 from coupling.surface_sampling import SurfaceSampling
 
 Array = npt.NDArray[np.float64]
 
 UNSAID = 0.02  # of a solid's volume, or of what its wall particles stand for: what other errors come to
+ENCLOSED = 0.5  # spacings below a surface: as far as particles come that only press on it
 DEEP = 0.75  # spacings between wall particles of two solids below which one lies in the other; solids that touch have them 1 apart
 
 
@@ -39,7 +44,7 @@ def tell_thin_parts(name: str, sampling: SurfaceSampling, volume: float) -> None
     times = swelling(sampling, volume)
     if times > 1.0:
         warnings.warn(
-            f"{name} has parts thinner than a particle, and the fluid meets and lifts {times:.2g} times its volume of {volume:.3g} m3; a "
+            f"{name} has parts thinner than a particle, and the fluid meets and lifts {times:.3g} times its volume of {volume:.3g} m3; a "
             f"particle_spacing below {sampling.particle_spacing:g} m resolves them",
             stacklevel=4,
         )
@@ -60,6 +65,18 @@ def tell_overlaps(
             f"solids lie in each other, {'; '.join(found)}: what is in both counts twice to the fluid, in lift and in pressure; solids "
             "that touch do not",
             stacklevel=5,
+        )
+
+
+def tell_liquid_within(name: str, mesh: trimesh.Trimesh, position: Array, particle_spacing: float) -> None:
+    """Say it if particles, at `position` (K, 3) [m] in the mesh's coordinates, lie in a solid; not all are pressed out of it in time."""
+    near = position[((position > mesh.bounds[0]) & (position < mesh.bounds[1])).all(axis=1)]
+    count = int((SignedDistance(mesh).phi(near) < -ENCLOSED * particle_spacing).sum()) if len(near) else 0
+    if count:
+        warnings.warn(
+            f"{name} lies where liquid is: {count} particles, {count * particle_spacing**3:.2g} m3, are in it, some of which will stay and "
+            "take from its lift; fill the fluid around bodies, and set none into it",
+            stacklevel=4,
         )
 
 

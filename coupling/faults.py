@@ -7,7 +7,8 @@ from enum import Enum
 
 import numpy as np
 
-from coupling.participant import Array, Causality, Participant, Status, StepResult, Variable
+from coupling.participant import Array, Causality, EventParticipant, Participant, Status, StepResult, Variable
+from oilsim.checks import finite
 
 SHORTER = 0.75  # of the full step: what an early return leaves, and half a discarded step, are below
 
@@ -29,9 +30,12 @@ class Fault(Enum):
 
 
 class FaultyParticipant:
-    """Another participant that has a fault at one time, `at_time` [s]; otherwise it is that participant."""
+    """Another participant that has a fault at one time, `at_time` [s]; otherwise it is that participant, events included."""
 
     def __init__(self, participant: Participant, fault: Fault, *, at_time: float) -> None:
+        if not isinstance(fault, Fault):
+            raise TypeError(f"fault is {fault!r}, allowed: {', '.join(map(str, Fault))}")
+        finite("at_time of the fault [s]", at_time)
         self._participant = participant
         self._fault = fault
         self._at_time = at_time
@@ -86,6 +90,11 @@ class FaultyParticipant:
         if self._fault is Fault.LATE:
             return StepResult(Status.OK, result.last_successful_time + step_size, f"late {text}")
         return result
+
+    def update_discrete_states(self) -> bool:
+        """See `EventParticipant`; AttributeError, as its own, for a participant without events."""
+        events: EventParticipant = self._participant  # type: ignore[assignment]
+        return events.update_discrete_states()
 
     def save_state(self) -> object:
         """See `Participant`."""

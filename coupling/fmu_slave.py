@@ -69,6 +69,7 @@ class ParticipantSlave:
         for _ in range(PARTS_ALLOWED):
             result = self.participant.do_step(reached, part)
             if result.status is Status.DISCARD and reached == time:
+                self._tell(result.message or "no reason given")
                 return result
             reached = result.last_successful_time
             if result.status not in (Status.OK, Status.EARLY_RETURN):

@@ -20,7 +20,8 @@ Array = NDArray[np.float64]
 class Hydrostatics:
     """What a hull displaces at one waterplane, in the coordinates of its mesh (z up).
 
-    displaced_volume [m3]; center_of_buoyancy (3,) [m]; waterplane_area [m2]; waterplane_center (2,) [m];
+    displaced_volume [m3]; center_of_buoyancy (3,) [m]; waterplane_area [m2]; waterplane_center (2,) [m],
+    0 where there is no waterplane;
     roll_second_moment and pitch_second_moment [m4]: second moments of the waterplane about its own x and y axis.
     """
 
@@ -63,7 +64,8 @@ def hydrostatics(mesh: trimesh.Trimesh, waterline: float) -> Hydrostatics:
     volume = integral(z)
     moment = np.array([integral(x * z), integral(y * z), integral(0.5 * z * z)])
     area = -integral(np.ones_like(z))
-    center = -np.array([integral(x), integral(y)]) / max(area, 1e-300)
+    is_cut = mesh.bounds[1, 2] > waterline and area > 0.0  # of what lies all under water only rounding would be left
+    center = -np.array([integral(x), integral(y)]) / area if is_cut else np.zeros(2)
     return Hydrostatics(
         displaced_volume=volume,
         center_of_buoyancy=moment / volume + np.array([0.0, 0.0, waterline]),

@@ -19,13 +19,14 @@ import warnings
 import weakref
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from coupling.attachment import PlacedWalls, tell_overlaps, tell_thin_parts
+from coupling.attachment import PlacedWalls, tell_liquid_within, tell_overlaps, tell_thin_parts
 from coupling.bodies import require_closed
 from coupling.errors import UnresolvedSolidError
 from coupling.pybullet_defaults import DefaultsWatch, tell_inertia
@@ -40,6 +41,8 @@ from oilsim.solver import Fluid
 from oilsim.walls import chosen_blocks
 
 Array = npt.NDArray[np.float64]
+
+JUMP = 0.5  # spacings that a link comes further in a step than its velocity takes it, to have been set elsewhere
 
 
 @dataclass(frozen=True)
@@ -65,6 +68,8 @@ class FluidWorld:
         self._wrenches: dict[LinkKey, Array] = {}
         self._residuals: dict[LinkKey, _Residual] = {}
         self._cut: dict[int, Array] = {}  # poses of bodies that are sampled in part
+        self._solids: dict[LinkKey, trimesh.Trimesh] = {}  # of sampled links that may be set elsewhere
+        self._places: dict[LinkKey, Array] = {}  # (3,) [m] of those, at the last step
         self._samplings: dict[tuple[bytes, bytes], SurfaceSampling] = {}  # by vertices and faces
         self._watch = DefaultsWatch(client, fluid.config.gravity)
         self._has_stepped = self._is_told = False
@@ -92,13 +97,14 @@ class FluidWorld:
                 raise ValueError(f"meshes of body {body} has the link {link}, allowed: -1 to {len(linked.keys) - 2}")
             require_closed(mesh, f"meshes[{link}] of body {body}")
         sampled: dict[LinkKey, SurfaceSampling] = {}
+        solids: dict[LinkKey, trimesh.Trimesh] = {}
         for key in linked.keys:
             mesh = given[key[1]] if key[1] in given else link_mesh(self._client, *key)
             sampling = None if mesh is None else self._sampled(key, mesh)
             if mesh is not None and sampling is not None:
                 self._tell_inertia(key, mesh)
                 tell_thin_parts(_label(key), sampling, float(mesh.volume))
-                sampled[key] = sampling
+                sampled[key], solids[key] = sampling, mesh
         if not sampled:
             raise ValueError(f"body {body} has no collision shape that the fluid can see, allowed: one link at least")
         self._tell_overlaps(sampled)
@@ -106,6 +112,7 @@ class FluidWorld:
             particles = particles_of(f"{body}/{key[1]}", sampling, no_slip=no_slip)
             self._handles[key], self._wrenches[key] = self.fluid.add_boundary(particles), np.zeros(6)
         self._bodies[body] = linked
+        self._solids |= {} if body in self._cut else solids
 
     def remove_body(self, body: int) -> None:
         """Take a body out of the fluid; call it before or after it is removed from the client."""
@@ -117,6 +124,8 @@ class FluidWorld:
         self._watch.forget(body)
         for key in self._bodies.pop(body).keys:
             self._residuals.pop(key, None)
+            self._solids.pop(key, None)
+            self._places.pop(key, None)
             if key in self._handles:
                 del self._wrenches[key]
                 self.fluid.remove_boundary(self._handles.pop(key))
@@ -139,6 +148,7 @@ class FluidWorld:
         self._require_alone()
         duration, gravity = self._settings()
         system = read_links(self._client, self._bodies.values(), gravity, duration)
+        self._tell_liquid_within(system, duration)
         self._place(system)
         report = self.fluid.advance(duration)
         for key, handle in self._handles.items():
@@ -147,6 +157,24 @@ class FluidWorld:
         pybullet.stepSimulation(physicsClientId=self._client)
         self._learn(system, gravity, duration)
         return report
+
+    def save_state(self) -> dict[str, Any]:
+        """The fluid, and what has been learnt of the bodies' own forces; of the bodies themselves `pybullet.saveState` takes care."""
+        bodies = {body: linked.save_state() for body, linked in self._bodies.items()}
+        known = {"residuals": dict(self._residuals), "wrenches": dict(self._wrenches)}
+        return {"fluid": self.fluid.save_state(), "bodies": bodies, **known}
+
+    def restore_state(self, saved: Mapping[str, Any]) -> None:
+        """As it was when `save_state` returned this, with `pybullet.restoreState` of the same moment. ValueError for other bodies."""
+        if saved["bodies"].keys() != self._bodies.keys():
+            raise ValueError(
+                f"state is of the bodies {', '.join(map(str, saved['bodies'])) or 'none'}, allowed: "
+                f"{', '.join(map(str, self._bodies)) or 'none'}, which meet the fluid"
+            )
+        self.fluid.restore_state(saved["fluid"])
+        for body, state in saved["bodies"].items():
+            self._bodies[body].restore_state(state)
+        self._residuals, self._wrenches = dict(saved["residuals"]), dict(saved["wrenches"])
 
     def _tell_overlaps(self, sampled: Mapping[LinkKey, SurfaceSampling]) -> None:
         """Of links about to be added, with each other and with all that the fluid meets."""
@@ -160,6 +188,19 @@ class FluidWorld:
             others[_label(key)] = self._placed(key, walls[handle].position, walls[handle].volume)
         solids = {_label(key): self._placed(key, one.position, one.volume) for key, one in sampled.items()}
         tell_overlaps(solids, others, self.fluid.config.particle_spacing)
+
+    def _tell_liquid_within(self, system: LinkSystem, duration: float) -> None:
+        """Of links that have just been added, or that somebody has set elsewhere since the last step."""
+        spacing = self.fluid.config.particle_spacing
+        for row, key in enumerate(system.keys):
+            if key not in self._solids:
+                continue
+            pose, before = system.pose[row], self._places.get(key)
+            self._places[key] = pose[:3]
+            reach = JUMP * spacing + duration * float(np.linalg.norm(system.twist[row, :3]))
+            if before is None or np.linalg.norm(pose[:3] - before) > reach:
+                liquid = Rotation.from_quat(pose[3:]).inv().apply(self.fluid.state.position.T - pose[:3])
+                tell_liquid_within(_label(key), self._solids[key], liquid, spacing)
 
     def _placed(self, key: LinkKey, position: Array, volume: Array) -> PlacedWalls:
         """A link's wall particles where the client has it now."""
@@ -314,7 +355,7 @@ def _label(key: LinkKey) -> str:
 def attach_fluid(client: int, fluid: Fluid, bodies: Iterable[int], *, no_slip: bool = False) -> FluidWorld:
     """Put `fluid` into the pybullet client `client`, to meet the bodies with these unique ids.
 
-    Particles inside a body are not looked for: fill the fluid around the bodies. A held body larger than the fluid's domain, such as
+    Fill the fluid around the bodies: particles inside one are told of, not removed. A held body larger than the fluid's domain, such as
     the ground of plane.urdf, is sampled where the fluid can reach it.
     """
     if not isinstance(bodies, Iterable):

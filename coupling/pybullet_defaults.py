@@ -17,9 +17,13 @@ from coupling.quiet_pybullet import pybullet
 Array = npt.NDArray[np.float64]
 
 DEFAULT_DAMPING = 0.04  # [1/s] and [1/m]: pybullet's, of every link unless changeDynamics sets another
+BRAKED = 8  # steps in a row: in a few it may be a controller's force, on its way through 0
 SPEED_LIMIT = 100.0  # [m/s] and [rad/s]: of every coordinate of a body with joints, and before motors hold these
 ASTRAY = 0.5  # of a held body's move in a step: what its velocity may fail to explain, of one that speeds up
 LEAST_MOVE = 1e-9  # [m, rad]
+STEPPED = 0.05  # of a loose body's way between two steps: what whole steps of the engine may fail to explain
+LEAST_STEP = 1e-5  # [m] of such a way, above what contacts set right
+IN_A_ROW = 3  # times that it must happen before it is said
 TURN_LIMIT = 0.5  # [rad] in a step, for which forces and the inverse mass of joints are those of its beginning
 LOST = TURN_LIMIT  # of the forces on a body's links: the engine itself errs by as much as links turn in a step
 
@@ -32,6 +36,15 @@ class _Carried:
     is_astray: bool
 
 
+@dataclass(frozen=True)
+class _Left:
+    """A loose body as a step left it: where it must be by then (3,) [m], how fast (3,) [m/s], how often it was elsewhere since."""
+
+    place: Array
+    velocity: Array
+    times: int
+
+
 class DefaultsWatch:
     """Compares what links did in a step with what they were expected to do, and says each finding once."""
 
@@ -41,11 +54,15 @@ class DefaultsWatch:
         self._gravity = np.array(gravity)
         self._told: set[tuple[str, int]] = set()
         self._carried: dict[int, _Carried] = {}  # held bodies
+        self._braked: dict[int, int] = {}  # loose bodies: in how many of the last steps just as default damping does
+        self._left: dict[int, _Left] = {}  # loose bodies
 
     def forget(self, body: int) -> None:
         """The body has gone; its number may come again."""
         self._told = {(finding, of) for finding, of in self._told if of != body}
         self._carried.pop(body, None)
+        self._braked.pop(body, None)
+        self._left.pop(body, None)
 
     def look(
         self,
@@ -66,6 +83,7 @@ class DefaultsWatch:
             body, link = system.keys[row]
             if link < 0:
                 self._look_for_damping(body, system.twist[row], unexplained[row])
+                self._look_for_other_steps(body, system.pose[row, :3], system.twist[row, :3], twists[row, :3], duration)
             if wrenches[row].any():
                 self._look_for_turning(body, link, duration * float(np.linalg.norm(twists[row, 3:])), duration)
         first = 0
@@ -104,11 +122,32 @@ class DefaultsWatch:
                 f"resetBasePositionAndOrientation tells it how it moves",
             )
 
+    def _look_for_other_steps(
+        self, body: int, place: Array, velocity: Array, next_velocity: Array, duration: float
+    ) -> None:
+        """A loose body that comes to a step further than the last one led it, by what whole steps of the engine make of its velocity."""
+        left, times = self._left.get(body), 0
+        if left is not None:
+            further, step = place - left.place, 0.5 * duration * (left.velocity + velocity)
+            way, length = float(np.linalg.norm(further)), float(np.linalg.norm(step))
+            count = max(1, round(way / max(length, LEAST_MOVE)))
+            is_stepped = way > LEAST_STEP and np.linalg.norm(further - count * step) < STEPPED * way
+            times = left.times + 1 if is_stepped else 0
+        self._left[body] = _Left(place + duration * next_velocity, next_velocity, times)
+        if times == IN_A_ROW:
+            self._tell(
+                ("stepped", -1),
+                f"body {body} moves on between the steps of the fluid's world, as by pybullet.stepSimulation, which the water does "
+                f"not push in; world.step() takes the place of that call",
+            )
+
     def _look_for_damping(self, body: int, twist: Array, unexplained: Array) -> None:
         """Default damping, which cannot be asked for: -c v (1 + |v|) is all that is left of a body's acceleration."""
         speed = float(np.linalg.norm(twist[:3]))
         expected = -DEFAULT_DAMPING * twist[:3] * (1.0 + speed)
-        if speed > 0.05 and np.linalg.norm(unexplained[:3] - expected) < 0.05 * np.linalg.norm(expected):
+        is_braked = speed > 0.05 and np.linalg.norm(unexplained[:3] - expected) < 0.05 * np.linalg.norm(expected)
+        self._braked[body] = self._braked.get(body, 0) + 1 if is_braked else 0
+        if self._braked[body] == BRAKED:
             self._tell(
                 ("damping", -1),
                 f"body {body} is braked by pybullet's default damping (a fall ends at 15 m/s); "

@@ -58,12 +58,23 @@ class LinkedBody:
         self._client, self.unique_id = client, body
         count = pybullet.getNumJoints(body, physicsClientId=client)
         self._joints = [pybullet.getJointInfo(body, n, physicsClientId=client) for n in range(count)]
+        self._refuse_planar()
         self._rates = np.full((count, 3), np.nan)
         self._torques = np.full((count, 3), np.nan)
         self._shapes = self._told_shapes()
         self._given = np.full((count, 3), np.inf)  # torques [N, N m] of motors that were overcome
         self._spent: set[tuple[int, float]] = set()  # constraints that once gave all, and how much that was [N, N m]
         self._loose: list[TreeLink] = []  # at the last reading, as if no motor held a joint
+
+    def save_state(self) -> tuple[object, ...]:
+        """What has been learnt of motors and constraints."""
+        return self._rates.copy(), self._torques.copy(), self._given.copy(), frozenset(self._spent)
+
+    def restore_state(self, state: tuple[object, ...]) -> None:
+        """As it was when `save_state` returned this."""
+        rates, torques, given, spent = state
+        self._rates, self._torques, self._given = np.array(rates), np.array(torques), np.array(given)
+        self._spent = set(spent)  # type: ignore[call-overload]
 
     @property
     def keys(self) -> list[LinkKey]:
@@ -121,6 +132,15 @@ class LinkedBody:
         """(L, 6) of the centres of mass [m/s, rad/s]."""
         base = np.concatenate(pybullet.getBaseVelocity(self.unique_id, physicsClientId=self._client))
         return np.array([base, *(np.concatenate(state[6:8]) for state in self._states()[2])])
+
+    def _refuse_planar(self) -> None:
+        """pybullet tells 0 for the axis of a planar joint, without which nobody knows how its link gives way."""
+        for index, joint in enumerate(self._joints):
+            if joint[2] == pybullet.JOINT_PLANAR:
+                raise ValueError(
+                    f"joint {index} ({joint[1].decode()}) of body {self.unique_id} is planar, and pybullet does not tell its axis, "
+                    "allowed: two prismatic joints and a revolute one in its place"
+                )
 
     def _refuse_lost(self, poses: Sequence[Sequence[float]], twists: Array) -> None:
         if not (np.abs(poses) < FAR).all() or not (np.abs(twists) < FAR).all():
@@ -252,8 +272,6 @@ def _axes(kind: int, axis: Array) -> tuple[Array, Array]:
         return single, none
     if kind == pybullet.JOINT_SPHERICAL:
         return none, np.eye(3)
-    if kind == pybullet.JOINT_PLANAR:  # turns about the axis and slides across it
-        return np.linalg.svd(single)[2][1:], single
     return none, none
 
 

@@ -50,6 +50,18 @@ def _missing(root: ElementTree.Element) -> Iterator[str]:
         for dimension in variable.iterfind("Dimension[@valueReference]"):
             if not root.findall(f"ModelVariables/*[@valueReference='{dimension.get('valueReference')}'][@start]"):
                 yield f"has no start value of a dimension of variable {variable.get('name')!r}"
+    yield from _dangling(root)
+
+
+def _dangling(root: ElementTree.Element) -> Iterator[str]:
+    """Entries of the model structure for variables that are not there: by index, from 1, in FMI 2, by value reference in FMI 3."""
+    variables = root.findall("ModelVariables/*[@name]")
+    known = {"index": {str(n + 1) for n in range(len(variables))}}
+    known["valueReference"] = {variable.get("valueReference", "").strip() for variable in variables}
+    for entry in root.iterfind("ModelStructure//*"):
+        for key, there in known.items():
+            if key in entry.attrib and entry.attrib[key].strip() not in there:
+                yield f"has {key} {entry.attrib[key]!r} of no variable in its ModelStructure, under {entry.tag}"
 
 
 def _problems(path: Path, description: ModelDescription) -> list[str]:

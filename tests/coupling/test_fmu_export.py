@@ -273,6 +273,7 @@ def test_a_discarded_step_is_a_discarded_step(tmp_path: Path, version: Version) 
     fmu.exit_initialization_mode()
     result = fmu.do_step(0.0, 0.1)
     assert (result.status, result.last_successful_time) == (Status.DISCARD, 0.0)
+    assert "no outflow" in result.message
     fmu.set("inflow", np.array([1.0]))
     assert fmu.do_step(0.0, 0.1).status is Status.OK
     fmu.terminate()

@@ -145,6 +145,19 @@ def test_what_a_description_lacks_is_named(tmp_path: Path, variables: str, head:
         FmuParticipant("p", described(tmp_path, 3, variables, head=head))
 
 
+@pytest.mark.parametrize(
+    ("version", "variable", "entry", "told"),
+    [
+        (2, '<ScalarVariable name="y" valueReference="7"><Real/></ScalarVariable>', '<Outputs><Unknown index="2"/></Outputs>', "index '2'"),
+        (3, '<Float64 name="y" valueReference="7"/>', '<Output valueReference="14"/>', "valueReference '14'"),
+    ],
+)  # fmt: skip
+def test_outputs_of_no_variable_are_named(tmp_path: Path, version: int, variable: str, entry: str, told: str) -> None:
+    variables = f"{variable}</ModelVariables><ModelStructure>{entry}</ModelStructure><ModelVariables>"
+    with pytest.raises(ValueError, match=f"cannot be read: modelDescription.xml has {told} of no variable"):
+        FmuParticipant("p", described(tmp_path, version, variables))
+
+
 @pytest.mark.parametrize("value", [np.nan, np.inf])
 def test_start_values_are_finite(tmp_path: Path, value: float) -> None:
     variable = '<Float64 name="T" valueReference="1" causality="input" start="0"/>'

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pybullet
@@ -237,3 +238,16 @@ def test_a_held_body_that_is_moved_once_is_not_told_of(client: int) -> None:
     assert not told_in(world, 2)
     pybullet.resetBasePositionAndOrientation(body, (0.1, 0, 0.5), (0, 0, 0, 1), physicsClientId=client)
     assert not told_in(world, 2)
+
+
+def test_a_planar_joint_is_refused_for_its_axis_is_not_told(client: int, tmp_path: Path) -> None:
+    inertial = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    solid = '<collision><geometry><box size="0.3 0.3 0.3"/></geometry></collision>'
+    (tmp_path / "raft.urdf").write_text(
+        f'<robot name="raft"><link name="ground">{inertial}</link><link name="float">{inertial}{solid}</link>'
+        '<joint name="plane" type="planar"><parent link="ground"/><child link="float"/><axis xyz="0 0 1"/></joint></robot>'
+    )
+    body = pybullet.loadURDF(str(tmp_path / "raft.urdf"), useFixedBase=True, physicsClientId=client)
+    message = rf"joint 0 \(plane\) of body {body} is planar, .* allowed: two prismatic joints and a revolute one"
+    with pytest.raises(ValueError, match=message):
+        attach_fluid(client, puddle(), [body])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.linalg import expm
@@ -9,6 +11,7 @@ from scipy.linalg import expm
 from coupling.bodies import box, sphere
 from coupling.co_simulation import CoSimulation
 from coupling.errors import CoSimulationError
+from coupling.participant import Status, StepResult
 from coupling.testing import (
     Fault,
     FaultyParticipant,
@@ -190,3 +193,28 @@ def test_faults_that_end_a_run(fault: Fault, message: str) -> None:
     with pytest.raises(CoSimulationError, match=r"participant 'pump' " + message):
         run.run(0.5)
     assert not run.is_running
+
+
+def test_events_of_a_participant_with_a_fault_are_its_own() -> None:
+    class Valve(Accumulator):
+        rounds = 0
+
+        def update_discrete_states(self) -> bool:
+            self.rounds += 1
+            return False
+
+    valve = Valve("valve", [])
+    valve.on_step = lambda time, step: StepResult(Status.OK, time + step, event_handling_needed=True)
+    run = CoSimulation([FaultyParticipant(valve, Fault.DISCARD, at_time=0.15)], [], 0.1)
+    run.initialize()
+    run.run(0.3)
+    assert valve.rounds == 4
+
+
+@pytest.mark.parametrize(
+    ("fault", "at_time", "message"),
+    [("nan", 0.1, "fault is 'nan', allowed: Fault"), (Fault.NAN, np.nan, "at_time .* has nan")],
+)
+def test_faults_that_would_never_come_are_refused(fault: Any, at_time: float, message: str) -> None:
+    with pytest.raises((TypeError, ValueError), match=message):
+        FaultyParticipant(Accumulator("pump", []), fault, at_time=at_time)

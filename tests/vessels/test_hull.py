@@ -42,6 +42,16 @@ def test_half_sunk_sphere():
     assert form.metacentric_height(0.0) == pytest.approx(0.0, abs=2e-3)
 
 
+def test_what_lies_all_under_water_has_no_waterplane():
+    for turn in np.random.default_rng(1).normal(size=(20, 4)):
+        box = trimesh.creation.box((0.2, 0.3, 0.4))
+        box.apply_transform(trimesh.transformations.quaternion_matrix(turn))
+        form = hydrostatics(box, 1.0)
+        assert form.displaced_volume == pytest.approx(0.024)
+        assert form.waterplane_center.tolist() == [0.0, 0.0]
+        assert (form.waterplane_area, form.roll_second_moment) == pytest.approx((0.0, 0.0), abs=1e-12)
+
+
 def test_hydrostatics_refuse_an_open_mesh_and_a_dry_one():
     box = trimesh.creation.box((1.0, 1.0, 1.0))
     with pytest.raises(ValueError, match="lies below the mesh"):

@@ -1,0 +1,115 @@
+"""What somebody else does to a world between the steps of its fluid: told where it spoils physics, else taken as it is."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+
+import numpy as np
+import pybullet
+import pytest
+
+from coupling.plugin import attach_fluid
+from tests.coupling.pools import pool
+
+HALF = 0.15  # [m] of the cube's edge
+
+
+def cube(client: int, height: float, mass: float = 10.0) -> int:
+    shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=[HALF] * 3, physicsClientId=client)
+    body: int = pybullet.createMultiBody(mass, shape, basePosition=(0, 0, height), physicsClientId=client)
+    pybullet.changeDynamics(body, -1, linearDamping=0, angularDamping=0, physicsClientId=client)
+    pybullet.setGravity(0.0, 0.0, -9.81, physicsClientId=client)
+    return body
+
+
+def told_in(client: int, body: int, steps: int, between: Callable[[int], None]) -> list[str]:
+    """What is said in some steps, with a call of the step's number after each."""
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        world = attach_fluid(client, pool(0.1, 1.0, 0.3), [body])
+        for step in range(steps):
+            world.step()
+            between(step)
+    return [str(warning.message) for warning in told]
+
+
+@pytest.mark.parametrize("more", [0, 1, 4])
+def test_steps_of_the_engine_beside_those_of_the_world_are_told_once(client: int, more: int) -> None:
+    body = cube(client, 0.6)
+
+    def between(_: int) -> None:
+        for _ in range(more):
+            pybullet.stepSimulation(physicsClientId=client)
+
+    told = told_in(client, body, 60, between)
+    assert len(told) == (more > 0)
+    if told:
+        assert f"body {body} moves on between the steps" in told[0] and "world.step() takes the place" in told[0]
+
+
+def test_a_loose_body_that_is_set_along_its_way_is_not_told_of(client: int) -> None:
+    body = cube(client, 0.8)
+
+    def between(step: int) -> None:
+        place = (-0.2 + 0.5 * step / 240.0, 0.0, 0.8)
+        pybullet.resetBasePositionAndOrientation(body, place, (0, 0, 0, 1), physicsClientId=client)
+        pybullet.resetBaseVelocity(body, (0.5, 0.0, 0.0), (0.0, 0.0, 0.0), physicsClientId=client)
+
+    assert not told_in(client, body, 30, between)
+
+
+def test_a_body_that_lies_in_liquid_or_is_set_into_it_is_told_of(client: int) -> None:
+    body = cube(client, 0.8)
+
+    def between(step: int) -> None:
+        if step in (3, 6):
+            place = (0.0, 0.0, 0.15 if step == 3 else 0.8)
+            pybullet.resetBasePositionAndOrientation(body, place, (0, 0, 0, 1), physicsClientId=client)
+            pybullet.resetBaseVelocity(body, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), physicsClientId=client)
+
+    told = told_in(client, body, 10, between)
+    # 0.3 m of water in layers of 0.1 m: of 3 x 3 x 3 particles or more all but the outermost lie half a spacing deep
+    assert len(told) == 1
+    assert f"body {body}, link -1 lies where liquid is: " in told[0] and "particles" in told[0]
+    sunk = cube(client, 0.15)
+    assert len(told_in(client, sunk, 2, lambda _: None)) == 1
+
+
+def test_bodies_that_collide_in_water_repeat_bit_for_bit_when_taken_back(client: int) -> None:
+    bodies = [cube(client, 0.45), cube(client, 0.77)]
+    pybullet.loadURDF("plane.urdf", physicsClientId=client)
+    world = attach_fluid(client, pool(0.1, 1.0, 0.3), bodies)
+
+    def states(steps: int) -> list[object]:
+        found: list[object] = []
+        for _ in range(steps):
+            world.step()
+            found.append([pybullet.getBaseVelocity(body, physicsClientId=client) for body in bodies])
+        return found
+
+    states(40)
+    saved, moment = world.save_state(), pybullet.saveState(physicsClientId=client)
+    first = states(20)
+    world.restore_state(saved)
+    pybullet.restoreState(moment, physicsClientId=client)
+    assert states(20) == first
+    world.remove_body(bodies[0])
+    with pytest.raises(
+        ValueError, match=rf"state is of the bodies {bodies[0]}, {bodies[1]}, allowed: {bodies[1]}, which"
+    ):
+        world.restore_state(saved)
+
+
+def test_a_controllers_force_that_goes_through_zero_is_not_taken_for_damping(client: int) -> None:
+    body = cube(client, 0.8)
+    pybullet.resetBaseVelocity(body, (0.5, 0.0, 0.0), physicsClientId=client)
+
+    def between(step: int) -> None:
+        place = pybullet.getBasePositionAndOrientation(body, physicsClientId=client)[0]
+        velocity = np.array(pybullet.getBaseVelocity(body, physicsClientId=client)[0])
+        damping = -10.0 * 0.04 * velocity * (1.0 + np.linalg.norm(velocity))  # [N] pybullet's default, of 10 kg
+        force = (step // 4 - 1) * damping  # of a controller that is asked every fourth step
+        pybullet.applyExternalForce(body, -1, force.tolist(), place, pybullet.WORLD_FRAME, physicsClientId=client)
+
+    assert not told_in(client, body, 20, between)
