@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 Real = NDArray[np.float32]
 Vector = tuple[float, float, float]
 
+ALONG = 1e-9  # of a component of a direction, below which it counts as none
+
 
 class ForcingView(NamedTuple):
     """What a forcing sees of a time step.
@@ -45,6 +47,12 @@ class Forcing(Protocol):
 
     def restore(self, saved: dict[str, Any]) -> None:
         """Back to what `save` returned."""
+
+
+def heading(direction: float) -> tuple[float, float]:
+    """Unit vector (x, y) towards `direction` [rad from +x]; along an axis exactly, where sin(pi) would leave the plane by 1e-16."""
+    x, y = math.cos(direction), math.sin(direction)
+    return (x if abs(x) > ALONG else 0.0, y if abs(y) > ALONG else 0.0)
 
 
 @dataclass(frozen=True)
@@ -142,7 +150,8 @@ class AiryWaves:
         k, omega = self.wave_number, 2.0 * math.pi / self.period
         depth = self.level - self.bottom
         amplitude = 0.5 * self.height * min(time / self.period, 1.0)
-        theta = k * (x * math.cos(self.direction) + y * math.sin(self.direction)) - omega * time
+        to_x, to_y = heading(self.direction)
+        theta = k * (x * to_x + y * to_y) - omega * time
         height = np.minimum(z, self.level + 0.5 * self.height) - self.bottom
         down, up = np.exp(k * (height - depth)), np.exp(-k * (height + depth))
         scale = amplitude * omega / -math.expm1(-2.0 * k * depth)
@@ -153,11 +162,8 @@ class AiryWaves:
         chosen = self.zone.members(view.position)
         x, y, z = view.position[:, chosen]
         along, up = self.velocity(x, y, z, view.time)
-        target = (
-            along * math.cos(self.direction) + self.drift[0],
-            along * math.sin(self.direction) + self.drift[1],
-            up,
-        )
+        to_x, to_y = heading(self.direction)
+        target = (along * to_x + self.drift[0], along * to_y + self.drift[1], up)
         share = self.zone.share(view.time_step)
         for axis, value in enumerate(target):
             view.velocity[axis, chosen] += share * (value - view.velocity[axis, chosen])
@@ -210,9 +216,9 @@ class Wind:
         size = np.sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2])
         chosen = np.flatnonzero((size > self.SURFACE / self.spacing) & (g[2] < -0.5 * size))
         speed = self.speed * (1.0 + self.gust)
-        wind = (speed * math.cos(self.direction), speed * math.sin(self.direction))
-        u = wind[0] - view.velocity[0, chosen]
-        v = wind[1] - view.velocity[1, chosen]
+        to_x, to_y = heading(self.direction)
+        u = speed * to_x - view.velocity[0, chosen]
+        v = speed * to_y - view.velocity[1, chosen]
         density = view.rest_density[view.phase[chosen]]
         per_speed = self.AIR_DENSITY * self.drag_coefficient * np.hypot(u, v) * 2.0 * size[chosen] / density
         rate = view.time_step * per_speed

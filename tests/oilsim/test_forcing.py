@@ -61,6 +61,22 @@ def test_wind_force_is_stress_times_area(make_fluid, spacing):
     assert force == pytest.approx(-1.225 * 1.3e-3 * 10.0**2 * 1.0, rel=0.12)
 
 
+@pytest.mark.parametrize("kind", ["waves", "wind"])
+@pytest.mark.parametrize("direction", [0.0, math.pi, -math.pi])
+def test_what_runs_along_x_stays_in_the_plane(make_fluid, kind, direction):
+    # sin(pi) is 1.2e-16
+    fluid = make_fluid(dimension=2, lower=(0, -1, 0), upper=(2, 1, 2))
+    fluid.add_particles(block((0, 0, 0), (2, 0, 1), 0.1, 2), phase="water")
+    waves = AiryWaves(height=0.1, period=1.0, direction=direction, bottom=0.0, level=1.0, zone=EVERYWHERE)
+    fluid.add_forcing(
+        {"waves": waves, "wind": Wind(speed=5.0, direction=direction, spacing=0.1, seed=1)}[kind],
+    )
+    fluid.advance(0.02)
+    assert not fluid.state.velocity[1].any()
+    if kind == "wind":
+        assert np.sign(fluid.momentum()[0]) == round(math.cos(direction))
+
+
 def test_gusts_are_seeded_and_have_their_standard_deviation(make_fluid):
     series = []
     for _ in range(2):
