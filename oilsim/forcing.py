@@ -7,6 +7,7 @@ A forcing has `apply(view)`; it changes `view.velocity` in place and reads the r
 from __future__ import annotations
 
 import math
+import operator
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
@@ -64,11 +65,11 @@ class Zone:
     relaxation_time: float
 
     def __post_init__(self) -> None:
-        ordered = all(low < high for low, high in zip(self.lower, self.upper, strict=True))
-        if not (ordered and self.relaxation_time > 0.0):
+        corners = len(self.lower) == len(self.upper) == 3
+        if not (corners and all(map(operator.lt, self.lower, self.upper)) and self.relaxation_time > 0.0):
             raise ValueError(
                 f"zone: lower {self.lower} m, upper {self.upper} m, relaxation_time {self.relaxation_time} s, "
-                "allowed: lower below upper along every axis, relaxation_time above 0"
+                "allowed: three numbers each, lower below upper along every axis, relaxation_time above 0"
             )
 
     def members(self, position: Real) -> NDArray[np.int64]:
@@ -87,8 +88,8 @@ class Current:
     """Relaxes the velocity in a zone to `velocity` [m/s]; the vertical component is left free."""
 
     def __init__(self, velocity: Vector, zone: Zone) -> None:
-        if not all(math.isfinite(number) for number in velocity):
-            raise ValueError(f"current: velocity is {velocity} m/s, allowed: finite numbers")
+        if len(velocity) != 3 or not all(math.isfinite(number) for number in velocity):
+            raise ValueError(f"current: velocity is {velocity} m/s, allowed: three finite numbers")
         self.velocity, self.zone = velocity, zone
 
     def apply(self, view: ForcingView) -> None:
@@ -132,11 +133,11 @@ class AiryWaves:
         drift: tuple[float, float] = (0.0, 0.0), gravity: float = 9.81,
     ) -> None:  # fmt: skip
         whole = all(math.isfinite(number) for number in (height, period, direction, bottom, level, *drift, gravity))
-        if not (whole and height >= 0.0 and period > 0.0 and level > bottom and gravity > 0.0):
+        if not (whole and len(drift) == 2 and height >= 0.0 and period > 0.0 and level > bottom and gravity > 0.0):
             raise ValueError(
                 f"waves: height {height} m, period {period} s, direction {direction} rad, bottom {bottom} m, level {level} m, drift "
-                f"{drift} m/s, gravity {gravity} m/s2, allowed: finite numbers, height 0 or more, period and gravity above 0, level "
-                "above bottom"
+                f"{drift} m/s, gravity {gravity} m/s2, allowed: finite numbers, two of drift, height 0 or more, period and gravity "
+                "above 0, level above bottom"
             )
         self.height, self.period, self.direction = height, period, direction
         self.bottom, self.level, self.zone, self.drift = bottom, level, zone, drift
