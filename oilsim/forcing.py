@@ -125,7 +125,8 @@ class AiryWaves:
     """Makes linear waves by relaxing velocities in a zone to the orbital velocities of Airy's theory.
 
     height crest to trough [m], period [s], direction [rad from +x], still water between bottom and level [m].
-    The amplitude grows over the first period. Waves run on a current `drift` [m/s] added to the target.
+    The amplitude grows over the first period. A current `drift` [m/s] is added to the target and carries the waves, whose period is
+    that seen from the moving water: who stands still sees the frequency omega + k . drift (Doppler).
     """
 
     def __init__(
@@ -141,6 +142,7 @@ class AiryWaves:
             )
         self.height, self.period, self.direction = height, period, direction
         self.bottom, self.level, self.zone, self.drift = bottom, level, zone, drift
+        self._carried = (0.0, 0.0)  # [m] by the current so far
         self.wave_number = wave_number(period, level - bottom, gravity)
 
     def velocity(self, x: Real, y: Real, z: Real, time: float) -> tuple[NDArray[Any], NDArray[Any]]:
@@ -152,14 +154,17 @@ class AiryWaves:
         depth = self.level - self.bottom
         amplitude = 0.5 * self.height * min(time / self.period, 1.0)
         to_x, to_y = heading(self.direction)
-        theta = k * (x * to_x + y * to_y) - omega * time
+        theta = k * ((x - self._carried[0]) * to_x + (y - self._carried[1]) * to_y) - omega * time
         height = np.minimum(z, self.level + 0.5 * self.height) - self.bottom
         down, up = np.exp(k * (height - depth)), np.exp(-k * (height + depth))
         scale = amplitude * omega / -math.expm1(-2.0 * k * depth)
         return scale * (down + up) * np.cos(theta), scale * (down - up) * np.sin(theta)
 
     def apply(self, view: ForcingView) -> None:
-        """dv/dt = (u_airy - v) / tau inside the zone."""
+        """The waves are carried on, then dv/dt = (u_airy - v) / tau inside the zone."""
+        self._carried = (
+            self._carried[0] + self.drift[0] * view.time_step, self._carried[1] + self.drift[1] * view.time_step,
+        )  # fmt: skip
         chosen = self.zone.members(view.position)
         x, y, z = view.position[:, chosen]
         along, up = self.velocity(x, y, z, view.time)
@@ -170,12 +175,12 @@ class AiryWaves:
             view.velocity[axis, chosen] += share * (value - view.velocity[axis, chosen])
 
     def save(self) -> dict[str, Any]:
-        """The sea state as it is now."""
-        return {"height": self.height, "drift": tuple(self.drift)}
+        """The sea state as it is now, and how far the current has carried it."""
+        return {"height": self.height, "drift": tuple(self.drift), "carried": self._carried}
 
     def restore(self, saved: dict[str, Any]) -> None:
         """Back to a saved sea state."""
-        self.height, self.drift = saved["height"], saved["drift"]
+        self.height, self.drift, self._carried = saved["height"], saved["drift"], saved["carried"]
 
 
 class Wind:

@@ -55,7 +55,7 @@ class WaveSettings(ZoneSettings):
     """A regular wave train of linear (Airy) theory.
 
     height     [m] crest to trough
-    period     [s]
+    period     [s] as seen from the water, which a current carries along with its waves
     direction  [rad] it runs to
     level      [m] height of the still water; None: that of the water at the start
     """

@@ -37,6 +37,28 @@ def test_orbital_velocity_is_free_of_divergence_and_matches_the_surface():
     assert max(heave) == pytest.approx(0.05 * 2 * math.pi / 1.2, rel=1e-3)
 
 
+def test_a_current_carries_the_waves(make_fluid):
+    # from water that moves with the current a wave is what it is in still water, whatever the current was before
+    sea = {"height": 0.1, "period": 1.2, "direction": 0.5, "bottom": 0.0, "level": 0.5, "zone": EVERYWHERE}
+    still, carried = AiryWaves(**sea), AiryWaves(**sea, drift=(0.3, -0.2))
+    fluid = make_fluid(gravity=(0.0, 0.0, 0.0))
+    fluid.add_particles([(1.0, 1.0, 1.0)], phase="water")
+    fluid.add_forcing(carried)
+    for _ in range(10):
+        fluid.advance(0.01)
+    state = fluid.save_state()
+    carried.drift = (0.1, 0.0)
+    for _ in range(20):
+        fluid.advance(0.01)
+    x, y, z = (np.array([place]) for place in (0.3, 0.4, 0.3))
+    way = 0.1 * np.array([0.3, -0.2]) + 0.2 * np.array([0.1, 0.0])
+    seen = carried.velocity(x + way[0], y + way[1], z, fluid.time)
+    assert np.ravel(seen) == pytest.approx(np.ravel(still.velocity(x, y, z, fluid.time)))
+    fluid.restore_state(state)
+    seen = carried.velocity(x + 0.03, y - 0.02, z, fluid.time)
+    assert np.ravel(seen) == pytest.approx(np.ravel(still.velocity(x, y, z, fluid.time)))
+
+
 def test_current_is_reached_with_its_time_constant(make_fluid):
     fluid = make_fluid(gravity=(0, 0, 0))
     fluid.add_particles(block((0.5, 0.5, 0.5), (0.8, 0.8, 0.8), 0.1), phase="water")
