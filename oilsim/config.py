@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from typing import Literal
+from numbers import Integral, Real
+from typing import Any, Literal
 
 from oilsim.phases import Phase
 from oilsim.smoothing_kernels import SUPPORT
@@ -16,15 +17,19 @@ Rule = tuple[str, Callable[[float], bool], str]
 
 ROUNDING = 2.0**-24  # relative, of a number of 32 bits
 COARSEST = 1e-3  # spacings by which rounding may move a particle
+EXPLICIT_UP_TO = (
+    0.2  # nu dt / d^2: by Eq. 25 beside walls noise then neither grows nor fades, by the split scheme's weights at 0.26
+)
+VECTORS = ("gravity", "lower", "upper")
 
 RULES: tuple[Rule, ...] = (
     ("particle_spacing", lambda v: v > 0.0, "above 0 m"),
     ("density_tolerance", lambda v: 0.0 < v < 0.1, "above 0 and below 0.1"),
     ("divergence_tolerance", lambda v: 0.0 < v < 0.1, "above 0 and below 0.1"),
     ("viscosity_tolerance", lambda v: 0.0 < v < 0.1, "above 0 and below 0.1"),
-    ("density_iterations", lambda v: v >= 1, "1 or more"),
-    ("divergence_iterations", lambda v: v >= 1, "1 or more"),
-    ("viscosity_iterations", lambda v: v >= 1, "1 or more"),
+    ("density_iterations", lambda v: v >= 1, "whole numbers from 1 on"),
+    ("divergence_iterations", lambda v: v >= 1, "whole numbers from 1 on"),
+    ("viscosity_iterations", lambda v: v >= 1, "whole numbers from 1 on"),
     ("relaxation", lambda v: 0.0 <= v <= 1.0, "0 to 1"),
     ("viscosity_correction", lambda v: v > 0.0, "above 0"),
     ("minimum_time_step", lambda v: v > 0.0, "above 0 s"),
@@ -34,12 +39,21 @@ RULES: tuple[Rule, ...] = (
 )
 
 
+def _is_number(value: Any) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool)
+
+
+def _are_three(values: Any, fit: Callable[[Any], bool]) -> bool:
+    return isinstance(values, Iterable) and len(members := tuple(values)) == 3 and all(fit(value) for value in members)
+
+
 @dataclass(frozen=True, kw_only=True)
 class FluidConfig:
     """Constant data of a fluid. Lengths [m], times [s]; world frame z up.
 
     particle_spacing       edge d of a particle's rest volume d^dimension (the paper's diameter)
-    lower, upper           the domain; a particle that leaves it is removed and counted
+    lower, upper           the domain; a particle that leaves it is removed and counted: behind walls it has to go on for half a spacing
+                           at least, since those who are pressed onto a wall may stand a little inside it
     periodic               axes on which the domain repeats
     dimension              3, or 2 for a plane case in x and z (every y is 0)
     scheme                 "split" (default: positions and velocities constrained apart) or "paper" (Qiu et al. 2021, Alg. 3)
@@ -50,7 +64,7 @@ class FluidConfig:
     viscosity_tolerance    relative residual that ends the viscosity solve
     relaxation             omega of Eq. 23
     viscosity_correction   gamma of Eq. 29; 1 is physical, the paper used 1e4
-    explicit_viscosity     Eq. 25 forward in time instead of Eq. 26
+    explicit_viscosity     Eq. 25 forward in time instead of Eq. 26, which is stable for thin liquids only
     cfl                    lambda of Eq. 30
     sleep_speed            speed [m/s] below which whole regions fall asleep (`sleeping_regions`); 0: none ever does
     """
@@ -78,45 +92,69 @@ class FluidConfig:
     sleep_speed: float = 0.0
 
     def __post_init__(self) -> None:
-        problems = [
-            f"{key} is {getattr(self, key)}, allowed: {allowed}"
-            for key, valid, allowed in RULES
-            if not (math.isfinite(getattr(self, key)) and valid(getattr(self, key)))
-        ]
-        for key in ("gravity", "lower", "upper"):
+        problems = list(self._of_another_kind()) or [*self._out_of_range(), *self._at_odds()]
+        if problems:
+            raise ValueError("fluid: " + "; ".join(problems))
+        for key in VECTORS:  # kernels take tuples of one kind of numbers only
+            object.__setattr__(self, key, tuple(float(number) for number in getattr(self, key)))
+        object.__setattr__(self, "periodic", tuple(bool(repeats) for repeats in self.periodic))
+
+    def _of_another_kind(self) -> Iterator[str]:
+        """What cannot be compared with anything, so that nothing else can be said."""
+        for key, _, allowed in RULES:
             value = getattr(self, key)
-            if len(value) != 3 or not all(math.isfinite(number) for number in value):
-                raise ValueError("fluid: " + "; ".join([*problems, f"{key} is {value}, allowed: three finite numbers"]))
+            if not _is_number(value) or (key.endswith("iterations") and not isinstance(value, Integral)):
+                yield f"{key} is {value!r}, allowed: {allowed}"
+        for key in VECTORS:
+            value = getattr(self, key)
+            if not _are_three(value, lambda number: _is_number(number) and math.isfinite(number)):
+                yield f"{key} is {value}, allowed: three finite numbers"
+        if not _are_three(self.periodic, lambda repeats: repeats in (True, False)):
+            yield f"periodic is {self.periodic!r}, allowed: True or False for each of x, y and z"
+        if self.explicit_viscosity not in (True, False):
+            yield f"explicit_viscosity is {self.explicit_viscosity!r}, allowed: True or False"
+        if not (isinstance(self.phases, (tuple, list)) and all(isinstance(phase, Phase) for phase in self.phases)):
+            yield f"phases is {self.phases!r}, allowed: a tuple of Phase"
+
+    def _out_of_range(self) -> Iterator[str]:
+        """What is wrong whatever the rest is."""
+        for key, valid, allowed in RULES:
+            if not (math.isfinite(getattr(self, key)) and valid(getattr(self, key))):
+                yield f"{key} is {getattr(self, key)}, allowed: {allowed}"
+        if self.dimension not in (2, 3):
+            yield f"dimension is {self.dimension}, allowed: 2 or 3"
+        if self.scheme not in ("split", "paper"):
+            yield f"scheme is {self.scheme!r}, allowed: 'split', 'paper'"
+        if not 1 <= len(self.phases) <= 255:
+            yield f"phases holds {len(self.phases)} phases, allowed: 1 to 255"
+        if len({phase.name for phase in self.phases}) < len(self.phases):
+            yield "phases share a name, allowed: one name each"
+        for axis, low, high in zip("xyz", self.lower, self.upper, strict=True):
+            if not high > low:
+                yield f"upper.{axis} is {high} m, allowed: above lower.{axis} = {low} m"
+
+    def _at_odds(self) -> Iterator[str]:
+        """What does not go together."""
         axes = (0, 2) if self.dimension == 2 else (0, 1, 2)  # a plane's particles have no y
         furthest = max(abs(corner[axis]) for corner in (self.lower, self.upper) for axis in axes)
-        if math.isfinite(furthest) and not furthest * ROUNDING <= COARSEST * self.particle_spacing:
-            problems.append(
+        if not furthest * ROUNDING <= COARSEST * self.particle_spacing:
+            yield (
                 f"lower and upper reach {furthest} m from the origin, allowed: {COARSEST / ROUNDING:.0f} particle spacings; "
                 "beyond that 32 bits tell places of particles apart too coarsely"
             )
-        if self.dimension not in (2, 3):
-            problems.append(f"dimension is {self.dimension}, allowed: 2 or 3")
         if self.dimension == 2 and self.gravity[1] != 0.0:
-            problems.append(f"gravity.y is {self.gravity[1]} m/s2, allowed: 0 in two dimensions")
-        if self.scheme not in ("split", "paper"):
-            problems.append(f"scheme is {self.scheme!r}, allowed: 'split', 'paper'")
-        if not 1 <= len(self.phases) <= 255:
-            problems.append(f"phases holds {len(self.phases)} phases, allowed: 1 to 255")
-        if len({phase.name for phase in self.phases}) < len(self.phases):
-            problems.append("phases share a name, allowed: one name each")
+            yield f"gravity.y is {self.gravity[1]} m/s2, allowed: 0 in two dimensions"
         if self.sleep_speed > 0.0 and (self.scheme == "paper" or not any(self.gravity)):
-            problems.append(
-                f"sleep_speed is {self.sleep_speed} m/s, allowed: 0 in the paper's scheme and without gravity"
-            )
+            yield f"sleep_speed is {self.sleep_speed} m/s, allowed: 0 in the paper's scheme and without gravity"
         if self.minimum_time_step > self.maximum_time_step:
-            problems.append(f"minimum_time_step is {self.minimum_time_step} s, allowed: maximum_time_step or less")
-        for axis, low, high in zip("xyz", self.lower, self.upper, strict=True):
-            if not high > low:
-                problems.append(f"upper.{axis} is {high} m, allowed: above lower.{axis} = {low} m")
-        if problems:
-            raise ValueError("fluid: " + "; ".join(problems))
-        for key in ("gravity", "lower", "upper"):  # kernels take tuples of one kind of numbers only
-            object.__setattr__(self, key, tuple(float(number) for number in getattr(self, key)))
+            yield f"minimum_time_step is {self.minimum_time_step} s, allowed: maximum_time_step or less"
+        thickest = max((phase.dynamic_viscosity / phase.rest_density for phase in self.phases), default=0.0)
+        number = self.viscosity_correction * thickest * self.maximum_time_step / self.particle_spacing**2
+        if self.explicit_viscosity and number > EXPLICIT_UP_TO:
+            yield (
+                f"explicit_viscosity is True with a viscous number nu maximum_time_step / particle_spacing^2 of {number:.3g}, "
+                f"allowed: up to {EXPLICIT_UP_TO}, beyond which it swings ever wider"
+            )
 
     @property
     def rest_volume(self) -> float:

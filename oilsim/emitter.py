@@ -21,7 +21,7 @@ class PipeEmitter:
 
     mouth [m], direction (made a unit vector), radius [m], speed [m/s], spacing d [m]; start [s] and volume [m3] bound it,
     volume None pours for ever. A layer of particles enters HOLD spacings before the mouth whenever the jet has moved one
-    spacing, a rate of (particles of a layer) d^2 speed [m3/s]; on the way to the mouth particles keep the jet's velocity.
+    spacing, a rate of (particles of a layer) d^2 speed [m3/s]; on the way to the mouth these keep the jet's velocity.
     `speed` may be changed at any time; at 0 the pipe is shut where layers enter, and what is in front of that is free to run out.
     """
 
@@ -43,6 +43,7 @@ class PipeEmitter:
         self._layer = cylinder(-HOLD * spacing * self.direction, self.direction, radius, spacing, spacing)
         self.particles_left = None if volume is None else round(volume / spacing**3)
         self._travelled = spacing
+        self._inside = np.empty(0, np.uint32)  # ids of what has entered and not come out
 
     def is_running(self, time: float) -> bool:
         """Whether liquid moves through the pipe: it is open, and the last layer has not come out of the mouth."""
@@ -75,21 +76,34 @@ class PipeEmitter:
         """Velocity of the jet [m/s]."""
         return self.speed * self.direction
 
-    def hold(self, time: float, position: Real, velocity: Real) -> None:
-        """Give the particles inside a running pipe (3, N) the jet's velocity, in place."""
+    def fill(self, ids: NDArray[np.uint32]) -> None:
+        """The particles of `ids` (n,) have entered."""
+        self._inside = np.concatenate([self._inside, ids])
+
+    def hold(self, time: float, ids: NDArray[np.uint32], position: Real, velocity: Real) -> None:
+        """Give the jet's velocity to what has entered a running pipe and is still inside, of particles `ids` (N,), (3, N), in place.
+
+        What else is there is left alone: the pipe is no wall, and water around a mouth that lies under water is not pumped.
+        """
         if not self.is_running(time):
+            self._inside = self._inside[:0]
             return
-        relative = position - self.mouth.astype(np.float32)[:, None]
-        along = self.direction.astype(np.float32) @ relative
-        near = np.flatnonzero((along < 0.0) & (along > -np.float32((HOLD + 1.0) * self.spacing)))
-        offset = relative[:, near] - along[near] * self.direction.astype(np.float32)[:, None]
-        inside = near[np.sqrt((offset**2).sum(axis=0)) < self.radius + self.spacing]
+        direction = self.direction.astype(np.float32)
+        own = np.flatnonzero(np.isin(ids, self._inside))
+        relative = position[:, own] - self.mouth.astype(np.float32)[:, None]
+        along = direction @ relative
+        offset = relative - along * direction[:, None]
+        inside = own[(along < 0.0) & (np.sqrt((offset**2).sum(axis=0)) < self.radius + self.spacing)]
         velocity[:, inside] = self.velocity.astype(np.float32)[:, None]
+        self._inside = ids[inside]
 
     def save(self) -> dict[str, Any]:
-        """How far the jet has come."""
-        return {"particles_left": self.particles_left, "travelled": self._travelled, "speed": self.speed}
+        """How far the jet has come, and what of it is still inside."""
+        return {
+            "particles_left": self.particles_left, "travelled": self._travelled, "speed": self.speed, "inside": self._inside,
+        }  # fmt: skip
 
     def restore(self, saved: dict[str, Any]) -> None:
         """Back to what `save` returned."""
         self.particles_left, self._travelled, self.speed = saved["particles_left"], saved["travelled"], saved["speed"]
+        self._inside = saved["inside"]

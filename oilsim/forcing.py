@@ -7,6 +7,7 @@ A forcing has `apply(view)`; it changes `view.velocity` in place and reads the r
 from __future__ import annotations
 
 import math
+import operator
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
@@ -15,6 +16,8 @@ from numpy.typing import NDArray
 
 Real = NDArray[np.float32]
 Vector = tuple[float, float, float]
+
+ALONG = 1e-9  # of a component of a direction, below which it counts as none
 
 
 class ForcingView(NamedTuple):
@@ -47,6 +50,12 @@ class Forcing(Protocol):
         """Back to what `save` returned."""
 
 
+def heading(direction: float) -> tuple[float, float]:
+    """Unit vector (x, y) towards `direction` [rad from +x]; along an axis exactly, where sin(pi) would leave the plane by 1e-16."""
+    x, y = math.cos(direction), math.sin(direction)
+    return (x if abs(x) > ALONG else 0.0, y if abs(y) > ALONG else 0.0)
+
+
 @dataclass(frozen=True)
 class Zone:
     """A box of the domain [m] in which velocities relax to a target with a time constant [s]; ValueError for one that cannot."""
@@ -56,11 +65,11 @@ class Zone:
     relaxation_time: float
 
     def __post_init__(self) -> None:
-        ordered = all(low < high for low, high in zip(self.lower, self.upper, strict=True))
-        if not (ordered and self.relaxation_time > 0.0):
+        corners = len(self.lower) == len(self.upper) == 3
+        if not (corners and all(map(operator.lt, self.lower, self.upper)) and self.relaxation_time > 0.0):
             raise ValueError(
                 f"zone: lower {self.lower} m, upper {self.upper} m, relaxation_time {self.relaxation_time} s, "
-                "allowed: lower below upper along every axis, relaxation_time above 0"
+                "allowed: three numbers each, lower below upper along every axis, relaxation_time above 0"
             )
 
     def members(self, position: Real) -> NDArray[np.int64]:
@@ -79,8 +88,8 @@ class Current:
     """Relaxes the velocity in a zone to `velocity` [m/s]; the vertical component is left free."""
 
     def __init__(self, velocity: Vector, zone: Zone) -> None:
-        if not all(math.isfinite(number) for number in velocity):
-            raise ValueError(f"current: velocity is {velocity} m/s, allowed: finite numbers")
+        if len(velocity) != 3 or not all(math.isfinite(number) for number in velocity):
+            raise ValueError(f"current: velocity is {velocity} m/s, allowed: three finite numbers")
         self.velocity, self.zone = velocity, zone
 
     def apply(self, view: ForcingView) -> None:
@@ -116,7 +125,8 @@ class AiryWaves:
     """Makes linear waves by relaxing velocities in a zone to the orbital velocities of Airy's theory.
 
     height crest to trough [m], period [s], direction [rad from +x], still water between bottom and level [m].
-    The amplitude grows over the first period. Waves run on a current `drift` [m/s] added to the target.
+    The amplitude grows over the first period. A current `drift` [m/s] is added to the target and carries the waves, whose period is
+    that seen from the moving water: who stands still sees the frequency omega + k . drift (Doppler).
     """
 
     def __init__(
@@ -124,14 +134,15 @@ class AiryWaves:
         drift: tuple[float, float] = (0.0, 0.0), gravity: float = 9.81,
     ) -> None:  # fmt: skip
         whole = all(math.isfinite(number) for number in (height, period, direction, bottom, level, *drift, gravity))
-        if not (whole and height >= 0.0 and period > 0.0 and level > bottom and gravity > 0.0):
+        if not (whole and len(drift) == 2 and height >= 0.0 and period > 0.0 and level > bottom and gravity > 0.0):
             raise ValueError(
                 f"waves: height {height} m, period {period} s, direction {direction} rad, bottom {bottom} m, level {level} m, drift "
-                f"{drift} m/s, gravity {gravity} m/s2, allowed: finite numbers, height 0 or more, period and gravity above 0, level "
-                "above bottom"
+                f"{drift} m/s, gravity {gravity} m/s2, allowed: finite numbers, two of drift, height 0 or more, period and gravity "
+                "above 0, level above bottom"
             )
         self.height, self.period, self.direction = height, period, direction
         self.bottom, self.level, self.zone, self.drift = bottom, level, zone, drift
+        self._carried = (0.0, 0.0)  # [m] by the current so far
         self.wave_number = wave_number(period, level - bottom, gravity)
 
     def velocity(self, x: Real, y: Real, z: Real, time: float) -> tuple[NDArray[Any], NDArray[Any]]:
@@ -142,33 +153,34 @@ class AiryWaves:
         k, omega = self.wave_number, 2.0 * math.pi / self.period
         depth = self.level - self.bottom
         amplitude = 0.5 * self.height * min(time / self.period, 1.0)
-        theta = k * (x * math.cos(self.direction) + y * math.sin(self.direction)) - omega * time
+        to_x, to_y = heading(self.direction)
+        theta = k * ((x - self._carried[0]) * to_x + (y - self._carried[1]) * to_y) - omega * time
         height = np.minimum(z, self.level + 0.5 * self.height) - self.bottom
         down, up = np.exp(k * (height - depth)), np.exp(-k * (height + depth))
         scale = amplitude * omega / -math.expm1(-2.0 * k * depth)
         return scale * (down + up) * np.cos(theta), scale * (down - up) * np.sin(theta)
 
     def apply(self, view: ForcingView) -> None:
-        """dv/dt = (u_airy - v) / tau inside the zone."""
+        """The waves are carried on, then dv/dt = (u_airy - v) / tau inside the zone."""
+        self._carried = (
+            self._carried[0] + self.drift[0] * view.time_step, self._carried[1] + self.drift[1] * view.time_step,
+        )  # fmt: skip
         chosen = self.zone.members(view.position)
         x, y, z = view.position[:, chosen]
         along, up = self.velocity(x, y, z, view.time)
-        target = (
-            along * math.cos(self.direction) + self.drift[0],
-            along * math.sin(self.direction) + self.drift[1],
-            up,
-        )
+        to_x, to_y = heading(self.direction)
+        target = (along * to_x + self.drift[0], along * to_y + self.drift[1], up)
         share = self.zone.share(view.time_step)
         for axis, value in enumerate(target):
             view.velocity[axis, chosen] += share * (value - view.velocity[axis, chosen])
 
     def save(self) -> dict[str, Any]:
-        """The sea state as it is now."""
-        return {"height": self.height, "drift": tuple(self.drift)}
+        """The sea state as it is now, and how far the current has carried it."""
+        return {"height": self.height, "drift": tuple(self.drift), "carried": self._carried}
 
     def restore(self, saved: dict[str, Any]) -> None:
         """Back to a saved sea state."""
-        self.height, self.drift = saved["height"], saved["drift"]
+        self.height, self.drift, self._carried = saved["height"], saved["drift"], saved["carried"]
 
 
 class Wind:
@@ -210,9 +222,9 @@ class Wind:
         size = np.sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2])
         chosen = np.flatnonzero((size > self.SURFACE / self.spacing) & (g[2] < -0.5 * size))
         speed = self.speed * (1.0 + self.gust)
-        wind = (speed * math.cos(self.direction), speed * math.sin(self.direction))
-        u = wind[0] - view.velocity[0, chosen]
-        v = wind[1] - view.velocity[1, chosen]
+        to_x, to_y = heading(self.direction)
+        u = speed * to_x - view.velocity[0, chosen]
+        v = speed * to_y - view.velocity[1, chosen]
         density = view.rest_density[view.phase[chosen]]
         per_speed = self.AIR_DENSITY * self.drag_coefficient * np.hypot(u, v) * 2.0 * size[chosen] / density
         rate = view.time_step * per_speed

@@ -4,6 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from numbers import Real
+from typing import Any
+
+
+def _is_finite(value: Any) -> bool:
+    return isinstance(value, Real) and math.isfinite(value)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,9 +27,9 @@ class Phase:
     adhesion: float = 0.0
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.rest_density) and self.rest_density > 0.0):
-            raise ValueError(f"phase {self.name!r}: rest_density is {self.rest_density} kg/m3, allowed: above 0")
+        if not (_is_finite(self.rest_density) and self.rest_density > 0.0):
+            raise ValueError(f"phase {self.name!r}: rest_density is {self.rest_density!r} kg/m3, allowed: above 0")
         for key in ("dynamic_viscosity", "adhesion"):
             value = getattr(self, key)
-            if not (math.isfinite(value) and value >= 0.0):
-                raise ValueError(f"phase {self.name!r}: {key} is {value}, allowed: 0 or more")
+            if not (_is_finite(value) and value >= 0.0):
+                raise ValueError(f"phase {self.name!r}: {key} is {value!r}, allowed: 0 or more")

@@ -223,10 +223,11 @@ class Fluid:
         for emitter in self.emitters:
             entering = emitter.emit(self.time, time_step)
             if len(entering):
-                speeds = np.broadcast_to(emitter.velocity, entering.shape)
+                speeds, first = np.broadcast_to(emitter.velocity, entering.shape), self.state.next_id
                 self._insert(entering, speeds, self.config.phase_index(emitter.phase))
+                emitter.fill(np.arange(first, self.state.next_id, dtype=np.uint32))
                 self._unreported.emitted[emitter.phase] += len(entering)
-            emitter.hold(self.time, self.state.position, self.state.velocity)
+            emitter.hold(self.time, self.state.id, self.state.position, self.state.velocity)
 
     def _drive(self, state: FluidState, time_step: float) -> None:
         if not self.forcings:

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from oilsim.config import EXPLICIT_UP_TO
 from scenarios.bodies import Body, MeshBody
 from scenarios.exercise import BoomSettings, TowSettings, VesselSettings, body_of, segment_names
 from scenarios.fields import SHORTEST, Vector
@@ -83,6 +84,7 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
         yield from _places(parts, parts.tank)
     if parts.fluid is not None:
         yield from _sizes(parts, parts.fluid)
+        yield from _explicit(parts.fluid, parts.phases.values())
     if parts.forcing is not None and parts.forcing.waves is not None:
         yield from _waves(parts.forcing.waves, parts.fluid, parts.tank)
     if parts.fluid is not None and parts.tank is not None:
@@ -150,6 +152,15 @@ def _plane(parts: Parts) -> Iterator[Problem]:
         if weather is not None and abs(math.sin(weather.direction)) > 1e-9:
             text = f"is {weather.direction:g} rad, allowed: 0 or pi, along x, with fluid.dimension = 2"
             yield Problem(f"forcing.{kind}.direction", text)
+
+
+def _explicit(fluid: FluidSettings, phases: Iterable[PhaseSettings]) -> Iterator[Problem]:
+    """Forward in time only viscosities are stable that change little in a step."""
+    thickest = fluid.viscosity_correction * max((phase.viscosity / phase.rest_density for phase in phases), default=0.0)
+    longest = EXPLICIT_UP_TO * fluid.particle_spacing**2
+    if fluid.explicit_viscosity and thickest * fluid.maximum_time_step > longest:
+        text = f"is true with a liquid of {thickest:g} m2/s, allowed: with fluid.maximum_time_step up to {longest / thickest:.2g} s"
+        yield Problem("fluid.explicit_viscosity", text)
 
 
 def _waves(waves: WaveSettings, fluid: FluidSettings | None, tank: Tank | None) -> Iterator[Problem]:

@@ -7,10 +7,10 @@ velocity is drawn to the wave's or the current's within `relaxation_time` [s]; o
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from oilsim.forcing import heading
 from scenarios.fields import Section, Vector, above_lower, quantity
 from scenarios.problems import Problem
 
@@ -55,7 +55,7 @@ class WaveSettings(ZoneSettings):
     """A regular wave train of linear (Airy) theory.
 
     height     [m] crest to trough
-    period     [s]
+    period     [s] as seen from the water, which a current carries along with its waves
     direction  [rad] it runs to
     level      [m] height of the still water; None: that of the water at the start
     """
@@ -85,4 +85,5 @@ class ForcingSettings(Section):
 
 def horizontal(speed: float, direction: float) -> Vector:
     """Velocity [m/s] of something that goes to `direction` [rad from +x]."""
-    return speed * math.cos(direction), speed * math.sin(direction), 0.0
+    x, y = heading(direction)
+    return speed * x, speed * y, 0.0

@@ -131,16 +131,19 @@ def test_pipes_that_are_none_are_refused(terms):
 
 def test_forcings_that_cannot_be_are_refused():
     for lower, upper, time in (((0, 0, 0), (1, 1, 1), 0.0), ((0, 0, 0), (1, 1, 1), -1.0), ((1, 0, 0), (0, 1, 1), 1.0)):
-        with pytest.raises(ValueError, match=r"zone: .* allowed: lower below upper .* relaxation_time above 0"):
+        with pytest.raises(ValueError, match=r"zone: .* allowed: .* lower below upper .* relaxation_time above 0"):
             Zone(lower, upper, time)
     with pytest.raises(ValueError, match=r"wind: .* gust_time 0\.0 s, .* allowed: .* spacing and gust_time above 0"):
         Wind(speed=5.0, direction=0.0, spacing=0.1, seed=1, gustiness=0.2, gust_time=0.0)
     with pytest.raises(ValueError, match=r"wind: .* drag_coefficient nan, allowed: finite numbers"):
         Wind(speed=5.0, direction=0.0, spacing=0.1, seed=1, drag_coefficient=NAN)
     zone = Zone((0, 0, 0), (1, 1, 1), 0.1)
-    with pytest.raises(ValueError, match=r"current: velocity is \(nan, 0, 0\) m/s, allowed: finite numbers"):
-        Current((NAN, 0, 0), zone)
-    for terms in ({"height": np.inf}, {"direction": NAN}, {"gravity": 0.0}):
+    for velocity in ((NAN, 0, 0), (1.0,)):
+        with pytest.raises(ValueError, match=r"current: velocity is .* m/s, allowed: three finite numbers"):
+            Current(velocity, zone)
+    with pytest.raises(ValueError, match=r"zone: lower \(0, 0\) m, .* allowed: three numbers each"):
+        Zone((0, 0), (1, 1), 0.1)
+    for terms in ({"height": np.inf}, {"direction": NAN}, {"gravity": 0.0}, {"drift": (0.1,)}):
         with pytest.raises(ValueError, match=r"waves: .* allowed: finite numbers, .* gravity above 0"):
             AiryWaves(
                 **({"height": 0.1, "period": 1.0, "direction": 0.0, "bottom": 0.0, "level": 1.0, "zone": zone} | terms)

@@ -5,7 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from oilsim.boundary import tank_walls
 from oilsim.emitter import HOLD, PipeEmitter
+from oilsim.initial_conditions import block
+from oilsim.phases import Phase
 
 SPACING, SPEED, STEP = 0.05, 0.5, 0.01
 
@@ -25,7 +28,8 @@ def poured(emitter: PipeEmitter, begin: float, end: float) -> int:
 def held_speed(emitter: PipeEmitter, time: float) -> float:
     """To what speed [m/s] a particle is brought that lies at rest in the pipe, a spacing before its mouth."""
     velocity = np.zeros((3, 1), np.float32)
-    emitter.hold(time, np.array([[1.0 - SPACING], [1.0], [1.0]], np.float32), velocity)
+    emitter.fill(np.array([7], np.uint32))
+    emitter.hold(time, np.array([7], np.uint32), np.array([[1.0 - SPACING], [1.0], [1.0]], np.float32), velocity)
     return float(velocity[0, 0])
 
 
@@ -52,3 +56,35 @@ def test_a_pipe_drives_nothing_before_it_opens_and_after_its_last_layer_has_left
     assert held_speed(emitter, 1.2) == pytest.approx(SPEED)
     assert poured(emitter, 1.2, 1.1 + HOLD * SPACING / SPEED + 2 * STEP) == 0
     assert held_speed(emitter, 2.0) == 0.0
+
+
+def test_a_pipe_drives_only_what_it_has_poured_and_only_to_its_mouth() -> None:
+    """Of three in the pipe, one of which was there before, one before the mouth and one behind it; and of none once it was shut."""
+    emitter, ids = pipe(), np.array([3, 5, 4], np.uint32)
+    places = np.array([[1.0 - SPACING] * 2 + [1.0 + SPACING], [1.0] * 3, [1.0] * 3], np.float32)
+    emitter.fill(np.array([4, 5], np.uint32))
+    velocity = np.zeros((3, 3), np.float32)
+    emitter.hold(0.1, ids, places, velocity)
+    assert velocity[0].tolist() == [0.0, SPEED, 0.0]
+    emitter.speed = 0.0
+    emitter.hold(0.2, ids, places, velocity)
+    emitter.speed = 2.0 * SPEED
+    emitter.hold(0.3, ids, places, velocity)
+    assert velocity[0].tolist() == [0.0, SPEED, 0.0]
+
+
+def test_a_pipe_under_water_gives_no_momentum_to_the_water_around(make_fluid) -> None:
+    """It gave 9 times what it poured, while it held all the water within a spacing of it as well.
+
+    What it pours pushes on the water before it on the way to the mouth, for which there is no more than a small multiple.
+    """
+    water = Phase(name="water", rest_density=1000.0), Phase(name="oil", rest_density=1000.0)
+    fluid = make_fluid(phases=water, lower=(-0.2, -0.2, -0.2), upper=(2.2, 1.0, 1.3))
+    fluid.add_boundary(tank_walls((0, 0, 0), (2, 0.8, 1.3), 0.1, sides=("-x", "+x", "-y", "+y", "-z")))
+    fluid.add_particles(block((0, 0, 0), (2, 0.8, 0.8), 0.1), phase="water")
+    fluid.add_emitter(pipe(mouth=(0.8, 0.4, 0.4), radius=0.1, spacing=0.1))
+    budget, poured = fluid.watch(), 0
+    for _ in range(40):
+        poured += fluid.advance(0.02).emitted.get("oil", 0)
+    given = budget.total.parts["emitters"].momentum[0] / (poured * 0.1**3 * 1000.0 * SPEED)
+    assert 1.0 < given < 5.0

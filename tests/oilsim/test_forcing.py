@@ -37,6 +37,28 @@ def test_orbital_velocity_is_free_of_divergence_and_matches_the_surface():
     assert max(heave) == pytest.approx(0.05 * 2 * math.pi / 1.2, rel=1e-3)
 
 
+def test_a_current_carries_the_waves(make_fluid):
+    # from water that moves with the current a wave is what it is in still water, whatever the current was before
+    sea = {"height": 0.1, "period": 1.2, "direction": 0.5, "bottom": 0.0, "level": 0.5, "zone": EVERYWHERE}
+    still, carried = AiryWaves(**sea), AiryWaves(**sea, drift=(0.3, -0.2))
+    fluid = make_fluid(gravity=(0.0, 0.0, 0.0))
+    fluid.add_particles([(1.0, 1.0, 1.0)], phase="water")
+    fluid.add_forcing(carried)
+    for _ in range(10):
+        fluid.advance(0.01)
+    state = fluid.save_state()
+    carried.drift = (0.1, 0.0)
+    for _ in range(20):
+        fluid.advance(0.01)
+    x, y, z = (np.array([place]) for place in (0.3, 0.4, 0.3))
+    way = 0.1 * np.array([0.3, -0.2]) + 0.2 * np.array([0.1, 0.0])
+    seen = carried.velocity(x + way[0], y + way[1], z, fluid.time)
+    assert np.ravel(seen) == pytest.approx(np.ravel(still.velocity(x, y, z, fluid.time)))
+    fluid.restore_state(state)
+    seen = carried.velocity(x + 0.03, y - 0.02, z, fluid.time)
+    assert np.ravel(seen) == pytest.approx(np.ravel(still.velocity(x, y, z, fluid.time)))
+
+
 def test_current_is_reached_with_its_time_constant(make_fluid):
     fluid = make_fluid(gravity=(0, 0, 0))
     fluid.add_particles(block((0.5, 0.5, 0.5), (0.8, 0.8, 0.8), 0.1), phase="water")
@@ -59,6 +81,22 @@ def test_wind_force_is_stress_times_area(make_fluid, spacing):
     force = fluid.momentum()[0] / 0.001
     # on a lattice the slopes of the two top layers add up to 1.07 of the jump within the water
     assert force == pytest.approx(-1.225 * 1.3e-3 * 10.0**2 * 1.0, rel=0.12)
+
+
+@pytest.mark.parametrize("kind", ["waves", "wind"])
+@pytest.mark.parametrize("direction", [0.0, math.pi, -math.pi])
+def test_what_runs_along_x_stays_in_the_plane(make_fluid, kind, direction):
+    # sin(pi) is 1.2e-16
+    fluid = make_fluid(dimension=2, lower=(0, -1, 0), upper=(2, 1, 2))
+    fluid.add_particles(block((0, 0, 0), (2, 0, 1), 0.1, 2), phase="water")
+    waves = AiryWaves(height=0.1, period=1.0, direction=direction, bottom=0.0, level=1.0, zone=EVERYWHERE)
+    fluid.add_forcing(
+        {"waves": waves, "wind": Wind(speed=5.0, direction=direction, spacing=0.1, seed=1)}[kind],
+    )
+    fluid.advance(0.02)
+    assert not fluid.state.velocity[1].any()
+    if kind == "wind":
+        assert np.sign(fluid.momentum()[0]) == round(math.cos(direction))
 
 
 def test_gusts_are_seeded_and_have_their_standard_deviation(make_fluid):

@@ -45,6 +45,14 @@ def problems_of(extra: str, *, instead: dict[str, str] | None = None) -> dict[st
     return {problem.path: problem.text for problem in caught.value.problems}
 
 
+def test_explicit_viscosity_is_for_thin_liquids() -> None:
+    # nu dt / d^2 = 0.01 x 1 / 0.1^2, a fifth at most
+    explicit = {"particle_spacing = 0.1": "particle_spacing = 0.1\nexplicit_viscosity = true\nmaximum_time_step = 1.0"}
+    found = problems_of(instead=explicit, extra="[phases.tar]\ndensity = 1000.0\ndynamic_viscosity = 10.0")
+    text = "is true with a liquid of 0.01 m2/s, allowed: with fluid.maximum_time_step up to 0.2 s"
+    assert found == {"fluid.explicit_viscosity": text}
+
+
 def test_two_dimensions_have_no_y() -> None:
     plane = {"particle_spacing = 0.1": "particle_spacing = 0.1\ndimension = 2\ngravity = [0.0, 1.0, -9.81]"}
     moving = {"top = 0.3": "top = 0.3\nvelocity = [1.0, 0.5, 0.0]"}

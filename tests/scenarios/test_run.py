@@ -115,6 +115,14 @@ def test_shipped_scenario_runs(name: str) -> None:
     assert set(result["step_ms"]) == {"median", "p95", "max"}
 
 
+@pytest.mark.parametrize("kind", ["speed=3.0 wind", "speed=0.2 current", "height=0.05 period=1.0 waves"])
+def test_weather_along_minus_x_runs_in_a_plane(kind: str) -> None:
+    *terms, table = kind.split()
+    overrides = [f"forcing.{table}.{term}" for term in (*terms, "direction_deg=180.0")]
+    _, last, _ = run_steps(small("dam-break", *overrides))
+    assert last.frames
+
+
 def test_every_scenario_has_a_small_run() -> None:
     assert set(SPACINGS) == set(library_paths())
 
