@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from numbers import Integral, Real
 from typing import Any, Literal
 
-from oilsim.phases import Phase
+from oilsim.phases import EXPLICIT_UP_TO, Phase
 from oilsim.smoothing_kernels import SUPPORT
 
 Vector = tuple[float, float, float]
@@ -17,9 +17,6 @@ Rule = tuple[str, Callable[[float], bool], str]
 
 ROUNDING = 2.0**-24  # relative, of a number of 32 bits
 COARSEST = 1e-3  # spacings by which rounding may move a particle
-EXPLICIT_UP_TO = (
-    0.2  # nu dt / d^2: by Eq. 25 beside walls noise then neither grows nor fades, by the split scheme's weights at 0.26
-)
 VECTORS = ("gravity", "lower", "upper")
 
 RULES: tuple[Rule, ...] = (

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from oilsim.config import EXPLICIT_UP_TO
+from oilsim.phases import EXPLICIT_UP_TO
 from scenarios.bodies import Body, MeshBody
 from scenarios.exercise import BoomSettings, TowSettings, VesselSettings, body_of, segment_names
 from scenarios.fields import SHORTEST, Vector
