@@ -28,7 +28,7 @@ def pool(wide: int, deep: int, walls: tuple[str, ...], dimension: int) -> Fluid:
 def forces(
     centre: np.ndarray, *, wide: int = 14, deep: int = 13, dimension: int = 2, on_plate: bool = False
 ) -> np.ndarray:
-    """(bodies, 3) mean forces in still water on a cube at `centre` [m], over its lift, and on a plate in place of the floor, if there is one."""
+    """(bodies, 3) mean forces in still water on a cube at `centre` [m], over its lift, and on a plate in place of the floor, if any."""
     sides = ("-x", "+x") if dimension == 2 else ("-x", "+x", "-y", "+y")
     fluid = pool(wide, deep, sides if on_plate else (*sides, "-z"), dimension)
     half, middle = 0.5 * SIDE * D, 0.5 * wide * D * (dimension == 3)
