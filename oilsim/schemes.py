@@ -66,6 +66,7 @@ def split_step(
         density_iterations, density_error = relax_liquid(work, state, time_step)
     work.linearise(state)
     work.accelerate(state, time_step)
+    work.press_films(state, time_step)
     drive(state, time_step)
     with lost_momentum.watch():
         work.adhere(state, time_step)

@@ -253,6 +253,21 @@ class Walls:
         order, start = self._search.order_by_cell(moving)
         return self._search.surroundings(moving, self._near_resting), order + np.uint32(self.resting), start
 
+    def near_moving(self, chosen: NDArray[np.integer], held: NDArray[np.bool_]) -> Pairs:
+        """All wall particles within reach of the `chosen` (K,) of the moving ones, themselves too; of those far from what is held none."""
+        moving = self.moving_position
+        _, order, start = self.order_moving(moving)
+        near = self._near_resting
+        if held.any():
+            near = self._search.surroundings(np.ascontiguousarray(moving[:, held[self.owner]]), near)
+        points = np.ascontiguousarray(moving[:, chosen])
+        return self._search.list_neighbors("films", points, self.position, self.cell_start, near, order, start)
+
+    def held(self) -> NDArray[np.bool_]:
+        """Which of the moving bodies (bodies,) answer no impulse: they are held, or led."""
+        count = len(self.moving)
+        return np.logical_not(self.inverse_mass().reshape(count, 6, -1).any(axis=(1, 2)))
+
     def positions(self, handle: int) -> Real:
         """World positions (M, 3) of one boundary; ValueError for a handle that does not exist."""
         self._require(handle)

@@ -20,6 +20,7 @@ from oilsim.config import FluidConfig
 from oilsim.density_return import surface_shares
 from oilsim.divergence import PairVectors, cache_gradients
 from oilsim.faces import largest_stretch
+from oilsim.films import film_wrenches
 from oilsim.kept_lists import KeptLists
 from oilsim.moment_mending import STRETCH, mend_moments
 from oilsim.neighbors import NeighborSearch, Pairs, fill_rows, indices, make_grid, mark_around
@@ -220,6 +221,20 @@ class Workspace:
                     state.velocity[axis, : state.awake] += np.float32(time_step * g)
             for body in self.walls.moving.values():
                 body.twist = body.twist + time_step * body.free_acceleration
+
+    def press_films(self, state: FluidState, time_step: float) -> None:
+        """Liquid too thin for particles presses on bodies that lie on what is held (see `films`), as in the last step."""
+        if not (self.contacts.particle.size and state.time_step > 0.0):
+            return
+        with self.stage("films"):
+            pressure = state.pressure_impulse[: state.awake] * np.float32(self.reference_density / state.time_step)
+            liquid = pressure, self.rest_density, state.position
+            wrench = film_wrenches(
+                self.walls, self.wall_pairs, self.contacts, self.touching, self.points, liquid, self._gravity, self.period,
+                (self.sigma, self.support, self.volume, self.moment),
+            )  # fmt: skip
+            if wrench.any():
+                self.walls.receive(time_step * wrench)
 
     def fly(self, state: FluidState, time_step: float) -> None:
         """Move the particles by their velocities."""

@@ -330,8 +330,10 @@ def test_a_link_that_turns_far_in_a_step_is_told(client: int) -> None:
         world.step()
 
 
-def sea_on_the_ground(client: int, spacing: float, half: float, depth: float) -> tuple[Fluid, list[int]]:
-    """Water on plane.urdf between four boxes, and the ids of ground and boxes."""
+def sea_on_the_ground(
+    client: int, spacing: float, half: float, depth: float, room: tuple[float, float, float] = (0.0, 0.0, 0.0)
+) -> tuple[Fluid, list[int]]:
+    """Water on plane.urdf between four boxes, without `room` [m] about the origin, and the ids of ground and boxes."""
     # plane.urdf collides as a box of 200 m, its upper side at 0; the water on it has no other floor
     ground = pybullet.loadURDF("plane.urdf", physicsClientId=client)
     config = FluidConfig(
@@ -341,9 +343,21 @@ def sea_on_the_ground(client: int, spacing: float, half: float, depth: float) ->
         upper=(2 * half, 2 * half, 1.0),
     )
     fluid = Fluid(config, threads=1)
-    fluid.add_particles(block((-half, -half, 0.0), (half, half, depth), spacing), phase="water")
+    places = block((-half, -half, 0.0), (half, half, depth), spacing)
+    fluid.add_particles(places[(np.abs(places) >= room).any(axis=1)], phase="water")
     pybullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=client)
     return fluid, [ground, *held_sides(client, half, 3 * spacing, 0.4)]
+
+
+def test_a_crate_that_lies_on_the_ground_under_water_rises(client: int) -> None:
+    fluid, held = sea_on_the_ground(client, 0.05, 0.3, 0.45, (0.15, 0.15, 0.225))
+    shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=(0.125, 0.125, 0.1), physicsClientId=client)
+    crate = pybullet.createMultiBody(6.25, shape, basePosition=(0.0, 0.0, 0.1005), physicsClientId=client)
+    world = attach_fluid(client, fluid, [*held, crate])
+    for _ in range(240):
+        world.step()
+    height = pybullet.getBasePositionAndOrientation(crate, physicsClientId=client)[0][2]
+    assert height > 0.3  # half of its height out of the water, and swinging; without a film it stays where it is
 
 
 def test_ground_far_larger_than_the_sea_is_sampled_where_the_fluid_can_reach_it(client: int) -> None:
