@@ -39,11 +39,11 @@ FILLED = (
 
 
 @njit(**FAST)
-def add_rims(contacts, walls, resting, held, pressure, density, position, rims):
+def add_rims(contacts, walls, resting, held, kappa, per_kappa, density, position, rims):
     """Add each particle to the row in rims (bodies, 6) of every body that it touches beside a solid that is held, if that is not.
 
-    contacts: of one particle beside each other; held (bodies,): which of the moving bodies are; pressure (N,) [Pa], density (N,) [kg/m3],
-    position (3, N) [m].
+    contacts: of one particle beside each other; held (bodies,): which of the moving bodies are; kappa (N,) [m2/s], `per_kappa` times
+    which is the pressure [Pa], density (N,) [kg/m3], position (3, N) [m].
     """
     begin = 0
     while begin < contacts.particle.size:
@@ -56,7 +56,7 @@ def add_rims(contacts, walls, resting, held, pressure, density, position, rims):
             rim = rims[contacts.body[c]]
             if not held[contacts.body[c]] and (at_rest or holding > 0):
                 rim[0] += 1.0
-                rim[PRESSURE] += pressure[i]
+                rim[PRESSURE] += per_kappa * kappa[i]
                 rim[DENSITY] += density[i]
                 for axis in range(3):
                     rim[PLACE + axis] += position[axis, i]
@@ -163,13 +163,13 @@ def press_films(
 
 
 def film_wrenches(
-    walls: Walls, wall_pairs: Pairs, contacts: Contacts, touching: NDArray[np.uint32], points: Real, liquid: tuple[Real, Real, Real],
+    walls: Walls, wall_pairs: Pairs, contacts: Contacts, touching: NDArray[np.uint32], points: Real, liquid: tuple[Real, float, Real, Real],
     gravity: tuple[np.float32, ...], period: tuple[np.float32, ...] | None, kernel: tuple[np.float32, ...],
 ) -> Double:  # fmt: skip
     """Wrenches (bodies, 6) [N, N m] of all films on the moving bodies.
 
-    touching: particles that touch bodies; points (N, 4): places of all [m]; liquid: their pressure (N,) [Pa], density (N,) [kg/m3] and
-    position (3, N) [m]; kernel: its constant, its support, a particle's volume and the lattice's moment m_0.
+    touching: particles that touch bodies; points (N, 4): places of all [m]; liquid: their kappa (N,) [m2/s], the pressure of one
+    [Pa s/m2], density (N,) [kg/m3] and position (3, N) [m]; kernel: its constant, its support, a particle's volume and the lattice's m_0.
     """
     wrench, rims = walls.zero_forces(), walls.zero_forces()
     held = walls.held()

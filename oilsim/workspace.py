@@ -227,8 +227,8 @@ class Workspace:
         if not (self.contacts.particle.size and state.time_step > 0.0):
             return
         with self.stage("films"):
-            pressure = state.pressure_impulse[: state.awake] * np.float32(self.reference_density / state.time_step)
-            liquid = pressure, self.rest_density, state.position
+            per_kappa = self.reference_density / state.time_step
+            liquid = state.pressure_impulse, per_kappa, self.rest_density, state.position
             wrench = film_wrenches(
                 self.walls, self.wall_pairs, self.contacts, self.touching, self.points, liquid, self._gravity, self.period,
                 (self.sigma, self.support, self.volume, self.moment),
