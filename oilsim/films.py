@@ -116,23 +116,8 @@ def gap_filling(b, own, near, others, position, volume, resting, owner, held, su
 
 @njit(**ALLOCATING)
 def press_films(
-    chosen,
-    near,
-    position,
-    volume,
-    arm,
-    owner,
-    resting,
-    held,
-    rims,
-    slope,
-    gravity,
-    period,
-    sigma,
-    support,
-    scale,
-    wrench,
-):
+    chosen, near, position, volume, arm, owner, resting, held, rims, slope, gravity, period, sigma, support, scale, wrench
+):  # fmt: skip
     """Add to wrench (bodies, 6) [N, N m] what films press with on the `chosen` of the moving wall particles, and on those across.
 
     near: all wall particles near each of the chosen; rims: means, as from `add_rims`; slope (M, 3): as from `add_liquid`; scale:
