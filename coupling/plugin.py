@@ -42,6 +42,7 @@ from oilsim.walls import chosen_blocks
 
 Array = npt.NDArray[np.float64]
 
+NOWHERE = np.full(3, np.inf)
 JUMP = 0.5  # spacings that a link comes further in a step than its velocity takes it, to have been set elsewhere
 
 
@@ -69,7 +70,7 @@ class FluidWorld:
         self._residuals: dict[LinkKey, _Residual] = {}
         self._cut: dict[int, Array] = {}  # poses of bodies that are sampled in part
         self._solids: dict[LinkKey, trimesh.Trimesh] = {}  # of sampled links that may be set elsewhere
-        self._places: dict[LinkKey, Array] = {}  # (3,) [m] of those, at the last step
+        self._places: dict[LinkKey, Array] = {}  # (3,) [m] of all links at the last step
         self._samplings: dict[tuple[bytes, bytes], SurfaceSampling] = {}  # by vertices and faces
         self._watch = DefaultsWatch(client, fluid.config.gravity)
         self._has_stepped = self._is_told = False
@@ -191,15 +192,14 @@ class FluidWorld:
 
     def _tell_liquid_within(self, system: LinkSystem, duration: float) -> None:
         """Of links that have just been added, or that somebody has set elsewhere since the last step."""
-        spacing = self.fluid.config.particle_spacing
-        for row, key in enumerate(system.keys):
-            if key not in self._solids:
-                continue
-            pose, before = system.pose[row], self._places.get(key)
-            self._places[key] = pose[:3]
-            reach = JUMP * spacing + duration * float(np.linalg.norm(system.twist[row, :3]))
-            if before is None or np.linalg.norm(pose[:3] - before) > reach:
-                liquid = Rotation.from_quat(pose[3:]).inv().apply(self.fluid.state.position.T - pose[:3])
+        spacing, places = self.fluid.config.particle_spacing, system.pose[:, :3]
+        reach = JUMP * spacing + duration * np.linalg.norm(system.twist[:, :3], axis=1)
+        before = np.array([self._places.get(key, NOWHERE) for key in system.keys]).reshape(-1, 3)
+        self._places = dict(zip(system.keys, places, strict=True))
+        for row in np.flatnonzero(np.linalg.norm(places - before, axis=1) > reach):
+            key, turn = system.keys[row], Rotation.from_quat(system.pose[row, 3:])
+            if key in self._solids:
+                liquid = turn.inv().apply(self.fluid.state.position.T - places[row])
                 tell_liquid_within(_label(key), self._solids[key], liquid, spacing)
 
     def _placed(self, key: LinkKey, position: Array, volume: Array) -> PlacedWalls:
