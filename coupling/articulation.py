@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,9 +42,9 @@ class PointJoint:
 
 
 class Joints:
-    """Who holds whom, as arrays with one row for each body that a joint holds; it stays while the bodies move."""
+    """Who of so many bodies holds whom, as arrays with one row for each body that a joint holds; it stays while the bodies move."""
 
-    def __init__(self, joints: Sequence[PointJoint]) -> None:
+    def __init__(self, joints: Sequence[PointJoint], body_count: int) -> None:
         first_row = _first_rows(joints)
         sides = [
             (start, sign, body, point, joint.holds_turn)
@@ -64,8 +65,9 @@ class Joints:
         row = np.concatenate([np.repeat(self._row.ravel(), 3), turn_row.ravel()])
         column = np.concatenate([column.ravel(), turn_column.ravel()])
         self._order = np.lexsort((column, row))
-        self._column = column[self._order]
-        self._row_start = np.concatenate([[0], np.cumsum(np.bincount(row, minlength=self._row_count))])
+        row_start = np.concatenate([[0], np.cumsum(np.bincount(row, minlength=self._row_count))])
+        shape = (self._row_count, 6 * body_count)
+        self._pattern = csr_array((np.zeros(len(row)), column[self._order], row_start), shape=shape)
 
     def jacobian(self, pose: Array, twist: Array) -> tuple[csr_array, Array]:
         """J (R, 6 B), three rows a joint and three more where it holds the turn, and dJ/dt V (R,)."""
@@ -76,7 +78,9 @@ class Joints:
         # (v + omega x r)_axis = v_axis + omega_after r_before - omega_before r_after
         entries = self._sign[:, None, None] * np.stack([np.ones_like(arm), arm[:, BEFORE], -arm[:, AFTER]], axis=2)
         values = np.concatenate([entries.ravel(), self._turn_sign])[self._order]
-        return csr_array((values, self._column, self._row_start), shape=(self._row_count, twist.size)), bias
+        jacobian = copy(self._pattern)  # scipy checks a new one for longer than all else here takes
+        jacobian.data = values
+        return jacobian, bias
 
 
 class Articulation:
@@ -89,7 +93,7 @@ class Articulation:
         self._spread = (self._jacobian @ inverse_mass).T  # W is symmetric, and J has a few entries a row only
         system = self._jacobian @ self._spread
         mean = float(np.trace(system)) / max(len(system), 1)
-        system[np.diag_indices_from(system)] += REGULAR * mean or 1.0  # nothing moves anyway where motors hold all
+        system.flat[:: len(system) + 1] += REGULAR * mean or 1.0  # nothing moves anyway where motors hold all
         self._factor = np.linalg.cholesky(system)
 
     def inverse_mass(self, chosen: list[int] | None = None) -> Array:

@@ -46,7 +46,6 @@ class BulletClient:
     def __init__(self, gravity: Vector, solver_iterations: int) -> None:
         self._client: int = pybullet.connect(pybullet.DIRECT)
         self._release = weakref.finalize(self, _disconnect, self._client)  # with this object at the latest, and once
-        self._is_pushed = False  # forces are pending in the client
         self._call(pybullet.setGravity, *gravity)
         self._call(
             pybullet.setPhysicsEngineParameter,
@@ -111,31 +110,29 @@ class BulletClient:
         """Put a body where `motion` says; pybullet stops a body that it places, so the velocity comes second."""
         orientation = (Rotation.from_quat(motion.orientation) * body.principal_axes).as_quat()
         self._call(pybullet.resetBasePositionAndOrientation, body.unique_id, motion.position, orientation)
-        self.set_velocity(body, motion.linear_velocity, motion.angular_velocity)
+        self.set_velocities([body], np.concatenate([motion.linear_velocity, motion.angular_velocity])[None])
 
-    def set_velocity(self, body: BulletBody, linear: Array, angular: Array) -> None:
-        """Give a body velocities [m/s, rad/s]."""
-        self._call(pybullet.resetBaseVelocity, body.unique_id, linear.tolist(), angular.tolist())
-
-    def push(self, body: BulletBody, wrench: Array, position: Array) -> None:
-        """Let a wrench act on a body whose centre is at `position` over the coming step; pybullet forgets it afterwards."""
-        self._is_pushed = True
-        force, torque, world = wrench[:3].tolist(), wrench[3:].tolist(), pybullet.WORLD_FRAME
-        self._call(pybullet.applyExternalForce, body.unique_id, -1, force, position.tolist(), world)
-        self._call(pybullet.applyExternalTorque, body.unique_id, -1, torque, world)
+    def set_velocities(self, bodies: Sequence[BulletBody], twists: Array) -> None:
+        """Give bodies twists (B, 6) [m/s, rad/s]."""
+        for body, twist in zip(bodies, twists.tolist(), strict=True):
+            self._call(pybullet.resetBaseVelocity, body.unique_id, twist[:3], twist[3:])
 
     def step(self, duration: float) -> None:
         """One step of the engine [s]."""
         self._call(pybullet.setTimeStep, duration)
         self._call(pybullet.stepSimulation)
-        self._is_pushed = False
 
     def read(self, bodies: Sequence[BulletBody]) -> tuple[Array, Array]:
         """Poses (B, 7) with the meshes' axes and twists (B, 6) of one body or more."""
-        placed = [self._call(pybullet.getBasePositionAndOrientation, body.unique_id) for body in bodies]
-        twist = np.array([self._call(pybullet.getBaseVelocity, body.unique_id) for body in bodies]).reshape(-1, 6)
-        turns = turned(np.array([turn for _, turn in placed]), np.array([body.to_mesh for body in bodies]))
-        return np.hstack([np.array([position for position, _ in placed]), turns]), twist
+        placed, moving = [], []
+        for body in bodies:
+            position, orientation = self._call(pybullet.getBasePositionAndOrientation, body.unique_id)
+            linear, angular = self._call(pybullet.getBaseVelocity, body.unique_id)
+            placed.append(position + orientation)
+            moving.append(linear + angular)
+        pose = np.array(placed)
+        pose[:, 3:] = turned(pose[:, 3:], np.array([body.to_mesh for body in bodies]))
+        return pose, np.array(moving)
 
     def touching(self) -> set[int]:
         """Unique ids of all that was in contact in the last step."""
@@ -158,10 +155,7 @@ class BulletClient:
             return path.read_bytes()
 
     def restore(self, content: bytes) -> None:
-        """Back to what `save` returned. Forces of a step that was broken off would stay pending: a step takes them off first."""
-        if self._is_pushed:
-            self._call(pybullet.stepSimulation)
-            self._is_pushed = False
+        """Back to what `save` returned."""
         with tempfile.TemporaryDirectory(prefix="oilsim-") as folder:
             path = Path(folder) / "state.bullet"
             path.write_bytes(content)

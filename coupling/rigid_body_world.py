@@ -149,6 +149,7 @@ class RigidBodyWorld:
         self._half_thickness.append(0.5 * float(mesh.extents.min()) if touches else math.inf)
         self._state.append(mass_properties, start, is_free=motion == "free")
         self._place(body, start)
+        self._held = None
 
     def add_half_space(self, point: Vector, normal: Vector, friction: float = 0.5) -> None:
         """Let free bodies run into a plane through `point` [m], such as a tank's side; `normal` (unit) points to where they are."""
@@ -345,7 +346,7 @@ class RigidBodyWorld:
     def _articulated(self) -> Articulation:
         """The joints at the present instant."""
         if self._held is None:
-            self._held = Joints(self._point_joints)
+            self._held = Joints(self._point_joints, len(self._bodies))
         if self._articulation is None:
             state = self._state
             inverse_mass = state.inverse_mass_matrix()

@@ -45,6 +45,7 @@ class RigidBodyState:
         self.inertia: Array = np.zeros((0, 3, 3))
         self.is_free = np.zeros(0, dtype=bool)
         self._inverse_inertia: Array = np.zeros((0, 3, 3))
+        self._ease = np.zeros(0)  # 1 / mass, 0 of a body that is held
         self._kept: tuple[Array, Array, Array] | None = None  # poses (B, 7), and what belongs to them
 
     def append(self, properties: MassProperties, start: Motion, *, is_free: bool) -> None:
@@ -57,21 +58,23 @@ class RigidBodyState:
         self.inertia = np.concatenate([self.inertia, properties.inertia[None]])
         self._inverse_inertia = np.asarray(np.linalg.inv(self.inertia), dtype=np.float64)
         self.is_free = np.append(self.is_free, is_free)
+        self._inverse_inertia[~self.is_free] = 0.0
+        self._ease = np.where(self.is_free, 1.0 / self.mass, 0.0)
 
     def _at_pose(self) -> tuple[Array, Array]:
-        """World inertia (B, 3, 3) and `inverse_masses`, kept until a body moves."""
+        """`world_inertia` and `inverse_inertia`, kept until a body moves."""
         if self._kept is None or not np.array_equal(self._kept[0], self.pose):
             inertia = in_world(self.pose[:, 3:], self.inertia)
-            inverse = np.zeros((len(self.pose), 6, 6))
-            inverse[:, [0, 1, 2], [0, 1, 2]] = 1.0 / self.mass[:, None]
-            inverse[:, 3:, 3:] = in_world(self.pose[:, 3:], self._inverse_inertia)
-            inverse[~self.is_free] = 0.0
-            self._kept = (self.pose.copy(), inertia, inverse)
+            self._kept = (self.pose.copy(), inertia, in_world(self.pose[:, 3:], self._inverse_inertia))
         return self._kept[1:]
 
     def world_inertia(self) -> Array:
         """(B, 3, 3) R I R^T [kg m2]; not to be written into."""
         return self._at_pose()[0]
+
+    def inverse_inertia(self) -> Array:
+        """(B, 3, 3) of R I R^T [1/(kg m2)], 0 for a body that is held; not to be written into."""
+        return self._at_pose()[1]
 
     def momenta(self) -> Array:
         """(B, 6) m v [kg m/s] and R I R^T omega about each centre of mass [kg m2/s]."""
@@ -87,11 +90,11 @@ class RigidBodyState:
         rate = self.twist[rows, 3:]
         return cross(rate, applied(self.world_inertia()[rows], rate))
 
-    def rates_for_midpoint(self, duration: float) -> Array:
+    def rates_for_midpoint(self, duration: float, impulse: Array) -> Array:
         """(B, 3) angular velocities [rad/s] from which one explicit gyroscopic step of `duration` leads to that of the
-        middle of a free turn, omega_m = I_m^-1 L with R_m = exp(duration omega / 2) R.
+        middle of a free turn, omega_m = I_m^-1 L with R_m = exp(duration omega / 2) R, and what `impulse` (B, 3) [N m s] adds.
 
-        omega = omega_m + duration I^-1 (omega x I omega), by iteration (each round gains an order in duration).
+        h = omega_m + I^-1 impulse + duration I^-1 (h x I h), by iteration (each round gains an order in duration).
         """
         if len(self.pose) == 0:
             return np.zeros((0, 3))
@@ -99,26 +102,28 @@ class RigidBodyState:
         half_turn = Rotation.from_rotvec(0.5 * duration * self.twist[:, 3:]).as_matrix()
         middle = half_turn @ inertia @ half_turn.transpose(0, 2, 1)
         target = np.linalg.solve(middle, self.momenta()[:, 3:, None])[:, :, 0]
+        target += np.linalg.solve(inertia, impulse[:, :, None])[:, :, 0]
         rate = target
         for _ in range(2):
             torque = cross(rate, applied(inertia, rate))
             rate = target + duration * np.linalg.solve(inertia, torque[:, :, None])[:, :, 0]
         return rate
 
-    def inverse_masses(self) -> Array:
-        """(B, 6, 6) twist by impulse, diag(1 / m, (R I R^T)^-1); 0 for a body that is held; not to be written into."""
-        return self._at_pose()[1]
-
     def inverse_mass_matrix(self) -> Array:
         """(6 B, 6 B) twists of all bodies by impulses on them, joints apart."""
-        count = len(self.pose)
+        count, axes = len(self.pose), np.arange(3)
         matrix = np.zeros((count, 6, count, 6))
-        matrix[np.arange(count), :, np.arange(count), :] = self.inverse_masses()
+        rows = np.arange(count)
+        matrix[rows[:, None], axes, rows[:, None], axes] = self._ease[:, None]
+        matrix[rows, 3:, rows, 3:] = self.inverse_inertia()
         return matrix.reshape(6 * count, 6 * count)
 
     def inverse_mass(self, row: int) -> Array:
-        """(6, 6) of one body; see `inverse_masses`."""
-        return self.inverse_masses()[row].copy()
+        """(6, 6) twist by impulse of one body, diag(1 / m, (R I R^T)^-1); 0 for a body that is held."""
+        matrix = np.zeros((6, 6))
+        matrix[:3, :3] = np.eye(3) * self._ease[row]
+        matrix[3:, 3:] = self.inverse_inertia()[row]
+        return matrix
 
     def mass_matrix(self, row: int) -> Array:
         """(6, 6) impulse by twist, diag(m, R I R^T)."""
@@ -134,14 +139,15 @@ class RigidBodyState:
         M^-1 (applied wrench + lines + lasting reaction of joints and contacts) + gravity, and - I^-1 omega x I omega.
         """
         lasting = steady(self.earlier_reaction[row], self.reaction[row])
-        return self.known_accelerations(gravity, slice(row, row + 1))[0] + self.inverse_masses()[row] @ lasting
+        return self.known_accelerations(gravity, slice(row, row + 1))[0] + self.inverse_mass(row) @ lasting
 
     def known_accelerations(self, gravity: Array, rows: slice = ALL) -> Array:
         """(B, 6) as `free_acceleration`, without joints and contacts, of these rows; 0 for a body that is held."""
         wrench = self.applied_wrench[rows] + self.line_wrench[rows]
         wrench[:, 3:] -= self.gyroscopic_torque(rows)
-        acceleration = applied(self.inverse_masses()[rows], wrench)
-        acceleration[self.is_free[rows], :3] += gravity
+        acceleration = np.empty(wrench.shape)
+        acceleration[:, :3] = self._ease[rows, None] * wrench[:, :3] + self.is_free[rows, None] * gravity
+        acceleration[:, 3:] = applied(self.inverse_inertia()[rows], wrench[:, 3:])
         return acceleration
 
     def settle_reaction(self, momenta_before: Array, duration: float, gravity: Array) -> None:

@@ -19,6 +19,7 @@ from coupling.errors import CoSimulationError
 from coupling.motion import OscillatingMotion, UniformMotion, WaypointMotion
 from coupling.participant import Causality
 from coupling.participants.rigid_bodies import RigidBodyParticipant, RigidBodyWorld
+from coupling.quiet_pybullet import pybullet
 
 GRAVITY = 9.81
 
@@ -459,8 +460,9 @@ def test_force_that_somebody_else_left_pending_is_found(space: RigidBodyWorld) -
     add_box(space, "hull")
     space.set_wrench("hull", np.array([10.0, 0.0, 0.0, 0.0, 1.0, 0.0]))
     space.advance(0.05)
-    forgotten = np.array([0.0, 0.0, 5.0, 0.0, 0.0, 0.0])  # as of a step that was broken off
-    space._client.push(space._bodies["hull"].bullet, forgotten, space.pose("hull")[:3])
+    bullet, world_frame = space._bodies["hull"].bullet.unique_id, pybullet.WORLD_FRAME
+    where = space.pose("hull")[:3].tolist()
+    space._client._call(pybullet.applyExternalForce, bullet, -1, (0.0, 0.0, 5.0), where, world_frame)
     with pytest.raises(RuntimeError, match=r"body 'hull' receives an impulse of \[.*\] N s and N m s that no wrench"):
         space.advance(0.05)
 
