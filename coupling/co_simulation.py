@@ -26,6 +26,7 @@ from coupling.connection import Connection, link, setup_problems
 from coupling.errors import CoSimulationError, CouplingSetupError, reason
 from coupling.exchange_ledger import ExchangeLedger
 from coupling.initialization import exchange_initial_values
+from coupling.linear_algebra import one_blas_thread
 from coupling.observer import Observer
 from coupling.participant import Array, Participant
 from coupling.rollback import rollback_fault
@@ -139,6 +140,7 @@ class CoSimulation:
         """Why participants that were to be taken back cannot be, by name; empty where nothing needs it."""
         return MappingProxyType(self._rollback_faults)
 
+    @one_blas_thread()
     def initialize(self, saved: Mapping[str, Any] | None = None) -> None:
         """Bring every participant to the start time, exchange initial values, and show observers the first frame.
 
@@ -185,6 +187,7 @@ class CoSimulation:
         self._require(_Phase.RUNNING, "restore_state")
         self._in_order(partial(self._take_up, saved))
 
+    @one_blas_thread()
     def step(self) -> None:
         """One communication step, then observers are told; the run ends here if a participant asks for it."""
         self._require(_Phase.RUNNING, "step")

@@ -29,6 +29,7 @@ from scipy.spatial.transform import Rotation
 from coupling.attachment import PlacedWalls, tell_liquid_within, tell_overlaps, tell_thin_parts
 from coupling.bodies import require_closed
 from coupling.errors import UnresolvedSolidError
+from coupling.linear_algebra import one_blas_thread
 from coupling.pybullet_defaults import DefaultsWatch, tell_inertia
 from coupling.pybullet_links import LinkedBody, LinkKey, LinkSystem, read_links
 from coupling.pybullet_shapes import link_mesh, link_pose
@@ -143,6 +144,7 @@ class FluidWorld:
             raise ValueError(f"link {link} of body {body} does not meet the fluid, allowed (body/link): {met}")
         return self._wrenches[body, link].copy()
 
+    @one_blas_thread()
     def step(self) -> AdvanceReport:
         """One step of the client's own time step, fluid first; replaces `pybullet.stepSimulation`."""
         self._require_client()
