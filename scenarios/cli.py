@@ -1,4 +1,4 @@
-"""The `oilsim` command: list, check and run scenarios; replay, debrief, compare, verify, export and repair recordings.
+"""The `oilsim` command: list, check, run and sweep scenarios; replay, debrief, compare, verify, export and repair recordings.
 
 Exit codes: 0 done, 2 bad input (what, where, what is allowed), 1 failed run (the recording so far is kept) or difference found.
 """
@@ -24,13 +24,14 @@ from scenarios.commands import (
     report,
     run,
     signals,
+    sweep,
     verify,
 )  # fmt: skip
 from scenarios.exit_codes import BAD_INPUT, INTERRUPTED
 from scenarios.problems import ScenarioError
 
 COMMANDS = (
-    list, check, run, replay, debrief, compare, verify, report, export, repair, signals, build_fmu, export_fmu,
+    list, check, run, sweep, replay, debrief, compare, verify, report, export, repair, signals, build_fmu, export_fmu,
 )  # fmt: skip
 
 

@@ -81,10 +81,10 @@ class ProgressDisplay:
             return text
         speed = (last_time - first_time) / (last_wall - first_wall)
         left = max(0.0, self._duration - time) / speed
-        return f"{text}, {speed:.2g} x real time, {_clock(left)} left"
+        return f"{text}, {speed:.2g} x real time, {clock(left)} left"
 
 
-def _clock(seconds: float) -> str:
+def clock(seconds: float) -> str:
     """Minutes and seconds, or hours and minutes."""
     whole = round(seconds)
     if whole < 3600:
