@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from tests.validation.boom_flume import BOOM_FLUME
 from tests.validation.boom_in_waves import BOOM_IN_WAVES
 from tests.validation.case import Case
 from tests.validation.channel import LAYERED, START_UP
@@ -24,6 +25,7 @@ CASES: tuple[Case, ...] = tuple(
             STILL_COLUMN, TWO_LAYERS, CONSERVATION, SHEAR_WAVE, INVISCID_SHEAR, START_UP, LAYERED, ELLIPTICAL_DROP, TAYLOR_GREEN,
             STANDING_WAVE, DAM_FRONT, DAM_PRESSURE, INTERFACE_WAVE, RAYLEIGH_TAYLOR, LOCK_EXCHANGE, VISCOUS_CURRENT, OIL_SLICK,
             PLANAR_SLICK, ARCHIMEDES, SUBMERGED, RELEASE, PLANE_RELEASE, SURFACING, BOOM_IN_WAVES, HEAVE_DECAY, TOWED_PLATE, TOWED_SKIRT,
+            BOOM_FLUME,
         ),
         key=lambda case: case.number,
     )
