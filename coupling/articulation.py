@@ -19,9 +19,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.linalg import lapack
 from scipy.sparse import csr_array
+from scipy.sparse.csgraph import reverse_cuthill_mckee
 
+from coupling.envelope_cholesky import EnvelopeCholesky
 from coupling.rotations import cross, rotation_matrices
 
 Array = npt.NDArray[np.float64]
@@ -42,13 +43,16 @@ class PointJoint:
 
 
 class Joints:
-    """Who of so many bodies holds whom, as arrays with one row for each body that a joint holds; it stays while the bodies move."""
+    """Who of so many bodies holds whom, as arrays with one row for each body that a joint holds; it stays while the bodies move.
+
+    first_row: of J, of each joint in the order given. Joints of one body have rows close to each other.
+    """
 
     def __init__(self, joints: Sequence[PointJoint], body_count: int) -> None:
-        first_row = _first_rows(joints)
+        self.first_row = _first_rows(joints, body_count)
         sides = [
             (start, sign, body, point, joint.holds_turn)
-            for start, joint in zip(first_row[:-1], joints, strict=True)
+            for start, joint in zip(self.first_row, joints, strict=True)
             for sign, body, point in ((1.0, joint.first, joint.first_point), (-1.0, joint.second, joint.second_point))
             if body >= 0
         ]
@@ -57,7 +61,7 @@ class Joints:
         self._body = np.array([side[2] for side in sides], dtype=np.int64)
         self._point = np.array([side[3] for side in sides], dtype=np.float64).reshape(-1, 3)
         turning = np.array([side[4] for side in sides], dtype=bool)
-        self._row_count = first_row[-1]
+        self._row_count = sum(_row_count(joint) for joint in joints)
         self._row = start[:, None] + np.arange(3)
         column = 6 * self._body[:, None, None] + np.stack([np.arange(3), 3 + AFTER, 3 + BEFORE], axis=1)
         turn_row, turn_column = self._row[turning] + 3, 6 * self._body[turning, None] + 3 + np.arange(3)
@@ -86,33 +90,41 @@ class Joints:
 class Articulation:
     """Joints among bodies at one instant; pose (B, 7), twist (B, 6), inverse_mass (6 B, 6 B) without them."""
 
-    def __init__(self, joints: Joints, pose: Array, twist: Array, inverse_mass: Array) -> None:
+    def __init__(self, joints: Joints, pose: Array, twist: Array, inverse_mass: csr_array) -> None:
         self._twist = twist
         self._inverse_mass = inverse_mass
         self._jacobian, self._bias = joints.jacobian(pose, twist)
-        self._spread = (self._jacobian @ inverse_mass).T  # W is symmetric, and J has a few entries a row only
-        system = self._jacobian @ self._spread
+        self._spread = self._jacobian @ inverse_mass
+        system = (self._spread @ self._jacobian.T).toarray()
         mean = float(np.trace(system)) / max(len(system), 1)
         system.flat[:: len(system) + 1] += REGULAR * mean or 1.0  # nothing moves anyway where motors hold all
-        self._factor = np.linalg.cholesky(system)
+        self._system = EnvelopeCholesky(system)
 
-    def inverse_mass(self, chosen: list[int] | None = None) -> Array:
+    def inverse_mass(self, chosen: Sequence[int] | None = None) -> Array:
         """W_c [1/kg, 1/(kg m), 1/(kg m2)] (6 B, 6 B), or its rows and columns `chosen`."""
-        rows = slice(None) if chosen is None else chosen
-        own = self._inverse_mass[rows][:, rows]
-        if not self._factor.size:  # LAPACK complains of systems without rows
-            return own
-        half = lapack.dtrtrs(self._factor, self._spread[rows].T, lower=1)[0]
-        return np.asarray(own - half.T @ half)
+        answer = self._inverse_mass.toarray()
+        answer -= self._spread.T @ self._system.solved(self._spread.toarray())
+        return answer if chosen is None else answer[np.ix_(chosen, chosen)]
 
     def acceleration(self, free: Array, step_size: float) -> Array:
         """a_c (B, 6) for accelerations `free` (B, 6) that the bodies would have without joints; h is `step_size` [s]."""
-        if not self._factor.size:
-            return free
         error = self._jacobian @ (free + self._twist / step_size).ravel() + self._bias
-        return free - (self._spread @ lapack.dpotrs(self._factor, error, lower=1)[0]).reshape(free.shape)
+        return free - (self._spread.T @ self._system.solved(error[:, None])[:, 0]).reshape(free.shape)
 
 
-def _first_rows(joints: Sequence[PointJoint]) -> list[int]:
-    """The first row of J of every joint, and their number."""
-    return list(itertools.accumulate((6 if joint.holds_turn else 3 for joint in joints), initial=0))
+def _row_count(joint: PointJoint) -> int:
+    """Rows of J that a joint takes."""
+    return 6 if joint.holds_turn else 3
+
+
+def _first_rows(joints: Sequence[PointJoint], body_count: int) -> npt.NDArray[np.int64]:
+    """The first row of J of every joint: joints that share a body lie close to each other, so that the rows of J W J^T are short."""
+    holds = np.zeros((len(joints), body_count), dtype=np.int64)
+    for index, joint in enumerate(joints):
+        holds[index, [body for body in (joint.first, joint.second) if body >= 0]] = 1
+    neighbors = csr_array(holds) @ csr_array(holds.T)
+    order = reverse_cuthill_mckee(neighbors, symmetric_mode=True) if joints else np.zeros(0, dtype=np.int64)
+    before = itertools.accumulate((_row_count(joints[index]) for index in order[:-1]), initial=0)
+    first = np.zeros(len(joints), dtype=np.int64)
+    first[order] = list(before)[: len(joints)]
+    return first
