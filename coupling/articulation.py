@@ -8,6 +8,10 @@ Gauss's principle gives
 
 where J V / h takes back within a step what the joints have drifted. With these the fluid knows what a chain of bodies will do when it
 presses on one of them; a free body's inverse mass in their place, with the joint forces of the step before, winds up and blows up.
+
+The engine is given the joints' own forces, f = -(J W J^T)^-1 (J a + J V / h + e g / h^2), g the gaps, of which the part e is to close in
+a step h. It closes joints one by one, in rounds, and would leave most of a pull to the next step where a light body, such as a tow line,
+hangs between heavy ones, or where a chain is long.
 """
 
 from __future__ import annotations
@@ -72,6 +76,10 @@ class Joints:
         row_start = np.concatenate([[0], np.cumsum(np.bincount(row, minlength=self._row_count))])
         shape = (self._row_count, 6 * body_count)
         self._pattern = csr_array((np.zeros(len(row)), column[self._order], row_start), shape=shape)
+        self._held = np.zeros(self._row_count)  # less the points of the world
+        for start, joint in zip(self.first_row, joints, strict=True):
+            if joint.second < 0:
+                self._held[start : start + 3] = -joint.second_point
 
     def jacobian(self, pose: Array, twist: Array) -> tuple[csr_array, Array]:
         """J (R, 6 B), three rows a joint and three more where it holds the turn, and dJ/dt V (R,)."""
@@ -86,12 +94,18 @@ class Joints:
         jacobian.data = values
         return jacobian, bias
 
+    def gaps(self, pose: Array) -> Array:
+        """g (R,), first point less second [m]; 0 in rows that hold the turn."""
+        place = pose[self._body, :3] + np.einsum("jab,jb->ja", rotation_matrices(pose[self._body, 3:]), self._point)
+        apart = self._sign[:, None] * place
+        return self._held + np.bincount(self._row.ravel(), apart.ravel(), self._row_count)
+
 
 class Articulation:
     """Joints among bodies at one instant; pose (B, 7), twist (B, 6), inverse_mass (6 B, 6 B) without them."""
 
     def __init__(self, joints: Joints, pose: Array, twist: Array, inverse_mass: csr_array) -> None:
-        self._twist = twist
+        self._joints, self._pose, self._twist = joints, pose, twist
         self._inverse_mass = inverse_mass
         self._jacobian, self._bias = joints.jacobian(pose, twist)
         self._spread = self._jacobian @ inverse_mass
@@ -110,6 +124,17 @@ class Articulation:
         """a_c (B, 6) for accelerations `free` (B, 6) that the bodies would have without joints; h is `step_size` [s]."""
         error = self._jacobian @ (free + self._twist / step_size).ravel() + self._bias
         return free - (self._spread.T @ self._system.solved(error[:, None])[:, 0]).reshape(free.shape)
+
+    def forces(self, free: Array, step_size: float, closing: float) -> tuple[Array, Array]:
+        """Forces (J, 3) [N] of joints on their first bodies, and the wrench J^T f (B, 6) of all; `free` and h as for `acceleration`.
+
+        closing: part of the gaps that they close within h.
+        """
+        gaps = self._joints.gaps(self._pose)
+        error = self._jacobian @ (free + self._twist / step_size).ravel() + closing / step_size**2 * gaps
+        force = -self._system.solved(error[:, None])[:, 0]
+        rows = self._joints.first_row[:, None] + np.arange(3)
+        return force[rows], (self._jacobian.T @ force).reshape(free.shape)
 
 
 def _row_count(joint: PointJoint) -> int:

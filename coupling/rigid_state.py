@@ -143,11 +143,14 @@ class RigidBodyState:
 
     def known_accelerations(self, gravity: Array, rows: slice = ALL) -> Array:
         """(B, 6) as `free_acceleration`, without joints and contacts, of these rows; 0 for a body that is held."""
-        wrench = self.applied_wrench[rows] + self.line_wrench[rows]
-        wrench[:, 3:] -= self.gyroscopic_torque(rows)
+        return self.accelerations_under(self.applied_wrench[rows] + self.line_wrench[rows], gravity, rows)
+
+    def accelerations_under(self, wrench: Array, gravity: Array, rows: slice = ALL) -> Array:
+        """(B, 6) of the bodies of these rows by a wrench (B, 6), gravity and turning; 0 for a body that is held."""
+        torque = wrench[:, 3:] - self.gyroscopic_torque(rows)
         acceleration = np.empty(wrench.shape)
         acceleration[:, :3] = self._ease[rows, None] * wrench[:, :3] + self.is_free[rows, None] * gravity
-        acceleration[:, 3:] = applied(self.inverse_inertia()[rows], wrench[:, 3:])
+        acceleration[:, 3:] = applied(self.inverse_inertia()[rows], torque)
         return acceleration
 
     def settle_reaction(self, momenta_before: Array, duration: float, gravity: Array) -> None:
