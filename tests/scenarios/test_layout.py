@@ -157,3 +157,13 @@ def test_a_boom_is_not_told_for_its_vessel() -> None:
         )
     )
     assert set(found) == {"vessels.v", "booms.b"}
+
+
+BOOM = "skirt_depth = 0.2\nfreeboard = 0.12\nsegments = 12\n"
+
+
+def test_of_a_boom_that_reaches_far_out_of_the_tank_one_segment_is_told() -> None:
+    with pytest.raises(ScenarioError) as caught:
+        estimate(scenario_of("[booms.b]\nends = [[0.6, 0.2], [0.6, 0.8]]\nlength = 1.6\n" + BOOM))
+    (problem,) = caught.value.problems
+    assert problem.path == "booms.b" and "m deep in a side of the tank" in problem.text
