@@ -162,6 +162,14 @@ def test_a_boom_is_not_told_for_its_vessel() -> None:
 BOOM = "skirt_depth = 0.2\nfreeboard = 0.12\nsegments = 12\n"
 
 
+def test_a_boom_that_is_held_straight_is_refused() -> None:
+    """Its tension would have no bound: with a thousandth of its length to give it runs, between vessels it needs none."""
+    taut = "[booms.b]\nends = [[0.2, 0.1], [0.2, 0.9]]\nlength = 0.8\n" + BOOM
+    told = problems_of(scenario_of(taut))["booms.b"]
+    assert "ends are held 0.8 m apart, allowed: at most 0.7992 m for a boom of 0.8 m" in told
+    assert "booms.b" not in str(estimate(scenario_of(taut.replace("0.9]", "0.8992]"))))
+
+
 def test_of_a_boom_that_reaches_far_out_of_the_tank_one_segment_is_told() -> None:
     with pytest.raises(ScenarioError) as caught:
         estimate(scenario_of("[booms.b]\nends = [[0.6, 0.2], [0.6, 0.8]]\nlength = 1.6\n" + BOOM))
