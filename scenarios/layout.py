@@ -56,7 +56,7 @@ def lay_out(scenario: Scenario) -> Layout:
     fleet = place_fleet(scenario, level, problems)
     solids = (*own_solids(scenario, problems), *fleet.solids)
     meshes = {solid.name: solid.world_mesh() for solid in solids if solid.wetted}
-    positions = clear_of(meshes.values(), regions, fluid.particle_spacing)
+    positions = clear_of(meshes.values(), regions, scenario.tank, fluid.particle_spacing)
     problems += _displaced_regions(regions, positions)
     problems += pipe_problems(scenario, meshes)
     problems += _out_of_reach(solids, meshes, scenario.tank)
