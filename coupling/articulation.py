@@ -8,6 +8,10 @@ Gauss's principle gives
 
 where J V / h takes back within a step what the joints have drifted. With these the fluid knows what a chain of bodies will do when it
 presses on one of them; a free body's inverse mass in their place, with the joint forces of the step before, winds up and blows up.
+
+The engine is given the joints' own forces, f = -(J W J^T)^-1 (J a + J V / h + e g / h^2), g the gaps, of which the part e is to close in
+a step h. It closes joints one by one, in rounds, and would leave most of a pull to the next step where a light body, such as a tow line,
+hangs between heavy ones, or where a chain is long.
 """
 
 from __future__ import annotations
@@ -19,9 +23,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.linalg import lapack
 from scipy.sparse import csr_array
+from scipy.sparse.csgraph import reverse_cuthill_mckee
 
+from coupling.envelope_cholesky import EnvelopeCholesky
 from coupling.rotations import cross, rotation_matrices
 
 Array = npt.NDArray[np.float64]
@@ -42,13 +47,16 @@ class PointJoint:
 
 
 class Joints:
-    """Who of so many bodies holds whom, as arrays with one row for each body that a joint holds; it stays while the bodies move."""
+    """Who of so many bodies holds whom, as arrays with one row for each body that a joint holds; it stays while the bodies move.
+
+    first_row: of J, of each joint in the order given. Joints of one body have rows close to each other.
+    """
 
     def __init__(self, joints: Sequence[PointJoint], body_count: int) -> None:
-        first_row = _first_rows(joints)
+        self.first_row = _first_rows(joints, body_count)
         sides = [
             (start, sign, body, point, joint.holds_turn)
-            for start, joint in zip(first_row[:-1], joints, strict=True)
+            for start, joint in zip(self.first_row, joints, strict=True)
             for sign, body, point in ((1.0, joint.first, joint.first_point), (-1.0, joint.second, joint.second_point))
             if body >= 0
         ]
@@ -57,7 +65,7 @@ class Joints:
         self._body = np.array([side[2] for side in sides], dtype=np.int64)
         self._point = np.array([side[3] for side in sides], dtype=np.float64).reshape(-1, 3)
         turning = np.array([side[4] for side in sides], dtype=bool)
-        self._row_count = first_row[-1]
+        self._row_count = sum(_row_count(joint) for joint in joints)
         self._row = start[:, None] + np.arange(3)
         column = 6 * self._body[:, None, None] + np.stack([np.arange(3), 3 + AFTER, 3 + BEFORE], axis=1)
         turn_row, turn_column = self._row[turning] + 3, 6 * self._body[turning, None] + 3 + np.arange(3)
@@ -68,6 +76,10 @@ class Joints:
         row_start = np.concatenate([[0], np.cumsum(np.bincount(row, minlength=self._row_count))])
         shape = (self._row_count, 6 * body_count)
         self._pattern = csr_array((np.zeros(len(row)), column[self._order], row_start), shape=shape)
+        self._held = np.zeros(self._row_count)  # less the points of the world
+        for start, joint in zip(self.first_row, joints, strict=True):
+            if joint.second < 0:
+                self._held[start : start + 3] = -joint.second_point
 
     def jacobian(self, pose: Array, twist: Array) -> tuple[csr_array, Array]:
         """J (R, 6 B), three rows a joint and three more where it holds the turn, and dJ/dt V (R,)."""
@@ -82,37 +94,62 @@ class Joints:
         jacobian.data = values
         return jacobian, bias
 
+    def gaps(self, pose: Array) -> Array:
+        """g (R,), first point less second [m]; 0 in rows that hold the turn."""
+        place = pose[self._body, :3] + np.einsum("jab,jb->ja", rotation_matrices(pose[self._body, 3:]), self._point)
+        apart = self._sign[:, None] * place
+        return self._held + np.bincount(self._row.ravel(), apart.ravel(), self._row_count)
+
 
 class Articulation:
     """Joints among bodies at one instant; pose (B, 7), twist (B, 6), inverse_mass (6 B, 6 B) without them."""
 
-    def __init__(self, joints: Joints, pose: Array, twist: Array, inverse_mass: Array) -> None:
-        self._twist = twist
+    def __init__(self, joints: Joints, pose: Array, twist: Array, inverse_mass: csr_array) -> None:
+        self._joints, self._pose, self._twist = joints, pose, twist
         self._inverse_mass = inverse_mass
         self._jacobian, self._bias = joints.jacobian(pose, twist)
-        self._spread = (self._jacobian @ inverse_mass).T  # W is symmetric, and J has a few entries a row only
-        system = self._jacobian @ self._spread
+        self._spread = self._jacobian @ inverse_mass
+        system = (self._spread @ self._jacobian.T).toarray()
         mean = float(np.trace(system)) / max(len(system), 1)
         system.flat[:: len(system) + 1] += REGULAR * mean or 1.0  # nothing moves anyway where motors hold all
-        self._factor = np.linalg.cholesky(system)
+        self._system = EnvelopeCholesky(system)
 
-    def inverse_mass(self, chosen: list[int] | None = None) -> Array:
+    def inverse_mass(self, chosen: Sequence[int] | None = None) -> Array:
         """W_c [1/kg, 1/(kg m), 1/(kg m2)] (6 B, 6 B), or its rows and columns `chosen`."""
-        rows = slice(None) if chosen is None else chosen
-        own = self._inverse_mass[rows][:, rows]
-        if not self._factor.size:  # LAPACK complains of systems without rows
-            return own
-        half = lapack.dtrtrs(self._factor, self._spread[rows].T, lower=1)[0]
-        return np.asarray(own - half.T @ half)
+        answer = self._inverse_mass.toarray()
+        answer -= self._spread.T @ self._system.solved(self._spread.toarray())
+        return answer if chosen is None else answer[np.ix_(chosen, chosen)]
 
     def acceleration(self, free: Array, step_size: float) -> Array:
         """a_c (B, 6) for accelerations `free` (B, 6) that the bodies would have without joints; h is `step_size` [s]."""
-        if not self._factor.size:
-            return free
         error = self._jacobian @ (free + self._twist / step_size).ravel() + self._bias
-        return free - (self._spread @ lapack.dpotrs(self._factor, error, lower=1)[0]).reshape(free.shape)
+        return free - (self._spread.T @ self._system.solved(error[:, None])[:, 0]).reshape(free.shape)
+
+    def forces(self, free: Array, step_size: float, closing: float) -> tuple[Array, Array]:
+        """Forces (J, 3) [N] of joints on their first bodies, and the wrench J^T f (B, 6) of all; `free` and h as for `acceleration`.
+
+        closing: part of the gaps that they close within h.
+        """
+        gaps = self._joints.gaps(self._pose)
+        error = self._jacobian @ (free + self._twist / step_size).ravel() + closing / step_size**2 * gaps
+        force = -self._system.solved(error[:, None])[:, 0]
+        rows = self._joints.first_row[:, None] + np.arange(3)
+        return force[rows], (self._jacobian.T @ force).reshape(free.shape)
 
 
-def _first_rows(joints: Sequence[PointJoint]) -> list[int]:
-    """The first row of J of every joint, and their number."""
-    return list(itertools.accumulate((6 if joint.holds_turn else 3 for joint in joints), initial=0))
+def _row_count(joint: PointJoint) -> int:
+    """Rows of J that a joint takes."""
+    return 6 if joint.holds_turn else 3
+
+
+def _first_rows(joints: Sequence[PointJoint], body_count: int) -> npt.NDArray[np.int64]:
+    """The first row of J of every joint: joints that share a body lie close to each other, so that the rows of J W J^T are short."""
+    holds = np.zeros((len(joints), body_count), dtype=np.int64)
+    for index, joint in enumerate(joints):
+        holds[index, [body for body in (joint.first, joint.second) if body >= 0]] = 1
+    neighbors = csr_array(holds) @ csr_array(holds.T)
+    order = reverse_cuthill_mckee(neighbors, symmetric_mode=True) if joints else np.zeros(0, dtype=np.int64)
+    before = itertools.accumulate((_row_count(joints[index]) for index in order[:-1]), initial=0)
+    first = np.zeros(len(joints), dtype=np.int64)
+    first[order] = list(before)[: len(joints)]
+    return first

@@ -6,7 +6,6 @@ so that a step can be repeated. pybullet's axes of a body are the principal ones
 
 from __future__ import annotations
 
-import math
 import tempfile
 import weakref
 from collections.abc import Callable, Sequence
@@ -102,9 +101,9 @@ class BulletClient:
             self._call(pybullet.setCollisionFilterPair, first.unique_id, second_id, -1, -1, 0)
         return joint
 
-    def tension(self, joint: int) -> float:
-        """Magnitude of the force a joint carried in the last step [N]."""
-        return math.hypot(*self._call(pybullet.getConstraintState, joint))
+    def joint_force(self, joint: int) -> Array:
+        """Force (3,) of a joint on its first body in the last step [N]."""
+        return -np.array(self._call(pybullet.getConstraintState, joint)[:3])
 
     def place(self, body: BulletBody, motion: Motion) -> None:
         """Put a body where `motion` says; pybullet stops a body that it places, so the velocity comes second."""

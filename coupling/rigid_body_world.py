@@ -25,6 +25,7 @@ from oilsim.checks import finite
 
 Array = npt.NDArray[np.float64]
 
+CLOSING = 0.2  # of a joint's gap, in a step of the engine: as much as pybullet would
 FURTHEST = 0.25  # of half its thickness, that a body may go in a step of the engine
 
 
@@ -291,9 +292,9 @@ class RigidBodyWorld:
         self._engine.touched.clear()
         self.lines.begin(duration, len(self._bodies))
         for index in range(count):
-            self._advance_once(begin + (index + 1) * sub_step, sub_step)
-            for name, joint in self._joints.items():
-                tensions[name] += self._client.tension(joint) / count
+            forces = self._advance_once(begin + (index + 1) * sub_step, sub_step)
+            for (name, joint), force in zip(self._joints.items(), forces, strict=True):
+                tensions[name] += math.hypot(*(force + self._client.joint_force(joint))) / count
         self._tensions = tensions
         self._last_duration = duration
         self._articulation = None
@@ -369,14 +370,27 @@ class RigidBodyWorld:
         pose = self._state.pose[body.row]
         return Rotation.from_quat(pose[3:]).inv().apply(np.array(point) - pose[:3])
 
-    def _advance_once(self, end: float, sub_step: float) -> None:
-        """One sub-step that ends at the time `end`; the engine takes no part where no body is free."""
+    def _advance_once(self, end: float, sub_step: float) -> Array:
+        """One sub-step that ends at the time `end`; the engine takes no part where no body is free.
+
+        Returns the forces (J, 3) [N] of joints on their first bodies, to which the engine adds what contacts ask of them.
+        """
         pull = self.lines.pull_for(sub_step, self._state.pose, self._state.twist)
         wrench = self._state.wrench + self._state.applied_wrench + pull
         free = [body for body in self._bodies.values() if body.motion == "free"]
         led = [(body, body.motion) for body in self._bodies.values() if not isinstance(body.motion, str)]
+        forces, joint_wrench = self._joint_forces(wrench, sub_step)
         if free:
-            self._engine.step(free, [(body, motion.at(end)) for body, motion in led], wrench, sub_step)
+            self._engine.step(free, [(body, motion.at(end)) for body, motion in led], wrench + joint_wrench, sub_step)
+            self._articulation = None
         for body, motion in led:
             self._place(body, motion.at(end))
         self.time = end
+        return forces
+
+    def _joint_forces(self, wrench: Array, sub_step: float) -> tuple[Array, Array]:
+        """Forces (J, 3) [N] with which joints answer a `wrench` (B, 6) over a sub-step [s], and their own wrench (B, 6)."""
+        if not (self._joints and self._state.is_free.any()):
+            return np.zeros((len(self._joints), 3)), np.zeros(wrench.shape)
+        free = self._state.accelerations_under(wrench, self._gravity)
+        return self._articulated().forces(free, sub_step, CLOSING)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
+from scipy.sparse import bsr_array, csr_array
 from scipy.spatial.transform import Rotation
 
 from coupling.bodies import MassProperties
@@ -109,14 +110,13 @@ class RigidBodyState:
             rate = target + duration * np.linalg.solve(inertia, torque[:, :, None])[:, :, 0]
         return rate
 
-    def inverse_mass_matrix(self) -> Array:
+    def inverse_mass_matrix(self) -> csr_array:
         """(6 B, 6 B) twists of all bodies by impulses on them, joints apart."""
-        count, axes = len(self.pose), np.arange(3)
-        matrix = np.zeros((count, 6, count, 6))
-        rows = np.arange(count)
-        matrix[rows[:, None], axes, rows[:, None], axes] = self._ease[:, None]
-        matrix[rows, 3:, rows, 3:] = self.inverse_inertia()
-        return matrix.reshape(6 * count, 6 * count)
+        count = len(self.pose)
+        blocks = np.zeros((count, 6, 6))
+        blocks[:, range(3), range(3)] = self._ease[:, None]
+        blocks[:, 3:, 3:] = self.inverse_inertia()
+        return bsr_array((blocks, np.arange(count), np.arange(count + 1)), shape=(6 * count, 6 * count)).tocsr()
 
     def inverse_mass(self, row: int) -> Array:
         """(6, 6) twist by impulse of one body, diag(1 / m, (R I R^T)^-1); 0 for a body that is held."""
@@ -143,11 +143,14 @@ class RigidBodyState:
 
     def known_accelerations(self, gravity: Array, rows: slice = ALL) -> Array:
         """(B, 6) as `free_acceleration`, without joints and contacts, of these rows; 0 for a body that is held."""
-        wrench = self.applied_wrench[rows] + self.line_wrench[rows]
-        wrench[:, 3:] -= self.gyroscopic_torque(rows)
+        return self.accelerations_under(self.applied_wrench[rows] + self.line_wrench[rows], gravity, rows)
+
+    def accelerations_under(self, wrench: Array, gravity: Array, rows: slice = ALL) -> Array:
+        """(B, 6) of the bodies of these rows by a wrench (B, 6), gravity and turning; 0 for a body that is held."""
+        torque = wrench[:, 3:] - self.gyroscopic_torque(rows)
         acceleration = np.empty(wrench.shape)
         acceleration[:, :3] = self._ease[rows, None] * wrench[:, :3] + self.is_free[rows, None] * gravity
-        acceleration[:, 3:] = applied(self.inverse_inertia()[rows], wrench[:, 3:])
+        acceleration[:, 3:] = applied(self.inverse_inertia()[rows], torque)
         return acceleration
 
     def settle_reaction(self, momenta_before: Array, duration: float, gravity: Array) -> None:

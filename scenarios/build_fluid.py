@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import fields
 
@@ -17,7 +19,7 @@ from oilsim.phases import Phase
 from oilsim.solver import Fluid
 from scenarios.fields import Vector
 from scenarios.lattice import starting_positions
-from scenarios.liquid import PipeEmitterSettings
+from scenarios.liquid import PipeEmitterSettings, Tank
 from scenarios.problems import Problem
 from scenarios.scenario import Scenario
 from scenarios.weather import ForcingSettings, ZoneSettings, horizontal
@@ -57,15 +59,30 @@ def fluid_config(scenario: Scenario) -> FluidConfig:
 def fill_positions(scenario: Scenario, solids: Iterable[trimesh.Trimesh] = ()) -> dict[str, Array]:
     """Particles (N, 3) [m] by region, none of them inside a solid (meshes in the world frame) or right at its surface."""
     spacing, dimension = scenario.fluid.particle_spacing, scenario.fluid.dimension
-    return clear_of(solids, starting_positions(scenario.fill, scenario.tank, spacing, dimension), spacing)
+    positions = starting_positions(scenario.fill, scenario.tank, spacing, dimension)
+    return clear_of(solids, positions, scenario.tank, spacing)
 
 
-def clear_of(solids: Iterable[trimesh.Trimesh], positions: Mapping[str, Array], spacing: float) -> dict[str, Array]:
+def clear_of(
+    solids: Iterable[trimesh.Trimesh], positions: Mapping[str, Array], tank: Tank, spacing: float
+) -> dict[str, Array]:
     """Of particles (N, 3) [m] by region those that are neither inside a solid nor right at its surface."""
-    clear = dict(positions)
-    for solid in solids:
-        clear = {name: _outside(points, solid, CLEARANCE * spacing) for name, points in clear.items()}
+    clear, clearance = dict(positions), CLEARANCE * spacing
+    for image in (image for solid in solids for image in _images(solid, tank, clearance)):
+        clear = {name: _outside(points, image, clearance) for name, points in clear.items()}
     return clear
+
+
+def _images(solid: trimesh.Trimesh, tank: Tank, clearance: float) -> Iterator[trimesh.Trimesh]:
+    """A closed mesh wherever the liquid of the tank meets it: what reaches through a periodic side comes in at the other one."""
+    shifts = []
+    for axis, low, high, bottom, top in zip("xyz", *solid.bounds, tank.lower, tank.upper, strict=True):
+        period = top - bottom
+        first = math.ceil((bottom - clearance - high) / period) if axis in tank.periodic else 0
+        last = math.floor((top + clearance - low) / period) if axis in tank.periodic else 0
+        shifts.append([times * period for times in range(first, last + 1)])
+    for shift in itertools.product(*shifts):
+        yield solid.copy().apply_translation(shift) if any(shift) else solid
 
 
 def _outside(points: Array, solid: trimesh.Trimesh, clearance: float) -> Array:
@@ -134,7 +151,7 @@ def pipe_problems(scenario: Scenario, solids: Mapping[str, trimesh.Trimesh]) -> 
                 text = f"has its pipe reach from {'xyz'[axis]} = {low:.3g} to {high:.3g} m, allowed: inside the tank, {room}"
                 yield Problem(f"emitters.{name}.mouth", text)
         for body, mesh in solids.items():
-            if len(_outside(points, mesh, 0.0)) < len(points):
+            if any(len(_outside(points, image, 0.0)) < len(points) for image in _images(mesh, tank, 0.0)):
                 yield Problem(
                     f"emitters.{name}.mouth", f"lies in body {body!r} at the start, allowed: outside all bodies"
                 )

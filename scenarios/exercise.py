@@ -98,7 +98,8 @@ class VesselSettings(Section):
 class BoomSettings(Section):
     """A boom of jointed segments, laid in a U or along a line between two ends.
 
-    ends                each the name of a vessel, or a fixed point (x, y) [m]
+    ends                each the name of a vessel, or a fixed point (x, y) [m]; two points are nearer to each other than its length, by a
+                        thousandth at least
     length              [m] of the boom along its skirt
     segments            rigid ones into which it is divided
     skirt_depth         [m] below the water, and

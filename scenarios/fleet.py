@@ -29,6 +29,7 @@ TOWING_BANDWIDTH = (
     3.0  # [rad/s] of the speed loop, three times a free vessel's: boom and entrained water outweigh the vessel
 )
 LINE_RELAXATION_TIME = 0.02  # [s] of an elastic line: damps a boom segment's bounce on it within a swing or two
+SLACK = 1e-3  # of a boom's length, between two points that hold it: straight, it could not give way, at any tension
 TOW_POINT = -0.4  # of the vessel's length from midships, in the waterline
 
 
@@ -159,6 +160,8 @@ def _laid(
     """Lay a boom between its ends and make it fast there."""
     boom = _boom(settings, scenario)
     places = [_boom_end(end, settings, vessels, water_level) for end in settings.ends]
+    if not any(isinstance(end, str) for end in settings.ends):
+        _require_slack(math.dist(*places), settings.length)
     layout = lay_between(boom, places[0], places[1], water_level=water_level, name=f"boom/{name}")
     ends = _Ends()
     for index, (end, label) in enumerate(zip(settings.ends, settings.end_labels, strict=True)):
@@ -184,6 +187,16 @@ def _laid(
         ends.joints += fast
         ends.tensions[label] = fast[-1].name
     return layout, ends
+
+
+def _require_slack(distance: float, length: float) -> None:
+    """ValueError for a boom of that length [m] that is held straight at both ends: T = q L^2 / (8 sag) has no bound."""
+    longest = (1.0 - SLACK) * length
+    if distance > longest:
+        raise ValueError(
+            f"ends are held {distance:g} m apart, allowed: at most {longest:.6g} m for a boom of {length:g} m, which needs"
+            " slack to give way to the water"
+        )
 
 
 def _boom(settings: BoomSettings, scenario: Scenario) -> Boom:

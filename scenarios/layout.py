@@ -56,7 +56,7 @@ def lay_out(scenario: Scenario) -> Layout:
     fleet = place_fleet(scenario, level, problems)
     solids = (*own_solids(scenario, problems), *fleet.solids)
     meshes = {solid.name: solid.world_mesh() for solid in solids if solid.wetted}
-    positions = clear_of(meshes.values(), regions, fluid.particle_spacing)
+    positions = clear_of(meshes.values(), regions, scenario.tank, fluid.particle_spacing)
     problems += _displaced_regions(regions, positions)
     problems += pipe_problems(scenario, meshes)
     problems += _out_of_reach(solids, meshes, scenario.tank)
@@ -166,13 +166,15 @@ def _add_lines(world: RigidBodyWorld, fleet: Fleet, problems: list[Problem]) -> 
 
 
 def _overlaps(world: RigidBodyWorld, spacing: float) -> Iterator[Problem]:
-    """Bodies that lie deep in each other, or in a side of the tank, would be thrown apart by the first step."""
-    allowed = TOUCHING * spacing
-    for one, other, depth in world.overlaps():
+    """Bodies that lie deep in each other, or in a side of the tank, would be thrown apart at once; of a boom the worst is told."""
+    allowed, worst = TOUCHING * spacing, dict[tuple[str, str], tuple[str, str, float]]()
+    for one, other, depth in sorted(world.overlaps(), key=lambda found: found[2]):
         if depth > allowed:
-            where = f"body {other!r}" if other else "a side of the tank"
-            text = f"has body {one!r} lie {depth:.2g} m deep in {where} at the start, allowed: up to {allowed:.2g} m"
-            yield Problem(table_entry(one), text)
+            worst[table_entry(one), other and table_entry(other)] = one, other, depth
+    for (table, _), (one, other, depth) in worst.items():
+        where = f"body {other!r}" if other else "a side of the tank"
+        text = f"has body {one!r} lie {depth:.2g} m deep in {where} at the start, allowed: up to {allowed:.2g} m"
+        yield Problem(table, text)
 
 
 def _add_tank_sides(world: RigidBodyWorld, tank: Tank) -> None:

@@ -115,7 +115,7 @@ class Tank(Section):
     """The box that holds the liquid [m]; in two dimensions the y extent does not matter.
 
     open      sides without a wall; what leaves through one is removed and counted. To bodies closed sides are planes without end
-    periodic  axes on which the liquid leaves one side and enters the other
+    periodic  axes on which the liquid leaves one side and enters the other; it meets bodies so too, but bodies do not meet each other
     no_slip   whether the liquid sticks to the walls (else it slides along them)
     """
 

@@ -135,9 +135,9 @@ class FluidParticipant:
         return np.asarray(turn @ added @ turn.T)
 
     def save_state(self) -> object:
-        """The fluid's state with the last outputs and inputs."""
+        """The fluid's state with the last outputs and inputs, but for what ties bodies: every step is told that anew."""
         return {
-            "fluid": self._fluid.save_state(),
+            "fluid": self._fluid.save_state() | {"tied": None},
             "inputs": {name: value.copy() for name, value in self._inputs.items()},
             "outputs": {name: value.copy() for name, value in self._outputs.items()},
         }

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.sparse import csr_array
 
+from coupling.articulation import Articulation, Joints, PointJoint
 from coupling.bodies import box, mass_properties
+from coupling.envelope_cholesky import EnvelopeCholesky, first_entries
 from coupling.rigid_body_world import RigidBodyWorld
 
 
@@ -79,3 +82,26 @@ def test_answer_to_an_impulse_is_what_the_engine_does():
     world.advance(1e-3)
     found = np.concatenate([world.twist(name) for name in names])
     assert found == pytest.approx(expected, abs=1e-2 * np.abs(expected).max())
+
+
+def test_rows_of_a_chain_stay_short_however_its_joints_come():
+    points = np.array([0.2, 0.0, 0.0]), np.array([-0.2, 0.0, 0.0])
+    links = np.random.default_rng(1).permutation(59)  # joints of a chain of 60 bodies, in no order
+    joints = [PointJoint(int(link), int(link) + 1, *points) for link in links]
+    held = Joints(joints, 60)
+    pose = np.tile([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], (60, 1))
+    jacobian = held.jacobian(pose, np.zeros((60, 6)))[0].toarray()
+    system = jacobian @ jacobian.T
+    assert (np.arange(len(system)) - first_entries(system)).max() <= 5  # three rows of a joint, three of its neighbour
+    found = Articulation(held, pose, np.zeros((60, 6)), csr_array(np.eye(360))).inverse_mass()
+    regular = system + 1e-9 * np.trace(system) / len(system) * np.eye(len(system))
+    assert found == pytest.approx(np.eye(360) - jacobian.T @ np.linalg.solve(regular, jacobian), abs=1e-10)
+
+
+def test_envelope_solves_what_is_full_and_refuses_what_is_not_positive():
+    root = np.random.default_rng(2).normal(size=(12, 12))
+    right = np.arange(36.0).reshape(12, 3)
+    matrix = root @ root.T + np.eye(12)
+    assert matrix @ EnvelopeCholesky(matrix).solved(right) == pytest.approx(right, abs=1e-10)
+    with pytest.raises(np.linalg.LinAlgError):
+        EnvelopeCholesky(-matrix)

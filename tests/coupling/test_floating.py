@@ -94,6 +94,26 @@ def test_momentum_of_fluid_and_body_is_kept_step_by_step() -> None:
     run.terminate()
 
 
+def test_what_ties_bodies_is_not_saved_as_every_step_is_told_it() -> None:
+    """It has 36 numbers for every pair of bodies: for a boom of 200 segments more than all of the water."""
+    fluid, world, (participant, _, _) = blob_and_box()
+    participant.set("box.pose", world.pose("box"))
+    tied = world.inverse_mass("box")
+    participant.set("inverse_mass", tied)
+    participant.do_step(0.0, 0.05)
+    assert fluid.work.walls.tied is not None
+    saved = participant.save_state()
+    wrenches = []
+    for _ in range(2):
+        participant.set("inverse_mass", tied)
+        participant.do_step(0.05, 0.05)
+        wrenches.append(participant.get("box.wrench"))
+        participant.restore_state(saved)
+        assert fluid.work.walls.tied is None
+    assert wrenches[0].any()
+    np.testing.assert_array_equal(wrenches[0], wrenches[1])
+
+
 def test_rolled_back_steps_repeat() -> None:
     fluid, world, coupled = blob_and_box()
     *participants, _ = coupled

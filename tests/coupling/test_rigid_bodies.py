@@ -501,3 +501,20 @@ def test_world_without_free_bodies_takes_no_step_of_the_engine(
     world.advance(0.5)
     assert not steps
     np.testing.assert_allclose(world.pose("piston")[:3], (0.5, 0.0, 0.0), atol=1e-12)
+
+
+def test_tow_line_of_a_few_grams_between_heavy_bodies_does_not_give_way():
+    world = RigidBodyWorld(gravity=(0.0, 0.0, 0.0))
+    for name, mass, x in (("vessel", 90.0, 0.0), ("line", 0.03, 0.4), ("boom", 3.0, 0.8)):
+        mesh = box((0.4, 0.1, 0.1))
+        world.add_body(name, mesh, mass_properties(mesh, mass=mass), (x, 0.0, 0.0), contact=False)
+    world.add_joint("at the vessel", "vessel", "line", (0.2, 0.0, 0.0))
+    world.add_joint("at the boom", "line", "boom", (0.6, 0.0, 0.0))
+    world.set_applied_wrench("vessel", np.array([-200.0, 0.0, 0.0, 0.0, 0.0, 0.0]))
+    world.set_applied_wrench("boom", np.array([200.0, 0.0, 0.0, 0.0, 0.0, 0.0]))
+    world.advance(1.0)
+    # both are pulled by 200 N, and so is the line between them: it stays as long as it is, 0.4 m from joint to joint
+    apart = world.pose("boom")[0] - world.pose("vessel")[0]
+    assert apart == pytest.approx(0.8, abs=1e-5)
+    assert world.tension("at the boom") == pytest.approx(200.0, rel=1e-3)
+    assert world.tension("at the vessel") == pytest.approx(200.0, rel=1e-3)

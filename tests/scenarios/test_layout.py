@@ -157,3 +157,35 @@ def test_a_boom_is_not_told_for_its_vessel() -> None:
         )
     )
     assert set(found) == {"vessels.v", "booms.b"}
+
+
+BOOM = "skirt_depth = 0.2\nfreeboard = 0.12\nsegments = 12\n"
+
+
+def test_a_boom_that_is_held_straight_is_refused() -> None:
+    """Its tension would have no bound: with a thousandth of its length to give it runs, between vessels it needs none."""
+    taut = "[booms.b]\nends = [[0.2, 0.1], [0.2, 0.9]]\nlength = 0.8\n" + BOOM
+    told = problems_of(scenario_of(taut))["booms.b"]
+    assert "ends are held 0.8 m apart, allowed: at most 0.7992 m for a boom of 0.8 m" in told
+    assert "booms.b" not in str(estimate(scenario_of(taut.replace("0.9]", "0.8992]"))))
+
+
+def test_of_a_boom_that_reaches_far_out_of_the_tank_one_segment_is_told() -> None:
+    with pytest.raises(ScenarioError) as caught:
+        estimate(scenario_of("[booms.b]\nends = [[0.6, 0.2], [0.6, 0.8]]\nlength = 1.6\n" + BOOM))
+    (problem,) = caught.value.problems
+    assert problem.path == "booms.b" and "m deep in a side of the tank" in problem.text
+
+
+def test_a_body_that_reaches_through_a_periodic_side_takes_the_place_of_liquid_on_both() -> None:
+    """Half a ball kept the liquid that it displaces, which was then pressed out of it, and turned it over."""
+    around = TANK.replace('open = ["+z"]', 'open = ["+z"]\nperiodic = ["x"]')
+    kept = []
+    for x in (0.5, 1.0, 0.0, 7.5):
+        scenario = scenario_from(tomllib.loads(around + ball(0.25, (x, 0.5, 0.3), "free")))
+        kept.append(sum(estimate(scenario).particles.values()))
+    assert kept[0] == kept[3]  # seven tanks on
+    assert kept[1] == kept[2] < 480  # of 448 + 32
+    pipe = '[emitters.in]\nphase = "brent"\nmouth = [0.1, 0.5, 0.35]\nradius = 0.05\nspeed = 0.1\n'
+    told = problems_of(scenario_from(tomllib.loads(around + ball(0.25, (1.0, 0.5, 0.3), "free") + pipe)))
+    assert "lies in body 'ball' at the start" in told["emitters.in.mouth"]
