@@ -63,17 +63,20 @@ class LinkedBody:
         self._torques = np.full((count, 3), np.nan)
         self._shapes = self._told_shapes()
         self._given = np.full((count, 3), np.inf)  # torques [N, N m] of motors that were overcome
+        self._most = np.zeros((count, 3))  # torques [N, N m] that motors have given so far
+        self._beaten = np.full((count, 3), np.nan)  # torques [N, N m] of motors whose joints last turned against them
         self._spent: set[tuple[int, float]] = set()  # constraints that once gave all, and how much that was [N, N m]
         self._loose: list[TreeLink] = []  # at the last reading, as if no motor held a joint
 
     def save_state(self) -> tuple[object, ...]:
         """What has been learnt of motors and constraints."""
-        return self._rates.copy(), self._torques.copy(), self._given.copy(), frozenset(self._spent)
+        motors = (self._rates, self._torques, self._given, self._most, self._beaten)
+        return tuple(each.copy() for each in motors), frozenset(self._spent)
 
     def restore_state(self, state: tuple[object, ...]) -> None:
         """As it was when `save_state` returned this."""
-        rates, torques, given, spent = state
-        self._rates, self._torques, self._given = np.array(rates), np.array(torques), np.array(given)
+        motors, spent = state
+        self._rates, self._torques, self._given, self._most, self._beaten = map(np.array, motors)  # type: ignore[call-overload]
         self._spent = set(spent)  # type: ignore[call-overload]
 
     @property
@@ -207,12 +210,19 @@ class LinkedBody:
         return [bool(each) for each in kept]
 
     def _overcome(self, torques: Array, changes: Array, step_size: float) -> npt.NDArray[np.bool_]:
-        """Which motors gave all they have: as much as in the step before, to whichever side, or gave way by `changes` of rate (J, 3)."""
+        """Which motors gave all they have: as much as in the step before, to whichever side, or gave way by `changes` of rate (J, 3).
+
+        A joint that slows down as it was told turns against its motor too, with less torque than that gave before; a limit that was
+        lowered shows as the same torque twice.
+        """
         size = np.abs(torques)
-        spent = (np.abs(size - np.abs(self._torques)) <= MOTOR_SPENT * size).all(axis=1)
+        spent = np.all(_equal(size, np.abs(self._torques)), axis=1, keepdims=True)
         tree = ArticulatedTree(self._loose, is_fixed=self.is_held)
         made = BEATEN * step_size * tree.mobility()[1:, None] * size
-        return spent | ((torques * changes < 0.0) & (np.abs(changes) > made)).any(axis=1)
+        gave_way = (torques * changes < 0.0) & (np.abs(changes) > made)
+        all_it_had = (size >= (1.0 - MOTOR_SPENT) * self._most) | _equal(size, self._beaten)
+        self._beaten, self._most = np.where(gave_way, size, self._beaten), np.maximum(self._most, size)
+        return np.any(spent | gave_way & all_it_had, axis=1)
 
 
 def read_links(client: int, bodies: Iterable[LinkedBody], gravity: Array, step_size: float) -> LinkSystem:
@@ -256,6 +266,11 @@ def _require_body(client: int, body: int) -> None:
         raise ValueError(
             f"body {body} is soft or has maximal coordinates, allowed: to load it without useMaximalCoordinates=True"
         )
+
+
+def _equal(torques: Array, others: Array) -> npt.NDArray[np.bool_]:
+    """Where they are the same to rounding."""
+    return np.abs(torques - others) <= MOTOR_SPENT * torques
 
 
 def _triple(numbers: Sequence[float]) -> list[float]:
