@@ -49,10 +49,13 @@ JUMP = 0.5  # spacings that a link comes further in a step than its velocity tak
 
 @dataclass(frozen=True)
 class _Residual:
-    """What of a link's acceleration (6,) neither fluid, gravity nor joints explain, in the last step and in the one before."""
+    """What of a link's acceleration (6,) neither fluid, gravity nor joints explain, in the last step and in the one before, and its twist
+    (6,) as the last step left it.
+    """
 
     earlier: Array
     later: Array
+    twist: Array
 
 
 class FluidWorld:
@@ -152,7 +155,7 @@ class FluidWorld:
         duration, gravity = self._settings()
         system = read_links(self._client, self._bodies.values(), gravity, duration)
         self._tell_liquid_within(system, duration)
-        self._place(system)
+        self._place(system, duration)
         report = self.fluid.advance(duration)
         for key, handle in self._handles.items():
             self._wrenches[key] = self.fluid.boundary_wrench(handle)
@@ -286,7 +289,7 @@ class FluidWorld:
             raise ValueError(f"the client's gravity is {gravity.tolist()} m/s2, allowed: setGravity of finite numbers")
         return duration, gravity
 
-    def _place(self, system: LinkSystem) -> None:
+    def _place(self, system: LinkSystem, duration: float) -> None:
         """Tell the fluid where the links are and how they answer."""
         strange = self.fluid.work.walls.moving.keys() - self._handles.values()
         if strange:
@@ -301,15 +304,22 @@ class FluidWorld:
                     f"body {key[0]} is larger than the fluid's domain and was sampled where it lay, allowed: to move it after "
                     f"remove_body({key[0]}), and add it again"
                 )
-            acceleration = system.acceleration[row].copy()
-            if key in self._residuals:
-                acceleration += steady(self._residuals[key].earlier, self._residuals[key].later)
+            acceleration = system.acceleration[row] + self._lasting(key, twist, duration)
             self.fluid.set_boundary_motion(
                 self._handles[key], pose[:3], pose[3:], twist[:3], twist[3:], free_acceleration=acceleration
             )
         if rows:
             handles = [self._handles[system.keys[row]] for row in rows]
             self.fluid.set_joint_inverse_mass(handles, chosen_blocks(system.inverse_mass, rows))
+
+    def _lasting(self, key: LinkKey, twist: Array, duration: float) -> Array:
+        """What a link's acceleration (6,) owes to nothing known; who sets its velocity between the steps has it as well."""
+        if key not in self._residuals:
+            return np.zeros(6)
+        known = self._residuals[key]
+        later = known.later + (twist - known.twist) / duration
+        self._residuals[key] = _Residual(known.earlier, later, twist)
+        return steady(known.earlier, later)
 
     def _push(self, system: LinkSystem) -> None:
         """Let the wrenches act over the coming step and all its sub-steps."""
@@ -338,7 +348,7 @@ class FluidWorld:
         for row in np.flatnonzero(system.is_free):
             key = system.keys[row]
             before = self._residuals.get(key)
-            self._residuals[key] = _Residual(before.later if before else np.zeros(6), unexplained[row])
+            self._residuals[key] = _Residual(before.later if before else np.zeros(6), unexplained[row], twists[row])
         self._watch.look(self._bodies, system, wrenches, twists, unexplained, gravity, duration)
 
     def _tell_inertia(self, key: LinkKey, mesh: trimesh.Trimesh) -> None:

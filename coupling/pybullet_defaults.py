@@ -19,7 +19,7 @@ Array = npt.NDArray[np.float64]
 DEFAULT_DAMPING = 0.04  # [1/s] and [1/m]: pybullet's, of every link unless changeDynamics sets another
 BRAKED = 8  # steps in a row: in a few it may be a controller's force, on its way through 0
 SPEED_LIMIT = 100.0  # [m/s] and [rad/s]: of every coordinate of a body with joints, and before motors hold these
-ASTRAY = 0.5  # of a held body's move in a step: what its velocity may fail to explain, of one that speeds up
+ASTRAY = 0.5  # of a held body's move in a step: what its velocity, and the change of it, may fail to explain
 LEAST_MOVE = 1e-9  # [m, rad]
 STEPPED = 0.05  # of a loose body's way between two steps: what whole steps of the engine may fail to explain
 LEAST_STEP = 1e-5  # [m] of such a way, above what contacts set right
@@ -30,9 +30,10 @@ LOST = TURN_LIMIT  # of the forces on a body's links: the engine itself errs by 
 
 @dataclass(frozen=True)
 class _Carried:
-    """A held body at the last reading: its pose (7,), and whether it had come there otherwise than by its velocity."""
+    """A held body at the last reading: its pose (7,), twist (6,), and whether it had come there otherwise than by its velocity."""
 
     pose: Array
+    twist: Array
     is_astray: bool
 
 
@@ -104,15 +105,15 @@ class DefaultsWatch:
         """A held body that is set elsewhere step after step, and not at its velocity: it does not push the fluid as it moves."""
         before = self._carried.get(body)
         if before is None or np.array_equal(pose, before.pose):
-            self._carried[body] = _Carried(pose, is_astray=False)
+            self._carried[body] = _Carried(pose, twist, is_astray=False)
             return
         turn = Rotation.from_quat(pose[3:]) * Rotation.from_quat(before.pose[3:]).inv()
         moved = np.concatenate([pose[:3] - before.pose[:3], turn.as_rotvec()])
         astray = any(
-            np.linalg.norm(moved[part] - duration * twist[part]) > ASTRAY * np.linalg.norm(moved[part]) > LEAST_MOVE
+            _is_astray(moved[part], duration * twist[part], duration * before.twist[part])
             for part in (slice(0, 3), slice(3, 6))
         )
-        self._carried[body] = _Carried(pose, astray)
+        self._carried[body] = _Carried(pose, twist, astray)
         if astray and before.is_astray:
             velocity = [[float(f"{value:.3g}") for value in part] for part in (moved / duration).reshape(2, 3)]
             self._tell(
@@ -185,6 +186,12 @@ class DefaultsWatch:
         if finding not in self._told:
             self._told.add(finding)
             warnings.warn(text, stacklevel=6)
+
+
+def _is_astray(moved: Array, led: Array, led_before: Array) -> bool:
+    """Whether a body moved otherwise than its velocity led it, now or before; what turns round moves by something between the two."""
+    way = float(np.linalg.norm(moved))
+    return bool(np.linalg.norm(moved - led) - np.linalg.norm(led - led_before) > ASTRAY * way > LEAST_MOVE)
 
 
 def tell_inertia(body: int, link: int, mesh: trimesh.Trimesh, mass: float, inertia: Array) -> None:

@@ -3,8 +3,9 @@
 Links of one body hang together in a tree (`articulated_tree`); bodies may be tied to each other or to the world by constraints, point
 to point or fixed (`articulation`). A motor that keeps its joint's rate, or whose torque follows the load, as a servo's does, counts as
 a joint that does not give way; one that was overcome is a force that nobody announces until it gives more than it did then, and so is a
-constraint that was at its `maxForce`. Which it is shows after a first step. All is read from the client anew each step, nothing in it is
-changed.
+constraint that was at its `maxForce`. Which it is shows after a first step. A motor that is overcome for the third time yields to loads, as
+gains make it that pybullet does not tell: it and its body's others are forces until it is switched off. All is read from the client anew
+each step, nothing in it is changed.
 """
 
 from __future__ import annotations
@@ -30,7 +31,9 @@ MOTOR_SPENT = 1e-7  # relative change of a motor's torque in a step, whichever w
 BEATEN = (
     0.1  # of the change of rate that a motor's torque makes in a step: what, against it, tells that the load is greater
 )
+SOFT = 3  # times that a motor is overcome, having held, before it is taken for one that yields to all loads, as with a small velocityGain
 STEADY = 0.25  # [rad/s2, m/s2] of a joint up to which its motor is said to keep its rate: what iterations of the engine leave
+OF_MOTORS = ("_rates", "_torques", "_given", "_most", "_beaten", "_yielded", "_way")  # what a body learns of its motors
 OF_LINKS = 2  # kind of a body in `getDynamicsInfo`; 1 has maximal coordinates and does not tell its shape, 3 is soft
 KEPT = {pybullet.JOINT_POINT2POINT: False, pybullet.JOINT_FIXED: True}  # constraints known here: do they hold the turn?
 
@@ -64,17 +67,22 @@ class LinkedBody:
         self._torques = np.full((count, 3), np.nan)
         self._shapes = self._told_shapes()
         self._given = np.full((count, 3), np.inf)  # torques [N, N m] of motors that were overcome
+        self._way = np.zeros((count, 3))  # changes of rate in the last step, of joints that turned against their motors
+        self._yielded = np.zeros(count)  # how often a joint that was held was overcome since its motor is on
+        self._most = np.zeros((count, 3))  # torques [N, N m] that motors have given so far
+        self._beaten = np.full((count, 3), np.nan)  # torques [N, N m] of motors whose joints last turned against them
         self._spent: set[tuple[int, float]] = set()  # constraints that once gave all, and how much that was [N, N m]
         self._loose: list[TreeLink] = []  # at the last reading, as if no motor held a joint
 
     def save_state(self) -> tuple[object, ...]:
         """What has been learnt of motors and constraints."""
-        return self._rates.copy(), self._torques.copy(), self._given.copy(), frozenset(self._spent)
+        return {name: getattr(self, name).copy() for name in OF_MOTORS}, frozenset(self._spent)
 
     def restore_state(self, state: tuple[object, ...]) -> None:
         """As it was when `save_state` returned this."""
-        rates, torques, given, spent = state
-        self._rates, self._torques, self._given = np.array(rates), np.array(torques), np.array(given)
+        motors, spent = state
+        for name, value in motors.items():  # type: ignore[attr-defined]
+            setattr(self, name, value.copy())
         self._spent = set(spent)  # type: ignore[call-overload]
 
     @property
@@ -202,18 +210,29 @@ class LinkedBody:
         overcome = ~steady & self._overcome(torques, changes, step_size)
         stronger = (np.abs(torques) > (1.0 + MOTOR_SPENT) * self._given).any(axis=1)
         self._given[stronger] = np.inf
+        is_on = (torques != 0.0).any(axis=1)
+        self._yielded = np.where(is_on, self._yielded + (overcome & np.isinf(self._given).all(axis=1)), 0)
         self._given[overcome] = np.abs(torques[overcome])
-        kept = (torques != 0.0).any(axis=1) & np.isinf(self._given).all(axis=1)
+        kept = is_on & np.isinf(self._given).all(axis=1) & (self._yielded < SOFT).all()
         self._rates, self._torques = rates, torques
         return [bool(each) for each in kept]
 
     def _overcome(self, torques: Array, changes: Array, step_size: float) -> npt.NDArray[np.bool_]:
-        """Which motors gave all they have: as much as in the step before, to whichever side, or gave way by `changes` of rate (J, 3)."""
+        """Which motors gave all they have: as much as in the step before, to whichever side, or gave way by `changes` of rate (J, 3).
+
+        A joint that slows down as it was told turns against its motor too, with less torque than that gave before; a limit that was
+        lowered shows as the same torque twice, and a motor that yields turns against its torque to one side, then to the other.
+        """
         size = np.abs(torques)
-        spent = (np.abs(size - np.abs(self._torques)) <= MOTOR_SPENT * size).all(axis=1)
+        spent = np.all(_equal(size, np.abs(self._torques)), axis=1, keepdims=True)
         tree = ArticulatedTree(self._loose, is_fixed=self.is_held)
         made = BEATEN * step_size * tree.mobility()[1:, None] * size
-        return spent | ((torques * changes < 0.0) & (np.abs(changes) > made)).any(axis=1)
+        gave_way = (torques * changes < 0.0) & (np.abs(changes) > made)
+        all_it_had = (size >= (1.0 - MOTOR_SPENT) * self._most) | _equal(size, self._beaten)
+        to_and_fro = changes * self._way < 0.0
+        self._way = np.where(gave_way, changes, 0.0)
+        self._beaten, self._most = np.where(gave_way, size, self._beaten), np.maximum(self._most, size)
+        return np.any(spent | gave_way & (all_it_had | to_and_fro), axis=1)
 
 
 def read_links(client: int, bodies: Iterable[LinkedBody], gravity: Array, step_size: float) -> LinkSystem:
@@ -257,6 +276,11 @@ def _require_body(client: int, body: int) -> None:
         raise ValueError(
             f"body {body} is soft or has maximal coordinates, allowed: to load it without useMaximalCoordinates=True"
         )
+
+
+def _equal(torques: Array, others: Array) -> npt.NDArray[np.bool_]:
+    """Where they are the same to rounding."""
+    return np.abs(torques - others) <= MOTOR_SPENT * torques
 
 
 def _triple(numbers: Sequence[float]) -> list[float]:

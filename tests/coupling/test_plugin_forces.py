@@ -109,6 +109,43 @@ def test_a_motor_that_is_overcome_by_a_light_link_does_not_throw_it(client: int,
         assert abs(angle) < 0.1  # strong enough: held, but for the first blow
 
 
+def drag_of_a_slide(client: int, density: float, gain: float = 1.0) -> np.ndarray:
+    """(190,) [N] of the water on a submerged cube that a strong motor takes along for 0.8 s, faster and then slower, from step 10 on."""
+    shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=[0.2] * 3, physicsClientId=client)
+    body = pybullet.createMultiBody(
+        0.0, -1, basePosition=(0, 0, 0.4), linkMasses=[0.064 * density], linkCollisionShapeIndices=[shape], linkVisualShapeIndices=[-1],
+        linkPositions=[(0, 0, 0)], linkOrientations=[(0, 0, 0, 1)], linkInertialFramePositions=[(0, 0, 0)],
+        linkInertialFrameOrientations=[(0, 0, 0, 1)], linkParentIndices=[0], linkJointTypes=[pybullet.JOINT_PRISMATIC],
+        linkJointAxis=[(1, 0, 0)], physicsClientId=client,
+    )  # fmt: skip
+    unbrake(client, body)
+    world, drag = attach_fluid(client, pool(0.1, 1.2, 0.8, hollow=((0, 0, 0.4), (0.21, 0.21, 0.21))), [body]), []
+    for step in range(200):
+        rate = 0.4 * np.sin(2.0 * np.pi * step / 480)
+        pybullet.setJointMotorControl2(
+            body, 0, pybullet.VELOCITY_CONTROL, targetVelocity=rate, velocityGain=gain, force=1e5, physicsClientId=client
+        )  # fmt: skip
+        world.step()
+        drag.append(world.wrench(body, 0)[0])
+    return np.array(drag[10:])
+
+
+def test_what_a_strong_motor_moves_feels_the_same_water_whatever_it_weighs(client: int) -> None:
+    """A motor that slowed its joint down passed for one that is overcome: drag of the light fell to nothing, and came back as a blow."""
+    pybullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=client)
+    heavy = drag_of_a_slide(client, 1000.0)
+    pybullet.resetSimulation(physicsClientId=client)
+    pybullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=client)
+    light = drag_of_a_slide(client, 50.0)
+    assert np.abs(light - heavy).max() < 0.05 * np.abs(heavy).max()
+
+
+def test_a_motor_that_yields_to_loads_is_not_taken_for_one_that_holds(client: int) -> None:
+    """Held by it, then thrown by what the water had laid on it as on something held, a light cube felt 349 N, half its lift."""
+    pybullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=client)
+    assert np.abs(drag_of_a_slide(client, 50.0, gain=0.1)).max() < 50.0
+
+
 @pytest.mark.parametrize("limit", [1.0, 10.0, 100.0, 1e4])
 def test_a_weak_constraint_neither_holds_a_float_nor_throws_it(client: int, limit: float) -> None:
     # 27 kg of water displaced by 1.6 kg: 265 N of buoyancy. Held as if for good, it would be thrown off at hundreds of m/s2

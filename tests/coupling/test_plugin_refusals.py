@@ -240,6 +240,17 @@ def test_a_held_body_that_is_moved_once_is_not_told_of(client: int) -> None:
     assert not told_in(world, 2)
 
 
+def test_a_piston_that_turns_round_at_its_velocity_is_not_told_of(client: int) -> None:
+    pybullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=client)
+    body = cube(client, mass=0.0)
+    world = attach_fluid(client, puddle(), [body])
+    for step in range(-8, 9):
+        place, velocity = (0.01 * (step / 8) ** 2, 0, 0.5), (0.02 * step / 64 * 240, 0, 0)
+        pybullet.resetBasePositionAndOrientation(body, place, (0, 0, 0, 1), physicsClientId=client)
+        pybullet.resetBaseVelocity(body, velocity, physicsClientId=client)
+        assert not told_in(world, 1)
+
+
 def test_a_planar_joint_is_refused_for_its_axis_is_not_told(client: int, tmp_path: Path) -> None:
     inertial = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
     solid = '<collision><geometry><box size="0.3 0.3 0.3"/></geometry></collision>'
