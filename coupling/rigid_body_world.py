@@ -26,7 +26,7 @@ from oilsim.checks import finite
 Array = npt.NDArray[np.float64]
 
 CLOSING = 0.2  # of a joint's gap, in a step of the engine: as much as pybullet would
-FURTHEST = 0.25  # of half its thickness, that a body may go in a step of the engine
+FURTHEST = 0.125  # of half its thickness, that a body may go in a step of the engine
 
 
 class RigidBodyWorld:
@@ -35,7 +35,7 @@ class RigidBodyWorld:
     def __init__(
         self,
         gravity: Vector = (0.0, 0.0, -9.81),
-        sub_step: float = 1.0 / 240.0,
+        sub_step: float = 0.005,
         solver_iterations: int = 50,
         communication_step: float | None = None,
     ) -> None:

@@ -47,7 +47,7 @@ def test_free_fall_is_exact(world: RigidBodyWorld) -> None:
     # symplectic Euler with step h: v_n = -g n h, z_n = -g h^2 n (n + 1) / 2; no damping takes anything off
     add_box(world, "stone", linear_velocity=(1.0, 0.0, 0.0))
     world.advance(5.0)
-    step, count = 1.0 / 240.0, 1200
+    step, count = 0.005, 1000
     np.testing.assert_allclose(world.twist("stone"), (1.0, 0, -GRAVITY * 5.0, 0, 0, 0), rtol=1e-12, atol=1e-12)
     drop = GRAVITY * step**2 * count * (count + 1) / 2.0
     np.testing.assert_allclose(world.pose("stone")[:3], (5.0, 0.0, -drop), rtol=1e-12, atol=1e-12)
@@ -403,7 +403,7 @@ def test_spin_is_followed_up_to_a_radian_in_a_step(space: RigidBodyWorld) -> Non
     space.advance(0.5)
     np.testing.assert_allclose(space.twist("top"), (0, 0, 0, 0, 0, 150.0), rtol=1e-9, atol=1e-9)
     space.set_wrench("top", np.array([0, 0, 0, 0, 0, 1.0]))
-    with pytest.raises(FloatingPointError, match=r"'top' moves at .* allowed: below 100 m/s and 240 rad/s"):
+    with pytest.raises(FloatingPointError, match=r"'top' moves at .* allowed: below 100 m/s and 200 rad/s"):
         space.advance(0.5)
 
 
