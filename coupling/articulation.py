@@ -27,7 +27,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from coupling.envelope_cholesky import EnvelopeCholesky
-from coupling.rotations import cross, rotation_matrices
+from coupling.rotations import applied, cross, rotation_matrices
 
 Array = npt.NDArray[np.float64]
 
@@ -75,29 +75,35 @@ class Joints:
         self._order = np.lexsort((column, row))
         row_start = np.concatenate([[0], np.cumsum(np.bincount(row, minlength=self._row_count))])
         shape = (self._row_count, 6 * body_count)
-        self._pattern = csr_array((np.zeros(len(row)), column[self._order], row_start), shape=shape)
+        self._pattern = csr_array((np.arange(len(row)), column[self._order], row_start), shape=shape)
+        self._transposed = self._pattern.T.tocsr()
         self._held = np.zeros(self._row_count)  # less the points of the world
         for start, joint in zip(self.first_row, joints, strict=True):
             if joint.second < 0:
                 self._held[start : start + 3] = -joint.second_point
 
-    def jacobian(self, pose: Array, twist: Array) -> tuple[csr_array, Array]:
-        """J (R, 6 B), three rows a joint and three more where it holds the turn, and dJ/dt V (R,)."""
-        arm = np.einsum("jab,jb->ja", rotation_matrices(pose[self._body, 3:]), self._point)
+    def arms(self, pose: Array) -> Array:
+        """From the centre of each body that a joint holds to the held point, world frame [m]."""
+        return applied(rotation_matrices(pose[self._body, 3:]), self._point)
+
+    def jacobian(self, arm: Array, twist: Array) -> tuple[csr_array, csr_array, Array]:
+        """J (R, 6 B), three rows a joint and three more where it holds the turn, J^T, and dJ/dt V (R,); `arm` as of `arms`."""
         rate = twist[self._body, 3:]
         bend = self._sign[:, None] * cross(rate, cross(rate, arm))
         bias: Array = np.bincount(self._row.ravel(), bend.ravel(), self._row_count).astype(np.float64)
         # (v + omega x r)_axis = v_axis + omega_after r_before - omega_before r_after
         entries = self._sign[:, None, None] * np.stack([np.ones_like(arm), arm[:, BEFORE], -arm[:, AFTER]], axis=2)
         values = np.concatenate([entries.ravel(), self._turn_sign])[self._order]
-        jacobian = copy(self._pattern)  # scipy checks a new one for longer than all else here takes
-        jacobian.data = values
-        return jacobian, bias
+        jacobian, transposed = (
+            copy(self._pattern),
+            copy(self._transposed),
+        )  # scipy checks new ones for longer than all else takes
+        jacobian.data, transposed.data = values, values[self._transposed.data]
+        return jacobian, transposed, bias
 
-    def gaps(self, pose: Array) -> Array:
+    def gaps(self, pose: Array, arm: Array) -> Array:
         """g (R,), first point less second [m]; 0 in rows that hold the turn."""
-        place = pose[self._body, :3] + np.einsum("jab,jb->ja", rotation_matrices(pose[self._body, 3:]), self._point)
-        apart = self._sign[:, None] * place
+        apart = self._sign[:, None] * (pose[self._body, :3] + arm)
         return self._held + np.bincount(self._row.ravel(), apart.ravel(), self._row_count)
 
 
@@ -106,19 +112,19 @@ class Articulation:
 
     def __init__(self, joints: Joints, pose: Array, twist: Array, inverse_mass: csr_array) -> None:
         self._joints, self._pose, self._twist = joints, pose, twist
-        self._inverse_mass = inverse_mass
-        self._jacobian, self._bias = joints.jacobian(pose, twist)
+        self._inverse_mass, self._arm = inverse_mass, joints.arms(pose)
+        self._jacobian, self._transposed, self._bias = joints.jacobian(self._arm, twist)
         self._spread = self._jacobian @ inverse_mass
-        system = (self._spread @ self._jacobian.T).toarray()
+        system = (self._spread @ self._transposed).toarray()
         mean = float(np.trace(system)) / max(len(system), 1)
         system.flat[:: len(system) + 1] += REGULAR * mean or 1.0  # nothing moves anyway where motors hold all
         self._system = EnvelopeCholesky(system)
 
-    def inverse_mass(self, chosen: Sequence[int] | None = None) -> Array:
+    def inverse_mass(self, chosen: npt.NDArray[np.int64] | None = None) -> Array:
         """W_c [1/kg, 1/(kg m), 1/(kg m2)] (6 B, 6 B), or its rows and columns `chosen`."""
         answer = self._inverse_mass.toarray()
         answer -= self._spread.T @ self._system.solved(self._spread.toarray())
-        return answer if chosen is None else answer[np.ix_(chosen, chosen)]
+        return answer if chosen is None else answer[chosen[:, None], chosen]
 
     def acceleration(self, free: Array, step_size: float) -> Array:
         """a_c (B, 6) for accelerations `free` (B, 6) that the bodies would have without joints; h is `step_size` [s]."""
@@ -130,11 +136,11 @@ class Articulation:
 
         closing: part of the gaps that they close within h.
         """
-        gaps = self._joints.gaps(self._pose)
+        gaps = self._joints.gaps(self._pose, self._arm)
         error = self._jacobian @ (free + self._twist / step_size).ravel() + closing / step_size**2 * gaps
         force = -self._system.solved(error[:, None])[:, 0]
         rows = self._joints.first_row[:, None] + np.arange(3)
-        return force[rows], (self._jacobian.T @ force).reshape(free.shape)
+        return force[rows], (self._transposed @ force).reshape(free.shape)
 
 
 def _row_count(joint: PointJoint) -> int:

@@ -241,8 +241,8 @@ class RigidBodyWorld:
 
     def coupled_inverse_mass(self, names: Sequence[str]) -> Array:
         """(6 n, 6 n) twists of the named bodies by impulses on them, joints included; 0 for those that are held."""
-        columns = [6 * self._body(name).row + axis for name in names for axis in range(6)]
-        return self._articulated().inverse_mass(columns)
+        rows = np.array([self._body(name).row for name in names])
+        return self._articulated().inverse_mass((6 * rows[:, None] + np.arange(6)).ravel())
 
     def free_acceleration(self, name: str) -> Array:
         """(6,) d(twist)/dt from everything but the fluid [m/s2, rad/s2]; of a held body, that of its motion.

@@ -5,9 +5,11 @@ Frames and reference points as in `coupling.participant`: centre of mass, world 
 
 from __future__ import annotations
 
+from copy import copy
+
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import bsr_array, csr_array
+from scipy.sparse import csr_array
 from scipy.spatial.transform import Rotation
 
 from coupling.bodies import MassProperties
@@ -47,6 +49,7 @@ class RigidBodyState:
         self.is_free = np.zeros(0, dtype=bool)
         self._inverse_inertia: Array = np.zeros((0, 3, 3))
         self._ease = np.zeros(0)  # 1 / mass, 0 of a body that is held
+        self._blocks = csr_array((0, 0))  # of the inverse masses: where its entries stand
         self._kept: tuple[Array, Array, Array] | None = None  # poses (B, 7), and what belongs to them
 
     def append(self, properties: MassProperties, start: Motion, *, is_free: bool) -> None:
@@ -116,7 +119,12 @@ class RigidBodyState:
         blocks = np.zeros((count, 6, 6))
         blocks[:, range(3), range(3)] = self._ease[:, None]
         blocks[:, 3:, 3:] = self.inverse_inertia()
-        return bsr_array((blocks, np.arange(count), np.arange(count + 1)), shape=(6 * count, 6 * count)).tocsr()
+        if self._blocks.shape != (6 * count, 6 * count):
+            columns = np.arange(6 * count).reshape(count, 1, 6).repeat(6, axis=1).ravel()
+            self._blocks = csr_array((blocks.ravel(), columns, np.arange(0, 36 * count + 1, 6)))
+        matrix = copy(self._blocks)  # scipy checks a new one for longer than all else here takes
+        matrix.data = blocks.ravel()
+        return matrix
 
     def inverse_mass(self, row: int) -> Array:
         """(6, 6) twist by impulse of one body, diag(1 / m, (R I R^T)^-1); 0 for a body that is held."""
