@@ -83,26 +83,24 @@ class Joints:
                 self._held[start : start + 3] = -joint.second_point
 
     def arms(self, pose: Array) -> Array:
-        """From the centre of each body that a joint holds to the held point, world frame [m]."""
+        """(S, 3) from the centre of each body that a joint holds to the held point, world frame [m]."""
         return applied(rotation_matrices(pose[self._body, 3:]), self._point)
 
     def jacobian(self, arm: Array, twist: Array) -> tuple[csr_array, csr_array, Array]:
-        """J (R, 6 B), three rows a joint and three more where it holds the turn, J^T, and dJ/dt V (R,); `arm` as of `arms`."""
+        """J (R, 6 B), three rows a joint and three more where it holds the turn, J^T, and dJ/dt V (R,); `arm` (S, 3) of `arms`."""
         rate = twist[self._body, 3:]
         bend = self._sign[:, None] * cross(rate, cross(rate, arm))
         bias: Array = np.bincount(self._row.ravel(), bend.ravel(), self._row_count).astype(np.float64)
         # (v + omega x r)_axis = v_axis + omega_after r_before - omega_before r_after
         entries = self._sign[:, None, None] * np.stack([np.ones_like(arm), arm[:, BEFORE], -arm[:, AFTER]], axis=2)
         values = np.concatenate([entries.ravel(), self._turn_sign])[self._order]
-        jacobian, transposed = (
-            copy(self._pattern),
-            copy(self._transposed),
-        )  # scipy checks new ones for longer than all else takes
+        # copies, as scipy checks new ones for longer than all else here takes
+        jacobian, transposed = copy(self._pattern), copy(self._transposed)
         jacobian.data, transposed.data = values, values[self._transposed.data]
         return jacobian, transposed, bias
 
     def gaps(self, pose: Array, arm: Array) -> Array:
-        """g (R,), first point less second [m]; 0 in rows that hold the turn."""
+        """g (R,), first point less second [m]; 0 in rows that hold the turn. `arm` (S, 3) of `arms`."""
         apart = self._sign[:, None] * (pose[self._body, :3] + arm)
         return self._held + np.bincount(self._row.ravel(), apart.ravel(), self._row_count)
 

@@ -165,8 +165,8 @@ class CoSimulation:
         NotImplementedError where a participant cannot save its state; the run goes on.
         """
         self._require(_Phase.RUNNING, "save_state")
-        states = {name: self._in_order(partial(_saved, one), name) for name, one in self._steppers.items()}
-        lacking = [str(state) for state in states.values() if isinstance(state, NotImplementedError)]
+        lacking: list[str] = []
+        states = {name: self._in_order(partial(_saved, one, lacking), name) for name, one in self._steppers.items()}
         if lacking:
             raise NotImplementedError("; ".join(lacking))
         outputs = {name: dict(stepper.outputs) for name, stepper in self._steppers.items()}
@@ -368,12 +368,13 @@ class CoSimulation:
             self._audience.frame(self._in_order(partial(self._frame_source, self.communication_point), "frame_source"))
 
 
-def _saved(stepper: Stepper) -> object:
-    """A participant's state, or that it cannot be saved."""
+def _saved(stepper: Stepper, lacking: list[str]) -> object:
+    """A participant's state; if it cannot be saved, `lacking` gets why."""
     try:
         return stepper.participant.save_state()
     except NotImplementedError as cause:
-        return NotImplementedError(f"participant {stepper.name!r}: {reason(cause)}")
+        lacking.append(f"participant {stepper.name!r}: {reason(cause)}")
+        return None
 
 
 def _sub_rate_problems(participants: Sequence[Participant], sub_rates: Mapping[str, int]) -> list[str]:

@@ -23,6 +23,7 @@ from coupling.articulation import Articulation, Joints, PointJoint
 from coupling.quiet_pybullet import pybullet
 
 Array = npt.NDArray[np.float64]
+_Learnt = tuple[dict[str, Array], frozenset[tuple[int, float]]]
 LinkKey = tuple[int, int]  # unique id of the body and index of the link, -1 for the base
 
 FAR = 1e6  # [m, m/s, rad/s] where numbers mean nothing any more
@@ -74,16 +75,16 @@ class LinkedBody:
         self._spent: set[tuple[int, float]] = set()  # constraints that once gave all, and how much that was [N, N m]
         self._loose: list[TreeLink] = []  # at the last reading, as if no motor held a joint
 
-    def save_state(self) -> tuple[object, ...]:
+    def save_state(self) -> _Learnt:
         """What has been learnt of motors and constraints."""
         return {name: getattr(self, name).copy() for name in OF_MOTORS}, frozenset(self._spent)
 
-    def restore_state(self, state: tuple[object, ...]) -> None:
+    def restore_state(self, state: _Learnt) -> None:
         """As it was when `save_state` returned this."""
         motors, spent = state
-        for name, value in motors.items():  # type: ignore[attr-defined]
+        for name, value in motors.items():
             setattr(self, name, value.copy())
-        self._spent = set(spent)  # type: ignore[call-overload]
+        self._spent = set(spent)
 
     @property
     def keys(self) -> list[LinkKey]:

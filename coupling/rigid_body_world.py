@@ -297,7 +297,6 @@ class RigidBodyWorld:
                 tensions[name] += math.hypot(*(force + self._client.joint_force(joint))) / count
         self._tensions = tensions
         self._last_duration = duration
-        self._articulation = None
         self._state.line_wrench = self.lines.end(duration)
         self._state.settle_reaction(momenta_before, duration, self._gravity)
         self._state.line_wrench = self.lines.present_pull(self._state.pose, self._state.twist)

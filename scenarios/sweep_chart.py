@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
@@ -13,10 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from recordings.style import STYLE
-from scenarios.sweep import differing
-
-if TYPE_CHECKING:
-    from scenarios.sweep import Outcome
+from scenarios.outcomes import Outcome, differing
 
 _COLUMNS, _PANEL = 3, (4.6, 3.1)  # inches
 

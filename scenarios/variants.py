@@ -47,7 +47,7 @@ class Variant:
     @property
     def name(self) -> str:
         """What its files are called; another scenario, or another length, makes another name."""
-        course = f"{self.plan.fingerprint(0)} {self.plan.scenario.run.duration!r}"
+        course = f"{self.plan.fingerprint(0)} {self.plan.scenario.run.duration!r} {self.title}"
         readable = re.sub(r"[^\w.=+-]+", "_", self.title)[:_NAME_LETTERS]
         return f"{readable}-{hashlib.sha256(course.encode()).hexdigest()[:8]}"
 
@@ -74,7 +74,7 @@ def variants(
     twice = sorted({key for key in keys if keys.count(key) > 1})
     if twice:
         raise ScenarioError(
-            [Problem(f"--vary {key}", "is given twice, allowed: once, with all values") for key in twice]
+            [Problem(f"--vary {key}", "is given twice, allowed: once, with all values") for key in twice], "oilsim"
         )
     found: list[Variant] = []
     problems: list[Problem] = []

@@ -13,8 +13,8 @@ import pytest
 from coupling.participant import StepResult
 from coupling.participants.fluid import FluidParticipant
 from scenarios.cli import main
+from scenarios.outcomes import Outcome, differing
 from scenarios.problems import ScenarioError
-from scenarios.sweep import Outcome, differing
 from scenarios.variants import Variation, parse_variation, variants
 
 SHORT = ["--set", "fluid.particle_spacing=0.1", "--until", "0.02", "--threads", "1"]
@@ -84,6 +84,8 @@ def test_runs_stand_side_by_side_and_are_not_repeated(tmp_path: Path, capsys: py
     assert capsys.readouterr().err.count("is there already") == 1
     assert json.loads(summaries[0].read_text())["state_hash"] == json.loads(first)["state_hash"]
     assert summaries[1].read_bytes() == second
+    assert main([*asked, "--record"]) == 0  # of what is there already nothing was recorded
+    assert len(list(tmp_path.glob("*.rrd"))) == 2
 
 
 def test_only_figures_that_differ_are_shown() -> None:
