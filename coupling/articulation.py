@@ -12,11 +12,16 @@ presses on one of them; a free body's inverse mass in their place, with the join
 The engine is given the joints' own forces, f = -(J W J^T)^-1 (J a + J V / h + e g / h^2), g the gaps, of which the part e is to close in
 a step h. It closes joints one by one, in rounds, and would leave most of a pull to the next step where a light body, such as a tow line,
 hangs between heavy ones, or where a chain is long.
+
+Under these forces bodies swing, as strings under tension do: one that turns by theta feels the torque -K theta, with the sum over its
+joints, at the arms r, K = sum (f . r) 1 - r f^T. Symplectic Euler follows a swing while omega h < 2, which light links of a taut line
+soon exceed.
 """
 
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass
@@ -99,6 +104,17 @@ class Joints:
         jacobian.data, transposed.data = values, values[self._transposed.data]
         return jacobian, transposed, bias
 
+    def stiffness(self, force: Array, arm: Array, body_count: int) -> Array:
+        """K (B, 3, 3) [N m]: the torque on a body that turns by theta while its joints' forces (R,) [N] stay as they are is -K theta.
+
+        K = sum (f . r) 1 - r f^T, the symmetric part; `arm` (S, 3) of `arms`.
+        """
+        own = self._sign[:, None] * force[self._row]
+        outward = (own * arm).sum(axis=1)[:, None, None] * np.eye(3)
+        stiffness = np.zeros((body_count, 3, 3))
+        np.add.at(stiffness, self._body, outward - arm[:, :, None] * own[:, None, :])
+        return 0.5 * (stiffness + stiffness.transpose(0, 2, 1))
+
     def gaps(self, pose: Array, arm: Array) -> Array:
         """g (R,), first point less second [m]; 0 in rows that hold the turn. `arm` (S, 3) of `arms`."""
         apart = self._sign[:, None] * (pose[self._body, :3] + arm)
@@ -117,12 +133,14 @@ class Articulation:
         mean = float(np.trace(system)) / max(len(system), 1)
         system.flat[:: len(system) + 1] += REGULAR * mean or 1.0  # nothing moves anyway where motors hold all
         self._system = EnvelopeCholesky(system)
+        self._answer: Array | None = None
 
     def inverse_mass(self, chosen: npt.NDArray[np.int64] | None = None) -> Array:
-        """W_c [1/kg, 1/(kg m), 1/(kg m2)] (6 B, 6 B), or its rows and columns `chosen`."""
-        answer = self._inverse_mass.toarray()
-        answer -= self._spread.T @ self._system.solved(self._spread.toarray())
-        return answer if chosen is None else answer[chosen[:, None], chosen]
+        """W_c [1/kg, 1/(kg m), 1/(kg m2)] (6 B, 6 B), or its rows and columns `chosen`; not to be written into."""
+        if self._answer is None:
+            self._answer = self._inverse_mass.toarray()
+            self._answer -= self._spread.T @ self._system.solved(self._spread.toarray())
+        return self._answer if chosen is None else self._answer[chosen[:, None], chosen]
 
     def acceleration(self, free: Array, step_size: float) -> Array:
         """a_c (B, 6) for accelerations `free` (B, 6) that the bodies would have without joints; h is `step_size` [s]."""
@@ -135,10 +153,35 @@ class Articulation:
         closing: part of the gaps that they close within h.
         """
         gaps = self._joints.gaps(self._pose, self._arm)
-        error = self._jacobian @ (free + self._twist / step_size).ravel() + closing / step_size**2 * gaps
-        force = -self._system.solved(error[:, None])[:, 0]
+        force = self._holding(free + self._twist / step_size, closing / step_size**2 * gaps)
         rows = self._joints.first_row[:, None] + np.arange(3)
         return force[rows], (self._transposed @ force).reshape(free.shape)
+
+    def swing(self, free: Array, inverse_inertia: Array, enough: float) -> float:
+        """A bound [rad/s] of how fast bodies can swing under their joints' forces; of what is below `enough`, any such one.
+
+        Frequencies are those of W_c K, and no faster than those that W K has for each body alone (Rayleigh: joints leave fewer ways to
+        move). Only bodies that exceed `enough` for themselves are looked at as joints hold them: omega^4 = tr(A A) with A = W_c K, at
+        least the square of its largest eigenvalue. `free` as for `acceleration`; inverse_inertia (B, 3, 3).
+        """
+        stiffness = self._joints.stiffness(self._holding(free, self._bias), self._arm, len(free))
+        alone = _spectral_bound(inverse_inertia @ stiffness)
+        fast = np.flatnonzero(alone > enough**2)
+        rest = float(np.delete(alone, fast).max(initial=0.0))
+        if fast.size == 0:
+            return math.sqrt(rest)
+        answer = self.inverse_mass((6 * fast[:, None] + np.arange(3, 6)).ravel()).reshape(-1, fast.size, 3)
+        together = np.einsum("abi,bij->abj", answer, stiffness[fast]).reshape(len(answer), -1)
+        return math.sqrt(rest + float(_spectral_bound(together[None])[0]))
+
+    def _holding(self, free: Array, besides: Array) -> Array:
+        """Forces (R,) [N, N m] of joints under which J a is -`besides` (R,), where it would be J `free` (B, 6) without them."""
+        return -self._system.solved((self._jacobian @ free.ravel() + besides)[:, None])[:, 0]
+
+
+def _spectral_bound(matrices: Array) -> Array:
+    """(n,) at least the largest eigenvalue of each of (n, k, k), whose eigenvalues are real."""
+    return np.sqrt(np.einsum("bij,bji->b", matrices, matrices))
 
 
 def _row_count(joint: PointJoint) -> int:

@@ -5,14 +5,14 @@ relaxation time of its damping [s] (Kelvin-Voigt):
 
     T = max(0, EA / L (l - L + tau (dl/dt - dL/dt)))   while l > L, else 0.
 
-A line has no mass. Its force is taken anew in every sub-step of the rigid bodies; symplectic Euler with damping is stable while
-(h^2 + 2 h tau) EA / L w < 4, w the sum over both ends of the speed along the line by unit impulse [1/kg].
+A line has no mass. Its force is taken anew in every sub-step of the rigid bodies, whose length h heeds it; symplectic Euler with damping
+is stable while (h^2 + 2 h tau) EA / L w < 4, w the sum over both ends of the speed along the line by unit impulse [1/kg].
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -21,6 +21,7 @@ import numpy.typing as npt
 from coupling.rotations import applied, cross, rotation_matrices
 
 Array = npt.NDArray[np.float64]
+InverseMass = Callable[[int], Array]  # (6, 6) of the body in a row
 
 STABLE = 2.0  # of the limit 4: joints and water around the bodies change w
 
@@ -73,16 +74,29 @@ class ElasticLine:
         force = np.outer((1.0, -1.0), tension * along)
         return tension, np.hstack([force, cross(arms, force)])
 
-    def stiffest(self, pose: Array, inverse_mass: Array, sub_step: float) -> float:
-        """The largest EA [N] that stays stable in sub-steps of that length [s]; inverse_mass (2, 6, 6) of both bodies."""
+    def stiffest(self, pose: Array, inverse_mass: InverseMass, sub_step: float) -> float:
+        """The largest EA [N] that is stable in sub-steps of that length [s]."""
+        return self._heaviness(pose, inverse_mass) / (sub_step**2 + 2.0 * sub_step * self.relaxation_time)
+
+    def longest_step(self, pose: Array, inverse_mass: InverseMass) -> float:
+        """The longest sub-step [s] in which the line is stable."""
+        square = self._heaviness(pose, inverse_mass) / self.stiffness
+        return (
+            square / (self.relaxation_time + math.sqrt(self.relaxation_time**2 + square))
+            if square < math.inf
+            else math.inf
+        )
+
+    def _heaviness(self, pose: Array, inverse_mass: InverseMass) -> float:
+        """STABLE L / w [kg m], inf between held bodies."""
         positions, arms = self.ends(pose)
         span = positions[1] - positions[0]
         along = span / max(float(np.linalg.norm(span)), 1e-12)
         directions = [np.concatenate([along, np.cross(arm, along)]) for arm in arms]
-        compliance = sum(float(d @ w @ d) for d, w in zip(directions, inverse_mass, strict=True))
-        if compliance == 0.0:
-            return math.inf
-        return STABLE * self.length / (compliance * (sub_step**2 + 2.0 * sub_step * self.relaxation_time))
+        compliance = sum(
+            float(d @ inverse_mass(row) @ d) for row, d in zip(self.rows, directions, strict=True) if row >= 0
+        )
+        return STABLE * self.length / compliance if compliance > 0.0 else math.inf
 
 
 class Lines:
@@ -111,6 +125,10 @@ class Lines:
     def laid_length(self, name: str) -> float:
         """Unstretched length when the line was added [m]."""
         return self._lines[name].laid_length
+
+    def longest_step(self, pose: Array, inverse_mass: InverseMass) -> float:
+        """The longest sub-step [s] in which all are stable."""
+        return min((line.longest_step(pose, inverse_mass) for line in self._lines.values()), default=math.inf)
 
     def order_length(self, name: str, length: float) -> None:
         """The unstretched length [m] that the line has at the end of the next advance, paid out or hauled in evenly."""

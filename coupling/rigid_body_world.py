@@ -17,6 +17,7 @@ from scipy.spatial.transform import Rotation
 from coupling.articulation import Articulation, Joints, PointJoint
 from coupling.bodies import MassProperties, require_closed
 from coupling.bullet_client import BulletClient
+from coupling.encounters import Encounters
 from coupling.engine_step import Body, EngineStep
 from coupling.lines import ElasticLine, Lines
 from coupling.motion import STILL, UPRIGHT, Motion, PrescribedMotion, Quaternion, Vector
@@ -26,7 +27,9 @@ from oilsim.checks import finite
 Array = npt.NDArray[np.float64]
 
 CLOSING = 0.2  # of a joint's gap, in a step of the engine: as much as pybullet would
-FURTHEST = 0.125  # of half its thickness, that a body may go in a step of the engine
+TURNED = 0.025  # [rad] that it may turn: what tumbles gains or loses less than a thousandth of its energy in ten turns
+SWUNG = 0.5  # [rad] that a body may swing under the pull of its joints; from 2 on swings grow
+SHORTEST = 5e-4  # [s] of steps for the sake of lines, turns and swings
 
 
 class RigidBodyWorld:
@@ -35,12 +38,12 @@ class RigidBodyWorld:
     def __init__(
         self,
         gravity: Vector = (0.0, 0.0, -9.81),
-        sub_step: float = 0.005,
+        sub_step: float = 0.01,
         solver_iterations: int = 50,
         communication_step: float | None = None,
     ) -> None:
-        """`sub_step` [s] is the longest step the rigid body solver takes, less where a body would go further than FURTHEST of half its
-        thickness and deep into another; `solver_iterations` close the joints.
+        """`sub_step` [s] is the longest step the rigid body solver takes: less where a body would go deep into
+        another one (`coupling.encounters`), where one turns or swings fast, and where lines are stiff; `solver_iterations` hold contacts.
 
         A prescribed motion tells its mean acceleration over the `communication_step` [s] to come, or over a sub-step.
         """
@@ -53,7 +56,7 @@ class RigidBodyWorld:
         self._sub_step = sub_step
         self._ahead = communication_step or sub_step
         self._bodies: dict[str, Body] = {}
-        self._half_thickness: list[float] = []  # [m] of free bodies that touch others, inf of others
+        self._encounters = Encounters()
         self._joints: dict[str, int] = {}
         self._tensions: dict[str, float] = {}
         self.lines = Lines()
@@ -146,8 +149,7 @@ class RigidBodyWorld:
         )
         body = Body(name, len(self._bodies), motion, bullet)
         self._bodies[name] = body
-        touches = contact and motion == "free"
-        self._half_thickness.append(0.5 * float(mesh.extents.min()) if touches else math.inf)
+        self._encounters.add_body(mesh.bounds, is_free=motion == "free", touches=contact)
         self._state.append(mass_properties, start, is_free=motion == "free")
         self._place(body, start)
         self._held = None
@@ -155,6 +157,7 @@ class RigidBodyWorld:
     def add_half_space(self, point: Vector, normal: Vector, friction: float = 0.5) -> None:
         """Let free bodies run into a plane through `point` [m], such as a tank's side; `normal` (unit) points to where they are."""
         self._client.add_half_space(point, normal, friction)
+        self._encounters.add_half_space(np.array(point, np.float64), np.array(normal, np.float64))
 
     def add_joint(
         self, name: str, body_a: str, body_b: str | None, point: Vector, kind: Literal["point"] = "point"
@@ -177,6 +180,8 @@ class RigidBodyWorld:
         for body in (first, second):
             if body is not None:
                 body.is_jointed = True
+        if second is not None:
+            self._encounters.keep_apart(first.row, second.row)
         self._tensions[name] = 0.0
         row = -1 if second is None else second.row
         self._point_joints.append(PointJoint(first.row, row, first_point, second_point))
@@ -201,8 +206,7 @@ class RigidBodyWorld:
         places = [p if body is None else self._own_point(body, p) for body, p in zip(bodies, points, strict=True)]
         rows = tuple(-1 if body is None else body.row for body in bodies)
         line = ElasticLine((rows[0], rows[1]), np.array(places, dtype=np.float64), stiffness, relaxation_time, length)
-        inverse_mass = np.array([np.zeros((6, 6)) if row < 0 else self._state.inverse_mass(row) for row in rows])
-        stiffest = line.stiffest(self._state.pose, inverse_mass, self._sub_step)
+        stiffest = line.stiffest(self._state.pose, self._state.inverse_mass, SHORTEST)
         if stiffness > stiffest:
             raise ValueError(
                 f"line {name!r}: stiffness is {stiffness:g} N, allowed: up to {stiffest:.3g} N for its bodies"
@@ -284,8 +288,7 @@ class RigidBodyWorld:
 
     def advance(self, duration: float) -> None:
         """Move on by `duration` [s] in equal sub-steps, under the wrenches as set."""
-        hurry = float((np.linalg.norm(self._state.twist[:, :3], axis=1) / self._half_thickness).max(initial=0.0))  # 1/s
-        count = max(1, math.ceil(duration * max(1.0 / self._sub_step, hurry / FURTHEST) - 1e-9))
+        count = self._step_count(duration)
         sub_step = duration / count
         momenta_before, begin = self._state.momenta(), self.time
         tensions = dict.fromkeys(self._joints, 0.0)
@@ -368,6 +371,18 @@ class RigidBodyWorld:
         """A world point along the body's axes, from its centre of mass."""
         pose = self._state.pose[body.row]
         return Rotation.from_quat(pose[3:]).inv().apply(np.array(point) - pose[:3])
+
+    def _step_count(self, duration: float) -> int:
+        """How many equal steps of the engine make `duration` [s]: as few as bodies, joints and lines bear."""
+        state, rate = self._state, 1.0 / min(self._sub_step, duration)
+        spin = float(np.linalg.norm(state.twist[:, 3:], axis=1).max(initial=0.0))
+        patient = max(spin / TURNED, 1.0 / self.lines.longest_step(state.pose, state.inverse_mass))
+        if self._joints and state.is_free.any():
+            wrench = state.wrench + state.applied_wrench + state.line_wrench
+            free = state.accelerations_under(wrench, self._gravity)
+            patient = max(patient, self._articulated().swing(free, state.inverse_inertia(), SWUNG * rate) / SWUNG)
+        rate = max(rate, min(patient, 1.0 / SHORTEST), self._encounters.rate(state.pose, state.twist, duration))
+        return max(1, math.ceil(duration * rate - 1e-9))
 
     def _advance_once(self, end: float, sub_step: float) -> Array:
         """One sub-step that ends at the time `end`; the engine takes no part where no body is free.

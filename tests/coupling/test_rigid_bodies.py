@@ -45,12 +45,12 @@ def add_box(world: RigidBodyWorld, name: str, size: tuple[float, float, float] =
 
 def test_free_fall_is_exact(world: RigidBodyWorld) -> None:
     # symplectic Euler with step h: v_n = -g n h, z_n = -g h^2 n (n + 1) / 2; no damping takes anything off
-    add_box(world, "stone", linear_velocity=(1.0, 0.0, 0.0))
+    add_box(world, "stone", linear_velocity=(0.1, 0.0, 0.0))
     world.advance(5.0)
-    step, count = 0.005, 1000
-    np.testing.assert_allclose(world.twist("stone"), (1.0, 0, -GRAVITY * 5.0, 0, 0, 0), rtol=1e-12, atol=1e-12)
+    step, count = 0.01, 500
+    np.testing.assert_allclose(world.twist("stone"), (0.1, 0, -GRAVITY * 5.0, 0, 0, 0), rtol=1e-12, atol=1e-12)
     drop = GRAVITY * step**2 * count * (count + 1) / 2.0
-    np.testing.assert_allclose(world.pose("stone")[:3], (5.0, 0.0, -drop), rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(world.pose("stone")[:3], (0.5, 0.0, -drop), rtol=1e-12, atol=1e-12)
 
 
 def test_tumbling_keeps_momentum_exactly_and_energy_nearly(space: RigidBodyWorld) -> None:
@@ -398,12 +398,12 @@ def test_a_runaway_is_an_error_with_a_name(space: RigidBodyWorld) -> None:
 
 
 def test_spin_is_followed_up_to_a_radian_in_a_step(space: RigidBodyWorld) -> None:
-    # 150 rad/s of a body of 2 cm are 1.5 m/s
+    # 150 rad/s of a body of 2 cm are 1.5 m/s; what turns fast takes steps of half a millisecond
     add_box(space, "top", (0.02, 0.02, 0.02), angular_velocity=(0.0, 0.0, 150.0))
     space.advance(0.5)
     np.testing.assert_allclose(space.twist("top"), (0, 0, 0, 0, 0, 150.0), rtol=1e-9, atol=1e-9)
     space.set_wrench("top", np.array([0, 0, 0, 0, 0, 1.0]))
-    with pytest.raises(FloatingPointError, match=r"'top' moves at .* allowed: below 100 m/s and 200 rad/s"):
+    with pytest.raises(FloatingPointError, match=r"'top' moves at .* allowed: below 100 m/s and 2e\+03 rad/s"):
         space.advance(0.5)
 
 

@@ -64,11 +64,11 @@ def test_the_bodies_gain_what_the_fluid_gave_and_gravity(series: list[dict[str, 
 
 def test_the_bodies_energy_changes_by_the_work_of_the_fluid(series: list[dict[str, float]]) -> None:
     """E - E_0 = W: kinetic energy and trapezoidal work agree exactly for a constant force over a step; what the symplectic Euler
-    step of the rigid engine adds is its error in m g z, m g H (v_end - v_0) / 2 for one sub-step a step, less for more."""
+    step of the rigid engine adds is its error in m g z, m g H (v_end - v_0) / 2 for its one step in each."""
     first, last = series[0], series[-1]
     gained = last["ledger/bodies/energy"] - first["ledger/bodies/energy"]
     speed = last["ledger/bodies/momentum_z"] / 13.5
-    assert gained == pytest.approx(last["ledger/exchange/work"], abs=13.5 * 9.81 * STEP * speed / 2.0)
+    assert gained - last["ledger/exchange/work"] == pytest.approx(13.5 * 9.81 * STEP * speed / 2.0, rel=1e-3)
     assert last["ledger/exchange/work"] > 1.0
 
 
@@ -108,7 +108,7 @@ THUD = {
             "shape": "sphere",
             "radius": 0.12,
             "density": 300.0,
-            "position": [0.4, 0.4, 1.0],
+            "position": [0.4, 0.4, 1.03],
             "velocity": [0.0, 0.0, -4.0],
         },
     },

@@ -1,0 +1,101 @@
+"""How long a step of the rigid body engine may be, so that no body leaps deep into another one.
+
+The engine finds out that bodies touch when they lie in each other. One that goes by more than FURTHEST of half its thickness in a step is
+too fast for that, but only where there is something to run into: boxes about the other bodies, half-spaces. Bodies that a joint holds
+together do not touch.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+from numba import njit
+
+from coupling.rotations import rotation_matrices
+
+Array = npt.NDArray[np.float64]
+
+FURTHEST = 0.0625  # of half its thickness, that a body may go in a step into another one
+
+
+class Encounters:
+    """The bodies of one world in the order of their rows, and the half-spaces."""
+
+    def __init__(self) -> None:
+        self._bounds = np.zeros((0, 2, 3))  # [m] along each body's axes, about its centre of mass
+        self._radius = np.zeros(0)  # [m] of a sphere about that, which holds them
+        self._half_thickness = np.zeros(0)  # [m] of bodies that may run into others, inf of others
+        self._touches = np.zeros(0, dtype=bool)
+        self._apart: npt.NDArray[np.bool_] = np.zeros((0, 0), dtype=bool)  # pairs that do not touch
+        self._planes = np.zeros((0, 2, 3))  # a point [m] and the normal
+
+    def add_body(self, bounds: Array, *, is_free: bool, touches: bool) -> None:
+        """The next row; `bounds` (2, 3) [m] about the centre of mass."""
+        count = len(self._bounds) + 1
+        self._bounds = np.concatenate([self._bounds, bounds[None]])
+        self._radius = np.append(self._radius, np.linalg.norm(np.abs(bounds).max(axis=0)))
+        half = 0.5 * float(np.ptp(bounds, axis=0).min()) if touches and is_free else math.inf
+        self._half_thickness = np.append(self._half_thickness, half)
+        self._touches = np.append(self._touches, touches)
+        apart = np.eye(count, dtype=bool)
+        apart[:-1, :-1] = self._apart
+        self._apart = apart
+
+    def add_half_space(self, point: Array, normal: Array) -> None:
+        """All that lies behind a plane through `point` [m]; `normal` (unit) points out of it."""
+        self._planes = np.concatenate([self._planes, np.stack([point, normal])[None]])
+
+    def keep_apart(self, first: int, second: int) -> None:
+        """A joint holds the bodies of these rows together."""
+        self._apart[first, second] = self._apart[second, first] = True
+
+    def rate(self, pose: Array, twist: Array, duration: float) -> float:
+        """The least steps a second that keep bodies from leaping into others within `duration` [s]; 0 where none comes near one."""
+        speed = np.sqrt((twist[:, :3] ** 2).sum(axis=1))
+        pace = speed / self._half_thickness / FURTHEST
+        if not (pace * duration > 1.0).any():
+            return 0.0
+        bodies = self._bounds, self._radius, self._touches, self._apart
+        return float(
+            _fastest_near(pose[:, :3], rotation_matrices(pose[:, 3:]), speed, pace, *bodies, self._planes, duration)
+        )
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _fastest_near(position, turn, speed, pace, bounds, radius, touches, apart, planes, duration):  # type: ignore[no-untyped-def]
+    """The largest pace [1/s] of a body that may reach another one or a half-space within `duration` [s]."""
+    fastest = 0.0
+    for i in range(len(pace)):
+        if pace[i] <= fastest or pace[i] * duration <= 1.0:
+            continue
+        near = False
+        for plane in planes:
+            near = near or ((position[i] - plane[0]) * plane[1]).sum() < radius[i] + speed[i] * duration
+        for j in range(len(pace)):
+            if near:
+                break
+            if touches[j] and not apart[i, j]:
+                reach = radius[i] + (speed[i] + speed[j]) * duration
+                near = _lies_within(position[i], reach, position[j], turn[j], bounds[j], radius[j])
+        if near:
+            fastest = pace[i]
+    return fastest
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _lies_within(point, reach, position, turn, bounds, radius):  # type: ignore[no-untyped-def]
+    """Whether a point (3,) is nearer than `reach` [m] to a box of `bounds` (2, 3) about a body's centre, within a sphere of `radius`."""
+    square = 0.0
+    for axis in range(3):
+        square += (point[axis] - position[axis]) ** 2
+    if square >= (reach + radius) ** 2:
+        return False
+    square = 0.0
+    for own in range(3):
+        along = 0.0
+        for axis in range(3):
+            along += turn[axis, own] * (point[axis] - position[axis])
+        square += (along - min(max(along, bounds[0, own]), bounds[1, own])) ** 2
+    return square < reach**2
