@@ -55,15 +55,17 @@ def towing_tank(bench: Bench, spacing: float, longest_step: float) -> tuple[Flui
     return fluid, fluid.add_boundary(solid_box((spacing, 0.0, PLATE), spacing, dimension=2, name="plate"))
 
 
-def towed(bench: Bench, fluid: Fluid, handle: int, motion: TowingMotion, travel: float) -> tuple[Double, Double]:
-    """Tow a boundary for `travel` [h]: its travel [h] and its drag [N/m] at BEATS samples in each h; ends the fluid."""
-    sample, start = PLATE / (motion.velocity[0] * BEATS), motion.position[0]
+def towed(
+    bench: Bench, fluid: Fluid, handle: int, motion: TowingMotion, travel: float, length: float = PLATE
+) -> tuple[Double, Double]:
+    """Tow a boundary for `travel` lengths: its travel in these and its drag [N/m] at BEATS samples in each; ends the fluid."""
+    sample, start = length / (motion.velocity[0] * BEATS), motion.position[0]
     places, forces = [0.0], [0.0]
     while places[-1] < travel:
         now = motion.at(fluid.time)
         fluid.set_boundary_motion(handle, now.position, now.orientation, now.linear_velocity, now.angular_velocity)
         bench.advance(fluid, sample)
-        places.append((float(motion.at(fluid.time).position[0]) - start) / PLATE)
+        places.append((float(motion.at(fluid.time).position[0]) - start) / length)
         forces.append(-float(fluid.boundary_wrench(handle)[0]))
     fluid.close()
     return np.array(places), np.array(forces)
