@@ -29,7 +29,7 @@ Array = npt.NDArray[np.float64]
 CLOSING = 0.2  # of a joint's gap, in a step of the engine: as much as pybullet would
 TURNED = 0.025  # [rad] that it may turn: what tumbles gains or loses less than a thousandth of its energy in ten turns
 SWUNG = 0.5  # [rad] that a body may swing under the pull of its joints; from 2 on swings grow
-SHORTEST = 5e-4  # [s] of steps for the sake of lines, turns and swings
+SHORTEST = 5e-4  # [s] of steps for the sake of turns, swings, and of any line alone as it is made fast
 
 
 class RigidBodyWorld:
@@ -206,7 +206,7 @@ class RigidBodyWorld:
         places = [p if body is None else self._own_point(body, p) for body, p in zip(bodies, points, strict=True)]
         rows = tuple(-1 if body is None else body.row for body in bodies)
         line = ElasticLine((rows[0], rows[1]), np.array(places, dtype=np.float64), stiffness, relaxation_time, length)
-        stiffest = line.stiffest(self._state.pose, self._state.inverse_mass, SHORTEST)
+        stiffest = line.stiffest(self._state.pose, self._state.inverse_mass_matrix(), SHORTEST)
         if stiffness > stiffest:
             raise ValueError(
                 f"line {name!r}: stiffness is {stiffness:g} N, allowed: up to {stiffest:.3g} N for its bodies"
@@ -376,12 +376,14 @@ class RigidBodyWorld:
         """How many equal steps of the engine make `duration` [s]: as few as bodies, joints and lines bear."""
         state, rate = self._state, 1.0 / min(self._sub_step, duration)
         spin = float(np.linalg.norm(state.twist[:, 3:], axis=1).max(initial=0.0))
-        patient = max(spin / TURNED, 1.0 / self.lines.longest_step(state.pose, state.inverse_mass))
+        patient = spin / TURNED
         if self._joints and state.is_free.any():
             wrench = state.wrench + state.applied_wrench + state.line_wrench
             free = state.accelerations_under(wrench, self._gravity)
             patient = max(patient, self._articulated().swing(free, state.inverse_inertia(), SWUNG * rate) / SWUNG)
         rate = max(rate, min(patient, 1.0 / SHORTEST), self._encounters.rate(state.pose, state.twist, duration))
+        if self.lines.names:
+            rate = max(rate, 1.0 / self.lines.longest_step(state.pose, state.inverse_mass_matrix()))
         return max(1, math.ceil(duration * rate - 1e-9))
 
     def _advance_once(self, end: float, sub_step: float) -> Array:
