@@ -287,18 +287,16 @@ class RigidBodyWorld:
                 self._place(body, body.motion.at(time))
 
     def advance(self, duration: float) -> None:
-        """Move on by `duration` [s] in equal sub-steps, under the wrenches as set."""
-        count = self._step_count(duration)
-        sub_step = duration / count
+        """Move on by `duration` [s] under the wrenches as set, in equal stretches no longer than the longest sub-step."""
+        count = max(1, math.ceil(duration / self._sub_step - 1e-9))
+        stretch = duration / count
         momenta_before, begin = self._state.momenta(), self.time
-        tensions = dict.fromkeys(self._joints, 0.0)
+        impulses = dict.fromkeys(self._joints, 0.0)
         self._engine.touched.clear()
         self.lines.begin(duration, len(self._bodies))
         for index in range(count):
-            forces = self._advance_once(begin + (index + 1) * sub_step, sub_step)
-            for (name, joint), force in zip(self._joints.items(), forces, strict=True):
-                tensions[name] += math.hypot(*(force + self._client.joint_force(joint))) / count
-        self._tensions = tensions
+            self._advance_stretch(begin + index * stretch, stretch, impulses)
+        self._tensions = {name: impulse / duration for name, impulse in impulses.items()}
         self._last_duration = duration
         self._state.line_wrench = self.lines.end(duration)
         self._state.settle_reaction(momenta_before, duration, self._gravity)
@@ -372,14 +370,23 @@ class RigidBodyWorld:
         pose = self._state.pose[body.row]
         return Rotation.from_quat(pose[3:]).inv().apply(np.array(point) - pose[:3])
 
+    def _advance_stretch(self, begin: float, duration: float, impulses: dict[str, float]) -> None:
+        """Move on by `duration` [s] from the time `begin` in equal sub-steps, and add what joints carry [N s] to `impulses` by name."""
+        count = self._step_count(duration)
+        sub_step = duration / count
+        for index in range(count):
+            forces = self._advance_once(begin + (index + 1) * sub_step, sub_step)
+            for (name, joint), force in zip(self._joints.items(), forces, strict=True):
+                impulses[name] += math.hypot(*(force + self._client.joint_force(joint))) * sub_step
+
     def _step_count(self, duration: float) -> int:
-        """How many equal steps of the engine make `duration` [s]: as few as bodies, joints and lines bear."""
+        """How many equal steps of the engine make `duration` [s]: as few as bodies, joints and lines bear as they are now."""
         state, rate = self._state, 1.0 / min(self._sub_step, duration)
         spin = float(np.linalg.norm(state.twist[:, 3:], axis=1).max(initial=0.0))
         patient = spin / TURNED
         if self._joints and state.is_free.any():
-            wrench = state.wrench + state.applied_wrench + state.line_wrench
-            free = state.accelerations_under(wrench, self._gravity)
+            pull = self.lines.present_pull(state.pose, state.twist)
+            free = state.accelerations_under(state.wrench + state.applied_wrench + pull, self._gravity)
             patient = max(patient, self._articulated().swing(free, state.inverse_inertia(), SWUNG * rate) / SWUNG)
         rate = max(rate, min(patient, 1.0 / SHORTEST), self._encounters.rate(state.pose, state.twist, duration))
         if self.lines.names:
