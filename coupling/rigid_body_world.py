@@ -21,7 +21,7 @@ from coupling.encounters import Encounters
 from coupling.engine_step import Body, EngineStep
 from coupling.lines import ElasticLine, Lines
 from coupling.motion import STILL, UPRIGHT, Motion, PrescribedMotion, Quaternion, Vector
-from coupling.rigid_state import MOVING, RigidBodyState, pose_of, twist_of
+from coupling.rigid_state import MOVING, RigidBodyState, pose_of, steady, twist_of
 from oilsim.checks import finite
 
 Array = npt.NDArray[np.float64]
@@ -384,14 +384,24 @@ class RigidBodyWorld:
         state, rate = self._state, 1.0 / min(self._sub_step, duration)
         spin = float(np.linalg.norm(state.twist[:, 3:], axis=1).max(initial=0.0))
         patient = spin / TURNED
+        wrench = state.wrench + state.applied_wrench + self.lines.present_pull(state.pose, state.twist)
         if self._joints and state.is_free.any():
-            pull = self.lines.present_pull(state.pose, state.twist)
-            free = state.accelerations_under(state.wrench + state.applied_wrench + pull, self._gravity)
+            free = state.accelerations_under(wrench, self._gravity)
             patient = max(patient, self._articulated().swing(free, state.inverse_inertia(), SWUNG * rate) / SWUNG)
-        rate = max(rate, min(patient, 1.0 / SHORTEST), self._encounters.rate(state.pose, state.twist, duration))
+        rate = max(rate, min(patient, 1.0 / SHORTEST), self._encounter_rate(wrench, duration))
         if self.lines.names:
             rate = max(rate, 1.0 / self.lines.longest_step(state.pose, state.inverse_mass_matrix()))
         return max(1, math.ceil(duration * rate - 1e-9))
+
+    def _encounter_rate(self, wrench: Array, duration: float) -> float:
+        """Steps a second that keep bodies from leaping into others, fast as they are and as `wrench` (B, 6) makes them in `duration` [s].
+
+        What rests on something is not as fast as its weight would make it: joints and contacts last.
+        """
+        state = self._state
+        lasting = wrench + steady(state.earlier_reaction, state.reaction)
+        later = state.twist + duration * state.accelerations_under(lasting, self._gravity)
+        return max(self._encounters.rate(state.pose, twist, duration) for twist in (state.twist, later))
 
     def _advance_once(self, end: float, sub_step: float) -> Array:
         """One sub-step that ends at the time `end`; the engine takes no part where no body is free.

@@ -131,6 +131,32 @@ def test_what_a_piston_pushes_goes_as_fast_as_the_piston(speed: float) -> None:
     world.close()
 
 
+@pytest.mark.parametrize("gap", [0.0, 0.008])
+def test_a_chip_pressed_on_a_sheet_does_not_go_through(gap: float) -> None:
+    # at rest, and pressed by 30 times its weight: a step of 10 ms would bring it 30 mm on its way, of which the sheet is 5 thick
+    world = RigidBodyWorld()
+    sheet, chip = box((1.0, 1.0, 0.005)), box((0.02, 0.02, 0.02))
+    world.add_body("sheet", sheet, mass_properties(sheet, mass=1.0), motion="fixed")
+    world.add_body("chip", chip, mass_properties(chip, mass=0.008), (0.0, 0.0, 0.0125 + gap))
+    world.set_applied_wrench("chip", np.array([0.0, 0.0, -2.4, 0.0, 0.0, 0.0]))
+    for _ in range(20):
+        world.advance(STEP)
+        assert 0.0115 < world.pose("chip")[2] < 0.0225
+    world.close()
+
+
+def test_what_lies_on_the_ground_is_not_taken_for_falling(monkeypatch: pytest.MonkeyPatch) -> None:
+    world = RigidBodyWorld()
+    world.add_half_space((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    sheet = box((0.5, 0.5, 0.004))  # falls 1 mm in a step, and may go 0.125
+    world.add_body("sheet", sheet, mass_properties(sheet, density=500.0), (0.0, 0.0, 0.003))
+    assert steps(world, monkeypatch) > 5
+    for _ in range(30):
+        world.advance(STEP)
+    assert steps(world, monkeypatch) == 1
+    world.close()
+
+
 @pytest.mark.parametrize("speed", [0.6, 1.5, 3.0])
 def test_a_cube_sinks_into_the_ground_by_less_than_a_twentieth(speed: float) -> None:
     for part in range(4):  # of a step, that the blow comes later: steps of 5 ms let it sink by 13 mm at 1.5 m/s
