@@ -1,8 +1,8 @@
 """How long a step of the rigid body engine may be, so that no body leaps deep into another one.
 
-The engine finds out that bodies touch when they lie in each other. One that goes by more than FURTHEST of half its thickness in a step is
-too fast for that, but only where there is something to run into: boxes about the other bodies, half-spaces. Bodies that a joint holds
-together do not touch.
+The engine finds out that bodies touch when they lie in each other. One of which a point goes by more than FURTHEST of half its thickness
+in a step, as seen from the other one, is too fast for that, but only where there is something to run into, or that runs into it: boxes
+about the other bodies, half-spaces. Bodies that a joint holds together do not touch.
 """
 
 from __future__ import annotations
@@ -52,36 +52,68 @@ class Encounters:
         self._apart[first, second] = self._apart[second, first] = True
 
     def rate(self, pose: Array, twist: Array, duration: float) -> float:
-        """The least steps a second that keep bodies from leaping into others within `duration` [s]; 0 where none comes near one."""
-        speed = np.sqrt((twist[:, :3] ** 2).sum(axis=1))
-        pace = speed / self._half_thickness / FURTHEST
-        if not (pace * duration > 1.0).any():
-            return 0.0
-        bodies = self._bounds, self._radius, self._touches, self._apart
-        return float(
-            _fastest_near(pose[:, :3], rotation_matrices(pose[:, 3:]), speed, pace, *bodies, self._planes, duration)
-        )
+        """The least steps a second that keep bodies from leaping into others within `duration` [s]; 0 where one step does."""
+        bodies = self._bounds, self._radius, self._half_thickness, self._touches, self._apart
+        return float(_fastest_near(pose[:, :3], rotation_matrices(pose[:, 3:]), twist, *bodies, self._planes, duration))
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _fastest_near(position, turn, speed, pace, bounds, radius, touches, apart, planes, duration):  # type: ignore[no-untyped-def]
-    """The largest pace [1/s] of a body that may reach another one or a half-space within `duration` [s]."""
-    fastest = 0.0
-    for i in range(len(pace)):
-        if pace[i] <= fastest or pace[i] * duration <= 1.0:
+def _fastest_near(position, turn, twist, bounds, radius, half_thickness, touches, apart, planes, duration):  # type: ignore[no-untyped-def]
+    """The largest pace [1/s] of a body towards another one or a half-space that is in reach within `duration` [s], 0 if below 1 / duration.
+
+    The pace is that of its fastest point, as seen from the other one, in lengths it may go.
+    """
+    count = len(position)
+    furthest = FURTHEST * half_thickness
+    way, way_of_corners = (
+        np.empty(count),
+        np.empty(count),
+    )  # [m] of its centre, and of any of its points, within the duration
+    for i in range(count):
+        way[i] = duration * _length(twist[i, :3])
+        way_of_corners[i] = way[i] + duration * _corner_speed(twist[i, 3:], turn[i], bounds[i])
+    fastest = 1.0 / duration
+    for i in range(count):
+        if furthest[i] == math.inf:
             continue
-        near = False
+        pace = way_of_corners[i] / duration / furthest[i]
         for plane in planes:
-            near = near or ((position[i] - plane[0]) * plane[1]).sum() < radius[i] + speed[i] * duration
-        for j in range(len(pace)):
-            if near:
-                break
-            if touches[j] and not apart[i, j]:
-                reach = radius[i] + (speed[i] + speed[j]) * duration
-                near = _lies_within(position[i], reach, position[j], turn[j], bounds[j], radius[j])
-        if near:
-            fastest = pace[i]
-    return fastest
+            if pace > fastest and ((position[i] - plane[0]) * plane[1]).sum() < radius[i] + way[i]:
+                fastest = pace
+        for j in range(count):
+            if apart[i, j] or not touches[j]:
+                continue
+            reach = radius[i] + way[i] + way_of_corners[j]
+            if not _lies_within(position[i], reach, position[j], turn[j], bounds[j], radius[j]):
+                continue
+            seen = _length(_velocity_from(twist[j], position[i] - position[j], twist[i]))
+            seen += _corner_speed(twist[i, 3:] - twist[j, 3:], turn[i], bounds[i])
+            fastest = max(fastest, seen / furthest[i])
+    return fastest if fastest * duration > 1.0 else 0.0
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _velocity_from(viewer, place, twist):  # type: ignore[no-untyped-def]
+    """Velocity (3,) [m/s] of a body's centre at `place` [m] from another one's, as seen from that `viewer`, which turns; twists (6,)."""
+    return twist[:3] - viewer[:3] - np.cross(viewer[3:], place)
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _corner_speed(rate, turn, bounds):  # type: ignore[no-untyped-def]
+    """A bound [m/s] of |omega x r| in a box of `bounds` (2, 3) about the centre it turns about at `rate` (3,), world frame."""
+    own = np.abs(rate @ turn)
+    furthest = np.maximum(np.abs(bounds[0]), np.abs(bounds[1]))
+    square = 0.0
+    for axis in range(3):
+        after, before = (axis + 1) % 3, (axis + 2) % 3
+        square += (own[after] * furthest[before] + own[before] * furthest[after]) ** 2
+    return math.sqrt(square)
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _length(vector):  # type: ignore[no-untyped-def]
+    """Of a vector (3,)."""
+    return math.sqrt((vector**2).sum())
 
 
 @njit(nogil=True, cache=True, error_model="numpy")

@@ -6,22 +6,24 @@ relaxation time of its damping [s] (Kelvin-Voigt):
     T = max(0, EA / L (l - L + tau (dl/dt - dL/dt)))   while l > L, else 0.
 
 A line has no mass. Its force is taken anew in every sub-step of the rigid bodies, whose length h heeds it; symplectic Euler with damping
-is stable while (h^2 + 2 h tau) EA / L w < 4, w the sum over both ends of the speed along the line by unit impulse [1/kg].
+is stable while (h^2 + 2 h tau) EA / L w < 4, w the sum over both ends of the speed along the line by unit impulse [1/kg]. Lines that share
+bodies are stiffer together: there h^2 a + 2 h b < 4, a the largest eigenvalue of sqrt(k_l k_m) w_lm, k = EA / L, b with k tau for k, and
+w_lm how fast line l grows by unit impulse along m.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
+from scipy.sparse import csr_array
 
 from coupling.rotations import applied, cross, rotation_matrices
 
 Array = npt.NDArray[np.float64]
-InverseMass = Callable[[int], Array]  # (6, 6) of the body in a row
 
 STABLE = 2.0  # of the limit 4: joints and water around the bodies change w
 
@@ -74,29 +76,24 @@ class ElasticLine:
         force = np.outer((1.0, -1.0), tension * along)
         return tension, np.hstack([force, cross(arms, force)])
 
-    def stiffest(self, pose: Array, inverse_mass: InverseMass, sub_step: float) -> float:
-        """The largest EA [N] that is stable in sub-steps of that length [s]."""
-        return self._heaviness(pose, inverse_mass) / (sub_step**2 + 2.0 * sub_step * self.relaxation_time)
-
-    def longest_step(self, pose: Array, inverse_mass: InverseMass) -> float:
-        """The longest sub-step [s] in which the line is stable."""
-        square = self._heaviness(pose, inverse_mass) / self.stiffness
-        return (
-            square / (self.relaxation_time + math.sqrt(self.relaxation_time**2 + square))
-            if square < math.inf
-            else math.inf
-        )
-
-    def _heaviness(self, pose: Array, inverse_mass: InverseMass) -> float:
-        """STABLE L / w [kg m], inf between held bodies."""
+    def stretching(self, pose: Array) -> Array:
+        """(B, 6) by which twists of the bodies lengthen the line, dl/dt = sum of stretching twist."""
         positions, arms = self.ends(pose)
         span = positions[1] - positions[0]
         along = span / max(float(np.linalg.norm(span)), 1e-12)
-        directions = [np.concatenate([along, np.cross(arm, along)]) for arm in arms]
-        compliance = sum(
-            float(d @ inverse_mass(row) @ d) for row, d in zip(self.rows, directions, strict=True) if row >= 0
-        )
-        return STABLE * self.length / compliance if compliance > 0.0 else math.inf
+        total = np.zeros((len(pose), 6))
+        for sign, row, arm in zip((-1.0, 1.0), self.rows, arms, strict=True):
+            if row >= 0:
+                total[row] += sign * np.concatenate([along, np.cross(arm, along)])
+        return total
+
+    def stiffest(self, pose: Array, inverse_mass: csr_array, sub_step: float) -> float:
+        """The largest EA [N] that is stable in sub-steps of that length [s]; inverse_mass (6 B, 6 B)."""
+        stretching = self.stretching(pose).ravel()
+        compliance = float(stretching @ (inverse_mass @ stretching))
+        if compliance == 0.0:
+            return math.inf
+        return STABLE * self.length / (compliance * (sub_step**2 + 2.0 * sub_step * self.relaxation_time))
 
 
 class Lines:
@@ -126,9 +123,16 @@ class Lines:
         """Unstretched length when the line was added [m]."""
         return self._lines[name].laid_length
 
-    def longest_step(self, pose: Array, inverse_mass: InverseMass) -> float:
-        """The longest sub-step [s] in which all are stable."""
-        return min((line.longest_step(pose, inverse_mass) for line in self._lines.values()), default=math.inf)
+    def longest_step(self, pose: Array, inverse_mass: csr_array) -> float:
+        """The longest sub-step [s] in which all are stable together, were all taut; there is a line at least. inverse_mass (6 B, 6 B)."""
+        lines = self._lines.values()
+        stretching = np.array([line.stretching(pose).ravel() for line in lines])
+        shortest = np.array([min(line.length, line.ordered_length) for line in lines])
+        stiffness = np.array([line.stiffness for line in lines]) / shortest
+        compliance = stretching @ (inverse_mass @ stretching.T)
+        elastic = _largest(compliance, stiffness)
+        damping = _largest(compliance, stiffness * [line.relaxation_time for line in lines])
+        return STABLE / (damping + math.sqrt(damping**2 + STABLE * elastic)) if elastic > 0.0 else math.inf
 
     def order_length(self, name: str, length: float) -> None:
         """The unstretched length [m] that the line has at the end of the next advance, paid out or hauled in evenly."""
@@ -186,3 +190,9 @@ class Lines:
             line = self._lines[name]
             line.length, line.ordered_length, line.tension = length, ordered, tension
             self._payout_rate[name] = rate
+
+
+def _largest(compliance: Array, stiffness: Array) -> float:
+    """Eigenvalue of `compliance` (L, L) times diag(`stiffness`) (L,)."""
+    root = np.sqrt(stiffness)
+    return float(np.linalg.eigvalsh(root[:, None] * compliance * root)[-1])

@@ -21,7 +21,7 @@ from coupling.encounters import Encounters
 from coupling.engine_step import Body, EngineStep
 from coupling.lines import ElasticLine, Lines
 from coupling.motion import STILL, UPRIGHT, Motion, PrescribedMotion, Quaternion, Vector
-from coupling.rigid_state import MOVING, RigidBodyState, pose_of, twist_of
+from coupling.rigid_state import MOVING, RigidBodyState, pose_of, steady, twist_of
 from oilsim.checks import finite
 
 Array = npt.NDArray[np.float64]
@@ -29,7 +29,7 @@ Array = npt.NDArray[np.float64]
 CLOSING = 0.2  # of a joint's gap, in a step of the engine: as much as pybullet would
 TURNED = 0.025  # [rad] that it may turn: what tumbles gains or loses less than a thousandth of its energy in ten turns
 SWUNG = 0.5  # [rad] that a body may swing under the pull of its joints; from 2 on swings grow
-SHORTEST = 5e-4  # [s] of steps for the sake of lines, turns and swings
+SHORTEST = 5e-4  # [s] of steps for the sake of turns, swings, and of any line alone as it is made fast
 
 
 class RigidBodyWorld:
@@ -206,7 +206,7 @@ class RigidBodyWorld:
         places = [p if body is None else self._own_point(body, p) for body, p in zip(bodies, points, strict=True)]
         rows = tuple(-1 if body is None else body.row for body in bodies)
         line = ElasticLine((rows[0], rows[1]), np.array(places, dtype=np.float64), stiffness, relaxation_time, length)
-        stiffest = line.stiffest(self._state.pose, self._state.inverse_mass, SHORTEST)
+        stiffest = line.stiffest(self._state.pose, self._state.inverse_mass_matrix(), SHORTEST)
         if stiffness > stiffest:
             raise ValueError(
                 f"line {name!r}: stiffness is {stiffness:g} N, allowed: up to {stiffest:.3g} N for its bodies"
@@ -287,18 +287,16 @@ class RigidBodyWorld:
                 self._place(body, body.motion.at(time))
 
     def advance(self, duration: float) -> None:
-        """Move on by `duration` [s] in equal sub-steps, under the wrenches as set."""
-        count = self._step_count(duration)
-        sub_step = duration / count
+        """Move on by `duration` [s] under the wrenches as set, in equal stretches no longer than the longest sub-step."""
+        count = max(1, math.ceil(duration / self._sub_step - 1e-9))
+        stretch = duration / count
         momenta_before, begin = self._state.momenta(), self.time
-        tensions = dict.fromkeys(self._joints, 0.0)
+        impulses = dict.fromkeys(self._joints, 0.0)
         self._engine.touched.clear()
         self.lines.begin(duration, len(self._bodies))
         for index in range(count):
-            forces = self._advance_once(begin + (index + 1) * sub_step, sub_step)
-            for (name, joint), force in zip(self._joints.items(), forces, strict=True):
-                tensions[name] += math.hypot(*(force + self._client.joint_force(joint))) / count
-        self._tensions = tensions
+            self._advance_stretch(begin + index * stretch, stretch, impulses)
+        self._tensions = {name: impulse / duration for name, impulse in impulses.items()}
         self._last_duration = duration
         self._state.line_wrench = self.lines.end(duration)
         self._state.settle_reaction(momenta_before, duration, self._gravity)
@@ -372,17 +370,38 @@ class RigidBodyWorld:
         pose = self._state.pose[body.row]
         return Rotation.from_quat(pose[3:]).inv().apply(np.array(point) - pose[:3])
 
+    def _advance_stretch(self, begin: float, duration: float, impulses: dict[str, float]) -> None:
+        """Move on by `duration` [s] from the time `begin` in equal sub-steps, and add what joints carry [N s] to `impulses` by name."""
+        count = self._step_count(duration)
+        sub_step = duration / count
+        for index in range(count):
+            forces = self._advance_once(begin + (index + 1) * sub_step, sub_step)
+            for (name, joint), force in zip(self._joints.items(), forces, strict=True):
+                impulses[name] += math.hypot(*(force + self._client.joint_force(joint))) * sub_step
+
     def _step_count(self, duration: float) -> int:
-        """How many equal steps of the engine make `duration` [s]: as few as bodies, joints and lines bear."""
+        """How many equal steps of the engine make `duration` [s]: as few as bodies, joints and lines bear as they are now."""
         state, rate = self._state, 1.0 / min(self._sub_step, duration)
         spin = float(np.linalg.norm(state.twist[:, 3:], axis=1).max(initial=0.0))
-        patient = max(spin / TURNED, 1.0 / self.lines.longest_step(state.pose, state.inverse_mass))
+        patient = spin / TURNED
+        wrench = state.wrench + state.applied_wrench + self.lines.present_pull(state.pose, state.twist)
         if self._joints and state.is_free.any():
-            wrench = state.wrench + state.applied_wrench + state.line_wrench
             free = state.accelerations_under(wrench, self._gravity)
             patient = max(patient, self._articulated().swing(free, state.inverse_inertia(), SWUNG * rate) / SWUNG)
-        rate = max(rate, min(patient, 1.0 / SHORTEST), self._encounters.rate(state.pose, state.twist, duration))
+        rate = max(rate, min(patient, 1.0 / SHORTEST), self._encounter_rate(wrench, duration))
+        if self.lines.names:
+            rate = max(rate, 1.0 / self.lines.longest_step(state.pose, state.inverse_mass_matrix()))
         return max(1, math.ceil(duration * rate - 1e-9))
+
+    def _encounter_rate(self, wrench: Array, duration: float) -> float:
+        """Steps a second that keep bodies from leaping into others, fast as they are and as `wrench` (B, 6) makes them in `duration` [s].
+
+        What rests on something is not as fast as its weight would make it: joints and contacts last.
+        """
+        state = self._state
+        lasting = wrench + steady(state.earlier_reaction, state.reaction)
+        later = state.twist + duration * state.accelerations_under(lasting, self._gravity)
+        return max(self._encounters.rate(state.pose, twist, duration) for twist in (state.twist, later))
 
     def _advance_once(self, end: float, sub_step: float) -> Array:
         """One sub-step that ends at the time `end`; the engine takes no part where no body is free.
