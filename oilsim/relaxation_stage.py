@@ -34,6 +34,8 @@ from oilsim.time_unit import passing_unit, shear_rate_sums
 if TYPE_CHECKING:
     from oilsim.workspace import Workspace
 
+VOIDS = 0.005  # of the particles of liquid that fills its box, that may be near a surface where it has parted
+
 
 def relax_liquid(work: Workspace, state: FluidState, time_step: float) -> tuple[int, float]:
     """One pass of `relaxation`, more while the mean compression is above the tolerance; returns passes and that mean."""
@@ -53,7 +55,7 @@ def relax_liquid(work: Workspace, state: FluidState, time_step: float) -> tuple[
         theta = np.float32(-math.expm1(-time_step / (SETTLING * work.time_unit)))
         run(shift_strength, state.listed, work.near, work.wall_pairs, work.field, np.float32(time_step), square)
         for iteration in range(1, config.density_iterations + 1):
-            found = mean_compression(work, count)
+            found = mean_compression(work, state)
             if iteration > 1 and found <= config.density_tolerance:
                 iteration, left = iteration - 1, found
                 break
@@ -105,15 +107,19 @@ def look_around(work: Workspace, state: FluidState, time_step: float) -> None:
         work.budget.add_strain(work.field, time_step)
     run(mark_surface, state.listed, work.gradient_sum, work.compression, spacing, surface)
     run(mark_near_surface, count, work.fluid_pairs, surface, work.near)
-    work.closed = not (state.asleep or work.near.any())
+    beside = int(np.count_nonzero(work.near))
+    work.closed = not (state.asleep or beside)
+    # what filled its box in the step before still does: neither changes its volume, and what has parted a little is disorder
+    state.filled = work.closed or (state.filled and not state.asleep and beside <= VOIDS * count)
     if work.weightless:
         sums = np.zeros((block_count(count), 2))
         run(shear_rate_sums, count, work.field, np.float32(work.config.cfl / time_step), sums)
         work.time_unit = passing_unit(total(sums[:, 0]), total(sums[:, 1]))
 
 
-def mean_compression(work: Workspace, count: int) -> float:
-    """Mean of (C_i)+ of the first `count` particles; in a box without free surface, whose mean density is given, about the mean of C_i."""
-    if work.closed:
-        work.compression -= work.compression.mean(dtype=np.float64).astype(np.float32)
-    return float(np.maximum(work.compression[:count], 0.0).mean(dtype=np.float64))
+def mean_compression(work: Workspace, state: FluidState) -> float:
+    """Mean of (C_i)+ of the particles that move; where they fill a box, whose mean density is given, about the mean of C_i inside."""
+    if state.filled:
+        inside = work.compression if work.closed else work.compression[work.near == 0]
+        work.compression -= inside.mean(dtype=np.float64).astype(np.float32)
+    return float(np.maximum(work.compression[: state.awake], 0.0).mean(dtype=np.float64))

@@ -85,7 +85,9 @@ def project_velocity(
     """Make velocities and bodies free of compression by one bounded pressure solve; returns its products and the mean residual."""
     config = work.config
     kappa = state.pressure_impulse
-    if not work.closed:
+    if state.filled and not work.closed:
+        kappa -= min(kappa.min(), np.float32(0.0))  # suction in a filled box has no level; what has parted sets one
+    elif not work.closed:
         np.maximum(kappa, 0.0, out=kappa)
     if state.time_step > 0.0:
         kappa *= np.float32(time_step / state.time_step)

@@ -44,7 +44,8 @@ class FluidState:
     pressure_impulse (N,) kappa / rho_ref = p dt / rho_ref [m2/s], the warm start of the pressure solve, for dt = time_step [s];
     step [s]: length of the step that has begun, of which `to_fly` [s] is still to be flown; 0 between steps.
     viscous_time (phases,) [s]: time for which each liquid is still owed its viscosity (`owed_viscosity`). The last `asleep` particles do
-    not move (`sleeping_regions`); the first `bordering` of them may have others that do within reach.
+    not move (`sleeping_regions`); the first `bordering` of them may have others that do within reach. filled: whether they filled their box
+    in the last step (`relaxation_stage`).
     """
 
     position: Real = field(default_factory=_rows)
@@ -60,6 +61,7 @@ class FluidState:
     viscous_time: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
     asleep: int = 0
     bordering: int = 0
+    filled: bool = False
 
     @property
     def count(self) -> int:
