@@ -181,7 +181,7 @@ class Articulation:
 
 def _spectral_bound(matrices: Array) -> Array:
     """(n,) at least the largest eigenvalue of each of (n, k, k), whose eigenvalues are real."""
-    return np.sqrt(np.einsum("bij,bji->b", matrices, matrices))
+    return np.sqrt(np.maximum(np.einsum("bij,bji->b", matrices, matrices), 0.0))
 
 
 def _row_count(joint: PointJoint) -> int:

@@ -65,10 +65,7 @@ def _fastest_near(position, turn, twist, bounds, radius, half_thickness, touches
     """
     count = len(position)
     furthest = FURTHEST * half_thickness
-    way, way_of_corners = (
-        np.empty(count),
-        np.empty(count),
-    )  # [m] of its centre, and of any of its points, within the duration
+    way, way_of_corners = np.empty(count), np.empty(count)  # [m] of its centre, of any of its points
     for i in range(count):
         way[i] = duration * _length(twist[i, :3])
         way_of_corners[i] = way[i] + duration * _corner_speed(twist[i, 3:], turn[i], bounds[i])

@@ -21,15 +21,13 @@ from coupling.encounters import Encounters
 from coupling.engine_step import Body, EngineStep
 from coupling.lines import ElasticLine, Lines
 from coupling.motion import STILL, UPRIGHT, Motion, PrescribedMotion, Quaternion, Vector
-from coupling.rigid_state import MOVING, RigidBodyState, pose_of, steady, twist_of
+from coupling.rigid_state import MOVING, RigidBodyState, pose_of, twist_of
+from coupling.step_length import SHORTEST, step_rate
 from oilsim.checks import finite
 
 Array = npt.NDArray[np.float64]
 
 CLOSING = 0.2  # of a joint's gap, in a step of the engine: as much as pybullet would
-TURNED = 0.025  # [rad] that it may turn: what tumbles gains or loses less than a thousandth of its energy in ten turns
-SWUNG = 0.5  # [rad] that a body may swing under the pull of its joints; from 2 on swings grow
-SHORTEST = 5e-4  # [s] of steps for the sake of turns, swings, and of any line alone as it is made fast
 
 
 class RigidBodyWorld:
@@ -372,36 +370,14 @@ class RigidBodyWorld:
 
     def _advance_stretch(self, begin: float, duration: float, impulses: dict[str, float]) -> None:
         """Move on by `duration` [s] from the time `begin` in equal sub-steps, and add what joints carry [N s] to `impulses` by name."""
-        count = self._step_count(duration)
+        held = self._articulated() if self._joints and self._state.is_free.any() else None
+        rate = step_rate(self._state, self._gravity, held, self.lines, self._encounters, duration)
+        count = max(1, math.ceil(duration * rate - 1e-9))
         sub_step = duration / count
         for index in range(count):
             forces = self._advance_once(begin + (index + 1) * sub_step, sub_step)
             for (name, joint), force in zip(self._joints.items(), forces, strict=True):
                 impulses[name] += math.hypot(*(force + self._client.joint_force(joint))) * sub_step
-
-    def _step_count(self, duration: float) -> int:
-        """How many equal steps of the engine make `duration` [s]: as few as bodies, joints and lines bear as they are now."""
-        state, rate = self._state, 1.0 / min(self._sub_step, duration)
-        spin = float(np.linalg.norm(state.twist[:, 3:], axis=1).max(initial=0.0))
-        patient = spin / TURNED
-        wrench = state.wrench + state.applied_wrench + self.lines.present_pull(state.pose, state.twist)
-        if self._joints and state.is_free.any():
-            free = state.accelerations_under(wrench, self._gravity)
-            patient = max(patient, self._articulated().swing(free, state.inverse_inertia(), SWUNG * rate) / SWUNG)
-        rate = max(rate, min(patient, 1.0 / SHORTEST), self._encounter_rate(wrench, duration))
-        if self.lines.names:
-            rate = max(rate, 1.0 / self.lines.longest_step(state.pose, state.inverse_mass_matrix()))
-        return max(1, math.ceil(duration * rate - 1e-9))
-
-    def _encounter_rate(self, wrench: Array, duration: float) -> float:
-        """Steps a second that keep bodies from leaping into others, fast as they are and as `wrench` (B, 6) makes them in `duration` [s].
-
-        What rests on something is not as fast as its weight would make it: joints and contacts last.
-        """
-        state = self._state
-        lasting = wrench + steady(state.earlier_reaction, state.reaction)
-        later = state.twist + duration * state.accelerations_under(lasting, self._gravity)
-        return max(self._encounters.rate(state.pose, twist, duration) for twist in (state.twist, later))
 
     def _advance_once(self, end: float, sub_step: float) -> Array:
         """One sub-step that ends at the time `end`; the engine takes no part where no body is free.
