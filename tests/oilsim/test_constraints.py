@@ -55,7 +55,7 @@ def test_relaxation_removes_compression(make_fluid, dimension):
     for _ in range(40):
         fluid.work.search(fluid.state)
         relax_liquid(fluid.work, fluid.state, 1e-3)
-        errors.append(mean_compression(fluid.work, fluid.state.count))
+        errors.append(mean_compression(fluid.work, fluid.state))
     # each pass mends about a fifth: after a step's passes what is left is the tolerance, or falls on in the next one
     assert errors[-1] <= 2 * fluid.config.density_tolerance
 
