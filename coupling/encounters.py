@@ -16,6 +16,7 @@ from numba import njit
 from coupling.rotations import rotation_matrices
 
 Array = npt.NDArray[np.float64]
+Flags = npt.NDArray[np.bool_]
 
 FURTHEST = 0.0625  # of half its thickness, that a body may go in a step into another one
 
@@ -28,7 +29,7 @@ class Encounters:
         self._radius = np.zeros(0)  # [m] of a sphere about that, which holds them
         self._half_thickness = np.zeros(0)  # [m] of bodies that may run into others, inf of others
         self._touches = np.zeros(0, dtype=bool)
-        self._apart: npt.NDArray[np.bool_] = np.zeros((0, 0), dtype=bool)  # pairs that do not touch
+        self._apart: Flags = np.zeros((0, 0), dtype=bool)  # pairs that do not touch
         self._planes = np.zeros((0, 2, 3))  # a point [m] and the normal
 
     def add_body(self, bounds: Array, *, is_free: bool, touches: bool) -> None:
@@ -58,7 +59,10 @@ class Encounters:
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _fastest_near(position, turn, twist, bounds, radius, half_thickness, touches, apart, planes, duration):  # type: ignore[no-untyped-def]
+def _fastest_near(
+    position: Array, turn: Array, twist: Array, bounds: Array, radius: Array, half_thickness: Array, touches: Flags, apart: Flags,
+    planes: Array, duration: float,
+) -> float:  # fmt: skip
     """The largest pace [1/s] of a body towards another one or a half-space that is in reach within `duration` [s], 0 if below 1 / duration.
 
     The pace is that of its fastest point, as seen from the other one, in lengths it may go.
@@ -90,13 +94,13 @@ def _fastest_near(position, turn, twist, bounds, radius, half_thickness, touches
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _velocity_from(viewer, place, twist):  # type: ignore[no-untyped-def]
+def _velocity_from(viewer: Array, place: Array, twist: Array) -> Array:
     """Velocity (3,) [m/s] of a body's centre at `place` [m] from another one's, as seen from that `viewer`, which turns; twists (6,)."""
     return twist[:3] - viewer[:3] - np.cross(viewer[3:], place)
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _corner_speed(rate, turn, bounds):  # type: ignore[no-untyped-def]
+def _corner_speed(rate: Array, turn: Array, bounds: Array) -> float:
     """A bound [m/s] of |omega x r| in a box of `bounds` (2, 3) about the centre it turns about at `rate` (3,), world frame."""
     own = np.abs(rate @ turn)
     furthest = np.maximum(np.abs(bounds[0]), np.abs(bounds[1]))
@@ -108,13 +112,13 @@ def _corner_speed(rate, turn, bounds):  # type: ignore[no-untyped-def]
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _length(vector):  # type: ignore[no-untyped-def]
+def _length(vector: Array) -> float:
     """Of a vector (3,)."""
     return math.sqrt((vector**2).sum())
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _lies_within(point, reach, position, turn, bounds, radius):  # type: ignore[no-untyped-def]
+def _lies_within(point: Array, reach: float, position: Array, turn: Array, bounds: Array, radius: float) -> bool:
     """Whether a point (3,) is nearer than `reach` [m] to a box of `bounds` (2, 3) about a body's centre, within a sphere of `radius`."""
     square = 0.0
     for axis in range(3):
@@ -127,4 +131,4 @@ def _lies_within(point, reach, position, turn, bounds, radius):  # type: ignore[
         for axis in range(3):
             along += turn[axis, own] * (point[axis] - position[axis])
         square += (along - min(max(along, bounds[0, own]), bounds[1, own])) ** 2
-    return square < reach**2
+    return bool(square < reach**2)

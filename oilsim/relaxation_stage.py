@@ -42,6 +42,7 @@ def relax_liquid(work: Workspace, state: FluidState, time_step: float) -> tuple[
     config, walls, run, count, position = work.config, work.walls, work.team.run, state.awake, state.position
     work.closed = state.asleep == 0
     if count == 0:
+        state.filled = False
         return 0, 0.0
     moving = slice(0, count)
     multiplier = np.zeros(state.listed, np.float32)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 import pytest
 
@@ -14,13 +16,14 @@ SIDE, SPEED, STEP = 0.2, 2.0, 0.01
 
 
 @pytest.fixture
-def space() -> RigidBodyWorld:
+def space() -> Iterator[RigidBodyWorld]:
     """No gravity, and a cube on its way along x."""
     world = RigidBodyWorld(gravity=(0.0, 0.0, 0.0))
     cube = box((SIDE, SIDE, SIDE))
     properties = mass_properties(cube, density=500.0)
     world.add_body("cube", cube, properties, (0.0, 0.0, 0.0), linear_velocity=(SPEED, 0.0, 0.0))
-    return world
+    yield world
+    world.close()
 
 
 def steps(world: RigidBodyWorld, monkeypatch: pytest.MonkeyPatch, duration: float = STEP) -> int:

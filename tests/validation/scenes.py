@@ -52,6 +52,20 @@ def channel(
     )  # fmt: skip
 
 
+def closed_channel(
+    bench: Bench, lower: Double, upper: Double, spacing: float, phase: Phase, longest_step: float
+) -> Fluid:
+    """An empty plane channel from `lower` to `upper` (3,) [m] without weight, all its sides closed, which slip. longest_step [s]."""
+    room = np.array([4.0 * spacing, 0.0, 4.0 * spacing])
+    config = FluidConfig(
+        particle_spacing=spacing, phases=(phase,), dimension=2, gravity=(0.0, 0.0, 0.0), lower=tuple(lower - room),
+        upper=tuple(upper + room), maximum_time_step=longest_step,
+    )  # fmt: skip
+    fluid = bench.fluid(config)
+    fluid.add_boundary(tank_walls(lower, upper, spacing, sides=("-x", "+x", "-z", "+z"), dimension=2))
+    return fluid
+
+
 def channel_wall(length: float, height: float, spacing: float, side: str) -> BoundaryParticles:
     """One no-slip wall, `side` "-z" or "+z", of a channel that repeats along x."""
     return tank_walls(

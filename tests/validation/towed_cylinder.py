@@ -11,13 +11,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from oilsim.boundary import tank_walls
-from oilsim.config import FluidConfig
 from oilsim.initial_conditions import block
 from scenarios.motions import TowingMotion
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.rigid import disc
-from tests.validation.scenes import liquid
+from tests.validation.scenes import closed_channel, liquid
 from tests.validation.towing import BEATS, towed
 
 Double = NDArray[np.float64]
@@ -30,16 +28,10 @@ RISE, COUNTED, TRAVEL = 2.0, 25.0, 35.0  # D: travelled while the speed rises, b
 
 def drag(bench: Bench, spacing: float, reynolds_number: float) -> tuple[Double, Double]:
     """Travel [D] and drag [N/m] at the samples."""
-    lower = (-ROOM * DIAMETER, -1.0, -0.5 * HEIGHT * DIAMETER)
-    upper = ((TRAVEL + ROOM) * DIAMETER, 1.0, 0.5 * HEIGHT * DIAMETER)
-    room = np.array([4.0 * spacing, 0.0, 4.0 * spacing])
+    lower = np.array([-ROOM * DIAMETER, -1.0, -0.5 * HEIGHT * DIAMETER])
+    upper = np.array([(TRAVEL + ROOM) * DIAMETER, 1.0, 0.5 * HEIGHT * DIAMETER])
     phase = liquid(DENSITY, kinematic_viscosity=SPEED * DIAMETER / reynolds_number)
-    config = FluidConfig(
-        particle_spacing=spacing, phases=(phase,), dimension=2, gravity=(0.0, 0.0, 0.0), lower=tuple(lower - room),
-        upper=tuple(upper + room), maximum_time_step=DIAMETER / (SPEED * BEATS),
-    )  # fmt: skip
-    fluid = bench.fluid(config)
-    fluid.add_boundary(tank_walls(lower, upper, spacing, sides=("-x", "+x", "-z", "+z"), dimension=2))
+    fluid = closed_channel(bench, lower, upper, spacing, phase, DIAMETER / (SPEED * BEATS))
     points = block(lower, upper, spacing, 2)
     fluid.add_particles(points[np.hypot(points[:, 0], points[:, 2]) > 0.5 * DIAMETER], phase=phase.name)
     cylinder = fluid.add_boundary(replace(disc(0.5 * DIAMETER, spacing), no_slip=True))

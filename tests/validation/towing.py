@@ -16,13 +16,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from oilsim.boundary import solid_box, tank_walls
-from oilsim.config import FluidConfig
+from oilsim.boundary import solid_box
 from oilsim.initial_conditions import block
 from oilsim.solver import Fluid
 from scenarios.motions import TowingMotion
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
-from tests.validation.scenes import GRAVITY, liquid, open_tank
+from tests.validation.scenes import GRAVITY, closed_channel, liquid, open_tank
 
 Double = NDArray[np.float64]
 
@@ -40,15 +39,9 @@ MASKELL = 0.96  # epsilon of a plate from side to side of a channel (Maskell 196
 
 def towing_tank(bench: Bench, spacing: float, longest_step: float) -> tuple[Fluid, int]:
     """A closed channel full of water at rest, with the plate in it; its handle. longest_step [s]."""
-    lower = (-ROOM * PLATE, -1.0, -0.5 * HEIGHT * PLATE)
-    upper = ((TRAVEL + ROOM) * PLATE, 1.0, 0.5 * HEIGHT * PLATE)
-    room = np.array([4.0 * spacing, 0.0, 4.0 * spacing])
-    config = FluidConfig(
-        particle_spacing=spacing, phases=(liquid(WATER),), dimension=2, gravity=(0.0, 0.0, 0.0), lower=tuple(lower - room),
-        upper=tuple(upper + room), maximum_time_step=longest_step,
-    )  # fmt: skip
-    fluid = bench.fluid(config)
-    fluid.add_boundary(tank_walls(lower, upper, spacing, sides=("-x", "+x", "-z", "+z"), dimension=2))
+    lower = np.array([-ROOM * PLATE, -1.0, -0.5 * HEIGHT * PLATE])
+    upper = np.array([(TRAVEL + ROOM) * PLATE, 1.0, 0.5 * HEIGHT * PLATE])
+    fluid = closed_channel(bench, lower, upper, spacing, liquid(WATER), longest_step)
     points = block(lower, upper, spacing, 2)
     inside = (np.abs(points[:, 0]) < 0.5 * spacing) & (np.abs(points[:, 2]) < 0.5 * PLATE)
     fluid.add_particles(points[~inside], phase="water")
@@ -58,7 +51,7 @@ def towing_tank(bench: Bench, spacing: float, longest_step: float) -> tuple[Flui
 def towed(
     bench: Bench, fluid: Fluid, handle: int, motion: TowingMotion, travel: float, length: float = PLATE
 ) -> tuple[Double, Double]:
-    """Tow a boundary for `travel` lengths: its travel in these and its drag [N/m] at BEATS samples in each; ends the fluid."""
+    """Tow a boundary for `travel` times its `length` [m]: travel in these and drag [N/m] at BEATS samples in each; ends the fluid."""
     sample, start = length / (motion.velocity[0] * BEATS), motion.position[0]
     places, forces = [0.0], [0.0]
     while places[-1] < travel:
