@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from booms.boom import Boom
 from coupling.bodies import MassProperties, mass_properties
-from coupling.hydrostatics import Hydrostatics, hydrostatics
+from coupling.solids.hydrostatics import Hydrostatics, hydrostatics
 
 Array = NDArray[np.float64]
 

@@ -7,7 +7,7 @@
         world.step()                      # instead of pybullet.stepSimulation()
 
 Every link with a collision shape is sampled as it is. One step: the fluid takes poses, velocities and inverse masses of the
-links, joints and constraints included (`pybullet_links`), and advances by the client's own time step; the wrenches go to the
+links, joints and constraints included (`links`), and advances by the client's own time step; the wrenches go to the
 links as external forces; pybullet steps. Nothing of the client is changed: not its gravity, damping, time step or sub-steps.
 Where pybullet's defaults spoil physics, a warning says so once, with the call that mends it.
 """
@@ -26,20 +26,20 @@ import numpy.typing as npt
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from coupling.attachment import PlacedWalls, tell_liquid_within, tell_overlaps, tell_thin_parts
+from coupling.blas_threads import one_blas_thread
 from coupling.bodies import require_closed
 from coupling.errors import UnresolvedSolidError
-from coupling.linear_algebra import one_blas_thread
-from coupling.pybullet_defaults import DefaultsWatch, tell_inertia
-from coupling.pybullet_links import LinkedBody, LinkKey, LinkSystem, read_links
-from coupling.pybullet_shapes import link_mesh, link_pose
-from coupling.quiet_pybullet import pybullet
-from coupling.rigid_state import steady
-from coupling.signed_distance import Box
-from coupling.surface_sampling import SurfaceSampling, particles_of, sample_surface
+from coupling.pybullet_import import pybullet
+from coupling.pybullet_world.attachment_warnings import PlacedWalls, tell_liquid_within, tell_overlaps, tell_thin_parts
+from coupling.pybullet_world.default_warnings import DefaultsWatch, tell_inertia
+from coupling.pybullet_world.links import LinkedBody, LinkKey, LinkSystem, read_links
+from coupling.pybullet_world.shapes import link_mesh, link_pose
+from coupling.rigid.rigid_state import steady
+from coupling.solids.signed_distance import Box
+from coupling.solids.surface_sampling import SurfaceSampling, particles_of, sample_surface
 from oilsim.advance_report import AdvanceReport
+from oilsim.boundaries.walls import chosen_blocks
 from oilsim.solver import Fluid
-from oilsim.walls import chosen_blocks
 
 Array = npt.NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from PIL import Image
 
-from recordings.picture import draw_picture
+from recordings.pictures.picture import draw_picture
 from scenarios.cli import main
 
 FOLDER = Path(__file__).with_name("pictures")

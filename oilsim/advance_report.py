@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from oilsim.ledger import Ledger
-from oilsim.schemes import StepResult
+from oilsim.accounts.ledger import Ledger
+from oilsim.step.schemes import StepResult
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from oilsim.boundary import BoundaryParticles
+from oilsim.boundaries.boundary_particles import BoundaryParticles
+from oilsim.boundaries.walls import MovingBody
 from oilsim.config import FluidConfig
 from oilsim.emitter import PipeEmitter
-from oilsim.walls import MovingBody
 
 Double = NDArray[np.float64]
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from numbers import Integral, Real
 from typing import Any, Literal
 
+from oilsim.neighborhood.smoothing_kernels import SUPPORT
 from oilsim.phases import EXPLICIT_UP_TO, Phase
-from oilsim.smoothing_kernels import SUPPORT
 
 Vector = tuple[float, float, float]
 Scheme = Literal["split", "paper"]

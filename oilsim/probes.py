@@ -8,9 +8,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from oilsim.smoothing_kernels import kernel
+from oilsim.neighborhood.smoothing_kernels import kernel
 from oilsim.state import FluidState
-from oilsim.workspace import Workspace
+from oilsim.step.step_arrays import Workspace
 
 Double = NDArray[np.float64]
 

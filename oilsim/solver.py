@@ -9,21 +9,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from oilsim import checks, diagnostics, probes
+from oilsim import checks, probes
+from oilsim.accounts import diagnostics
+from oilsim.accounts.budget import Budget
+from oilsim.accounts.ledger import Ledger
 from oilsim.advance_report import AdvanceReport, Unreported
-from oilsim.boundary import BoundaryParticles
-from oilsim.budget import Budget
+from oilsim.backend.thread_team import Team
+from oilsim.boundaries.boundary_particles import BoundaryParticles
+from oilsim.boundaries.walls import MovingBody
 from oilsim.config import FluidConfig
 from oilsim.emitter import PipeEmitter
 from oilsim.forcing import Forcing, ForcingView
-from oilsim.ledger import Ledger
-from oilsim.parallel import Team
-from oilsim.pressure_projection import BoundConstrainedSolver
-from oilsim.schemes import paper_step, split_step
+from oilsim.pressure.bounded_solver import BoundConstrainedSolver
 from oilsim.state import FluidState
-from oilsim.time_step import cfl_time_step, equal_steps, relative_time_step, stable_time_step
-from oilsim.walls import MovingBody
-from oilsim.workspace import Workspace
+from oilsim.step.schemes import paper_step, split_step
+from oilsim.step.step_arrays import Workspace
+from oilsim.step.time_step import cfl_time_step, equal_steps, relative_time_step, stable_time_step
 
 Real = NDArray[np.float32]
 Double = NDArray[np.float64]

@@ -9,8 +9,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from oilsim.compilation import FAST
-from oilsim.parallel import Team
+from oilsim.backend.jit import FAST
+from oilsim.backend.thread_team import Team
 
 Real = NDArray[np.float32]
 
@@ -43,9 +43,9 @@ class FluidState:
     the phases, id (N,) never reused,
     pressure_impulse (N,) kappa / rho_ref = p dt / rho_ref [m2/s], the warm start of the pressure solve, for dt = time_step [s];
     step [s]: length of the step that has begun, of which `to_fly` [s] is still to be flown; 0 between steps.
-    viscous_time (phases,) [s]: time for which each liquid is still owed its viscosity (`owed_viscosity`). The last `asleep` particles do
-    not move (`sleeping_regions`); the first `bordering` of them may have others that do within reach. filled: whether they filled their box
-    in the last step (`relaxation_stage`).
+    viscous_time (phases,) [s]: time for which each liquid is still owed its viscosity (`deferred_viscosity`).
+    The last `asleep` particles do not move (`sleeping_regions`); the first `bordering` of them may have others that do within reach.
+    filled: whether they filled their box in the last step (`relaxation_stage`).
     """
 
     position: Real = field(default_factory=_rows)

@@ -9,12 +9,12 @@ from importlib import resources
 from pathlib import Path
 from typing import Any, get_args
 
-from scenarios.checks import NAMED_TABLES, Parts, problems_between
-from scenarios.fields import field_kinds
-from scenarios.overrides import merged, parse_override, with_override
+from scenarios.cross_checks import NAMED_TABLES, Parts, problems_between
 from scenarios.problems import Problem, ScenarioError, suggestion
 from scenarios.scenario import Scenario
-from scenarios.structuring import structure
+from scenarios.schema.overrides import merged, parse_override, with_override
+from scenarios.schema.quantity_fields import field_kinds
+from scenarios.schema.structuring import structure
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,10 +7,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, Field, fields
 from typing import Any, Literal, get_args, get_origin
 
-from scenarios import bodies, exercise, fmus, liquid, probes, scenario, weather
-from scenarios.fields import Section, field_kinds, quantities
-from scenarios.kinds import shape_of
-from scenarios.structuring import SUFFIXES
+from scenarios.schema import bodies, exercise, fmu_settings, liquid, probe_settings, run_settings, weather
+from scenarios.schema.quantity_fields import Section, field_kinds, quantities
+from scenarios.schema.structuring import SUFFIXES
+from scenarios.schema.type_checks import shape_of
 
 INTRODUCTION = """# Scenario files
 
@@ -56,7 +56,7 @@ radius = 0.15
 density = 600.0
 position = [0.5, 0.5, 0.7]
 
-[probes.ball]
+[probe_settings.ball]
 kind = "body"
 body = "ball"
 ```
@@ -64,10 +64,10 @@ The same in Python, with a run of it that leaves a recording and a summary:
 ```python
 from pathlib import Path
 
-from scenarios.bodies import SphereBody
-from scenarios.liquid import FluidSettings, PhaseSettings, SlabFill, Tank
-from scenarios.probes import BodyProbe
-from scenarios.run import RunOptions, run_scenario
+from scenarios.schema.bodies import SphereBody
+from scenarios.schema.liquid import FluidSettings, PhaseSettings, SlabFill, Tank
+from scenarios.schema.probe_settings import BodyProbe
+from scenarios.running.run import RunOptions, run_scenario
 from scenarios.scenario import RunSettings, Scenario
 
 scenario = Scenario(
@@ -84,12 +84,12 @@ scenario = Scenario(
 if __name__ == "__main__":
     run_scenario(scenario, options=RunOptions(record=Path("my-tank.rrd"), summary=Path("my-tank.json")))
 ```
-For a loop of your own, `scenarios.build.build(scenario)` gives the parts: `assembly.fluid`, `assembly.world`, and
+For a loop of your own, `scenarios.running.assembly.build(scenario)` gives the parts: `assembly.fluid`, `assembly.world`, and
 `assembly.co_simulation(observers)` with `initialize()`, `step()` and `terminate()`.
 """
 
 CHAPTERS: tuple[tuple[str, tuple[type[Section], ...]], ...] = (
-    ("run", (scenario.RunSettings,)),
+    ("run", (run_settings.RunSettings,)),
     ("fluid", (liquid.FluidSettings,)),
     ("phases.NAME", (liquid.PhaseSettings,)),
     ("tank", (liquid.Tank,)),
@@ -104,11 +104,11 @@ CHAPTERS: tuple[tuple[str, tuple[type[Section], ...]], ...] = (
     ("vessels.NAME.legs", (exercise.LegSettings,)),
     ("tow", (exercise.TowSettings,)),
     ("booms.NAME", (exercise.BoomSettings,)),
-    ("probes.NAME", get_args(probes.Probe)),
-    ("fmus.NAME", (fmus.FmuSettings,)),
-    ("recording", (scenario.RecordingSettings,)),
-    ("camera", (scenario.CameraSettings,)),
-    ("site", (scenario.SiteSettings,)),
+    ("probes.NAME", get_args(probe_settings.Probe)),
+    ("fmus.NAME", (fmu_settings.FmuSettings,)),
+    ("recording", (run_settings.RecordingSettings,)),
+    ("camera", (run_settings.CameraSettings,)),
+    ("site", (run_settings.SiteSettings,)),
 )
 
 

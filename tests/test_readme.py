@@ -12,8 +12,8 @@ import pybullet
 import pybullet_data
 
 from coupling.participants.fluid import FluidParticipant
-from scenarios.build import build
 from scenarios.load import load_scenario
+from scenarios.running.assembly import build
 
 README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 
-from coupling.scalar_model import ScalarModel, given, parameter, taken
+from coupling.fmu.scalar_model import ScalarModel, given, parameter, taken
 
 
 class Autopilot(ScalarModel):

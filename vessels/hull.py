@@ -13,7 +13,7 @@ import trimesh
 from numpy.typing import NDArray
 
 from coupling.bodies import MassProperties
-from coupling.hydrostatics import Hydrostatics, hydrostatics
+from coupling.solids.hydrostatics import Hydrostatics, hydrostatics
 
 Array = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 
-from coupling.scalar_model import ScalarModel, given, parameter, taken
+from coupling.fmu.scalar_model import ScalarModel, given, parameter, taken
 
 
 class TowWinch(ScalarModel):

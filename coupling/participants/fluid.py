@@ -4,7 +4,7 @@ Variables of every coupled body <body>: inputs `<body>.pose`, `<body>.twist`, `<
 body's motion at the start of a step and how it answers an impulse; outputs `<body>.wrench`, the mean over the step, and
 `<body>.foreseen_twist`, what the fluid takes the body's twist to be at the end of it. Input
 `inverse_mass` (6 n, 6 n), where it is connected, is how all coupled bodies answer together, tied by joints, in place of their own.
-Within the step the fluid lets the bodies answer inside its pressure solve (see `oilsim.rigid_response`); the rigid engine then makes
+Within the step the fluid lets the bodies answer inside its pressure solve (`oilsim.pressure.rigid_response`); the rigid engine then makes
 the same motion from the wrenches, so that momentum passes without loss.
 """
 
@@ -15,11 +15,11 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 
-from coupling.added_mass import added_mass
 from coupling.participant import Causality, Status, StepResult, Variable, checked_value, variable_table
+from coupling.solids.added_mass import added_mass
 from oilsim.advance_report import AdvanceReport
+from oilsim.boundaries.walls import rotation_matrix
 from oilsim.solver import Fluid, FluidError
-from oilsim.walls import rotation_matrix
 
 Array = npt.NDArray[np.float64]
 

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from coupling.participant import Causality, Status, StepResult, Variable, checked_value, variable_table
-from coupling.rigid_body_world import RigidBodyWorld
+from coupling.rigid.rigid_body_world import RigidBodyWorld
 
 __all__ = ["RigidBodyParticipant", "RigidBodyWorld"]
 

@@ -2,7 +2,7 @@
 
 import math
 
-from coupling.scalar_model import ScalarModel, given, parameter
+from coupling.fmu.scalar_model import ScalarModel, given, parameter
 
 
 class Squall(ScalarModel):

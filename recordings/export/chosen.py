@@ -11,7 +11,7 @@ import numpy.typing as npt
 from recordings import entity_paths
 from recordings.errors import RecordingError
 from recordings.frame import PhaseFrame
-from recordings.replay import Replay
+from recordings.replay.recording import Replay
 
 AFLOAT = "afloat"  # what oil is that no boom has lost
 

@@ -15,7 +15,7 @@ from recordings.exercise import Site
 from recordings.export.chosen import causes, oil_frames
 from recordings.export.geography import date_at, longitude_latitude
 from recordings.export.outline import slick_outlines
-from recordings.replay import Replay
+from recordings.replay.recording import Replay
 
 _DIGITS = 8  # of a degree: a millimetre
 

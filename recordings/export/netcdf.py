@@ -16,7 +16,7 @@ from scipy.io import netcdf_file
 from recordings.exercise import Site
 from recordings.export.chosen import OilFrame, causes, oil_frames, oil_names
 from recordings.export.geography import longitude_latitude, start_time
-from recordings.replay import Replay
+from recordings.replay.recording import Replay
 
 _GRAMS = 1000.0  # per kilogramme
 IN_WATER = 2  # GNOME's status code

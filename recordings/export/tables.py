@@ -13,7 +13,7 @@ import pyarrow.parquet
 
 from recordings.errors import RecordingError
 from recordings.export.chosen import every
-from recordings.replay import Replay
+from recordings.replay.recording import Replay
 
 Format = Literal["csv", "parquet"]
 _MOTION = (

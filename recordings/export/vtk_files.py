@@ -16,8 +16,8 @@ from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 from recordings import entity_paths
 from recordings.export.chosen import every
 from recordings.frame import PhaseFrame
-from recordings.moments import bodies_at, placed_vertices, recorded_steps
-from recordings.replay import Replay
+from recordings.replay.moments import bodies_at, placed_vertices, recorded_steps
+from recordings.replay.recording import Replay
 
 Arrays = Mapping[str, npt.NDArray[np.generic]]
 

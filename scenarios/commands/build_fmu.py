@@ -7,9 +7,9 @@ import re
 from importlib import resources
 from pathlib import Path
 
-from scenarios.apart import require_apart
 from scenarios.exit_codes import DONE
 from scenarios.problems import Problem, ScenarioError, suggestion
+from scenarios.running.output_paths import require_apart
 
 SHIPPED = {"tow-winch": "tow_winch.py", "autopilot": "autopilot.py"}  # in `vessels`
 STEP_SIZE, STOP_TIME = 0.02, 10.0  # [s] of the experiment that the FMU proposes
@@ -23,7 +23,7 @@ def register(commands: argparse._SubParsersAction) -> None:
     parser.add_argument(
         "model",
         metavar="MODEL",
-        help=f"{' or '.join(SHIPPED)}, or a Python file with a coupling.scalar_model.ScalarModel",
+        help=f"{' or '.join(SHIPPED)}, or a Python file with a coupling.fmu.scalar_model.ScalarModel",
     )
     parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="the FMU to write; MODEL.fmu by default")
     add_version(parser)
@@ -42,8 +42,8 @@ def require_folder(path: Path, option: str) -> None:
 
 
 def _build(options: argparse.Namespace) -> int:
-    from coupling.fmu_export import FmuContent, FmuExportError, export_fmu
-    from coupling.scalar_model import MODEL_FILE, model_in
+    from coupling.fmu.export import FmuContent, FmuExportError, export_fmu
+    from coupling.fmu.scalar_model import MODEL_FILE, model_in
 
     source = _source(options.model)
     output = options.output or Path(f"{Path(options.model).stem}.fmu")
@@ -55,7 +55,7 @@ def _build(options: argparse.Namespace) -> int:
         said = (type(model).__doc__ or "").strip() or model.name
         content = FmuContent(
             identifier=model.name,
-            factory="coupling.scalar_model:model_in_folder",
+            factory="coupling.fmu.scalar_model:model_in_folder",
             description=said.splitlines()[0],
             step_size=STEP_SIZE,
             stop_time=STOP_TIME,

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 from scenarios.commands.scenario_options import add_scenario, overrides
 from scenarios.exit_codes import DONE
-from scenarios.words import volume_in_words
+from scenarios.text.quantities import volume_in_words
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from scenarios.cost import Cost
     from scenarios.scenario import Scenario
+    from scenarios.setup.cost import Cost
 
 
 def register(commands: argparse._SubParsersAction) -> None:
@@ -24,9 +24,9 @@ def register(commands: argparse._SubParsersAction) -> None:
 
 
 def _check(options: argparse.Namespace) -> int:
-    from scenarios.cost import estimate
     from scenarios.load import load_scenario
-    from scenarios.terminal import terminal
+    from scenarios.setup.cost import estimate
+    from scenarios.text.terminal import terminal
 
     loaded = load_scenario(options.scenario, overrides=overrides(options), demo=options.demo)
     _print_cost(terminal(), loaded.scenario, estimate(loaded.scenario))

@@ -6,11 +6,11 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scenarios.apart import require_apart
 from scenarios.exit_codes import DONE, FAILED
+from scenarios.running.output_paths import require_apart
 
 if TYPE_CHECKING:
-    from recordings.replay import Replay
+    from recordings.replay.recording import Replay
 
 
 def register(commands: argparse._SubParsersAction) -> None:
@@ -29,9 +29,9 @@ def register(commands: argparse._SubParsersAction) -> None:
 
 
 def _compare(options: argparse.Namespace) -> int:
-    from recordings.comparison import write_side_by_side
-    from recordings.replay import Replay
-    from recordings.viewer import ViewerError, open_viewer
+    from recordings.replay.comparison import write_side_by_side
+    from recordings.replay.recording import Replay
+    from recordings.sink.viewer import ViewerError, open_viewer
 
     target = options.to or Path(f"{options.first.stem}-and-{options.second.stem}.rrd")
     require_apart({"A": options.first, "B": options.second}, {"--to": target})
@@ -56,8 +56,8 @@ def _compare(options: argparse.Namespace) -> int:
 def _print_scores(first: Replay, second: Replay) -> None:
     from rich.table import Table
 
-    from recordings.comparison import common_time, scores
-    from scenarios.terminal import terminal
+    from recordings.replay.comparison import common_time, scores
+    from scenarios.text.terminal import terminal
 
     begin, end = common_time(first, second)
     found = list(scores(first, second))
@@ -81,7 +81,7 @@ def _print_events(first: Replay, second: Replay) -> None:
     """What was ordered and what went wrong, in order of time."""
     from rich.table import Table
 
-    from scenarios.terminal import terminal
+    from scenarios.text.terminal import terminal
 
     told = [
         (event.time, side, f"{event.source}: {event.text}" if event.source else event.text)

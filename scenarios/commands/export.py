@@ -7,13 +7,13 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scenarios.apart import require_apart
 from scenarios.exit_codes import BAD_INPUT, DONE
 from scenarios.problems import Problem, ScenarioError
+from scenarios.running.output_paths import require_apart
 
 if TYPE_CHECKING:
     from recordings.exercise import Site
-    from recordings.replay import Replay
+    from recordings.replay.recording import Replay
 
 
 def register(commands: argparse._SubParsersAction) -> None:
@@ -41,7 +41,7 @@ def register(commands: argparse._SubParsersAction) -> None:
 
 
 def _export(options: argparse.Namespace) -> int:
-    from recordings.replay import Replay
+    from recordings.replay.recording import Replay
     from scenarios.commands.export_options import file_errors, interval, require_some
 
     require_some(options, "netcdf", "geojson", "vtk")

@@ -5,11 +5,11 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from scenarios.apart import require_apart
 from scenarios.commands.build_fmu import add_version, require_folder
 from scenarios.commands.scenario_options import add_scenario, overrides
 from scenarios.exit_codes import DONE
 from scenarios.problems import Problem, ScenarioError
+from scenarios.running.output_paths import require_apart
 
 
 def register(commands: argparse._SubParsersAction) -> None:
@@ -22,10 +22,10 @@ def register(commands: argparse._SubParsersAction) -> None:
 
 
 def _export(options: argparse.Namespace) -> int:
-    from coupling.fmu_export import FmuExportError, export_fmu
-    from scenarios.exercise_fmu import exercise_content, exercise_signals
+    from coupling.fmu.export import FmuExportError, export_fmu
     from scenarios.load import load_scenario
-    from scenarios.plan import Plan
+    from scenarios.running.exercise_fmu import exercise_content, exercise_signals
+    from scenarios.running.plan import Plan
 
     loaded = load_scenario(options.scenario, overrides=overrides(options), demo=options.demo)
     output = options.output or Path(f"{loaded.scenario.name}.fmu")

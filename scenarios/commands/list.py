@@ -18,8 +18,8 @@ def _list(_: argparse.Namespace) -> int:
     from rich.text import Text
 
     from scenarios.load import library_paths, load_scenario
-    from scenarios.oils import OILS
-    from scenarios.terminal import terminal
+    from scenarios.schema.oils import OILS
+    from scenarios.text.terminal import terminal
 
     console = terminal()
     console.print(Text.assemble(("Scenarios", "bold"), ": oilsim run NAME"))

@@ -19,8 +19,8 @@ def register(commands: argparse._SubParsersAction) -> None:
 
 
 def _repair(options: argparse.Namespace) -> int:
-    from recordings.repair import has_footer, repair
-    from recordings.replay import Replay
+    from recordings.replay.recording import Replay
+    from recordings.replay.repair import has_footer, repair
 
     if options.recording.is_file() and has_footer(options.recording):
         print(f"{options.recording} is whole, there is nothing to repair")

@@ -17,8 +17,8 @@ def register(commands: argparse._SubParsersAction) -> None:
 
 
 def _replay(options: argparse.Namespace) -> int:
-    from recordings.repair import is_whole, repair
-    from recordings.viewer import ViewerError, open_viewer
+    from recordings.replay.repair import is_whole, repair
+    from recordings.sink.viewer import ViewerError, open_viewer
 
     recording: Path = options.recording
     if recording.is_file() and not is_whole(recording):

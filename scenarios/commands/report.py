@@ -26,7 +26,7 @@ def register(commands: argparse._SubParsersAction) -> None:
 
 def _report(options: argparse.Namespace) -> int:
     from recordings.export.tables import Format, write_tables
-    from recordings.replay import Replay
+    from recordings.replay.recording import Replay
     from scenarios.commands.export_options import file_errors, interval, particle_ids, require_some
 
     require_some(options, "csv", "parquet")

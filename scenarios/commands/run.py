@@ -13,7 +13,7 @@ from scenarios.commands.scenario_options import add_scenario, overrides
 from scenarios.problems import Problem, ScenarioError
 
 if TYPE_CHECKING:
-    from scenarios.run import RunOptions
+    from scenarios.running.run import RunOptions
 
 
 def register(commands: argparse._SubParsersAction) -> None:
@@ -59,7 +59,7 @@ def _run(options: argparse.Namespace) -> int:
     if options.resume is not None:
         return _resume(options)
     from scenarios.load import load_scenario
-    from scenarios.run import run_scenario
+    from scenarios.running.run import run_scenario
 
     loaded = load_scenario(options.scenario, overrides=overrides(options), demo=options.demo)
     record = None if options.no_record else options.record or Path(f"{loaded.scenario.name}.rrd")
@@ -73,9 +73,9 @@ def _run(options: argparse.Namespace) -> int:
 
 def _resume(options: argparse.Namespace) -> int:
     from scenarios.load import load_scenario
-    from scenarios.plan import Plan
-    from scenarios.restart import find_restart
-    from scenarios.run import resume
+    from scenarios.running.checkpoints import find_restart
+    from scenarios.running.plan import Plan
+    from scenarios.running.run import resume
 
     named = source = None
     if options.scenario is not None:
@@ -90,7 +90,7 @@ def _resume(options: argparse.Namespace) -> int:
 
 def _branch(source: Path, at: float) -> Path:
     """A free name for the recording of a run that goes on: ``sweep-from-12s.rrd``, ``sweep-from-12s-2.rrd``, ..."""
-    from scenarios.restart import checkpoint_folder
+    from scenarios.running.checkpoints import checkpoint_folder
 
     stem = source.parent.stem if source.suffix == ".npz" else source.stem
     suffixes = itertools.chain([""], (f"-{number}" for number in itertools.count(2)))
@@ -99,7 +99,7 @@ def _branch(source: Path, at: float) -> Path:
 
 
 def _run_options(options: argparse.Namespace, record: Path | None, source: Path | None) -> RunOptions:
-    from scenarios.run import RunOptions
+    from scenarios.running.run import RunOptions
 
     return RunOptions(
         record=record,

@@ -19,8 +19,8 @@ def _signals(options: argparse.Namespace) -> int:
     from rich.table import Table
 
     from scenarios.load import load_scenario
-    from scenarios.signals import signals_of
-    from scenarios.terminal import terminal
+    from scenarios.signals.signal_table import signals_of
+    from scenarios.text.terminal import terminal
 
     scenario = load_scenario(options.scenario, overrides=overrides(options), demo=options.demo).scenario
     table = Table("signal", "unit", "")

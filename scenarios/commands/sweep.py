@@ -30,8 +30,8 @@ def register(commands: argparse._SubParsersAction) -> None:
 
 
 def _sweep(options: argparse.Namespace) -> int:
-    from scenarios.sweep import run_sweep
-    from scenarios.variants import parse_variation, variants
+    from scenarios.sweeps.sweep import run_sweep
+    from scenarios.sweeps.variants import parse_variation, variants
 
     variations = [parse_variation(text) for text in options.vary]
     chosen = variants(options.scenario, variations, overrides=overrides(options), demo=options.demo)

@@ -20,8 +20,8 @@ def register(commands: argparse._SubParsersAction) -> None:
 
 
 def _verify(options: argparse.Namespace) -> int:
-    from scenarios.terminal import terminal
-    from scenarios.verify import verify
+    from scenarios.running.verify import verify
+    from scenarios.text.terminal import terminal
 
     verdict = verify(options.recording, threads=options.threads, until=options.until, console=terminal(stderr=True))
     if verdict.versions:

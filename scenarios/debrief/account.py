@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from booms.containment import PRACTICE_SPEED, BoomState
 from booms.scores import HeldSpeed, LossSpeeds
 from recordings.exercise import BoomDescription, ExerciseDescription
-from recordings.replay import BodySeries, Replay, Series
-from recordings.worst import WORST, reached
+from recordings.replay.recording import BodySeries, Replay, Series
+from recordings.replay.running_extremes import WORST, reached
 
 Array = NDArray[np.float64]
 

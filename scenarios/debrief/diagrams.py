@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from booms.containment import PRACTICE_SPEED
 from recordings import palette
-from recordings.plots import labels, plots_with_series
-from recordings.replay import Replay
+from recordings.replay.recording import Replay
+from recordings.sink.plots import labels, plots_with_series
 from scenarios.debrief.account import KNOT, BoomAccount
 from scenarios.debrief.key_moments import KeyMoment
 

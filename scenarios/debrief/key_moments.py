@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from recordings.moments import Moment, read_moments, recorded_steps
-from recordings.replay import Replay
-from recordings.scenes import render_moments
+from recordings.pictures.scenes import render_moments
+from recordings.replay.moments import Moment, read_moments, recorded_steps
+from recordings.replay.recording import Replay
 from scenarios.debrief.account import BoomAccount
 
 _MOST = 6

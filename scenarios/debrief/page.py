@@ -20,8 +20,8 @@ from matplotlib.figure import Figure
 from booms.containment import MODELLED, RESOLVED
 from booms.scores import drainage_speed, skirt_drag_coefficient, tow_force
 from recordings import palette
-from recordings.replay import Replay
-from recordings.style import STYLE
+from recordings.pictures.style import STYLE
+from recordings.replay.recording import Replay
 from scenarios.debrief.account import KNOT, BoomAccount, boom_accounts
 from scenarios.debrief.diagrams import DIAGRAMS, probe_diagram
 from scenarios.debrief.grade import CRITERIA, LETTERS, Criterion, Grade, grade

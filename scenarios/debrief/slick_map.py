@@ -11,11 +11,11 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from recordings import palette
-from recordings.chart import draw_body, draw_map, draw_outline, draw_tracks
 from recordings.entity_paths import VESSELS, body_group
 from recordings.exercise import BoomDescription
-from recordings.moments import Moment
-from recordings.replay import Replay
+from recordings.pictures.chart import draw_body, draw_map, draw_outline, draw_tracks
+from recordings.replay.moments import Moment
+from recordings.replay.recording import Replay
 from scenarios.debrief.diagrams import empty_figure
 from scenarios.debrief.key_moments import KeyMoment
 

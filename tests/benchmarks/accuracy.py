@@ -17,7 +17,7 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from oilsim.boundary import solid_box, tank_walls
+from oilsim.boundaries.boundary_particles import solid_box, tank_walls
 from oilsim.config import FluidConfig
 from oilsim.initial_conditions import block
 from oilsim.phases import Phase

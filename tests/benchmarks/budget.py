@@ -21,7 +21,7 @@ from rich.console import Console
 from rich.table import Table
 
 from oilsim.solver import Fluid
-from oilsim.workspace import Workspace
+from oilsim.step.step_arrays import Workspace
 from tests.benchmarks.calm_spread import STEP, calm_spread
 
 WARM_UP = 3  # steps, in which kernels compile

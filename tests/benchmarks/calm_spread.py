@@ -25,11 +25,11 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from oilsim import kept_lists, workspace
 from oilsim.advance_report import AdvanceReport
 from oilsim.solver import Fluid
-from scenarios.build_fluid import build_fluid, fill_positions
+from oilsim.step import step_arrays, verlet_lists
 from scenarios.load import load_scenario
+from scenarios.setup.fluid import build_fluid, fill_positions
 
 STEP = 1.0 / 30.0
 PHASES = (("fall", 0.0, 0.25), ("splash", 0.25, 3.0), ("calm", 8.0, 10.0))
@@ -39,7 +39,7 @@ STAGES = ("search", "density", "gradients", "viscosity", "divergence", "contact"
 
 FIRST_STEP = """
 import time
-from scenarios.build_fluid import build_fluid, fill_positions
+from scenarios.setup.fluid import build_fluid, fill_positions
 from scenarios.load import load_scenario
 scenario = load_scenario("calm-spread").scenario
 fluid, _ = build_fluid(scenario, fill_positions(scenario))
@@ -171,8 +171,8 @@ def skips_table(console: Console, steps: int) -> None:
     for column in ("skipped", "ms a step, skipped", "not skipped", "ratio", "apart at the end, m and m/s"):
         table.add_column(column, justify="right")
     cases = (
-        ("viscosity below nu t / d^2 = 0.001", workspace, "NEGLIGIBLE", 0.0),
-        ("search: lists kept while little moves", kept_lists, "SKINS", ()),
+        ("viscosity below nu t / d^2 = 0.001", step_arrays, "NEGLIGIBLE", 0.0),
+        ("search: lists kept while little moves", verlet_lists, "SKINS", ()),
     )
     for label, module, name, value in cases:
         fluids = still_water(), still_water()

@@ -18,14 +18,14 @@ from rich.console import Console
 from rich.table import Table
 
 from coupling.bodies import box
-from coupling.fixed_point import Aitken
-from coupling.motion import UniformMotion
-from coupling.quiet_pybullet import pybullet
-from coupling.surface_sampling import boundary_particles
+from coupling.master.fixed_point import Aitken
+from coupling.pybullet_import import pybullet
+from coupling.rigid.prescribed_motion import UniformMotion
+from coupling.solids.surface_sampling import boundary_particles
 from coupling.testing import TankScene, tank
-from oilsim.walls import Walls
-from scenarios.build import build
+from oilsim.boundaries.walls import Walls
 from scenarios.load import load_scenario
+from scenarios.running.assembly import build
 
 SPACING, WARM_UP = 0.03, 5
 SIZE = (0.9, 0.9, 0.9)

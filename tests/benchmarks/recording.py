@@ -16,10 +16,10 @@ from rich.console import Console
 from rich.table import Table
 
 from recordings.frame import BodyFrame, Event, Frame, PhaseDescription, PhaseFrame, RunDescription
-from recordings.recorder import Recorder
-from scenarios.build import build
+from recordings.sink.recorder import Recorder
 from scenarios.load import load_scenario
-from scenarios.recorder_terms import grid, thinning
+from scenarios.running.assembly import build
+from scenarios.running.recorder_options import grid, thinning
 from scenarios.scenario import Scenario
 
 FRAMES = 60

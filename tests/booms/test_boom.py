@@ -8,7 +8,7 @@ import pytest
 from booms.boom import Boom, boom_of_ratio, minimum_thickness, section_area, section_buoyancy_to_weight
 from booms.catalog import BOOM_CLASSES, INCH, KNOT, boom_class
 from booms.segments import boom_segment, segment_mesh
-from coupling.hydrostatics import waterline_for_volume
+from coupling.solids.hydrostatics import waterline_for_volume
 
 
 def box_boom(**changes):

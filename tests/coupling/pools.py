@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from oilsim.boundary import tank_walls
+from oilsim.boundaries.boundary_particles import tank_walls
 from oilsim.config import FluidConfig
 from oilsim.initial_conditions import block
 from oilsim.phases import Phase

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from coupling.bodies import box, mass_properties
-from coupling.co_simulation import CoSimulation
-from coupling.connection import Connection
 from coupling.errors import CoSimulationError
+from coupling.master.co_simulation import CoSimulation
+from coupling.master.connection import Connection
 from coupling.participant import Participant
 from coupling.participants.fluid import FluidParticipant
 from coupling.participants.rigid_bodies import RigidBodyParticipant, RigidBodyWorld
-from coupling.surface_sampling import boundary_particles
-from oilsim.boundary import tank_walls
+from coupling.solids.surface_sampling import boundary_particles
+from oilsim.boundaries.boundary_particles import tank_walls
 from oilsim.config import FluidConfig
 from oilsim.initial_conditions import block
 from oilsim.phases import Phase

@@ -8,10 +8,10 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from coupling.algorithms import Jacobi
-from coupling.co_simulation import CoSimulation
-from coupling.connection import Connection
 from coupling.errors import CoSimulationError, CouplingSetupError
+from coupling.master.algorithms import Jacobi
+from coupling.master.co_simulation import CoSimulation
+from coupling.master.connection import Connection
 from coupling.participant import Array, Causality, Status, StepResult, Variable, variable_table
 from coupling.units import Unit
 from recordings.frame import Event, Frame, RunDescription

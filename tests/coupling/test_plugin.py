@@ -14,8 +14,8 @@ from scipy.spatial.transform import Rotation
 
 from coupling import plugin
 from coupling.plugin import FluidWorld, attach_fluid
-from coupling.pybullet_shapes import link_mesh
-from coupling.surface_sampling import SurfaceSampling, sample_surface
+from coupling.pybullet_world.shapes import link_mesh
+from coupling.solids.surface_sampling import SurfaceSampling, sample_surface
 from oilsim.config import FluidConfig
 from oilsim.initial_conditions import block
 from oilsim.phases import Phase

@@ -13,8 +13,8 @@ import trimesh
 
 from coupling.bodies import box, mass_properties
 from coupling.plugin import FluidWorld, attach_fluid
-from coupling.rigid_body_world import RigidBodyWorld
-from coupling.surface_sampling import sample_surface
+from coupling.rigid.rigid_body_world import RigidBodyWorld
+from coupling.solids.surface_sampling import sample_surface
 from oilsim.config import FluidConfig
 from oilsim.phases import Phase
 from oilsim.solver import Fluid

@@ -15,12 +15,12 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from coupling.bodies import MassProperties, box, cylinder, mass_properties
-from coupling.co_simulation import CoSimulation
 from coupling.errors import CoSimulationError
-from coupling.motion import OscillatingMotion, UniformMotion, WaypointMotion
+from coupling.master.co_simulation import CoSimulation
 from coupling.participant import Causality
 from coupling.participants.rigid_bodies import RigidBodyParticipant, RigidBodyWorld
-from coupling.quiet_pybullet import pybullet
+from coupling.pybullet_import import pybullet
+from coupling.rigid.prescribed_motion import OscillatingMotion, UniformMotion, WaypointMotion
 
 GRAVITY = 9.81
 
@@ -523,7 +523,7 @@ def test_world_without_free_bodies_takes_no_step_of_the_engine(
     world: RigidBodyWorld, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     steps = []
-    monkeypatch.setattr("coupling.bullet_client.pybullet.stepSimulation", lambda **options: steps.append(options))
+    monkeypatch.setattr("coupling.rigid.bullet_client.pybullet.stepSimulation", lambda **options: steps.append(options))
     mesh = box((0.1, 0.1, 0.1))
     world.add_body("rock", mesh, mass_properties(mesh, density=1.0), motion="fixed")
     led = UniformMotion(position=(0.0, 0.0, 0.0), linear_velocity=(1.0, 0.0, 0.0))

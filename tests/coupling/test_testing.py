@@ -9,8 +9,8 @@ import pytest
 from scipy.linalg import expm
 
 from coupling.bodies import box, sphere
-from coupling.co_simulation import CoSimulation
 from coupling.errors import CoSimulationError
+from coupling.master.co_simulation import CoSimulation
 from coupling.participant import Status, StepResult
 from coupling.testing import (
     Fault,

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from oilsim import parallel
+from oilsim.backend import thread_team
 from oilsim.config import FluidConfig
 from oilsim.phases import Phase
-from oilsim.relaxation_stage import relax_liquid
 from oilsim.solver import Fluid
+from oilsim.step.relaxation_stage import relax_liquid
 
 WATER = Phase(name="water", rest_density=1000.0)
 
@@ -21,7 +21,7 @@ WATER = Phase(name="water", rest_density=1000.0)
 @pytest.fixture(autouse=True)
 def work_is_shared(monkeypatch: pytest.MonkeyPatch) -> None:
     """Threads share the work of small fluids too, where a test asks for several."""
-    monkeypatch.setattr(parallel, "SERIAL_BELOW", 2 * parallel.BLOCK)
+    monkeypatch.setattr(thread_team, "SERIAL_BELOW", 2 * thread_team.BLOCK)
 
 
 @pytest.fixture

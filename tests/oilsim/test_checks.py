@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from oilsim.boundary import BoundaryParticles
+from oilsim.boundaries.boundary_particles import BoundaryParticles
 from oilsim.config import FluidConfig
 from oilsim.emitter import PipeEmitter
 from oilsim.forcing import AiryWaves, Current, Wind, Zone

@@ -7,11 +7,11 @@ import math
 import numpy as np
 import pytest
 
+from oilsim.backend.thread_team import Team
 from oilsim.config import FluidConfig
 from oilsim.initial_conditions import block, cylinder, sphere
-from oilsim.parallel import Team
 from oilsim.phases import Phase
-from oilsim.time_step import cfl_time_step, equal_steps
+from oilsim.step.time_step import cfl_time_step, equal_steps
 
 
 def test_every_problem_is_named():

@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from oilsim.density_constraint import constrain_density
 from oilsim.initial_conditions import block
 from oilsim.phases import Phase
-from oilsim.pressure_operator import PressureOperator
-from oilsim.relaxation_stage import mean_compression, relax_liquid
-
-from .conftest import disturbed, prepare
+from oilsim.step.paper_density_stage import constrain_density
+from oilsim.step.pressure_operator import PressureOperator
+from oilsim.step.relaxation_stage import mean_compression, relax_liquid
+from tests.oilsim.conftest import disturbed, prepare
 
 TWO = (Phase(name="water", rest_density=1000.0), Phase(name="oil", rest_density=800.0))
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from oilsim.boundary import BoundaryParticles, tank_walls
+from oilsim.boundaries.boundary_particles import BoundaryParticles, tank_walls
 from oilsim.emitter import PipeEmitter
 from oilsim.forcing import AiryWaves, Current, Wind, Zone, wave_number
 from oilsim.initial_conditions import block

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from oilsim.boundary import solid_box
+from oilsim.boundaries.boundary_particles import solid_box
 from oilsim.emitter import PipeEmitter
 from oilsim.initial_conditions import block
 

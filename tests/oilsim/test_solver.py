@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from oilsim.boundary import solid_box, tank_walls
+from oilsim.boundaries.boundary_particles import solid_box, tank_walls
 from oilsim.emitter import PipeEmitter
 from oilsim.forcing import Wind
 from oilsim.initial_conditions import block

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from oilsim.boundary import BoundaryParticles, solid_box, tank_walls
-from oilsim.grid import make_grid
+from oilsim.boundaries.boundary_particles import BoundaryParticles, solid_box, tank_walls
 from oilsim.initial_conditions import block
+from oilsim.neighborhood.cell_grid import make_grid
 from oilsim.phases import Phase
 
 UPRIGHT = (0.0, 0.0, 0.0, 1.0)

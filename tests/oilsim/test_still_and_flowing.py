@@ -10,14 +10,13 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from oilsim.boundary import tank_walls
+from oilsim.boundaries.boundary_particles import tank_walls
 from oilsim.config import FluidConfig
 from oilsim.initial_conditions import block
 from oilsim.phases import Phase
 from oilsim.solver import Fluid
-from oilsim.time_step import stable_time_step
-
-from .conftest import WATER, disturbed
+from oilsim.step.time_step import stable_time_step
+from tests.oilsim.conftest import WATER, disturbed
 
 DEPTH, GRAVITY = 0.5, 9.81
 FINE = 1e-5  # divergence tolerance, the default

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from oilsim.boundary import tank_walls
+from oilsim.boundaries.boundary_particles import tank_walls
 from oilsim.config import FluidConfig
 from oilsim.initial_conditions import block
-from oilsim.relaxation_stage import VOIDS
 from oilsim.solver import Fluid
-
-from .conftest import WATER, disturbed
+from oilsim.step.relaxation_stage import VOIDS
+from tests.oilsim.conftest import WATER, disturbed
 
 SPACING, ROW, STEP = 0.05, 130, 0.01
 SIDE = ROW * SPACING

@@ -9,7 +9,7 @@ from types import ModuleType
 
 import pytest
 
-from recordings.recorder import Recorder
+from recordings.sink.recorder import Recorder
 
 PROGRAM = Path(__file__).with_name("writing_program.py")
 

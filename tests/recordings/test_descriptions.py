@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from recordings import entity_paths
-from recordings.force_arrows import STANDARD_GRAVITY, ForceArrows, enclosed_volume
 from recordings.frame import BodyFrame, Event, Frame, MeshDescription, PhaseFrame, RunDescription
 from recordings.sample import Block, Sample, id_ranges, ids_of_ranges
+from recordings.sink.force_arrows import STANDARD_GRAVITY, ForceArrows, enclosed_volume
 
 BOX_SIZE = np.array([2.0, 3.0, 5.0])
 

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from recordings import palette
-from recordings.cameras import following_views
 from recordings.exercise import BoomDescription, ExerciseDescription, Site
 from recordings.frame import BodyFrame, Frame, PhaseFrame
-from recordings.moments import read_moments
-from recordings.recorder import Recorder
-from recordings.replay import Replay
+from recordings.replay.moments import read_moments
+from recordings.replay.recording import Replay
+from recordings.sink.cameras import following_views
+from recordings.sink.recorder import Recorder
 
 BOOM = BoomDescription(
     name="main",

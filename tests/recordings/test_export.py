@@ -24,9 +24,9 @@ from recordings.export.outline import slick_outlines
 from recordings.export.tables import write_tables
 from recordings.export.vtk_files import write_vtk
 from recordings.frame import BodyFrame, Event, Frame, MeshDescription, PhaseDescription, PhaseFrame, RunDescription
-from recordings.legend import legend
-from recordings.recorder import Recorder
-from recordings.replay import Replay
+from recordings.replay.recording import Replay
+from recordings.sink.legend import legend
+from recordings.sink.recorder import Recorder
 
 SITE = Site(latitude=45.0, longitude=5.0, bearing=90.0, start="2026-05-01T10:00:00+02:00")
 SPACING, SIDE = 0.1, 12
@@ -269,7 +269,7 @@ def test_recordings_that_do_not_say_what_is_oil_are_read_by_the_names(
     def without(phase: PhaseDescription) -> dict[str, object]:
         return {name: value for name, value in asdict(phase).items() if name != "is_oil"}
 
-    monkeypatch.setattr("recordings.rerun_sink.asdict", without)
+    monkeypatch.setattr("recordings.sink.rerun_sink.asdict", without)
     assert two_fluids(tmp_path / "old.rrd", "crude", "sea").run.oils == ("crude",)
 
 

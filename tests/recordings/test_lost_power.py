@@ -16,9 +16,9 @@ from types import ModuleType
 
 import pytest
 
-from recordings import repair
 from recordings.errors import RecordingError
-from recordings.replay import Replay
+from recordings.replay import repair
+from recordings.replay.recording import Replay
 
 PROGRAM = Path(__file__).with_name("writing_program.py")
 KILLS = 3

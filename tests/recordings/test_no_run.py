@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from recordings import rerun_sink
-from recordings.comparison import write_side_by_side
 from recordings.errors import RecordingError
-from recordings.replay import Replay
+from recordings.replay.comparison import write_side_by_side
+from recordings.replay.recording import Replay
+from recordings.sink import rerun_sink
 from scenarios.cli import main
 
 COMMANDS = ("debrief {}", "report {} --csv tables", "verify {}", "export {} --vtk film", "compare {} {} --table")

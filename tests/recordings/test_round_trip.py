@@ -11,9 +11,9 @@ import pytest
 
 from recordings.errors import RecordingError
 from recordings.frame import Event, Frame
-from recordings.recorder import Recorder
-from recordings.replay import Replay
+from recordings.replay.recording import Replay
 from recordings.sample import grid_within
+from recordings.sink.recorder import Recorder
 
 FRAMES = 35  # three blocks of ten and a rest
 

@@ -19,7 +19,7 @@ from recordings.frame import (
     PhaseFrame,
     RunDescription,
 )
-from recordings.recorder import Recorder, exit_on_sigterm
+from recordings.sink.recorder import Recorder, exit_on_sigterm
 
 STEP = 0.02
 BODIES = ("boom/segment-00", "boom/segment-01", "vessels/port", "rock")

@@ -16,14 +16,14 @@ import pybullet
 import pybullet_data
 
 from coupling.plugin import attach_fluid
-from oilsim.boundary import tank_walls
+from oilsim.boundaries.boundary_particles import tank_walls
 from oilsim.config import FluidConfig
 from oilsim.initial_conditions import block
 from oilsim.phases import Phase
 from oilsim.solver import Fluid
-from scenarios.build import build
 from scenarios.load import load_scenario
-from scenarios.restart import run_state_hash
+from scenarios.running.assembly import build
+from scenarios.running.checkpoints import run_state_hash
 
 HERE = Path(__file__).parent
 STEP = 0.01  # s

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from recordings.frame import Frame
 from scenarios.cli import main
-from scenarios.progress import ProgressDisplay
+from scenarios.watch.progress import ProgressDisplay
 
 
 def note_times(clock: Path) -> None:

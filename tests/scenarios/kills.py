@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from recordings.errors import RecordingError
-from recordings.replay import BodySeries, Replay, Series
-from scenarios.restart import find_restart
+from recordings.replay.recording import BodySeries, Replay, Series
+from scenarios.running.checkpoints import find_restart
 
 STARTED = 3  # frames; before, kernels are loaded
 SETTINGS = (

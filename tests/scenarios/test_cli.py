@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-import recordings.picture
+import recordings.pictures.picture
 from recordings.frame import Event, Frame, RunDescription
-from recordings.recorder import Recorder
-from recordings.replay import Replay
+from recordings.replay.recording import Replay
+from recordings.sink.recorder import Recorder
 from scenarios.cli import main
 from scenarios.load import library_paths
 
@@ -106,7 +106,9 @@ def test_run_leaves_recording_and_summary_and_asks_for_the_picture(
     record, summary, picture = (tmp_path / f"run.{suffix}" for suffix in ("rrd", "json", "png"))
     drawn: list[tuple[str, Path]] = []
     monkeypatch.setattr(
-        recordings.picture, "draw_picture", lambda source, target: drawn.append((Replay(source).end_reason, target))
+        recordings.pictures.picture,
+        "draw_picture",
+        lambda source, target: drawn.append((Replay(source).end_reason, target)),
     )
     files = ["--record", str(record), "--summary", str(summary), "--picture", str(picture)]
     assert main(["run", "two-layer", *QUICK, *files]) == 0
@@ -130,7 +132,7 @@ def test_a_picture_that_cannot_be_drawn_is_told_after_the_table(
     def full(source: Path, target: Path) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(recordings.picture, "draw_picture", full)
+    monkeypatch.setattr(recordings.pictures.picture, "draw_picture", full)
     files = ["--record", str(tmp_path / "run.rrd"), "--picture", str(tmp_path / "run.png")]
     assert main(["run", "two-layer", *QUICK, *files]) == 1
     assert "cannot be drawn: [Errno 28] No space left on device" in " ".join(capsys.readouterr().err.split())

@@ -16,8 +16,8 @@ import pytest
 from booms.containment import PRACTICE_SPEED
 from recordings.exercise import BoomDescription, ExerciseDescription
 from recordings.frame import BodyFrame, Event, Frame, MeshDescription, PhaseDescription, PhaseFrame, RunDescription
-from recordings.recorder import Recorder
-from recordings.replay import Replay
+from recordings.replay.recording import Replay
+from recordings.sink.recorder import Recorder
 from scenarios.cli import main
 from scenarios.debrief.account import BoomAccount, boom_accounts
 from scenarios.debrief.grade import CRITERIA, grade, read_criteria

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from recordings.replay import Replay
+from recordings.replay.recording import Replay
 from tests.scenarios.kills import SETTINGS, killed_run
 
 KILLS = 20

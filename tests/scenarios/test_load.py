@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.bodies import MeshBody
 from scenarios.load import library_paths, load_scenario, scenario_from
 from scenarios.problems import ScenarioError
+from scenarios.schema.bodies import MeshBody
 
 SMALL = """
 name = "small"

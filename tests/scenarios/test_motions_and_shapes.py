@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from coupling.engine_step import SPEED_LIMIT
-from scenarios.bodies import FASTEST, BoxBody, Fixed, RampMotion, RockBody, SphereBody, TableMotion
-from scenarios.liquid import FluidSettings, PhaseSettings, SlabFill, Tank
-from scenarios.motions import TowingMotion, prescribed_motion
+from coupling.rigid.engine_step import SPEED_LIMIT
 from scenarios.scenario import RunSettings, Scenario
-from scenarios.shapes import body_mesh, rock
-from scenarios.solids import own_solids
+from scenarios.schema.bodies import FASTEST, BoxBody, Fixed, RampMotion, RockBody, SphereBody, TableMotion
+from scenarios.schema.liquid import FluidSettings, PhaseSettings, SlabFill, Tank
+from scenarios.setup.body_motions import TowingMotion, prescribed_motion
+from scenarios.setup.body_shapes import body_mesh, rock
+from scenarios.setup.placed_solids import own_solids
 
 
 def test_towing_velocity_is_the_derivative_of_the_position() -> None:

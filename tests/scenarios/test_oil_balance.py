@@ -10,15 +10,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from recordings.comparison import scores
 from recordings.frame import Frame, RunDescription
-from recordings.recorder import Recorder
-from recordings.replay import Replay
-from scenarios.build import Assembly, build
+from recordings.replay.comparison import scores
+from recordings.replay.recording import Replay
+from recordings.sink.recorder import Recorder
 from scenarios.debrief.account import KNOT, boom_accounts
 from scenarios.load import scenario_from
-from scenarios.score_signals import scores_of
-from scenarios.summary import SummaryObserver
+from scenarios.running.assembly import Assembly, build
+from scenarios.running.summary import SummaryObserver
+from scenarios.watch.score_signals import scores_of
 
 SPACING = 0.1
 BOOM = {"skirt_depth": 0.22, "freeboard": 0.15}

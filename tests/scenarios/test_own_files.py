@@ -10,8 +10,8 @@ import trimesh
 
 from recordings.files import held
 from scenarios.cli import main
-from scenarios.restart import checkpoint_folder
-from scenarios.summary import SummaryObserver
+from scenarios.running.checkpoints import checkpoint_folder
+from scenarios.running.summary import SummaryObserver
 
 QUICK = ["--set", "fluid.particle_spacing=0.1", "--threads", "1"]
 SCENARIO = """

@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 
 from coupling.plugin import FluidWorld, attach_fluid
 from oilsim.advance_report import AdvanceReport
-from oilsim.boundary import tank_walls
+from oilsim.boundaries.boundary_particles import tank_walls
 from oilsim.config import FluidConfig
 from oilsim.initial_conditions import block
 from oilsim.phases import Phase

@@ -18,14 +18,14 @@ from typing import Any
 
 import numpy as np
 
-from coupling.co_simulation import CoSimulation
 from coupling.errors import CoSimulationError
-from scenarios.bodies import Fixed, Free
-from scenarios.build import Assembly, build
+from coupling.master.co_simulation import CoSimulation
 from scenarios.load import scenario_from
 from scenarios.problems import ScenarioError
-from scenarios.restart import begin_from, run_state, run_state_hash
+from scenarios.running.assembly import Assembly, build
+from scenarios.running.checkpoints import begin_from, run_state, run_state_hash
 from scenarios.scenario import Scenario
+from scenarios.schema.bodies import Fixed, Free
 
 FASTEST = 6.0  # times what drives it: jets of a splash in a corner reach three times
 MADE = 0.02  # of the energy of the reference speed, beside what a step's flight runs ahead of its forces

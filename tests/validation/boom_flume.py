@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from oilsim.boundary import solid_box, tank_walls
+from oilsim.boundaries.boundary_particles import solid_box, tank_walls
 from oilsim.config import FluidConfig
 from oilsim.forcing import Current, Zone
 from oilsim.initial_conditions import block

@@ -15,13 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from booms.deployment import BoomLayout
-from coupling.body_exchange import BodyExchange, Scheme
 from coupling.errors import CoSimulationError
-from scenarios.build import Assembly, build
-from scenarios.exercise import BoomSettings, TowSettings, VesselSettings
-from scenarios.liquid import FluidSettings, PhaseSettings, SlabFill, Tank
+from coupling.master.body_exchange import BodyExchange, Scheme
+from scenarios.running.assembly import Assembly, build
 from scenarios.scenario import RunSettings, Scenario
-from scenarios.weather import CurrentSettings, ForcingSettings, WaveSettings
+from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings
+from scenarios.schema.liquid import FluidSettings, PhaseSettings, SlabFill, Tank
+from scenarios.schema.weather import CurrentSettings, ForcingSettings, WaveSettings
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 
 Double = NDArray[np.float64]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from oilsim.boundary import BoundaryParticles, tank_walls
+from oilsim.boundaries.boundary_particles import BoundaryParticles, tank_walls
 from oilsim.config import FluidConfig
 from oilsim.solver import Fluid
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace

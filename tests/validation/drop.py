@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from oilsim import diagnostics
-from oilsim.boundary import solid_box
+from oilsim.accounts import diagnostics
+from oilsim.boundaries.boundary_particles import solid_box
 from oilsim.config import FluidConfig
 from oilsim.initial_conditions import block, sphere
 from oilsim.solver import Fluid

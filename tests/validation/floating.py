@@ -10,7 +10,7 @@ import trimesh
 from numpy.typing import NDArray
 
 from coupling.bodies import box, cylinder, sphere
-from oilsim.boundary import solid_box
+from oilsim.boundaries.boundary_particles import solid_box
 from oilsim.phases import Phase
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.rigid import Body, disordered, outside, put_solid, solid_tank, waterline

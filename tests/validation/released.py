@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from coupling.bodies import sphere
-from oilsim.boundary import tank_walls
+from oilsim.boundaries.boundary_particles import tank_walls
 from oilsim.config import FluidConfig
 from oilsim.initial_conditions import block
 from tests.validation import heave_theory

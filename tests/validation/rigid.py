@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from coupling.bodies import mass_properties
-from coupling.hydrostatics import waterline_for_volume
-from coupling.signed_distance import SignedDistance
-from coupling.surface_sampling import boundary_particles
-from oilsim.boundary import BoundaryParticles, tank_walls
+from coupling.solids.hydrostatics import waterline_for_volume
+from coupling.solids.signed_distance import SignedDistance
+from coupling.solids.surface_sampling import boundary_particles
+from oilsim.boundaries.boundary_particles import BoundaryParticles, tank_walls
 from oilsim.config import FluidConfig
 from oilsim.initial_conditions import block
 from oilsim.phases import Phase

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from oilsim.boundary import BoundaryParticles, tank_walls
+from oilsim.boundaries.boundary_particles import BoundaryParticles, tank_walls
 from oilsim.config import FluidConfig
 from oilsim.initial_conditions import block
 from oilsim.phases import Phase

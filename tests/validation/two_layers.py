@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from oilsim.boundary import solid_box
+from oilsim.boundaries.boundary_particles import solid_box
 from oilsim.solver import Fluid
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.hydrostatics import DURATION, LAST, settle

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from oilsim.initial_conditions import block
 from oilsim.solver import Fluid
-from oilsim.viscosity import implicit_share
+from oilsim.viscosity.viscous_system import implicit_share
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.measure import decay_rate, mode_amplitude
 from tests.validation.scenes import liquid, periodic_box, position, set_velocity, velocity

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from coupling.hydrostatics import hydrostatics, waterline_for_volume
+from coupling.solids.hydrostatics import hydrostatics, waterline_for_volume
 from vessels.hull import float_hull, raked_barge, wigley_hull
 
 LENGTH, BEAM, DRAFT, DEPTH = 1.2, 0.3, 0.15, 0.25

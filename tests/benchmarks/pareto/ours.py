@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from coupling.bodies import box
-from coupling.surface_sampling import boundary_particles
-from oilsim.boundary import tank_walls
+from coupling.solids.surface_sampling import boundary_particles
+from oilsim.boundaries.boundary_particles import tank_walls
 from oilsim.config import FluidConfig
 from oilsim.phases import Phase
 from oilsim.solver import Fluid, FluidError

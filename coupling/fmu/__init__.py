@@ -1,0 +1,1 @@
+"""FMUs as participants, and participants as FMUs."""

@@ -1,0 +1,386 @@
+"""An FMU for co-simulation, FMI 2 or 3, as a participant.
+
+Its inputs, outputs and parameters keep their names. A number is an array of shape (1,), so that it connects to a joint's
+tension; the elements of an FMI 2 array, named `wrench[1]` to `wrench[6]`, are one variable `wrench` of shape (6,) as well; an FMI 3
+array has its own shape, by the structural parameters' start values. Units are those of the model description, see `variables`.
+Integers, enumerations and booleans travel as numbers; what is set must be whole, and 0 or 1 for a boolean.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import tempfile
+import weakref
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import chdir
+from dataclasses import replace
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import numpy.typing as npt
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import FMU2Slave, fmi2LastSuccessfulTime, fmi2Terminated
+from fmpy.fmi3 import FMU3Slave
+from fmpy.model_description import ModelVariable
+
+from coupling.fmu.log_messages import FmuMessages
+from coupling.fmu.model_description import read_description
+from coupling.fmu.participant_slave import ENDED
+from coupling.fmu.trial_process import is_own_process, suspected_folder, try_out
+from coupling.fmu.variables import FLOATS, grouped, variables_of, whole
+from coupling.participant import Causality, Status, StepResult, Variable, checked_value
+
+Array = npt.NDArray[np.float64]
+
+DISCARD_STATUS, FATAL_STATUS = 2, 4  # of FMI 2 and 3
+
+
+class _Held:
+    """A state that the FMU holds itself, for whoever saved it."""
+
+    def __init__(self, handle: object) -> None:
+        self.handle = handle
+
+
+class FmuParticipant:
+    """Runs one FMU; it is unpacked when the run begins and thrown away when it ends."""
+
+    def __init__(
+        self,
+        name: str,
+        path: str | Path,
+        start_values: Mapping[str, float | bool] | None = None,
+        units: Mapping[str, str] | None = None,
+    ) -> None:
+        """`start_values` sets parameters and initial inputs by name, `units` says what the FMU itself does not of its units.
+
+        FileNotFoundError for a missing file; ValueError, with every problem at once, for one that is no FMU, has no
+        co-simulation or no binary for this platform, for start values that it does not know, or units that are stated.
+        """
+        self._name = name
+        self._path = Path(path)
+        self._description = read_description(self._path)
+        self._members = grouped(self._description)
+        self._variables = variables_of(self._description, self._members, units or {})
+        self._start_values = {
+            key: checked_value(
+                name, self._variables, key, np.resize(np.asarray(value, dtype=np.float64), self._variables[key].shape)
+            )
+            for key, value in self._checked_start_values(start_values or {}).items()
+        }
+        for key, start in self._start_values.items():
+            self._numbers(key, start)
+            if not np.isfinite(start).all():
+                raise ValueError(f"{name!r}: {key!r} is {start[~np.isfinite(start)][0]:g}, allowed: finite numbers")
+        self._folder: tempfile.TemporaryDirectory[str] | None = None  # goes with this object at the latest
+        self._fmu: FMU2Slave | FMU3Slave | None = None
+        self._is_initialized = False
+        self._held: list[tuple[weakref.ref[_Held], object]] = []  # states, with what the FMU holds of each
+        self._messages = FmuMessages()
+        interface = self._description.coSimulation
+        self._why_not_saved = "" if interface.canGetAndSetFMUstate else "it lacks canGetAndSetFMUState"
+        self._why_not_serialised = "" if interface.canSerializeFMUstate else "it lacks canSerializeFMUState"
+
+    @property
+    def name(self) -> str:
+        """See `Participant`."""
+        return self._name
+
+    @property
+    def variables(self) -> Mapping[str, Variable]:
+        """See the module."""
+        return self._variables
+
+    @property
+    def why_not_kept(self) -> str:
+        """Why its state cannot be kept outside it, as bytes: in a checkpoint, or in the state of what it is a part of.
+
+        Empty if it can: by what it says of itself until it is initialized, by what was tried from then on.
+        """
+        return self._why_not_serialised or self._why_not_saved
+
+    @property
+    def only_one_of(self) -> str:
+        """What is to be instantiated only once in a process, for all participants that run it; empty where there may be several."""
+        description = self._description
+        return str(description.guid) if description.coSimulation.canBeInstantiatedOnlyOncePerProcess else ""
+
+    def rehearse(self) -> None:
+        """Load the FMU, make an instance and let it go, to find out before a run that it can; ValueError if it cannot.
+
+        In a process of its own if there may be one, since what is broken in an FMU may crash or hang its process.
+        """
+        arguments = (self._name, str(self._path.resolve()))
+        problem = try_out(__name__, arguments) if is_own_process() else self.load_and_free()
+        if problem:
+            raise ValueError(f"FMU {self._path} cannot be loaded: {problem}{suspected_folder()}")
+
+    def load_and_free(self) -> str:
+        """Make an instance and let it go; what is wrong with it, or nothing."""
+        try:
+            self._instantiate().freeInstance()
+        except Exception as cause:
+            return self._messages.explain(cause)
+        finally:
+            self._forget()
+        return ""
+
+    def enter_initialization_mode(self, start_time: float) -> None:
+        """Unpack, instantiate, set start values, and compute initial outputs."""
+        try:
+            fmu = self._instantiate()
+            if isinstance(fmu, FMU2Slave):
+                fmu.setupExperiment(startTime=start_time)
+            for key, value in self._start_values.items():
+                self._write(key, value)
+            if isinstance(fmu, FMU3Slave):
+                fmu.enterInitializationMode(startTime=start_time)
+            else:
+                fmu.enterInitializationMode()
+        except Exception as cause:
+            raise self._failure(cause) from cause
+
+    def _instantiate(self) -> FMU2Slave | FMU3Slave:
+        """A fresh instance, unpacked into a folder of its own."""
+        description = self._description
+        self._folder = tempfile.TemporaryDirectory(prefix="oilsim-fmu-", ignore_cleanup_errors=True)
+        fmpy.extract(str(self._path), self._folder.name)
+        kind = FMU2Slave if description.fmiVersion.startswith("2") else FMU3Slave
+        with chdir(Path.cwd()):  # FMPy goes to the binary's folder, and stays there if it cannot load it
+            fmu = kind(
+                guid=description.guid,
+                unzipDirectory=self._folder.name,
+                modelIdentifier=description.coSimulation.modelIdentifier,
+                instanceName=self._name,
+            )
+        if isinstance(fmu, FMU3Slave):
+            fmu.instantiate(earlyReturnAllowed=True, loggingOn=True, logMessage=self._messages.listener)
+        else:
+            fmu.instantiate(callbacks=self._messages.callbacks, loggingOn=True)
+        self._fmu = fmu
+        return fmu
+
+    def exit_initialization_mode(self) -> None:
+        """Initial inputs are set."""
+        try:
+            self._running().exitInitializationMode()
+        except FMICallException as cause:
+            raise self._failure(cause) from cause
+        self._is_initialized = True
+        if not self._why_not_saved:
+            self._try_state()
+
+    def _try_state(self) -> None:
+        """Find out whether the FMU can save its state, since some only say so, and a run can do without."""
+        fmu, handle = self._running(), None
+        try:
+            handle = fmu.getFMUState()
+            if not self._why_not_serialised:
+                fmu.serializeFMUState(handle)
+        except FMICallException as cause:
+            if cause.status == FATAL_STATUS:
+                raise self._failure(cause) from cause
+            if handle is None:
+                self._why_not_saved = self._messages.explain(cause).rstrip(".")
+            else:
+                self._why_not_serialised = self._messages.explain(cause).rstrip(".")
+        if handle is not None:
+            fmu.freeFMUState(handle)
+
+    def get(self, name: str) -> Array:
+        """A fresh copy of a variable."""
+        if name not in self._variables:
+            raise ValueError(f"{self._name!r} has no variable {name!r}, allowed: {', '.join(self._variables)}")
+        members = self._members[name]
+        read = getattr(self._running(), f"get{self._kind(members[0])}")
+        try:
+            values = read([member.valueReference for member in members], **self._count(name))
+        except FMICallException as cause:
+            raise self._failure(cause) from cause
+        return np.array(values, dtype=np.float64).reshape(self._variables[name].shape)
+
+    def set(self, name: str, value: Array) -> None:
+        """Set an input, or a parameter before the run."""
+        self._write(name, checked_value(self._name, self._variables, name, value))
+
+    def do_step(self, time: float, step_size: float) -> StepResult:
+        """One `doStep`; early return, discard and a wish to end are passed on.
+
+        After a discard FMI 2 allows no step but from an earlier state, so such an FMU is saved before each one, and taken back.
+        """
+        fmu = self._running()
+        before = fmu.getFMUState() if isinstance(fmu, FMU2Slave) and not self._why_not_saved else None
+        try:
+            result = fmu.doStep(time, step_size, False)  # whoever drives it may go back to before this step
+        except FMICallException as failure:
+            if failure.status == DISCARD_STATUS:
+                return self._discarded(time, step_size, self._messages.explain(failure), before)
+            self._forget()  # the standard forbids any further call after a fatal error
+            return StepResult(Status.ERROR, time, self._messages.explain(failure))
+        finally:
+            if before is not None and self._fmu is not None:
+                fmu.freeFMUState(before)
+        if result is None:
+            return StepResult(Status.OK, time + step_size)
+        _, wants_end, is_early, reached = result
+        if wants_end:
+            return self._ended(reached)
+        return StepResult(Status.EARLY_RETURN if is_early else Status.OK, reached if is_early else time + step_size)
+
+    def _discarded(self, time: float, step_size: float, message: str, before: object | None) -> StepResult:
+        """What follows a discard; the FMU is in the state `before`, or as far as it says that it could come."""
+        fmu = self._running()
+        if isinstance(fmu, FMU3Slave):  # which leaves its state as it was
+            return StepResult(Status.DISCARD, time, message)
+        reached = float(self._status(fmu.getRealStatus, fmi2LastSuccessfulTime, time))
+        wants_end = self._status(fmu.getBooleanStatus, fmi2Terminated, False)
+        if wants_end and (ENDED in message or not self._confuses_discard_with_end):
+            return self._ended(reached)
+        if before is None:
+            self._forget()
+            return StepResult(
+                Status.ERROR, time, f"{message}; {self._path.name} cannot be taken back for a shorter step"
+            )
+        fmu.setFMUState(before)
+        if not time < reached < time + step_size:
+            return StepResult(Status.DISCARD, time, message)
+        shorter = self.do_step(time, reached - time)
+        return replace(shorter, status=Status.EARLY_RETURN) if shorter.status is Status.OK else shorter
+
+    def _status(self, read: Callable[[int], float], kind: int, unknown: float) -> float:
+        """What FMI 2 says of a discarded step; `unknown` of an FMU that does not say."""
+        try:
+            return read(kind)
+        except FMICallException as cause:
+            if cause.status == DISCARD_STATUS:
+                return unknown
+            raise self._failure(cause) from cause
+
+    def _ended(self, reached: float) -> StepResult:
+        text = f"{self._path.name} asked to end the run"
+        return StepResult(Status.EARLY_RETURN, reached, text, terminate_simulation=True)
+
+    @property
+    def _confuses_discard_with_end(self) -> bool:
+        """Whether it says fmi2Terminated after every discard, as PythonFMU's binary does (0.7)."""
+        return "PythonFMU" in (self._description.generationTool or "")
+
+    def save_state(self) -> object:
+        """The FMU's state: bytes if it can be serialised, else what the FMU holds for it, good until the run ends or it is dropped.
+
+        NotImplementedError if the FMU cannot save its state.
+        """
+        if self._why_not_saved:
+            raise NotImplementedError(
+                f"{self._name!r}: {self._path.name} cannot save its state ({self._why_not_saved})"
+            )
+        fmu = self._running()
+        handle = fmu.getFMUState()
+        if self._why_not_serialised:
+            self._free_dropped()
+            held = _Held(handle)
+            self._held.append((weakref.ref(held), handle))
+            return held
+        try:
+            return bytes(fmu.serializeFMUState(handle))
+        finally:
+            fmu.freeFMUState(handle)
+
+    def restore_state(self, state: object) -> None:
+        """Back to what `save_state` returned."""
+        fmu = self._running()
+        if isinstance(state, _Held) and any(held() is state for held, _ in self._held):
+            fmu.setFMUState(state.handle)
+            return
+        if not isinstance(state, bytes):
+            raise TypeError(f"{self._name!r}: restore_state wants what save_state returned, not {type(state).__name__}")
+        handle = fmu.deserializeFMUState(state)
+        try:
+            fmu.setFMUState(handle)
+        finally:
+            fmu.freeFMUState(handle)
+
+    def terminate(self) -> None:
+        """Terminate and free the instance, and remove what was unpacked."""
+        try:
+            if self._fmu is not None:
+                for _, handle in self._held:
+                    self._fmu.freeFMUState(handle)
+                if self._is_initialized:
+                    self._fmu.terminate()
+                self._fmu.freeInstance()
+        finally:
+            self._forget()
+
+    def _failure(self, cause: Exception) -> RuntimeError:
+        """What went wrong, in the FMU's words; after an error the standard forbids all calls that are of use, so it is let go."""
+        if isinstance(cause, FMICallException) and cause.status != DISCARD_STATUS:
+            self._forget()
+        return cause if isinstance(cause, RuntimeError) else RuntimeError(self._messages.explain(cause))
+
+    def _forget(self) -> None:
+        """Let go of the instance without a further call to it, and remove what was unpacked."""
+        if self._folder is not None:
+            self._folder.cleanup()
+        self._fmu, self._folder, self._is_initialized = None, None, False
+        self._held.clear()
+
+    def _free_dropped(self) -> None:
+        """Let the FMU forget states that nobody can restore any more."""
+        dropped = [handle for held, handle in self._held if held() is None]
+        self._held = [(held, handle) for held, handle in self._held if held() is not None]
+        for handle in dropped:
+            self._running().freeFMUState(handle)
+
+    def _running(self) -> FMU2Slave | FMU3Slave:
+        if self._fmu is None:
+            raise RuntimeError(
+                f"{self._name!r} is not running, allowed: between enter_initialization_mode and terminate"
+            )
+        return self._fmu
+
+    def _count(self, name: str) -> dict[str, int]:
+        """FMI 3 wants to know how many numbers an array holds."""
+        is_three = isinstance(self._fmu, FMU3Slave)
+        return {"nValues": int(np.prod(self._variables[name].shape))} if is_three else {}
+
+    def _kind(self, variable: ModelVariable) -> str:
+        """What comes after `get` and `set` in the interface's calls; an enumeration is read and written as an integer."""
+        if variable.type == "Enumeration":
+            return "Integer" if self._description.fmiVersion.startswith("2") else "Int64"
+        return str(variable.type)
+
+    def _write(self, name: str, value: Array) -> None:
+        members = self._members[name]
+        write = getattr(self._running(), f"set{self._kind(members[0])}")
+        numbers = self._numbers(name, value)
+        try:
+            write([member.valueReference for member in members], numbers)
+        except FMICallException as cause:
+            raise self._failure(cause) from cause
+
+    def _numbers(self, name: str, value: Array) -> Sequence[float]:
+        """The value as the FMU's own kind of numbers; ValueError for what is none of them."""
+        kind = self._kind(self._members[name][0])
+        numbers: list[float] = value.ravel().tolist()
+        return numbers if kind in FLOATS else whole(f"{self._name!r}: {name!r}", kind, numbers)
+
+    def _checked_start_values(self, start_values: Mapping[str, float | bool]) -> Mapping[str, float | bool]:
+        allowed = [key for key, variable in self._variables.items() if variable.causality is not Causality.OUTPUT]
+        problems = [
+            f"{self._name!r} has no parameter or input {key!r}, allowed: {', '.join(allowed) or 'none'}"
+            for key in start_values
+            if key not in allowed
+        ]
+        if problems:
+            raise ValueError("; ".join(problems))
+        return start_values
+
+
+if __name__ == "__main__":  # the rehearsal: NAME FILE
+    problem = FmuParticipant(sys.argv[1], sys.argv[2]).load_and_free()
+    print(problem, end="", file=sys.stderr, flush=True)
+    # without Python's end, in which binaries of Python FMUs now and then find the heap corrupted: a run does not ask for that
+    os._exit(1 if problem else 0)

@@ -1,0 +1,1 @@
+"""The co-simulation master: steps, connections, exchange with bodies, ledger and observers."""

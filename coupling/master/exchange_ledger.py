@@ -1,0 +1,147 @@
+"""What passed between fluid and bodies in a step: impulse and energy, as each side counts them.
+
+The fluid gives a body the impulse H F, F its mean wrench, and foresees the twist V_f that the body will have at the end of the
+step; the body is fed the wrench F_s and ends at V_b, both having begun at V_0. Then
+
+    momentum  H (F - F_s), H (T - T_s)       have been lost on the way, T the torque of F,
+    energy    H F_s . (V_b - V_f) / 2        has been made by the exchange: what the body received less what the fluid gave,
+
+the work of an impulse being its product with the mean of the twists before and after. A monolithic exchange leaves rounding of
+the first, and of the second what joints and contacts do that the fluid does not foresee; a lagged one that diverges makes energy
+without bound. Each step's momentum is compared with |H F|, and |H T| + |H F| d with d the particle spacing, the torque and the work of
+moving the force by a particle; energy is summed over the run, and compared with what was turned over: sum |H F . V| + |F| d.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from coupling.errors import CoSimulationError
+from coupling.master.algorithms import Steppers
+
+Array = npt.NDArray[np.float64]
+
+MOMENTUM_LIMIT = 1e-6
+ENERGY_LIMIT = 0.5
+
+
+@dataclass(frozen=True)
+class BodyBond:
+    """A body by the names of its variables and of the two participants that exchange them."""
+
+    body: str
+    fluid: str
+    solver: str
+
+
+class ExchangeLedger:
+    """Accounts over all `bonds`; `length` is the particle spacing [m].
+
+    `disturbed` tells the bodies that ran into something in the last step.
+    Attributes are those of the last step: impulse [N s], work [J] on the bodies, lost [N s], made [J].
+    """
+
+    def __init__(
+        self,
+        bonds: Sequence[BodyBond],
+        length: float,
+        *,
+        momentum_limit: float = MOMENTUM_LIMIT,
+        energy_limit: float = ENERGY_LIMIT,
+        disturbed: Callable[[], Collection[str]] = tuple,
+    ) -> None:
+        self._bonds = tuple(bonds)
+        self._length = length
+        self._limits = momentum_limit, energy_limit
+        self._disturbed = disturbed
+        self._begin = np.zeros((len(self._bonds), 6))
+        self._made, self._turnover = np.zeros((2, len(self._bonds)))
+        self._lost_sum = self._impulse_sum = 0.0
+        self.impulse, self.work, self.lost, self.made = np.zeros(3), 0.0, np.zeros(6), 0.0
+
+    @property
+    def momentum_residual(self) -> float:
+        """Part of all linear impulses that was lost on the way, over the run."""
+        return self._lost_sum / self._impulse_sum if self._impulse_sum > 0.0 else 0.0
+
+    @property
+    def energy_residual(self) -> float:
+        """Energy made by the exchange over the run, as a part of what was turned over."""
+        turnover = float(self._turnover.sum())
+        return float(self._made.sum()) / turnover if turnover > 0.0 else 0.0
+
+    @property
+    def figures(self) -> dict[str, float]:
+        """For the record: the last step's and the run's."""
+        return {
+            "energy_made": self.made,
+            "momentum_residual": self.momentum_residual,
+            "energy_residual": self.energy_residual,
+        }
+
+    def open(self, steppers: Steppers) -> None:
+        """A step begins."""
+        self._begin = self._read(steppers, "solver", "twist")
+
+    def close(self, steppers: Steppers, begin: float, end: float) -> None:
+        """The step has been made; CoSimulationError, naming body and participant, beyond a limit."""
+        if not self._bonds:
+            return
+        wrench, last = self._read(steppers, "fluid", "wrench"), self._read(steppers, "solver", "twist")
+        fed = [steppers[bond.solver].inputs.get(f"{bond.body}.wrench", np.zeros(6)) for bond in self._bonds]
+        given, taken = (end - begin) * wrench, (end - begin) * np.array(fed)
+        work = 0.5 * (taken * (self._begin + last)).sum(axis=1)
+        made = 0.5 * (taken * (last - self._read(steppers, "fluid", "foreseen_twist"))).sum(axis=1)
+        self.impulse, self.lost = given[:, :3].sum(axis=0), (given - taken).sum(axis=0)
+        self.work, self.made = float(work.sum()), float(made.sum())
+        disturbed = self._disturbed()
+        self._made += made * [bond.body not in disturbed for bond in self._bonds]
+        self._turnover += np.abs(work)
+        self._check_momentum(given, taken, end)
+        self._check_energy(np.linalg.norm(wrench[:, :3], axis=1), end, end - begin)
+
+    def save(self) -> dict[str, Array]:
+        """The run's accounts."""
+        sums = np.array([self._lost_sum, self._impulse_sum])
+        return {"made": self._made.copy(), "turnover": self._turnover.copy(), "sums": sums}
+
+    def restore(self, state: Mapping[str, Array]) -> None:
+        """Back to what `save` returned."""
+        self._made, self._turnover = state["made"].copy(), state["turnover"].copy()
+        self._lost_sum, self._impulse_sum = (float(value) for value in state["sums"])
+
+    def _read(self, steppers: Steppers, side: str, what: str) -> Array:
+        """An output (B, 6) of all bodies, on the side of their `fluid` or their `solver`."""
+        values = [steppers[getattr(bond, side)].outputs[f"{bond.body}.{what}"] for bond in self._bonds]
+        return np.array(values).reshape(-1, 6)
+
+    def _check_momentum(self, given: Array, taken: Array, time: float) -> None:
+        """Of impulses (B, 6): forces by forces, torques by torques and by what moving the force by a particle makes of it."""
+        lost, passed = (np.linalg.norm(part.reshape(-1, 2, 3), axis=2) for part in (given - taken, given))
+        self._lost_sum += float(lost[:, 0].sum())
+        self._impulse_sum += float(passed[:, 0].sum())
+        passed[:, 1] += passed[:, 0] * self._length
+        for index in np.flatnonzero(~(lost <= self._limits[0] * passed).all(axis=1)):
+            bond = self._bonds[index]
+            raise CoSimulationError(
+                bond.solver,
+                time,
+                f"body {bond.body!r} took an impulse of {taken[index].tolist()} N s, N m s, the fluid gave "
+                f"{given[index].tolist()} N s, N m s, allowed: a part of {self._limits[0]:g} between them",
+            )
+
+    def _check_energy(self, force: Array, time: float, step: float) -> None:
+        scale = self._turnover + force * self._length
+        beyond = np.flatnonzero(~(self._made / self._limits[1] <= scale))
+        if len(beyond):
+            bond, made, turned = self._bonds[beyond[0]], self._made[beyond[0]], scale[beyond[0]]
+            raise CoSimulationError(
+                bond.solver,
+                time,
+                f"body {bond.body!r}: the exchange has made {made:.3g} J of {turned:.3g} J turned over, "
+                f"allowed: {self._limits[1]:g} of it; its coupling is unstable, or steps of {step:.3g} s are too long for its motion",
+            )

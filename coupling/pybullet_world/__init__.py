@@ -1,0 +1,1 @@
+"""Reading bodies of a pybullet client that somebody else owns."""

@@ -1,0 +1,1 @@
+"""Rigid bodies, joints, lines and contacts, stepped on a pybullet client."""

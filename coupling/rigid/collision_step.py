@@ -1,0 +1,134 @@
+"""How long a step of the rigid body engine may be, so that no body leaps deep into another one.
+
+The engine finds out that bodies touch when they lie in each other. One of which a point goes by more than FURTHEST of half its thickness
+in a step, as seen from the other one, is too fast for that, but only where there is something to run into, or that runs into it: boxes
+about the other bodies, half-spaces. Bodies that a joint holds together do not touch.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+from numba import njit
+
+from coupling.rigid.rotations import rotation_matrices
+
+Array = npt.NDArray[np.float64]
+Flags = npt.NDArray[np.bool_]
+
+FURTHEST = 0.0625  # of half its thickness, that a body may go in a step into another one
+
+
+class Encounters:
+    """The bodies of one world in the order of their rows, and the half-spaces."""
+
+    def __init__(self) -> None:
+        self._bounds = np.zeros((0, 2, 3))  # [m] along each body's axes, about its centre of mass
+        self._radius = np.zeros(0)  # [m] of a sphere about that, which holds them
+        self._half_thickness = np.zeros(0)  # [m] of bodies that may run into others, inf of others
+        self._touches = np.zeros(0, dtype=bool)
+        self._apart: Flags = np.zeros((0, 0), dtype=bool)  # pairs that do not touch
+        self._planes = np.zeros((0, 2, 3))  # a point [m] and the normal
+
+    def add_body(self, bounds: Array, *, is_free: bool, touches: bool) -> None:
+        """The next row; `bounds` (2, 3) [m] about the centre of mass."""
+        count = len(self._bounds) + 1
+        self._bounds = np.concatenate([self._bounds, bounds[None]])
+        self._radius = np.append(self._radius, np.linalg.norm(np.abs(bounds).max(axis=0)))
+        half = 0.5 * float(np.ptp(bounds, axis=0).min()) if touches and is_free else math.inf
+        self._half_thickness = np.append(self._half_thickness, half)
+        self._touches = np.append(self._touches, touches)
+        apart = np.eye(count, dtype=bool)
+        apart[:-1, :-1] = self._apart
+        self._apart = apart
+
+    def add_half_space(self, point: Array, normal: Array) -> None:
+        """All that lies behind a plane through `point` [m]; `normal` (unit) points out of it."""
+        self._planes = np.concatenate([self._planes, np.stack([point, normal])[None]])
+
+    def keep_apart(self, first: int, second: int) -> None:
+        """A joint holds the bodies of these rows together."""
+        self._apart[first, second] = self._apart[second, first] = True
+
+    def rate(self, pose: Array, twist: Array, duration: float) -> float:
+        """The least steps a second that keep bodies from leaping into others within `duration` [s]; 0 where one step does."""
+        bodies = self._bounds, self._radius, self._half_thickness, self._touches, self._apart
+        return float(_fastest_near(pose[:, :3], rotation_matrices(pose[:, 3:]), twist, *bodies, self._planes, duration))
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _fastest_near(
+    position: Array, turn: Array, twist: Array, bounds: Array, radius: Array, half_thickness: Array, touches: Flags, apart: Flags,
+    planes: Array, duration: float,
+) -> float:  # fmt: skip
+    """The largest pace [1/s] of a body towards another one or a half-space that is in reach within `duration` [s], 0 if below 1 / duration.
+
+    The pace is that of its fastest point, as seen from the other one, in lengths it may go.
+    """
+    count = len(position)
+    furthest = FURTHEST * half_thickness
+    way, way_of_corners = np.empty(count), np.empty(count)  # [m] of its centre, of any of its points
+    for i in range(count):
+        way[i] = duration * _length(twist[i, :3])
+        way_of_corners[i] = way[i] + duration * _corner_speed(twist[i, 3:], turn[i], bounds[i])
+    fastest = 1.0 / duration
+    for i in range(count):
+        if furthest[i] == math.inf:
+            continue
+        pace = way_of_corners[i] / duration / furthest[i]
+        for plane in planes:
+            if pace > fastest and ((position[i] - plane[0]) * plane[1]).sum() < radius[i] + way[i]:
+                fastest = pace
+        for j in range(count):
+            if apart[i, j] or not touches[j]:
+                continue
+            reach = radius[i] + way[i] + way_of_corners[j]
+            if not _lies_within(position[i], reach, position[j], turn[j], bounds[j], radius[j]):
+                continue
+            seen = _length(_velocity_from(twist[j], position[i] - position[j], twist[i]))
+            seen += _corner_speed(twist[i, 3:] - twist[j, 3:], turn[i], bounds[i])
+            fastest = max(fastest, seen / furthest[i])
+    return fastest if fastest * duration > 1.0 else 0.0
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _velocity_from(viewer: Array, place: Array, twist: Array) -> Array:
+    """Velocity (3,) [m/s] of a body's centre at `place` [m] from another one's, as seen from that `viewer`, which turns; twists (6,)."""
+    return twist[:3] - viewer[:3] - np.cross(viewer[3:], place)
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _corner_speed(rate: Array, turn: Array, bounds: Array) -> float:
+    """A bound [m/s] of |omega x r| in a box of `bounds` (2, 3) about the centre it turns about at `rate` (3,), world frame."""
+    own = np.abs(rate @ turn)
+    furthest = np.maximum(np.abs(bounds[0]), np.abs(bounds[1]))
+    square = 0.0
+    for axis in range(3):
+        after, before = (axis + 1) % 3, (axis + 2) % 3
+        square += (own[after] * furthest[before] + own[before] * furthest[after]) ** 2
+    return math.sqrt(square)
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _length(vector: Array) -> float:
+    """Of a vector (3,)."""
+    return math.sqrt((vector**2).sum())
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _lies_within(point: Array, reach: float, position: Array, turn: Array, bounds: Array, radius: float) -> bool:
+    """Whether a point (3,) is nearer than `reach` [m] to a box of `bounds` (2, 3) about a body's centre, within a sphere of `radius`."""
+    square = 0.0
+    for axis in range(3):
+        square += (point[axis] - position[axis]) ** 2
+    if square >= (reach + radius) ** 2:
+        return False
+    square = 0.0
+    for own in range(3):
+        along = 0.0
+        for axis in range(3):
+            along += turn[axis, own] * (point[axis] - position[axis])
+        square += (along - min(max(along, bounds[0, own]), bounds[1, own])) ** 2
+    return bool(square < reach**2)

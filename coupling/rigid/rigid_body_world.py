@@ -1,0 +1,407 @@
+"""Rigid bodies, joints and contacts on a pybullet client of our own.
+
+What pybullet does wrong by default is put right, in `bullet_client` and `engine_step`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+import trimesh
+from scipy.spatial.transform import Rotation
+
+from coupling.bodies import MassProperties, require_closed
+from coupling.rigid.bullet_client import BulletClient
+from coupling.rigid.collision_step import Encounters
+from coupling.rigid.engine_step import Body, EngineStep
+from coupling.rigid.joint_constraints import Articulation, Joints, PointJoint
+from coupling.rigid.lines import ElasticLine, Lines
+from coupling.rigid.prescribed_motion import STILL, UPRIGHT, Motion, PrescribedMotion, Quaternion, Vector
+from coupling.rigid.rigid_state import MOVING, RigidBodyState, pose_of, twist_of
+from coupling.rigid.step_length import SHORTEST, step_rate
+from oilsim.checks import finite
+
+Array = npt.NDArray[np.float64]
+
+CLOSING = 0.2  # of a joint's gap, in a step of the engine: as much as pybullet would
+
+
+class RigidBodyWorld:
+    """Builds and steps rigid bodies; every quantity is of the centre of mass, in the world frame, in SI units."""
+
+    def __init__(
+        self,
+        gravity: Vector = (0.0, 0.0, -9.81),
+        sub_step: float = 0.01,
+        solver_iterations: int = 50,
+        communication_step: float | None = None,
+    ) -> None:
+        """`sub_step` [s] is the longest step of the rigid body solver; `solver_iterations` hold contacts.
+
+        It takes shorter steps where a body would go deep into another one (`coupling.rigid.collision_step`), where one turns or
+        swings fast, and where lines are stiff.
+
+        A prescribed motion tells its mean acceleration over the `communication_step` [s] to come, or over a sub-step.
+        """
+        if not (math.isfinite(sub_step) and sub_step > 0.0):
+            raise ValueError(f"rigid bodies: sub_step is {sub_step} s, allowed: above 0")
+        if solver_iterations < 1:
+            raise ValueError(f"rigid bodies: solver_iterations is {solver_iterations}, allowed: 1 or more")
+        self.time = 0.0
+        self._gravity = np.array(gravity, dtype=np.float64)
+        self._sub_step = sub_step
+        self._ahead = communication_step or sub_step
+        self._bodies: dict[str, Body] = {}
+        self._encounters = Encounters()
+        self._joints: dict[str, int] = {}
+        self._tensions: dict[str, float] = {}
+        self.lines = Lines()
+        self._point_joints: list[PointJoint] = []
+        self._held: Joints | None = None
+        self._articulation: Articulation | None = None
+        self._accelerations: Array | None = None
+        self._last_duration = sub_step
+        self._state = RigidBodyState()
+        self._client = BulletClient(gravity, solver_iterations)
+        self._engine = EngineStep(self._client, self._state, self._gravity)
+
+    @property
+    def body_names(self) -> tuple[str, ...]:
+        """In the order they were added."""
+        return tuple(self._bodies)
+
+    @property
+    def free_body_names(self) -> tuple[str, ...]:
+        """Those that move by their forces."""
+        return tuple(name for name, body in self._bodies.items() if body.motion == "free")
+
+    @property
+    def disturbed(self) -> tuple[str, ...]:
+        """Free bodies that ran into something in the last advance, or hang by joints together with one that did."""
+        hit = {name for name, body in self._bodies.items() if body.bullet.unique_id in self._engine.touched}
+        all_jointed = any(self._bodies[name].is_jointed for name in hit)
+        return tuple(
+            name for name in self.free_body_names if name in hit or (all_jointed and self._bodies[name].is_jointed)
+        )
+
+    def overlaps(self) -> list[tuple[str, str, float]]:
+        """Free bodies that lie in another one or, "", in a half-space, and how deep [m]; those would be thrown apart."""
+        names = {body.bullet.unique_id: name for name, body in self._bodies.items()}
+        found = []
+        for pair, depth in self._client.overlaps().items():
+            first, second = (names.get(unique_id, "") for unique_id in pair)
+            if depth > 0.0:
+                found.append((first, second, depth) if first else (second, first, depth))
+        return found
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """In the order they were added."""
+        return tuple(self._joints)
+
+    def add_body(
+        self,
+        name: str,
+        mesh: trimesh.Trimesh,
+        mass_properties: MassProperties,
+        position: Vector = STILL,
+        orientation: Quaternion = UPRIGHT,
+        *,
+        motion: Literal["free", "fixed"] | PrescribedMotion = "free",
+        linear_velocity: Vector = STILL,
+        angular_velocity: Vector = STILL,
+        contact: bool = True,
+        friction: float = 0.5,
+    ) -> None:
+        """Place a body. `mesh` is about its centre of mass; `position` is where the centre of mass lies.
+
+        A free body touches others with its convex hull, a held one with its mesh as it is, with `contact=False` it
+        touches nothing. A prescribed motion gives pose and twist itself.
+        """
+        if name in self._bodies:
+            raise ValueError(f"rigid bodies: body {name!r} is added twice")
+        require_closed(mesh, f"rigid bodies: mesh of {name!r}")
+        start = Motion(
+            finite(f"rigid bodies: position of {name!r}", position, 3),
+            finite(f"rigid bodies: orientation of {name!r}", orientation, 4),
+            finite(f"rigid bodies: linear_velocity of {name!r}", linear_velocity, 3),
+            finite(f"rigid bodies: angular_velocity of {name!r}", angular_velocity, 3),
+        )
+        if not math.isclose(float(np.linalg.norm(start.orientation)), 1.0, rel_tol=1e-6):
+            raise ValueError(f"rigid bodies: orientation of {name!r} is {orientation}, allowed: a unit quaternion")
+        if not isinstance(motion, str):
+            start = motion.at(self.time)
+        elif motion == "fixed":
+            start = Motion(start.position, start.orientation)
+        elif motion != "free":
+            raise ValueError(f"rigid bodies: motion of {name!r} is {motion!r}, allowed: 'free', 'fixed' or a motion")
+        bullet = self._client.add_body(
+            mesh,
+            mass_properties,
+            is_free=motion == "free",
+            is_guided=not isinstance(motion, str),
+            contact=contact,
+            friction=friction,
+        )
+        body = Body(name, len(self._bodies), motion, bullet)
+        self._bodies[name] = body
+        self._encounters.add_body(mesh.bounds, is_free=motion == "free", touches=contact)
+        self._state.append(mass_properties, start, is_free=motion == "free")
+        self._place(body, start)
+        self._held = None
+
+    def add_half_space(self, point: Vector, normal: Vector, friction: float = 0.5) -> None:
+        """Let free bodies run into a plane through `point` [m], such as a tank's side; `normal` (unit) points to where they are."""
+        self._client.add_half_space(point, normal, friction)
+        self._encounters.add_half_space(np.array(point, np.float64), np.array(normal, np.float64))
+
+    def add_joint(
+        self, name: str, body_a: str, body_b: str | None, point: Vector, kind: Literal["point"] = "point"
+    ) -> None:
+        """Hold two bodies together at `point` (world frame, [m]), free to turn; `body_b` None: hold it to the world.
+
+        Two joints on a line make a hinge. Jointed bodies do not collide with each other.
+        """
+        if name in self._joints:
+            raise ValueError(f"rigid bodies: joint {name!r} is added twice")
+        if kind != "point":
+            raise ValueError(f"rigid bodies: joint {name!r} is of the kind {kind!r}, allowed: 'point'")
+        first = self._body(body_a)
+        second = None if body_b is None else self._body(body_b)
+        first_point = self._own_point(first, point)
+        second_point = np.array(point) if second is None else self._own_point(second, point)
+        self._joints[name] = self._client.add_joint(
+            first.bullet, first_point, None if second is None else second.bullet, second_point
+        )
+        for body in (first, second):
+            if body is not None:
+                body.is_jointed = True
+        if second is not None:
+            self._encounters.keep_apart(first.row, second.row)
+        self._tensions[name] = 0.0
+        row = -1 if second is None else second.row
+        self._point_joints.append(PointJoint(first.row, row, first_point, second_point))
+        self._held = self._articulation = None
+
+    def add_line(
+        self,
+        name: str,
+        body_a: str,
+        body_b: str | None,
+        points: tuple[Vector, Vector],
+        *,
+        length: float,
+        stiffness: float,
+        relaxation_time: float = 0.0,
+    ) -> None:
+        """An elastic line from body_a to body_b, None the world, made fast at `points` of the world [m]; see `coupling.rigid.lines`.
+
+        ValueError for a line too stiff to be stepped, with the stiffness that is allowed.
+        """
+        bodies = (self._body(body_a), None if body_b is None else self._body(body_b))
+        places = [p if body is None else self._own_point(body, p) for body, p in zip(bodies, points, strict=True)]
+        rows = tuple(-1 if body is None else body.row for body in bodies)
+        line = ElasticLine((rows[0], rows[1]), np.array(places, dtype=np.float64), stiffness, relaxation_time, length)
+        stiffest = line.stiffest(self._state.pose, self._state.inverse_mass_matrix(), SHORTEST)
+        if stiffness > stiffest:
+            raise ValueError(
+                f"line {name!r}: stiffness is {stiffness:g} N, allowed: up to {stiffest:.3g} N for its bodies"
+            )
+        self.lines.add(name, line)
+        self._state.line_wrench = self.lines.present_pull(self._state.pose, self._state.twist)
+
+    def set_wrench(self, name: str, wrench: Array) -> None:
+        """Wrench (6,) of the fluid on a body [N, N m], held until it is set again."""
+        self._state.wrench[self._body(name).row] = wrench
+
+    def set_applied_wrench(self, name: str, wrench: Array) -> None:
+        """Wrench (6,) of anything else, such as thrust [N, N m], held until it is set again."""
+        self._state.applied_wrench[self._body(name).row] = wrench
+        self._accelerations = None
+
+    def pose(self, name: str) -> Array:
+        """(7,) position [m] and orientation xyzw."""
+        return self._state.pose[self._body(name).row].copy()
+
+    def twist(self, name: str) -> Array:
+        """(6,) linear [m/s] and angular velocity [rad/s]."""
+        return self._state.twist[self._body(name).row].copy()
+
+    def wrench(self, name: str) -> Array:
+        """(6,) of the fluid as it was set last [N, N m]."""
+        return self._state.wrench[self._body(name).row].copy()
+
+    def inverse_mass(self, name: str) -> Array:
+        """(6, 6) twist by impulse, world frame; 0 for a body that is held."""
+        return self._state.inverse_mass(self._body(name).row)
+
+    def mass_matrix(self, name: str) -> Array:
+        """(6, 6) impulse by twist of the body itself, joints apart, world frame [kg, kg m2]."""
+        return self._state.mass_matrix(self._body(name).row)
+
+    def coupled_inverse_mass(self, names: Sequence[str]) -> Array:
+        """(6 n, 6 n) twists of the named bodies by impulses on them, joints included; 0 for those that are held."""
+        rows = np.array([self._body(name).row for name in names])
+        return self._articulated().inverse_mass((6 * rows[:, None] + np.arange(6)).ravel())
+
+    def free_acceleration(self, name: str) -> Array:
+        """(6,) d(twist)/dt from everything but the fluid [m/s2, rad/s2]; of a held body, that of its motion.
+
+        Joints answer the known forces at once (see `coupling.rigid.joint_constraints`); contacts enter as they lasted in the last steps.
+        """
+        body = self._body(name)
+        if body.motion == "free":
+            if not body.is_jointed:
+                return self._state.free_acceleration(body.row, self._gravity)
+            return self._jointed_accelerations()[body.row]
+        if isinstance(body.motion, str):
+            return np.zeros(6)
+        now, later = body.motion.at(self.time), body.motion.at(self.time + self._ahead)
+        return (twist_of(later) - twist_of(now)) / self._ahead
+
+    def tension(self, name: str) -> float:
+        """Magnitude of the force a joint or a line carries [N], mean over the last advance."""
+        if name in self.lines.names:
+            return self.lines.tension(name)
+        if name not in self._joints:
+            raise ValueError(f"rigid bodies: joint {name!r} does not exist, allowed: {', '.join(self._joints)}")
+        return self._tensions[name]
+
+    def momentum(self) -> Array:
+        """(6,) of all free bodies: linear [kg m/s], angular about the world's origin [kg m2/s]."""
+        return self._state.total_momentum()
+
+    def energy(self) -> float:
+        """Kinetic and potential energy of all free bodies [J]."""
+        return self._state.energy(self._gravity)
+
+    def move_to_time(self, time: float) -> None:
+        """Set the clock to `time` [s] and every body on a prescribed motion to where it is then."""
+        self.time = time
+        for body in self._bodies.values():
+            if not isinstance(body.motion, str):
+                self._place(body, body.motion.at(time))
+
+    def advance(self, duration: float) -> None:
+        """Move on by `duration` [s] under the wrenches as set, in equal stretches no longer than the longest sub-step."""
+        count = max(1, math.ceil(duration / self._sub_step - 1e-9))
+        stretch = duration / count
+        momenta_before, begin = self._state.momenta(), self.time
+        impulses = dict.fromkeys(self._joints, 0.0)
+        self._engine.touched.clear()
+        self.lines.begin(duration, len(self._bodies))
+        for index in range(count):
+            self._advance_stretch(begin + index * stretch, stretch, impulses)
+        self._tensions = {name: impulse / duration for name, impulse in impulses.items()}
+        self._last_duration = duration
+        self._state.line_wrench = self.lines.end(duration)
+        self._state.settle_reaction(momenta_before, duration, self._gravity)
+        self._state.line_wrench = self.lines.present_pull(self._state.pose, self._state.twist)
+
+    def save_state(self) -> dict[str, object]:
+        """All that moves, as plain data that can be pickled."""
+        arrays = {key: getattr(self._state, key).copy() for key in MOVING}
+        return {
+            "bullet": self._client.save(),
+            "time": self.time,
+            "last_duration": self._last_duration,
+            "arrays": arrays,
+            "tensions": dict(self._tensions),
+            "lines": self.lines.save_state(),
+        }
+
+    def restore_state(self, state: Mapping[str, object]) -> None:
+        """Back to what `save_state` returned, bit for bit, in a world of the same bodies and joints."""
+        content, arrays, tensions, time = (state[key] for key in ("bullet", "arrays", "tensions", "time"))
+        if not (isinstance(content, bytes) and isinstance(arrays, dict) and isinstance(tensions, dict)):
+            raise TypeError("rigid bodies: restore_state wants what save_state returned")
+        self._client.restore(content)
+        for key, value in arrays.items():
+            setattr(self._state, key, value.copy())
+        self._tensions = dict(tensions)
+        self.lines.restore_state(state["lines"])  # type: ignore[arg-type]
+        self._articulation = None
+        self.time = float(time)  # type: ignore[arg-type]
+        self._last_duration = float(state["last_duration"])  # type: ignore[arg-type]
+
+    def close(self) -> None:
+        """Give the client back; the world is of no use afterwards."""
+        self._client.close()
+
+    def _body(self, name: str) -> Body:
+        if name not in self._bodies:
+            raise ValueError(f"rigid bodies: body {name!r} does not exist, allowed: {', '.join(self._bodies)}")
+        return self._bodies[name]
+
+    def _place(self, body: Body, motion: Motion) -> None:
+        """Put a body where `motion` says."""
+        self._client.place(body.bullet, motion)
+        self._articulation = None
+        self._state.pose[body.row] = pose_of(motion)
+        self._state.twist[body.row] = twist_of(motion)
+
+    def _articulated(self) -> Articulation:
+        """The joints at the present instant."""
+        if self._held is None:
+            self._held = Joints(self._point_joints, len(self._bodies))
+        if self._articulation is None:
+            state = self._state
+            inverse_mass = state.inverse_mass_matrix()
+            self._articulation = Articulation(self._held, state.pose, state.twist, inverse_mass)
+            self._accelerations = None
+        return self._articulation
+
+    def _jointed_accelerations(self) -> Array:
+        """(B, 6) accelerations with the joints' answer to gravity, applied wrenches and turning."""
+        articulation = self._articulated()
+        if self._accelerations is None:
+            state = self._state
+            self._accelerations = articulation.acceleration(
+                state.known_accelerations(self._gravity), self._last_duration
+            )
+        return self._accelerations
+
+    def _own_point(self, body: Body, point: Vector) -> Array:
+        """A world point along the body's axes, from its centre of mass."""
+        pose = self._state.pose[body.row]
+        return Rotation.from_quat(pose[3:]).inv().apply(np.array(point) - pose[:3])
+
+    def _advance_stretch(self, begin: float, duration: float, impulses: dict[str, float]) -> None:
+        """Move on by `duration` [s] from the time `begin` in equal sub-steps, and add what joints carry [N s] to `impulses` by name."""
+        held = self._articulated() if self._joints and self._state.is_free.any() else None
+        rate = step_rate(self._state, self._gravity, held, self.lines, self._encounters, duration)
+        count = max(1, math.ceil(duration * rate - 1e-9))
+        sub_step = duration / count
+        for index in range(count):
+            forces = self._advance_once(begin + (index + 1) * sub_step, sub_step)
+            for (name, joint), force in zip(self._joints.items(), forces, strict=True):
+                impulses[name] += math.hypot(*(force + self._client.joint_force(joint))) * sub_step
+
+    def _advance_once(self, end: float, sub_step: float) -> Array:
+        """One sub-step that ends at the time `end`; the engine takes no part where no body is free.
+
+        Returns the forces (J, 3) [N] of joints on their first bodies, to which the engine adds what contacts ask of them.
+        """
+        pull = self.lines.pull_for(sub_step, self._state.pose, self._state.twist)
+        wrench = self._state.wrench + self._state.applied_wrench + pull
+        free = [body for body in self._bodies.values() if body.motion == "free"]
+        led = [(body, body.motion) for body in self._bodies.values() if not isinstance(body.motion, str)]
+        forces, joint_wrench = self._joint_forces(wrench, sub_step)
+        if free:
+            self._engine.step(free, [(body, motion.at(end)) for body, motion in led], wrench + joint_wrench, sub_step)
+            self._articulation = None
+        for body, motion in led:
+            self._place(body, motion.at(end))
+        self.time = end
+        return forces
+
+    def _joint_forces(self, wrench: Array, sub_step: float) -> tuple[Array, Array]:
+        """Forces (J, 3) [N] with which joints answer a `wrench` (B, 6) over a sub-step [s], and their own wrench (B, 6)."""
+        if not (self._joints and self._state.is_free.any()):
+            return np.zeros((len(self._joints), 3)), np.zeros(wrench.shape)
+        free = self._state.accelerations_under(wrench, self._gravity)
+        return self._articulated().forces(free, sub_step, CLOSING)

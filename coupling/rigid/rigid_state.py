@@ -1,0 +1,200 @@
+"""State of many rigid bodies as arrays with one row a body, and what follows from it: momentum, energy, compliance.
+
+Frames and reference points as in `coupling.participant`: centre of mass, world axes.
+"""
+
+from __future__ import annotations
+
+from copy import copy
+
+import numpy as np
+import numpy.typing as npt
+from scipy.sparse import csr_array
+from scipy.spatial.transform import Rotation
+
+from coupling.bodies import MassProperties
+from coupling.rigid.prescribed_motion import Motion
+from coupling.rigid.rotations import applied, cross, in_world
+
+Array = npt.NDArray[np.float64]
+
+ALL = slice(None)
+MOVING = ("pose", "twist", "wrench", "applied_wrench", "line_wrench", "reaction", "earlier_reaction")
+
+
+class RigidBodyState:
+    """Rows of bodies.
+
+    Attributes:
+        pose: (B, 7) position [m], orientation xyzw.
+        twist: (B, 6) linear [m/s] and angular velocity [rad/s].
+        wrench: (B, 6) of the fluid [N, N m].
+        applied_wrench: (B, 6) of anything else that is known, gravity apart [N, N m].
+        line_wrench: (B, 6) of elastic lines [N, N m].
+        reaction: (B, 6) of joints and contacts, mean over the last step [N, N m]; earlier_reaction: over the one before.
+        mass: (B,) [kg]; inertia: (B, 3, 3) along the body's axes [kg m2].
+        is_free: (B,) whether the body moves by its forces.
+    """
+
+    def __init__(self) -> None:
+        self.pose = np.zeros((0, 7))
+        self.twist = np.zeros((0, 6))
+        self.wrench = np.zeros((0, 6))
+        self.applied_wrench = np.zeros((0, 6))
+        self.line_wrench = np.zeros((0, 6))
+        self.reaction = np.zeros((0, 6))
+        self.earlier_reaction = np.zeros((0, 6))
+        self.mass = np.zeros(0)
+        self.inertia: Array = np.zeros((0, 3, 3))
+        self.is_free = np.zeros(0, dtype=bool)
+        self._inverse_inertia: Array = np.zeros((0, 3, 3))
+        self._ease = np.zeros(0)  # 1 / mass, 0 of a body that is held
+        self._blocks = csr_array((0, 0))  # of the inverse masses: where its entries stand
+        self._kept: tuple[Array, Array, Array] | None = None  # poses (B, 7), and what belongs to them
+
+    def append(self, properties: MassProperties, start: Motion, *, is_free: bool) -> None:
+        """Add a row."""
+        self.pose = np.vstack([self.pose, pose_of(start)])
+        self.twist = np.vstack([self.twist, twist_of(start)])
+        for key in ("wrench", "applied_wrench", "line_wrench", "reaction", "earlier_reaction"):
+            setattr(self, key, np.vstack([getattr(self, key), np.zeros(6)]))
+        self.mass = np.append(self.mass, properties.mass)
+        self.inertia = np.concatenate([self.inertia, properties.inertia[None]])
+        self._inverse_inertia = np.asarray(np.linalg.inv(self.inertia), dtype=np.float64)
+        self.is_free = np.append(self.is_free, is_free)
+        self._inverse_inertia[~self.is_free] = 0.0
+        self._ease = np.where(self.is_free, 1.0 / self.mass, 0.0)
+
+    def _at_pose(self) -> tuple[Array, Array]:
+        """`world_inertia` and `inverse_inertia`, kept until a body moves."""
+        if self._kept is None or not np.array_equal(self._kept[0], self.pose):
+            inertia = in_world(self.pose[:, 3:], self.inertia)
+            self._kept = (self.pose.copy(), inertia, in_world(self.pose[:, 3:], self._inverse_inertia))
+        return self._kept[1:]
+
+    def world_inertia(self) -> Array:
+        """(B, 3, 3) R I R^T [kg m2]; not to be written into."""
+        return self._at_pose()[0]
+
+    def inverse_inertia(self) -> Array:
+        """(B, 3, 3) of R I R^T [1/(kg m2)], 0 for a body that is held; not to be written into."""
+        return self._at_pose()[1]
+
+    def momenta(self) -> Array:
+        """(B, 6) m v [kg m/s] and R I R^T omega about each centre of mass [kg m2/s]."""
+        angular = applied(self.world_inertia(), self.twist[:, 3:])
+        return np.hstack([self.mass[:, None] * self.twist[:, :3], angular])
+
+    def weight(self, gravity: Array) -> Array:
+        """(B, 6) wrench of gravity about each centre of mass [N, N m]."""
+        return np.hstack([self.mass[:, None] * gravity, np.zeros((len(self.mass), 3))])
+
+    def gyroscopic_torque(self, rows: slice = ALL) -> Array:
+        """(B, 3) omega x (I omega) of the bodies of these rows [N m]."""
+        rate = self.twist[rows, 3:]
+        return cross(rate, applied(self.world_inertia()[rows], rate))
+
+    def rates_for_midpoint(self, duration: float, impulse: Array) -> Array:
+        """(B, 3) angular velocities [rad/s] from which one explicit gyroscopic step of `duration` leads to that of the
+        middle of a free turn, omega_m = I_m^-1 L with R_m = exp(duration omega / 2) R, and what `impulse` (B, 3) [N m s] adds.
+
+        h = omega_m + I^-1 impulse + duration I^-1 (h x I h), by iteration (each round gains an order in duration).
+        """
+        if len(self.pose) == 0:
+            return np.zeros((0, 3))
+        inertia = self.world_inertia()
+        half_turn = Rotation.from_rotvec(0.5 * duration * self.twist[:, 3:]).as_matrix()
+        middle = half_turn @ inertia @ half_turn.transpose(0, 2, 1)
+        target = np.linalg.solve(middle, self.momenta()[:, 3:, None])[:, :, 0]
+        target += np.linalg.solve(inertia, impulse[:, :, None])[:, :, 0]
+        rate = target
+        for _ in range(2):
+            torque = cross(rate, applied(inertia, rate))
+            rate = target + duration * np.linalg.solve(inertia, torque[:, :, None])[:, :, 0]
+        return rate
+
+    def inverse_mass_matrix(self) -> csr_array:
+        """(6 B, 6 B) twists of all bodies by impulses on them, joints apart."""
+        count = len(self.pose)
+        blocks = np.zeros((count, 6, 6))
+        blocks[:, range(3), range(3)] = self._ease[:, None]
+        blocks[:, 3:, 3:] = self.inverse_inertia()
+        if self._blocks.shape != (6 * count, 6 * count):
+            columns = np.arange(6 * count).reshape(count, 1, 6).repeat(6, axis=1).ravel()
+            self._blocks = csr_array((blocks.ravel(), columns, np.arange(0, 36 * count + 1, 6)))
+        matrix = copy(self._blocks)  # scipy checks a new one for longer than all else here takes
+        matrix.data = blocks.ravel()
+        return matrix
+
+    def inverse_mass(self, row: int) -> Array:
+        """(6, 6) twist by impulse of one body, diag(1 / m, (R I R^T)^-1); 0 for a body that is held."""
+        matrix = np.zeros((6, 6))
+        matrix[:3, :3] = np.eye(3) * self._ease[row]
+        matrix[3:, 3:] = self.inverse_inertia()[row]
+        return matrix
+
+    def mass_matrix(self, row: int) -> Array:
+        """(6, 6) impulse by twist, diag(m, R I R^T)."""
+        rotation = Rotation.from_quat(self.pose[row, 3:]).as_matrix()
+        matrix = np.zeros((6, 6))
+        matrix[:3, :3] = np.eye(3) * self.mass[row]
+        matrix[3:, 3:] = rotation @ self.inertia[row] @ rotation.T
+        return matrix
+
+    def free_acceleration(self, row: int, gravity: Array) -> Array:
+        """(6,) d(twist)/dt of a free body from everything but the fluid [m/s2, rad/s2].
+
+        M^-1 (applied wrench + lines + lasting reaction of joints and contacts) + gravity, and - I^-1 omega x I omega.
+        """
+        lasting = steady(self.earlier_reaction[row], self.reaction[row])
+        return self.known_accelerations(gravity, slice(row, row + 1))[0] + self.inverse_mass(row) @ lasting
+
+    def known_accelerations(self, gravity: Array, rows: slice = ALL) -> Array:
+        """(B, 6) as `free_acceleration`, without joints and contacts, of these rows; 0 for a body that is held."""
+        return self.accelerations_under(self.applied_wrench[rows] + self.line_wrench[rows], gravity, rows)
+
+    def accelerations_under(self, wrench: Array, gravity: Array, rows: slice = ALL) -> Array:
+        """(B, 6) of the bodies of these rows by a wrench (B, 6), gravity and turning; 0 for a body that is held."""
+        torque = wrench[:, 3:] - self.gyroscopic_torque(rows)
+        acceleration = np.empty(wrench.shape)
+        acceleration[:, :3] = self._ease[rows, None] * wrench[:, :3] + self.is_free[rows, None] * gravity
+        acceleration[:, 3:] = applied(self.inverse_inertia()[rows], torque)
+        return acceleration
+
+    def settle_reaction(self, momenta_before: Array, duration: float, gravity: Array) -> None:
+        """Book what the known wrenches do not explain of the change of momentum as reaction of joints and contacts."""
+        self.earlier_reaction = self.reaction
+        known = self.wrench + self.applied_wrench + self.line_wrench
+        known[:, :3] += self.mass[:, None] * gravity
+        self.reaction = (self.momenta() - momenta_before) / duration - known
+        self.reaction[~self.is_free] = 0.0
+
+    def total_momentum(self) -> Array:
+        """(6,) of the free bodies: linear [kg m/s], angular about the world's origin [kg m2/s]."""
+        momenta = self.momenta()
+        momenta[:, 3:] += cross(self.pose[:, :3], momenta[:, :3])
+        return momenta[self.is_free].sum(axis=0)
+
+    def energy(self, gravity: Array) -> float:
+        """Kinetic and potential energy of the free bodies [J]; a centre of mass at the origin has no potential."""
+        kinetic = 0.5 * np.einsum("bi,bi->b", self.momenta(), self.twist)
+        potential = -self.mass * (self.pose[:, :3] @ gravity)
+        return float((kinetic + potential)[self.is_free].sum())
+
+
+def steady(earlier: Array, later: Array) -> Array:
+    """What two successive values have in common: the smaller where they agree in sign, else 0.
+
+    A rope's pull passes; a blow that lasts one step does not, which the fluid would otherwise take for a lasting force.
+    """
+    return np.where(earlier * later > 0.0, np.sign(later) * np.minimum(np.abs(earlier), np.abs(later)), 0.0)
+
+
+def pose_of(motion: Motion) -> Array:
+    """(7,) position and orientation."""
+    return np.concatenate([motion.position, motion.orientation])
+
+
+def twist_of(motion: Motion) -> Array:
+    """(6,) linear and angular velocity."""
+    return np.concatenate([motion.linear_velocity, motion.angular_velocity])

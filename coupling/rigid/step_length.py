@@ -1,0 +1,40 @@
+"""How long a step of the rigid body engine may be: no body turns, swings or leaps into another one too far, and lines are stable."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from coupling.rigid.collision_step import Encounters
+from coupling.rigid.joint_constraints import Articulation
+from coupling.rigid.lines import Lines
+from coupling.rigid.rigid_state import RigidBodyState, steady
+
+Array = npt.NDArray[np.float64]
+
+TURNED = 0.025  # [rad] that it may turn: what tumbles gains or loses less than a thousandth of its energy in ten turns
+SWUNG = 0.5  # [rad] that a body may swing under the pull of its joints; from 2 on swings grow
+SHORTEST = 5e-4  # [s] of steps for the sake of turns, swings, and of any line alone as it is made fast
+
+
+def step_rate(
+    state: RigidBodyState,
+    gravity: Array,
+    held: Articulation | None,
+    lines: Lines,
+    encounters: Encounters,
+    duration: float,
+) -> float:
+    """Steps a second that bodies, joints (`held`) and lines ask for as they are now, within the next `duration` [s]."""
+    spin = np.linalg.norm(state.twist[state.is_free, 3:], axis=1)
+    patient = float(spin.max(initial=0.0)) / TURNED
+    wrench = state.wrench + state.applied_wrench + lines.present_pull(state.pose, state.twist)
+    if held is not None:
+        free = state.accelerations_under(wrench, gravity)
+        patient = max(patient, held.swing(free, state.inverse_inertia(), SWUNG / duration) / SWUNG)
+    # what rests on something is not as fast as its weight would make it: joints and contacts last
+    lasting = wrench + steady(state.earlier_reaction, state.reaction)
+    later = state.twist + duration * state.accelerations_under(lasting, gravity)
+    leaping = (encounters.rate(state.pose, twist, duration) for twist in (state.twist, later))
+    stiff = 1.0 / lines.longest_step(state.pose, state.inverse_mass_matrix()) if lines.names else 0.0
+    return max(min(patient, 1.0 / SHORTEST), stiff, *leaping)

@@ -1,0 +1,1 @@
+"""From a mesh to wall particles: sampling, signed distance, hydrostatics and added mass."""

@@ -1,0 +1,284 @@
+"""Two even layers of wall particles inside the surface of any closed mesh, and what each particle stands for.
+
+Points lie half a particle spacing d and one and a half inside the surface, a little less than d apart, with points along the edges and
+corners of both layers. Each stands for its cell of the solid (`voronoi_shells`): that is its volume, and it lies at the
+cell's centroid. What liquid sees of the kernel's share of the solid, and of its gradient, is then what a lattice would show it.
+
+Thin parts, where d / 2 does not fit, get one layer on their middle plane, d / 2 short of their rim. A plate thinner than a
+particle cannot be seen by particles as thin as it is: the solid is taken to be `minimum_thickness` thick there, with its
+rim unmoved. `excess_volume` says by how much the sampled solid is larger than the mesh.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import trimesh
+from scipy.spatial import cKDTree
+
+from coupling.bodies import require_closed
+from coupling.errors import UnresolvedSolidError
+from coupling.solids.even_points import choose_apart, push_apart, random_distance
+from coupling.solids.feature_edges import inset_ridges, sharp_edges
+from coupling.solids.signed_distance import Box, SignedDistance
+from coupling.solids.voronoi_shells import STEP, Shells
+from oilsim.boundaries.boundary_particles import BoundaryParticles
+
+Array = npt.NDArray[np.float64]
+Flags = npt.NDArray[np.bool_]
+
+PITCH = 0.85  # mean distance of points in particle spacings: random choice leaves holes, which a lattice has not, and liquid sinks in
+RIDGE_PITCH = 0.9  # least distance of points along an edge, in pitches: what is left of its length is shared out
+CANDIDATE_STEP = 0.2  # lattice step of candidates, in particle spacings
+RELAXATIONS = 30  # rounds of pushing apart
+SETTLINGS = 3  # steps in which a point is moved to its depth
+EXACT = 1e-9  # of a depth, that a point may be off it
+CENTERINGS = 3  # rounds of moving points to their cells' centroids
+CORNER_REACH = (
+    1.5  # spacings from the inset layer within which its points' cells cover a corner or edge; farther is thin
+)
+LARGEST = 1e6  # particles on a surface: a boundary for mistakes, such as millimetres taken for metres
+INNER_DEPTH = 1.1  # spacings: a core that is nowhere deeper is too thin for points of its own
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SurfaceSampling:
+    """Wall points of one solid, in the coordinates of its mesh: the outer layer, then the inner one.
+
+    Attributes:
+        position: (M, 3) points inside the solid [m].
+        volume: (M,) part of the solid that each stands for [m3].
+        area: (M,) part of the surface that each stands for [m2], 0 for inner ones.
+        depth: (M,) distance of the points below the surface [m].
+        outer: number of points of the outer layer.
+        excess_volume: sampled solid minus mesh [m3], to about a tenth; above 0 if there are parts thinner than a particle.
+        particle_spacing: d [m].
+    """
+
+    position: Array
+    volume: Array
+    area: Array
+    depth: Array
+    outer: int
+    excess_volume: float
+    particle_spacing: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Layer:
+    """Places for points: `corner` and `edge` ones of the surface at depth d / 2, `inset` ones all over it, `middle` ones in
+    thin parts."""
+
+    corner: Array
+    edge: Array
+    inset: Array
+    middle: Array
+    rim: Array  # surface points on the rim of thin parts
+
+
+def boundary_particles(
+    name: str, mesh: trimesh.Trimesh, particle_spacing: float, *, no_slip: bool = False
+) -> BoundaryParticles:
+    """Wall particles of a closed mesh, in the coordinates of the mesh, ready for `Fluid.add_boundary`."""
+    return particles_of(name, sample_surface(mesh, particle_spacing), no_slip=no_slip)
+
+
+def particles_of(name: str, sampling: SurfaceSampling, *, no_slip: bool = False) -> BoundaryParticles:
+    """Wall particles from a sampling; bodies of one shape share the sampling."""
+    return BoundaryParticles(
+        name=name, position=sampling.position, volume=sampling.volume, area=sampling.area, no_slip=no_slip
+    )
+
+
+def sample_surface(
+    mesh: trimesh.Trimesh, particle_spacing: float, *, minimum_thickness: float | None = None, within: Box | None = None
+) -> SurfaceSampling:
+    """Sample a closed mesh for particles of spacing d [m]; parts thinner than `minimum_thickness` (d) count as that thick.
+
+    `within`: lower and upper corner (3,) [m] of the box that is sampled, of a solid far larger than the fluid; None: all of it.
+    ValueError for an impossible spacing or thickness, a mesh that is no closed solid with normals outwards or one of more than LARGEST
+    particles, UnresolvedSolidError for one smaller than a particle.
+    """
+    spacing = particle_spacing
+    thickness = spacing if minimum_thickness is None else minimum_thickness
+    if not (np.isfinite(spacing) and spacing > 0.0):
+        raise ValueError(f"particle_spacing is {spacing} m, allowed: above 0")
+    if not 0.0 <= thickness <= spacing:
+        raise ValueError(f"minimum_thickness is {thickness} m, allowed: 0 to the particle spacing, {spacing} m")
+    require_closed(mesh, "mesh")
+    count = float(mesh.area) / spacing**2
+    if within is None and count > LARGEST:
+        raise ValueError(
+            f"mesh of size {mesh.extents} m takes {count:.3g} wall particles of {spacing} m, allowed: {LARGEST:g}; scale it down"
+        )
+    solid = SignedDistance(mesh, within)
+    layer = _find_layer(mesh, solid, spacing)
+    outer, is_middle = _spread(solid, layer, spacing)
+    if len(outer) < 2:
+        raise UnresolvedSolidError(f"mesh of size {mesh.extents} m is too small for particles of {spacing} m")
+    swollen = _SwollenSolid(solid, layer.middle, 0.5 * thickness)
+    shells = Shells(swollen, spacing)
+    inner = _inner_layer(mesh, solid, shells, spacing)
+    outer, inner, volume = shells.settle(outer, inner, is_middle, CENTERINGS)
+    position = np.concatenate([outer, inner])
+    return SurfaceSampling(
+        position=position,
+        volume=volume,
+        area=np.concatenate([_areas(mesh, solid, outer, spacing), np.zeros(len(inner))]),
+        depth=-solid.phi(position),
+        outer=len(outer),
+        excess_volume=_excess(solid, swollen, shells, spacing),
+        particle_spacing=spacing,
+    )
+
+
+class _SwollenSolid:
+    """The solid as particles see it: the mesh, and a ball of radius `half` about every point of thin middle planes."""
+
+    def __init__(self, solid: SignedDistance, middle: Array, half: float) -> None:
+        self.solid = solid
+        self._middle = cKDTree(middle) if len(middle) else None
+        self._half = half
+
+    @property
+    def is_swollen(self) -> bool:
+        return self._middle is not None
+
+    def lattice(self, step: float, low: float, high: float) -> tuple[Array, Array]:
+        """Lattice points with low <= phi <= high, and phi."""
+        points, phi = self.solid.lattice(step, low, high + (self._half if self.is_swollen else 0.0))
+        if self._middle is not None:
+            phi = np.minimum(phi, self._middle.query(points)[0] - self._half)
+        keep = (phi >= low) & (phi <= high)
+        return points[keep], phi[keep]
+
+
+def _find_layer(mesh: trimesh.Trimesh, solid: SignedDistance, spacing: float) -> _Layer:
+    """Candidates everywhere on the outer layer: lattice points near it, moved onto it."""
+    step, half = CANDIDATE_STEP * spacing, 0.5 * spacing
+    jitter = np.random.default_rng(0)  # candidates in rows would leave only few distances to choose from
+    near, _ = solid.lattice(step, -half - 0.5 * step, -half + 0.5 * step)
+    inset, settled = _settle_inset(solid, near + step * jitter.uniform(-0.5, 0.5, near.shape), half)
+    inset = inset[settled]
+    near, _ = solid.lattice(step, 0.0, step)  # outside, where the faces of a thin plate are apart
+    surface = solid.nearest(near + step * jitter.uniform(-0.5, 0.5, near.shape))
+    reach = CORNER_REACH * spacing
+    thin = np.ones(len(near), dtype=bool) if len(inset) == 0 else cKDTree(inset).query(surface.point)[0] > reach
+    surface_point, surface_normal = surface.point[thin], surface.normal[thin]
+    middle, is_plate, is_face = _middle_of(solid, surface_point, surface_normal, half)
+    plate, rim = middle[is_plate], np.concatenate([surface_point[is_face & ~is_plate], sharp_edges(mesh, step)[0]])
+    clear = np.ones(len(plate), dtype=bool) if len(rim) == 0 else cKDTree(rim).query(plate)[0] > half
+    kept = plate[clear]
+    # rods and tips have no plate that clears their rim: what is left uncovered is taken as it is
+    left = np.concatenate([plate[~clear], middle[is_face & ~is_plate]])
+    covered = np.concatenate([inset, kept])
+    if len(left) and len(covered):
+        left = left[cKDTree(covered).query(left)[0] > reach]
+    middle = np.concatenate([kept, left])
+    corner, edge = inset_ridges(mesh, solid, half, 0.5 * step)
+    return _Layer(corner, edge, inset, middle, rim)
+
+
+def _inner_layer(mesh: trimesh.Trimesh, solid: SignedDistance, shells: Shells, spacing: float) -> Array:
+    """Points (K, 3) at depth 3/2 d, and in the middle of cores that are not as deep."""
+    depth, step = 1.5 * spacing, CANDIDATE_STEP * spacing
+    near = shells.center[np.abs(shells.phi + depth) <= 0.5 * step]
+    jitter = np.random.default_rng(1)
+    inset, settled = _settle_inset(solid, near + step * jitter.uniform(-0.5, 0.5, near.shape), depth)
+    inset = inset[settled]
+    core = shells.center[(shells.phi > -depth) & (shells.phi < -INNER_DEPTH * spacing)]
+    if len(inset) and len(core):
+        core = core[cKDTree(inset).query(core)[0] > spacing]
+    corner, edge = inset_ridges(mesh, solid, depth, 0.5 * step)
+    layer = _Layer(corner, edge, inset, core, np.zeros((0, 3)))
+    return _spread(solid, layer, spacing, depth)[0]
+
+
+def _settle_inset(solid: SignedDistance, points: Array, half: float) -> tuple[Array, Flags]:
+    """Points moved to the depth `half` [m] below the surface; and which of them came there."""
+    settled, off, moving = points.copy(), np.full(len(points), np.inf), np.arange(len(points))
+    for _ in range(SETTLINGS):
+        phi, outward = solid.phi_and_outward(settled[moving])
+        off[moving] = np.abs(phi + half)
+        settled[moving] -= (phi + half)[:, None] * outward
+        moving = moving[off[moving] > EXACT * half]  # on flat sides all are where they belong at once
+    off[moving] = np.abs(solid.phi(settled[moving]) + half)
+    return settled, off < 0.02 * half
+
+
+def _middle_of(solid: SignedDistance, surface: Array, normal: Array, half: float) -> tuple[Array, Flags, Flags]:
+    """Middle plane below surface points, at most `half` deep; whether the other side lies opposite, as in a plate; and
+    whether the point lies on a face (there is no straight way down from an edge or corner).
+
+    Going inward from s by t, phi = -t until another part of the surface is as near, which is the middle plane.
+    """
+    if len(surface) == 0:
+        return surface, np.zeros(0, dtype=bool), np.zeros(0, dtype=bool)
+    low, high = np.zeros(len(surface)), np.full(len(surface), half)
+    for _ in range(30):
+        depth = 0.5 * (low + high)
+        above = depth + solid.phi(surface - depth[:, None] * normal) <= 0.02 * depth
+        low, high = np.where(above, depth, low), np.where(above, high, depth)
+    middle = surface - low[:, None] * normal
+    beyond = solid.nearest(surface - 1.1 * low[:, None] * normal)
+    is_face = low > 1e-4 * half
+    return middle, is_face & ((beyond.normal * normal).sum(axis=1) < -0.7), is_face
+
+
+def _spread(solid: SignedDistance, layer: _Layer, spacing: float, depth: float | None = None) -> tuple[Array, Flags]:
+    """Points (K, 3) evenly over a layer at `depth` [m] (d / 2), and which of them lie on middle planes.
+
+    Corners and edges come first; points on edges then move along them only, and corners stay.
+    """
+    level = 0.5 * spacing if depth is None else depth
+    ridge = np.concatenate([layer.corner, layer.edge])
+    ridge = ridge[choose_apart(ridge, RIDGE_PITCH * PITCH * spacing, len(ridge))]
+    candidates = np.concatenate([ridge, layer.inset, layer.middle])
+    chosen = choose_apart(candidates, random_distance(PITCH * spacing), len(ridge))
+    points = candidates[chosen]
+    is_ridge, is_middle = chosen < len(ridge), chosen >= len(ridge) + len(layer.inset)
+    rim = cKDTree(layer.rim) if len(layer.rim) else None
+    edge = cKDTree(layer.edge) if len(layer.edge) else None
+    fixed = np.zeros(len(points), dtype=bool)
+    if len(layer.corner):
+        fixed = cKDTree(layer.corner).query(points)[0] == 0.0
+    along, free = is_ridge & ~fixed, ~is_ridge & ~is_middle
+    for _ in range(RELAXATIONS):
+        moved = points + push_apart(points, PITCH * spacing)
+        if edge is not None:
+            points[along] = layer.edge[edge.query(moved[along])[1]]
+        settled, good = _settle_inset(solid, moved[free], level)
+        points[free] = np.where(good[:, None], settled, points[free])
+        if is_middle.any() and depth is None:
+            surface = solid.nearest(moved[is_middle])
+            settled, good, _ = _middle_of(solid, surface.point, surface.normal, level)
+            if rim is not None:
+                good &= rim.query(settled)[0] >= level
+            points[is_middle] = np.where(good[:, None], settled, points[is_middle])
+    return points, is_middle
+
+
+def _areas(mesh: trimesh.Trimesh, solid: SignedDistance, outer: Array, spacing: float) -> Array:
+    """Part of the surface (K,) nearest to each outer point [m2].
+
+    Lattice points in a shell one step thick are step^2 of the surface each (co-area formula); they share out the mesh's own
+    area, unless it is cut or has parts that overlap, whose hidden surfaces do not count.
+    """
+    step = CANDIDATE_STEP * spacing
+    near, _ = solid.lattice(step, -0.5 * step, 0.5 * step)
+    share = np.bincount(cKDTree(outer).query(near)[1], minlength=len(outer))
+    total = step**2 * len(near) if solid.is_union or solid.is_cut else float(mesh.area)
+    areas: Array = share.astype(np.float64) * (total / max(len(near), 1))
+    return areas
+
+
+def _excess(solid: SignedDistance, swollen: _SwollenSolid, shells: Shells, spacing: float) -> float:
+    """Volume by which the swollen solid exceeds the mesh [m3]."""
+    if not swollen.is_swollen:
+        return 0.0
+    near = shells.outer > 0.0
+    step = STEP * spacing
+    share, inside = (np.clip(0.5 - phi / step, 0.0, 1.0) for phi in (shells.phi[near], solid.phi(shells.center[near])))
+    return float((share - inside).sum()) * shells.cell_volume

@@ -1,0 +1,1 @@
+"""Scenes, checks and faults for scripted tests of fluid-solid coupling."""

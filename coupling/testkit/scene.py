@@ -1,0 +1,337 @@
+"""Fluid and bodies under the master, assembled in a few lines: a tank of water, or empty space."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import partial
+from types import TracebackType
+from typing import Literal
+
+import numpy as np
+import trimesh
+from scipy.optimize import brentq
+from scipy.spatial.transform import Rotation
+
+from coupling.bodies import MassProperties, mass_properties
+from coupling.master.body_exchange import BodyExchange, BodyInterface, Scheme, require_scheme
+from coupling.master.co_simulation import CoSimulation
+from coupling.master.connection import Connection
+from coupling.master.exchange_ledger import ENERGY_LIMIT, BodyBond, ExchangeLedger
+from coupling.master.fixed_point import Aitken, Iteration
+from coupling.participant import Array
+from coupling.participants.fluid import FluidParticipant
+from coupling.participants.rigid_bodies import RigidBodyParticipant, RigidBodyWorld
+from coupling.pybullet_world.attachment_warnings import tell_thin_parts
+from coupling.rigid.prescribed_motion import STILL, UPRIGHT, PrescribedMotion, Quaternion, Vector
+from coupling.solids.hydrostatics import hydrostatics
+from coupling.solids.signed_distance import SignedDistance
+from coupling.solids.surface_sampling import particles_of, sample_surface
+from oilsim.accounts.diagnostics import angular_momentum
+from oilsim.boundaries.boundary_particles import tank_walls
+from oilsim.checks import finite
+from oilsim.config import FluidConfig
+from oilsim.initial_conditions import block
+from oilsim.phases import Phase
+from oilsim.solver import Fluid
+
+WATER = Phase(name="water", rest_density=1000.0)
+CLEARANCE = 0.5  # spacings between a body's surface and the nearest particle at the start
+STEP = 0.01  # [s]
+OFF_CENTER = 1e-6  # of a mesh's size: distance of its centre of mass from its origin, of meshes from files
+TOUCHING = 0.5  # spacings that bodies may lie in each other at the start: rigid shapes of free bodies are convex
+
+
+class Scene:
+    """A fluid and rigid bodies under the master: add bodies, then liquid around them, then run.
+
+    fluid, world: the simulators; simulation: the coupled run, made when it is first asked for; exchange, ledger: its coupling
+    and accounts from then on; energy_limit: of the ledger (see `exchange_ledger`), to be set before; bottom: height [m] of the tank's
+    floor, or of the domain's. `scheme` couples all bodies in one way, with `iteration` where it iterates; None: inside the pressure
+    solve. Use it in a `with` block, which ends the run.
+    """
+
+    def __init__(
+        self,
+        config: FluidConfig,
+        *,
+        threads: int | None = 1,
+        communication_step: float = STEP,
+        scheme: Scheme | None = None,
+        iteration: Callable[[float], Iteration] = Aitken,
+    ) -> None:
+        require_scheme("scheme of the scene", scheme)
+        self.fluid = Fluid(config, threads)
+        self.world = RigidBodyWorld(gravity=config.gravity, communication_step=communication_step)
+        self.meshes: dict[str, trimesh.Trimesh] = {}
+        self._handles: dict[str, int] = {}
+        self._step = communication_step
+        self._scheme = scheme
+        self._iteration = iteration
+        self._simulation: CoSimulation | None = None
+        self.exchange: BodyExchange | None = None
+        self.ledger: ExchangeLedger | None = None
+        self.energy_limit = ENERGY_LIMIT
+        self._level_area: float | None = None
+        self.bottom = config.lower[2]
+
+    def __enter__(self) -> Scene:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End the run and give everything back."""
+        if self._simulation is not None:
+            self._simulation.terminate()
+        self.fluid.close()
+        self.world.close()
+
+    def add_walls(self, lower: Vector, upper: Vector, *, no_slip: bool = False) -> None:
+        """A tank open at the top, whose inside is lower to upper [m]; the still-water level is that in it."""
+        sides = ("-x", "+x", "-y", "+y", "-z")
+        self.fluid.add_boundary(tank_walls(lower, upper, self.spacing, sides=sides, no_slip=no_slip))
+        self._level_area = (upper[0] - lower[0]) * (upper[1] - lower[1])
+        self.bottom = lower[2]
+
+    def add_body(
+        self,
+        name: str,
+        mesh: trimesh.Trimesh,
+        *,
+        density: float,
+        position: Vector,
+        orientation: Quaternion = UPRIGHT,
+        linear_velocity: Vector = STILL,
+        angular_velocity: Vector = STILL,
+        motion: Literal["free", "fixed"] | PrescribedMotion = "free",
+        no_slip: bool = False,
+    ) -> None:
+        """A body of even `density` [kg/m3]; `mesh` is about its centre of mass, `position` [m] is where that lies.
+
+        ValueError for a mesh that is not, and once the run has begun.
+        """
+        if self._simulation is not None:
+            raise ValueError(f"scene: body {name!r} is added after the run has begun, allowed: before")
+        properties = mass_properties(mesh, density=density)
+        _require_centered(name, mesh, properties)
+        sampling = sample_surface(mesh, self.spacing)
+        tell_thin_parts(f"body {name!r}", sampling, float(mesh.volume))
+        self.world.add_body(
+            name,
+            mesh,
+            properties,
+            position,
+            orientation,
+            motion=motion,
+            linear_velocity=linear_velocity,
+            angular_velocity=angular_velocity,
+        )
+        self._handles[name] = self.fluid.add_boundary(particles_of(name, sampling, no_slip=no_slip))
+        self.meshes[name] = mesh
+
+    def fill(self, lower: Vector, upper: Vector, *, phase: str = "water", velocity: Vector = STILL) -> int:
+        """A block of liquid, lower to upper [m], around the bodies that are there; returns the number of particles."""
+        corners = (
+            finite("scene: lower corner of the liquid", lower, 3),
+            finite("scene: upper corner of the liquid", upper, 3),
+        )
+        finite("scene: velocity of the liquid", velocity, 3)
+        points = block(*corners, self.spacing)
+        for name in self.meshes:
+            clearance = CLEARANCE * self.spacing * (1.0 - 1e-6)
+            points = points[SignedDistance(self.placed(name)).phi(points) > clearance]
+        self.fluid.add_particles(points, phase=phase, velocity=velocity)
+        return len(points)
+
+    @property
+    def spacing(self) -> float:
+        """Particle spacing [m]."""
+        return self.fluid.config.particle_spacing
+
+    @property
+    def simulation(self) -> CoSimulation:
+        """The coupled run; no bodies can be added once it has been asked for."""
+        if self._simulation is None:
+            self._simulation = self._coupled()
+            self._simulation.initialize()
+        return self._simulation
+
+    def run(self, duration: float) -> None:
+        """Go on by `duration` [s], in whole communication steps."""
+        if not (math.isfinite(duration) and duration > 0.0):
+            raise ValueError(f"scene: duration of the run is {duration} s, allowed: above 0")
+        self.simulation.run(self.simulation.communication_point.time + duration)
+
+    def step(self) -> None:
+        """One communication step."""
+        self.simulation.step()
+
+    def momentum(self) -> Array:
+        """(6,) of fluid and free bodies: linear [kg m/s], angular about the origin [kg m2/s]."""
+        fluid = self.fluid
+        spin = angular_momentum(fluid.state, fluid.config)
+        return np.asarray(np.concatenate([fluid.momentum(), spin]) + self.world.momentum())
+
+    def level(self) -> float:
+        """Height [m] at which the water would stand if it lay still in the tank around the bodies as they are.
+
+        A (level - bottom) = V_water + V_displaced(level), between the levels with all bodies dry and with all under.
+        """
+        if self._level_area is None:
+            raise ValueError("scene has no tank, whose level could be told, allowed: after add_walls")
+        area, water = self._level_area, self.fluid.particle_count * self.fluid.config.rest_volume
+        bodies = [self.placed(name) for name in self.meshes]
+        lowest = self.bottom + water / area
+        highest = lowest + sum(float(mesh.volume) for mesh in bodies) / area
+
+        def missing(level: float) -> float:
+            return area * (level - self.bottom) - water - sum(_displaced(mesh, level) for mesh in bodies)
+
+        return float(brentq(missing, lowest, highest)) if missing(lowest) < 0.0 else lowest
+
+    def draft(self, name: str) -> float:
+        """Depth [m] of the body's lowest point below the still-water level."""
+        return self.level() - float(self.placed(name).bounds[0, 2])
+
+    def placed(self, name: str) -> trimesh.Trimesh:
+        """The body's mesh where it is."""
+        pose, mesh = self.world.pose(name), self.meshes[name].copy()
+        mesh.vertices = Rotation.from_quat(pose[3:]).apply(mesh.vertices) + pose[:3]
+        return mesh
+
+    def _coupled(self) -> CoSimulation:
+        fluid = FluidParticipant("fluid", self.fluid, self._handles)
+        if not self.meshes:
+            return CoSimulation([fluid], [], self._step)
+        self._refuse_overlaps()
+        bodies = RigidBodyParticipant("bodies", self.world)
+        answers = self._scheme in (None, Scheme.MONOLITHIC)
+        tells = ("pose", "twist", "inverse_mass", "free_acceleration") if answers else ("pose", "twist")
+        there = [
+            Connection("bodies", f"{body}.{what}", "fluid", f"{body}.{what}") for body in self.meshes for what in tells
+        ]
+        back = [Connection("fluid", f"{body}.wrench", "bodies", f"{body}.wrench") for body in self.meshes]
+        interfaces = [
+            BodyInterface(
+                body=body,
+                fluid="fluid",
+                solver="bodies",
+                added_mass=partial(fluid.added_mass, body),
+                mass_matrix=partial(self.world.mass_matrix, body),
+                gravity=self.fluid.config.gravity,
+                scheme=self._scheme,
+            )
+            for body in self.world.free_body_names
+        ]
+        exchange = self.exchange = BodyExchange(interfaces, iteration=self._iteration)
+        self.ledger = ExchangeLedger(
+            [BodyBond(body, "fluid", "bodies") for body in self.world.free_body_names],
+            self.spacing,
+            energy_limit=self.energy_limit,
+            disturbed=lambda: self.world.disturbed,
+        )
+        return CoSimulation([fluid, bodies], [*there, *back], self._step, algorithm=exchange, ledger=self.ledger)
+
+    def _refuse_overlaps(self) -> None:
+        """Bodies that lie deep in each other or in a side would be thrown apart by the first step."""
+        allowed = TOUCHING * self.spacing
+        for one, other, depth in self.world.overlaps():
+            if depth > allowed:
+                where = f"body {other!r}" if other else "a side of the tank"
+                raise ValueError(
+                    f"scene: body {one!r} lies {depth:.2g} m deep in {where} at the start, allowed: up to {allowed:.2g} m"
+                )
+
+
+def _require_centered(name: str, mesh: trimesh.Trimesh, properties: MassProperties) -> None:
+    """Refuse a mesh whose centre of mass is not its origin, about which it would be turned and pushed."""
+    if np.linalg.norm(properties.center_of_mass) > OFF_CENTER * np.max(mesh.extents):
+        raise ValueError(
+            f"scene: mesh of body {name!r} has its centre of mass at {properties.center_of_mass.tolist()} m, allowed: at 0; "
+            "coupling.bodies.about_center_of_mass puts it there"
+        )
+
+
+def _displaced(mesh: trimesh.Trimesh, level: float) -> float:
+    """Volume [m3] of a mesh below a level [m]."""
+    return hydrostatics(mesh, level).displaced_volume if level > mesh.bounds[0, 2] else 0.0
+
+
+def tank(
+    *,
+    size: Vector,
+    depth: float,
+    particle_spacing: float,
+    phase: Phase = WATER,
+    sleep_speed: float = 0.0,
+    scheme: Scheme | None = None,
+    iteration: Callable[[float], Iteration] = Aitken,
+) -> TankScene:
+    """A tank from the origin to `size` [m], open at the top, to be filled to `depth` [m] around the bodies added to it.
+
+    ValueError for a size that is not above 0, and for a depth that does not lie in it.
+    Regions that move at less than `sleep_speed` [m/s] fall asleep (`oilsim.step.sleeping_regions`).
+    """
+    if not (finite("tank: size", size, 3) > 0.0).all():
+        raise ValueError(f"tank: size is {size} m, allowed: above 0")
+    if not 0.0 < depth <= size[2]:
+        raise ValueError(f"tank: depth is {depth} m, allowed: above 0, to its height of {size[2]} m")
+    margin = 4.0 * particle_spacing
+    config = FluidConfig(
+        particle_spacing=particle_spacing,
+        phases=(phase,),
+        lower=(-margin, -margin, -margin),
+        upper=(size[0] + margin, size[1] + margin, size[2] + margin),
+        divergence_iterations=400,
+        sleep_speed=sleep_speed,
+    )
+    return TankScene(config, size, depth, scheme=scheme, iteration=iteration)
+
+
+class TankScene(Scene):
+    """A scene in a tank that fills itself when its run begins."""
+
+    def __init__(
+        self,
+        config: FluidConfig,
+        size: Vector,
+        depth: float,
+        *,
+        scheme: Scheme | None,
+        iteration: Callable[[float], Iteration],
+    ) -> None:
+        super().__init__(config, scheme=scheme, iteration=iteration)
+        self._size, self._depth = size, depth
+        self.add_walls((0.0, 0.0, 0.0), size)
+        for corner, inward in (((0.0, 0.0, 0.0), np.eye(3)), (size, -np.eye(3)[:2])):
+            for x, y, z in inward.tolist():
+                self.world.add_half_space(corner, (x, y, z))
+
+    def _coupled(self) -> CoSimulation:
+        width, length, _ = self._size
+        self.fill((0.0, 0.0, 0.0), (width, length, self._depth), phase=self.fluid.config.phases[0].name)
+        return super()._coupled()
+
+
+def empty_space(
+    *,
+    size: Vector,
+    particle_spacing: float,
+    phases: tuple[Phase, ...] = (WATER,),
+    communication_step: float = STEP,
+    scheme: Scheme | None = None,
+) -> Scene:
+    """No walls and no gravity within `size` [m] about the origin: momentum is constant whatever happens.
+
+    Angular momentum is constant to rounding where fluid and bodies make one step of their own in each `communication_step` [s]; bodies
+    make one in 1/240 s or less. Otherwise an impulse acts on a moving body at other places on the one side than on the other.
+    """
+    x, y, z = (0.5 * length for length in size)
+    config = FluidConfig(
+        particle_spacing=particle_spacing, phases=phases, lower=(-x, -y, -z), upper=(x, y, z), gravity=(0.0, 0.0, 0.0)
+    )
+    return Scene(config, communication_step=communication_step, scheme=scheme)

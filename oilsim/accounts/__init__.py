@@ -1,0 +1,1 @@
+"""Accounts of energy and momentum, and diagnostics of a state."""

@@ -1,0 +1,1 @@
+"""Walls and solid surfaces as particles, contact with them, and adhesion."""

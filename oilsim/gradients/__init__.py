@@ -1,0 +1,1 @@
+"""Sums over neighbours, and the corrections that make their gradients exact."""

@@ -1,0 +1,1 @@
+"""Cells, neighbour lists and smoothing kernels."""

@@ -1,0 +1,1 @@
+"""The bounded pressure solve, its gradient, and how walls and rigid bodies answer it."""

@@ -1,0 +1,1 @@
+"""One time step: its arrays, its stages and their order."""

@@ -1,0 +1,148 @@
+"""The pressure operator of one step, liquid and bodies together: its product, the compression of a motion, and its effect."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from oilsim.backend.jit import FAST
+from oilsim.backend.simd import LANES, below, load, store
+from oilsim.neighborhood.neighbor_search import indices
+from oilsim.pressure.bounded_solver import Index, System
+from oilsim.pressure.pressure_gradient import pressure_velocity, seen_velocity, velocity_divergence
+from oilsim.state import FluidState
+from oilsim.step.step_arrays import Workspace
+
+Real = NDArray[np.float32]
+
+
+@njit(**FAST)
+def turn_way(begin, end, share, change, way):
+    """way = change + share way, (3, N) [m/s]."""
+    for axis in range(3):
+        for k in range(begin, end, LANES):
+            present = below(end, k)
+            store(way[axis], k, present, load(change[axis], k, present) + share * load(way[axis], k, present))
+
+
+@njit(**FAST)
+def follow_way(begin, end, length, way, velocity):
+    """velocity += length way, (3, N) [m/s]."""
+    for axis in range(3):
+        for k in range(begin, end, LANES):
+            present = below(end, k)
+            store(velocity[axis], k, present, load(velocity[axis], k, present) + length * load(way[axis], k, present))
+
+
+class PressureOperator(System):
+    """A = H^T (rho_ref / rho_0) H with the answers of moving bodies (see `divergence` and `rigid_response`)."""
+
+    def __init__(self, work: Workspace, state: FluidState) -> None:
+        self._work, self._state, self._count = work, state, state.awake
+        self._all = np.arange(self._count, dtype=np.uint32)
+        self._push = np.empty((self._count, 3), np.float32) if work.lever is not None else None
+        self._response = work.pressure_response(self._push)
+        self._change, self._way = np.empty((2, 3, state.listed), np.float32)
+        self._seen = np.empty((state.listed, 4), np.float32)
+        self._change[:, self._count :] = self._way[:, self._count :] = 0.0  # what sleeps
+        self._seen[self._count :] = 0.0
+        if self._response.present:
+            self._response.add_compliance(work.diagonal)
+
+    def compression_rate(self) -> Real:
+        """H^T v [1/s] of the velocities and the bodies' motion as they are."""
+        velocity = self._state.velocity
+        rate = np.zeros(self._state.listed, np.float32)
+        work = self._work
+        work.team.run(seen_velocity, self._count, work.wall_pairs, work.extrapolation, velocity, self._seen)
+        if self._response.present:
+            self._response.show_motion(self._seen)
+        self._diverge(velocity, rate, self._all)
+        if self._response.present:
+            self._response.add_motion(rate)
+        return rate
+
+    def product(self, kappa: Real, result: Real) -> None:
+        """Write A kappa [1/s] into result."""
+        self.product_of(kappa, result, self._all, self._all)
+
+    def product_of(self, kappa: Real, result: Real, around: Index, chosen: Index) -> None:
+        """Write (A kappa)_i [1/s] of the `chosen` into result, those `around` being all that have neighbours under pressure."""
+        self._pressure_velocity(kappa, around)
+        if self._response.present:
+            self._response.answer(kappa)
+            self._response.show_answer(self._seen)
+        self._diverge(self._change, result, chosen)
+        if self._response.present:
+            self._response.add_answer(result)
+
+    def part(self, group: Index) -> PartialOperator:
+        """A among the particles of a group."""
+        near = self._work.near_to(self._state, group)
+        near[self._work.touching] = True  # of whom bodies ask what pushes them
+        return PartialOperator(self, group, indices(near), self._state.listed)
+
+    def centre(self, values: Real) -> None:
+        """Take off the mean in a filled box."""
+        if self._work.closed:
+            values -= np.float32(values.mean(dtype=np.float64))
+
+    def correct(self, residual: Real, face: Real, correction: Real) -> None:
+        """Add to the correction what the coarse grid makes of a residual on the face; nothing in a filled box."""
+        if not self._work.closed:
+            self._work.coarse.correct(residual, face, correction)
+
+    def turn(self, share: float) -> None:
+        """The way to follow becomes the vector of the last product, and `share` of the way so far."""
+        if share == 0.0:
+            self._way, self._change = self._change, self._way
+        else:
+            self._work.team.run(turn_way, self._count, np.float32(share), self._change, self._way)
+        if self._response.present:
+            self._response.turn(share)
+
+    def follow(self, length: float) -> None:
+        """Velocities follow kappa, which has moved by -length times the way; bodies wait for `hand_over`."""
+        self._work.team.run(follow_way, self._count, np.float32(length), self._way, self._state.velocity)
+        if self._response.present:
+            self._response.collect(-length)
+
+    def hand_over(self) -> None:
+        """Hand the bodies the impulses of all that was followed."""
+        if self._response.present:
+            self._response.hand_over()
+
+    def apply(self, kappa: Real) -> None:
+        """Take u off the velocities and hand the bodies their impulses."""
+        self._pressure_velocity(kappa, self._all)
+        self._state.velocity[:, : self._count] -= self._change[:, : self._count]
+        if self._response.present:
+            self._response.accept(kappa)
+
+    def _pressure_velocity(self, kappa: Real, chosen: Index) -> None:
+        work = self._work
+        work.team.run(
+            pressure_velocity, chosen.size, chosen, work.points, work.fluid_pairs, work.wall_pairs, work.gradient, work.own,
+            work.extrapolation, kappa, self._change, self._seen, self._push,
+        )  # fmt: skip
+
+    def _diverge(self, velocity: Real, rate: Real, chosen: Index) -> None:
+        work = self._work
+        work.team.run(
+            velocity_divergence, chosen.size, chosen, work.fluid_pairs, work.gradient, work.own, velocity, self._seen, rate
+        )  # fmt: skip
+
+
+class PartialOperator(System):
+    """A among some particles, the pressure of all others as it is: the rest of the sea hears of it by a product of the whole."""
+
+    def __init__(self, whole: PressureOperator, chosen: Index, around: Index, room: int) -> None:
+        self._whole, self._chosen, self._around = whole, chosen, around
+        self._kappa, self._rate = np.zeros((2, room), np.float32)
+
+    def product(self, kappa: Real, result: Real) -> None:
+        """Write A kappa [1/s] into result, both (chosen,)."""
+        self._kappa[self._chosen] = kappa
+        self._whole.product_of(self._kappa, self._rate, self._around, self._chosen)
+        result[:] = self._rate[self._chosen]

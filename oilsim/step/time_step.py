@@ -1,0 +1,175 @@
+"""Adaptive time step: Eq. 30 and 31 of Qiu et al. 2021, and how far it may be exceeded where liquid moves without deforming.
+
+Eq. 30 bounds every displacement, dt <= lambda d / v_max, though a block in free fall or a stream loses nothing in a longer step.
+What must be resolved is motion relative to the neighbourhood,
+
+    u_i^2 = sum_j w_ij |v_i - v_j|^2 / sum_j w_ij,   w = (1 - r / H)+,   for particles with enough neighbours,
+
+and the approach to walls, -n_i . (v_i - v_b) with the normal n_i by the same weights. The split scheme takes
+
+    dt = max(lambda d / v_max,  min(lambda d / u_most,  REACH d / v_max)),
+
+u_most being what all but OUTLIERS of the particles keep below: torn off drops collide at speeds that the rest does not know. Of many
+particles a sample is asked.
+
+However calm, particles swing about their places under the pressure that presses them together, at omega^2 = c p / (rho d^2) or less
+(`lattice_stiffness`). Positions and velocities are stepped in turn, which is stable up to omega dt = 2:
+
+    dt <= STABLE 2 d / sqrt(c p / rho)
+
+with the p / rho that all but OUTLIERS keep below. Beyond it water boils, and the pressure solve has its hands full: a pool of ten layers
+costs twice as much a second at twice this step.
+
+Bodies take part in a fluid's steps, and so a whole number of equal ones fills what it is asked to advance by. Without moving bodies
+nothing has to happen there: a step goes on into the next advance, and particles are seen on their flight. Else a fifth of all steps of
+`calm-spread` would be owed to its 30 frames a second.
+
+No step goes further than REACH d: what had no neighbour within the support before meets it at d or more, and no wall is crossed unseen
+(see `wall_contact`).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from oilsim.backend.jit import FAST, inlined
+from oilsim.backend.simd import LANES, below, gather, load, only, positive, root, spread, summed
+from oilsim.neighborhood.neighbor_search import nearest_images, rows
+from oilsim.neighborhood.smoothing_kernels import SUPPORT, lattice_stiffness
+
+OUTLIERS = 5e-3  # share of the particles whose relative speed is not asked
+SAMPLE = 10_000  # particles, at least, that are asked of a larger number: enough to know their outliers by a sixth
+STABLE = 0.9  # share of the lattice's limit that is used: disorder makes some particles swing faster
+REACH = SUPPORT - 1.0  # spacings that a particle may go in a step
+SPRAY = 8  # neighbours below which a particle is a drop that flies for itself
+TINY, ZERO, ONE = np.float32(1e-20), np.float32(0.0), np.float32(1.0)
+
+
+@inlined
+def squared_deformation(i, position, velocity, period, fluid, inverse_range):
+    """u_i^2 [m2/s2]; 0 for spray. inverse_range 1 / H [1/m]."""
+    xi, yi, zi = position[0, i], position[1, i], position[2, i]
+    ui, vi, wi = velocity[0, i], velocity[1, i], velocity[2, i]
+    points, velocities = rows(position), rows(velocity)
+    weights = squares = spread(ZERO)
+    first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
+    for k in range(first, last, LANES):
+        present = below(last, k)
+        j = load(fluid.neighbor, k, present)
+        dx, dy, dz = nearest_images(
+            xi - gather(points[0], j), yi - gather(points[1], j), zi - gather(points[2], j), period
+        )
+        du, dv, dw = ui - gather(velocities[0], j), vi - gather(velocities[1], j), wi - gather(velocities[2], j)
+        weight = only(present, positive(ONE - root(dx * dx + dy * dy + dz * dz) * inverse_range), ZERO)
+        weights += weight
+        squares += weight * (du * du + dv * dv + dw * dw)
+    return summed(squares) / (summed(weights) + TINY) if fluid.number[i] >= SPRAY else ZERO
+
+
+@inlined
+def squared_approach(i, position, velocity, wall, resting, owner, arm, twist, period, walls, inverse_range):
+    """(n_i . (v_i - v_b))^2 [m2/s2] with the weighted means of the walls' normal and velocity; 0 if it moves away."""
+    xi, yi, zi = position[0, i], position[1, i], position[2, i]
+    weights = nx = ny = nz = ub = vb = wb = np.float32(0.0)
+    for k in range(walls.start[i], walls.start[i] + np.int64(walls.number[i])):
+        b = np.int64(walls.neighbor[k])
+        dx, dy, dz = nearest_images(xi - wall[0, b], yi - wall[1, b], zi - wall[2, b], period)
+        r = math.sqrt(dx * dx + dy * dy + dz * dz + TINY)
+        weight = max(np.float32(1.0) - r * inverse_range, np.float32(0.0))
+        weights += weight
+        nx += weight * dx / r
+        ny += weight * dy / r
+        nz += weight * dz / r
+        if b >= resting:
+            c = b - resting
+            o = owner[c]
+            ub += weight * (twist[o, 0] + twist[o, 4] * arm[2, c] - twist[o, 5] * arm[1, c])
+            vb += weight * (twist[o, 1] + twist[o, 5] * arm[0, c] - twist[o, 3] * arm[2, c])
+            wb += weight * (twist[o, 2] + twist[o, 3] * arm[1, c] - twist[o, 4] * arm[0, c])
+    share = np.float32(1.0) / (weights + TINY)
+    along = nx * (velocity[0, i] - ub * share) + ny * (velocity[1, i] - vb * share) + nz * (velocity[2, i] - wb * share)
+    along = min(along, np.float32(0.0))
+    return along * along / (nx * nx + ny * ny + nz * nz + TINY)
+
+
+@njit(**FAST)
+def relative_speeds(
+    begin,
+    end,
+    position,
+    velocity,
+    wall,
+    resting,
+    owner,
+    arm,
+    twist,
+    period,
+    fluid,
+    walls,
+    slow,
+    support,
+    stride,
+    square,
+):
+    """Fill `square` with u_i^2 or the squared approach to a wall [m2/s2], whichever is larger, of every stride-th particle.
+
+    position, velocity (3, N) [m, m/s]; wall (3, M) [m], of which those from `resting` on move with `twist` (bodies, 6) of their
+    `owner` at `arm` (3, M - resting) [m]. Particles no faster than `slow` [m/s] are passed over where no body moves.
+    """
+    inverse_range = np.float32(1.0) / support
+    for sample in range(begin, end):
+        i, greatest = sample * stride, ZERO
+        ui, vi, wi = velocity[0, i], velocity[1, i], velocity[2, i]
+        fast = ui * ui + vi * vi + wi * wi > slow * slow
+        if fast:
+            greatest = squared_deformation(i, position, velocity, period, fluid, inverse_range)
+        if fast or twist.shape[0] > 0:
+            approach = squared_approach(
+                i, position, velocity, wall, resting, owner, arm, twist, period, walls, inverse_range
+            )
+            greatest = max(greatest, approach)
+        square[sample] = greatest
+
+
+def sampling_stride(count: int) -> int:
+    """Of `count` particles, in cell order, every which one is asked."""
+    return max(1, count // SAMPLE)
+
+
+def most(values: NDArray[np.float32]) -> float:
+    """What all but OUTLIERS of the `values` (N,), none of them negative, keep below; 0 for none."""
+    if values.size == 0:
+        return 0.0
+    rank = values.size - 1 - math.floor(OUTLIERS * values.size)
+    return float(np.partition(values, rank)[rank])
+
+
+def stable_time_step(spacing: float, dimension: int, head: NDArray[np.float32]) -> float:
+    """The longest stable step [s] under pressures over densities `head` (N,) [m2/s2]; spacing d [m]."""
+    highest = most(np.maximum(head, np.float32(0.0)))
+    return STABLE * 2.0 * spacing / math.sqrt(lattice_stiffness(dimension) * highest) if highest > 0.0 else math.inf
+
+
+def cfl_time_step(spacing: float, largest_speed: float, cfl: float, minimum: float, maximum: float) -> float:
+    """max(t_min, min(cfl d / v_max, t_max)) [s]; spacing d [m], largest_speed v_max [m/s], cfl the lambda of Eq. 30."""
+    limit = math.inf if largest_speed == 0.0 else cfl * spacing / largest_speed
+    return max(minimum, min(limit, maximum))
+
+
+def relative_time_step(
+    spacing: float, largest_speed: float, relative_speed: float, cfl: float, minimum: float, maximum: float
+) -> float:
+    """The step [s] of the module's docstring; relative_speed u_most [m/s], the rest as for `cfl_time_step`."""
+    longest = math.inf if largest_speed == 0.0 else REACH * spacing / largest_speed
+    deforming = math.inf if relative_speed == 0.0 else cfl * spacing / relative_speed
+    shortest = cfl_time_step(spacing, largest_speed, cfl, minimum, maximum)
+    return max(shortest, min(longest, deforming, maximum))
+
+
+def equal_steps(remaining: float, time_step: float) -> float:
+    """The longest step, at most `time_step`, of which a whole number fills `remaining` [s]."""
+    return remaining / max(1, math.ceil(remaining / time_step * (1.0 - 1e-9)))

@@ -1,0 +1,264 @@
+"""Neighbour lists kept over steps while particles hardly move.
+
+On the grid, candidates are listed: the pairs nearer than support + skin. As long as no two particles can have approached by more
+than the skin since, by the sum of the two largest displacements, no other pair has come within the support, and the
+particles keep their order. Each step's lists hold the pairs within the support, exactly as a new search would find them. They
+are filtered from the candidates, and a particle's list only once its candidates may have crossed the support: every filtering
+notes the least distance that one of them has to go. Water that lies almost still costs one look at the displacements.
+
+A skin pays where motion a step is small and costs where it is not, so it is chosen at every build from the motion a step since
+the build before. Motion that no skin pays for lists the neighbours on the grid each step.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from oilsim.backend.compaction import PACKS, append_near
+from oilsim.backend.jit import FAST
+from oilsim.backend.thread_team import BLOCK, Team, block_count
+from oilsim.boundaries.walls import Walls
+from oilsim.neighborhood.neighbor_search import NeighborSearch, Pairs, end_list, nearest_images
+from oilsim.state import FluidState
+
+Real = NDArray[np.float32]
+Index = NDArray[np.uint32]
+
+SKINS = (0.02, 0.05, 0.1, 0.2, 0.3, 0.4)  # that are considered [d]
+BUILD_COST = 2.2  # of listing the candidates, in searches without skin (measured 1.6 to 2.7: a wider ring of cells)
+FILTER_COST = (
+    0.8 if PACKS else 0.4
+)  # of filtering all lists, in searches without skin (measured 0.45 to 0.9; 0.3 to 0.4)
+WORTH = 0.9  # cost in searches without skin below which lists are kept
+_NOWHERE: Real = np.empty((3, 0), np.float32)
+NEARBY = np.float32(1.1)  # supports within which a candidate's way to the support is looked at closely
+
+
+@njit(**FAST)
+def largest_displacements(begin, end, position, before, period, largest):
+    """Fill `largest` (blocks, 2) with the two largest squared displacements [m2] of each block since `before` (3, N)."""
+    for i in range(begin, end):
+        if i % BLOCK == 0 or i == begin:
+            first = second = np.float32(0.0)
+        dx, dy, dz = nearest_images(
+            position[0, i] - before[0, i], position[1, i] - before[1, i], position[2, i] - before[2, i], period
+        )
+        square = dx * dx + dy * dy + dz * dz
+        second = max(second, min(first, square))
+        first = max(first, square)
+        largest[i // BLOCK, 0] = first
+        largest[i // BLOCK, 1] = second
+
+
+@njit(**FAST)
+def filter_lists(
+    begin, end, position, other, candidates, period, support, rounding, travelled, expiry, number, neighbor
+):
+    """List those of the candidates of particles begin to end that lie within the support [m], for every list that has expired.
+
+    travelled  sum over the steps of the largest relative motion of two particles [m]
+    expiry     (N,) value of `travelled` from which on a list may have changed [m]
+    rounding   by how much a computed distance may be wrong [m]
+    """
+    reach_squared = np.float32(support * support)
+    for i in range(begin, end):
+        if travelled < expiry[i]:
+            continue
+        first = candidates.start[i]
+        last = first + np.int64(candidates.number[i])
+        cursor, margin = append_near(
+            other, candidates.neighbor, first, last, -1, position[0, i], position[1, i], position[2, i], period,
+            reach_squared, neighbor, first,
+        )  # fmt: skip
+        number[i] = cursor - first
+        end_list(neighbor, cursor)
+        # | r - H | = | r^2 - H^2 | / (r + H), at least this for a candidate nearby, and more than (NEARBY - 1) H for others
+        distance = min(margin / ((np.float32(1.0) + NEARBY) * support), (NEARBY - np.float32(1.0)) * support)
+        expiry[i] = travelled + distance - rounding
+
+
+def choose_skin(motion: float, support: float, dimension: int) -> float:
+    """The skin in spacings d that makes search cheapest, 0 if none pays.
+
+    motion     largest relative motion of two particles a step [d]
+    support    support radius H [d]
+    """
+    around = 4.0 * math.pi * support**2 if dimension == 3 else 2.0 * math.pi * support
+    margin = 0.5 / around  # mean distance [d] that the candidate next to the support has to go
+    expired = motion / (motion + margin)
+    best, skin = WORTH, 0.0
+    for candidate in SKINS:
+        steps = 1.0 + (math.floor(candidate / motion) if motion > candidate * 1e-6 else 1e6)
+        pairs = ((support + candidate) / support) ** dimension
+        cost = pairs * (BUILD_COST + FILTER_COST * (1.0 + (steps - 1.0) * expired)) / steps
+        if cost < best:
+            best, skin = cost, candidate
+    return skin
+
+
+@dataclass
+class Build:
+    """What lists are kept from: particles and their order, walls, positions, and for how many steps.
+
+    id (A,), position (3, A) [m] of the particles awake, wall_position (3, M) of the moving walls [m], layout of the walls, skin [m] (0:
+    none kept).
+    """
+
+    id: NDArray[np.uint32]
+    position: Real
+    wall_position: Real
+    layout: tuple[tuple[int, ...], tuple[int, ...]]
+    skin: float
+    steps: int = 0
+
+    def matches(self, state: FluidState, walls: Walls) -> bool:
+        """Whether the same particles, in the same order, meet the same walls."""
+        return self.layout == walls.layout and np.array_equal(self.id, state.id[: state.awake])
+
+
+@dataclass
+class Kept:
+    """Lists of one kind: candidates, those of them within the support, and when each must be filtered again [m]."""
+
+    candidates: Pairs
+    pairs: Pairs
+    expiry: NDArray[np.float64]
+
+
+class KeptLists:
+    """Brings the lists of fluid and wall neighbours up to date, by the cheaper of two ways."""
+
+    def __init__(self, search: NeighborSearch, team: Team, spacing: float, dimension: int) -> None:
+        self._search, self._team, self._spacing, self._dimension = search, team, spacing, dimension
+        self._support = search.grid.support_radius
+        longest = max((float(p) for p in search.period or ()), default=0.0)
+        self._rounding = 4.0 * float(np.finfo(np.float32).eps) * (longest + 2.0 * self._support)
+        self._build: Build | None = None
+        self._kept: dict[str, Kept] = {}
+        self._previous: tuple[Real, Real] = (_NOWHERE, _NOWHERE)
+        self._travelled = 0.0
+        self._sleepers: tuple[Index, Index] | None = None
+
+    def update(self, state: FluidState, walls: Walls) -> tuple[Pairs, Pairs]:
+        """Lists at the present positions; where they are not kept the state is sorted by cell."""
+        if self._search.cover(state.position, state.awake):
+            self._sleepers = None
+        walls.place()
+        build, motion = self._build, math.inf
+        if build is not None and build.matches(state, walls):
+            motion = self._motion(state, walls, build.position, build.wall_position)
+            build.steps += 1
+            if build.skin > 0.0 and motion + self._rounding < build.skin:
+                return self._keep(build, state, walls)
+            motion /= build.steps
+        return self._renew(state, walls, motion)
+
+    def forget(self) -> None:
+        """Other particles sleep than did: what is kept is of no use."""
+        self._build = self._sleepers = None
+        self._kept.clear()
+
+    def save(self, state: FluidState, walls: Walls) -> dict[str, Any] | None:
+        """What decides when and from where lists are built next; None where the next step builds them anyway."""
+        build = self._build
+        if build is None or not build.matches(state, walls):
+            return None
+        return {name: np.copy(v) if isinstance(v, np.ndarray) else v for name, v in vars(build).items()}
+
+    def restore(self, saved: dict[str, Any] | None) -> None:
+        """Back to what `save` returned; the candidates are listed again from the positions they were listed from."""
+        self.forget()
+        self._build = None if saved is None else Build(**saved)
+
+    def _motion(self, state: FluidState, walls: Walls, before: Real, walls_before: Real) -> float:
+        """Bound on the relative motion [m] of any two particles since the positions `before`."""
+        first, second = self._largest(state.position, before)
+        wall, _ = self._largest(walls.moving_position, walls_before)
+        return first + max(second, wall)
+
+    def _largest(self, position: Real, before: Real) -> tuple[float, float]:
+        """The two largest displacements [m] of the first of `position`, as many as there are in `before`."""
+        count = before.shape[1]
+        largest = np.zeros((block_count(count) + 1, 2), np.float32)
+        self._team.run(largest_displacements, count, position, before, self._search.period, largest)
+        second, first = np.sort(largest, axis=None)[-2:]
+        return math.sqrt(first), math.sqrt(second)
+
+    def _renew(self, state: FluidState, walls: Walls, motion: float) -> tuple[Pairs, Pairs]:
+        """Sort the state and list anew; `motion` [m] a step decides how."""
+        skin = 0.0
+        if math.isfinite(motion):
+            skin = self._spacing * choose_skin(motion / self._spacing, self._support / self._spacing, self._dimension)
+        search, awake = self._search, state.awake
+        order, cell_start = search.order_by_cell(state.position, awake)
+        state.take(np.concatenate([order, np.arange(awake, state.count, dtype=np.uint32)]), self._team)
+        moving = walls.moving_position
+        skin = skin if search.allows(skin) else 0.0
+        self._build = Build(state.id[:awake].copy(), state.position[:, :awake].copy(), moving, walls.layout, skin)
+        self._kept.clear()
+        if skin > 0.0:
+            return self._keep(self._build, state, walls)
+        near, moving_order, moving_start = walls.order_moving(moving)
+        position, asleep = state.position, self._order_asleep(state)
+        fluid = search.list_neighbors("fluid", position, position, cell_start, None, *asleep, count=state.listed)
+        wall = search.list_neighbors(
+            "walls", position, walls.position, walls.cell_start, near, moving_order, moving_start, count=state.listed
+        )  # fmt: skip
+        return fluid, wall
+
+    def _order_asleep(self, state: FluidState) -> tuple[Index | None, Index | None]:
+        """Particles that sleep beside others, by cell, and where each cell starts; None where none sleeps.
+
+        Those behind them have no row in what a step computes, and belong in no list.
+        """
+        if not state.asleep:
+            return None, None
+        if self._sleepers is None:
+            self._sleepers = self._search.order_by_cell(state.position[:, state.awake : state.listed].copy())
+        order, start = self._sleepers
+        return order + np.uint32(state.awake), start
+
+    def _keep(self, build: Build, state: FluidState, walls: Walls) -> tuple[Pairs, Pairs]:
+        """Filter the lists that have expired."""
+        fresh = not self._kept
+        if fresh:
+            self._list_candidates(build, state, walls)
+        else:
+            motion = self._motion(state, walls, *self._previous)
+            self._travelled += motion
+        fluid, wall = self._kept["fluid"], self._kept["walls"]
+        if fresh or motion > 0.0:
+            self._previous = (state.position[:, : state.awake].copy(), walls.moving_position)
+            for kept, other in ((fluid, state.position), (wall, walls.position)):
+                self._team.run(
+                    filter_lists, state.listed, state.position, other, kept.candidates, self._search.period,
+                    np.float32(self._support), self._rounding, self._travelled, kept.expiry, kept.pairs.number,
+                    kept.pairs.neighbor,
+                )  # fmt: skip
+        return fluid.pairs, wall.pairs
+
+    def _list_candidates(self, build: Build, state: FluidState, walls: Walls) -> None:
+        """List the pairs nearer than support + skin at the positions of the build, whose particles lie in cell order."""
+        search, position, count = self._search, build.position, state.listed
+        _, cell_start = search.order_by_cell(position)
+        asleep = self._order_asleep(state)
+        if state.asleep:
+            position = np.concatenate([position, state.position[:, state.awake : state.listed]], axis=1)
+        everywhere = np.concatenate([walls.position[:, : walls.resting], build.wall_position], axis=1)
+        _, moving_order, moving_start = walls.order_moving(build.wall_position)
+        fluid = search.list_neighbors(
+            "fluid candidates", position, position, cell_start, None, *asleep, build.skin, count
+        )
+        wall = search.list_neighbors(
+            "wall candidates", position, everywhere, walls.cell_start, None, moving_order, moving_start, build.skin, count
+        )  # fmt: skip
+        for name, listed in (("fluid", fluid), ("walls", wall)):
+            room = search.reserve(name, listed.start.size, listed.neighbor.size)
+            pairs = Pairs(listed.start, room.number, room.neighbor)
+            self._kept[name] = Kept(listed, pairs, np.full(listed.start.size, -np.inf))

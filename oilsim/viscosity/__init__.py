@@ -1,0 +1,1 @@
+"""Viscosity: the implicit system, the bodies' response, and viscosity that is deferred."""

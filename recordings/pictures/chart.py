@@ -1,0 +1,152 @@
+"""The map of a run: where the slick was and is, where the bodies went, from above or from the side."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.patches import Polygon
+from matplotlib.patheffects import withStroke
+from scipy.ndimage import gaussian_filter
+from scipy.spatial import ConvexHull, QhullError
+
+from recordings import entity_paths, palette
+from recordings.frame import BodyFrame, Color, MeshDescription
+from recordings.replay.moments import Moment, placed_vertices
+from recordings.replay.recording import Replay
+
+Points = npt.NDArray[np.floating]
+_FLAT = 0.2  # a scene whose width is less than this part of its length is seen from the side
+_FEWEST = 10  # particles worth an outline
+_OUTLINE_CELLS = 2.0  # cells of the outline's grid, in particle spacings
+_FAINT = 0.35
+_DISC = np.column_stack([wave(np.linspace(0.0, 2.0 * np.pi, 9)[:-1]) for wave in (np.cos, np.sin)])
+
+
+def draw_map(axes: Axes, replay: Replay, moments: Sequence[Moment]) -> None:
+    """Draw the last moment with the first one's slick outline and all tracks."""
+    first, last = moments[0], moments[-1]
+    side = _seen_from_the_side(last)
+    across = (0, 2) if side else (0, 1)
+    run = replay.run
+    for index, phase in enumerate(run.phases):
+        color = palette.phase_color(phase, index)
+        positions = last.positions.get(phase.name)
+        if positions is None or not len(positions):
+            continue
+        if phase.is_oil:
+            before = first.positions.get(phase.name, positions[:0])
+            draw_outline(axes, before[:, across], run.particle_spacing, "dashed")
+            draw_outline(axes, positions[:, across], run.particle_spacing, "solid")
+        _draw_particles(axes, positions[:, across], run.particle_spacing, color, phase.is_oil)
+    for cause, positions in last.lost.items():
+        _draw_particles(axes, positions[:, across], run.particle_spacing, palette.cause_color(cause), True)
+    for name, mesh in run.meshes.items():
+        if name in first.bodies and _moves(first.bodies[name], last.bodies[name]):
+            draw_body(axes, name, mesh, first.bodies[name], across, _FAINT)
+        if name in last.bodies:
+            draw_body(axes, name, mesh, last.bodies[name], across, 1.0)
+    draw_tracks(axes, replay, across)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_xlabel("x [m]")
+    axes.set_ylabel("z [m]" if side else "y [m]")
+    view = "from the side" if side else "from above"
+    axes.set_title(f"{view} at {last.time:.1f} s", loc="left", fontsize=10.5)
+    if last.time > first.time and _has_past(run.oils, moments):
+        past = f"dashed outline and faint bodies: {first.time:.1f} s"
+        axes.set_title(past, loc="right", fontsize=9.0, color="#5c6b76", fontweight="normal")
+    axes.set_axisbelow(True)
+    axes.grid(color="#e3e8ec", linewidth=0.8)
+
+
+def _has_past(oils: Sequence[str], moments: Sequence[Moment]) -> bool:
+    """Whether the first moment left something on the map: oil, or a body that has moved since."""
+    first, last = moments[0], moments[-1]
+    oil = any(name in oils and len(position) for name, position in first.positions.items())
+    return oil or any(_moves(body, last.bodies[name]) for name, body in first.bodies.items())
+
+
+def _seen_from_the_side(moment: Moment) -> bool:
+    """Whether height tells more than width: a tank that is narrow, or as deep as it is long."""
+    parts = [position for position in moment.positions.values() if len(position)]
+    if not parts:
+        return False
+    together = np.concatenate(parts)
+    length, width, height = np.percentile(together, 99.5, axis=0) - np.percentile(together, 0.5, axis=0)
+    return bool(width < _FLAT * length or height > 0.5 * max(length, width))
+
+
+def _draw_particles(axes: Axes, points: Points, spacing: float, color: Color, strong: bool) -> None:
+    """Oil as dots, everything else as a faint ground."""
+    tint = np.array(color[:3]) / 255.0
+    if strong:
+        discs = points[:, None, :] + 0.5 * spacing * _DISC
+        axes.add_collection(PolyCollection([*discs], facecolors=[(*tint, 0.75)], linewidths=0.0, zorder=3))
+        return
+    amount, x_edges, y_edges = _density(points, 2.0 * spacing)
+    full = np.percentile(amount[amount > 0.0], 90.0)
+    image = np.empty((*amount.T.shape, 4))
+    image[..., :3] = tint
+    image[..., 3] = 0.55 * np.clip(amount.T / full, 0.0, 1.0)
+    extent = (x_edges[0], x_edges[-1], y_edges[0], y_edges[-1])
+    axes.imshow(image, origin="lower", extent=extent, interpolation="bilinear", zorder=1)
+
+
+def draw_outline(axes: Axes, points: Points, spacing: float, style: str, color: str = "#5b3413") -> None:
+    """The outline of the oil (N, 2) [m], thick or thin: where half of the cells around hold any."""
+    if len(points) < _FEWEST:
+        return
+    amount, x_edges, y_edges = _density(points, _OUTLINE_CELLS * spacing)
+    smooth = gaussian_filter(np.minimum(amount, 1.0), 0.7)
+    middle = (0.5 * (x_edges[1:] + x_edges[:-1]), 0.5 * (y_edges[1:] + y_edges[:-1]))
+    axes.contour(*middle, smooth.T, levels=[0.5], colors=[color], linestyles=style, linewidths=1.1, zorder=4)
+
+
+def _density(points: Points, cell: float) -> tuple[Points, Points, Points]:
+    """How many particles each cell of a grid holds, with a rim of empty cells for outlines."""
+    lower, upper = points.min(axis=0) - 3.0 * cell, points.max(axis=0) + 3.0 * cell
+    counts = np.clip(np.ceil((upper - lower) / cell).astype(int), 4, 600)
+    box = np.column_stack([lower, upper])
+    amount, x_edges, y_edges = np.histogram2d(points[:, 0], points[:, 1], bins=tuple(counts), range=box)
+    return amount, x_edges, y_edges
+
+
+def draw_body(
+    axes: Axes, name: str, mesh: MeshDescription, body: BodyFrame, across: tuple[int, int], opacity: float
+) -> None:
+    """A body's outline as seen along the map's axis: the hull of its vertices."""
+    points = placed_vertices(mesh.vertices, body)[:, across]
+    try:
+        outline = points[ConvexHull(points).vertices]
+    except QhullError:
+        return
+    tint = np.array(palette.body_color(name, mesh)[:3]) / 255.0
+    face, edge = (*tint, 0.85 * opacity), (*(0.6 * tint), opacity)
+    axes.add_patch(Polygon(outline, facecolor=face, edgecolor=edge, linewidth=0.8, zorder=5))
+    if opacity == 1.0 and entity_paths.body_group(name) == entity_paths.VESSELS:
+        label = name.partition("/")[2]
+        place = (float(body.position[across[0]]), float(body.position[across[1]]))
+        text = axes.annotate(label, place, color="white", fontsize=9.5, fontweight="bold", ha="center", va="center")
+        text.set(zorder=7, path_effects=[withStroke(linewidth=2.2, foreground=tuple(0.45 * tint))])
+
+
+def draw_tracks(axes: Axes, replay: Replay, across: tuple[int, int]) -> None:
+    """The way of everything that moved by itself; of a boom only its ends and middle."""
+    groups: dict[str, list[str]] = {}
+    for name in replay.bodies:
+        groups.setdefault(entity_paths.body_group(name), []).append(name)
+    boom = sorted(groups.get(entity_paths.BOOM, []))
+    kept = [*groups.get(entity_paths.VESSELS, []), *groups.get(entity_paths.BODIES, [])]
+    kept += boom[len(boom) // 2 : len(boom) // 2 + 1]
+    for name in kept:
+        series = replay.bodies[name]
+        tint = np.array(palette.body_color(name, replay.run.meshes.get(name))[:3]) / 255.0
+        axes.plot(*series.pose[:, across].T, color=0.8 * tint, linewidth=1.1, linestyle=(0, (4, 2)), zorder=6)
+
+
+def _moves(before: BodyFrame, after: BodyFrame) -> bool:
+    """Whether a body is elsewhere than before."""
+    return bool(np.linalg.norm(after.position - before.position) > 1e-3)

@@ -1,0 +1,131 @@
+"""Draws a run from its recording alone: three moments in space, the whole of it on a map, and its figures over time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from textwrap import shorten
+
+import matplotlib as mpl
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.gridspec import SubplotSpec
+
+from recordings import palette
+from recordings.frame import Event
+from recordings.pictures.chart import draw_map
+from recordings.pictures.scenes import render_moments
+from recordings.pictures.style import EVENT_COLORS, STYLE
+from recordings.replay.moments import Moment, key_steps, read_moments, recorded_steps
+from recordings.replay.recording import Replay
+from recordings.sink.plots import labels, plots_with_series
+
+Points = npt.NDArray[np.float64]
+MOMENTS = 3
+_DIAGRAMS = 3
+_SCENE_WIDTH = 930  # pixels drawn, half as many again as shown
+_NAMED_EVENTS = 4
+_EVENT_LETTERS = 92  # as many as fit over a diagram
+_EVENT_ROW = 0.85  # height of the events, in diagrams
+
+
+def draw_picture(recording: str | Path, picture: str | Path) -> None:
+    """Read a recording and draw its picture to a PNG file of 1920 x 1200 pixels."""
+    replay = Replay(recording)
+    moments = read_moments(replay, key_steps(recorded_steps(replay), MOMENTS))
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(16.0, 10.0), dpi=120, facecolor="white")
+        FigureCanvasAgg(figure)
+        images = render_moments(replay.run, moments, _SCENE_WIDTH)
+        scene_height = images[0].shape[0] / _SCENE_WIDTH
+        outer = figure.add_gridspec(
+            2,
+            1,
+            height_ratios=[1.5 * scene_height, 2.0 - 1.5 * scene_height],
+            left=0.045,
+            right=0.985,
+            top=0.9,
+            bottom=0.06,
+            hspace=0.13,
+        )
+        _draw_title(figure, replay)
+        scenes = outer[0].subgridspec(1, len(moments), wspace=0.03)
+        for column, (moment, image) in enumerate(zip(moments, images, strict=True)):
+            _show_scene(figure.add_subplot(scenes[column]), moment, image)
+        below = outer[1].subgridspec(1, 2, width_ratios=[1.15, 1.0], wspace=0.13)
+        draw_map(figure.add_subplot(below[0]), replay, moments)
+        _draw_series(figure, below[1], replay, moments)
+        figure.savefig(picture)
+
+
+def _show_scene(axes: Axes, moment: Moment, image: Points) -> None:
+    axes.imshow(image, interpolation="antialiased", aspect="equal")
+    axes.set_axis_off()
+    axes.set_title(f"{moment.time:.1f} s", loc="left", pad=4)
+
+
+def _draw_title(figure: Figure, replay: Replay) -> None:
+    """Name, what it is about, and the figures that tell its size."""
+    run = replay.run
+    title = str(run.properties.get("title", "")) or run.name
+    figure.text(0.045, 0.965, title, fontsize=19, fontweight="bold", va="center")
+    counts = ", ".join(f"{phase.name} {phase.rest_density:g} kg/m³" for phase in run.phases)
+    facts = [run.name, counts, f"particles {1000.0 * run.particle_spacing:g} mm apart"]
+    figure.text(0.045, 0.935, "  ·  ".join(fact for fact in facts if fact), fontsize=11, va="center", color="#5c6b76")
+    if replay.end_reason and replay.end_reason != "completed":
+        figure.text(0.985, 0.965, replay.end_reason, fontsize=11, va="center", ha="right", color="#c23030")
+
+
+def _draw_series(figure: Figure, place: SubplotSpec, replay: Replay, moments: Sequence[Moment]) -> None:
+    """The events, and up to three diagrams over simulated time."""
+    told = {name for name, series in replay.scalars.items() if "/" not in name or np.any(series.value != 0.0)}
+    plots = plots_with_series(replay.run.plots, list(replay.scalars))
+    showing = [(title, [name for name in names if name in told]) for title, names in plots.items()]
+    chosen = [(title, names) for title, names in showing if names][:_DIAGRAMS]
+    heights = [_EVENT_ROW] * bool(replay.events) + [1.0] * len(chosen)
+    if not heights:
+        return
+    grid = place.subgridspec(len(heights), 1, hspace=0.42, height_ratios=heights)
+    rows = [figure.add_subplot(grid[row]) for row in range(len(heights))]
+    diagrams = rows[-len(chosen) :] if chosen else []
+    if replay.events:
+        _draw_events(rows[0], replay.events)
+    for axes, (title, names) in zip(diagrams, chosen, strict=True):
+        for name, label in zip(names, labels(names), strict=True):
+            series = replay.scalars[name]
+            axes.plot(series.time, series.value, linewidth=1.6, label=label, color=_line_color(name))
+        axes.set_title(title, loc="left", fontsize=10.5)
+        axes.margins(x=0.0, y=0.12)
+        axes.grid(axis="y", color="#e3e8ec", linewidth=0.8)
+        axes.tick_params(labelbottom=axes is rows[-1])
+        if len(names) > 1 or "/" in names[0]:  # the one cause of loss that there is has a name too
+            axes.legend(frameon=False, ncols=4, loc="lower right", bbox_to_anchor=(1.0, 0.97), fontsize=9)
+    for axes in rows:
+        axes.set_xlim(moments[0].time, max(moments[-1].time, moments[0].time + 1e-3))
+    for axes in diagrams:  # lines would run through the words of the events
+        for moment in moments:
+            axes.axvline(moment.time, color="#c8d1d8", linewidth=0.8, zorder=0)
+        for event in replay.events:
+            axes.axvline(event.time, color=EVENT_COLORS[event.level], linewidth=0.9, linestyle=":")
+    rows[-1].set_xlabel("simulated time [s]")
+
+
+def _line_color(name: str) -> str | None:
+    """The colour of a series that has one in the viewer too; None for the next in turn."""
+    if "oil_lost/" in name:
+        return palette.css(palette.cause_color(name.rpartition("/")[2]))
+    return palette.css(palette.LIMIT) if name.endswith("_limit") else None
+
+
+def _draw_events(axes: Axes, events: Sequence[Event]) -> None:
+    """The last few events: what they say over the width of the diagrams, and a mark where they happened."""
+    axes.set_ylim(-0.5, _NAMED_EVENTS - 0.5)
+    axes.set_axis_off()
+    for row, event in enumerate(reversed(events[-_NAMED_EVENTS:])):
+        color = EVENT_COLORS[event.level]
+        text = shorten(f"{event.time:.1f} s  {event.text}", _EVENT_LETTERS, placeholder=" ...")
+        axes.text(0.0, row, text, transform=axes.get_yaxis_transform(), va="center", fontsize=9, color=color)
+        axes.plot([event.time], [row - 0.4], marker="v", markersize=4.5, color=color, clip_on=False)

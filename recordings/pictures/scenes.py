@@ -1,0 +1,124 @@
+"""Draws moments of a recording in space: bodies, oil, and clear water over them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from recordings import palette
+from recordings.frame import BodyFrame, CameraView, Color, MeshDescription, PhaseDescription, RunDescription
+from recordings.pictures.raster import Canvas, fitted_projection
+from recordings.replay.moments import Moment, placed_vertices
+
+Points = npt.NDArray[np.float64]
+_SCENE_HEIGHTS = (0.45, 0.76)  # of a scene, in widths
+_MARGIN = 0.04  # round a scene, in widths
+_OIL_RADIUS = 0.6  # in particle spacings: a film one particle thick should look closed
+_CLEAR_DEPTHS = 0.9  # one sees this many water depths far
+_LOST_RADIUS = 0.75  # lost oil covers the oil that it is
+
+
+def render_moments(
+    run: RunDescription, moments: Sequence[Moment], width: int, *, exercise_only: bool = False
+) -> list[Points]:
+    """Pictures (height, width, 3) of several moments with one camera that sees them all, as high as they need.
+
+    ``exercise_only``: the camera takes in bodies and oil, and not all of the water.
+    """
+    camera = run.camera or _usual_camera(moments)
+    eye, target = np.array(camera.eye), np.array(camera.target)
+    if exercise_only:
+        seen = np.concatenate([_extent(run, _without_water(run, moment), far=np.inf) for moment in moments])
+    else:
+        seen = np.concatenate([_extent(run, moment) for moment in moments])
+    margin = _MARGIN * width
+    room = int(width - 2.0 * margin)
+    tight = fitted_projection(eye, target, seen, room, int(_SCENE_HEIGHTS[1] * width - 2.0 * margin))
+    needed = float(np.ptp(tight(seen)[0][:, 1])) + 2.0 * margin
+    height = int(np.clip(needed, _SCENE_HEIGHTS[0] * width, _SCENE_HEIGHTS[1] * width))
+    fitted = fitted_projection(eye, target, seen, room, int(height - 2.0 * margin))
+    projection = replace(fitted, center=fitted.center + margin)
+    depth = _water_depth(run, moments)
+    return [_render(run, moment, Canvas(projection, width, height), depth) for moment in moments]
+
+
+def _render(run: RunDescription, moment: Moment, canvas: Canvas, depth: float) -> Points:
+    """One moment: what is opaque first, then the water over it."""
+    for name, mesh in run.meshes.items():
+        if name in moment.bodies:
+            placed = placed_vertices(mesh.vertices, moment.bodies[name])
+            canvas.triangles(placed, mesh.faces, _body_color(run, name, mesh, moment.bodies[name]))
+    clear = [(index, phase) for index, phase in enumerate(run.phases) if not _opaque(phase, len(run.phases))]
+    for index, phase in enumerate(run.phases):
+        if (index, phase) not in clear and phase.name in moment.positions:
+            color = palette.phase_color(phase, index)
+            canvas.spheres(moment.positions[phase.name], _OIL_RADIUS * run.particle_spacing, color)
+    for cause, positions in moment.lost.items():
+        canvas.spheres(positions, _LOST_RADIUS * run.particle_spacing, palette.cause_color(cause))
+    for index, phase in clear:
+        if len(moment.positions.get(phase.name, ())):
+            color = palette.phase_color(phase, index)
+            canvas.water(moment.positions[phase.name], run.particle_spacing, color, _CLEAR_DEPTHS * depth)
+    return canvas.image
+
+
+def _opaque(phase: PhaseDescription, phase_count: int) -> bool:
+    """Oil hides what is behind it; water does not, nor does the only fluid of a run unless it is oil."""
+    if phase.is_oil:
+        return True
+    return phase_count > 1 and not palette.is_water(phase)
+
+
+def _body_color(run: RunDescription, name: str, mesh: MeshDescription, body: BodyFrame) -> Color:
+    """A body's colour; that of a boom's segment shows its tension."""
+    for boom in run.exercise.booms if run.exercise else ():
+        if name in boom.segments and not np.isnan(body.tension):
+            red, green, blue, opacity = palette.tension_color(body.tension, boom.full_tension)[0].tolist()
+            return red, green, blue, opacity
+    return palette.body_color(name, mesh)
+
+
+def _without_water(run: RunDescription, moment: Moment) -> Moment:
+    """The same moment with its oil only, unless that leaves nothing to look at."""
+    oil = {name: position for name, position in moment.positions.items() if name in run.oils and len(position)}
+    return replace(moment, positions=oil) if oil else moment
+
+
+def _extent(run: RunDescription, moment: Moment, far: float = 0.5) -> Points:
+    """Points that the picture must hold: nearly all particles, and bodies nearer to them than ``far`` times their extent."""
+    parts = [position for position in moment.positions.values() if len(position)]
+    if not parts:
+        return np.array([body.position for body in moment.bodies.values()]) if moment.bodies else np.zeros((1, 3))
+    together = np.concatenate(parts)
+    lower, upper = np.percentile(together, 0.2, axis=0), np.percentile(together, 99.8, axis=0)
+    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]) * (upper - lower) + lower
+    room = far * max(float((upper - lower).max()), run.particle_spacing)
+    for name, mesh in run.meshes.items():
+        if name in moment.bodies:
+            placed = placed_vertices(mesh.vertices, moment.bodies[name])
+            near = ((placed > lower - room) & (placed < upper + room)).all(axis=1)
+            corners = np.concatenate([corners, placed[near]])
+    return np.asarray(corners)
+
+
+def _usual_camera(moments: Sequence[Moment]) -> CameraView:
+    """From the front left and above, far enough off that lines stay nearly parallel."""
+    particles = [position for moment in moments for position in moment.positions.values() if len(position)]
+    bodies = [body.position[None] for moment in moments for body in moment.bodies.values()]
+    together = np.concatenate([*(particles or bodies or [np.zeros((1, 3))])]).astype(np.float64)
+    middle = np.median(together, axis=0)
+    size = max(float(np.ptp(together, axis=0).max()), 1e-3)
+    eye = middle + size * np.array([-0.9, -1.6, 1.1])
+    return CameraView(tuple(eye.tolist()), tuple(middle.tolist()))
+
+
+def _water_depth(run: RunDescription, moments: Sequence[Moment]) -> float:
+    """How far the fluids reach at the end [m] where they reach least: their depth, or the width of a flume or a plane."""
+    parts = [position for position in moments[-1].positions.values() if len(position)]
+    if not parts:
+        return run.particle_spacing
+    extent = np.ptp(np.percentile(np.concatenate(parts), [1.0, 99.0], axis=0), axis=0)
+    return float(extent.min()) + run.particle_spacing

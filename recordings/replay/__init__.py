@@ -1,0 +1,1 @@
+"""Reading a recording back, checking, comparing and repairing it."""

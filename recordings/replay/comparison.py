@@ -1,0 +1,218 @@
+"""Two recordings of one exercise beside each other: what they scored over the time both cover, and both in one recording."""
+
+from __future__ import annotations
+
+import math
+import uuid
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from fnmatch import fnmatch
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import rerun.blueprint as rrb
+from rerun.chunk import Chunk
+
+from recordings import appearance, entity_paths
+from recordings.errors import RecordingError
+from recordings.replay.recording import Replay
+from recordings.replay.repair import open_reader
+from recordings.replay.running_extremes import WORST, reached
+from recordings.sink.plots import plots_with_series
+from recordings.sink.rerun_sink import flush, open_stream
+
+SIDES = ("A", "B")
+_BACKGROUND = (224, 233, 240)
+_KNOTS = 3600.0 / 1852.0
+
+Values = npt.NDArray[np.float64]
+Reduction = Callable[[Values], float]
+
+
+@dataclass(frozen=True)
+class _Measure:
+    """A score read from a series: which ones, what it is called, its unit, the factor from SI, and how it is reduced."""
+
+    pattern: str
+    label: str
+    unit: str
+    factor: float
+    reduce: Reduction
+
+
+def _last(values: Values) -> float:
+    return float(values[-1])
+
+
+def _largest(values: Values) -> float:
+    return float(values.max())
+
+
+def _smallest(values: Values) -> float:
+    return float(values.min())
+
+
+def _mean(values: Values) -> float:
+    return float(values.mean())
+
+
+_CAUSES = "oil_lost/*"
+_MEASURES = (
+    _Measure("oil_retained", "oil held at the end", "l", 1e3, _last),
+    _Measure("oil_lost", "oil lost at the end", "l", 1e3, _last),
+    _Measure(_CAUSES, "lost by {}", "l", 1e3, _last),
+    _Measure("oil_recovered", "oil taken back", "l", 1e3, _last),
+    _Measure("oil_removed", "oil gone from the water, not lost", "l", 1e3, _last),
+    _Measure("tow_speed", "mean speed through the water", "kn", _KNOTS, _mean),
+    _Measure("normal_speed_held", "largest speed held along the boom's normal", "kn", _KNOTS, _largest),
+    _Measure("tow_tension/*", "mean tow tension, {}", "N", 1.0, _mean),
+    _Measure("tow_tension/*", "largest tow tension, {}", "N", 1.0, _largest),
+    _Measure("skirt_angle", "largest lean of the skirt", "deg", 180.0 / math.pi, _largest),
+    _Measure("effective_draft", "smallest draft", "m", 1.0, _smallest),
+    _Measure("gap_ratio", "gap ratio at the end", "", 1.0, _last),
+    _Measure("probes/*", "{} at the end", "SI", 1.0, _last),
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Score:
+    """One score of both runs; ``label`` and ``unit`` in words."""
+
+    label: str
+    unit: str
+    first: float
+    second: float
+
+
+def common_time(first: Replay, second: Replay) -> tuple[float, float]:
+    """From when to when [s] both were recorded; RecordingError if never."""
+    times = [[series.time for series in replay.scalars.values() if len(series.time)] for replay in (first, second)]
+    for replay, found in zip((first, second), times, strict=True):
+        if not found:
+            raise RecordingError(replay.path, "holds no series to compare")
+    begin = max(min(float(time[0]) for time in found) for found in times)
+    end = min(max(float(time[-1]) for time in found) for found in times)
+    if not begin <= end:
+        raise RecordingError(second.path, f"has no time in common with {first.path}")
+    return begin, end
+
+
+def scores(first: Replay, second: Replay) -> Iterator[Score]:
+    """The scores that both runs have, over the time that both cover; without causes by which neither lost oil."""
+    window, units = common_time(first, second), _probe_units(first)
+    for measure in _MEASURES:
+        for name in first.scalars:
+            start = _start(name, measure.pattern)
+            if start is None or name not in second.scalars:
+                continue
+            values = [_within(replay, name, start, measure.reduce, *window) for replay in (first, second)]
+            if all(len(one) for one in values):
+                a, b = (measure.factor * measure.reduce(one) for one in values)
+                if measure.pattern == _CAUSES and a == b == 0.0:
+                    continue
+                unit = units.get(name, measure.unit)
+                yield Score(label=_label(name, start, measure), unit=unit, first=a, second=b)
+
+
+def _start(name: str, pattern: str) -> int | None:
+    """Where in a series' name begins what fits the pattern: behind its boom, if there are several; None if nothing does."""
+    starts = (0, *(place + 1 for place, letter in enumerate(name) if letter == "/"))
+    return next((start for start in starts if fnmatch(name[start:], pattern)), None)
+
+
+def _label(name: str, start: int, measure: _Measure) -> str:
+    """A score in words, with its boom if there are several."""
+    found = name[start:].removeprefix(measure.pattern.removesuffix("*")).removesuffix("_deg")
+    label = measure.label.format(found.replace("_", " "))
+    return f"boom {name[:start].strip('/')}: {label}" if start else label
+
+
+def _probe_units(replay: Replay) -> dict[str, str]:
+    """The units of probes' series as the titles of their diagrams tell them; those that none tells are left out."""
+    probes = [name for name in replay.scalars if name.startswith(f"{entity_paths.PROBES}/")]
+    plots = plots_with_series(replay.run.plots, probes)
+    return {
+        name: title[title.rindex("[") + 1 : -1]
+        for title, names in plots.items()
+        if title.endswith("]")
+        for name in names
+    }
+
+
+def _within(replay: Replay, name: str, start: int, reduce: Reduction, begin: float, end: float) -> Values:
+    """Values of a series in a time; of the largest and the smallest, what lay between the frames too where that was recorded."""
+    series, values = replay.scalars[name], replay.scalars[name].value
+    worst = replay.scalars.get(f"{name[:start]}{WORST}{name[start:]}")
+    if worst is not None and reduce in (_largest, _smallest):
+        values = reached(values, worst.value)
+    return values[(series.time >= begin - 1e-9) & (series.time <= end + 1e-9)]
+
+
+def write_side_by_side(first: Path, second: Path, target: Path) -> None:
+    """One recording with both runs under ``/A`` and ``/B``, opened as two scenes at the same instant over common diagrams.
+
+    ``first`` and ``second`` can be read to their ends (`Replay.path`). RecordingError if the target cannot be written.
+    """
+    stream = open_stream(str(uuid.uuid4()))
+    try:
+        stream.save(target)
+    except RuntimeError as error:
+        raise RecordingError(target, f"cannot be written: {error}") from error
+    stream.send_recording_name(f"{first.stem} (A) and {second.stem} (B)")
+    replays = [Replay(path) for path in (first, second)]
+    for side, replay in zip(SIDES, replays, strict=True):
+        chunks = open_reader(replay.path).stream().drop(content=["/__properties/**"])
+        stream.send_chunks(chunks.map(lambda chunk, side=side: _moved(chunk, side)))
+        for name in replay.scalars:
+            stream.log(f"{side}/{entity_paths.scalar(name)}", appearance.line(name, side), static=True, strict=True)
+    stream.send_blueprint(_blueprint(replays))
+    flush(stream, target)
+    stream.disconnect()
+
+
+def _moved(chunk: Chunk, side: str) -> Chunk:
+    """The same chunk with its entity one level further down."""
+    return chunk.with_entity_path(f"/{side}/{chunk.entity_path.strip('/')}".rstrip("/"))
+
+
+def _blueprint(replays: list[Replay]) -> rrb.Blueprint:
+    """Two scenes beside each other, below them the diagrams of what both runs have, and the log."""
+    scenes = [_scene(replay, side) for side, replay in zip(SIDES, replays, strict=True)]
+    both = sorted(set(replays[0].scalars) & set(replays[1].scalars))
+    plots = plots_with_series(replays[0].run.plots, both)
+    views = [
+        rrb.TimeSeriesView(
+            origin="/",
+            name=title,
+            contents=[f"/{side}/{entity_paths.scalar(name)}" for side in SIDES for name in names],
+        )
+        for title, names in plots.items()
+    ]
+    events = rrb.TextLogView(origin="/", contents=[f"/{side}/{entity_paths.EVENTS}" for side in SIDES], name="Events")
+    panel = rrb.TimePanel(timeline=entity_paths.TIMELINE_TIME, state="collapsed", playback_speed=1.0)
+    return rrb.Blueprint(
+        rrb.Vertical(
+            rrb.Horizontal(*scenes), rrb.Horizontal(rrb.Tabs(*views), events, column_shares=[2, 1]), row_shares=[3, 2]
+        ),
+        panel,
+        rrb.BlueprintPanel(state="collapsed"),
+        rrb.SelectionPanel(state="collapsed"),
+        auto_views=False,
+        auto_layout=False,
+    )
+
+
+def _scene(replay: Replay, side: str) -> rrb.Spatial3DView:
+    """One run from where its scenario looks at it; walls, which hide the water, are not shown, nor are the force arrows."""
+    camera = replay.run.camera
+    look = {} if camera is None else {"position": camera.eye, "look_target": camera.target, "eye_up": (0.0, 0.0, 1.0)}
+    hidden = (entity_paths.BOUNDARY, entity_paths.FORCES)
+    return rrb.Spatial3DView(
+        origin=f"/{side}",
+        name=f"{side}: {replay.path.stem}",
+        overrides={f"/{side}/{path}": rrb.EntityBehavior(visible=False) for path in hidden},
+        background=_BACKGROUND,
+        line_grid=False,
+        eye_controls=rrb.EyeControls3D(kind=rrb.Eye3DKind.Orbital, **look) if look else None,
+    )

@@ -1,0 +1,329 @@
+"""Reads a recording back: what was run, what happened, and where everything was, bit for bit."""
+
+from __future__ import annotations
+
+import json
+from bisect import bisect_right
+from collections import defaultdict
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from rerun.chunk import Chunk, LazyStore, RrdReader
+
+from recordings import entity_paths
+from recordings.errors import RecordingError
+from recordings.exercise import exercise_from_json, site_from_json
+from recordings.frame import (
+    BodyFrame,
+    CameraView,
+    Color,
+    Event,
+    EventLevel,
+    MeshDescription,
+    PhaseDescription,
+    PhaseFrame,
+    RunDescription,
+)
+from recordings.replay.columns import Rows, read_rows, read_single
+from recordings.replay.repair import is_whole, open_reader, repair
+from recordings.sample import ids_of_ranges
+from recordings.sink.rerun_sink import FORMAT_VERSION
+
+_PROPERTIES = "__properties"
+_LEVELS: dict[str, EventLevel] = {"INFO": "info", "WARN": "warning", "ERROR": "error"}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Series:
+    """Values over time.
+
+    Attributes:
+        index: (N,) communication steps, increasing.
+        time: (N,) simulated time [s].
+        value: (N,) or (N, width).
+    """
+
+    index: npt.NDArray[np.int64]
+    time: npt.NDArray[np.float64]
+    value: npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BodySeries:
+    """A body over time: pose (N, 7), twist (N, 6), wrench (N, 6) and tension (N,), NaN if it has none, at N instants."""
+
+    index: npt.NDArray[np.int64]
+    time: npt.NDArray[np.float64]
+    pose: npt.NDArray[np.float64]
+    twist: npt.NDArray[np.float64]
+    wrench: npt.NDArray[np.float64]
+    tension: npt.NDArray[np.float64]
+
+    def frame(self, row: int) -> BodyFrame:
+        """The body at one instant."""
+        return BodyFrame(
+            position=self.pose[row, :3],
+            orientation=self.pose[row, 3:],
+            linear_velocity=self.twist[row, :3],
+            angular_velocity=self.twist[row, 3:],
+            wrench=self.wrench[row],
+            tension=float(self.tension[row]),
+        )
+
+
+class Replay:
+    """One recording. Particles are read from the file when asked for; everything else is small and kept."""
+
+    def __init__(self, path: str | Path, *, mend: bool = True) -> None:
+        """Open a recording.
+
+        Args:
+            path: the file. One that was cut off in the middle of a write is read from a repaired copy beside it, and
+                ``repaired_from`` says so.
+            mend: allow that; otherwise such a file is an error.
+        """
+        source = Path(path)
+        if not source.is_file():
+            raise RecordingError(source, "no such file")
+        self.repaired_from: Path | None = None
+        if mend and not is_whole(source):
+            self.repaired_from = source
+            source = repair(source)
+        self.path = source
+        self._reader = open_reader(source)
+        self._store = _lazy_store(self._reader)
+        _require_run(source, self.properties.get("recording", {}))
+
+    @cached_property
+    def properties(self) -> Mapping[str, Mapping[str, Any]]:
+        """What the file says about itself: "scenario", "recording" (its terms), "run" (versions ...), "end"."""
+        groups: dict[str, dict[str, Any]] = defaultdict(dict)
+        for chunk in self._chunks(f"/{_PROPERTIES}/**"):
+            group = chunk.entity_path.strip("/").removeprefix(_PROPERTIES).strip("/")
+            groups[group].update(read_single(chunk))
+        return dict(groups)
+
+    @property
+    def precision(self) -> float | None:
+        """Grid [m] that positions of particles were rounded to; None: none."""
+        return float(self.properties["recording"].get("precision", 0.0)) or None
+
+    @property
+    def thinning(self) -> dict[str, int]:
+        """By phase, in how many frames it was recorded once; phases in every frame are left out."""
+        terms = self.properties["recording"]
+        every = {phase.name: int(terms.get(f"every_{phase.name}", 1)) for phase in self.run.phases}
+        return {name: count for name, count in every.items() if count > 1}
+
+    @property
+    def end_reason(self) -> str:
+        """Why the run ended; empty when nobody could say so any more."""
+        return str(self.properties.get("end", {}).get("reason", ""))
+
+    @cached_property
+    def run(self) -> RunDescription:
+        """What was run, as the recorder was told."""
+        scenario = self.properties.get("scenario", {})
+        camera = json.loads(scenario.get("camera") or "null")
+        plots = json.loads(scenario.get("plots") or "{}")
+        return RunDescription(
+            name=str(scenario.get("name", "")),
+            text=str(scenario.get("text", "")),
+            properties=dict(self.properties.get("run", {})),
+            particle_spacing=float(self.properties["recording"]["particle_spacing"]),
+            dimension=int(self.properties["recording"].get("dimension", 3)),
+            phases=self._phase_descriptions(),
+            meshes=self._meshes(),
+            boundaries=self._boundaries(),
+            camera=CameraView(tuple(camera["eye"]), tuple(camera["target"])) if camera else None,
+            plots={title: tuple(names) for title, names in plots.items()},
+            exercise=exercise_from_json(scenario.get("exercise") or ""),
+            site=site_from_json(scenario.get("site") or ""),
+        )
+
+    @cached_property
+    def scalars(self) -> Mapping[str, Series]:
+        """Every scalar series by its name."""
+        rows = self._rows((f"/{entity_paths.METRICS}/**", f"/{entity_paths.PROBES}/**"), "Scalars:scalars")
+        return {entity_paths.scalar_name(path): _series(parts) for path, parts in rows.items()}
+
+    @cached_property
+    def bodies(self) -> Mapping[str, BodySeries]:
+        """Every body's motion by its name."""
+        tensions = self._rows(_body_paths(), "tension")
+        bodies = {}
+        for path, parts in self._rows(_body_paths(), "motion").items():
+            motion = _series(parts, 19)
+            bodies[entity_paths.body_name(path)] = BodySeries(
+                index=motion.index,
+                time=motion.time,
+                pose=motion.value[:, :7],
+                twist=motion.value[:, 7:13],
+                wrench=motion.value[:, 13:],
+                tension=_series(tensions[path]).value if path in tensions else np.full(len(motion.index), np.nan),
+            )
+        return bodies
+
+    @cached_property
+    def events(self) -> tuple[Event, ...]:
+        """The log, in order of time."""
+        found = []
+        for chunk in self._chunks(f"/{entity_paths.EVENTS}"):
+            text, level = read_rows(chunk, "TextLog:text"), read_rows(chunk, "TextLog:level")
+            source = read_rows(chunk, "source")
+            if text is None or level is None or source is None:
+                continue
+            for row, line in enumerate(text.values):
+                speaker = str(source.values[row])
+                said = str(line).removeprefix(f"{speaker}: ") if speaker else str(line)
+                found.append(Event(float(text.time[row]), said, _LEVELS[str(level.values[row])], speaker))
+        return tuple(sorted(found, key=lambda event: event.time))
+
+    def phase_frames(
+        self, name: str, indices: Collection[int] | None = None
+    ) -> Iterator[tuple[int, float, PhaseFrame]]:
+        """Communication step, time [s] and particles of one phase, frame by frame; of ``indices`` only if given."""
+        return self.particles(entity_paths.phase(name), indices)
+
+    def lost_frames(
+        self, cause: str, indices: Collection[int] | None = None
+    ) -> Iterator[tuple[int, float, PhaseFrame]]:
+        """The same for the oil particles that booms have lost by one cause; each is one of its phase's particles too."""
+        return self.particles(entity_paths.lost(cause), indices)
+
+    @cached_property
+    def lost_causes(self) -> tuple[str, ...]:
+        """Every cause by which booms have lost oil during the run."""
+        paths = self._rows((f"/{entity_paths.LOST}/**",), "Points3D:positions")
+        return tuple(sorted(path.removeprefix(f"{entity_paths.LOST}/") for path in paths))
+
+    def particles(self, path: str, indices: Collection[int] | None = None) -> Iterator[tuple[int, float, PhaseFrame]]:
+        """Step, time [s] and particles at an entity path, frame by frame; of ``indices`` only if given."""
+        ids = self._ids(path)
+        changes = [index for index, _ in ids]
+        for chunk in self._chunks(f"/{path}"):
+            rows = read_rows(chunk, "Points3D:positions")
+            if rows is None:
+                continue
+            for index, time, position in zip(rows.index.tolist(), rows.time.tolist(), rows.split(), strict=True):
+                if indices is None or index in indices:
+                    known = bisect_right(changes, index) - 1
+                    yield index, time, PhaseFrame(position.astype(np.float32, copy=False), ids[known][1])
+
+    def phase_times(self, name: str) -> Series:
+        """Steps and times at which a phase's particles were recorded, with their number as value."""
+        return self.particle_times(entity_paths.phase(name))
+
+    def particle_times(self, path: str) -> Series:
+        """Steps and times at which the particles at an entity path were recorded, with their number as value."""
+        parts = self._rows((f"/{path}",), "Points3D:positions").get(path, [])
+        counted = [Rows(index=p.index, time=p.time, lengths=np.ones_like(p.lengths), values=p.lengths) for p in parts]
+        return _series(counted)
+
+    def _ids(self, particles: str) -> list[tuple[int, npt.NDArray[np.uint32]]]:
+        """The ids of the particles at a path, each from a step on until the next."""
+        path = entity_paths.ids(particles)
+        changes: list[tuple[int, npt.NDArray[np.uint32]]] = []
+        for part in self._rows((f"/{path}",), "ranges").get(path, []):
+            rows = zip(part.index.tolist(), part.split(), strict=True)
+            changes += [(index, ids_of_ranges(ranges.astype(np.uint32))) for index, ranges in rows]
+        return sorted(changes, key=lambda change: change[0])
+
+    def _phase_descriptions(self) -> tuple[PhaseDescription, ...]:
+        """The fluids, in the order they were described."""
+        found = []
+        for chunk in self._chunks(f"/{entity_paths.FLUID}/**", static=True):
+            values = read_single(chunk)
+            if "description" in values:
+                stored = json.loads(str(values["description"]))
+                color = tuple(stored.pop("color")) if stored.get("color") else None
+                stored.setdefault("is_oil", _sounds_like_oil(stored["name"]))
+                order = int(str(values["Points3D:class_ids"]))
+                found.append((order, PhaseDescription(**(stored | {"color": color}))))
+        return tuple(phase for _, phase in sorted(found, key=lambda pair: pair[0]))
+
+    def _meshes(self) -> dict[str, MeshDescription]:
+        """The triangles of every body that has some."""
+        found = {}
+        for chunk in self._chunks(*_body_paths(), static=True):
+            vertices, faces = read_rows(chunk, "vertices"), read_rows(chunk, "faces")
+            factor = read_rows(chunk, "Mesh3D:albedo_factor")
+            if vertices is not None and faces is not None:
+                color = _unpacked(int(factor.values[0])) if factor is not None and len(factor.values) else None
+                name = entity_paths.body_name(chunk.entity_path)
+                corners = vertices.values.astype(np.float32).reshape(-1, 3)
+                triangles = faces.values.astype(np.uint32).reshape(-1, 3)
+                found[name] = MeshDescription(vertices=corners, faces=triangles, color=color)
+        return dict(sorted(found.items()))
+
+    def _boundaries(self) -> dict[str, npt.NDArray[np.float32]]:
+        """The static boundary particles."""
+        rows = self._rows((f"/{entity_paths.BOUNDARY}/**",), "Points3D:positions")
+        return {
+            path.removeprefix(f"{entity_paths.BOUNDARY}/"): parts[0].values.astype(np.float32, copy=False)
+            for path, parts in rows.items()
+        }
+
+    def _rows(self, contents: tuple[str, ...], component: str) -> dict[str, list[Rows]]:
+        """The rows of one component, by entity path."""
+        found: dict[str, list[Rows]] = defaultdict(list)
+        for chunk in self._chunks(*contents):
+            rows = read_rows(chunk, component)
+            if rows is not None:
+                found[chunk.entity_path.strip("/")].append(rows)
+        return dict(found)
+
+    def _chunks(self, *contents: str, static: bool | None = None) -> Iterator[Chunk]:
+        """The chunks of some entities, in the file's order."""
+        stream = self._reader.stream() if self._store is None else self._store.stream()
+        return iter(stream.filter(content=list(contents), is_static=static))
+
+
+def _require_run(path: Path, terms: Mapping[str, Any]) -> None:
+    """RecordingError unless the terms are those of a run, in a format that is read here."""
+    if "particle_spacing" not in terms:
+        raise RecordingError(path, "holds no run of oilsim, or was cut off before one began")
+    version = terms.get("format_version")
+    if version != FORMAT_VERSION:
+        raise RecordingError(path, f"has format version {version}, this program reads {FORMAT_VERSION}")
+
+
+def _lazy_store(reader: RrdReader) -> LazyStore | None:
+    """Access that reads only what is asked for; a file without a footer has none and is read through each time."""
+    try:
+        return reader.store()
+    except (ValueError, RuntimeError):
+        return None
+
+
+def _sounds_like_oil(name: str) -> bool:
+    """Whether a phase is oil by its name, for recordings that do not say it."""
+    return any(word in name.lower() for word in ("oil", "crude", "diesel", "fuel"))
+
+
+def _unpacked(color: int) -> Color:
+    """Red, green, blue and opacity of a colour in one number."""
+    return (color >> 24) & 255, (color >> 16) & 255, (color >> 8) & 255, color & 255
+
+
+def _body_paths() -> tuple[str, ...]:
+    return tuple(f"/{group}/**" for group in entity_paths.BODY_GROUPS)
+
+
+def _series(parts: list[Rows], width: int = 0) -> Series:
+    """Chunks of one series, joined and put in order."""
+    if not parts:
+        return Series(index=np.empty(0, np.int64), time=np.empty(0), value=np.empty(0))
+    index = np.concatenate([part.index for part in parts])
+    order = np.argsort(index, kind="stable")
+    value = np.concatenate([part.values for part in parts]).astype(np.float64)
+    return Series(
+        index=index[order],
+        time=np.concatenate([part.time for part in parts])[order],
+        value=(value.reshape(-1, width) if width else value)[order],
+    )

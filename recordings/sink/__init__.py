@@ -1,0 +1,1 @@
+"""Writing a recording, and the live viewer."""

@@ -1,0 +1,123 @@
+"""How the viewer opens a recording: scenes on the left, legend, series and events on the right, simulated time below."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import Literal
+
+import rerun.blueprint as rrb
+
+from recordings import entity_paths, palette
+from recordings.frame import CameraView, RunDescription
+from recordings.sink.cameras import FollowingView, Places, following_views
+from recordings.sink.plots import plots_with_series, usual_plots
+
+_BACKGROUND = (224, 233, 240)
+_MOST_NAMED = 5  # series in one diagram that still have room for a legend
+
+
+def run_blueprint(
+    run: RunDescription, scalars: Collection[str], places: Places | None = None, *, live: bool = False
+) -> rrb.Blueprint:
+    """The opening layout of a recording of ``run``, with diagrams of those series that are recorded.
+
+    ``places`` are those of the bodies in the first frame. ``live`` shows the newest frame, from cameras that stand still:
+    the viewer (0.41) goes too near to a body that it follows if the body's frames come in later than the layout.
+    Otherwise it plays the recording at real speed, over and over, and its cameras follow.
+    """
+    return rrb.Blueprint(
+        rrb.Horizontal(_scenes(run, places or {}, follow=not live), _beside(run, scalars), column_shares=[5, 2]),
+        _time_panel("following", "off") if live else _time_panel("playing", "all"),
+        rrb.BlueprintPanel(state="collapsed"),
+        rrb.SelectionPanel(state="collapsed"),
+        auto_views=False,
+        auto_layout=False,
+    )
+
+
+def _time_panel(play_state: Literal["following", "playing"], loop_mode: Literal["off", "all"]) -> rrb.TimePanel:
+    """Simulated time at real speed; a viewer that loops does not follow the newest frame."""
+    return rrb.TimePanel(
+        timeline=entity_paths.TIMELINE_TIME,
+        state="collapsed",
+        playback_speed=1.0,
+        play_state=play_state,
+        loop_mode=loop_mode,
+    )
+
+
+def _scenes(run: RunDescription, places: Places, *, follow: bool) -> rrb.Container | rrb.View:
+    """The overview, with the forces on the bodies behind it, over the cameras that follow boom and vessel."""
+    overview = _scene(run, "Overview", run.camera, hidden=[entity_paths.FORCES])
+    forces = _scene(run, "Forces", run.camera, hidden=_waters(run))
+    above = rrb.Tabs(overview, forces) if run.meshes else overview
+    close = [_close_scene(run, view, follow=follow) for view in following_views(run, places)]
+    return rrb.Vertical(above, rrb.Horizontal(*close), row_shares=[3, 2]) if close else above
+
+
+def _close_scene(run: RunDescription, view: FollowingView, *, follow: bool) -> rrb.Spatial3DView:
+    hidden = [entity_paths.FORCES, *_waters(run)]
+    return _scene(run, view.title, view.camera, hidden=hidden, follows=entity_paths.body(view.body) if follow else None)
+
+
+def _scene(
+    run: RunDescription, title: str, camera: CameraView | None, *, hidden: Collection[str], follows: str | None = None
+) -> rrb.Spatial3DView:
+    """A 3-D view; boundary particles are there but not shown, because a tank's walls would hide the water."""
+    return rrb.Spatial3DView(
+        origin="/",
+        name=title,
+        overrides={f"/{path}": rrb.EntityBehavior(visible=False) for path in (entity_paths.BOUNDARY, *hidden)},
+        background=_BACKGROUND,
+        line_grid=False,
+        eye_controls=None if camera is None else _eye(camera, follows),
+    )
+
+
+def _waters(run: RunDescription) -> list[str]:
+    """What would hide a boom from a near camera."""
+    return [entity_paths.phase(phase.name) for phase in run.phases if palette.is_water(phase)]
+
+
+def _eye(camera: CameraView, follows: str | None) -> rrb.EyeControls3D:
+    return rrb.EyeControls3D(
+        kind=rrb.Eye3DKind.Orbital,
+        position=camera.eye,
+        look_target=camera.target,
+        eye_up=(0.0, 0.0, 1.0),
+        tracking_entity=None if follows is None else f"/{follows}",
+    )
+
+
+def _beside(run: RunDescription, scalars: Collection[str]) -> rrb.Container | rrb.View:
+    """Legend, diagrams and events."""
+    names = [entity_paths.scalar_name(entity_paths.scalar(name)) for name in scalars]
+    chosen = plots_with_series(run.plots, names)
+    tabs = []
+    for title, plots in usual_plots(names).items():
+        views = [_plot(plot, chosen.pop(plot)) for plot in plots if plot in chosen]
+        if views:
+            tabs.append(rrb.Vertical(*views, name=title))
+    if chosen:
+        own = rrb.Vertical(*(_plot(plot, found) for plot, found in chosen.items()), name="Series")
+        tabs.insert(0 if run.exercise is None else 1, own)
+    told: rrb.Container | rrb.View = rrb.TextDocumentView(origin=f"/{entity_paths.LEGEND}", name="What you see")
+    parts = [(told, 6 if run.exercise is not None else 4 if run.meshes else 3)]
+    if tabs:
+        parts.append((rrb.Tabs(*tabs), 13))
+    parts.append((_log(), 4))
+    return rrb.Vertical(*(part for part, _ in parts), row_shares=[share for _, share in parts])
+
+
+def _plot(title: str, names: Collection[str]) -> rrb.TimeSeriesView:
+    """One diagram of some series; the causes of loss have the colours of the legend and need none of their own."""
+    contents = [f"/{entity_paths.scalar(name)}" for name in names]
+    shown = 1 < len(names) <= _MOST_NAMED
+    legend = rrb.PlotLegend(rrb.Corner2D.LeftTop, visible=shown)
+    return rrb.TimeSeriesView(origin="/", contents=contents, name=title, plot_legend=legend)
+
+
+def _log() -> rrb.TextLogView:
+    """The events: when and what."""
+    columns = rrb.TextLogColumns(timeline_columns=[entity_paths.TIMELINE_TIME], text_log_columns=["Body"])
+    return rrb.TextLogView(origin=f"/{entity_paths.EVENTS}", name="Events", columns=columns)

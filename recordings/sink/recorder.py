@@ -1,0 +1,190 @@
+"""The observer that writes a run to a Rerun file, and the terms on which it does so."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import weakref
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType, TracebackType
+from typing import TYPE_CHECKING
+
+from recordings.errors import RecordingError
+from recordings.frame import Event, Frame, RunDescription
+from recordings.sample import require_power_of_two, take_sample
+
+if TYPE_CHECKING:
+    from recordings.sink.live import LiveView
+    from recordings.sink.rerun_sink import RerunFile
+
+_TIME_SLACK = 1e-9  # a frame due at t is taken at t less a rounding error
+
+
+class Recorder:
+    """Writes what it observes to ``path``; it reads the run and cannot change it.
+
+    Frames are taken at ``frame_rate`` per simulated second. They are gathered into blocks of at most half a second of wall
+    time, because Rerun writes one column of ten values far cheaper than ten rows. A killed run therefore loses less than a
+    second, and nothing from before its last checkpoint. Call order: `initialized`, any number of `step_completed` and `event`, then
+    `terminated`; used as a context manager it terminates itself, and a forgotten one is closed when the program ends.
+    """
+
+    def __init__(
+        self,
+        path: str | Path,
+        frame_rate: float = 30.0,
+        *,
+        precision: float | None = None,
+        every: Mapping[str, int] | None = None,
+        live: LiveView | None = None,
+    ) -> None:
+        """Check the terms and that ``path`` can be written, before anybody starts a long run.
+
+        Args:
+            path: the file, overwritten if there is one.
+            frame_rate: recorded frames per simulated second [1/s].
+            precision: grid that positions are rounded to [m], a power of two, stated in the file; None keeps every
+                bit.
+            every: by phase name, record its particles in the first and then in every so many recorded frames only; 1 if not
+                named.
+            live: a viewer that is shown the same frames, and loses some when it cannot keep up.
+        """
+        if not frame_rate > 0.0:
+            raise ValueError(f"frame_rate is {frame_rate} 1/s, expected more than 0")
+        require_power_of_two(precision)
+        for name, count in (every or {}).items():
+            if count < 1:
+                raise ValueError(f"every[{name!r}] is {count}, expected 1 or more")
+        self.path = Path(path)
+        self.frame_rate = frame_rate
+        self.precision = precision
+        self.every = dict(every or {})
+        self.recorded_frames = 0
+        self._live = live
+        self._file: RerunFile | None = None
+        self._finalizer: weakref.finalize[[RerunFile, LiveView | None], Recorder] | None = None
+        self._last_slot = -1
+        self._last_index = 0
+        self._is_first = True
+        self._oils: tuple[str, ...] = ()
+        _require_writable(self.path)
+
+    def __enter__(self) -> Recorder:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.terminated("completed" if error is None else f"{type(error).__name__}: {error}")
+
+    def initialized(self, run: RunDescription) -> None:
+        """Open the file and write down what does not change."""
+        # Rerun takes half a second to import, and a run without a recording must not need it.
+        from recordings.sink.rerun_sink import RerunFile
+
+        if self._file is not None:
+            raise RecordingError(self.path, "is already open; one recorder records one run")
+        self._oils = run.oils
+        terms = {"frame_rate": self.frame_rate, "precision": self.precision or 0.0}
+        terms |= {f"every_{name}": float(count) for name, count in self.every.items()}
+        self._file = RerunFile(self.path, run, terms)
+        self._finalizer = weakref.finalize(self, _close, self._file, self._live)
+        if self._live is not None:
+            self._live.start(run, self._file.recording_id)
+
+    def step_completed(self, frame: Frame) -> None:
+        """Record the frame if it is due; otherwise do nothing, not even look at the particles."""
+        file = self._open_file()
+        self._last_index = frame.index
+        slot = int(frame.time * self.frame_rate + _TIME_SLACK)
+        if slot <= self._last_slot:
+            file.write_if_full()
+            return
+        self._last_slot = slot
+        sample = take_sample(frame, precision=self.precision, phases=self._due_phases(frame), oils=self._oils)
+        self.recorded_frames += 1
+        self._is_first = False
+        file.add(sample)
+        if self._live is not None:
+            self._live.show(sample)
+
+    def save_state(self) -> dict[str, int]:
+        """Which frames come next: the recording of a run that goes on from here takes the ones this one would.
+
+        What waits is written first, so that no checkpoint is ahead of the recording that it belongs to.
+        """
+        self._open_file().write()
+        return {"recorded_frames": self.recorded_frames, "last_slot": self._last_slot, "last_index": self._last_index}
+
+    def restore_state(self, saved: Mapping[str, int]) -> None:
+        """Go on after what `save_state` returned."""
+        self.recorded_frames, self._last_slot = saved["recorded_frames"], saved["last_slot"]
+        self._last_index = saved["last_index"]
+
+    def event(self, event: Event) -> None:
+        """Write a line of the log."""
+        self._open_file().add_event(event, self._last_index)
+        if self._live is not None:
+            self._live.tell(event, self._last_index)
+
+    def terminated(self, reason: str) -> None:
+        """Write what is left and the footer; safe to call twice."""
+        if self._file is None or self._file.closed:
+            return
+        self._file.set_end(reason)
+        _close(self._file, self._live)
+
+    def _due_phases(self, frame: Frame) -> set[str] | None:
+        """The phases whose particles this frame records; None stands for all, and then nobody need ask for names."""
+        if not self.every:
+            return None
+        return {name for name in frame.phases if self._is_first or self.recorded_frames % self.every.get(name, 1) == 0}
+
+    def _open_file(self) -> RerunFile:
+        if self._file is None:
+            raise RecordingError(self.path, "is not open; call initialized(run) first")
+        return self._file
+
+
+def _close(file: RerunFile, live: LiveView | None) -> None:
+    """Close the streams; the file first, because the viewer may not answer."""
+    try:
+        file.close()
+    finally:
+        if live is not None:
+            live.stop()
+
+
+def _require_writable(path: Path) -> None:
+    """Find out now, not after an hour, that the file cannot be written."""
+    existed = path.exists()
+    try:
+        with path.open("ab"):
+            pass
+    except OSError as error:
+        raise RecordingError(path, f"cannot be written: {error.strerror or error}") from error
+    if not existed:
+        path.unlink()
+
+
+@contextmanager
+def exit_on_sigterm() -> Iterator[None]:
+    """Turn SIGTERM into `SystemExit` inside the block, so that a recording is closed in order.
+
+    Without it the program ends at once and the file has no footer. Does nothing outside the main thread, where
+    signals cannot be caught.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def leave(number: int, _frame: FrameType | None) -> None:
+        raise SystemExit(128 + number)
+
+    previous = signal.signal(signal.SIGTERM, leave)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, previous)

@@ -1,0 +1,362 @@
+"""Writes runs to Rerun streams: the one place that knows how a sample becomes chunks.
+
+Five habits of Rerun 0.41 are met here. It keeps a reference to the arrays it is given, so samples are never written to
+again. Its batcher holds small series back until the end, so columns are sent block by block. One stream to a file and a
+viewer stalls with the viewer, so a viewer gets its own (`live`). A file without a footer loads slowly and a cut one not
+at all, so files are closed in order where possible (`replay` repairs the rest). A partial update keeps static
+colours and radii, so a frame holds positions only.
+"""
+
+from __future__ import annotations
+
+import atexit
+import ctypes
+import json
+import shutil
+import time
+import uuid
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import rerun as rr
+
+from recordings import appearance, entity_paths, palette
+from recordings.errors import RecordingError
+from recordings.exercise import to_json
+from recordings.frame import NO_PARTICLES, Event, MeshDescription, PhaseFrame, RunDescription
+from recordings.sample import Block, Sample, id_ranges
+from recordings.sink.blueprint import run_blueprint
+from recordings.sink.force_arrows import ForceArrows
+from recordings.sink.legend import legend
+
+APPLICATION = "oilsim"
+FORMAT_VERSION = 1
+RESERVED_BYTES = 32 << 20  # disk space left for the footer, the log and the other programs
+_FLUSH_SECONDS = 60.0
+_ANSWER_SECONDS = 1.0
+_TIMED_OUT = "timed out"  # in Rerun's error
+_LEVELS = {"info": rr.TextLogLevel.INFO, "warning": rr.TextLogLevel.WARN, "error": rr.TextLogLevel.ERROR}
+
+
+class RerunWriter:
+    """Turns descriptions, samples and events into entities of one recording stream."""
+
+    def __init__(self, stream: rr.RecordingStream, *, live: bool = False) -> None:
+        """Write to ``stream``, which the caller has connected to a file or, if ``live``, to a viewer."""
+        self._stream = stream
+        self._live = live
+        self._run: RunDescription | None = None
+        self._spacing = 0.0
+        self._shown_scalars: set[str] = set()
+        self._arrows = ForceArrows()
+        self._last_instants: tuple[int, ...] = ()
+        self._last_times: list[rr.TimeColumn] = []
+        self._last_ids: dict[str, npt.NDArray[np.uint32]] = {}
+        self._places: dict[str, npt.NDArray[np.float64]] = {}
+        self._causes: list[str] = []
+        self._full_tension: dict[str, float] = {}
+
+    def write_run(self, run: RunDescription, terms: Mapping[str, float]) -> None:
+        """Write what does not change: properties, colours, boundaries and meshes."""
+        self._run, self._spacing = run, run.particle_spacing
+        density = max((phase.rest_density for phase in run.phases), default=1000.0)
+        self._arrows = ForceArrows(run.meshes, density)
+        booms = run.exercise.booms if run.exercise else ()
+        self._full_tension = {name: boom.full_tension for boom in booms for name in boom.segments}
+        self._write_properties(run, terms)
+        self._static("/", rr.ViewCoordinates.RIGHT_HAND_Z_UP, appearance.classes(run.phases))
+        for index, phase in enumerate(run.phases):
+            look = appearance.phase(index, phase, run.particle_spacing, beside_oil=bool(run.oils))
+            self._static(entity_paths.phase(phase.name), look, rr.AnyValues(description=json.dumps(asdict(phase))))
+        for name, points in run.boundaries.items():
+            self._write_boundary(name, np.array(points, dtype=np.float32), run.particle_spacing)
+        for name, mesh in run.meshes.items():
+            self._write_mesh(name, mesh)
+        self._write_arrow_looks()
+        self._static(entity_paths.LEGEND, rr.TextDocument(legend(run), media_type=rr.MediaType.MARKDOWN))
+
+    def write_samples(self, samples: Sequence[Sample]) -> None:
+        """Write a block of samples, one chunk per entity."""
+        for name in _names(sample.phases for sample in samples):
+            having = [sample for sample in samples if name in sample.phases]
+            self._write_particles(entity_paths.phase(name), having, [sample.phases[name] for sample in having])
+        self._write_lost(samples)
+        for name in _names(sample.bodies for sample in samples):
+            self._write_body(name, [sample for sample in samples if name in sample.bodies])
+        self._lay_out(set(_names(sample.scalars for sample in samples)), samples[0])
+        for name in _names(sample.scalars for sample in samples):
+            having = [sample for sample in samples if name in sample.scalars]
+            values = np.array([sample.scalars[name] for sample in having], dtype=np.float64)
+            self._columns(entity_paths.scalar(name), having, rr.Scalars.columns(scalars=values))
+
+    def write_event(self, event: Event, frame_index: int) -> None:
+        """Write one line of the log."""
+        text = f"{event.source}: {event.text}" if event.source else event.text
+        times = [
+            rr.TimeColumn(entity_paths.TIMELINE_TIME, duration=[event.time]),
+            rr.TimeColumn(entity_paths.TIMELINE_FRAME, sequence=[frame_index]),
+        ]
+        line = rr.TextLog.columns(text=[text], level=[_LEVELS[event.level]])
+        origin = rr.AnyValues.columns(source=[event.source])
+        self._stream.send_columns(entity_paths.EVENTS, times, [*line, *origin], strict=True)
+
+    def write_end(self, reason: str) -> None:
+        """Write why the run ended."""
+        self._stream.send_property("end", rr.AnyValues(reason=reason))
+
+    def _lay_out(self, scalars: set[str], sample: Sample) -> None:
+        """Tell the viewer how to open the recording, as soon as it is known which series there are."""
+        fresh = scalars - self._shown_scalars
+        if self._run is None or (self._shown_scalars and not fresh):
+            return
+        self._shown_scalars |= fresh
+        for name in sorted(fresh):
+            self._static(entity_paths.scalar(name), appearance.line(name))
+        if not self._places:
+            self._places = {name: motion[:3] for name, motion in sample.bodies.items()}
+        layout = run_blueprint(self._run, sorted(self._shown_scalars), self._places, live=self._live)
+        self._stream.send_blueprint(layout)
+
+    def _write_properties(self, run: RunDescription, terms: Mapping[str, float]) -> None:
+        """Write scenario, versions and the terms of this recording where the viewer and `replay` look for them."""
+        self._stream.send_recording_name(run.name)
+        camera = json.dumps(asdict(run.camera)) if run.camera else ""
+        plots = json.dumps(run.plots)
+        exercise, site = to_json(run.exercise), to_json(run.site)
+        facts = rr.AnyValues(name=run.name, text=run.text, camera=camera, plots=plots, exercise=exercise, site=site)
+        self._stream.send_property("scenario", facts)
+        fixed = {"format_version": FORMAT_VERSION, "particle_spacing": run.particle_spacing, "dimension": run.dimension}
+        self._stream.send_property("recording", rr.AnyValues(**fixed, **terms))
+        if run.properties:
+            self._stream.send_property("run", rr.AnyValues(**{key: [value] for key, value in run.properties.items()}))
+
+    def _write_boundary(self, name: str, points: npt.NDArray[np.float32], spacing: float) -> None:
+        """Write boundary particles once, and their bounding box as an outline that hides nothing."""
+        self._static(entity_paths.boundary(name), appearance.wall(points, spacing))
+        if len(points):
+            self._static(entity_paths.outline(name), appearance.outline(points, spacing))
+
+    def _write_mesh(self, name: str, mesh: MeshDescription) -> None:
+        """Write a body's triangles; its pose follows frame by frame.
+
+        The viewer shades by the normals of vertices, so it gets every triangle with vertices of its own; the mesh as it
+        was described lies beside them.
+        """
+        corners = mesh.vertices[mesh.faces]
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.float32(1e-30))
+        shape = rr.Mesh3D(
+            vertex_positions=corners.reshape(-1, 3),
+            vertex_normals=np.repeat(normal, 3, axis=0),
+            albedo_factor=None if name in self._full_tension else palette.body_color(name, mesh),
+            face_rendering="DoubleSided",
+        )
+        described = rr.AnyValues(vertices=mesh.vertices.ravel(), faces=mesh.faces.ravel())
+        self._static(entity_paths.body(name), shape, described)
+        if entity_paths.body_group(name) == entity_paths.VESSELS:
+            self._static(entity_paths.label(name), appearance.name_over(mesh, name.partition("/")[2]))
+
+    def _write_arrow_looks(self) -> None:
+        """Write colour, thickness and scale of the force arrows."""
+        for name, scale in self._arrows.metres_per_newton.items():
+            self._static(entity_paths.force(name), appearance.force(), rr.AnyValues(metres_per_newton=scale))
+
+    def _write_particles(self, path: str, samples: Sequence[Sample], frames: Sequence[PhaseFrame]) -> None:
+        """Write particles, and before them their ids where they differ from the ones before."""
+        changed, ranges = [], []
+        for sample, frame in zip(samples, frames, strict=True):
+            before = self._last_ids.get(path)
+            if before is None or not np.array_equal(frame.id, before):
+                self._last_ids[path] = frame.id
+                changed.append(sample)
+                ranges.append(id_ranges(frame.id))
+        if changed:
+            values = rr.AnyValues.columns(ranges=np.concatenate(ranges)).partition([len(item) for item in ranges])
+            self._columns(entity_paths.ids(path), changed, values)
+        positions = [frame.position for frame in frames]
+        together = positions[0] if len(positions) == 1 else np.concatenate(positions)
+        column = rr.Points3D.columns(positions=together).partition([len(position) for position in positions])
+        self._columns(path, samples, column)
+
+    def _write_lost(self, samples: Sequence[Sample]) -> None:
+        """Write the oil that booms lost, by cause; a cause that was seen once is written on, be it without particles."""
+        lost = [(sample, sample.lost) for sample in samples if sample.lost is not None]
+        for cause in dict.fromkeys([*self._causes, *_names(found for _, found in lost)]):
+            if cause not in self._causes:
+                self._causes.append(cause)
+                self._static(entity_paths.lost(cause), appearance.lost(cause, self._spacing))
+            frames = [found.get(cause, NO_PARTICLES) for _, found in lost]
+            self._write_particles(entity_paths.lost(cause), [sample for sample, _ in lost], frames)
+
+    def _write_body(self, name: str, samples: Sequence[Sample]) -> None:
+        """Write the motion of one body at full precision, and the pose and force that the viewer draws."""
+        motion = np.array([sample.bodies[name] for sample in samples])
+        position, orientation, force = motion[:, :3], motion[:, 3:7], motion[:, 13:16]
+        drawn = rr.Transform3D.columns(translation=position, quaternion=orientation)
+        exact = rr.AnyValues.columns(motion=motion.ravel()).partition([motion.shape[1]] * len(motion))
+        self._columns(entity_paths.body(name), samples, [*drawn, *exact, *self._tension_columns(name, samples)])
+        vectors = self._arrows.vectors(name, force)
+        if vectors is not None:
+            self._columns(entity_paths.force(name), samples, rr.Arrows3D.columns(origins=position, vectors=vectors))
+
+    def _tension_columns(self, name: str, samples: Sequence[Sample]) -> list[rr.ComponentColumn]:
+        """The tension in a body, and the colour that shows it on a boom."""
+        tension = np.array([sample.tensions.get(name, np.nan) for sample in samples])
+        if np.isnan(tension).any():
+            return []
+        exact = rr.AnyValues.columns(tension=tension)
+        if name not in self._full_tension:
+            return [*exact]
+        colors = palette.tension_color(tension, self._full_tension[name])
+        return [*exact, *rr.Mesh3D.columns(albedo_factor=colors)]
+
+    def _static(self, path: str, *components: rr.AsComponents) -> None:
+        self._stream.log(path, *components, static=True, strict=True)
+
+    def _columns(self, path: str, samples: Sequence[Sample], columns: Iterable[rr.ComponentColumn]) -> None:
+        """Send one chunk: one row per sample."""
+        instants = tuple(sample.index for sample in samples)
+        if instants != self._last_instants:
+            self._last_instants = instants
+            self._last_times = [
+                rr.TimeColumn(entity_paths.TIMELINE_TIME, duration=[sample.time for sample in samples]),
+                rr.TimeColumn(entity_paths.TIMELINE_FRAME, sequence=instants),
+            ]
+        self._stream.send_columns(path, self._last_times, columns, strict=True)
+
+
+class RerunFile:
+    """A recording on disk, written block by block, closed with a footer."""
+
+    def __init__(self, path: Path, run: RunDescription, terms: Mapping[str, float]) -> None:
+        """Create the file with everything that does not change."""
+        self.path = path
+        self.recording_id = str(uuid.uuid4())
+        self.closed = False
+        self._block = Block()
+        self._stream = open_stream(self.recording_id)
+        try:
+            self._stream.save(path)
+        except RuntimeError as error:
+            raise RecordingError(path, f"cannot be written: {error}") from error
+        self._writer = RerunWriter(self._stream)
+        self._writer.write_run(run, terms)
+        self._flush()
+
+    def add(self, sample: Sample) -> None:
+        """Take one sample; it reaches the disk with its block."""
+        self._block.add(sample)
+        self.write_if_full()
+
+    def write_if_full(self) -> None:
+        """Write the block if it is full or has waited long enough."""
+        if self._block.full:
+            self.write()
+
+    def write(self) -> None:
+        """Hand what waits to Rerun and learn whether it reached the disk."""
+        if self._block.samples:
+            self._require_space(self._block.byte_count)
+            self._writer.write_samples(self._block.take())
+            self._flush()
+
+    def add_event(self, event: Event, frame_index: int) -> None:
+        """Write one line of the log at once: it is often the last one."""
+        self._writer.write_event(event, frame_index)
+
+    def set_end(self, reason: str) -> None:
+        """Say why the run ended, in the file's properties."""
+        self._writer.write_end(reason)
+
+    def close(self) -> None:
+        """Write the rest and the footer; safe to call twice."""
+        if self.closed:
+            return
+        self.closed = True
+        self.write()
+        self._flush()
+        self._stream.disconnect()
+
+    def _require_space(self, wanted: int) -> None:
+        """Stop in order while there still is room for a footer."""
+        free = shutil.disk_usage(self.path.parent).free
+        if free < wanted + RESERVED_BYTES:
+            self.closed = True
+            self._block.take()
+            self._stream.disconnect()
+            raise RecordingError(self.path, f"disk is full: {free >> 20} MiB left; what was written can be replayed")
+
+    def _flush(self) -> None:
+        """Wait until all is on disk; a file that cannot be written any more is not written to again."""
+        try:
+            flush(self._stream, self.path)
+        except RecordingError:
+            self.closed = True
+            self._block.take()
+            raise
+
+
+def flush(stream: rr.RecordingStream, path: Path) -> None:
+    """Wait until all of a stream to a file is on disk; a writer that has died is one clear error and is not asked again.
+
+    A flush that meets Rerun's writer at the moment of its death is never answered, hence the short waits, after each of
+    which the disk is asked.
+    """
+    deadline = time.monotonic() + _FLUSH_SECONDS
+    while True:
+        try:
+            stream.flush(timeout_sec=_ANSWER_SECONDS)
+            return
+        except RuntimeError as error:
+            refusal = _refusal(path)
+            if refusal is None and _TIMED_OUT in str(error) and time.monotonic() < deadline:
+                continue  # a slow disk
+            _abandon(stream)
+            raise RecordingError(path, f"cannot be written any more: {refusal or error}") from error
+
+
+def _abandon(stream: rr.RecordingStream) -> None:
+    """Leave a stream alone whose writer is dead: it may answer no call any more, and the program could not end.
+
+    Such calls are Rerun's flush of all streams at the end of the program, and the disconnect when the stream is
+    collected, which one reference too many prevents.
+    """
+    atexit.unregister(rr.rerun_shutdown)
+    ctypes.pythonapi.Py_IncRef(ctypes.py_object(stream))
+
+
+def open_stream(recording_id: str) -> rr.RecordingStream:
+    """A stream that is connected to nothing yet; streams with one id show as one recording."""
+    batching = rr.ChunkBatcherConfig(flush_tick=0.1, flush_num_bytes=1 << 40)
+    stream = rr.RecordingStream(APPLICATION, recording_id=recording_id, batcher_config=batching)
+    stream.set_log_tick_enabled(False)
+    stream.set_log_time_enabled(False)
+    return stream
+
+
+def connect_stream(address: str, recording_id: str) -> rr.RecordingStream:
+    """A stream to the viewer at ``address``."""
+    stream = open_stream(recording_id)
+    stream.connect_grpc(address)
+    return stream
+
+
+def _refusal(path: Path) -> str | None:
+    """Why a file cannot be written, which Rerun does not pass on; None if it can.
+
+    A byte is written behind its end. A living writer writes over it, since it goes on where it was, not at the end.
+    """
+    try:
+        with path.open("ab") as file:
+            file.write(b"\0")
+    except OSError as refused:
+        return refused.strerror or str(refused)
+    return None
+
+
+def _names(mappings: Iterable[Mapping[str, object]]) -> list[str]:
+    """Every name in any of the mappings, in order of first appearance."""
+    return list(dict.fromkeys(name for mapping in mappings for name in mapping))

@@ -1,0 +1,270 @@
+"""Checks between the tables of a scenario: names, references, places and sizes.
+
+They work on whatever parts are sound, so that a file with a mistyped number still has its wrong references reported in
+the same breath: a part that could not be read is None, a named entry that could not be read is missing from its table
+but still in `names`.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from oilsim.phases import EXPLICIT_UP_TO
+from scenarios.problems import Problem, unknown
+from scenarios.schema.bodies import Body, MeshBody
+from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings, body_of, segment_names
+from scenarios.schema.fmu_settings import FmuSettings
+from scenarios.schema.liquid import (
+    BlockFill,
+    CylinderFill,
+    Fill,
+    FluidSettings,
+    PhaseSettings,
+    PipeEmitterSettings,
+    SlabFill,
+    SphereFill,
+    Tank,
+)
+from scenarios.schema.probe_settings import BodyProbe, Probe
+from scenarios.schema.quantity_fields import SHORTEST, Vector
+from scenarios.schema.run_settings import RunSettings
+from scenarios.schema.weather import CurrentSettings, ForcingSettings, WaveSettings, WindSettings, ZoneSettings
+
+NAME = r"[A-Za-z0-9][A-Za-z0-9_-]*"
+NAME_ALLOWED = "letters, digits, '-' and '_', beginning with a letter or digit"
+MESH_SUFFIXES = (".stl", ".obj", ".ply", ".glb")
+MOST_PARTICLES = 1e8  # some 300 GB of memory
+FURTHEST = 16_000.0  # spacings from the origin, within which 32 bits tell particles apart (`oilsim.config`)
+NAMED_TABLES = ("phases", "fill", "emitters", "bodies", "vessels", "booms", "probes", "fmus")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Parts:
+    """The sound parts of a scenario, all names that it defines, table by table, and which tables are given at all."""
+
+    names: Mapping[str, tuple[str, ...]]
+    given: frozenset[str]
+    run: RunSettings | None = None
+    fluid: FluidSettings | None = None
+    tank: Tank | None = None
+    phases: Mapping[str, PhaseSettings] = field(default_factory=dict)
+    fill: Mapping[str, Fill] = field(default_factory=dict)
+    emitters: Mapping[str, PipeEmitterSettings] = field(default_factory=dict)
+    forcing: ForcingSettings | None = None
+    bodies: Mapping[str, Body] = field(default_factory=dict)
+    vessels: Mapping[str, VesselSettings] = field(default_factory=dict)
+    booms: Mapping[str, BoomSettings] = field(default_factory=dict)
+    tow: TowSettings | None = None
+    probes: Mapping[str, Probe] = field(default_factory=dict)
+    fmus: Mapping[str, FmuSettings] = field(default_factory=dict)
+
+
+def problems_between(parts: Parts) -> Iterator[Problem]:
+    """Every problem that concerns more than one table."""
+    yield from _names(parts)
+    yield from _references(parts)
+    yield from _orders(parts)
+    yield from _meshes(parts)
+    yield from _plane(parts)
+    if parts.tank is not None:
+        yield from _places(parts, parts.tank)
+    if parts.fluid is not None:
+        yield from _sizes(parts, parts.fluid)
+        yield from _explicit(parts.fluid, parts.phases.values())
+    if parts.forcing is not None and parts.forcing.waves is not None:
+        yield from _waves(parts.forcing.waves, parts.fluid, parts.tank)
+    if parts.fluid is not None and parts.tank is not None:
+        yield from _numbers(parts.fluid, parts.tank, parts.fill.values())
+    if parts.fmus:
+        yield from _fmus(parts)
+
+
+def body_names(parts: Parts) -> tuple[str, ...]:
+    """What a probe may call a body: ``rock``, ``vessels/port``, ``boom/main/segment-03``."""
+    vessels = tuple(body_of(name) for name in parts.names["vessels"])
+    segments = tuple(segment for name, boom in parts.booms.items() for segment in segment_names(name, boom.segments))
+    return (*parts.names["bodies"], *vessels, *segments)
+
+
+def _names(parts: Parts) -> Iterator[Problem]:
+    for table, names in parts.names.items():
+        for name in names:
+            if not re.fullmatch(NAME, name):
+                yield Problem(table, f"has an entry {name!r}, allowed: {NAME_ALLOWED}")
+    if not parts.names["phases"]:
+        yield Problem("phases", "is empty, allowed: one phase or more")
+    if not parts.names["fill"] and not parts.names["emitters"]:
+        yield Problem("fill", "is empty and so is emitters, allowed: liquid in one of them")
+
+
+def _references(parts: Parts) -> Iterator[Problem]:
+    for table, entries in (("fill", parts.fill), ("emitters", parts.emitters)):
+        for name, entry in entries.items():
+            if entry.phase not in parts.names["phases"]:
+                text = unknown(entry.phase, parts.names["phases"], "phase")
+                yield Problem(f"{table}.{name}.phase", f"is {entry.phase!r}, which {text}")
+    bodies = body_names(parts)
+    for name, probe in parts.probes.items():
+        if isinstance(probe, BodyProbe) and probe.body not in bodies:
+            yield Problem(f"probes.{name}.body", f"is {probe.body!r}, which {unknown(probe.body, bodies, 'body')}")
+    for name, boom in parts.booms.items():
+        for end in boom.ends:
+            if isinstance(end, str) and end not in parts.names["vessels"]:
+                yield Problem(
+                    f"booms.{name}.ends", f"holds {end!r}, which {unknown(end, parts.names['vessels'], 'vessel')}"
+                )
+
+
+def _orders(parts: Parts) -> Iterator[Problem]:
+    for name, vessel in parts.vessels.items():
+        if vessel.control == "helmsman" and not vessel.legs and "tow" not in parts.given:
+            yield Problem(f"vessels.{name}.legs", "is missing, allowed: give legs, or a [tow] table for all vessels")
+
+
+def _plane(parts: Parts) -> Iterator[Problem]:
+    """In two dimensions there is liquid only, since solids are sampled in three, and nothing moves along y."""
+    if parts.fluid is None or parts.fluid.dimension == 3:
+        return
+    for table in ("bodies", "vessels", "booms", "emitters"):
+        if parts.names[table]:
+            yield Problem(table, "is given, allowed: only with fluid.dimension = 3")
+    across = {f"fill.{name}.velocity": fill.velocity for name, fill in parts.fill.items()}
+    across["fluid.gravity"] = parts.fluid.gravity
+    for path, vector in across.items():
+        if vector is not None and vector[1] != 0.0:
+            yield Problem(path, f"has y = {vector[1]:g}, allowed: 0 with fluid.dimension = 2")
+    for kind in ("wind", "waves", "current"):
+        weather: WindSettings | WaveSettings | CurrentSettings | None = getattr(parts.forcing, kind, None)
+        if weather is not None and abs(math.sin(weather.direction)) > 1e-9:
+            text = f"is {weather.direction:g} rad, allowed: 0 or pi, along x, with fluid.dimension = 2"
+            yield Problem(f"forcing.{kind}.direction", text)
+
+
+def _explicit(fluid: FluidSettings, phases: Iterable[PhaseSettings]) -> Iterator[Problem]:
+    """Forward in time only viscosities are stable that change little in a step."""
+    thickest = fluid.viscosity_correction * max((phase.viscosity / phase.rest_density for phase in phases), default=0.0)
+    longest = EXPLICIT_UP_TO * fluid.particle_spacing**2
+    if fluid.explicit_viscosity and thickest * fluid.maximum_time_step > longest:
+        text = f"is true with a liquid of {thickest:g} m2/s, allowed: with fluid.maximum_time_step up to {longest / thickest:.2g} s"
+        yield Problem("fluid.explicit_viscosity", text)
+
+
+def _waves(waves: WaveSettings, fluid: FluidSettings | None, tank: Tank | None) -> Iterator[Problem]:
+    """Waves run by gravity, in water of some depth."""
+    if fluid is not None and math.hypot(*fluid.gravity) < SHORTEST:
+        yield Problem("forcing.waves", "is given, allowed: only with fluid.gravity, by which waves run")
+    if tank is not None and waves.level is not None and waves.level <= tank.lower[2]:
+        yield Problem(
+            "forcing.waves.level", f"is {waves.level:g}, allowed: above the tank's floor, {tank.lower[2]:g} m"
+        )
+
+
+def _meshes(parts: Parts) -> Iterator[Problem]:
+    for name, body in parts.bodies.items():
+        if isinstance(body, MeshBody):
+            suffix = Path(body.file).suffix.lower()
+            if suffix not in MESH_SUFFIXES:
+                text = f"is {body.file!r}, allowed: a file of the kind {', '.join(MESH_SUFFIXES)}"
+                yield Problem(f"bodies.{name}.file", text)
+            elif not Path(body.file).is_file():
+                yield Problem(f"bodies.{name}.file", f"is {body.file!r}, which does not exist")
+
+
+def _places(parts: Parts, tank: Tank) -> Iterator[Problem]:
+    """Liquid, pipes, gauges, vessels, booms' ends and zones lie inside the tank; of bodies see `scenarios.setup.layout`."""
+    for name, fill in parts.fill.items():
+        yield from _inside(f"fill.{name}", _extent(fill, tank), tank)
+    for name, emitter in parts.emitters.items():
+        yield from _inside(f"emitters.{name}.mouth", (emitter.mouth, emitter.mouth), tank)
+    for name, probe in parts.probes.items():
+        if not isinstance(probe, BodyProbe):
+            point = (*probe.point, tank.lower[2]) if len(probe.point) == 2 else probe.point
+            yield from _inside(f"probes.{name}.point", (point, point), tank)
+    for name, vessel in parts.vessels.items():
+        point = (*vessel.position, tank.lower[2])
+        yield from _inside(f"vessels.{name}.position", (point, point), tank)
+    for name, boom in parts.booms.items():
+        for end in boom.ends:
+            if not isinstance(end, str):
+                point = (*end, tank.lower[2])
+                yield from _inside(f"booms.{name}.ends", (point, point), tank)
+    for kind in ("waves", "current"):
+        zone: ZoneSettings | None = getattr(parts.forcing, kind, None)
+        if zone is not None and zone.lower is not None and zone.upper is not None:
+            yield from _inside(f"forcing.{kind}", (zone.lower, zone.upper), tank)
+
+
+def _extent(fill: Fill, tank: Tank) -> tuple[Vector, Vector]:
+    """Lower and upper corner of a region [m]; of a tilted cylinder, of the ball around it."""
+    if isinstance(fill, BlockFill):
+        return fill.lower, fill.upper
+    if isinstance(fill, SlabFill):
+        return (*tank.lower[:2], fill.bottom), (*tank.upper[:2], fill.top)
+    if isinstance(fill, SphereFill):
+        return _around(fill.center, (fill.radius,) * 3)
+    return _cylinder_extent(fill)
+
+
+def _cylinder_extent(fill: CylinderFill) -> tuple[Vector, Vector]:
+    """Exact box around a cylinder: half extents |a| h / 2 + r sqrt(1 - a^2) along each axis, a the unit axis."""
+    length = sum(part * part for part in fill.axis) ** 0.5
+    axis = [part / length for part in fill.axis]
+    middle = [base + 0.5 * fill.height * part for base, part in zip(fill.base, axis, strict=True)]
+    half = [0.5 * fill.height * abs(part) + fill.radius * max(0.0, 1.0 - part * part) ** 0.5 for part in axis]
+    return _around(middle, half)
+
+
+def _around(middle: Iterable[float], half: Iterable[float]) -> tuple[Vector, Vector]:
+    pairs = list(zip(middle, half, strict=True))
+    low, high = [m - h for m, h in pairs], [m + h for m, h in pairs]
+    return (low[0], low[1], low[2]), (high[0], high[1], high[2])
+
+
+def _inside(path: str, extent: tuple[Vector, Vector], tank: Tank) -> Iterator[Problem]:
+    """A problem where an extent reaches out of the tank by more than rounding."""
+    slack = 1e-9 * max(high - low for low, high in zip(tank.lower, tank.upper, strict=True))
+    for axis, low, high, bottom, top in zip("xyz", *extent, tank.lower, tank.upper, strict=True):
+        if low < bottom - slack or high > top + slack:
+            reach = f"{low:g}" if low == high else f"{low:g} to {high:g}"
+            yield Problem(path, f"has {axis} = {reach} m, allowed: inside the tank, {bottom:g} to {top:g} m")
+
+
+def _sizes(parts: Parts, fluid: FluidSettings) -> Iterator[Problem]:
+    """A pipe is no thinner than a particle; a thin region of liquid keeps one layer all the same."""
+    d = fluid.particle_spacing
+    for name, emitter in parts.emitters.items():
+        if emitter.radius < 0.5 * d:
+            text = f"is {emitter.radius:g}, allowed: {0.5 * d:g} m or more, half of fluid.particle_spacing"
+            yield Problem(f"emitters.{name}.radius", text)
+
+
+def _numbers(fluid: FluidSettings, tank: Tank, fills: Iterable[Fill]) -> Iterator[Problem]:
+    """No more particles than any machine holds, nor places than 32 bits do: lengths in millimetres are soon found so."""
+    d, axes = fluid.particle_spacing, (0, 2) if fluid.dimension == 2 else (0, 1, 2)
+    size = [high - low for low, high in zip(tank.lower, tank.upper, strict=True)]
+    liquid = sum(
+        math.prod((high[axis] - low[axis]) / d for axis in axes)
+        for low, high in (_extent(fill, tank) for fill in fills)
+    )
+    walls = sum(
+        2.0 * math.prod(size[axis] / d for axis in axes if axis != "xyz".index(side[1])) for side in tank.closed_sides
+    )
+    if liquid + walls > MOST_PARTICLES:
+        text = f"is {d:g} m, with which the liquid takes {liquid:.2g} particles and the tank {walls:.2g}"
+        yield Problem("fluid.particle_spacing", f"{text}, allowed: {MOST_PARTICLES:.0e} together")
+    furthest = max(abs(corner[axis]) for corner in (tank.lower, tank.upper) for axis in axes)
+    if furthest > FURTHEST * d:
+        text = f"reaches {furthest:g} m from the origin, allowed: {FURTHEST * d:g} m, {FURTHEST:.0f} fluid.particle_spacing"
+        yield Problem("tank", text)
+
+
+def _fmus(parts: Parts) -> Iterator[Problem]:
+    """FMUs and what they are connected to; what reads FMUs is loaded only where there are some."""
+    from scenarios.signals.fmu_checks import fmu_problems
+    from scenarios.signals.signal_table import signals_of
+
+    yield from fmu_problems(parts.fmus, signals_of(parts))

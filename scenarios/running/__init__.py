@@ -1,0 +1,1 @@
+"""A run from start to end: assembly, loop, orders, checkpoints and summary."""

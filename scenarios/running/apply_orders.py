@@ -1,0 +1,35 @@
+"""How orders given during a run reach its parts: helmsmen, current, waves, wind and pipes."""
+
+from __future__ import annotations
+
+from oilsim.forcing import AiryWaves, Wind
+from scenarios.running.assembly import Assembly
+from scenarios.scenario import Scenario
+from scenarios.setup.fleet import course_of
+from scenarios.signals.weather_inputs import set_current, set_wind
+
+
+def give_orders(assembly: Assembly, scenario: Scenario) -> None:
+    """Bring every part to what `scenario` says of it; it differs from the assembly's own in `plan.ORDERS` only."""
+    for control in assembly.controls:
+        course = course_of(scenario.vessels[control.vessel.name], scenario)
+        if course is not None and course != control.vessel.course:
+            control.change_course(course)
+    assembly.scoring.take_orders([control.vessel for control in assembly.controls])
+    for emitter, pipe in zip(assembly.fluid.emitters, scenario.emitters.values(), strict=True):
+        emitter.speed = pipe.speed
+    _drive(assembly, scenario)
+
+
+def _drive(assembly: Assembly, scenario: Scenario) -> None:
+    """Current, waves and wind as `scenario` has them."""
+    settings = scenario.forcing
+    if settings.current is not None:
+        set_current(assembly.fluid, assembly.scoring, settings.current.speed, settings.current.direction)
+    if settings.wind is not None:
+        set_wind(assembly.fluid, assembly.parts.controls.values(), settings.wind.speed, settings.wind.direction)
+    for forcing in assembly.fluid.forcings:
+        if isinstance(forcing, AiryWaves) and settings.waves is not None:
+            forcing.height = settings.waves.height
+        elif isinstance(forcing, Wind) and settings.wind is not None:
+            forcing.gustiness = settings.wind.gustiness

@@ -1,0 +1,238 @@
+"""Checkpoints of runs: when they are written and where they lie, which one a run goes on from, and what is in them.
+
+The checkpoints of ``sweep.rrd`` lie in the folder ``sweep.checkpoints``, one file for each: an instructor may go back to any of them,
+and to any time after the first.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from coupling.master.co_simulation import CoSimulation
+from recordings.checkpoint import Checkpoint, CheckpointError, load_checkpoint, save_checkpoint, state_hash
+from recordings.files import RECORDING_ENDING, held
+from scenarios.problems import Problem, ScenarioError
+from scenarios.running.assembly import Assembly
+from scenarios.running.plan import Plan, plan_from
+from scenarios.versions import versions
+
+ENDING = ".npz"
+_FOLDER_ENDING = ".checkpoints"
+_NUMERIC = ("oilsim", "numpy", "numba", "pybullet")  # versions on which the bits depend
+
+
+def checkpoint_folder(recording: Path) -> Path:
+    """Where the checkpoints of a recording lie; of no other one, since all of them end in ``.rrd``."""
+    return recording.with_suffix(_FOLDER_ENDING)
+
+
+def run_state(simulation: CoSimulation, assembly: Assembly) -> dict[str, Any]:
+    """Everything that influences the next step, and the accounts that are kept."""
+    return {
+        "simulation": simulation.save_state(),
+        "scores": assembly.scoring.save_state(),
+        "remarks": assembly.remarks.save_state(),
+        "exchange": assembly.coupling_figures.save_state(),
+    }
+
+
+def begin_from(state: Mapping[str, Any], simulation: CoSimulation, assembly: Assembly) -> None:
+    """Initialize a run that has not begun at what `run_state` told."""
+    assembly.scoring.restore_state(state["scores"])
+    assembly.remarks.restore_state(state["remarks"])
+    assembly.coupling_figures.restore_state(state["exchange"])
+    simulation.initialize(state["simulation"])
+
+
+def run_state_hash(simulation: CoSimulation, assembly: Assembly) -> str:
+    """One number for the state of a run: equal for equal states, bit for bit."""
+    return state_hash(run_state(simulation, assembly))
+
+
+class CheckpointWriter:
+    """Writes the checkpoints of one run into a folder of their own, and thins them out when they become too many.
+
+    Every second one of those written unasked is then deleted and the interval between them doubles. The first stays, hence every
+    time can be gone back to, if by more steps; those that somebody asked for stay too.
+    """
+
+    def __init__(self, folder: Path, plan: Plan) -> None:
+        """Empty the folder of checkpoints of earlier runs; CheckpointError if that cannot be."""
+        self.folder = folder
+        self._plan = plan
+        self._unasked: dict[int, Path] = {}
+        self._every = _steps_between(plan)
+        self._versions = versions()
+        try:
+            for old in _files(folder):
+                old.unlink()
+        except OSError as error:
+            raise CheckpointError(folder, f"cannot be written: {error.strerror or error}") from error
+
+    def is_due(self, index: int) -> bool:
+        """Whether a checkpoint is to be written at a communication point unasked."""
+        return self._every > 0 and index % self._every == 0
+
+    def write(self, index: int, state: dict[str, Any], *, asked: bool) -> Path:
+        """Write one; CheckpointError if it cannot be written, and then the ones before are as they were."""
+        time = index * self._plan.scenario.run.communication_step
+        path = self.folder / f"step-{index:09d}{ENDING}"
+        checkpoint = Checkpoint(
+            scenario_hash=self._plan.fingerprint(index),
+            index=index,
+            time=time,
+            run=self._plan.as_data() | {"versions": self._versions},
+            state=state,
+        )
+        save_checkpoint(path, checkpoint)
+        if asked:
+            self._unasked.pop(index, None)
+        else:
+            self._unasked[index] = path
+        return path
+
+    def thin_out(self) -> str:
+        """Delete what is too much, and say so; empty if nothing was."""
+        kept = self._plan.scenario.recording.checkpoints_kept
+        if len(self._unasked) <= kept:
+            return ""
+        ends = min(self._unasked), max(self._unasked)
+        self._every *= 2
+        for index in [index for index in self._unasked if index % self._every and index not in ends]:
+            self._unasked.pop(index).unlink(missing_ok=True)
+        interval = self._every * self._plan.scenario.run.communication_step
+        return f"over {kept} checkpoints: from now on one every {interval:g} s is kept, and the first"
+
+
+@contextmanager
+def checkpoint_writer(folder: Path, plan: Plan) -> Iterator[CheckpointWriter]:
+    """A writer into `folder`, which is made if need be and belongs to this run alone within the block."""
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        raise CheckpointError(folder, f"cannot be written: {error.strerror or error}") from error
+    with held(folder):
+        yield CheckpointWriter(folder, plan)
+
+
+def _steps_between(plan: Plan) -> int:
+    """Communication steps from one checkpoint to the next; 0: none is written unasked."""
+    interval = plan.scenario.recording.checkpoint_interval
+    return max(1, round(interval / plan.scenario.run.communication_step)) if interval > 0.0 else 0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Restart:
+    """A run to go on with: what is run, the state it goes on from, and where that was found.
+
+    warning: why it may not go on bit for bit; empty if it will.
+    """
+
+    plan: Plan
+    index: int
+    state: Mapping[str, Any]
+    source: Path
+    warning: str = ""
+
+    @property
+    def files(self) -> dict[str, Path]:
+        """What it goes on from and nothing may be written over, by what it is called."""
+        folder = self.source.parent
+        files = {"the checkpoint gone on with": self.source, "the checkpoints gone on with": folder}
+        if folder.suffix == _FOLDER_ENDING:
+            files["the recording gone on with"] = folder.with_suffix(RECORDING_ENDING)
+        return files
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s] it goes on from."""
+        return self.index * self.plan.scenario.run.communication_step
+
+    def with_settings(self, settings: tuple[str, ...], at: float | None) -> Restart:
+        """The same with settings changed at the first communication point at or after `at` [s]; None: where it goes on.
+
+        ScenarioError for settings that cannot be, and if the run would not go on from there.
+        """
+        index = self.index if at is None else _index_at(at, self.plan)
+        plan = self.plan.changed(settings, index)
+        duration = plan.scenario.run.duration
+        if index >= _index_at(duration, plan):
+            if at is not None:
+                raise ScenarioError(
+                    [Problem("--at", f"is {at:g} s, allowed: before the run's end, {duration:g} s")], "oilsim"
+                )
+            begin = f"the end of a run that goes on from {self.time:g} s, allowed: later, by --until"
+            raise ScenarioError([Problem("run.duration", f"is {duration:g} s, {begin}")], "oilsim")
+        return replace(self, plan=plan)
+
+
+def find_restart(path: Path, at: float | None = None, scenario_hash: str | None = None) -> Restart:
+    """The last checkpoint at or before `at` [s] (None: the last) of a recording, or the checkpoint `path` itself.
+
+    CheckpointError if there is none, if it is of another format or, unless None, of another scenario.
+    """
+    checkpoint, source = _find(path, at)
+    try:
+        plan = plan_from(checkpoint.run)
+    except (ScenarioError, KeyError, TypeError) as error:
+        raise CheckpointError(source, f"holds no scenario that this program can run: {error}") from error
+    found = plan.fingerprint(checkpoint.index)
+    if checkpoint.scenario_hash != found:
+        told = f"belongs to scenario {checkpoint.scenario_hash[:12]}, what it describes is {found[:12]}"
+        raise CheckpointError(source, f"{told}: the file of a mesh or FMU has changed, or the checkpoint")
+    if scenario_hash is not None and scenario_hash != Plan(scenario=plan.scenario).fingerprint(0):
+        raise CheckpointError(source, "belongs to another scenario than the one named beside it")
+    if at is not None and _index_at(at, plan) < checkpoint.index:
+        raise CheckpointError(source, f"is of {checkpoint.time:g} s, allowed: --at {checkpoint.time:g} s or later")
+    return Restart(
+        plan=plan,
+        index=checkpoint.index,
+        state=checkpoint.state,
+        source=source,
+        warning=_version_warning(checkpoint.run),
+    )
+
+
+def _find(path: Path, at: float | None) -> tuple[Checkpoint, Path]:
+    """The checkpoint meant by a recording or a checkpoint file."""
+    if path.suffix == ENDING:
+        return load_checkpoint(path), path
+    if not path.is_dir() and path.suffix != RECORDING_ENDING:
+        allowed = f"a recording ({RECORDING_ENDING}), a checkpoint ({ENDING}), a folder of checkpoints"
+        raise CheckpointError(path, f"is nothing to go on with, allowed: {allowed}")
+    folder = path if path.is_dir() else checkpoint_folder(path)
+    files = _files(folder)
+    if not files:
+        raise CheckpointError(path, f"has no checkpoints in {folder}")
+    first = load_checkpoint(files[0])
+    last = math.inf if at is None else _index_at(at, plan_from(first.run))
+    chosen = [file for file in files if _index_of(file) <= last]
+    if not chosen:
+        raise CheckpointError(path, f"has no checkpoint at or before {at:g} s, the first is of {first.time:g} s")
+    return (first if chosen[-1] == files[0] else load_checkpoint(chosen[-1])), chosen[-1]
+
+
+def _files(folder: Path) -> list[Path]:
+    """The checkpoints in a folder, in order of time."""
+    return sorted(file for file in folder.glob(f"step-*{ENDING}") if file.stem.removeprefix("step-").isdecimal())
+
+
+def _index_of(file: Path) -> int:
+    return int(file.stem.removeprefix("step-"))
+
+
+def _index_at(time: float, plan: Plan) -> int:
+    """The first communication point at or after `time` [s]."""
+    return math.ceil(time / plan.scenario.run.communication_step - 1e-6)
+
+
+def _version_warning(run: Mapping[str, Any]) -> str:
+    """Which versions differ from those that wrote the checkpoint; empty if none."""
+    then, now = run.get("versions", {}), versions()
+    different = [f"{name} {then.get(name)} then, {now[name]} now" for name in _NUMERIC if then.get(name) != now[name]]
+    return f"goes on, but perhaps not bit for bit: {'; '.join(different)}" if different else ""

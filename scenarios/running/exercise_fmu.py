@@ -1,0 +1,232 @@
+"""A whole exercise as a participant, and as an FMU that any master can drive.
+
+Inputs are the signals that a run takes and no FMU of its own drives: orders, winches, wind, current. One that is never set leaves
+the run to the scenario; one that has been set rules from then on. Outputs are the signals that a run gives, and the scores of its
+booms. The exercise begins when its master begins, and takes steps of whole communication steps.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from coupling.errors import CoSimulationError
+from coupling.fmu.export import FmuContent
+from coupling.master.co_simulation import CoSimulation
+from coupling.participant import Status, StepResult, Variable, checked_value
+from recordings.frame import Event, Frame, RunDescription
+from scenarios.load import files_replaced, scenario_from
+from scenarios.running.assembly import Assembly, build
+from scenarios.scenario import Scenario
+from scenarios.schema.fmu_settings import ORDERS, connections_of
+from scenarios.schema.structuring import as_data
+from scenarios.signals.fmu_checks import all_are_kept
+from scenarios.signals.signal_participant import SignalBoard, signal_variables
+from scenarios.signals.signal_table import Signal, signals_of
+from scenarios.watch.score_signals import scores_of
+
+Array = NDArray[np.float64]
+
+SCENARIO_FILE = "scenario.json"
+WHOLE = 1e-6  # of a communication step that a master's step may be off a whole number of them
+
+
+class _Spectator:
+    """Watches, so that frames are made and the scores are kept; the Observer protocol by shape."""
+
+    def initialized(self, run: RunDescription) -> None:
+        """Nothing to do."""
+
+    def step_completed(self, frame: Frame) -> None:
+        """Nothing to do."""
+
+    def event(self, event: Event) -> None:
+        """Nothing to do."""
+
+    def terminated(self, reason: str) -> None:
+        """Nothing to do."""
+
+
+class ExerciseParticipant:
+    """Runs `scenario`; keeps the contract of `coupling.participant.Participant`. It is built when the run begins."""
+
+    def __init__(self, name: str, scenario: Scenario) -> None:
+        self._name = name
+        self._scenario = scenario
+        self._signals = exercise_signals(scenario)
+        self._variables = signal_variables(self._signals)
+        self._given: dict[str, Array] = {}  # before the run
+        self._is_begun = False
+        self._start_time = 0.0
+        self._assembly: Assembly | None = None
+        self._board: SignalBoard | None = None
+        self._simulation: CoSimulation | None = None
+
+    @property
+    def name(self) -> str:
+        """See `Participant`."""
+        return self._name
+
+    @property
+    def variables(self) -> Mapping[str, Variable]:
+        """See the module."""
+        return self._variables
+
+    def enter_initialization_mode(self, start_time: float) -> None:
+        """Build the run; what has been set already is put into effect. Its own time is 0 when the first step begins."""
+        self._assembly = build(self._scenario)
+        self._board = SignalBoard(self._name, self._signals, self._assembly.parts)
+        for name, value in self._given.items():
+            self._board.set(name, value)
+        self._simulation = self._assembly.co_simulation([_Spectator()])
+
+    def exit_initialization_mode(self) -> None:
+        """The first communication point of the run."""
+        self._running().initialize()
+        self._is_begun = True
+        self._inputs().renew()  # helmsmen took up the scenario's orders just now
+
+    def get(self, name: str) -> Array:
+        """A signal (1,); before the run, what an input was set to or the scenario says of it."""
+        if self._board is not None:
+            return self._board.get(name)
+        signal = self._signals.get(name)
+        if signal is None or not signal.is_input:
+            raise ValueError(f"{self._name!r} has no value of {name!r} before it is initialized")
+        return self._given.get(name, np.array([signal.start])).copy()
+
+    def set(self, name: str, value: Array) -> None:
+        """Set an input."""
+        if self._board is not None:
+            self._board.set(name, value)
+        if not self._is_begun:
+            self._given[name] = checked_value(self._name, self._variables, name, value)
+
+    def do_step(self, time: float, step_size: float) -> StepResult:
+        """A whole number of communication steps; ERROR for another, and where the run fails."""
+        simulation, own = self._running(), self._scenario.run.communication_step
+        if simulation.communication_point.index == 0 and math.isfinite(time):
+            self._start_time = time  # not that of the initialization, which pythonfmu3 does not pass on
+        reached = self._start_time + simulation.communication_point.time
+        count = round(step_size / own) if math.isfinite(step_size) else 0
+        added = simulation.communication_point.index + count + 1  # times that a master may have added up to come here
+        slack = WHOLE * own + added * sys.float_info.epsilon * abs(reached)
+        if count < 1 or not (abs(step_size - count * own) <= slack and abs(time - reached) <= slack):
+            allowed = f"from {reached:.12g} s, whole multiples of communication_step = {own:g} s"
+            message = f"step is from {time:.12g} s by {step_size:.12g} s, allowed: {allowed}"
+            return StepResult(Status.ERROR, reached, message)
+        try:
+            for _ in range(count):
+                self._inputs().renew()
+                simulation.step()
+                if not simulation.is_running:
+                    reached = self._start_time + simulation.communication_point.time
+                    return StepResult(Status.EARLY_RETURN, reached, "the exercise has ended", terminate_simulation=True)
+        except CoSimulationError as error:
+            return StepResult(Status.ERROR, self._start_time + error.time, str(error))
+        return StepResult(Status.OK, time + step_size)
+
+    def save_state(self) -> object:
+        """Everything that influences what follows, as plain data; NotImplementedError with an FMU whose state cannot be kept.
+
+        Before the run that is what has been given, and whether the run has been built.
+        """
+        if not self._is_begun:
+            return {"given": dict(self._given), "is_built": self._simulation is not None}
+        simulation = self._running()
+        assert self._assembly is not None
+        if self._assembly.why_not_kept:
+            raise NotImplementedError(f"{self._name!r}: {self._assembly.why_not_kept}")
+        return {
+            "start_time": self._start_time,
+            "simulation": simulation.save_state(),
+            "scores": self._assembly.scoring.save_state(),
+            "inputs": self._inputs().save_state(),
+        }
+
+    def restore_state(self, state: object) -> None:
+        """Back to what `save_state` returned; TypeError for anything else."""
+        if not isinstance(state, dict):
+            raise TypeError(f"{self._name!r}: restore_state wants what save_state returned, not {type(state).__name__}")
+        if "given" in state or not self._is_begun:
+            self._begin_anew(state)
+        if "given" in state:
+            return
+        assert self._assembly is not None
+        self._start_time = state["start_time"]
+        self._assembly.scoring.restore_state(state["scores"])
+        self._inputs().restore_state(state["inputs"])
+        self._running().restore_state(state["simulation"])
+
+    def _begin_anew(self, state: Mapping[str, Any]) -> None:
+        """To where `state` was saved before a run; for one of a run that this instance has not begun, to its beginning."""
+        self.terminate()
+        self._given = dict(state.get("given", self._given))
+        if state.get("is_built", True):
+            self.enter_initialization_mode(self._start_time)
+        if "given" not in state:
+            self.exit_initialization_mode()
+
+    def terminate(self) -> None:
+        """End the run; the world and the fluid's threads go with it."""
+        if self._simulation is not None:
+            self._simulation.terminate()
+        self._simulation = self._board = self._assembly = None
+        self._is_begun = False
+
+    def _running(self) -> CoSimulation:
+        if self._simulation is None:
+            raise RuntimeError(f"{self._name!r} is not running, allowed: between initialization and terminate")
+        return self._simulation
+
+    def _inputs(self) -> SignalBoard:
+        assert self._board is not None  # made with the simulation
+        return self._board
+
+
+def exercise_signals(scenario: Scenario) -> dict[str, Signal]:
+    """The variables of an exercise: its free signals and its scores."""
+    driven = {one.target_variable for one in connections_of(scenario.fmus).values() if one.target == ORDERS}
+    free = {name: s for name, s in signals_of(scenario).items() if not (s.is_input and name in driven)}
+    return free | scores_of(scenario)
+
+
+def exercise_content(scenario: Scenario) -> FmuContent:
+    """What the FMU of a scenario holds: all that the scenario says, and the files of its meshes and FMUs."""
+    files: dict[str, Path] = {}
+
+    def packed(table: str, name: str, file: str) -> str:
+        place = f"{table}-{name}{Path(file).suffix}"
+        files[place] = Path(file)
+        return place
+
+    data = files_replaced(as_data(scenario), packed)
+    return FmuContent(
+        identifier=_identifier(scenario.name),
+        factory="scenarios.running.exercise_fmu:packed_exercise",
+        description=scenario.title or scenario.name,
+        step_size=scenario.run.communication_step,
+        stop_time=scenario.run.duration,
+        texts={SCENARIO_FILE: json.dumps(data, indent=1)},
+        files=files,
+        saves_state=all_are_kept(scenario.fmus),
+    )
+
+
+def _identifier(name: str) -> str:
+    """A Python name after a scenario's, which no other class of the FMU's script has; letters alone could make "True"."""
+    return "Exercise" + "".join(part.capitalize() for part in name.replace("_", "-").split("-"))
+
+
+def packed_exercise(folder: Path) -> ExerciseParticipant:
+    """The exercise whose files lie in the folder of an FMU."""
+    data: dict[str, Any] = json.loads((folder / SCENARIO_FILE).read_text(encoding="utf-8"))
+    scenario = scenario_from(data, folder=folder)
+    return ExerciseParticipant(scenario.name, scenario)

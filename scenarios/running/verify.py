@@ -1,0 +1,84 @@
+"""A recording is run again from the scenario it holds, and must come out the same."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from rich.console import Console
+
+from coupling.errors import CoSimulationError
+from recordings.errors import RecordingError
+from recordings.replay.recording import Replay
+from recordings.replay.replay_check import ReplayCheck
+from scenarios.running.assembly import build
+from scenarios.running.plan import Plan, plan_from
+from scenarios.running.process_signals import Requests
+from scenarios.running.run_loop import Course
+from scenarios.versions import versions
+from scenarios.watch.progress import ProgressDisplay
+
+
+@dataclass(frozen=True, kw_only=True)
+class Verdict:
+    """How many recorded frames came out equal, and the first that did not, in words; empty if there is none.
+
+    precision: grid [m] on which particles are recorded and compared; None: all is compared bit for bit, as series and bodies are.
+    versions: those that are not the recording's, in words.
+    """
+
+    equal_frames: int
+    difference: str
+    precision: float | None
+    versions: str
+
+
+def verify(recording: Path, *, threads: int | None = None, until: float | None = None, console: Console) -> Verdict:
+    """Run the recording's scenario again, orders included, up to its last frame, the first difference or `until` [s].
+
+    RecordingError if the recording does not hold what was run, or cannot be read.
+    """
+    replay = Replay(recording)
+    check = ReplayCheck(replay)
+    plan = _plan_of(replay, threads)
+    step = plan.scenario.run.communication_step
+    last = check.last_index if until is None else min(check.last_index, round(until / step))
+    assembly = build(plan.scenario)
+    with ProgressDisplay(f"{plan.scenario.name} again", last * step, console) as progress:
+        simulation = assembly.co_simulation([check, progress])
+        course = Course(plan, assembly, simulation, requests=Requests(), keepers={}, checkpoints=None)
+        try:
+            course.begin()
+            while not check.difference and simulation.communication_point.index < last:
+                course.step()
+            simulation.terminate("verified")
+        except CoSimulationError as error:
+            check.difference = f"the run fails: {error}"
+    return Verdict(
+        equal_frames=check.compared,
+        difference=check.difference,
+        precision=check.precision,
+        versions=_other_versions(replay),
+    )
+
+
+def _plan_of(replay: Replay, threads: int | None) -> Plan:
+    """What was run, by the recording itself; the number of threads changes nothing but the time it takes."""
+    stored = replay.run.properties.get("plan")
+    if stored is None:
+        raise RecordingError(replay.path, "does not say what was run; only recordings of scenarios can be run again")
+    plan = plan_from(json.loads(str(stored)))
+    if threads is None:
+        return plan
+    return replace(plan, scenario=replace(plan.scenario, run=replace(plan.scenario.run, threads=threads)))
+
+
+def _other_versions(replay: Replay) -> str:
+    """Versions that differ from the recording's; the bits may depend on them."""
+    then = replay.run.properties
+    return "; ".join(
+        f"{name} {then.get(f'version_{name}', 'unknown')} then, {now} now"
+        for name, now in versions().items()
+        if then.get(f"version_{name}") != now
+    )

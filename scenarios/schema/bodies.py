@@ -1,0 +1,208 @@
+"""The solid bodies of a scenario: shape, mass, pose and how they move.
+
+A body's `position` is where the origin of its shape goes: the middle of a primitive, the origin of a mesh file.
+Its `rotation` is roll, pitch and yaw about the fixed x, y and z axes, in this order [rad].
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import ClassVar
+
+from scenarios.problems import Problem
+from scenarios.schema.quantity_fields import Section, Vector, directed, quantity
+
+FASTEST = 90.0  # [m/s] a component of a body at the start: at 100 a run is taken for blown up, and a body may fall
+
+
+@dataclass(frozen=True, kw_only=True)
+class Free(Section):
+    """The body moves as forces tell it; it needs a mass or a density."""
+
+    TAG: ClassVar[tuple[str, str]] = ("kind", "free")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fixed(Section):
+    """The body never moves."""
+
+    TAG: ClassVar[tuple[str, str]] = ("kind", "fixed")
+
+
+@dataclass(frozen=True, kw_only=True)
+class SineMotion(Section):
+    """A wave maker's stroke along `direction`: amplitude sin(2 pi t / period) [m].
+
+    rise_time  [s] over which the amplitude grows from 0, smoothly
+    """
+
+    TAG: ClassVar[tuple[str, str]] = ("kind", "sine")
+    direction: Vector = quantity("")
+    amplitude: float = quantity("m", above=0.0)
+    period: float = quantity("s", above=0.0)
+    rise_time: float = quantity("s", default=0.0, at_least=0.0)
+
+    def problems(self) -> Iterator[Problem]:
+        """A stroke needs a direction."""
+        yield from directed("direction", self.direction)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RampMotion(Section):
+    """A towed plate's motion: from rest to `velocity` over `rise_time`, then steady, from `start` until `end`.
+
+    velocity  (3,) [m/s]
+    end       [s] when it stops at once; None: never
+    """
+
+    TAG: ClassVar[tuple[str, str]] = ("kind", "ramp")
+    velocity: Vector = quantity("m/s")
+    start: float = quantity("s", default=0.0, at_least=0.0)
+    rise_time: float = quantity("s", default=0.0, at_least=0.0)
+    end: float | None = quantity("s", default=None, above=0.0)
+
+    def problems(self) -> Iterator[Problem]:
+        """The motion must end after it has risen."""
+        if self.end is not None and self.end <= self.start + self.rise_time:
+            risen = self.start + self.rise_time
+            yield Problem("end", f"is {self.end:g}, allowed: above start + rise_time = {risen:g} s")
+
+
+@dataclass(frozen=True, kw_only=True)
+class TableMotion(Section):
+    """A measured motion: displacements (n, 3) [m] at times (n,) [s], linear in between, at rest before and after."""
+
+    TAG: ClassVar[tuple[str, str]] = ("kind", "table")
+    time: tuple[float, ...] = quantity("s", at_least=0.0)
+    displacement: tuple[Vector, ...] = quantity("m")
+
+    def problems(self) -> Iterator[Problem]:
+        """As many displacements as times, in order of time."""
+        if len(self.time) < 2:
+            yield Problem("time", f"holds {len(self.time)} times, allowed: 2 or more")
+        if any(later <= earlier for earlier, later in pairwise(self.time)):
+            yield Problem("time", "does not increase throughout, allowed: each time above the one before")
+        if len(self.displacement) != len(self.time):
+            count = len(self.displacement)
+            yield Problem("displacement", f"holds {count} displacements, allowed: {len(self.time)}, one per time")
+
+
+Motion = Free | Fixed | SineMotion | RampMotion | TableMotion
+
+
+@dataclass(frozen=True, kw_only=True)
+class BodySettings(Section):
+    """What every body has, whatever its shape.
+
+    mass, density     [kg] or [kg/m3]; a free body needs one of them
+    velocity          [m/s] and
+    angular_velocity  [rad/s] of a free body at the start
+    contact           whether it collides with other bodies and the tank
+    no_slip           whether liquids stick to its surface
+    color             red, green, blue, opacity, each 0 to 255
+    """
+
+    position: Vector = quantity("m")
+    rotation: Vector = quantity("rad", default=(0.0, 0.0, 0.0))
+    motion: Motion = field(default_factory=Free)
+    mass: float | None = quantity("kg", default=None, above=0.0)
+    density: float | None = quantity("kg/m3", default=None, above=0.0)
+    velocity: Vector = quantity("m/s", default=(0.0, 0.0, 0.0), at_least=-FASTEST, at_most=FASTEST)
+    angular_velocity: Vector = quantity("rad/s", default=(0.0, 0.0, 0.0))
+    contact: bool = True
+    no_slip: bool = False
+    color: tuple[int, int, int, int] | None = quantity("", default=None, at_least=0, at_most=255, whole=True)
+
+    def problems(self) -> Iterator[Problem]:
+        """A free body needs one mass; what does not move freely has no velocity of its own."""
+        if self.mass is not None and self.density is not None:
+            yield Problem("density", "is given beside mass, allowed: one of mass or density")
+        if isinstance(self.motion, Free):
+            if self.mass is None and self.density is None:
+                yield Problem("density", "is missing, allowed: a free body needs mass or density")
+            return
+        for name in ("velocity", "angular_velocity"):
+            if any(getattr(self, name)):
+                yield Problem(name, "is given, allowed: only for a free body")
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeshBody(BodySettings):
+    """A closed surface from a file (STL, OBJ, PLY, GLB); a relative path starts at the scenario file's folder.
+
+    scale  metres per unit of the file
+    """
+
+    TAG: ClassVar[tuple[str, str]] = ("shape", "mesh")
+    file: str
+    scale: float = quantity("m per unit", default=1.0, above=0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class BoxBody(BodySettings):
+    """A box with edges `size` (3,) [m]."""
+
+    TAG: ClassVar[tuple[str, str]] = ("shape", "box")
+    size: Vector = quantity("m", above=0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class CylinderBody(BodySettings):
+    """A cylinder of `radius` and `height` [m] with its axis along its own z."""
+
+    TAG: ClassVar[tuple[str, str]] = ("shape", "cylinder")
+    radius: float = quantity("m", above=0.0)
+    height: float = quantity("m", above=0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SphereBody(BodySettings):
+    """A ball of `radius` [m]."""
+
+    TAG: ClassVar[tuple[str, str]] = ("shape", "sphere")
+    radius: float = quantity("m", above=0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class CapsuleBody(BodySettings):
+    """A cylinder of `radius` and `height` [m] along its own z, with half balls on both ends."""
+
+    TAG: ClassVar[tuple[str, str]] = ("shape", "capsule")
+    radius: float = quantity("m", above=0.0)
+    height: float = quantity("m", above=0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class WigleyBody(BodySettings):
+    """Wigley's parabolic hull, its origin at midships in the design waterline, x forward [m]."""
+
+    TAG: ClassVar[tuple[str, str]] = ("shape", "wigley")
+    length: float = quantity("m", above=0.0)
+    beam: float = quantity("m", above=0.0)
+    draft: float = quantity("m", above=0.0)
+    depth: float = quantity("m", above=0.0)
+
+    def problems(self) -> Iterator[Problem]:
+        """The deck must lie above the waterline."""
+        yield from super().problems()
+        if self.depth <= self.draft:
+            yield Problem("depth", f"is {self.depth:g}, allowed: above draft = {self.draft:g} m")
+
+
+@dataclass(frozen=True, kw_only=True)
+class RockBody(BodySettings):
+    """A weathered boulder: an ellipsoid of extents `size` (3,) [m] with smooth random bumps.
+
+    roughness  height of the bumps over the local radius
+    seed       chooses the boulder
+    """
+
+    TAG: ClassVar[tuple[str, str]] = ("shape", "rock")
+    size: Vector = quantity("m", above=0.0)
+    roughness: float = quantity("", default=0.15, at_least=0.0, at_most=0.4)
+    seed: int = quantity("", default=1, at_least=0, whole=True)
+
+
+Body = MeshBody | BoxBody | CylinderBody | SphereBody | CapsuleBody | WigleyBody | RockBody

@@ -1,0 +1,134 @@
+"""Vessels, booms and the orders they are given: the response exercise of a scenario.
+
+Headings are counter-clockwise about z from +x. Booms and vessels float at the level of the water in the tank.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Literal
+
+from booms.boom import BALLAST_FRACTION
+from scenarios.problems import Problem
+from scenarios.schema.quantity_fields import Point2, Section, quantity
+
+
+def body_of(vessel: str) -> str:
+    """A vessel's name as a body."""
+    return f"vessels/{vessel}"
+
+
+def segment_names(boom: str, count: int) -> tuple[str, ...]:
+    """Body names of a boom's segments, from its first end to its second."""
+    return tuple(f"boom/{boom}/segment-{index:02d}" for index in range(count))
+
+
+@dataclass(frozen=True, kw_only=True)
+class LegSettings(Section):
+    """Orders that hold from `start` [s] until the next leg: speed [m/s] through the ground, and heading [rad].
+
+    through  a point (x, y) [m] of the line to keep to; None: only the heading is kept
+    """
+
+    start: float = quantity("s", default=0.0, at_least=0.0)
+    speed: float = quantity("m/s", at_least=-20.0, at_most=20.0)
+    heading: float = quantity("rad")
+    through: Point2 | None = quantity("m", default=None)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TowSettings(Section):
+    """Orders to every vessel without orders of its own: abreast along one heading, each on its own line.
+
+    speed    [m/s] through the ground
+    heading  [rad]
+    start    [s] when they get under way; before, they keep their places
+    """
+
+    speed: float = quantity("m/s", at_least=0.0, at_most=20.0)
+    heading: float = quantity("rad")
+    start: float = quantity("s", default=0.0, at_least=0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class VesselSettings(Section):
+    """A vessel that floats at its draft, with thrust and steering under orders.
+
+    length, beam, draft, depth  [m] of the hull
+    shape         "wigley" (a ship's lines) or "barge" (raked ends)
+    position      [m] (x, y) of midships at the start
+    heading       [rad] at the start
+    control       "helmsman" follows orders of speed and heading; "manual" leaves thrust and steering to whoever is connected, an FMU
+                  or the master of an exported FMU, 0 until they are given
+    legs          orders over time to the helmsman; without any, those of [tow]
+    bollard_pull  [N] largest thrust ahead; astern it has half of it
+    yaw_moment    [N m] largest steering moment
+    side_thrust   [N] of transverse thrusters
+    acceleration  [m/s2] at which an ordered speed is approached
+    """
+
+    shape: Literal["wigley", "barge"] = "barge"
+    length: float = quantity("m", above=0.0)
+    beam: float = quantity("m", above=0.0)
+    draft: float = quantity("m", above=0.0)
+    depth: float = quantity("m", above=0.0)
+    position: Point2 = quantity("m")
+    heading: float = quantity("rad", default=0.0)
+    control: Literal["helmsman", "manual"] = "helmsman"
+    legs: tuple[LegSettings, ...] = ()
+    bollard_pull: float = quantity("N", at_least=0.0)
+    yaw_moment: float = quantity("N m", at_least=0.0)
+    side_thrust: float = quantity("N", default=0.0, at_least=0.0)
+    acceleration: float = quantity("m/s2", default=0.1, above=0.0)
+
+    def problems(self) -> Iterator[Problem]:
+        """The deck must lie above the water, and the legs in order of time."""
+        if self.depth <= self.draft:
+            yield Problem("depth", f"is {self.depth:g}, allowed: above draft = {self.draft:g} m")
+        if self.control == "manual" and self.legs:
+            yield Problem("legs", 'are given, allowed: only with control = "helmsman"')
+        starts = [leg.start for leg in self.legs]
+        if any(later <= earlier for earlier, later in pairwise(starts)):
+            yield Problem("legs", f"start at {starts} s, allowed: each after the one before")
+
+
+@dataclass(frozen=True, kw_only=True)
+class BoomSettings(Section):
+    """A boom of jointed segments, laid in a U or along a line between two ends.
+
+    ends                each the name of a vessel, or a fixed point (x, y) [m]; two points are nearer to each other than its length, by a
+                        thousandth at least
+    length              [m] of the boom along its skirt
+    segments            rigid ones into which it is divided
+    skirt_depth         [m] below the water, and
+    freeboard           [m] above it
+    buoyancy_to_weight  gross: displacement of the whole boom over its weight; the float is sized for it
+    skirt_thickness     [m] as built; it is simulated at least one particle spacing thick
+    ballast_fraction    part of the mass that is a chain along the skirt's foot; the lighter the boom, the more it takes to stand upright
+    tow_line            [m] of line between each end and its vessel
+    line_stiffness      [N] axial stiffness EA of these lines, which then pull only, have no mass and may be winched; without it they
+                        are rigid links
+    """
+
+    ends: tuple[str | Point2, str | Point2]
+    length: float = quantity("m", above=0.0)
+    segments: int = quantity("", default=20, at_least=2, at_most=500, whole=True)
+    skirt_depth: float = quantity("m", above=0.0)
+    freeboard: float = quantity("m", above=0.0)
+    buoyancy_to_weight: float = quantity("", default=5.0, above=1.0)
+    skirt_thickness: float = quantity("m", default=0.005, above=0.0)
+    ballast_fraction: float = quantity("", default=BALLAST_FRACTION, at_least=0.0, at_most=0.95)
+    tow_line: float = quantity("m", default=0.0, at_least=0.0)
+    line_stiffness: float | None = quantity("N", default=None, above=0.0)
+
+    @property
+    def end_labels(self) -> tuple[str, ...]:
+        """What the two ends are called: by their vessel, or ``end-0`` and ``end-1`` at fixed points."""
+        return tuple(end if isinstance(end, str) else f"end-{index}" for index, end in enumerate(self.ends))
+
+    def problems(self) -> Iterator[Problem]:
+        """An elastic line has a length."""
+        if self.line_stiffness is not None and self.tow_line == 0.0:
+            yield Problem("line_stiffness", "is given, allowed: only with tow_line above 0 m")

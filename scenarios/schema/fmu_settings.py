@@ -1,0 +1,65 @@
+"""FMUs that take part in a scenario."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+
+from coupling.master.connection import Connection
+from scenarios.problems import Problem
+from scenarios.schema.quantity_fields import Section
+
+PREFIX = "fmus."  # of an FMU's name as a participant, so that it cannot be taken for another
+ORDERS, READINGS = (
+    "orders",
+    "readings",
+)  # the participants that FMUs are connected to, see `scenarios.signals.signal_participant`
+
+
+@dataclass(frozen=True, kw_only=True)
+class FmuSettings(Section):
+    """An FMU for co-simulation, FMI 2 or 3, that takes part in the run: a winch, an autopilot, a source of wind.
+
+    file     of the FMU; a relative path starts at the scenario file's folder
+    start    values of its parameters and start values of its inputs, by their names
+    units    of variables whose unit the FMU leaves open: "kN", "kn", "deg"
+    inputs   by name, what feeds each: a signal of the run, or fmus.NAME.OUTPUT of another FMU; others keep their start values
+    outputs  by name, the signal of the run that each one drives; it rules over the scenario's own orders
+
+    `oilsim signals FILE` lists the signals; docs/fmus tells more. Both ends of a connection must be numbers; units are compared,
+    and converted where they differ and both are known. At each communication point the
+    FMUs step first, in the order of the file, then the helmsmen, the liquid and the bodies.
+    """
+
+    file: str
+    start: Mapping[str, float | bool] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
+    inputs: Mapping[str, str] = field(default_factory=dict)
+    outputs: Mapping[str, str] = field(default_factory=dict)
+
+    def problems(self) -> Iterator[Problem]:
+        """Start values that are no numbers: FMUs take them as they are."""
+        for name, value in self.start.items():
+            if not math.isfinite(value):
+                yield Problem(f"start.{name}", f"is {value}, allowed: a finite number")
+
+
+def connections_of(fmus: Mapping[str, FmuSettings]) -> dict[str, Connection]:
+    """The connections of all FMUs, by where they stand in the file."""
+    connections = {}
+    for name, settings in fmus.items():
+        for variable, source in settings.inputs.items():
+            participant, output = _end(source)
+            connections[f"fmus.{name}.inputs.{variable}"] = Connection(participant, output, PREFIX + name, variable)
+        for variable, target in settings.outputs.items():
+            connections[f"fmus.{name}.outputs.{variable}"] = Connection(PREFIX + name, variable, ORDERS, target)
+    return connections
+
+
+def _end(source: str) -> tuple[str, str]:
+    """Participant and variable meant by ``vessels.port.speed`` or ``fmus.wind.speed``."""
+    if source.startswith(PREFIX):
+        name, _, variable = source.removeprefix(PREFIX).partition(".")
+        return PREFIX + name, variable
+    return READINGS, source

@@ -1,0 +1,80 @@
+"""Changes to a scenario's plain data before it is checked: ``--set a.b=value`` and the ``[demo]`` table."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from typing import Any
+
+from scenarios.problems import Problem, ScenarioError, suggestion
+from scenarios.schema.structuring import spellings
+
+# Keys that say the same thing in another way: an override with one of them replaces the others.
+RIVALS: Mapping[str, tuple[str, ...]] = {
+    "oil": ("density", "dynamic_viscosity"),
+    "mass": ("density",),
+    "density": ("mass",),
+}
+
+
+def parse_override(text: str) -> tuple[tuple[str, ...], Any]:
+    """``fluid.particle_spacing=0.06`` as a path and a value; a bare word is text."""
+    path, equals, value = text.partition("=")
+    keys = tuple(key.strip() for key in path.split("."))
+    if not equals or not all(keys):
+        raise ScenarioError([Problem("--set", f"is {text!r}, allowed: key=value, as in fluid.particle_spacing=0.06")])
+    try:
+        return keys, tomllib.loads(f"value = {value}")["value"]
+    except tomllib.TOMLDecodeError:
+        return keys, value.strip()
+
+
+def with_override(data: Mapping[str, Any], keys: tuple[str, ...], value: Any) -> dict[str, Any]:
+    """A copy of `data` with the entry at `keys` replaced or added; lists are reached by index or by name."""
+    try:
+        return _replaced(data, keys, value)
+    except LookupError as cause:
+        raise ScenarioError([Problem(f"--set {'.'.join(keys)}", str(cause.args[0]))]) from cause
+
+
+def merged(data: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    """A copy of `data` in which the nested tables of `changes` replace or add entries."""
+    result = dict(data)
+    for key, value in changes.items():
+        old = result.get(key)
+        if isinstance(value, Mapping) and isinstance(old, Mapping):
+            result[key] = merged(old, value)
+        else:
+            result = _set(result, key, value)
+    return result
+
+
+def _set(table: Mapping[str, Any], key: str, value: Any) -> dict[str, Any]:
+    """A copy with `key` set and what says the same thing in another way taken out."""
+    others = {*spellings(key), *RIVALS.get(key, ())} - {key}
+    return {name: entry for name, entry in table.items() if name not in others} | {key: value}
+
+
+def _replaced(data: Any, keys: tuple[str, ...], value: Any) -> Any:
+    key, rest = keys[0], keys[1:]
+    if isinstance(data, Mapping):
+        if not rest:
+            return _set(data, key, value)
+        return {**data, key: _replaced(data.get(key, {}), rest, value)}
+    if isinstance(data, list):
+        index = _index(data, key)
+        return [*data[:index], _replaced(data[index], rest, value) if rest else value, *data[index + 1 :]]
+    raise LookupError(f"leads into {data!r}, which holds no entry {key!r}")
+
+
+def _index(entries: list[Any], key: str) -> int:
+    """Place of the entry with this index or, in a list of tables, this name."""
+    names = [str(entry.get("name", "")) for entry in entries if isinstance(entry, Mapping)]
+    if key in names:
+        return next(i for i, entry in enumerate(entries) if isinstance(entry, Mapping) and entry.get("name") == key)
+    if key.lstrip("-").isdigit() and -len(entries) <= int(key) < len(entries):
+        return int(key) % len(entries)
+    hint = suggestion(key, names) or ","
+    raise LookupError(
+        f"names entry {key!r}{hint} allowed: 0 to {len(entries) - 1}" + "".join(f", {n}" for n in names if n)
+    )

@@ -1,0 +1,92 @@
+"""How a scenario is run, recorded, looked at and placed on Earth."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from datetime import datetime
+
+from scenarios.problems import Problem
+from scenarios.schema.quantity_fields import Section, Vector, quantity
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunSettings(Section):
+    """How long and in what steps.
+
+    duration            [s] simulated
+    communication_step  [s] after which fluid, bodies and controllers meet; the fluid's own steps are not longer where bodies move
+    threads             of the fluid; None: all cores
+    seed                of everything random: gusts
+    budget              true: the summary says where the liquid's energy and momentum went, cause by cause (`oilsim.accounts.ledger`), with
+                        energy_residual and momentum_residual, the shares that no cause explains; false leaves all three null
+    """
+
+    duration: float = quantity("s", above=0.0)
+    communication_step: float = quantity("s", default=0.01, above=0.0, at_most=1.0)
+    threads: int | None = quantity("", default=None, at_least=1, at_most=1024, whole=True)
+    seed: int = quantity("", default=1, at_least=0, whole=True)
+    budget: bool = False
+
+    def problems(self) -> Iterator[Problem]:
+        """A run takes one step or more."""
+        if self.communication_step > self.duration:
+            yield Problem("communication_step", f"is {self.communication_step:g}, allowed: up to duration s")
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecordingSettings(Section):
+    """What goes into the recording, and how often the whole state is saved beside it.
+
+    frame_rate           frames a simulated second
+    precision            [m] particles are recorded on a grid of the next power of two that is not coarser; 0: with every bit;
+                         by default a 32nd of the particle spacing, so that no particle is shown off its place by more than a 64th
+    water_every          liquid that is not oil is recorded in every so many frames; by default in every second one of a scenario
+                         with oil, which is recorded in all, and else in all
+    checkpoint_interval  [s] simulated, after which the whole state is saved beside the recording, so that the run can go on from
+                         there; 0: only when asked for by SIGUSR1, and at the end
+    checkpoints_kept     when there would be more, every second one is deleted and the interval doubles; the first and the last stay,
+                         and so do those that were asked for, so that --at reaches every time as before, from farther back
+    """
+
+    frame_rate: float = quantity("1/s", default=30.0, above=0.0)
+    precision: float | None = quantity("m", default=None, at_least=0.0)
+    water_every: int | None = quantity("", default=None, at_least=1, whole=True)
+    checkpoint_interval: float = quantity("s", default=1.0, at_least=0.0)
+    checkpoints_kept: int = quantity("", default=100, at_least=3, whole=True)
+
+
+@dataclass(frozen=True, kw_only=True)
+class CameraSettings(Section):
+    """The opening view: `eye` looks at `target` [m]."""
+
+    eye: Vector = quantity("m")
+    target: Vector = quantity("m")
+
+    def problems(self) -> Iterator[Problem]:
+        """The camera must look somewhere."""
+        if self.eye == self.target:
+            yield Problem("target", f"is {self.target}, allowed: another point than eye")
+
+
+@dataclass(frozen=True, kw_only=True)
+class SiteSettings(Section):
+    """Where on Earth the exercise is, for far-field models that go on from its recording; the run itself does not use it.
+
+    latitude, longitude  of the world's origin, WGS 84
+    bearing              [rad] of the x axis, clockwise from north
+    start                date and time of the start, ISO 8601, such as 2026-05-01T08:00:00Z
+    """
+
+    latitude: float = quantity("degrees north", at_least=-89.0, at_most=89.0)
+    longitude: float = quantity("degrees east", at_least=-180.0, at_most=360.0)
+    bearing: float = quantity("rad", default=0.5 * math.pi, at_least=-2.0 * math.pi, at_most=2.0 * math.pi)
+    start: str = "2000-01-01T00:00:00Z"
+
+    def problems(self) -> Iterator[Problem]:
+        """The start must be a date and time."""
+        try:
+            datetime.fromisoformat(self.start)
+        except ValueError:
+            yield Problem("start", f"is {self.start!r}, allowed: ISO 8601, such as 2026-05-01T08:00:00Z")

@@ -1,0 +1,229 @@
+"""Plain data, as read from a file, becomes the dataclasses of a scenario: strictly, and with every fault at its path.
+
+Nothing is guessed: a number in quotes is no number (`scenarios.schema.type_checks`), an unknown key is refused. A key for a speed may end
+in ``_kn`` and one for an angle in ``_deg``; its value is converted to SI here, so that nobody else meets the suffixes.
+"""
+
+from __future__ import annotations
+
+import math
+import types
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, fields
+from typing import Any, Union, get_args, get_origin
+
+from cattrs import Converter
+from cattrs.errors import (
+    AttributeValidationNote,
+    BaseValidationError,
+    ForbiddenExtraKeysError,
+    IterableValidationNote,
+)
+from cattrs.gen import make_dict_structure_fn, override
+
+from scenarios.problems import Problem, ScenarioError, suggestion
+from scenarios.schema.quantity_fields import Quantity, Section, quantities
+from scenarios.schema.type_checks import Misfit, shape_of, taken
+
+SUFFIXES: Mapping[str, tuple[str, float]] = {"_kn": ("m/s", 1852.0 / 3600.0), "_deg": ("rad", math.pi / 180.0)}
+
+
+class Fault(ValueError):
+    """A value that cannot be taken; `key` is how its key was spelled where that is not the field's name."""
+
+    def __init__(self, text: str, key: str = "") -> None:
+        super().__init__(text)
+        self.text = text
+        self.key = key
+
+
+@dataclass(frozen=True)
+class _Suffixed:
+    """A value that was written with a unit suffix, and the factor that makes it SI."""
+
+    value: Any
+    key: str
+    factor: float
+
+
+def structure(data: object, kind: Any) -> Any:
+    """`data` as a `kind`; ScenarioError with every problem at once."""
+    try:
+        return _CONVERTER.structure(data, kind)
+    except Exception as error:
+        raise ScenarioError(_problems(error)) from error
+
+
+def as_data(value: Any) -> Any:
+    """A section as the plain data it is made of, tags included and without what is None: the inverse of `structure`."""
+    if isinstance(value, Section):
+        tag = {} if value.TAG is None else dict([value.TAG])
+        stated = {item.name: getattr(value, item.name) for item in fields(value)}
+        return tag | {name: as_data(entry) for name, entry in stated.items() if entry is not None}
+    if isinstance(value, Mapping):
+        return {key: as_data(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [as_data(entry) for entry in value]
+    return value
+
+
+def spellings(key: str) -> tuple[str, ...]:
+    """All keys that mean the same field: ``speed_kn`` gives speed, speed_kn and speed_deg."""
+    base = next((key.removesuffix(suffix) for suffix in SUFFIXES if key.endswith(suffix)), key)
+    return (base, *(base + suffix for suffix in SUFFIXES))
+
+
+def _problems(error: BaseException, path: tuple[str, ...] = ()) -> Iterator[Problem]:
+    """The leaves of cattrs' tree of errors, each with its path."""
+    if isinstance(error, BaseValidationError):
+        for inner in error.exceptions:
+            step = next(_steps(inner), None)
+            yield from _problems(inner, path if step is None else (*path, step))
+    elif isinstance(error, ScenarioError):
+        yield from (problem.below(".".join(path)) for problem in error.problems)
+    elif isinstance(error, ForbiddenExtraKeysError):
+        allowed = _written_names(error.cl)
+        for key in sorted(error.extra_fields):
+            hint = suggestion(key, allowed) or ","
+            yield Problem(".".join((*path, key)), f"is unknown{hint} allowed: {', '.join(allowed)}")
+    elif isinstance(error, KeyError):
+        yield Problem(".".join(path), "is missing, it must be given")
+    elif isinstance(error, Misfit):
+        yield Problem(".".join((*path, *error.path)), error.text)
+    elif isinstance(error, Fault):
+        place = (*path[:-1], error.key) if error.key else path
+        yield Problem(".".join(place), error.text)
+    else:
+        yield Problem(".".join(path), str(error))
+
+
+def _steps(error: BaseException) -> Iterator[str]:
+    """The key or index at which an error arose, from the notes that cattrs leaves on it."""
+    for note in getattr(error, "__notes__", ()):
+        if isinstance(note, AttributeValidationNote):
+            yield note.name
+        elif isinstance(note, IterableValidationNote):
+            yield str(note.index)
+
+
+def _written_names(section: type[Section]) -> list[str]:
+    """Keys of a section as they may be written, the tag first."""
+    names = [item.name for item in fields(section)]
+    return [section.TAG[0], *names] if section.TAG else names
+
+
+def _plain(value: Any, kind: Any) -> Any:
+    """A value in which there is no section."""
+    return taken(value, kind)
+
+
+def _tables(value: Any, kind: Any) -> tuple[Any, ...]:
+    """A list of tables of one section."""
+    if not isinstance(value, list | tuple):
+        raise Fault(f"is {value!r}, allowed: a list of tables")
+    section = get_args(kind)[0]
+    return tuple(_CONVERTER.structure(list(value), list[section]))  # type: ignore[valid-type]
+
+
+def _scaled(value: Any, factor: float) -> Any:
+    if isinstance(value, list | tuple):
+        return [_scaled(part, factor) for part in value]
+    return value * factor if isinstance(value, int | float) and not isinstance(value, bool) else value
+
+
+def _quantity_hook(limits: Quantity) -> Callable[[Any, Any], Any]:
+    def hook(given: Any, kind: Any) -> Any:
+        suffixed = given if isinstance(given, _Suffixed) else _Suffixed(given, "", 1.0)
+        value = _scaled(suffixed.value, suffixed.factor) if suffixed.key else given
+        try:
+            result = taken(value, kind)
+        except Misfit as cause:
+            text = f"is {suffixed.value!r}, allowed: {shape_of(kind)}, {limits.allowed}"
+            raise Fault(text, suffixed.key) from cause
+        fault = limits.fault(result)
+        if fault:
+            given_as = f"is {suffixed.value!r}, that " if suffixed.key else ""
+            raise Fault(given_as + fault, suffixed.key)
+        return result
+
+    return hook
+
+
+def _in_si_units(section: type[Section], data: Mapping[str, Any]) -> dict[str, Any]:
+    """Suffixed keys become their fields, marked with how they were written."""
+    known = quantities(section)
+    result = dict(data)
+    for key in data:
+        for suffix, (unit, factor) in SUFFIXES.items():
+            base = key.removesuffix(suffix)
+            if base == key or base not in known or known[base].unit not in (unit, f"{unit}/s"):
+                continue
+            if base in data:
+                raise ScenarioError([Problem(key, f"is given beside {base}, allowed: one of the two")])
+            result[base] = _Suffixed(result.pop(key), key, factor)
+    return result
+
+
+def _section_factory(section: type[Section], converter: Converter) -> Callable[[Any, Any], Any]:
+    hooks: Any = {name: override(struct_hook=_quantity_hook(limits)) for name, limits in quantities(section).items()}
+    generated = make_dict_structure_fn(section, converter, _cattrs_forbid_extra_keys=True, **hooks)
+
+    def hook(data: Any, _: Any) -> Any:
+        if not isinstance(data, Mapping):
+            raise Fault(f"is {data!r}, allowed: a table")
+        return generated(_in_si_units(section, data), section)
+
+    return hook
+
+
+def _is_plain(kind: Any) -> bool:
+    """Whether there is no section in a type, at any depth."""
+    return not _is_section(kind) and all(part is Ellipsis or _is_plain(part) for part in get_args(kind))
+
+
+def _is_list_of_sections(kind: Any) -> bool:
+    return get_origin(kind) is tuple and _is_section(get_args(kind)[0])
+
+
+def _is_section(kind: Any) -> bool:
+    return isinstance(kind, type) and issubclass(kind, Section)
+
+
+def _is_tagged_union(kind: Any) -> bool:
+    members = get_args(kind) if get_origin(kind) in (Union, types.UnionType) else ()
+    return bool(members) and all(_is_section(member) and member.TAG for member in members)
+
+
+def _tagged_factory(union: Any, converter: Converter) -> Callable[[Any, Any], Any]:
+    """A table chooses its class by its tag, as in shape = "box"; a bare word is a table with only the tag."""
+    by_tag = {member.TAG[1]: member for member in get_args(union)}
+    key = get_args(union)[0].TAG[0]
+    allowed = ", ".join(repr(tag) for tag in by_tag)
+
+    def hook(data: Any, _: Any) -> Any:
+        table = {key: data} if isinstance(data, str) else data
+        if not isinstance(table, Mapping):
+            raise Fault(f"is {data!r}, allowed: a table with {key} = one of {allowed}")
+        tag = table.get(key)
+        if tag is None:
+            raise ScenarioError([Problem(key, f"is missing, allowed: {allowed}")])
+        if not isinstance(tag, str) or tag not in by_tag:
+            hint = suggestion(tag, by_tag) if isinstance(tag, str) else ""
+            raise ScenarioError([Problem(key, f"is {tag!r}{hint or ','} allowed: {allowed}")])
+        return converter.structure({k: v for k, v in table.items() if k != key}, by_tag[tag])
+
+    return hook
+
+
+def _strict_converter() -> Converter:
+    converter = Converter(detailed_validation=True, forbid_extra_keys=True)
+    for kind in (bool, int, float, str):  # for which cattrs has hooks of its own
+        converter.register_structure_hook(kind, _plain)
+    converter.register_structure_hook_func(_is_plain, _plain)
+    converter.register_structure_hook_func(_is_list_of_sections, _tables)
+    converter.register_structure_hook_factory(_is_section, _section_factory)
+    converter.register_structure_hook_factory(_is_tagged_union, _tagged_factory)
+    return converter
+
+
+_CONVERTER = _strict_converter()

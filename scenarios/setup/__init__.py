@@ -1,0 +1,1 @@
+"""From a scenario to simulators: fluid, bodies, vessels and booms in their places."""

@@ -1,0 +1,81 @@
+"""Prescribed motions that a scenario can name beyond those of `coupling.rigid.prescribed_motion`: towing that rises smoothly."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from coupling.rigid.prescribed_motion import (
+    UPRIGHT,
+    Motion,
+    OscillatingMotion,
+    PrescribedMotion,
+    Quaternion,
+    Vector,
+    WaypointMotion,
+)
+from scenarios.schema.bodies import BodySettings, RampMotion, SineMotion, TableMotion
+
+
+@dataclass(frozen=True, kw_only=True)
+class TowingMotion:
+    """From rest to a steady velocity and, at `end`, at once to rest.
+
+    v(t) = V r(t), r = (1 - cos(pi tau / t_r)) / 2 until tau = t - t_0 = t_r, then 1; x = x_0 + V (tau / 2 - t_r sin(pi tau / t_r)
+    / (2 pi)) while it rises, then x_0 + V (tau - t_r / 2).
+    """
+
+    position: Vector
+    velocity: Vector
+    orientation: Quaternion = UPRIGHT
+    start: float = 0.0
+    rise_time: float = 0.0
+    end: float = math.inf
+
+    def at(self, time: float) -> Motion:
+        """See `PrescribedMotion.at`."""
+        elapsed = min(time, self.end) - self.start
+        seconds, share = self._travelled(elapsed)
+        velocity = np.array(self.velocity)
+        moving = 0.0 if time >= self.end else share
+        return Motion(np.array(self.position) + seconds * velocity, np.array(self.orientation), moving * velocity)
+
+    def _travelled(self, elapsed: float) -> tuple[float, float]:
+        """Distance over V [s] and speed over V after `elapsed` [s] under way."""
+        if elapsed <= 0.0:
+            return 0.0, 0.0
+        if elapsed >= self.rise_time:
+            return elapsed - 0.5 * self.rise_time, 1.0
+        angle = math.pi * elapsed / self.rise_time
+        return 0.5 * elapsed - 0.5 * self.rise_time * math.sin(angle) / math.pi, 0.5 * (1.0 - math.cos(angle))
+
+
+def prescribed_motion(body: BodySettings, position: Vector, orientation: Quaternion) -> PrescribedMotion | None:
+    """The motion of a body whose centre of mass starts at `position` [m]; None for one that is free or fixed."""
+    motion = body.motion
+    if isinstance(motion, SineMotion):
+        return OscillatingMotion(
+            position=position,
+            orientation=orientation,
+            direction=motion.direction,
+            amplitude=motion.amplitude,
+            period=motion.period,
+            ramp_time=motion.rise_time,
+        )
+    if isinstance(motion, RampMotion):
+        return TowingMotion(
+            position=position,
+            orientation=orientation,
+            velocity=motion.velocity,
+            start=motion.start,
+            rise_time=motion.rise_time,
+            end=math.inf if motion.end is None else motion.end,
+        )
+    if isinstance(motion, TableMotion):
+        places = np.array(position) + np.array(motion.displacement)
+        return WaypointMotion(
+            times=motion.time, positions=tuple((p[0], p[1], p[2]) for p in places.tolist()), orientation=orientation
+        )
+    return None

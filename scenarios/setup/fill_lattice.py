@@ -1,0 +1,133 @@
+"""Where the particles of a scenario's regions of liquid start: points of one lattice, so that regions fit together.
+
+The lattice has the particle spacing as its edge, stands on the tank's floor and is centred sideways. A region takes the
+points inside it; faces of blocks, slabs and upright cylinders snap to the nearest lattice plane and a thin region keeps
+one layer, so that a scenario stays whole when its particle spacing is changed. Only a block with an inset has a
+lattice of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from scenarios.problems import Problem, ScenarioError
+from scenarios.schema.liquid import BlockFill, CylinderFill, Fill, SlabFill, SphereFill, Tank
+from scenarios.schema.quantity_fields import Vector
+
+Array = NDArray[np.float64]
+
+TOO_NEAR = 0.9  # of a spacing: particles of an earlier region that are nearer to a later one's give way
+ROUNDING = 1e-6  # of a spacing
+
+
+class Lattice:
+    """The lattice of a tank: particles that fit on each axis, and where the first one lies."""
+
+    def __init__(self, tank: Tank, spacing: float, dimension: int) -> None:
+        lower, upper = np.array(tank.lower), np.array(tank.upper)
+        self.spacing = spacing
+        self.dimension = dimension
+        self.count = np.maximum(1, np.floor((upper - lower) / spacing + ROUNDING)).astype(int)
+        slack = upper - lower - self.count * spacing
+        self.corner = lower + np.where([True, True, False], 0.5 * slack, 0.0)
+
+    def planes(self, axis: int, low: float, high: float) -> Array:
+        """Coordinates of the lattice planes between two faces that snap to the lattice; at least one plane."""
+        first, last = ((edge - self.corner[axis]) / self.spacing for edge in (low, high))
+        begin = int(np.clip(_nearest(first), 0, self.count[axis] - 1))
+        end = int(np.clip(_nearest(last), begin + 1, self.count[axis]))
+        return self.corner[axis] + (np.arange(begin, end) + 0.5) * self.spacing
+
+    def box(self, lower: Vector, upper: Vector) -> Array:
+        """Points (N, 3) of a box."""
+        return _grid([self.planes(axis, lower[axis], upper[axis]) for axis in range(3)], self.dimension)
+
+
+def _nearest(number: float) -> int:
+    """The nearest whole number, halves upwards whatever the rounding error."""
+    return int(np.floor(number + 0.5 + ROUNDING))
+
+
+def _grid(axes: list[Array], dimension: int) -> Array:
+    """Points of a product of axes; in two dimensions all of them at y = 0."""
+    if dimension == 2:
+        axes = [axes[0], np.zeros(1), axes[2]]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+
+
+def region_points(fill: Fill, tank: Tank, spacing: float, dimension: int) -> Array:
+    """Positions (N, 3) [m] of the particles of one region."""
+    lattice = Lattice(tank, spacing, dimension)
+    if isinstance(fill, BlockFill):
+        return _inset_block(fill, spacing, dimension) if fill.inset else lattice.box(fill.lower, fill.upper)
+    if isinstance(fill, SlabFill):
+        return lattice.box((*tank.lower[:2], fill.bottom), (*tank.upper[:2], fill.top))
+    everything = lattice.box(tank.lower, tank.upper)
+    if isinstance(fill, SphereFill):
+        offset = everything - fill.center
+        if dimension == 2:
+            offset[:, 1] = 0.0
+        return everything[np.linalg.norm(offset, axis=1) <= fill.radius]
+    return _cylinder(fill, lattice, everything)
+
+
+def _cylinder(fill: CylinderFill, lattice: Lattice, everything: Array) -> Array:
+    """Points of a cylinder; an upright one keeps whole layers."""
+    axis = np.array(fill.axis) / np.linalg.norm(fill.axis)
+    if abs(axis[2]) == 1.0:
+        low, high = sorted((fill.base[2], fill.base[2] + axis[2] * fill.height))
+        everything = lattice.box(
+            (fill.base[0] - fill.radius, fill.base[1] - fill.radius, low),
+            (fill.base[0] + fill.radius, fill.base[1] + fill.radius, high),
+        )
+        across = everything[:, :2] - fill.base[:2]
+        return everything[np.linalg.norm(across, axis=1) <= fill.radius]
+    offset = everything - fill.base
+    along = offset @ axis
+    across = np.linalg.norm(offset - along[:, None] * axis, axis=1)
+    return everything[(along >= 0.0) & (along <= fill.height) & (across <= fill.radius)]
+
+
+def _inset_block(fill: BlockFill, spacing: float, dimension: int) -> Array:
+    """round(extent / d - 2 inset) points along each axis, centred sideways, standing on the lower face."""
+    axes: list[Array] = []
+    for axis in range(3):
+        extent = fill.upper[axis] - fill.lower[axis]
+        fitting = np.floor(extent / spacing + ROUNDING)
+        count = max(1, min(int(fitting), _nearest(extent / spacing - 2.0 * fill.inset)))
+        slack = 0.0 if axis == 2 else 0.5 * (extent - count * spacing)
+        axes.append(fill.lower[axis] + slack + (np.arange(count, dtype=np.float64) + 0.5) * spacing)
+    return _grid(axes, dimension)
+
+
+def starting_positions(regions: Mapping[str, Fill], tank: Tank, spacing: float, dimension: int) -> dict[str, Array]:
+    """Positions (N, 3) [m] by region, as of `placed_regions`; ScenarioError for a region without a single particle."""
+    placed = placed_regions(regions, tank, spacing, dimension)
+    problems = list(empty_regions(placed, spacing))
+    if problems:
+        raise ScenarioError(problems)
+    return placed
+
+
+def placed_regions(regions: Mapping[str, Fill], tank: Tank, spacing: float, dimension: int) -> dict[str, Array]:
+    """Positions (N, 3) [m] by region; particles of earlier regions give way to later ones."""
+    placed: dict[str, Array] = {}
+    for name, fill in regions.items():
+        points = region_points(fill, tank, spacing, dimension)
+        if len(points):
+            tree = cKDTree(points)
+            for earlier, others in placed.items():
+                distance, _ = tree.query(others, distance_upper_bound=TOO_NEAR * spacing)
+                placed[earlier] = others[np.isinf(distance)]
+        placed[name] = points
+    return placed
+
+
+def empty_regions(placed: Mapping[str, Array], spacing: float) -> Iterator[Problem]:
+    """A problem for each region without a single particle."""
+    text = f"holds no particle at fluid.particle_spacing = {spacing:g} m, allowed: a region larger than that"
+    yield from (Problem(f"fill.{name}", text) for name, points in placed.items() if len(points) == 0)

@@ -1,0 +1,225 @@
+"""Vessels and booms of a scenario, afloat in their places, with the joints and lines between them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from booms.boom import Boom, boom_of_ratio
+from booms.deployment import BoomLayout, PlacedBody, PlacedJoint, PlacedLine, lay_between, tow_line
+from scenarios.problems import Problem
+from scenarios.scenario import Scenario
+from scenarios.schema.exercise import BoomSettings, VesselSettings, body_of
+from scenarios.schema.quantity_fields import Point2
+from scenarios.setup.placed_solids import Solid
+from vessels.course import Course, CourseLeg
+from vessels.hull import float_hull, raked_barge, wigley_hull
+from vessels.vessel import ControlGains, Propulsion, Vessel
+
+Array = NDArray[np.float64]
+
+LINE_MASS = 0.1  # [kg/m] of a tow line
+LINE_DIAMETER = 0.02  # [m]
+RAKE = 0.15  # of a barge's length, at each end
+TOWING_BANDWIDTH = (
+    3.0  # [rad/s] of the speed loop, three times a free vessel's: boom and entrained water outweigh the vessel
+)
+LINE_RELAXATION_TIME = 0.02  # [s] of an elastic line: damps a boom segment's bounce on it within a swing or two
+SLACK = 1e-3  # of a boom's length, between two points that hold it: straight, it could not give way, at any tension
+TOW_POINT = -0.4  # of the vessel's length from midships, in the waterline
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Fleet:
+    """Vessels, booms and what holds them together.
+
+    tension_joints: by boom and end, such as ``("main", "port")``, the joint or elastic line whose tension is the tow tension.
+    """
+
+    vessels: tuple[Vessel, ...] = ()
+    booms: Mapping[str, BoomLayout] = field(default_factory=dict)
+    solids: tuple[Solid, ...] = ()
+    joints: tuple[PlacedJoint, ...] = ()
+    lines: tuple[PlacedLine, ...] = ()
+    tension_joints: Mapping[tuple[str, str], str] = field(default_factory=dict)
+
+    def tensions_of(self, boom: str) -> dict[str, str]:
+        """The joints that carry a boom's tow tension, by its ends."""
+        return {end: joint for (name, end), joint in self.tension_joints.items() if name == boom}
+
+
+def place_fleet(scenario: Scenario, water_level: float, problems: list[Problem]) -> Fleet:
+    """Sound vessels and booms, afloat at `water_level` [m]; every one that cannot float or be laid is added to `problems`."""
+    vessels: dict[str, Vessel] = {}
+    for name, settings in scenario.vessels.items():
+        try:
+            vessels[name] = _vessel(name, settings, scenario)
+        except ValueError as error:
+            problems.append(Problem(f"vessels.{name}", f"cannot float: {error}"))
+    solids = [_afloat(vessel, water_level) for vessel in vessels.values()]
+    joints: list[PlacedJoint] = []
+    booms: dict[str, BoomLayout] = {}
+    lines: list[PlacedLine] = []
+    tensions: dict[tuple[str, str], str] = {}
+    for name, boom in scenario.booms.items():
+        if any(isinstance(end, str) and end not in vessels for end in boom.ends):
+            continue  # its vessel is told
+        try:
+            layout, ends = _laid(name, boom, scenario, vessels, water_level)
+        except ValueError as error:
+            problems.append(Problem(f"booms.{name}", f"cannot be laid: {error}"))
+            continue
+        booms[name] = layout
+        solids += [*(Solid(placed=segment) for segment in layout.segments), *ends.links]
+        joints += [*layout.joints, *ends.joints]
+        lines += ends.lines
+        tensions |= {(name, end): joint for end, joint in ends.tensions.items()}
+    return Fleet(
+        vessels=tuple(vessels.values()),
+        booms=booms,
+        solids=tuple(solids),
+        joints=tuple(joints),
+        lines=tuple(lines),
+        tension_joints=tensions,
+    )
+
+
+def water_density(scenario: Scenario) -> float:
+    """Density [kg/m3] of what vessels and booms float in: the first phase that is not oil, else the first."""
+    waters = [phase for phase in scenario.phases.values() if not phase.is_oil]
+    return (waters or list(scenario.phases.values()))[0].rest_density
+
+
+def _vessel(name: str, settings: VesselSettings, scenario: Scenario) -> Vessel:
+    size = (settings.length, settings.beam, settings.draft, settings.depth)
+    mesh = wigley_hull(*size) if settings.shape == "wigley" else raked_barge(*size, rake=RAKE * settings.length)
+    hull = float_hull(mesh, settings.draft, water_density=water_density(scenario))
+    x, y, z = hull.deck_point(TOW_POINT * settings.length, 0.0)
+    return Vessel(
+        name=name,
+        hull=hull,
+        propulsion=Propulsion(
+            bollard_pull=settings.bollard_pull,
+            astern_pull=0.5 * settings.bollard_pull,
+            yaw_moment=settings.yaw_moment,
+            side_thrust=settings.side_thrust,
+        ),
+        course=course_of(settings, scenario),
+        position=settings.position,
+        heading=settings.heading,
+        tow_point=(float(x), float(y), float(z)),
+        gains=ControlGains(acceleration=settings.acceleration, speed_bandwidth=TOWING_BANDWIDTH),
+    )
+
+
+def course_of(settings: VesselSettings, scenario: Scenario) -> Course | None:
+    """A vessel's own legs, or those of the tow: it waits in its place, then keeps to the line that begins there."""
+    if settings.control == "manual":
+        return None
+    legs = [
+        CourseLeg(start_time=leg.start, speed=leg.speed, heading=leg.heading, through=leg.through)
+        for leg in settings.legs
+    ]
+    tow = scenario.tow
+    if not legs and tow is not None:
+        if tow.start > 0.0:
+            legs.append(CourseLeg(start_time=0.0, speed=0.0, heading=tow.heading, through=settings.position))
+        legs.append(CourseLeg(start_time=tow.start, speed=tow.speed, heading=tow.heading, through=settings.position))
+    return Course(legs=tuple(legs))
+
+
+def _afloat(vessel: Vessel, water_level: float) -> Solid:
+    position, orientation = vessel.initial_pose(water_level)
+    placed = PlacedBody(
+        name=body_of(vessel.name),
+        mesh=vessel.hull.mesh,
+        mass_properties=vessel.hull.mass_properties,
+        position=position,
+        orientation=orientation,
+    )
+    return Solid(placed=placed)
+
+
+@dataclass(kw_only=True, eq=False)
+class _Ends:
+    """How a boom's two ends are held: rigid links, the joints at them, elastic lines, and by end what carries its tension."""
+
+    links: list[Solid] = field(default_factory=list)
+    joints: list[PlacedJoint] = field(default_factory=list)
+    lines: list[PlacedLine] = field(default_factory=list)
+    tensions: dict[str, str] = field(default_factory=dict)
+
+
+def _laid(
+    name: str, settings: BoomSettings, scenario: Scenario, vessels: Mapping[str, Vessel], water_level: float
+) -> tuple[BoomLayout, _Ends]:
+    """Lay a boom between its ends and make it fast there."""
+    boom = _boom(settings, scenario)
+    places = [_boom_end(end, settings, vessels, water_level) for end in settings.ends]
+    if not any(isinstance(end, str) for end in settings.ends):
+        _require_slack(math.dist(*places), settings.length)
+    layout = lay_between(boom, places[0], places[1], water_level=water_level, name=f"boom/{name}")
+    ends = _Ends()
+    for index, (end, label) in enumerate(zip(settings.ends, settings.end_labels, strict=True)):
+        segment, point = layout.segments[-index].name, layout.end_points[index]
+        holds = f"boom/{name}/tow-{label}"
+        if not isinstance(end, str):
+            ends.joints.append(PlacedJoint(name=holds, body_a=segment, body_b=None, point=point))
+            ends.tensions[label] = holds
+            continue
+        tow_point = vessels[end].initial_tow_point(water_level)
+        if settings.line_stiffness is not None:
+            points = np.array([tow_point, point])
+            stiffness = settings.line_stiffness
+            ends.lines.append(
+                PlacedLine(name=holds, body_a=body_of(end), body_b=segment, points=points, stiffness=stiffness)
+            )
+            ends.tensions[label] = holds
+            continue
+        bodies, fast = tow_line(
+            holds, body_of(end), tow_point, segment, point, mass_per_meter=LINE_MASS, diameter=LINE_DIAMETER
+        )
+        ends.links += [Solid(placed=body, contact=False, wetted=False) for body in bodies]
+        ends.joints += fast
+        ends.tensions[label] = fast[-1].name
+    return layout, ends
+
+
+def _require_slack(distance: float, length: float) -> None:
+    """ValueError for a boom of that length [m] that is held straight at both ends: T = q L^2 / (8 sag) has no bound."""
+    longest = (1.0 - SLACK) * length
+    if distance > longest:
+        raise ValueError(
+            f"ends are held {distance:g} m apart, allowed: at most {longest:.6g} m for a boom of {length:g} m, which needs"
+            " slack to give way to the water"
+        )
+
+
+def _boom(settings: BoomSettings, scenario: Scenario) -> Boom:
+    built = boom_of_ratio(
+        length=settings.length,
+        segment_count=settings.segments,
+        skirt_depth=settings.skirt_depth,
+        freeboard=settings.freeboard,
+        buoyancy_to_weight=settings.buoyancy_to_weight,
+        skirt_thickness=settings.skirt_thickness,
+        ballast_fraction=settings.ballast_fraction,
+        water_density=water_density(scenario),
+    )
+    return built.resolved_by(scenario.fluid.particle_spacing)
+
+
+def _boom_end(end: str | Point2, settings: BoomSettings, vessels: Mapping[str, Vessel], water_level: float) -> Point2:
+    """Where an end of the boom lies: at its point, or a tow line behind its vessel's tow point [m]."""
+    if not isinstance(end, str):
+        return end
+    vessel = vessels[end]
+    x, y, _ = vessel.initial_tow_point(water_level)
+    return (
+        float(x) - settings.tow_line * math.cos(vessel.heading),
+        float(y) - settings.tow_line * math.sin(vessel.heading),
+    )

@@ -1,0 +1,216 @@
+"""A scenario's liquid: tank walls, particles where it starts, pipes and what drives it."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import fields
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+from oilsim.boundaries.boundary_particles import tank_walls
+from oilsim.config import FluidConfig
+from oilsim.emitter import HOLD, PipeEmitter
+from oilsim.forcing import AiryWaves, Current, Wind, Zone
+from oilsim.phases import Phase
+from oilsim.solver import Fluid
+from scenarios.problems import Problem
+from scenarios.scenario import Scenario
+from scenarios.schema.liquid import PipeEmitterSettings, Tank
+from scenarios.schema.quantity_fields import Vector
+from scenarios.schema.weather import ForcingSettings, ZoneSettings, horizontal
+from scenarios.setup.fill_lattice import starting_positions
+
+Array = NDArray[np.float64]
+
+LEAK_MARGIN = 1.0  # spacings behind a closed side after which a particle counts as lost
+CLEARANCE = 0.5  # spacings between a body's surface and the nearest particle at the start
+
+
+def fluid_config(scenario: Scenario) -> FluidConfig:
+    """The fluid core's description of a scenario's liquid.
+
+    Behind a closed side the domain goes on for one spacing, so that a particle pressed onto the wall is not taken for lost.
+    """
+    tank, settings = scenario.tank, scenario.fluid
+    margin = LEAK_MARGIN * settings.particle_spacing
+    lower = [low - margin * (f"-{axis}" in tank.closed_sides) for axis, low in zip("xyz", tank.lower, strict=True)]
+    upper = [high + margin * (f"+{axis}" in tank.closed_sides) for axis, high in zip("xyz", tank.upper, strict=True)]
+    return FluidConfig(
+        phases=tuple(
+            Phase(
+                name=name,
+                rest_density=phase.rest_density,
+                dynamic_viscosity=phase.viscosity,
+                adhesion=phase.adhesion,
+            )
+            for name, phase in scenario.phases.items()
+        ),
+        lower=(lower[0], lower[1], lower[2]),
+        upper=(upper[0], upper[1], upper[2]),
+        periodic=("x" in tank.periodic, "y" in tank.periodic, False),
+        **{item.name: getattr(settings, item.name) for item in fields(settings)},
+    )
+
+
+def fill_positions(scenario: Scenario, solids: Iterable[trimesh.Trimesh] = ()) -> dict[str, Array]:
+    """Particles (N, 3) [m] by region, none of them inside a solid (meshes in the world frame) or right at its surface."""
+    spacing, dimension = scenario.fluid.particle_spacing, scenario.fluid.dimension
+    positions = starting_positions(scenario.fill, scenario.tank, spacing, dimension)
+    return clear_of(solids, positions, scenario.tank, spacing)
+
+
+def clear_of(
+    solids: Iterable[trimesh.Trimesh], positions: Mapping[str, Array], tank: Tank, spacing: float
+) -> dict[str, Array]:
+    """Of particles (N, 3) [m] by region those that are neither inside a solid nor right at its surface."""
+    clear, clearance = dict(positions), CLEARANCE * spacing
+    for image in (image for solid in solids for image in _images(solid, tank, clearance)):
+        clear = {name: _outside(points, image, clearance) for name, points in clear.items()}
+    return clear
+
+
+def _images(solid: trimesh.Trimesh, tank: Tank, clearance: float) -> Iterator[trimesh.Trimesh]:
+    """A closed mesh wherever the liquid of the tank meets it: what reaches through a periodic side comes in at the other one."""
+    shifts = []
+    for axis, low, high, bottom, top in zip("xyz", *solid.bounds, tank.lower, tank.upper, strict=True):
+        period = top - bottom
+        first = math.ceil((bottom - clearance - high) / period) if axis in tank.periodic else 0
+        last = math.floor((top + clearance - low) / period) if axis in tank.periodic else 0
+        shifts.append([times * period for times in range(first, last + 1)])
+    for shift in itertools.product(*shifts):
+        yield solid.copy().apply_translation(shift) if any(shift) else solid
+
+
+def _outside(points: Array, solid: trimesh.Trimesh, clearance: float) -> Array:
+    """The points that are further than `clearance` [m] from a closed mesh, on its outside."""
+    low, high = solid.bounds
+    near = np.flatnonzero(((points > low - clearance) & (points < high + clearance)).all(axis=1))
+    if near.size == 0:
+        return points
+    depth = trimesh.proximity.signed_distance(solid, points[near])  # positive inside
+    return np.delete(points, near[depth > -clearance * (1.0 - 1e-6)], axis=0)
+
+
+def water_level(scenario: Scenario, positions: Mapping[str, Array]) -> float:
+    """Height [m] of the still water: the top of the liquid that is not oil, at the start; else of any liquid."""
+    half = 0.5 * scenario.fluid.particle_spacing
+    tops = {name: float(points[:, 2].max()) + half for name, points in positions.items() if len(points)}
+    water = [top for name, top in tops.items() if not scenario.phases[scenario.fill[name].phase].is_oil]
+    return max(water or tops.values(), default=scenario.tank.lower[2])
+
+
+def build_fluid(scenario: Scenario, positions: Mapping[str, Array]) -> tuple[Fluid, int | None]:
+    """The fluid with its particles, pipes and forcings; and the handle of its tank walls, if it has any."""
+    settings, tank = scenario.fluid, scenario.tank
+    config = fluid_config(scenario)
+    fluid = Fluid(config, threads=scenario.run.threads)
+    sides = tuple(side for side in tank.closed_sides if settings.dimension == 3 or side[1] != "y")
+    handle = None
+    if sides:
+        walls = tank_walls(
+            tank.lower,
+            tank.upper,
+            settings.particle_spacing,
+            sides=sides,
+            periodic=config.periodic,
+            dimension=settings.dimension,
+            no_slip=tank.no_slip,
+        )
+        handle = fluid.add_boundary(walls)
+    for name, fill in scenario.fill.items():
+        velocity = starting_velocity(scenario) if fill.velocity is None else fill.velocity
+        fluid.add_particles(positions[name], phase=fill.phase, velocity=velocity)
+    for pipe in scenario.emitters.values():
+        fluid.add_emitter(_pipe(pipe, settings.particle_spacing))
+    _add_forcings(fluid, scenario, water_level(scenario, positions))
+    if scenario.run.budget:
+        fluid.watch()
+    return fluid, handle
+
+
+def starting_velocity(scenario: Scenario) -> Vector:
+    """Velocity [m/s] of liquid that states none: the current's where it runs everywhere, else 0."""
+    current = scenario.forcing.current
+    everywhere = current is not None and current.lower is None
+    return horizontal(current.speed, current.direction) if current is not None and everywhere else (0.0, 0.0, 0.0)
+
+
+def pipe_problems(scenario: Scenario, solids: Mapping[str, trimesh.Trimesh]) -> Iterator[Problem]:
+    """Pipes that reach out of the tank, or into a body as it stands at the start (meshes in the world frame)."""
+    tank, spacing = scenario.tank, scenario.fluid.particle_spacing
+    for name, settings in scenario.emitters.items():
+        points = _pipe(settings, spacing).entrance
+        for axis in (axis for axis in range(3) if "xyz"[axis] not in tank.periodic):
+            low, high = points[:, axis].min(), points[:, axis].max()
+            if low < tank.lower[axis] or high > tank.upper[axis]:
+                room = f"{tank.lower[axis]:g} to {tank.upper[axis]:g} m, with the {HOLD:g} spacings that it is long"
+                text = f"has its pipe reach from {'xyz'[axis]} = {low:.3g} to {high:.3g} m, allowed: inside the tank, {room}"
+                yield Problem(f"emitters.{name}.mouth", text)
+        for body, mesh in solids.items():
+            if any(len(_outside(points, image, 0.0)) < len(points) for image in _images(mesh, tank, 0.0)):
+                yield Problem(
+                    f"emitters.{name}.mouth", f"lies in body {body!r} at the start, allowed: outside all bodies"
+                )
+
+
+def _pipe(settings: PipeEmitterSettings, spacing: float) -> PipeEmitter:
+    return PipeEmitter(
+        phase=settings.phase,
+        mouth=settings.mouth,
+        direction=settings.direction,
+        radius=settings.radius,
+        speed=settings.speed,
+        spacing=spacing,
+        start=settings.start,
+        volume=settings.volume,
+    )
+
+
+def _add_forcings(fluid: Fluid, scenario: Scenario, level: float) -> None:
+    """Current first, then waves, whose zone has the last word on velocities, then wind."""
+    forcing = scenario.forcing
+    if forcing.current is not None:
+        velocity = horizontal(forcing.current.speed, forcing.current.direction)
+        fluid.add_forcing(Current(velocity, _zone(forcing.current, scenario)))
+    if forcing.waves is not None:
+        fluid.add_forcing(_waves(forcing, scenario, level))
+    if forcing.wind is not None:
+        wind = forcing.wind
+        fluid.add_forcing(
+            Wind(
+                speed=wind.speed,
+                direction=wind.direction,
+                spacing=scenario.fluid.particle_spacing,
+                seed=scenario.run.seed,
+                gustiness=wind.gustiness,
+                gust_time=wind.gust_time,
+                drag_coefficient=wind.drag_coefficient,
+            )
+        )
+
+
+def _waves(forcing: ForcingSettings, scenario: Scenario, level: float) -> AiryWaves:
+    """Waves on the still water of the scenario, carried by its current."""
+    waves, current = forcing.waves, forcing.current
+    assert waves is not None
+    drift = horizontal(current.speed, current.direction) if current is not None else (0.0, 0.0, 0.0)
+    return AiryWaves(
+        height=waves.height,
+        period=waves.period,
+        direction=waves.direction,
+        bottom=scenario.tank.lower[2],
+        level=level if waves.level is None else waves.level,
+        zone=_zone(waves, scenario),
+        drift=drift[:2],
+        gravity=float(np.linalg.norm(scenario.fluid.gravity)),
+    )
+
+
+def _zone(settings: ZoneSettings, scenario: Scenario) -> Zone:
+    lower = scenario.tank.lower if settings.lower is None else settings.lower
+    upper = scenario.tank.upper if settings.upper is None else settings.upper
+    return Zone(lower, upper, settings.relaxation_time)

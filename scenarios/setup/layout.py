@@ -1,0 +1,185 @@
+"""What a scenario describes, laid out where it starts, before any of it is simulated; every problem of it is found at once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+from coupling.rigid.rigid_body_world import RigidBodyWorld
+from coupling.solids.surface_sampling import LARGEST, sample_surface
+from scenarios.problems import Problem, ScenarioError
+from scenarios.scenario import Scenario
+from scenarios.schema.liquid import Tank
+from scenarios.schema.probe_settings import BodyProbe
+from scenarios.setup.fill_lattice import empty_regions, placed_regions
+from scenarios.setup.fleet import LINE_RELAXATION_TIME, Fleet, place_fleet
+from scenarios.setup.fluid import clear_of, pipe_problems, water_level
+from scenarios.setup.placed_solids import Solid, own_solids, table_entry, vector
+from scenarios.text.quantities import volume_in_words
+
+Array = NDArray[np.float64]
+
+TOUCHING = 0.5  # spacings that bodies may lie in each other at the start: rigid shapes of free bodies are convex
+QUICK = (
+    200.0  # squares of a spacing on a surface, that are sampled at once; a larger one is not too small for particles
+)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Layout:
+    """Where everything starts.
+
+    level: of the still water [m]; positions: particles (N, 3) [m] by region, outside all bodies; left_out: by region that lies
+    in bodies, what is left out of it, in words; solids: all bodies, those of the fleet too; coupled: names of those that exchange
+    motion and wrench with the fluid; world: None if nothing is coupled.
+    """
+
+    level: float
+    positions: Mapping[str, Array]
+    left_out: Mapping[str, str]
+    fleet: Fleet
+    solids: tuple[Solid, ...]
+    coupled: tuple[str, ...]
+    world: RigidBodyWorld | None
+
+
+def lay_out(scenario: Scenario) -> Layout:
+    """Place liquid and bodies; ScenarioError with every problem of them."""
+    fluid, problems = scenario.fluid, list[Problem]()
+    regions = placed_regions(scenario.fill, scenario.tank, fluid.particle_spacing, fluid.dimension)
+    problems += empty_regions(regions, fluid.particle_spacing)
+    level = water_level(scenario, regions)
+    fleet = place_fleet(scenario, level, problems)
+    solids = (*own_solids(scenario, problems), *fleet.solids)
+    meshes = {solid.name: solid.world_mesh() for solid in solids if solid.wetted}
+    positions = clear_of(meshes.values(), regions, scenario.tank, fluid.particle_spacing)
+    problems += _displaced_regions(regions, positions)
+    problems += pipe_problems(scenario, meshes)
+    problems += _out_of_reach(solids, meshes, scenario.tank)
+    problems += _sampling_problems(solids, fluid.particle_spacing)
+    coupled = _coupled(scenario, solids)
+    world = _world(scenario, solids, fleet, problems) if coupled else None
+    if problems:
+        raise ScenarioError(problems, scenario.name)
+    return Layout(
+        level=level,
+        positions=positions,
+        left_out=dict(
+            _left_out(regions, positions, fluid.particle_spacing**fluid.dimension)
+        ),  # a plane is a metre thick
+        fleet=fleet,
+        solids=solids,
+        coupled=coupled,
+        world=world,
+    )
+
+
+def _displaced_regions(regions: Mapping[str, Array], clear: Mapping[str, Array]) -> Iterator[Problem]:
+    """Regions of which the bodies leave nothing."""
+    for name, points in regions.items():
+        if len(points) and not len(clear[name]):
+            text = f"lies in bodies with all its {len(points)} particles, allowed: a region that reaches out of them"
+            yield Problem(f"fill.{name}", text)
+
+
+def _left_out(regions: Mapping[str, Array], clear: Mapping[str, Array], content: float) -> Iterator[tuple[str, str]]:
+    """What bodies take of each region, by its name; content [m3] of a particle."""
+    for name, points in regions.items():
+        missing = len(points) - len(clear[name])
+        if missing:
+            part, whole = (volume_in_words(count * content) for count in (missing, len(points)))
+            yield name, f"fill.{name}: {part} of its {whole} lie in bodies, or right at them, and are left out"
+
+
+def _out_of_reach(solids: Sequence[Solid], meshes: Mapping[str, trimesh.Trimesh], tank: Tank) -> Iterator[Problem]:
+    """Fixed bodies that lie outside the tank altogether, where no liquid meets them; others may fall or be led into it."""
+    for name in (solid.name for solid in solids if solid.wetted and solid.motion == "fixed"):
+        for axis, low, high, bottom, top in zip("xyz", *meshes[name].bounds, tank.lower, tank.upper, strict=True):
+            if high < bottom or low > top:
+                text = f"stands at {axis} = {low:.4g} to {high:.4g} m for good, allowed: in the tank, {bottom:g} to {top:g} m"
+                yield Problem(table_entry(name), text)
+
+
+def _coupled(scenario: Scenario, solids: Sequence[Solid]) -> tuple[str, ...]:
+    """Bodies that exchange motion and wrench with the fluid: those that move, and held ones whose force is asked for."""
+    probed = {probe.body for probe in scenario.probes.values() if isinstance(probe, BodyProbe)}
+    return tuple(solid.name for solid in solids if solid.wetted and (solid.motion != "fixed" or solid.name in probed))
+
+
+def _sampling_problems(solids: Sequence[Solid], spacing: float) -> Iterator[Problem]:
+    """Surfaces that cannot be sampled: too small ones, which are soon tried, and too large ones, which are soon refused."""
+    for mesh, name in {
+        id(solid.placed.mesh): (solid.placed.mesh, solid.name) for solid in solids if solid.wetted
+    }.values():
+        if not QUICK < float(mesh.area) / spacing**2 <= LARGEST:
+            try:
+                sample_surface(mesh, spacing)
+            except ValueError as error:
+                yield Problem(table_entry(name), f"cannot be sampled with particles: {error}")
+
+
+def _world(scenario: Scenario, solids: Sequence[Solid], fleet: Fleet, problems: list[Problem]) -> RigidBodyWorld:
+    """All solids and joints in one rigid body world; the tank's walls too, if anything could run into them."""
+    world = RigidBodyWorld(gravity=scenario.fluid.gravity, communication_step=scenario.run.communication_step)
+    for solid in solids:
+        placed = solid.placed
+        x, y, z, w = (float(part) for part in placed.orientation)
+        world.add_body(
+            placed.name,
+            placed.mesh,
+            placed.mass_properties,
+            vector(placed.position),
+            (x, y, z, w),
+            motion=solid.motion,
+            linear_velocity=solid.linear_velocity,
+            angular_velocity=solid.angular_velocity,
+            contact=solid.contact,
+        )
+    if any(solid.motion == "free" and solid.contact for solid in solids):
+        _add_tank_sides(world, scenario.tank)
+    for joint in fleet.joints:
+        world.add_joint(joint.name, joint.body_a, joint.body_b, vector(joint.point))
+    _add_lines(world, fleet, problems)
+    problems += _overlaps(world, scenario.fluid.particle_spacing)
+    return world
+
+
+def _add_lines(world: RigidBodyWorld, fleet: Fleet, problems: list[Problem]) -> None:
+    """Elastic lines; one too stiff to be stepped is a problem."""
+    for line in fleet.lines:
+        try:
+            world.add_line(
+                line.name,
+                line.body_a,
+                line.body_b,
+                (vector(line.points[0]), vector(line.points[1])),
+                length=line.length,
+                stiffness=line.stiffness,
+                relaxation_time=LINE_RELAXATION_TIME,
+            )
+        except ValueError as error:
+            problems.append(Problem(f"booms.{line.name.split('/')[1]}.line_stiffness", f"cannot be used: {error}"))
+
+
+def _overlaps(world: RigidBodyWorld, spacing: float) -> Iterator[Problem]:
+    """Bodies that lie deep in each other, or in a side of the tank, would be thrown apart at once; of a boom the worst is told."""
+    allowed, worst = TOUCHING * spacing, dict[tuple[str, str], tuple[str, str, float]]()
+    for one, other, depth in sorted(world.overlaps(), key=lambda found: found[2]):
+        if depth > allowed:
+            worst[table_entry(one), other and table_entry(other)] = one, other, depth
+    for (table, _), (one, other, depth) in worst.items():
+        where = f"body {other!r}" if other else "a side of the tank"
+        text = f"has body {one!r} lie {depth:.2g} m deep in {where} at the start, allowed: up to {allowed:.2g} m"
+        yield Problem(table, text)
+
+
+def _add_tank_sides(world: RigidBodyWorld, tank: Tank) -> None:
+    """Let bodies run into the closed sides of the tank, which go on beyond its other sides."""
+    for side in tank.closed_sides:
+        inward = 1.0 if side[0] == "-" else -1.0
+        normal = inward * np.eye(3)["xyz".index(side[1])]
+        world.add_half_space(tank.lower if inward > 0.0 else tank.upper, vector(normal))

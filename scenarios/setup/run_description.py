@@ -1,0 +1,110 @@
+"""What observers are told of a run before it begins: fluids, bodies, booms, camera, and where on Earth it is."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from booms.containment import PRACTICE_SPEED
+from booms.deployment import BoomLayout
+from booms.scores import skirt_drag_coefficient, tow_force
+from recordings.exercise import BoomDescription, ExerciseDescription, Site
+from recordings.frame import CameraView, MeshDescription, PhaseDescription, RunDescription
+from scenarios.scenario import Scenario, SiteSettings
+from scenarios.schema.probe_settings import PressureProbe, WaveGauge
+from scenarios.setup.fleet import Fleet
+from scenarios.setup.fluid import horizontal
+from scenarios.setup.simulators import Scene
+from scenarios.versions import versions
+
+_QUANTITIES = {PressureProbe: "pressure [Pa]", WaveGauge: "height of the surface [m]"}  # what one number may be
+
+
+def describe_run(scene: Scene, *, text: str, overrides: Sequence[str]) -> RunDescription:
+    """Everything about the run that does not change."""
+    scenario = scene.scenario
+    properties: dict[str, str | float] = {f"version_{name}": version for name, version in versions().items()}
+    properties |= {"title": scenario.title, "seed": float(scenario.run.seed), "overrides": " ".join(overrides)}
+    camera, exercise = scenario.camera, _describe_exercise(scenario, scene.fleet, scene.level)
+    return RunDescription(
+        name=scenario.name,
+        text=text,
+        particle_spacing=scenario.fluid.particle_spacing,
+        dimension=scenario.fluid.dimension,
+        properties=properties,
+        phases=tuple(
+            PhaseDescription(
+                name=name,
+                rest_density=phase.rest_density,
+                dynamic_viscosity=phase.viscosity,
+                is_oil=phase.is_oil,
+                color=phase.color,
+            )
+            for name, phase in scenario.phases.items()
+        ),
+        meshes={
+            solid.name: MeshDescription(
+                vertices=solid.placed.mesh.vertices, faces=solid.placed.mesh.faces, color=solid.color
+            )
+            for solid in scene.solids
+        },
+        boundaries={} if scene.tank is None else {"tank": scene.fluid.boundary_positions(scene.tank)},
+        camera=None if camera is None else CameraView(eye=camera.eye, target=camera.target),
+        exercise=exercise,
+        site=None if scenario.site is None else _site(scenario.site),
+        plots={
+            f"Probe {name}: {_QUANTITIES[type(probe)]}": (f"probes/{name}",)
+            for name, probe in scenario.probes.items()
+            if type(probe) in _QUANTITIES
+        },
+    )
+
+
+def _site(site: SiteSettings) -> Site:
+    return Site(latitude=site.latitude, longitude=site.longitude, bearing=math.degrees(site.bearing), start=site.start)
+
+
+def _describe_exercise(scenario: Scenario, fleet: Fleet, water_level: float) -> ExerciseDescription | None:
+    """What a debrief must know of the booms; None without any."""
+    if not fleet.booms:
+        return None
+    current = scenario.forcing.current
+    flow = (0.0, 0.0, 0.0) if current is None else horizontal(current.speed, current.direction)
+    return ExerciseDescription(
+        booms=tuple(_describe_boom(name, layout, scenario) for name, layout in fleet.booms.items()),
+        current=(flow[0], flow[1]),
+        water_level=water_level,
+    )
+
+
+def _describe_boom(name: str, layout: BoomLayout, scenario: Scenario) -> BoomDescription:
+    settings = scenario.booms[name]
+    first, second = (tuple(float(part) for part in point) for point in layout.segment.joint_points)
+    labels = [end if isinstance(end, str) else f"end-{index}" for index, end in enumerate(settings.ends)]
+    pulls = [scenario.vessels[end].bollard_pull for end in settings.ends if isinstance(end, str)]
+    return BoomDescription(
+        name=name,
+        segments=tuple(segment.name for segment in layout.segments),
+        ends=(labels[0], labels[1]),
+        length=settings.length,
+        skirt_depth=settings.skirt_depth,
+        freeboard=settings.freeboard,
+        waterline=float(layout.segment.waterline),
+        joint_points=((first[0], first[1], first[2]), (second[0], second[1], second[2])),
+        full_tension=max(pulls, default=0.0) or _fixed_boom_tension(layout),
+    )
+
+
+def _fixed_boom_tension(layout: BoomLayout) -> float:
+    """Tension [N] of the boom as laid, if water met it at 0.7 knots."""
+    boom = layout.boom
+    gap = min(layout.gap_ratio, 0.95)  # a straight boom's is unbounded
+    tension, _ = tow_force(
+        boom.length,
+        gap,
+        boom.skirt_depth,
+        PRACTICE_SPEED,
+        drag_coefficient=skirt_drag_coefficient(),
+        density=boom.water_density,
+    )
+    return tension

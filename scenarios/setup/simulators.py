@@ -1,0 +1,108 @@
+"""The simulators of a run: the fluid, the rigid bodies that it meets, and who of them answers to the other."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from coupling.participants.fluid import FluidParticipant
+from coupling.pybullet_world.attachment_warnings import swelling
+from coupling.rigid.rigid_body_world import RigidBodyWorld
+from coupling.solids.surface_sampling import SurfaceSampling, particles_of, sample_surface
+from oilsim.solver import Fluid
+from scenarios.problems import problems_of
+from scenarios.scenario import Scenario
+from scenarios.setup.fleet import Fleet
+from scenarios.setup.fluid import build_fluid
+from scenarios.setup.layout import lay_out
+from scenarios.setup.placed_solids import Solid, table_entry
+
+FLUID = "fluid"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Scene:
+    """What a scenario describes, as simulators.
+
+    level: of the still water [m]; solids: all bodies, those of the fleet too; coupled: names of those that exchange motion and
+    wrench with the fluid; tank: the fluid's handle of the tank's sides, None without closed ones; world: None if nothing is coupled;
+    left_out: what bodies take of the liquid at the start, in words, by region; swelling: how many times its volume the fluid meets of a
+    body with parts thinner than a particle, by name.
+    """
+
+    scenario: Scenario
+    level: float
+    fleet: Fleet
+    solids: tuple[Solid, ...]
+    coupled: tuple[str, ...]
+    fluid: Fluid
+    tank: int | None
+    fluid_participant: FluidParticipant
+    world: RigidBodyWorld | None
+    left_out: Mapping[str, str]
+    swelling: Mapping[str, float]
+
+    def wrench(self, body: str) -> NDArray[np.float64]:
+        """The fluid's wrench (6,) [N, N m] on a body; 0 on one that is not coupled."""
+        return self.fluid_participant.get(f"{body}.wrench") if body in self.coupled else np.zeros(6)
+
+
+def build_scene(scenario: Scenario) -> Scene:
+    """Lay everything out and fill the tank; ScenarioError for what cannot be made."""
+    layout = lay_out(scenario)
+    solids, coupled = layout.solids, layout.coupled
+    with problems_of("fluid", "cannot be made"):
+        fluid, tank = build_fluid(scenario, layout.positions)
+    samplings = _sampled(solids, scenario.fluid.particle_spacing)
+    handles = _wet(fluid, solids, samplings, coupled)
+    return Scene(
+        scenario=scenario,
+        level=layout.level,
+        fleet=layout.fleet,
+        solids=solids,
+        coupled=coupled,
+        fluid=fluid,
+        tank=tank,
+        fluid_participant=FluidParticipant(FLUID, fluid, {name: handles[name] for name in coupled}),
+        world=layout.world,
+        left_out=layout.left_out,
+        swelling={
+            solid.name: swelling(samplings[id(solid.placed.mesh)], float(solid.placed.mesh.volume))
+            for solid in solids
+            if solid.wetted
+        },
+    )
+
+
+def _sampled(solids: Sequence[Solid], particle_spacing: float) -> dict[int, SurfaceSampling]:
+    """The surfaces of all wetted solids, by the id of their mesh: bodies of one mesh, such as a boom's segments, share its sampling."""
+    samplings: dict[int, SurfaceSampling] = {}
+    for solid in solids:
+        mesh = solid.placed.mesh
+        if solid.wetted and id(mesh) not in samplings:
+            with problems_of(table_entry(solid.name), "cannot be sampled with particles"):
+                samplings[id(mesh)] = sample_surface(mesh, particle_spacing)
+    return samplings
+
+
+def _wet(
+    fluid: Fluid, solids: Sequence[Solid], samplings: Mapping[int, SurfaceSampling], coupled: Sequence[str]
+) -> dict[str, int]:
+    """Give the fluid the surfaces of all wetted solids; returns their handles by name.
+
+    A coupled one is placed about its centre of mass, another where it stands for good.
+    """
+    handles = {}
+    for solid in solids:
+        if not solid.wetted:
+            continue
+        surface = particles_of(solid.name, samplings[id(solid.placed.mesh)], no_slip=solid.no_slip)
+        if solid.name not in coupled:
+            rotation = Rotation.from_quat(solid.placed.orientation)
+            surface = replace(surface, position=rotation.apply(surface.position) + solid.placed.position)
+        handles[solid.name] = fluid.add_boundary(surface)
+    return handles

@@ -1,0 +1,1 @@
+"""Numbers of a run by name, for FMUs and for orders."""

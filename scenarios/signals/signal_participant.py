@@ -1,0 +1,102 @@
+"""Signals as a participant: where FMUs of a scenario are plugged in."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from coupling.participant import Causality, Status, StepResult, Variable, checked_value, variable_table
+from scenarios.signals.signal_table import RunParts, Signal
+
+Array = NDArray[np.float64]
+
+
+def signal_variables(signals: Mapping[str, Signal]) -> dict[str, Variable]:
+    """Signals as variables of shape (1,)."""
+    return variable_table(
+        Variable(signal.name, signal.unit, (1,), Causality.INPUT if signal.is_input else Causality.OUTPUT)
+        for signal in signals.values()
+    )
+
+
+class SignalBoard:
+    """Reads outputs from the parts of a run as they are and puts inputs into effect at once; keeps the contract of a participant.
+
+    A run has two: `ORDERS` takes what FMUs drive, before the parts step; `READINGS` gives what feeds them, after.
+
+    An input that is never set leaves the run to the scenario; one that has been set rules from then on.
+    """
+
+    def __init__(self, name: str, signals: Mapping[str, Signal], parts: RunParts) -> None:
+        self._name = name
+        self._signals = dict(signals)
+        self._parts = parts
+        self._variables = signal_variables(signals)
+        self._values = {name: signal.start for name, signal in signals.items() if signal.is_input}
+        self._given: set[str] = set()
+
+    @property
+    def name(self) -> str:
+        """See `Participant`."""
+        return self._name
+
+    @property
+    def variables(self) -> Mapping[str, Variable]:
+        """Every signal."""
+        return self._variables
+
+    def enter_initialization_mode(self, start_time: float) -> None:
+        """Nothing is to be prepared."""
+
+    def exit_initialization_mode(self) -> None:
+        """Nothing is left to do."""
+
+    def get(self, name: str) -> Array:
+        """A signal (1,); of an input, what it was set to last."""
+        if name in self._values:
+            return np.array([self._values[name]])
+        signal = self._signals.get(name)
+        if signal is None or signal.read is None:
+            raise ValueError(f"run has no signal {name!r}, allowed: {', '.join(self._signals)}")
+        return np.array([signal.read(self._parts)])
+
+    def set(self, name: str, value: Array) -> None:
+        """Set an input; ValueError for a number that is not finite."""
+        number = float(checked_value(self._name, self._variables, name, value)[0])
+        if not math.isfinite(number):
+            raise ValueError(f"signal {name!r} is {number}, allowed: a finite number of {self._signals[name].unit}")
+        self._values[name] = number
+        self._given.add(name)
+        self._put_into_effect(name)
+
+    def do_step(self, time: float, step_size: float) -> StepResult:
+        """Inputs rule on, whatever a vessel's next leg says."""
+        self.renew()
+        return StepResult(Status.OK, time + step_size)
+
+    def renew(self) -> None:
+        """Put every input that has been set into effect once more."""
+        for name in sorted(self._given):
+            self._put_into_effect(name)
+
+    def save_state(self) -> object:
+        """Values of the inputs, and which have been set."""
+        return {"values": dict(self._values), "given": sorted(self._given)}
+
+    def restore_state(self, state: object) -> None:
+        """Back to what `save_state` returned; wind and current with it."""
+        saved = cast(dict[str, dict[str, float]], state)
+        self._values, self._given = dict(saved["values"]), set(saved["given"])
+        self.renew()
+
+    def terminate(self) -> None:
+        """Nothing is held."""
+
+    def _put_into_effect(self, name: str) -> None:
+        write = self._signals[name].write
+        assert write is not None
+        write(self._parts, self._values)

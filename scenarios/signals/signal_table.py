@@ -1,0 +1,233 @@
+"""The signals of a run: numbers with a name and a unit that FMUs are connected to, and that an exported FMU has as its variables.
+
+Names follow the scenario file: ``vessels.port.speed``, ``booms.main.port.tension``, ``forcing.wind.speed``. What a signal means to
+the parts of a run stands beside its name, in one place. Positions are of the centre of mass; roll, pitch and yaw turn the body
+about the world's x, y and z in this order; headings and directions are counter-clockwise from +x.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios.schema.bodies import Body, Fixed
+from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings, body_of, segment_names
+from scenarios.schema.weather import ForcingSettings
+from scenarios.signals.weather_inputs import CurrentListener, set_current, set_wind
+
+if TYPE_CHECKING:
+    from booms.containment import ContainmentReport
+    from coupling.rigid.rigid_body_world import RigidBodyWorld
+    from oilsim.solver import Fluid
+    from vessels.control import VesselControl
+    from vessels.manual import ManualControl
+
+Array = NDArray[np.float64]
+POSE = (("x", "m"), ("y", "m"), ("z", "m"), ("roll", "rad"), ("pitch", "rad"), ("yaw", "rad"))
+PUSH = (("thrust", "N"), ("side_thrust", "N"), ("yaw_moment", "N m"))
+
+
+class Exercise(Protocol):
+    """The tables of a scenario that signals are about."""
+
+    @property
+    def bodies(self) -> Mapping[str, Body]: ...
+    @property
+    def vessels(self) -> Mapping[str, VesselSettings]: ...
+    @property
+    def booms(self) -> Mapping[str, BoomSettings]: ...
+    @property
+    def tow(self) -> TowSettings | None: ...
+    @property
+    def forcing(self) -> ForcingSettings | None: ...
+
+
+class BoomAccount(Protocol):
+    """The account of one boom's oil; speeds [m/s] are None until the loss happens, `report` until the first communication point."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def report(self) -> ContainmentReport | None: ...
+    def first_loss_speed(self) -> float | None: ...
+    def gross_loss_speed(self) -> float | None: ...
+
+
+class Scores(CurrentListener, Protocol):
+    """The accounts of all booms."""
+
+    @property
+    def booms(self) -> Sequence[BoomAccount]: ...
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RunParts:
+    """The parts of a run that signals reach into; `controls` by vessel, `tension_joints` by boom and end."""
+
+    fluid: Fluid
+    world: RigidBodyWorld | None
+    controls: Mapping[str, VesselControl | ManualControl]
+    scoring: Scores
+    tension_joints: Mapping[tuple[str, str], str]
+
+    def body(self, name: str) -> tuple[Array, Array]:
+        """Pose (7,) and twist (6,) of a body."""
+        assert self.world is not None  # who names a moving body has a world
+        return self.world.pose(name), self.world.twist(name)
+
+
+Read = Callable[[RunParts], float]
+Write = Callable[[RunParts, Mapping[str, float]], None]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Signal:
+    """One number of a run.
+
+    An output has `read`. An input has `write`, which puts it into effect, given the values of all inputs by name, and `start`, what
+    the scenario says of it.
+    """
+
+    name: str
+    unit: str
+    read: Read | None = None
+    write: Write | None = None
+    start: float = 0.0
+
+    @property
+    def is_input(self) -> bool:
+        """Whether it is given to the run."""
+        return self.write is not None
+
+
+def signals_of(exercise: Exercise) -> dict[str, Signal]:
+    """All signals of a scenario by name."""
+    found = [*_tow(exercise), *_weather(exercise.forcing)]
+    for name, vessel in exercise.vessels.items():
+        found += [*_orders(name, vessel), *_vessel(name)]
+    for name, boom in exercise.booms.items():
+        found += _boom(name, boom)
+    for name, body in exercise.bodies.items():
+        if not isinstance(body.motion, Fixed):
+            found += _pose(f"bodies.{name}", name)
+    return {signal.name: signal for signal in found}
+
+
+def _tow(exercise: Exercise) -> Iterator[Signal]:
+    """The orders of [tow], to every vessel whose helmsman has none of its own."""
+    followers = [name for name, v in exercise.vessels.items() if v.control == "helmsman" and not v.legs]
+    tow = exercise.tow
+    if tow is None or not followers:
+        return
+    at_first = tow.speed if tow.start == 0.0 else 0.0  # they wait in their places
+    for what, unit, start in (("speed", "m/s", at_first), ("heading", "rad", tow.heading)):
+        order = partial(_order, [(name, f"{what}_order") for name in followers], f"tow.{what}")
+        yield Signal(name=f"tow.{what}", unit=unit, write=order, start=start)
+
+
+def _orders(name: str, vessel: VesselSettings) -> Iterator[Signal]:
+    """What a vessel of its own orders, or without a helmsman, is told."""
+    if vessel.control == "manual":
+        orders = [(f"{what}_order", unit, 0.0) for what, unit in PUSH]
+    elif vessel.legs:
+        orders = [("speed_order", "m/s", vessel.legs[0].speed), ("heading_order", "rad", vessel.legs[0].heading)]
+    else:
+        return
+    for what, unit, start in orders:
+        signal = f"vessels.{name}.{what}"
+        yield Signal(name=signal, unit=unit, write=partial(_order, [(name, what)], signal), start=start)
+
+
+def _order(told: list[tuple[str, str]], signal: str, parts: RunParts, values: Mapping[str, float]) -> None:
+    """Give vessels an order, each by its name and the order's."""
+    for vessel, order in told:
+        parts.controls[vessel].set(f"{vessel}.{order}", np.array(values[signal]))
+
+
+def _vessel(name: str) -> Iterator[Signal]:
+    """Where a vessel is, how it moves, and how it pushes."""
+    yield from _pose(f"vessels.{name}", body_of(name))
+    for index, (what, unit) in enumerate((("speed", "m/s"), ("drift", "m/s"), ("turn_rate", "rad/s"))):
+        yield Signal(name=f"vessels.{name}.{what}", unit=unit, read=partial(_planar, body_of(name), index))
+    for what, unit in PUSH:
+        yield Signal(name=f"vessels.{name}.{what}", unit=unit, read=partial(_push, name, what))
+
+
+def _planar(body: str, index: int, parts: RunParts) -> float:
+    """Speed along a body's heading, to port of it [m/s], and rate of turn [rad/s]."""
+    pose, twist = parts.body(body)
+    yaw = attitude(pose)[2]
+    c, s = math.cos(yaw), math.sin(yaw)
+    return float((c * twist[0] + s * twist[1], c * twist[1] - s * twist[0], twist[5])[index])
+
+
+def _push(vessel: str, what: str, parts: RunParts) -> float:
+    return float(parts.controls[vessel].get(f"{vessel}.{what}"))
+
+
+def _boom(name: str, boom: BoomSettings) -> Iterator[Signal]:
+    """Tensions and winches at a boom's ends, and where its segments are."""
+    for end, label in zip(boom.ends, boom.end_labels, strict=True):
+        prefix = f"booms.{name}.{label}"
+        yield Signal(name=f"{prefix}.tension", unit="N", read=partial(_tension, name, label))
+        if boom.line_stiffness is not None and isinstance(end, str):
+            yield Signal(name=f"{prefix}.payout", unit="m", write=partial(_pay_out, name, label, f"{prefix}.payout"))
+    for index, segment in enumerate(segment_names(name, boom.segments)):
+        yield from _pose(f"booms.{name}.segment-{index:02d}", segment)
+
+
+def _tension(boom: str, end: str, parts: RunParts) -> float:
+    """Tow tension [N], mean over the last step."""
+    assert parts.world is not None
+    return parts.world.tension(parts.tension_joints[boom, end])
+
+
+def _pay_out(boom: str, end: str, signal: str, parts: RunParts, values: Mapping[str, float]) -> None:
+    """Line [m] beyond what was laid out, by the end of the coming step."""
+    assert parts.world is not None
+    line = parts.tension_joints[boom, end]
+    parts.world.lines.order_length(line, parts.world.lines.laid_length(line) + values[signal])
+
+
+def _pose(prefix: str, body: str) -> Iterator[Signal]:
+    for index, (what, unit) in enumerate(POSE):
+        yield Signal(name=f"{prefix}.{what}", unit=unit, read=partial(_coordinate, body, index))
+
+
+def _coordinate(body: str, index: int, parts: RunParts) -> float:
+    pose = parts.body(body)[0]
+    return float(pose[index]) if index < 3 else attitude(pose)[index - 3]
+
+
+def attitude(pose: Array) -> tuple[float, float, float]:
+    """Roll, pitch and yaw [rad] of a pose (7,)."""
+    x, y, z, w = (float(part) for part in pose[3:])
+    roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
+    pitch = math.asin(min(max(2.0 * (w * y - z * x), -1.0), 1.0))
+    return roll, pitch, math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
+
+def _weather(forcing: ForcingSettings | None) -> Iterator[Signal]:
+    """Wind and current, where the scenario has them."""
+    if forcing is None:
+        return
+    for kind, settings, write in (("wind", forcing.wind, _blow), ("current", forcing.current, _flow)):
+        if settings is not None:
+            yield Signal(name=f"forcing.{kind}.speed", unit="m/s", write=write, start=settings.speed)
+            yield Signal(name=f"forcing.{kind}.direction", unit="rad", write=write, start=settings.direction)
+
+
+def _blow(parts: RunParts, values: Mapping[str, float]) -> None:
+    speed, direction = values["forcing.wind.speed"], values["forcing.wind.direction"]
+    set_wind(parts.fluid, parts.controls.values(), speed, direction)
+
+
+def _flow(parts: RunParts, values: Mapping[str, float]) -> None:
+    speed, direction = values["forcing.current.speed"], values["forcing.current.direction"]
+    set_current(parts.fluid, parts.scoring, speed, direction)

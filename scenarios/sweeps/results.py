@@ -1,0 +1,78 @@
+"""What the runs of a sweep came to, and how it is laid side by side."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rich.table import Table
+
+from scenarios.sweeps.variants import Variant
+
+SHOWN = ("oil_m3", "scores")  # parts of a summary that a sweep compares
+RUN = ("ended", "simulated_s", "wall_s", "density_error")  # what its table on disk holds besides
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A variant and the summary of its run."""
+
+    variant: Variant
+    summary: Mapping[str, Any]
+
+    def figures(self) -> dict[str, float]:
+        """What is compared, by keys as in ``scores.main.first_loss_speed_kn``; what was not measured is left out.
+
+        Of probes, what they read last.
+        """
+        found = {key: value for part in SHOWN for key, value in _leaves(self.summary[part], part)}
+        found |= {
+            f"probes.{name}": series["value"][-1] for name, series in self.summary["probes"].items() if series["value"]
+        }
+        return {key: value for key, value in found.items() if isinstance(value, int | float)}
+
+
+def table(outcomes: Sequence[Outcome]) -> Table:
+    """A column a run: what was varied, and the figures that differ."""
+    figures = [outcome.figures() for outcome in outcomes]
+    shown = Table("run", title="what differs between the runs", title_justify="left")
+    shown.columns[0].no_wrap = True
+    for number in range(len(outcomes)):
+        shown.add_column(f"{number + 1}", justify="right")
+    for key in outcomes[0].variant.values:
+        shown.add_row(key, *(outcome.variant.values[key] for outcome in outcomes), style="bold")
+    for key in differing(figures):
+        shown.add_row(key, *(f"{own[key]:.4g}" if key in own else "-" for own in figures))
+    return shown
+
+
+def differing(figures: Sequence[Mapping[str, float]]) -> list[str]:
+    """The keys of figures that are not the same in all runs, in the order of the summaries."""
+    keys = dict.fromkeys(key for own in figures for key in own)
+    return [key for key in keys if len({own.get(key) for own in figures}) > 1]
+
+
+def write_table(outcomes: Sequence[Outcome], path: Path) -> None:
+    """One row a run: what was varied, how it ended, every figure."""
+    rows = [
+        {"run": outcome.variant.name}
+        | outcome.variant.values
+        | {key: value for part in RUN for key, value in _leaves(outcome.summary[part], part)}
+        | outcome.figures()
+        for outcome in outcomes
+    ]
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.DictWriter(file, dict.fromkeys(key for row in rows for key in row))
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+def _leaves(entry: Any, path: str) -> Iterator[tuple[str, Any]]:
+    if isinstance(entry, Mapping):
+        for key, value in entry.items():
+            yield from _leaves(value, f"{path}.{key}")
+    else:
+        yield path, entry

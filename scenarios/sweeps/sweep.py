@@ -1,0 +1,96 @@
+"""Runs a scenario once for every combination of some of its entries' values, and lays out side by side what came of it."""
+
+from __future__ import annotations
+
+import json
+import time as wall_clock
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich.console import Console
+
+from scenarios.exit_codes import DONE, FAILED
+from scenarios.problems import Problem, ScenarioError
+from scenarios.running.run import RunOptions, run_scenario
+from scenarios.sweeps.results import Outcome, differing, table, write_table
+from scenarios.sweeps.variants import Variant
+from scenarios.text.terminal import terminal
+from scenarios.watch.progress import clock
+
+
+def run_sweep(
+    chosen: Sequence[Variant], folder: Path, *, recorded: bool = False, console: Console | None = None
+) -> int:
+    """Run what has not been run yet, with a summary and, if `recorded`, a recording each, and write sweep.csv and sweep.png.
+
+    Returns the exit code of the `oilsim` command: that of the first failed run, or of the signal that stopped the sweep. A later
+    call with the same folder goes on: complete runs of the same scenario are not repeated.
+    """
+    console = console or terminal(stderr=True)
+    _make(folder)
+    outcomes: list[Outcome] = []
+    spent: list[float] = []
+    code = DONE
+    waiting = {variant.name for variant in chosen if not _is_complete(variant, folder, recorded)}
+    for number, variant in enumerate(chosen, 1):
+        head = f"{number} of {len(chosen)}: {variant.title}"
+        if variant.name not in waiting:
+            console.print(f"{head}, is there already", highlight=False)
+        else:
+            left = f", about {clock(sum(spent) / len(spent) * len(waiting))} left" if spent else ""
+            console.print(f"{head}{left}", style="bold", highlight=False)
+            begin = wall_clock.perf_counter()
+            ended = _run(variant, folder, recorded, console)
+            spent.append(wall_clock.perf_counter() - begin)
+            waiting.remove(variant.name)
+            code = code or ended
+            if ended not in (DONE, FAILED):
+                break
+        summary = folder / f"{variant.name}.json"
+        if summary.is_file():
+            outcomes.append(Outcome(variant, json.loads(summary.read_text(encoding="utf-8"))))
+    _leave(outcomes, folder, console)
+    return code
+
+
+def _run(variant: Variant, folder: Path, recorded: bool, console: Console) -> int:
+    plan = variant.plan
+    options = RunOptions(
+        record=folder / f"{variant.name}.rrd" if recorded else None,
+        summary=folder / f"{variant.name}.json",
+        source=variant.source,
+    )
+    return run_scenario(plan.scenario, text=plan.text, overrides=plan.overrides, options=options, console=console)
+
+
+def _leave(outcomes: Sequence[Outcome], folder: Path, console: Console) -> None:
+    """Print and write what the runs came to."""
+    if not outcomes:
+        return
+    write_table(outcomes, folder / "sweep.csv")
+    told = f"all figures: {folder / 'sweep.csv'}"
+    if differing([outcome.figures() for outcome in outcomes]):
+        from scenarios.sweeps.chart import draw_sweep
+
+        draw_sweep(outcomes, folder / "sweep.png")
+        console.print(table(outcomes))
+        told += f", picture: {folder / 'sweep.png'}"
+    console.print(told, highlight=False)
+
+
+def _is_complete(variant: Variant, folder: Path, recorded: bool) -> bool:
+    """Whether the variant has been run to its end, and recorded if that is asked for."""
+    try:
+        content = json.loads((folder / f"{variant.name}.json").read_text(encoding="utf-8"))
+    except (FileNotFoundError, ValueError):  # of a program that was killed while it wrote half is there
+        return False
+    is_whole = content["ended"] == "completed" and content["simulated_s"] >= variant.plan.scenario.run.duration - 1e-9
+    return is_whole and (not recorded or (folder / f"{variant.name}.rrd").is_file())
+
+
+def _make(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        text = f"is {str(folder)!r}, which cannot be made: {error.strerror or error}, allowed: a new folder, or that of an earlier sweep"
+        raise ScenarioError([Problem("--to", text)], "oilsim") from error

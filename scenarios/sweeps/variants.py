@@ -1,0 +1,104 @@
+"""What a sweep runs: a scenario with every combination of the values that some of its entries take."""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import json
+import re
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from scenarios.load import load_scenario
+from scenarios.problems import Problem, ScenarioError
+from scenarios.running.plan import Plan
+
+_ALLOWED = "key=value,value,... as in tow.speed_kn=0.3,0.5,0.7"
+_NAME_LETTERS = 80  # of a combination in a file's name
+
+
+@dataclass(frozen=True, kw_only=True)
+class Variation:
+    """An entry of a scenario and the values it takes, as ``--set`` texts have them."""
+
+    key: str
+    values: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Variant:
+    """One run of a sweep.
+
+    values: what each varied entry is, by key; plan: what is run; source: the scenario's file.
+    """
+
+    values: dict[str, str]
+    plan: Plan
+    source: Path
+
+    @property
+    def title(self) -> str:
+        """``tow.speed_kn=0.5, phases.oil.density=900``."""
+        return ", ".join(f"{key}={value}" for key, value in self.values.items())
+
+    @property
+    def name(self) -> str:
+        """What its files are called; another scenario, or another length, makes another name."""
+        course = f"{self.plan.fingerprint(0)} {self.plan.scenario.run.duration!r} {self.title}"
+        readable = re.sub(r"[^\w.=+-]+", "_", self.title)[:_NAME_LETTERS]
+        return f"{readable}-{hashlib.sha256(course.encode()).hexdigest()[:8]}"
+
+
+def parse_variation(text: str) -> Variation:
+    """``tow.speed_kn=0.3,0.5``; values are TOML, bare words are text. ScenarioError if there are none, or one twice."""
+    key, equals, listed = text.partition("=")
+    values = _values(listed)
+    if not (equals and key.strip() and values and all(values)):
+        raise ScenarioError([Problem("--vary", f"is {text!r}, allowed: {_ALLOWED}")], "oilsim")
+    twice = sorted({value for value in values if values.count(value) > 1})
+    if twice:
+        raise ScenarioError(
+            [Problem(f"--vary {key}", f"has {', '.join(twice)} twice, allowed: each value once")], "oilsim"
+        )
+    return Variation(key=key.strip(), values=values)
+
+
+def variants(
+    source: str | Path, variations: Sequence[Variation], *, overrides: tuple[str, ...] = (), demo: bool = False
+) -> list[Variant]:
+    """All combinations, the last entry varying fastest; ScenarioError with what is wrong with any of them, before anything is run."""
+    keys = [variation.key for variation in variations]
+    twice = sorted({key for key in keys if keys.count(key) > 1})
+    if twice:
+        raise ScenarioError(
+            [Problem(f"--vary {key}", "is given twice, allowed: once, with all values") for key in twice], "oilsim"
+        )
+    found: list[Variant] = []
+    problems: list[Problem] = []
+    where = ""
+    for combination in itertools.product(*(variation.values for variation in variations)):
+        values = dict(zip(keys, combination, strict=True))
+        settings = (*overrides, *(f"{key}={value}" for key, value in values.items()))
+        try:
+            loaded = load_scenario(source, overrides=settings, demo=demo)
+        except ScenarioError as error:
+            problems.extend(error.problems)
+            where = error.source
+            continue
+        plan = Plan(scenario=loaded.scenario, text=loaded.text, overrides=settings)
+        found.append(Variant(values=values, plan=plan, source=loaded.path))
+    if problems:
+        raise ScenarioError(problems, where)
+    return found
+
+
+def _values(listed: str) -> tuple[str, ...]:
+    """Values between commas as TOML texts; if they are not TOML, as they stand."""
+    try:
+        values: list[Any] = tomllib.loads(f"values = [{listed}]")["values"]
+        return tuple(json.dumps(value) for value in values)  # which TOML reads alike
+    except (tomllib.TOMLDecodeError, TypeError):
+        return tuple(value.strip() for value in listed.split(","))

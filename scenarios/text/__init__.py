@@ -1,0 +1,1 @@
+"""Quantities in words, and the terminal."""

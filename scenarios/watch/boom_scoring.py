@@ -1,0 +1,311 @@
+"""What a boom exercise is scored by: where the oil is, how fast and how hard the boom was towed, and when it first leaked."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from copy import deepcopy
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from booms.balance import OilBalance, balance, lost_ids
+from booms.containment import PRACTICE_SPEED, BoomState, ContainmentOptions, ContainmentReport, ContainmentTracker
+from booms.deployment import BoomLayout
+from booms.scores import HeldSpeed, LossSpeeds, TensionRecord
+from coupling.rigid.rigid_body_world import RigidBodyWorld
+from oilsim.solver import Fluid
+from recordings.frame import EventLevel
+from recordings.replay.running_extremes import WORST
+from scenarios.scenario import Scenario
+from scenarios.schema.exercise import body_of
+from scenarios.schema.weather import horizontal
+from scenarios.setup.fleet import Fleet
+from vessels.vessel import Vessel
+
+Array = NDArray[np.float64]
+
+KNOT = 1852.0 / 3600.0  # [m/s]
+
+
+@dataclass(frozen=True)
+class Happening:
+    """Something worth a line in the log."""
+
+    text: str
+    level: EventLevel
+    source: str
+
+
+class BoomScore:
+    """One boom's account, kept from communication point to communication point."""
+
+    def __init__(self, name: str, scenario: Scenario, layout: BoomLayout, tensions: Mapping[str, str]) -> None:
+        """`tensions`: by end, the joint that carries the tow tension."""
+        settings = scenario.booms[name]
+        self.name = name
+        self.report: ContainmentReport | None = None
+        self._layout = layout
+        self._tension_joints = dict(tensions)
+        self._tensions = {end: TensionRecord() for end in tensions}
+        self._losses = LossSpeeds()
+        self._held = HeldSpeed.at(PRACTICE_SPEED, settings.skirt_depth)
+        self._vessels = [body_of(end) for end in settings.ends if isinstance(end, str)]
+        self._time: float | None = None
+        self._worst: dict[str, float] = {}
+        self._told: set[str] = set()
+        self._happenings: list[Happening] = []
+        spacing = scenario.fluid.particle_spacing
+        self.tracker = ContainmentTracker(
+            ContainmentOptions(
+                skirt_depth=settings.skirt_depth,
+                freeboard=settings.freeboard,
+                particle_volume=spacing**3,
+                hysteresis=spacing,
+                kinematic_viscosity=max(
+                    (phase.viscosity / phase.rest_density for phase in scenario.phases.values() if phase.is_oil),
+                    default=0.0,
+                ),
+            )
+        )
+
+    def update(
+        self, time: float, world: RigidBodyWorld, oil: tuple[Array, NDArray[np.uint32]], level: float, current: Array
+    ) -> dict[str, float]:
+        """Take the state at `time` [s] into the account; oil is positions (N, 3) [m] and ids (N,), current (3,) [m/s]."""
+        state = self._state(world)
+        report = self.tracker.update(
+            time, state, *oil, water_level=level, current=(float(current[0]), float(current[1]))
+        )
+        self.report = report
+        held = float(self._held.add(time, state.normal_flow(current)).max())
+        step = 0.0 if self._time is None else time - self._time
+        self._time = time
+        speed = self._tow_speed(world, current)
+        scalars = report.scalars() | {"metrics/tow_speed": speed}
+        scalars |= {"metrics/normal_speed_held": held, "metrics/normal_speed_limit": PRACTICE_SPEED}
+        scalars |= {f"metrics/current/{axis}": float(current[place]) for place, axis in enumerate("xy")}
+        scalars |= self._pull(world, step) | self._remember(report, held)
+        self._losses.add(time, speed, report.lost, report.retained + report.lost)
+        self._announce(report, speed, held)
+        return scalars
+
+    def take_happenings(self) -> list[Happening]:
+        """What has happened since the last call."""
+        happenings, self._happenings = self._happenings, []
+        return happenings
+
+    def _announce(self, report: ContainmentReport, speed: float, held: float) -> None:
+        """Say what happens for the first time."""
+        through = f"at {speed / KNOT:.2f} kn through the water"
+        share = 100.0 * self._losses.first_share
+        normal = f"water has met it faster than 0.7 kn along its normal for {self._held.window:.2g} s"
+        self._tell_once("too fast", held > PRACTICE_SPEED, normal)
+        self._tell_once(
+            "first loss", self._losses.first_loss is not None, f"has lost over {share:g} % of its oil, {through}"
+        )
+        for cause, volume in report.lost_by_cause.items():
+            self._tell_once(cause, volume > 0.0, f"first oil lost by {cause.replace('_', ' ')}, {through}")
+        self._tell_once(
+            "gross loss", self._losses.gross_loss is not None, f"loses over 2 % of its oil a second, {through}"
+        )
+
+    def _tell_once(self, key: str, happens: bool, text: str) -> None:
+        if happens and key not in self._told:
+            self._told.add(key)
+            self._happenings.append(Happening(text, level="warning", source=f"boom {self.name}"))
+
+    def _state(self, world: RigidBodyWorld) -> BoomState:
+        names = [segment.name for segment in self._layout.segments]
+        poses = np.array([world.pose(name) for name in names])
+        return BoomState(
+            position=poses[:, :3],
+            orientation=poses[:, 3:],
+            velocity=np.array([world.twist(name)[:3] for name in names]),
+            joint_points=self._layout.segment.joint_points,
+            waterline=self._layout.segment.waterline,
+        )
+
+    def _tow_speed(self, world: RigidBodyWorld, current: Array) -> float:
+        """Speed of the towing vessels through the water [m/s], their mean."""
+        speeds = [float(np.linalg.norm(world.twist(name)[:2] - current[:2])) for name in self._vessels]
+        return float(np.mean(speeds)) if speeds else float(np.linalg.norm(current[:2]))
+
+    def _pull(self, world: RigidBodyWorld, duration: float) -> dict[str, float]:
+        """The tow tension [N] at each end, which acted for `duration` [s], and its peak."""
+        scalars: dict[str, float] = {}
+        for end, joint in self._tension_joints.items():
+            tension, record = world.tension(joint), self._tensions[end]
+            record.add(tension, duration)
+            scalars |= {f"metrics/tow_tension/{end}": tension, f"metrics/{WORST}tow_tension/{end}": record.peak}
+        return scalars
+
+    def _remember(self, report: ContainmentReport, held: float) -> dict[str, float]:
+        """The worst of what the summary tells, for recordings, which do not hold every communication point."""
+        for key, value in (("normal_speed_held", held), ("skirt_angle", report.skirt_angle)):
+            self._worst[key] = max(self._worst.get(key, 0.0), value)
+        draft = report.effective_draft
+        self._worst["effective_draft"] = min(self._worst.get("effective_draft", draft), draft)
+        return {f"metrics/{WORST}{key}": value for key, value in self._worst.items()}
+
+    def first_loss_speed(self) -> float | None:
+        """Tow speed [m/s] at the first loss, None before it."""
+        return self._losses.first_loss
+
+    def gross_loss_speed(self) -> float | None:
+        """Tow speed [m/s] at the gross loss, None before it."""
+        return self._losses.gross_loss
+
+    def save_state(self) -> dict[str, Any]:
+        """The account as it stands."""
+        return {
+            "tracker": self.tracker.save_state(),
+            "report": None if self.report is None else asdict(self.report),
+            "tensions": {end: asdict(record) for end, record in self._tensions.items()},
+            "losses": asdict(self._losses),
+            "held": asdict(self._held),
+            "time": self._time,
+            "worst": dict(self._worst),
+            "told": sorted(self._told),
+        }
+
+    def restore_state(self, saved: Mapping[str, Any]) -> None:
+        """Back to what `save_state` returned."""
+        self.tracker.restore_state(saved["tracker"])
+        self.report = None if saved["report"] is None else ContainmentReport(**saved["report"])
+        self._tensions = {end: TensionRecord(**record) for end, record in saved["tensions"].items()}
+        self._losses, self._held = LossSpeeds(**deepcopy(saved["losses"])), HeldSpeed(**deepcopy(saved["held"]))
+        self._time, self._worst = saved["time"], dict(saved["worst"])
+        self._told, self._happenings = set(saved["told"]), []
+
+    def summary(self) -> dict[str, Any]:
+        """The boom's scores; speeds in knots and angles in degrees where the key says so."""
+        report = self.report
+        if report is None:
+            return {}
+        taken_in = report.retained + report.lost
+        return {
+            "retained_share": report.retained / taken_in if taken_in > 0.0 else None,
+            "gap_ratio": report.gap_ratio,
+            "largest_held_normal_speed_kn": self._worst["normal_speed_held"] / KNOT,
+            "largest_skirt_angle_deg": float(np.degrees(self._worst["skirt_angle"])),
+            "smallest_effective_draft_m": self._worst["effective_draft"],
+            "first_loss_speed_kn": _knots(self._losses.first_loss),
+            "gross_loss_speed_kn": _knots(self._losses.gross_loss),
+            "taken_back_m3": report.recovered,
+            "tow_tension_n": {end: {"mean": t.mean, "peak": t.peak} for end, t in self._tensions.items()},
+        }
+
+
+def _knots(speed: float | None) -> float | None:
+    return None if speed is None else speed / KNOT
+
+
+class Scoring:
+    """The accounts of all booms of a run, and what happened to them that is worth a line in the log."""
+
+    def __init__(
+        self, scenario: Scenario, fluid: Fluid, world: RigidBodyWorld | None, fleet: Fleet, level: float
+    ) -> None:
+        """`level` [m] is that of the still water."""
+        self._fluid = fluid
+        self._world = world
+        self._level = level
+        self._oils = [name for name, phase in scenario.phases.items() if phase.is_oil]
+        current = scenario.forcing.current
+        self._current = np.zeros(3) if current is None else np.array(horizontal(current.speed, current.direction))
+        self._orders = tuple(_orders(fleet.vessels))
+        self._announced_until = -math.inf  # [s]
+        self._happenings: list[Happening] = []
+        self.balance: OilBalance | None = None  # without booms, and before the first communication point
+        self.booms = tuple(
+            BoomScore(name, scenario, layout, fleet.tensions_of(name)) for name, layout in fleet.booms.items()
+        )
+
+    def __call__(self, time: float) -> dict[str, float]:
+        """Update all accounts; with several booms, each one's series carry its name."""
+        self._announce_orders(time)
+        if not self.booms or self._world is None:
+            return {}
+        oil = self._oil()
+        scalars: dict[str, float] = {}
+        for boom in self.booms:
+            values = boom.update(time, self._world, oil, self._level, self._current)
+            several = len(self.booms) > 1
+            scalars |= {_of_boom(key, boom.name) if several else key: value for key, value in values.items()}
+        self.balance = balance([boom.tracker for boom in self.booms], oil[1])
+        return scalars
+
+    def take_happenings(self) -> Sequence[Happening]:
+        """What has happened since the last call."""
+        happenings, self._happenings = self._happenings, []
+        return [*happenings, *(found for boom in self.booms for found in boom.take_happenings())]
+
+    def lost_ids(self) -> dict[str, NDArray[np.uint32]]:
+        """Ids, increasing, of the oil particles that booms have lost and none holds, by cause, each particle once."""
+        return lost_ids([boom.tracker for boom in self.booms])
+
+    def _announce_orders(self, time: float) -> None:
+        """Say which orders hold from now on."""
+        for start, text in self._orders:
+            if self._announced_until < start <= time:
+                self._happenings.append(Happening(text, level="info", source="orders"))
+        self._announced_until = time
+
+    def save_state(self) -> dict[str, Any]:
+        """All accounts as they stand."""
+        booms = {boom.name: boom.save_state() for boom in self.booms}
+        return {
+            "booms": booms,
+            "balance": None if self.balance is None else asdict(self.balance),
+            "announced_until": self._announced_until,
+            "current": self._current.copy(),
+        }
+
+    def restore_state(self, saved: Mapping[str, Any]) -> None:
+        """Back to what `save_state` returned."""
+        for boom in self.booms:
+            boom.restore_state(saved["booms"][boom.name])
+        self.balance = None if saved["balance"] is None else OilBalance(**saved["balance"])
+        self._announced_until, self._happenings = saved["announced_until"], []
+        self._current = np.array(saved["current"])
+
+    def take_orders(self, vessels: Iterable[Vessel]) -> None:
+        """From now on the vessels have these courses."""
+        self._orders = tuple(_orders(vessels))
+
+    def take_current(self, current: Array) -> None:
+        """From now on the water itself runs at `current` (3,) [m/s]."""
+        self._current = current
+
+    def summary(self) -> dict[str, Any]:
+        """Scores by boom."""
+        return {boom.name: boom.summary() for boom in self.booms}
+
+    def _oil(self) -> tuple[Array, NDArray[np.uint32]]:
+        if not self._oils:
+            return np.zeros((0, 3)), np.zeros(0, np.uint32)
+        positions = [self._fluid.phase_positions(name) for name in self._oils]
+        ids = [self._fluid.phase_ids(name) for name in self._oils]
+        return np.concatenate(positions).astype(np.float64), np.concatenate(ids)
+
+
+def _orders(vessels: Iterable[Vessel]) -> Iterator[tuple[float, str]]:
+    """When vessels on a course get orders [s], and which; vessels that get the same at once share a line."""
+    together: dict[tuple[float, float, float], list[str]] = {}
+    for vessel in vessels:
+        for leg in vessel.course.legs if vessel.course else ():
+            together.setdefault((leg.start_time, leg.speed, leg.heading), []).append(vessel.name)
+    for (start, speed, heading), names in together.items():
+        if speed == 0.0:
+            yield start, f"{' and '.join(names)}: hold your places"
+        else:
+            course = f"heading {math.degrees(heading):.0f} deg from x"
+            yield start, f"{' and '.join(names)}: make {speed / KNOT:.2f} kn over the ground, {course}"
+
+
+def _of_boom(key: str, boom: str) -> str:
+    """``metrics/oil_inside`` of one boom of several: ``metrics/main/oil_inside``."""
+    return key.replace("metrics/", f"metrics/{boom}/", 1)

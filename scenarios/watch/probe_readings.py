@@ -1,0 +1,82 @@
+"""The readings of a run at one communication point: probes of the scenario and the run's own figures, as named numbers."""
+
+from __future__ import annotations
+
+import time as wall_clock
+from collections.abc import Callable, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from oilsim.advance_report import AdvanceReport
+from oilsim.solver import Fluid
+from scenarios.schema.probe_settings import PressureProbe, Probe, VelocityProbe, WaveGauge
+
+Array = NDArray[np.float64]
+Reading = Callable[[], Mapping[str, float]]
+BodyReading = Callable[[str], tuple[Array, Array]]  # a body's pose (7,) and the fluid's wrench on it (6,)
+
+AXES = ("x", "y", "z")
+
+
+def probe_readings(probes: Mapping[str, Probe], fluid: Fluid, body: BodyReading) -> Reading:
+    """All probes of a scenario as one reading; series are named ``probes/<name>`` or ``probes/<name>/<component>``."""
+    readings = [_reading(f"probes/{name}", probe, fluid, body) for name, probe in probes.items()]
+    return lambda: {name: value for reading in readings for name, value in reading().items()}
+
+
+def _reading(path: str, probe: Probe, fluid: Fluid, body: BodyReading) -> Reading:
+    if isinstance(probe, PressureProbe):
+        points = np.array([probe.point])
+        return lambda: {path: float(fluid.pressure_at(points)[0])}
+    if isinstance(probe, WaveGauge):
+        places = np.array([probe.point])
+        return lambda: {path: float(fluid.surface_height_at(places)[0])}
+    if isinstance(probe, VelocityProbe):
+        points = np.array([probe.point])
+        return lambda: _components(path, AXES, fluid.velocity_at(points)[0])
+    name = probe.body
+    return lambda: _body_components(path, *body(name))
+
+
+def _body_components(path: str, pose: Array, wrench: Array) -> dict[str, float]:
+    """Place [m], roll, pitch and yaw [deg], force [N] and torque [N m]."""
+    angles = Rotation.from_quat(pose[3:]).as_euler("xyz", degrees=True)
+    return (
+        _components(path, AXES, pose[:3])
+        | _components(path, ("roll_deg", "pitch_deg", "yaw_deg"), angles)
+        | _components(path, [f"force_{axis}" for axis in AXES], wrench[:3])
+        | _components(path, [f"torque_{axis}" for axis in AXES], wrench[3:])
+    )
+
+
+def _components(path: str, names: tuple[str, ...] | list[str], values: Array) -> dict[str, float]:
+    return {f"{path}/{name}": float(value) for name, value in zip(names, values, strict=True)}
+
+
+class RunFigures:
+    """How the run itself is doing: time step, iterations, errors, energy, and how fast it goes."""
+
+    def __init__(self, fluid: Fluid, report: Callable[[], AdvanceReport | None]) -> None:
+        """`report` gives the fluid's report on its last advance; None before the first."""
+        self._fluid = fluid
+        self._report = report
+        self._last: tuple[float, float] | None = None
+
+    def __call__(self, time: float) -> dict[str, float]:
+        """Figures named ``metrics/<name>`` at simulated `time` [s]."""
+        figures = {"metrics/kinetic_energy": float(self._fluid.energy().kinetic)}
+        now = wall_clock.perf_counter()
+        if self._last is not None and now > self._last[1]:
+            figures["metrics/real_time_factor"] = (time - self._last[0]) / (now - self._last[1])
+        self._last = (time, now)
+        report = self._report()
+        if report is not None:
+            figures["metrics/time_step"] = report.time_step
+            figures["metrics/residual_density"] = report.density_error
+            figures["metrics/residual_divergence"] = report.divergence_error
+            figures |= {f"metrics/iterations_{kind}": count for kind, count in report.iterations.items()}
+            if self._fluid.config.sleep_speed > 0.0:
+                figures["metrics/particles_asleep"] = float(report.asleep)
+        return figures

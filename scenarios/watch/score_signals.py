@@ -1,0 +1,62 @@
+"""The scores of a run's booms as signals, for the master of an exported exercise."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import partial
+
+from booms.containment import Cause, ContainmentReport
+from scenarios.scenario import Scenario
+from scenarios.signals.signal_table import BoomAccount, RunParts, Signal
+
+VOLUMES = ("inside", "outside", "retained", "free", "lost", "removed", "recovered")
+SHAPE = (("gap_ratio", "1"), ("normal_speed", "m/s"), ("effective_draft", "m"), ("skirt_angle", "rad"))
+
+
+def scores_of(scenario: Scenario) -> dict[str, Signal]:
+    """The scores of all booms by name; 0 before the first communication point."""
+    return {signal.name: signal for boom in scenario.booms for signal in _scores(boom)}
+
+
+def _scores(boom: str) -> Iterator[Signal]:
+    """Volumes of oil, of those lost by cause; the boom's shape; speeds at first and gross loss, 0 until they happen."""
+    prefix = f"booms.{boom}"
+    for name in VOLUMES:
+        yield Signal(name=f"{prefix}.oil_{name}", unit="m3", read=partial(_reported, boom, partial(_field, name)))
+    for cause in Cause:
+        name = cause.name.lower()
+        yield Signal(
+            name=f"{prefix}.oil_lost.{name}", unit="m3", read=partial(_reported, boom, partial(_lost_by, name))
+        )
+    for name, unit in SHAPE:
+        yield Signal(name=f"{prefix}.{name}", unit=unit, read=partial(_reported, boom, partial(_field, name)))
+    yield Signal(name=f"{prefix}.retained_share", unit="1", read=partial(_reported, boom, _retained_share))
+    for name in ("first_loss_speed", "gross_loss_speed"):
+        yield Signal(name=f"{prefix}.{name}", unit="m/s", read=partial(_loss_speed, boom, name))
+
+
+def _reported(boom: str, of: Callable[[ContainmentReport], float], parts: RunParts) -> float:
+    report = _score(boom, parts).report
+    return 0.0 if report is None else of(report)
+
+
+def _field(name: str, report: ContainmentReport) -> float:
+    return float(getattr(report, name))
+
+
+def _lost_by(cause: str, report: ContainmentReport) -> float:
+    return report.lost_by_cause[cause]
+
+
+def _retained_share(report: ContainmentReport) -> float:
+    """Of the oil the boom ever held; 1 before it held any."""
+    held = report.retained + report.lost
+    return report.retained / held if held > 0.0 else 1.0
+
+
+def _loss_speed(boom: str, name: str, parts: RunParts) -> float:
+    return getattr(_score(boom, parts), name)() or 0.0
+
+
+def _score(boom: str, parts: RunParts) -> BoomAccount:
+    return next(score for score in parts.scoring.booms if score.name == boom)

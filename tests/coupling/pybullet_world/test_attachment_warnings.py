@@ -1,0 +1,217 @@
+"""What the fluid would meet otherwise than it is, in worlds of somebody else: told as a body is attached, or refused by name."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pybullet
+import pytest
+import trimesh
+
+from coupling.bodies import box, load_mesh
+from coupling.plugin import attach_fluid
+from coupling.pybullet_world.shapes import link_mesh
+from tests.coupling.pools import pool
+
+
+def made(client: int, shape: int, mass: float = 1.0, place: tuple[float, float, float] = (0, 0, 0.5)) -> int:
+    body: int = pybullet.createMultiBody(mass, shape, basePosition=place, physicsClientId=client)
+    return body
+
+
+def boxed(client: int, half: tuple[float, float, float]) -> int:
+    shape: int = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=half, physicsClientId=client)
+    return shape
+
+
+def told_of(client: int, bodies: list[int], depth: float = 0.2) -> list[str]:
+    """What is said while bodies are attached to a pool."""
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        attach_fluid(client, pool(0.1, 1.0, depth), bodies)
+    return [str(warning.message) for warning in told]
+
+
+@pytest.fixture
+def ring(tmp_path: Path) -> Path:
+    """A ring of 0.5 m, a tenth of a metre wide; its hull is a cylinder of half as much volume again."""
+    trimesh.creation.annulus(0.3, 0.5, 0.5).export(tmp_path / "ring.obj")
+    return tmp_path / "ring.obj"
+
+
+RING, CYLINDER = np.pi * 0.16 * 0.5, np.pi * 0.25 * 0.5  # m3
+
+
+def loaded(client: int, mesh: Path | str, folder: Path, mass: float = 5.0) -> int:
+    inertia = 'ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"'
+    text = f"""<robot name="ring"><link name="ring"><inertial><mass value="{mass}"/><inertia {inertia}/></inertial>
+    <collision><geometry><mesh filename="{mesh}"/></geometry></collision></link></robot>"""
+    (folder / "ring.urdf").write_text(text)
+    body: int = pybullet.loadURDF(str(folder / "ring.urdf"), physicsClientId=client)
+    return body
+
+
+def test_parts_thinner_than_a_particle_are_told_with_what_they_are_taken_for(client: int) -> None:
+    # 0.4 x 0.4 x 0.02 m of 0.1 m: the fluid meets some 0.4 x 0.4 x 0.1
+    (told,) = told_of(client, [made(client, boxed(client, (0.2, 0.2, 0.01)))])
+    assert "body 0, link -1 has parts thinner than a particle, and the fluid meets and lifts" in told
+    factor = float(told.split("lifts ")[1].split()[0])
+    assert 4.0 < factor < 6.0
+    assert "times its volume of 0.0032 m3; a particle_spacing below 0.1 m resolves them" in told
+
+
+@pytest.mark.parametrize(("gap", "expected"), [(0.0, 0), (-0.15, 1)])
+def test_bodies_that_lie_in_each_other_are_told_once_and_those_that_touch_are_not(
+    client: int, gap: float, expected: int
+) -> None:
+    shape = boxed(client, (0.2, 0.2, 0.2))
+    bodies = [made(client, shape, place=(x, 0, 0.8)) for x in (-0.2 - 0.5 * gap, 0.2 + 0.5 * gap)]
+    told = told_of(client, bodies)
+    assert len(told) == expected
+    if told:
+        assert "solids lie in each other, body 1, link -1 in body 0, link -1 with" in told[0]
+
+
+def test_ground_under_a_tank_with_a_floor_is_told(client: int) -> None:
+    (told,) = told_of(client, [pybullet.loadURDF("plane.urdf", physicsClientId=client)])
+    assert "body 0, link -1 in boundary 0 (tank) with" in told
+
+
+def test_a_mesh_file_that_is_not_where_it_was_is_refused_by_its_path(
+    client: int, ring: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Loaded by a path relative to a folder that is no longer the present one; its hull would be half as large again."""
+    monkeypatch.chdir(tmp_path)
+    body = loaded(client, "ring.obj", Path())
+    mesh = link_mesh(client, body, -1)
+    assert mesh is not None and mesh.volume == pytest.approx(RING, rel=0.02)
+    monkeypatch.chdir(tmp_path.parent)
+    with pytest.raises(
+        ValueError, match=r"body 0 \(ring\), link -1 \(ring\) has a mesh from the file 'ring.obj', which is not"
+    ):
+        link_mesh(client, body, -1)
+
+
+def test_a_mesh_of_which_pybullet_tells_no_file_is_met_as_its_hull_and_that_is_told(client: int, ring: Path) -> None:
+    shape = pybullet.createCollisionShape(pybullet.GEOM_MESH, fileName=str(ring), physicsClientId=client)
+    body = made(client, shape)
+    with pytest.warns(
+        UserWarning, match="pybullet tells no file: fluid and pybullet meet its convex hull; add_body with"
+    ):
+        mesh = link_mesh(client, body, -1)
+    assert mesh is not None and mesh.volume == pytest.approx(CYLINDER, rel=0.02)
+
+
+@pytest.mark.parametrize("mass", [0.0, 5.0])
+def test_an_open_mesh_is_refused_if_held_and_else_met_as_the_hull_that_pybullet_collides_with(
+    client: int, tmp_path: Path, mass: float
+) -> None:
+    valley = trimesh.Trimesh(*_sheet(), process=False)
+    valley.export(tmp_path / "valley.obj")
+    body = loaded(client, tmp_path / "valley.obj", tmp_path, mass)
+    if mass == 0.0:
+        with pytest.raises(
+            ValueError, match=r"valley.obj is not watertight: .*, allowed: a closed mesh, or add_body with"
+        ):
+            link_mesh(client, body, -1)
+    else:
+        with pytest.warns(UserWarning, match="the convex hulls of its parts are used"):
+            mesh = link_mesh(client, body, -1)
+        assert mesh is not None and mesh.is_watertight
+
+
+def _sheet() -> tuple[np.ndarray, np.ndarray]:
+    """Vertices and faces of an open valley."""
+    points = np.array([(x, y, abs(x)) for x in (-1.0, 0.0, 1.0) for y in (-1.0, 1.0)])
+    return points, np.array([(0, 2, 1), (1, 2, 3), (2, 4, 3), (3, 4, 5)])
+
+
+def test_closed_parts_that_share_corners_are_a_solid(tmp_path: Path) -> None:
+    """Joined at their corners, their surfaces would count as one that is not closed."""
+    lines, first = [], 1
+    for n, x in enumerate((0.0, 1.0)):
+        part = box((1.0, 1.0, 1.0)).apply_translation((x, 0, 0))
+        lines += [f"o part{n}", *(f"v {a} {b} {c}" for a, b, c in part.vertices)]
+        lines += [f"f {a} {b} {c}" for a, b, c in part.faces + first]
+        first += len(part.vertices)
+    (tmp_path / "two.obj").write_text("\n".join(lines))
+    mesh = load_mesh(tmp_path / "two.obj")
+    assert mesh.is_watertight and mesh.volume == pytest.approx(2.0) and mesh.body_count == 2
+
+
+def test_a_flat_hull_is_refused_by_name(client: int) -> None:
+    points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)]
+    shape = pybullet.createCollisionShape(pybullet.GEOM_MESH, vertices=points, physicsClientId=client)
+    with (
+        warnings.catch_warnings(),
+        pytest.raises(
+            ValueError, match=r"body 0 \(.*\), link -1 \(.*\) has a mesh that encloses no volume, allowed: a solid"
+        ),
+    ):
+        warnings.simplefilter("ignore")
+        link_mesh(client, made(client, shape), -1)
+
+
+def test_ground_out_of_the_fluids_reach_is_told_as_that(client: int) -> None:
+    body = pybullet.loadURDF("plane.urdf", basePosition=(0, 0, -5), physicsClientId=client)
+    with pytest.raises(
+        ValueError, match="body 0, link -1 cannot be sampled: it lies where the fluid does not come, allowed: in reach"
+    ):
+        attach_fluid(client, pool(0.1, 1.0, 0.2), [body])
+
+
+def test_worlds_of_one_client_that_step_in_turn_are_told_once(client: int) -> None:
+    pybullet.setGravity(0.0, 0.0, -9.81, physicsClientId=client)
+    shape = boxed(client, (0.2, 0.2, 0.2))
+    one, other = (
+        attach_fluid(client, pool(0.1, 1.0, 0.1), [made(client, shape, place=(x, 0, 0.8))]) for x in (-0.3, 0.3)
+    )
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        for _ in range(3):
+            one.step()
+            other.step()
+    texts = [str(warning.message) for warning in told]
+    assert (
+        sum("client 0 is stepped by another fluid's world in turn" in text for text in texts) == 2
+    )  # by each world once
+
+
+def test_one_fluid_in_two_worlds_is_refused(client: int) -> None:
+    fluid, shape = pool(0.1, 1.0, 0.1), boxed(client, (0.2, 0.2, 0.2))
+    one = attach_fluid(client, fluid, [made(client, shape, place=(-0.3, 0, 0.8))])
+    other = attach_fluid(client, fluid, [made(client, shape, place=(0.3, 0, 0.8))])
+    one.step()
+    with pytest.raises(
+        ValueError, match=r"boundaries \[1\] of the fluid are moved by somebody else, allowed: bodies of one world"
+    ):
+        other.step()
+
+
+def test_arguments_of_other_kinds_are_named(client: int) -> None:
+    fluid, body = pool(0.1, 1.0, 0.1), made(client, boxed(client, (0.2, 0.2, 0.2)))
+    with pytest.raises(
+        TypeError, match=r"client is '0', allowed: what pybullet.connect returned, of a BulletClient its _client"
+    ):
+        attach_fluid("0", fluid, [])  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match=r"fluid is None, allowed: an oilsim\.solver\.Fluid"):
+        attach_fluid(client, None, [])  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="no_slip is 'yes', allowed: True or False"):
+        attach_fluid(client, fluid, [body], no_slip="yes")  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="meshes is a list, allowed: solids by the index of their link"):
+        attach_fluid(client, fluid, []).add_body(body, meshes=[box((1, 1, 1))])  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("what", ["time step", "gravity"])
+def test_a_client_that_cannot_be_stepped_is_told_by_the_call_that_set_it(client: int, what: str) -> None:
+    world = attach_fluid(client, pool(0.1, 1.0, 0.1), [made(client, boxed(client, (0.2, 0.2, 0.2)))])
+    if what == "time step":
+        pybullet.setTimeStep(0.0, physicsClientId=client)
+        message = "the client's time step is 0.0 s, allowed: setTimeStep above 0"
+    else:
+        pybullet.setGravity(0.0, 0.0, float("nan"), physicsClientId=client)
+        message = "the client's gravity is .* m/s2, allowed: setGravity of finite numbers"
+    with pytest.raises(ValueError, match=message):
+        world.step()

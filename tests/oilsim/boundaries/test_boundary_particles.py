@@ -1,0 +1,90 @@
+"""Walls act where the geometry has them: a lattice at rest against them has density error 0."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from oilsim.boundaries.boundary_particles import (
+    BoundaryParticles,
+    lattice_wall_factor,
+    sides_of,
+    tank_walls,
+    wall_coverage,
+)
+from oilsim.density.density_constraint import density_and_diagonal
+from oilsim.initial_conditions import block
+from oilsim.neighborhood.smoothing_kernels import SUPPORT, normalisation
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_lattice_at_rest_against_walls_keeps_its_density_to_the_corners(make_fluid, dimension):
+    spacing, size = 0.1, (1.0, 1.0, 1.0)
+    fluid = make_fluid(lower=(-0.5,) * 3, upper=(1.5, 1.5, 1.5), dimension=dimension)
+    sides = ("-x", "+x", "-z") + (("-y", "+y") if dimension == 3 else ())
+    fluid.add_boundary(tank_walls((0, 0, 0), size, spacing, sides=sides, dimension=dimension))
+    fluid.add_particles(block((0, 0, 0), size, spacing, dimension), phase="water")
+    work = fluid.work
+    work.search(fluid.state)
+    position = fluid.state.position
+    geometry = (work.period, work.fluid_pairs, work.wall_pairs, work.sigma, work.support, work.volume)
+    compression, diagonal = np.empty((2, fluid.particle_count), np.float32)
+    gradient = np.empty_like(position)
+    density_and_diagonal(
+        0, fluid.particle_count, work.points, work.walls.points, *geometry, compression, diagonal, gradient
+    )  # fmt: skip
+    inside = position[2] < 1.0 - SUPPORT * spacing
+    # the walls continue the lattice, as far as the kernel reaches: 80 terms in float32
+    assert np.abs(compression[inside]).max() < 80 * np.finfo(np.float32).eps
+    assert np.abs(gradient[:, inside]).max() * spacing < 80 * np.finfo(np.float32).eps
+    assert inside.sum() >= 7 * 10 ** (dimension - 1)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_coverage_falls_with_distance_and_matches_the_missing_lattice(dimension):
+    values = [wall_coverage(distance, dimension) for distance in (0.0, 0.25, 0.5, 1.0, 1.5)]
+    assert values == sorted(values, reverse=True)
+    # half a spacing before the wall, it replaces the two layers of the lattice that it displaces, one spacing and two away
+    axis = np.arange(-3, 4)
+    across = np.stack(np.meshgrid(axis, axis if dimension == 3 else [0]), axis=-1).reshape(-1, 2)
+    q = np.minimum(np.hypot(np.linalg.norm(across, axis=1)[:, None], [1.0, 2.0]) / SUPPORT, 1.0)
+    layers = normalisation(1.0, dimension) * ((1.0 - q) ** 4 * (1.0 + 4.0 * q)).sum()
+    # quadrature on a lattice of a sixteenth of a spacing and sheets instead of lattices across: 1e-3
+    assert values[2] == pytest.approx(layers, rel=1e-3)
+    # over the integral of the half space: a lattice has less next to a plane between its layers than its mean
+    assert 0.9 < lattice_wall_factor(dimension) < 0.95
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_tank_walls_are_two_layers_of_lattice_and_have_the_tanks_area(dimension):
+    size, spacing = np.array([0.8, 0.4, 0.6]), 0.1
+    walls = tank_walls((0, 0, 0), size, spacing, sides=sides_of((False,) * 3, dimension), dimension=dimension)
+    inside = np.round(size / spacing).astype(int)
+    if dimension == 2:
+        inside, size = inside[[0, 2]], size[[0, 2]]
+    assert len(walls.position) == (inside + 4).prod() - inside.prod()
+    # on the lattice of the liquid, half a spacing from the corner: cells, d^dimension each
+    index = walls.position[:, [0, 2] if dimension == 2 else [0, 1, 2]] / spacing - 0.5
+    assert index == pytest.approx(np.round(index), abs=1e-9)
+    assert walls.volume == pytest.approx(np.full(len(walls.volume), spacing**dimension))
+    assert walls.area.sum() == pytest.approx(sum(2.0 * size.prod() / side for side in size))
+
+
+def test_walls_of_sizes_between_spacings_stand_for_all_their_area():
+    walls = tank_walls((0, 0, 0), (0.83, 0.37, 0.61), 0.1)
+    # columns before a side are stretched to fill it; layers lie half a spacing and one and a half behind it
+    assert walls.area.sum() == pytest.approx(2.0 * (0.83 * 0.37 + 0.37 * 0.61 + 0.61 * 0.83))
+    lowest = np.unique(np.round(walls.position[:, 2], 9))
+    assert lowest[:2] == pytest.approx([-0.15, -0.05])
+
+
+def test_periodic_axis_cannot_be_closed():
+    with pytest.raises(ValueError, match=r"side '-x' is closed, allowed: open"):
+        tank_walls((0, 0, 0), (1, 1, 1), 0.1, periodic=(True, False, False))
+
+
+def test_unsound_boundary_is_refused():
+    with pytest.raises(ValueError, match=r"volume has shape \(2,\), allowed: \(M,\)"):
+        BoundaryParticles(name="rock", position=np.zeros((3, 3)), volume=np.zeros(2), area=np.zeros(3))
+    with pytest.raises(ValueError, match="must be finite"):
+        BoundaryParticles(name="rock", position=np.zeros((1, 3)), volume=np.array([np.nan]), area=np.zeros(1))

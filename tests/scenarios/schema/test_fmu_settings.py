@@ -1,0 +1,382 @@
+"""FMUs in a scenario, for real: a winch on a tow line, an autopilot on a tug; what is wrong with them is told before the run."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import shutil
+import subprocess
+import sys
+import zipfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi3 import FMU3Slave
+
+from coupling.errors import CoSimulationError
+from coupling.fmu.fmu_participant import FmuParticipant
+from coupling.participant import Status
+from recordings.checkpoint import state_from_bytes, state_hash, state_to_bytes
+from recordings.frame import Event, Frame, RunDescription
+from scenarios.cli import main
+from scenarios.load import load_scenario
+from scenarios.problems import ScenarioError
+from scenarios.running.assembly import Assembly, build
+from scenarios.running.exercise_fmu import ExerciseParticipant, exercise_content
+
+EXAMPLES = Path(__file__).parents[3] / "docs" / "fmus"
+QUICK = ("fluid.particle_spacing=0.16", "run.threads=1", "run.duration=0.4")
+LINE = "boom/main/tow-tug"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The example scenarios with the FMUs they ask for, built by the command: the winch for FMI 3, the autopilot for FMI 2."""
+    place = tmp_path_factory.mktemp("fmus")
+    for file in EXAMPLES.glob("*.toml"):
+        shutil.copy(file, place)
+    assert main(["build-fmu", "tow-winch", "-o", str(place / "tow-winch.fmu")]) == 0
+    assert main(["build-fmu", "autopilot", "--fmi", "2", "-o", str(place / "autopilot.fmu")]) == 0
+    return place
+
+
+class LastFrame:
+    """Keeps the series of the last frame."""
+
+    def __init__(self) -> None:
+        self.scalars: Mapping[str, float] = {}
+
+    def initialized(self, run: RunDescription) -> None:
+        pass
+
+    def step_completed(self, frame: Frame) -> None:
+        self.scalars = frame.scalars
+
+    def event(self, event: Event) -> None:
+        pass
+
+    def terminated(self, reason: str) -> None:
+        pass
+
+
+def assembled(file: Path, *overrides: str) -> Assembly:
+    return build(load_scenario(file, overrides=[*QUICK, *overrides]).scenario)
+
+
+def participant(assembly: Assembly, name: str) -> FmuParticipant:
+    found = next(one for one in assembly.participants if one.name == name)
+    assert isinstance(found, FmuParticipant)
+    return found
+
+
+def test_winch_renders_until_the_line_pulls_as_ordered(folder: Path) -> None:
+    """On the winch the tug pays out line under load; with the brake set the line keeps its length and pulls harder."""
+    lengths, tensions = {}, {}
+    for brake in (0, 1):
+        winch = {"brake": brake, "brake_holding": 500, "tension_order": 5}
+        settings = [f"fmus.winch.start.{name}={value}" for name, value in winch.items()]
+        hurry = ("run.duration=2.0", "vessels.tug.acceleration=1.0", "vessels.tug.legs.0.speed=0.5")
+        assembly = assembled(folder / "winch-tow.toml", *hurry, *settings)
+        assert assembly.world is not None
+        run = assembly.co_simulation()
+        run.initialize()
+        peak = []
+        for _ in range(50):
+            run.step()
+            peak.append(assembly.world.tension(LINE))
+        # what the drum has paid out is what the line has grown by, in the same communication step
+        grown = assembly.world.lines.length(LINE) - assembly.world.lines.laid_length(LINE)
+        assert grown == pytest.approx(float(participant(assembly, "fmus.winch").get("paid_out")[0]), abs=1e-12)
+        lengths[brake], tensions[brake] = grown, max(peak)
+        run.terminate()
+    assert lengths[1] == 0.0
+    assert lengths[0] > 0.02
+    assert tensions[0] < tensions[1]
+
+
+def test_autopilot_turns_a_tug_without_a_helmsman(folder: Path) -> None:
+    assembly = assembled(folder / "autopilot-turn.toml", "run.duration=3.0", "fmus.autopilot.start.engaged=true")
+    watch = LastFrame()
+    run = assembly.co_simulation([watch])
+    run.initialize()
+    run.run(3.0)
+    control = assembly.parts.controls["tug"]
+    assert float(control.get("tug.heading")) > math.radians(15.0)
+    assert float(control.get("tug.speed")) > 0.05
+    pilot = participant(assembly, "fmus.autopilot")
+    # the tug pushes as the autopilot says, in the same step
+    assert float(control.get("tug.thrust")) == float(pilot.get("thrust")[0])
+    assert float(control.get("tug.yaw_moment")) == float(pilot.get("yaw_moment")[0])
+    # and the recording is shown it
+    assert watch.scalars["fmus/autopilot/thrust"] == float(pilot.get("thrust")[0])
+    run.terminate()
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_a_model_of_ones_own_drives_the_wind_in_knots(folder: Path, version: int) -> None:
+    """The squall of the documentation: 20 kn at its peak, which is what the liquid and the tug feel in m/s."""
+    target = folder / f"squall-{version}.fmu"
+    assert main(["build-fmu", str(EXAMPLES / "squall.py"), "--fmi", str(version), "-o", str(target)]) == 0
+    squall = [f'fmus.squall.file="{target.name}"', "fmus.squall.start.start=0.0", "fmus.squall.start.duration=0.2"]
+    wind = ["forcing.wind.speed=2.0", 'fmus.squall.outputs.speed="forcing.wind.speed"']
+    assembly = assembled(folder / "winch-tow.toml", *squall, *wind)
+    run = assembly.co_simulation()
+    run.initialize()
+    run.run(0.1)
+    felt = assembly.parts.controls["tug"].get("tug.wind")
+    assert felt == pytest.approx([20.0 * 1852.0 / 3600.0, 0.0, 0.0], rel=1e-12)
+    assert assembly.fluid.forcings[0].speed == felt[0]
+    run.run(0.3)
+    assert assembly.fluid.forcings[0].speed == pytest.approx(4.0 * 1852.0 / 3600.0, rel=1e-12)
+    run.terminate()
+
+
+WINDS = """
+from pythonfmu import Fmi2Causality, Fmi2Slave, Real
+
+class Winds(Fmi2Slave):
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        for k in (1, 2):
+            self.register_variable(Real(f"w[{k}]", causality=Fmi2Causality.output, getter=lambda k=k: 3.0 * k), nested=False)
+
+    def do_step(self, current_time, step_size):
+        return True
+"""
+
+
+def test_an_element_of_an_array_drives_a_signal_and_is_recorded_once(folder: Path) -> None:
+    (folder / "winds_2.py").write_text(WINDS)
+    command = [sys.executable, "-m", "pythonfmu", "build", "-f", "winds_2.py"]
+    subprocess.run(command, check=True, capture_output=True, cwd=folder)
+    winds = ['fmus.winds.file="Winds.fmu"', 'fmus.winds.units.w[2]="kn"']
+    wind = ["forcing.wind.speed=2.0", 'fmus.winds.outputs.w[2]="forcing.wind.speed"']
+    assembly = assembled(folder / "winch-tow.toml", *winds, *wind)
+    watch = LastFrame()
+    run = assembly.co_simulation([watch])
+    run.initialize()
+    run.step()
+    assert assembly.fluid.forcings[0].speed == pytest.approx(6.0 * 1852.0 / 3600.0, rel=1e-12)
+    shown = {name: value for name, value in watch.scalars.items() if name.startswith("fmus/winds")}
+    assert shown == {"fmus/winds/w/0": 3.0, "fmus/winds/w/1": 6.0}
+    run.terminate()
+
+
+def test_a_run_with_an_fmu_repeats_from_its_saved_state(folder: Path) -> None:
+    assembly = assembled(folder / "winch-tow.toml")
+    run = assembly.co_simulation()
+    run.initialize()
+    run.run(0.2)
+    saved = run.save_state()
+    run.run(0.3)
+    after = state_hash(run.save_state())
+    run.restore_state(state_from_bytes(state_to_bytes(saved)))
+    assert run.communication_point.index == 10
+    run.run(0.3)
+    assert state_hash(run.save_state()) == after
+    run.terminate()
+
+
+def test_a_run_with_an_fmu_goes_on_from_a_checkpoint_in_another_program(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The scenario is named as in its own folder; the second program is started elsewhere."""
+    settings = [part for setting in (*QUICK, "recording.checkpoint_interval=0.2") for part in ("--set", setting)]
+    record, whole, second = (str(tmp_path / name) for name in ("whole.rrd", "whole.json", "second.json"))
+    monkeypatch.chdir(folder)
+    assert main(["run", "winch-tow.toml", *settings, "--record", record, "--summary", whole]) == 0
+    checkpoint = tmp_path / "whole.checkpoints" / "step-000000010.npz"
+    command = ["run", "--resume", str(checkpoint), "--no-record", "--summary", second]
+    subprocess.run(
+        [sys.executable, "-m", "scenarios.cli", *command],
+        check=True,
+        stderr=subprocess.DEVNULL,
+        cwd=tmp_path,
+        env=_here(),
+    )
+    hashes = [json.loads(Path(file).read_text())["state_hash"] for file in (whole, second)]
+    assert hashes[0] == hashes[1]
+
+
+@pytest.mark.parametrize("lacking", ["canGetAndSetFMUState", "canSerializeFMUState"])
+def test_a_run_with_an_fmu_that_cannot_be_kept_writes_no_checkpoints_and_says_so(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], lacking: str
+) -> None:
+    scenario = with_bare_winch(folder, tmp_path, lacking)
+    settings = [part for setting in (*QUICK, "run.duration=0.06") for part in ("--set", setting)]
+    files = ["--record", str(tmp_path / "tow.rrd"), "--summary", str(tmp_path / "tow.json")]
+    assert main(["run", str(scenario), *settings, *files]) == 0
+    told = f"no checkpoints: state of fmus.winch (it lacks {lacking}) cannot be saved as bytes"
+    assert capsys.readouterr().err.count(told) == 1
+    summary = json.loads((tmp_path / "tow.json").read_text())
+    assert summary["state_hash"] is None
+    assert summary["ended"] == "completed"
+    assert list((tmp_path / "tow.checkpoints").iterdir()) == []
+
+
+def test_an_exercise_with_an_fmu_that_cannot_be_kept_does_not_promise_its_state(folder: Path, tmp_path: Path) -> None:
+    """Whoever asks for it all the same is refused, and the exercise goes on."""
+    scenario = load_scenario(with_bare_winch(folder, tmp_path, "canGetAndSetFMUState"), overrides=QUICK).scenario
+    assert not exercise_content(scenario).saves_state
+    exercise = ExerciseParticipant("tow", scenario)
+    exercise.enter_initialization_mode(0.0)
+    exercise.exit_initialization_mode()
+    with pytest.raises(
+        NotImplementedError, match=r"'tow': state of fmus\.winch \(it lacks canGetAndSetFMUState\) cannot be saved"
+    ):
+        exercise.save_state()
+    assert exercise.do_step(0.0, scenario.run.communication_step).status is Status.OK
+    exercise.terminate()
+
+
+@pytest.mark.parametrize("failing", ["getFMUState", "serializeFMUState"])
+def test_what_an_fmu_says_it_can_and_cannot_is_found_out_and_the_run_goes_on(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, failing: str
+) -> None:
+    monkeypatch.setattr(FMU3Slave, failing, failure("fmi3" + failing, 3))
+    settings = [part for setting in (*QUICK, "run.duration=0.06") for part in ("--set", setting)]
+    files = ["--record", str(tmp_path / "tow.rrd"), "--summary", str(tmp_path / "tow.json")]
+    assert main(["run", str(folder / "winch-tow.toml"), *settings, *files]) == 0
+    told = f"state of fmus.winch (fmi3{failing} failed with status 3 (error)) cannot be saved as bytes"
+    assert capsys.readouterr().err.count(f"no checkpoints: {told}") == 1
+    assert json.loads((tmp_path / "tow.json").read_text())["state_hash"] is None
+    assert list((tmp_path / "tow.checkpoints").iterdir()) == []
+    assert not exercise_content(load_scenario(folder / "winch-tow.toml").scenario).saves_state
+
+
+def failure(function: str, status: int) -> Callable[..., None]:
+    """A call to an FMU that fails."""
+
+    def fail(*_: object) -> None:
+        raise FMICallException(function, status)
+
+    return fail
+
+
+def with_bare_winch(folder: Path, place: Path, lacking: str) -> Path:
+    """The scenario of the winch in another place, with an FMU that lacks a capability."""
+    with zipfile.ZipFile(folder / "tow-winch.fmu") as whole, zipfile.ZipFile(place / "tow-winch.fmu", "w") as bare:
+        for item in whole.namelist():
+            content = whole.read(item)
+            assert item != "modelDescription.xml" or f'{lacking}="true"'.encode() in content
+            bare.writestr(item, content.replace(f'{lacking}="true"'.encode(), b""))
+    return Path(shutil.copy(folder / "winch-tow.toml", place))
+
+
+def _here() -> dict[str, str]:
+    """The environment of a program that is started elsewhere and finds these packages."""
+    return os.environ | {"PYTHONPATH": str(EXAMPLES.parents[1])}
+
+
+def test_units_are_compared_and_ends_checked(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Each fault is one line with its place; the exit code is 2 and nothing was built."""
+    faults = {
+        'fmus.winch.inputs.tension="booms.main.tug.tensoin"': "is 'booms.main.tug.tensoin', which is no signal that a run"
+        " gives, did you mean 'booms.main.tug.tension'? allowed: booms.main.tug.tension",
+        'fmus.winch.inputs.tesnion="booms.main.tug.tension"': "target variable 'tesnion' does not exist, allowed: tension",
+        'fmus.winch.inputs.tension="vessels.tug.x"': "unit 'm' feeds unit 'N'",
+        'fmus.winch.inputs.paid_out="vessels.tug.x"': "target is an output, allowed: input",
+        'fmus.winch.outputs.paid_out="vessels.tug.x"': "target is an output, allowed: input",
+        'fmus.winch.outputs.paid_out="booms.main.tug.payuot"': "which is no signal that a run takes, did you mean 'booms.main.tug.payout'?",
+        'fmus.winch.inputs.tension="fmus.wind.speed"': "is from 'fmus.wind', which does not exist, allowed: fmus.winch, a signal",
+        'fmus.winch.outputs.speed="booms.main.tug.payout"': "which fmus.winch.outputs.paid_out drives already",
+        'fmus.winch.units.tension="kN"': "unit of 'tension' is given as 'kN', but the FMU itself says 'N'",
+        "fmus.winch.start.capacity=3": "has no parameter or input 'capacity', allowed: tension, speed_order",
+        'fmus.winch.start.brake="on"': "fmus.winch.start.brake is 'on', allowed: a number or true or false",
+        "fmus.winch.start.brake=nan": "fmus.winch.start.brake is nan, allowed: a finite number",
+        "fmus.winch.start.tension=inf": "fmus.winch.start.tension is inf, allowed: a finite number",
+        'fmus.winch.file="nowhere.fmu"': "nowhere.fmu does not exist",
+        'fmus.winch.file="winch-tow.toml"': "winch-tow.toml is no FMU",
+        'vessels.tug.control="manual"': 'vessels.tug.legs are given, allowed: only with control = "helmsman"',
+        "booms.main.tow_line=0.0": "booms.main.line_stiffness is given, allowed: only with tow_line above 0 m",
+    }
+    for setting, told in faults.items():
+        assert main(["check", str(folder / "winch-tow.toml"), "--set", setting]) == 2, setting
+        assert told in capsys.readouterr().err, setting
+
+
+def test_an_fmu_that_runs_once_in_a_process_is_not_run_twice(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    name = "canBeInstantiatedOnlyOncePerProcess"
+    for file in folder.iterdir():
+        shutil.copy(file, tmp_path)
+    with zipfile.ZipFile(folder / "tow-winch.fmu") as whole, zipfile.ZipFile(tmp_path / "once.fmu", "w") as once:
+        for item in whole.namelist():
+            once.writestr(item, whole.read(item).replace(f'{name}="false"'.encode(), f'{name}="true"'.encode()))
+    codes = []
+    for file in ("tow-winch.fmu", "once.fmu"):
+        settings = [f'fmus.{fmu}.file="{file}"' for fmu in ("winch", "second")]
+        codes.append(main(["check", str(tmp_path / "winch-tow.toml"), *("--set", settings[0], "--set", settings[1])]))
+    assert codes == [0, 2]
+    told = (
+        f"fmus.second is the same FMU as fmus.winch, which runs only once in a process ({name}), allowed: one of them"
+    )
+    assert told in capsys.readouterr().err
+
+
+def test_broken_fmu_is_refused_before_anything_is_computed(folder: Path, tmp_path: Path) -> None:
+    for file in folder.iterdir():
+        shutil.copy(file, tmp_path)
+    with zipfile.ZipFile(folder / "tow-winch.fmu") as whole, zipfile.ZipFile(tmp_path / "tow-winch.fmu", "w") as broken:
+        for item in whole.namelist():
+            broken.writestr(item, b"no program" if item.startswith("binaries") else whole.read(item))
+    with pytest.raises(ScenarioError, match=r"fmus\.winch cannot be used: FMU .*tow-winch\.fmu cannot be loaded"):
+        assembled(tmp_path / "winch-tow.toml")
+    with zipfile.ZipFile(folder / "tow-winch.fmu") as whole, zipfile.ZipFile(tmp_path / "tow-winch.fmu", "w") as bare:
+        for item in whole.namelist():
+            if not item.startswith("binaries"):
+                bare.writestr(item, whole.read(item))
+    with pytest.raises(ScenarioError, match=r"has binaries for no platform, needed: "):
+        load_scenario(tmp_path / "winch-tow.toml")
+
+
+def test_failing_fmu_ends_the_run_under_its_name(folder: Path) -> None:
+    assembly = assembled(folder / "winch-tow.toml", "fmus.winch.start.brake_slip=-3.0")
+    with pytest.raises(
+        CoSimulationError, match=r"'fmus\.winch' failed at 0 s: .*brake_slip is -3 N s/m, allowed: above 0"
+    ):
+        assembly.co_simulation().initialize()
+
+
+def test_line_too_stiff_for_its_bodies_is_refused(folder: Path) -> None:
+    with pytest.raises(
+        ScenarioError, match=r"booms\.main\.line_stiffness cannot be used: .*stiffness is 1e\+07 N, allowed: up to"
+    ):
+        assembled(folder / "winch-tow.toml", "booms.main.line_stiffness=1e7")
+
+
+def test_signals_reach_what_they_are_called_after(folder: Path) -> None:
+    """Wind, current and tow orders, each put into effect where it is felt."""
+    extra = (
+        "forcing.wind.speed=3.0",
+        "forcing.current.speed=0.1",
+        "forcing.waves.height=0.02",
+        "forcing.waves.period=1.0",
+    )
+    assembly = assembled(folder / "winch-tow.toml", *extra, "tow.speed=0.1", "tow.heading=0.0", "vessels.tug.legs=[]")
+    board = next(one for one in assembly.participants if one.name == "orders")
+    control, fluid = assembly.parts.controls["tug"], assembly.fluid
+    for name, value in (
+        ("forcing.wind.speed", 5.0),
+        ("forcing.wind.direction", math.pi / 2),
+        ("forcing.current.speed", 0.3),
+        ("forcing.current.direction", math.pi),
+        ("tow.speed", 0.25),
+    ):
+        board.set(name, np.array([value]))
+        assert board.get(name)[0] == value
+    current, waves, wind = fluid.forcings
+    assert (wind.speed, wind.direction) == (5.0, math.pi / 2)
+    assert control.get("tug.wind") == pytest.approx([0.0, 5.0, 0.0], abs=1e-12)
+    assert current.velocity == pytest.approx((-0.3, 0.0, 0.0), abs=1e-12)
+    assert waves.drift == pytest.approx((-0.3, 0.0), abs=1e-12)
+    assert float(control.get("tug.speed_order")) == 0.25
+    with pytest.raises(ValueError, match=r"signal 'tow\.speed' is nan, allowed: a finite number of m/s"):
+        board.set("tow.speed", np.array([math.nan]))
+    for one in assembly.participants:
+        one.terminate()

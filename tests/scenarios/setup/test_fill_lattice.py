@@ -1,0 +1,91 @@
+"""Where liquid starts: the counts of the paper, regions that fit together, and scenes that survive another spacing."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from scenarios.load import library_paths, load_scenario
+from scenarios.problems import ScenarioError
+from scenarios.schema.liquid import BlockFill, CylinderFill, SlabFill, SphereFill, Tank
+from scenarios.setup.fill_lattice import region_points, starting_positions
+
+TANK = Tank(lower=(0.0, 0.0, 0.0), upper=(1.0, 1.0, 1.0))
+
+
+def test_calm_spread_has_the_papers_particles() -> None:
+    """132 x 66 x 9 = 78,408 of ocean and 16 x 32 x 16 = 8,192 of oil, at a particle radius of 0.015 m."""
+    scenario = load_scenario("calm-spread").scenario
+    positions = starting_positions(scenario.fill, scenario.tank, scenario.fluid.particle_spacing, 3)
+    counts = {name: tuple(len(np.unique(axis.round(9))) for axis in points.T) for name, points in positions.items()}
+    assert counts == {"ocean": (132, 66, 9), "oil": (16, 16, 32)}
+    assert len(positions["ocean"]) == 78_408
+    assert len(positions["oil"]) == 8_192
+
+
+@pytest.mark.parametrize("spacing", [0.03, 0.07, 0.1, 0.21])
+def test_layers_touch_without_gap_or_overlap_at_any_spacing(spacing: float) -> None:
+    """Two slabs that share a face stay one spacing apart, whatever the spacing."""
+    fills = {
+        "water": SlabFill(phase="water", bottom=0.0, top=0.31),
+        "oil": SlabFill(phase="oil", bottom=0.31, top=0.5),
+    }
+    positions = starting_positions(fills, TANK, spacing, 3)
+    gap = positions["oil"][:, 2].min() - positions["water"][:, 2].max()
+    assert gap == pytest.approx(spacing, rel=1e-9)
+
+
+def test_later_region_replaces_earlier_ones() -> None:
+    """A ball of oil inside the water: together they hold what the water alone held, each point once."""
+    water = SlabFill(phase="water", bottom=0.0, top=1.0)
+    ball = SphereFill(phase="oil", center=(0.5, 0.5, 0.5), radius=0.3)
+    positions = starting_positions({"water": water, "ball": ball}, TANK, 0.05, 3)
+    everything = np.concatenate(list(positions.values()))
+    assert len(everything) == 20**3
+    distance, _ = cKDTree(everything).query(everything, k=2)
+    assert distance[:, 1].min() == pytest.approx(0.05, rel=1e-9)
+
+
+def test_volumes_of_round_regions() -> None:
+    """Particles times d^3 approach pi r^2 h and 4/3 pi r^3; a lattice counts a smooth body to a few percent."""
+    d = 0.02
+    cylinder = CylinderFill(phase="oil", base=(0.5, 0.5, 0.2), radius=0.3, height=0.4)
+    tilted = CylinderFill(phase="oil", base=(0.4, 0.4, 0.3), axis=(1.0, 1.0, 1.0), radius=0.2, height=0.4)
+    sphere = SphereFill(phase="oil", center=(0.5, 0.5, 0.5), radius=0.3)
+    for fill, volume in (
+        (cylinder, np.pi * 0.3**2 * 0.4),
+        (tilted, np.pi * 0.2**2 * 0.4),
+        (sphere, 4.0 / 3.0 * np.pi * 0.3**3),
+    ):
+        assert len(region_points(fill, TANK, d, 3)) * d**3 == pytest.approx(volume, rel=0.02)
+
+
+def test_thin_region_keeps_one_layer_and_an_empty_one_is_refused() -> None:
+    thin = CylinderFill(phase="oil", base=(0.5, 0.5, 0.5), radius=0.3, height=0.01)
+    assert len(np.unique(region_points(thin, TANK, 0.1, 3)[:, 2])) == 1
+    dot = SphereFill(phase="oil", center=(0.5, 0.5, 0.5), radius=0.01)
+    with pytest.raises(ScenarioError, match=r"fill\.dot holds no particle"):
+        starting_positions({"dot": dot}, TANK, 0.1, 3)
+
+
+def test_plane_case_lies_at_y_zero() -> None:
+    block = BlockFill(phase="water", lower=(0.0, 0.0, 0.0), upper=(0.5, 1.0, 0.4))
+    points = region_points(block, TANK, 0.1, 2)
+    assert len(points) == 5 * 4
+    assert not points[:, 1].any()
+
+
+@pytest.mark.parametrize("name", sorted(set(library_paths()) - {"rock-coating"}))
+@pytest.mark.parametrize("spacing", [0.05, 0.1])
+def test_shipped_scenarios_survive_another_spacing(name: str, spacing: float) -> None:
+    """Every region keeps particles, all of them inside the tank, and no two nearer than 0.9 spacings."""
+    scenario = load_scenario(name, overrides=[f"fluid.particle_spacing={spacing}"]).scenario
+    positions = starting_positions(scenario.fill, scenario.tank, spacing, scenario.fluid.dimension)
+    everything = np.concatenate(list(positions.values()))
+    assert all(len(points) for points in positions.values())
+    if scenario.fluid.dimension == 3:
+        assert (everything > np.array(scenario.tank.lower)).all()
+        assert (everything < np.array(scenario.tank.upper)).all()
+    distance, _ = cKDTree(everything).query(everything, k=2)
+    assert distance[:, 1].min() >= 0.9 * spacing

@@ -1,0 +1,141 @@
+"""`oilsim sweep`: every combination once, side by side, going on where it was stopped."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import signal
+from pathlib import Path
+
+import pytest
+
+from coupling.participant import StepResult
+from coupling.participants.fluid import FluidParticipant
+from scenarios.cli import main
+from scenarios.problems import ScenarioError
+from scenarios.sweeps.results import Outcome, differing
+from scenarios.sweeps.variants import Variation, parse_variation, variants
+
+SHORT = ["--set", "fluid.particle_spacing=0.1", "--until", "0.02", "--threads", "1"]
+TWO = ["sweep", "two-layer", *SHORT, "--vary", "fluid.maximum_time_step=0.004,0.005"]
+
+
+def rows(folder: Path) -> list[dict[str, str]]:
+    with (folder / "sweep.csv").open(newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+@pytest.mark.parametrize(
+    ("text", "values"),
+    [
+        ("tow.speed_kn=0.3,0.50", ("0.3", "0.5")),
+        ("phases.oil.oil=bunker-c, alaska-north-slope", ("bunker-c", "alaska-north-slope")),
+        ("bodies.a.position=[1, 2, 3], [4, 5, 6]", ("[1, 2, 3]", "[4, 5, 6]")),
+        ("run.ledger=true,false", ("true", "false")),
+    ],
+)
+def test_values_are_those_of_toml(text: str, values: tuple[str, ...]) -> None:
+    assert parse_variation(text) == Variation(key=text.partition("=")[0], values=values)
+
+
+@pytest.mark.parametrize("text", ["tow.speed_kn", "tow.speed_kn=", "=1,2", "tow.speed_kn=1,,2", "tow.speed_kn=1,1.0,1"])
+def test_values_that_are_none_or_there_twice_are_refused(text: str) -> None:
+    with pytest.raises(ScenarioError, match=r"--vary .*allowed: "):
+        parse_variation(text)
+
+
+def test_every_combination_has_files_of_its_own() -> None:
+    varied = [
+        Variation(key="tow.speed_kn", values=("0.3", "0.5")),
+        Variation(key="booms.main.segments", values=("10", "20")),
+    ]
+    chosen = variants("u-sweep", varied)
+    assert [list(variant.values.values()) for variant in chosen] == [
+        [a, b] for a in ("0.3", "0.5") for b in ("10", "20")
+    ]
+    assert [variant.plan.scenario.booms["main"].segments for variant in chosen] == [10, 20, 10, 20]
+    longer = variants("u-sweep", varied, overrides=("run.duration=17",))
+    others = variants("u-sweep", varied, overrides=("fluid.particle_spacing=0.1",))
+    assert len({variant.name for variant in chosen + longer + others}) == 12
+
+
+def test_what_is_wrong_with_any_combination_is_told_before_anything_is_run(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / "results"
+    asked = [*TWO, "--vary", "phases.oil.density=900,-1", "--vary", "tank.bottom=1", "--to", str(folder)]
+    assert main(asked) == 2
+    said = capsys.readouterr().err
+    assert "phases.oil.density is -1" in said and "tank.bottom is unknown" in said
+    assert not folder.exists()
+
+
+def test_runs_stand_side_by_side_and_are_not_repeated(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    asked = [*TWO, "--to", str(tmp_path)]
+    assert main(asked) == 0
+    assert [row["fluid.maximum_time_step"] for row in rows(tmp_path)] == ["0.004", "0.005"]
+    assert all(row["ended"] == "completed" and float(row["oil_m3.released"]) > 0.0 for row in rows(tmp_path))
+    summaries = sorted(tmp_path.glob("*.json"))
+    first, second = (path.read_bytes() for path in summaries)
+    capsys.readouterr()
+    summaries[0].write_bytes(first[: len(first) // 2])
+    assert main(asked) == 0
+    assert capsys.readouterr().err.count("is there already") == 1
+    assert json.loads(summaries[0].read_text())["state_hash"] == json.loads(first)["state_hash"]
+    assert summaries[1].read_bytes() == second
+    assert main([*asked, "--record"]) == 0  # of what is there already nothing was recorded
+    assert len(list(tmp_path.glob("*.rrd"))) == 2
+
+
+def test_only_figures_that_differ_are_shown() -> None:
+    (variant,) = variants("u-sweep", [Variation(key="tow.speed_kn", values=("0.3",))])
+    probes = {"gauge": {"time_s": [0.0, 1.0], "value": [0.1, 0.2]}}
+    scores = {"main": {"gap_ratio": 0.3, "first_loss_speed_kn": None}}
+    first = Outcome(variant, {"oil_m3": {"released": 0.2}, "scores": scores, "probes": probes})
+    assert first.figures() == {"oil_m3.released": 0.2, "scores.main.gap_ratio": 0.3, "probes.gauge": 0.2}
+    lost = {
+        "oil_m3.released": 0.2,
+        "scores.main.gap_ratio": 0.3,
+        "probes.gauge": 0.3,
+        "scores.main.first_loss_speed_kn": 0.6,
+    }
+    assert differing([first.figures(), lost]) == ["probes.gauge", "scores.main.first_loss_speed_kn"]
+
+
+def test_runs_after_a_failed_one_are_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    healthy, failed = FluidParticipant.do_step, []
+
+    def failing(self: FluidParticipant, time: float, step_size: float) -> StepResult:
+        if not failed:
+            failed.append(time)
+            raise ValueError("the water has gone")
+        return healthy(self, time, step_size)
+
+    monkeypatch.setattr(FluidParticipant, "do_step", failing)
+    assert main([*TWO, "--to", str(tmp_path), "--record"]) == 1
+    first, second = rows(tmp_path)
+    assert "the water has gone" in first["ended"] and second["ended"] == "completed"
+    assert len(list(tmp_path.glob("*.rrd"))) == 2
+
+
+def test_stop_ends_the_sweep_and_the_next_one_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    healthy = FluidParticipant.do_step
+
+    def stopped(self: FluidParticipant, time: float, step_size: float) -> StepResult:
+        os.kill(os.getpid(), signal.SIGINT)
+        return healthy(self, time, step_size)
+
+    asked = [*TWO, "--to", str(tmp_path)]
+    with monkeypatch.context() as patched:
+        patched.setattr(FluidParticipant, "do_step", stopped)
+        assert main(asked) == 130
+    assert len(list(tmp_path.glob("*.json"))) == 1 and not (tmp_path / "sweep.csv").exists()
+    assert main(asked) == 0
+    assert [row["ended"] for row in rows(tmp_path)] == ["completed", "completed"]
+
+
+def test_folder_that_cannot_be_made_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "taken").write_text("")
+    assert main([*TWO, "--to", str(tmp_path / "taken")]) == 2
+    assert "--to" in capsys.readouterr().err

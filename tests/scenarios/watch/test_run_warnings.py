@@ -1,0 +1,85 @@
+"""What a run falls short of is said once, by name, and not again after a restart."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from scenarios.load import scenario_from
+from scenarios.running.assembly import Assembly, build
+from scenarios.watch.run_warnings import Remarks
+
+SHELF: dict[str, Any] = {
+    "name": "shelf",
+    "run": {"duration": 1.0, "communication_step": 0.02},
+    "fluid": {"particle_spacing": 0.05, "divergence_iterations": 2, "divergence_tolerance": 1e-7},
+    "phases": {"water": {"density": 1000.0, "dynamic_viscosity": 0.0}},
+    "tank": {"lower": [0.0, 0.0, 0.0], "upper": [1.0, 0.5, 0.8], "open": ["+z", "+x"]},
+    "fill": {"block": {"shape": "block", "phase": "water", "lower": [0.0, 0.0, 0.0], "upper": [0.4, 0.5, 0.4]}},
+    "bodies": {
+        "ball": {
+            "shape": "sphere",
+            "radius": 0.1,
+            "density": 2000.0,
+            "position": [0.8, 0.25, 0.3],
+            "velocity": [3.0, 0.0, 0.0],
+        }
+    },
+}
+
+
+def said(assembly: Assembly, steps: int) -> list[tuple[str, str]]:
+    """Sources and texts of the remarks on so many steps."""
+    simulation, found = assembly.co_simulation(), []
+    simulation.initialize()
+    for _ in range(steps):
+        simulation.step()
+        found += [(remark.source, remark.text) for remark in assembly.remarks.look(assembly.report())]
+    simulation.terminate("completed")
+    return found
+
+
+def test_solves_that_miss_their_tolerance_and_bodies_that_leave_are_told_once() -> None:
+    found = dict(told := said(build(scenario_from(SHELF)), 20))
+    assert len(told) == len(found) == 2
+    assert "products a step with a mean compression of" in found["fluid divergence"]
+    assert "fluid.divergence_tolerance is 1e-07, fluid.divergence_iterations 2" in found["fluid divergence"]
+    assert found["body ball"] == "has left the tank through its open side +x"
+
+
+def test_run_that_keeps_its_tolerances_is_not_remarked_on() -> None:
+    calm = {"fluid": {"particle_spacing": 0.05}, "bodies": {}}
+    assert said(build(scenario_from(SHELF | calm)), 10) == []
+
+
+def test_a_body_too_thin_for_its_particles_is_told() -> None:
+    # 2 cm of aluminium, which the fluid takes for 5 but at its rim
+    sheet = {"shape": "box", "size": [0.2, 0.2, 0.02], "density": 2700.0, "position": [0.2, 0.25, 0.5]}
+    calm = {"fluid": {"particle_spacing": 0.05}, "bodies": {"sheet": sheet}}
+    ((source, text),) = said(build(scenario_from(SHELF | calm)), 3)
+    assert source == "thin sheet"
+    assert text.startswith("sheet has parts thinner than a particle: the fluid meets and lifts 2 times its volume;")
+    assert text.endswith("fluid.particle_spacing below 0.05 m resolves them")
+
+
+def test_a_boom_of_thin_segments_is_told_once() -> None:
+    swelling = {f"boom/main/segment-{k:02d}": 1.5 + 0.1 * k for k in range(5)} | {
+        "boom/other/segment-00": 1.2,
+        "rock": 1.0,
+    }
+    remarks = Remarks(scenario_from(SHELF), None, {}, swelling)
+    main, other = remarks.look(None)
+    assert main.source == "thin boom/main/segment-00"
+    assert main.text.startswith("boom/main/segment-00 and 4 more have parts thinner than a particle: ")
+    assert "lifts 1.9 times their volume" in main.text
+    assert "lifts 1.2 times its volume" in other.text
+
+
+def test_what_has_been_said_is_remembered() -> None:
+    first, second = build(scenario_from(SHELF)), build(scenario_from(SHELF))
+    assert said(first, 20)
+    second.remarks.restore_state(first.remarks.save_state())
+    assert said(second, 20) == []
+    with pytest.raises(KeyError):
+        second.remarks.restore_state({})
