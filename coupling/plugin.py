@@ -184,7 +184,7 @@ class FluidWorld:
 
     def _tell_overlaps(self, sampled: Mapping[LinkKey, SurfaceSampling]) -> None:
         """Of links about to be added, with each other and with all that the fluid meets."""
-        walls, handles = self.fluid.work.walls.boundaries, set(self._handles.values())
+        walls, handles = self.fluid.tools.walls.boundaries, set(self._handles.values())
         others = {
             f"boundary {handle} ({one.name})": PlacedWalls(one.position, one.volume)
             for handle, one in walls.items()
@@ -291,7 +291,7 @@ class FluidWorld:
 
     def _place(self, system: LinkSystem, duration: float) -> None:
         """Tell the fluid where the links are and how they answer."""
-        strange = self.fluid.work.walls.moving.keys() - self._handles.values()
+        strange = self.fluid.tools.walls.moving.keys() - self._handles.values()
         if strange:
             raise ValueError(
                 f"boundaries {sorted(strange)} of the fluid are moved by somebody else, allowed: bodies of one world, which detach() ends"

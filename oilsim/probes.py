@@ -10,67 +10,67 @@ from numpy.typing import NDArray
 
 from oilsim.neighborhood.smoothing_kernels import kernel
 from oilsim.state import FluidState
-from oilsim.step.step_arrays import Workspace
+from oilsim.step.step_tools import StepTools
 
 Double = NDArray[np.float64]
 
 PRESENT = 0.05  # share of the kernel that must be filled for a reading
 
 
-def _offsets(state: FluidState, work: Workspace, point: Double) -> Double:
+def _offsets(state: FluidState, tools: StepTools, point: Double) -> Double:
     """From a point, along as many axes as it has, to the nearest image of every particle (axes, N) [m]."""
     offset = state.position[: point.size].astype(np.float64) - point[:, None]
-    for axis, length in enumerate((work.period or ())[: point.size]):
+    for axis, length in enumerate((tools.constants.period or ())[: point.size]):
         if length > 0.0:
             offset[axis] -= length * np.round(offset[axis] / length)
     return offset
 
 
-def _weights(state: FluidState, work: Workspace, point: Double) -> tuple[NDArray[np.int64], Double, Double]:
+def _weights(state: FluidState, tools: StepTools, point: Double) -> tuple[NDArray[np.int64], Double, Double]:
     """Particles within the support of a point, the ways to them (3, n) [m], and their shares V W."""
-    offset = _offsets(state, work, point)
+    offset = _offsets(state, tools, point)
     distance = np.sqrt((offset**2).sum(axis=0))
-    near = np.flatnonzero(distance < work.support)
-    shares = kernel(distance[near] / float(work.support), float(work.sigma))
-    return near, offset[:, near], float(work.volume) * shares
+    near = np.flatnonzero(distance < tools.constants.support)
+    shares = kernel(distance[near] / float(tools.constants.support), float(tools.constants.sigma))
+    return near, offset[:, near], float(tools.constants.volume) * shares
 
 
-def pressure_at(state: FluidState, work: Workspace, points: Double) -> Double:
+def pressure_at(state: FluidState, tools: StepTools, points: Double) -> Double:
     """Pressure (K,) [Pa] at points (K, 3): a first-order fit p_0 + b . (x_j - x) weighted by the kernel, 0 in air."""
     result = np.zeros(len(points))
-    per_impulse = work.reference_density / state.time_step if state.time_step > 0.0 else 0.0
+    per_impulse = tools.constants.reference_density / state.time_step if state.time_step > 0.0 else 0.0
     for n, point in enumerate(points):
-        near, offset, share = _weights(state, work, point)
+        near, offset, share = _weights(state, tools, point)
         if share.sum() < PRESENT:
             continue
         values = per_impulse * state.pressure_impulse[near].astype(np.float64)
-        basis = np.vstack([np.ones(len(near)), offset / float(work.support)])
+        basis = np.vstack([np.ones(len(near)), offset / float(tools.constants.support)])
         normal = (basis * share) @ basis.T + 1e-6 * share.sum() * np.diag([0.0, 1.0, 1.0, 1.0])
         result[n] = np.linalg.solve(normal, (basis * share) @ values)[0]
     return result
 
 
-def velocity_at(state: FluidState, work: Workspace, points: Double) -> Double:
+def velocity_at(state: FluidState, tools: StepTools, points: Double) -> Double:
     """Velocity (K, 3) [m/s] at points (K, 3); 0 in air."""
     result = np.zeros((len(points), 3))
     for n, point in enumerate(points):
-        near, _, share = _weights(state, work, point)
+        near, _, share = _weights(state, tools, point)
         if share.sum() >= PRESENT:
             result[n] = state.velocity[:, near].astype(np.float64) @ share / share.sum()
     return result
 
 
-def surface_height_at(state: FluidState, work: Workspace, points: Double) -> Double:
+def surface_height_at(state: FluidState, tools: StepTools, points: Double) -> Double:
     """Height (K,) [m] of the free surface over points (K, 2), read from the particles within a support radius across.
 
     It lies half a spacing above the mean of the highest ones, those within three quarters of a spacing of the highest that hangs
     together with what is below: a gauge wire, not a spray detector.
     """
-    config = work.config
+    config = tools.config
     spacing, radius = config.particle_spacing, config.support_radius
     result = np.full(len(points), config.lower[2])
     for n, point in enumerate(points):
-        offset = _offsets(state, work, point[:1] if work.plane else point)
+        offset = _offsets(state, tools, point[:1] if tools.constants.plane else point)
         heights = np.sort(state.position[2, (offset**2).sum(axis=0) < radius**2].astype(np.float64))
         if heights.size == 0:
             continue

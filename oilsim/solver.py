@@ -19,12 +19,22 @@ from oilsim.boundaries.boundary_particles import BoundaryParticles
 from oilsim.boundaries.walls import MovingBody
 from oilsim.config import FluidConfig
 from oilsim.emitter import PipeEmitter
-from oilsim.forcing import Forcing, ForcingView
+from oilsim.forcing import Forcing
 from oilsim.pressure.bounded_solver import BoundConstrainedSolver
 from oilsim.state import FluidState
-from oilsim.step.schemes import paper_step, split_step
-from oilsim.step.step_arrays import Workspace
-from oilsim.step.time_step import cfl_time_step, equal_steps, relative_time_step, stable_time_step
+from oilsim.step.paper.scheme import paper_step
+from oilsim.step.schemes import split_step
+from oilsim.step.stages.advection import advect
+from oilsim.step.stages.forcing import apply_forcings
+from oilsim.step.step_tools import StepTools
+from oilsim.step.time_step import (
+    cfl_time_step,
+    equal_steps,
+    largest_relative_speed,
+    pressure_head,
+    relative_time_step,
+    stable_time_step,
+)  # fmt: skip
 
 Real = NDArray[np.float32]
 Double = NDArray[np.float64]
@@ -45,10 +55,11 @@ class Fluid:
         self.config = config
         self.time = 0.0
         self.state = FluidState(viscous_time=np.zeros(len(config.phases)))
-        self.work = Workspace(config, Team(threads))
+        self.tools = StepTools(config, Team(threads))
+        self.arrays = self.tools.empty_arrays()
         self.forcings: list[Forcing] = []
         self.emitters: list[PipeEmitter] = []
-        self._solver = BoundConstrainedSolver(self.work.team)
+        self._solver = BoundConstrainedSolver(self.tools.team)
         self._duration = 0.0
         self._unreported = Unreported()
         self._relative_speed: float | None = None  # [m/s] at the end of the last step, None if that is not known
@@ -68,17 +79,17 @@ class Fluid:
 
     def _insert(self, points: Double, velocity: Double, phase: int) -> None:
         self.state.append(points, velocity, phase)
-        if self.work.regions is not None:
-            self.work.regions.wake(points.T.astype(np.float32))
+        if self.tools.regions is not None:
+            self.tools.regions.wake(points.T.astype(np.float32))
         self._relative_speed = None
 
     def add_boundary(self, boundary: BoundaryParticles) -> int:
         """Add a solid surface at rest; returns the handle that the other calls take."""
-        return self.work.walls.add(boundary)
+        return self.tools.walls.add(boundary)
 
     def remove_boundary(self, handle: int) -> None:
         """Remove a solid surface; ValueError for a handle that does not exist."""
-        self.work.walls.remove(handle)
+        self.tools.walls.remove(handle)
 
     def set_boundary_motion(
         self, handle: int, position: ArrayLike, orientation: ArrayLike, linear_velocity: ArrayLike, angular_velocity: ArrayLike,
@@ -96,10 +107,10 @@ class Fluid:
             inverse_mass=np.zeros((6, 6)) if inverse_mass is None else np.array(inverse_mass, np.float64),
             free_acceleration=np.zeros(6) if free_acceleration is None else np.array(free_acceleration, np.float64),
         )
-        checks.motion(handle, self.work.walls.boundaries, motion)
-        if handle not in self.work.walls.moving:
+        checks.motion(handle, self.tools.walls.boundaries, motion)
+        if handle not in self.tools.walls.moving:
             self.land()
-        self.work.walls.set_motion(handle, motion)
+        self.tools.walls.set_motion(handle, motion)
 
     def set_joint_inverse_mass(self, handles: Sequence[int], inverse_mass: ArrayLike) -> None:
         """How bodies tied by joints answer impulses together, (6 n, 6 n) in the order of `handles`, all the moving ones.
@@ -107,8 +118,8 @@ class Fluid:
         To be set after their motions, before each advance; it takes the place of their own inverse masses.
         """
         tied = np.array(inverse_mass, np.float64)
-        checks.ties(handles, tied, list(self.work.walls.moving))
-        self.work.walls.tie(handles, tied)
+        checks.ties(handles, tied, list(self.tools.walls.moving))
+        self.tools.walls.tie(handles, tied)
 
     def add_forcing(self, forcing: Forcing) -> None:
         """Add a current, waves or wind."""
@@ -121,12 +132,12 @@ class Fluid:
 
     def watch(self) -> Budget:
         """Keep accounts of energy and momentum from now on; the state is not changed by it, bit for bit."""
-        self.work.budget = Budget(self.config, self.work.team, self.state, self.work.walls)
-        return self.work.budget
+        self.tools.budget = Budget(self.config, self.tools.team, self.state, self.tools.walls)
+        return self.tools.budget
 
     def unwatch(self) -> None:
         """Keep no accounts any more."""
-        self.work.budget = None
+        self.tools.budget = None
 
     # how it advances
 
@@ -139,10 +150,10 @@ class Fluid:
         """
         if not 0.0 < duration < math.inf:
             raise ValueError(f"duration is {duration} s, allowed: above 0, finite")
-        for body in self.work.walls.moving.values():
+        for body in self.tools.walls.moving.values():
             body.impulse[:] = 0.0
-        if self.work.budget is not None:
-            self.work.budget.open()
+        if self.tools.budget is not None:
+            self.tools.budget.open()
         start, done = self.time, 0.0
         while done < duration * (1.0 - 1e-9):
             done += self._fly(duration - done)
@@ -163,14 +174,14 @@ class Fluid:
             if flown == 0.0:  # what has just begun
                 return
             self.state.step = flown
-            if self.work.budget is not None:
-                self.work.budget.open()
+            if self.tools.budget is not None:
+                self.tools.budget.open()
             self._end_step()
-            if self.work.budget is not None:
-                self.work.budget.suspend()
+            if self.tools.budget is not None:
+                self.tools.budget.suspend()
 
     def _largest_speed(self) -> float:
-        bodies = self.work.walls.largest_speed(self.config.lower, self.config.upper, self.config.maximum_time_step)
+        bodies = self.tools.walls.largest_speed(self.config.lower, self.config.upper, self.config.maximum_time_step)
         return max(diagnostics.largest_speed(self.state), bodies)
 
     def _time_step(self) -> float:
@@ -181,12 +192,12 @@ class Fluid:
             return wanted
         if self._relative_speed is not None:
             wanted = relative_time_step(config.particle_spacing, fastest, self._relative_speed, *limits)
-        stable = stable_time_step(config.particle_spacing, config.dimension, self.work.pressure_head(self.state))
+        stable = stable_time_step(config.particle_spacing, config.dimension, pressure_head(self.tools, self.state))
         return max(config.minimum_time_step, min(wanted, stable))
 
     def _keeps_step(self) -> bool:
         """Whether steps must end where advances do: others take part in them, or nothing is known yet of how the liquid deforms."""
-        return self.config.scheme == "paper" or bool(self.work.walls.moving) or self._relative_speed is None
+        return self.config.scheme == "paper" or bool(self.tools.walls.moving) or self._relative_speed is None
 
     def _fly(self, left: float) -> float:
         """Begin a step if none has begun, and fly on for its rest, but not for more than `left`; returns for how long [s]."""
@@ -195,10 +206,10 @@ class Fluid:
             wanted = self._time_step()
             state.step = state.to_fly = equal_steps(left, wanted) if self._keeps_step() else wanted
         flight = state.to_fly if state.to_fly <= left * (1.0 + 1e-9) else left
-        with self.work.stage("emitters"):
+        with self.tools.stage("emitters"):
             self._emit(flight)
         if self.config.scheme == "split":
-            self.work.fly(state, flight)
+            advect(self.tools, state, flight)
         state.to_fly -= flight
         return flight
 
@@ -206,13 +217,13 @@ class Fluid:
         """What a step does where its flight ends."""
         time_step = self.state.step
         if self.config.scheme == "paper":
-            result = paper_step(self.work, self.state, time_step, self._drive)
+            result = paper_step(self.tools, self.arrays, self.state, time_step, self._drive)
         else:
-            result = split_step(self.work, self.state, self._solver, time_step, self._drive, self._driven)
-            self._relative_speed = self.work.relative_speed(self.state, self._largest_speed())
-        with self.work.stage("outflow"):
+            result = split_step(self.tools, self.arrays, self.state, self._solver, time_step, self._drive, self._driven)
+            self._relative_speed = largest_relative_speed(self.tools, self.arrays, self.state, self._largest_speed())
+        with self.tools.stage("outflow"):
             self._remove_outflow()
-        self.work.walls.drift(time_step)
+        self.tools.walls.drift(time_step)
         self._unreported.results.append(result)
 
     @property
@@ -230,21 +241,8 @@ class Fluid:
                 self._unreported.emitted[emitter.phase] += len(entering)
             emitter.hold(self.time, self.state.id, self.state.position, self.state.velocity)
 
-    def _drive(self, state: FluidState, time_step: float) -> None:
-        if not self.forcings:
-            return
-        work = self.work
-        with work.stage("forcing"):
-            view = ForcingView(
-                self.time, time_step, state.position, state.velocity, state.phase, work.gradient_sum, work.densities,
-                float(work.volume),
-            )  # fmt: skip
-            for forcing in self.forcings:
-                forcing.apply(view)
-                if self.config.dimension == 2 and state.velocity[1].any():
-                    raise ValueError(
-                        f"{type(forcing).__name__} moves liquid along y, allowed: x and z in two dimensions"
-                    )
+    def _drive(self, time_step: float) -> None:
+        apply_forcings(self.tools, self.arrays, self.state, self.forcings, self.time, time_step)
 
     def _remove_outflow(self) -> None:
         outside = diagnostics.outside(self.state.position, self.config)
@@ -253,8 +251,8 @@ class Fluid:
                 count = int(np.count_nonzero(self.state.phase[outside] == index))
                 if count:
                     self._unreported.removed[phase.name] += count
-            if self.state.remove(outside, self.work.team):
-                self.work.lists.forget()
+            if self.state.remove(outside, self.tools.team):
+                self.tools.lists.forget()
 
     def _check(self) -> None:
         for name in ("position", "velocity"):
@@ -268,23 +266,23 @@ class Fluid:
 
     def _report(self) -> AdvanceReport:
         report = self._unreported.report(
-            float(self.work.compression.max(initial=0.0)),
-            stage_seconds=dict(self.work.seconds),
+            float(self.arrays.compression.max(initial=0.0)),
+            stage_seconds=dict(self.tools.seconds),
             asleep=self.state.asleep,
             budget=self._close_budget(),
         )
-        self.work.seconds.clear()
+        self.tools.seconds.clear()
         return report
 
     def _close_budget(self) -> Ledger | None:
-        work = self.work
-        if work.budget is None:
+        budget, arrays = self.tools.budget, self.arrays
+        if budget is None:
             return None
-        return work.budget.close(self._duration, work.compression, work.near if work.split else None)
+        return budget.close(self._duration, arrays.compression, arrays.near if self.tools.constants.corrected else None)
 
     def close(self) -> None:
         """End the fluid's threads; what it tells stays available."""
-        self.work.team.close()
+        self.tools.team.close()
 
     # what it tells
 
@@ -297,7 +295,7 @@ class Fluid:
         return self._moving(handle).twist.copy()
 
     def _moving(self, handle: int) -> MovingBody:
-        body = self.work.walls.moving.get(handle)
+        body = self.tools.walls.moving.get(handle)
         if body is None:
             raise ValueError(f"boundary {handle} does not move, allowed: a boundary given to set_boundary_motion")
         return body
@@ -310,7 +308,7 @@ class Fluid:
     @property
     def boundary_count(self) -> int:
         """Number of wall particles."""
-        return self.work.walls.count
+        return self.tools.walls.count
 
     def _ordered(self, phase: str) -> NDArray[np.int64]:
         members = np.flatnonzero(self.state.phase == self.config.phase_index(phase))
@@ -330,7 +328,7 @@ class Fluid:
 
     def boundary_positions(self, handle: int) -> Real:
         """World positions (M, 3) [m] of a boundary's particles."""
-        return self.work.walls.positions(handle)
+        return self.tools.walls.positions(handle)
 
     def energy(self) -> diagnostics.Energy:
         """Kinetic and potential energy [J]."""
@@ -342,15 +340,15 @@ class Fluid:
 
     def pressure_at(self, points: ArrayLike) -> Double:
         """Pressure (K,) [Pa] interpolated at points (K, 3) [m]; 0 where there is no liquid."""
-        return probes.pressure_at(self.state, self.work, checks.finite("points", points, None, 3))
+        return probes.pressure_at(self.state, self.tools, checks.finite("points", points, None, 3))
 
     def velocity_at(self, points: ArrayLike) -> Double:
         """Velocity (K, 3) [m/s] interpolated at points (K, 3) [m]; 0 where there is no liquid."""
-        return probes.velocity_at(self.state, self.work, checks.finite("points", points, None, 3))
+        return probes.velocity_at(self.state, self.tools, checks.finite("points", points, None, 3))
 
     def surface_height_at(self, points: ArrayLike) -> Double:
         """Height z (K,) [m] of the free surface above points (K, 2) x, y [m]; the domain's bottom where there is no liquid."""
-        return probes.surface_height_at(self.state, self.work, checks.finite("points", points, None, 2))
+        return probes.surface_height_at(self.state, self.tools, checks.finite("points", points, None, 2))
 
     # saved and restored
 
@@ -359,14 +357,14 @@ class Fluid:
         return {
             "time": self.time,
             "duration": self._duration,
-            "made_of": checks.made_of(self.config, self.work.walls.boundaries),
+            "made_of": checks.made_of(self.config, self.tools.walls.boundaries),
             "unreported": self._unreported.save(),
             "relative_speed": self._relative_speed,
             "state": self.state.save(),
-            "lists": self.work.lists.save(self.state, self.work.walls),
-            "regions": None if self.work.regions is None else self.work.regions.save(),
-            "bodies": {str(h): {k: np.copy(v) for k, v in vars(b).items()} for h, b in self.work.walls.moving.items()},
-            "tied": self.work.walls.tied,
+            "lists": self.tools.lists.save(self.state, self.tools.walls),
+            "regions": None if self.tools.regions is None else self.tools.regions.save(),
+            "bodies": {str(h): {k: np.copy(v) for k, v in vars(b).items()} for h, b in self.tools.walls.moving.items()},
+            "tied": self.tools.walls.tied,
             "forcings": [forcing.save() for forcing in self.forcings],
             "emitters": [emitter.save() for emitter in self.emitters],
         }
@@ -374,24 +372,24 @@ class Fluid:
     def restore_state(self, saved: dict[str, Any]) -> None:
         """Back to what `save_state` returned; ValueError unless the fluid holds the same boundaries, forcings and emitters."""
         checks.saved_state(
-            saved, self.config, self.work.walls.boundaries, self.work.regions, self.forcings, self.emitters
+            saved, self.config, self.tools.walls.boundaries, self.tools.regions, self.forcings, self.emitters
         )
         self.time, self._duration = saved["time"], saved["duration"]
         self._relative_speed = saved["relative_speed"]
         self.state.restore(saved["state"])
-        self.work.lists.restore(saved["lists"])
-        if self.work.regions is not None:
-            self.work.regions.restore(saved["regions"])
-        self.work.walls.stop(list(self.work.walls.moving))  # to move again in the order in which they did
+        self.tools.lists.restore(saved["lists"])
+        if self.tools.regions is not None:
+            self.tools.regions.restore(saved["regions"])
+        self.tools.walls.stop(list(self.tools.walls.moving))  # to move again in the order in which they did
         for handle, values in saved["bodies"].items():
-            self.work.walls.set_motion(int(handle), MovingBody(**{k: np.copy(v) for k, v in values.items()}))
+            self.tools.walls.set_motion(int(handle), MovingBody(**{k: np.copy(v) for k, v in values.items()}))
         if saved["tied"] is not None:
-            self.work.walls.tie(list(self.work.walls.moving), saved["tied"])
+            self.tools.walls.tie(list(self.tools.walls.moving), saved["tied"])
         for forcing, values in zip(self.forcings, saved["forcings"], strict=True):
             forcing.restore(values)
         for emitter, values in zip(self.emitters, saved["emitters"], strict=True):
             emitter.restore(values)
         self._unreported.restore(saved["unreported"])
-        self.work.seconds.clear()
-        if self.work.budget is not None:
-            self.work.budget.begin_anew()
+        self.tools.seconds.clear()
+        if self.tools.budget is not None:
+            self.tools.budget.begin_anew()

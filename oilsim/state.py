@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
+from enum import IntEnum
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,14 @@ from oilsim.backend.jit import FAST
 from oilsim.backend.thread_team import Team
 
 Real = NDArray[np.float32]
+
+
+class Confinement(IntEnum):
+    """Whether the liquid has a free surface, which gives its pressure a level, or fills its box, which gives it a volume."""
+
+    OPEN = 0  # it has a free surface
+    PARTED = 1  # it fills its box, but a few particles have parted
+    FILLED = 2  # it fills its box, and no particle is within reach of a free surface
 
 
 def _rows() -> Real:
@@ -45,7 +54,7 @@ class FluidState:
     step [s]: length of the step that has begun, of which `to_fly` [s] is still to be flown; 0 between steps.
     viscous_time (phases,) [s]: time for which each liquid is still owed its viscosity (`deferred_viscosity`).
     The last `asleep` particles do not move (`sleeping_regions`); the first `bordering` of them may have others that do within reach.
-    filled: whether they filled their box in the last step (`relaxation_stage`).
+    confinement: as in the last step (`step.stages.relaxation`).
     """
 
     position: Real = field(default_factory=_rows)
@@ -61,7 +70,7 @@ class FluidState:
     viscous_time: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
     asleep: int = 0
     bordering: int = 0
-    filled: bool = False
+    confinement: Confinement = Confinement.OPEN
 
     @property
     def count(self) -> int:
@@ -115,3 +124,4 @@ class FluidState:
         """Back to what `save` returned."""
         for name, value in saved.items():
             setattr(self, name, value.copy() if isinstance(value, np.ndarray) else value)
+        self.confinement = Confinement(self.confinement)

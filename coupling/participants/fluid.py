@@ -128,7 +128,7 @@ class FluidParticipant:
     def added_mass(self, body: str) -> Array:
         """(6, 6) [kg, kg m, kg m2] of the densest liquid that a body would set moving if it were all under, world frame."""
         config = self._fluid.config
-        boundary = self._fluid.work.walls.boundaries[self._boundaries[body]]
+        boundary = self._fluid.tools.walls.boundaries[self._boundaries[body]]
         density = max(phase.rest_density for phase in config.phases)
         turn = np.kron(np.eye(2), rotation_matrix(self._inputs[f"{body}.pose"][3:]))
         added = added_mass(boundary, config.particle_spacing, config.dimension, density)

@@ -35,6 +35,11 @@ class Contacts(NamedTuple):
     reach: Real
 
 
+NO_CONTACTS = Contacts(
+    np.empty(0, np.uint32), np.empty(0, np.uint16), np.empty((0, 6), np.float32), np.empty((0, 6, 3), np.float32)
+)
+
+
 @inlined
 def add_wrench(wrench, owner, arm, b, fx, fy, fz):
     """Add a force at the arm of moving wall particle b to row `owner` of `wrench` (bodies, 6)."""

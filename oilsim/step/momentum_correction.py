@@ -22,7 +22,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numba import njit
@@ -31,9 +30,8 @@ from numpy.typing import NDArray
 from oilsim.backend.jit import FAST
 from oilsim.state import FluidState
 from oilsim.step.connected_components import connected_parts
-
-if TYPE_CHECKING:
-    from oilsim.step.step_arrays import Workspace
+from oilsim.step.step_arrays import StepArrays
+from oilsim.step.step_tools import StepTools
 
 Double = NDArray[np.float64]
 
@@ -125,19 +123,20 @@ def give(part, position, phase, mass, center, speed, rate, left, velocity):
         )
 
 
-class LostMomentum:
+class MomentumCorrection:
     """That of the liquid's parts over one step, from the search on: `watch` what may lose it, then `give_back`."""
 
-    def __init__(self, work: Workspace, state: FluidState) -> None:
-        self._work, self._state, self._count = work, state, 0
-        held = work.walls.rest_is_touched(work.wall_pairs, work.by_body, work.touching)
+    def __init__(self, tools: StepTools, arrays: StepArrays, state: FluidState) -> None:
+        self._tools, self._state, self._count = tools, state, 0
+        hood = arrays.neighborhood
+        held = tools.walls.rest_is_touched(hood.walls, arrays.by_body, arrays.touching)
         if held or state.asleep or state.count == 0:
             return
-        with work.stage("rotation"):
+        with tools.stage("rotation"):
             self._part, self._owner, self._count = connected_parts(
-                work.fluid_pairs, work.wall_pairs, work.walls, work.touching, state.count
+                hood.fluid, hood.walls, tools.walls, arrays.touching, state.count
             )
-        self._mass = work.config.rest_volume * work.densities
+        self._mass = tools.config.rest_volume * tools.constants.densities
         self._lost = np.zeros((self._count, 6))
 
     @contextmanager
@@ -154,14 +153,14 @@ class LostMomentum:
         """Move every part by what it has lost."""
         if not self._count:
             return
-        work, state = self._work, self._state
-        with work.stage("rotation"):
+        tools, state = self._tools, self._state
+        with tools.stage("rotation"):
             mass, center = self._sums[:, :1], self._sums[:, 1:4] / self._sums[:, :1]
             speed, rate, turn = self._lost[:, :3] / mass, np.zeros((self._count, 3)), self._lost[:, 3:].copy()
             beside = np.unique(self._owner[self._owner >= 0])
             turn[beside] -= np.cross(center[beside], self._lost[beside, :3])  # theirs is about the origin
-            if not any(work.config.periodic):
-                row = ROW * work.config.particle_spacing**2 * mass
+            if not any(tools.config.periodic):
+                row = ROW * tools.config.particle_spacing**2 * mass
                 inertia = row[:, :, None] * np.eye(3)
                 sum_inertia(self._part, state.position, state.phase, self._mass, center, inertia)
                 rate[:] = np.linalg.solve(inertia, turn[:, :, None])[:, :, 0]
@@ -171,12 +170,12 @@ class LostMomentum:
 
     def _present(self) -> Double:
         """See `momenta`."""
-        work, state = self._work, self._state
-        with work.stage("rotation"):
+        tools, state = self._tools, self._state
+        with tools.stage("rotation"):
             self._sums = sums = np.zeros((self._count, 10))
             result = np.empty((self._count, 6))
             sum_momenta(self._part, state.position, state.velocity, state.phase, self._mass, sums)
-            bodies = work.walls.moving.values()
+            bodies = tools.walls.moving.values()
             place = np.array([body.position for body in bodies]).reshape(-1, 3)
             impulse = np.array([body.impulse for body in bodies]).reshape(-1, 6)
             momenta(sums, self._owner, place, impulse, result)

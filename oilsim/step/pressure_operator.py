@@ -8,11 +8,14 @@ from numpy.typing import NDArray
 
 from oilsim.backend.jit import FAST
 from oilsim.backend.simd import LANES, below, load, store
-from oilsim.neighborhood.neighbor_search import indices
+from oilsim.boundaries.walls import Contacts
+from oilsim.neighborhood.neighbor_search import indices, mark_around
 from oilsim.pressure.bounded_solver import Index, System
 from oilsim.pressure.pressure_gradient import pressure_velocity, seen_velocity, velocity_divergence
-from oilsim.state import FluidState
-from oilsim.step.step_arrays import Workspace
+from oilsim.pressure.rigid_response import RigidResponse, extend_contacts
+from oilsim.state import Confinement, FluidState
+from oilsim.step.step_arrays import StepArrays
+from oilsim.step.step_tools import StepTools
 
 Real = NDArray[np.float32]
 
@@ -35,27 +38,50 @@ def follow_way(begin, end, length, way, velocity):
             store(velocity[axis], k, present, load(velocity[axis], k, present) + length * load(way[axis], k, present))
 
 
+def with_neighbors(tools: StepTools, arrays: StepArrays, state: FluidState, group: Index) -> NDArray[np.bool_]:
+    """Which awake particles are of a group or have one of it among their neighbours."""
+    near = np.zeros(state.listed, np.uint8)
+    tools.team.run(mark_around, group.size, group, arrays.neighborhood.fluid, near)
+    return near[: state.awake].view(np.bool_)
+
+
+def pressure_response(tools: StepTools, arrays: StepArrays, push: Real | None) -> RigidResponse:
+    """How bodies answer pressures, extrapolated ones too where there are levers, by the `push` (see `pressure_velocity`)."""
+    walls, contacts, hood, constants = tools.walls, arrays.contacts, arrays.neighborhood, tools.constants
+    if arrays.lever is not None and contacts.particle.size:
+        jacobian = np.empty_like(contacts.jacobian)
+        reach = np.empty((*jacobian.shape, 3), np.float32)
+        extend_contacts(
+            contacts, arrays.points, walls.points, hood.period, hood.walls, arrays.wall_gradient, constants.wall_weight, walls.resting,
+            walls.owner, walls.arm, arrays.lever, jacobian, reach,
+        )  # fmt: skip
+        contacts = Contacts(contacts.particle, contacts.body, jacobian, reach)
+    return RigidResponse(walls, contacts, push, float(constants.volume) * constants.reference_density)
+
+
 class PressureOperator(System):
     """A = H^T (rho_ref / rho_0) H with the answers of moving bodies (see `divergence` and `rigid_response`)."""
 
-    def __init__(self, work: Workspace, state: FluidState) -> None:
-        self._work, self._state, self._count = work, state, state.awake
+    def __init__(self, tools: StepTools, arrays: StepArrays, state: FluidState) -> None:
+        self._tools, self._arrays, self._state, self._count = tools, arrays, state, state.awake
+        self._filled = state.confinement == Confinement.FILLED
         self._all = np.arange(self._count, dtype=np.uint32)
-        self._push = np.empty((self._count, 3), np.float32) if work.lever is not None else None
-        self._response = work.pressure_response(self._push)
+        self._push = np.empty((self._count, 3), np.float32) if arrays.lever is not None else None
+        self._response = pressure_response(tools, arrays, self._push)
         self._change, self._way = np.empty((2, 3, state.listed), np.float32)
         self._seen = np.empty((state.listed, 4), np.float32)
         self._change[:, self._count :] = self._way[:, self._count :] = 0.0  # what sleeps
         self._seen[self._count :] = 0.0
         if self._response.present:
-            self._response.add_compliance(work.diagonal)
+            self._response.add_compliance(arrays.diagonal)
 
     def compression_rate(self) -> Real:
         """H^T v [1/s] of the velocities and the bodies' motion as they are."""
         velocity = self._state.velocity
         rate = np.zeros(self._state.listed, np.float32)
-        work = self._work
-        work.team.run(seen_velocity, self._count, work.wall_pairs, work.extrapolation, velocity, self._seen)
+        arrays = self._arrays
+        walls = arrays.neighborhood.walls
+        self._tools.team.run(seen_velocity, self._count, walls, arrays.extrapolation, velocity, self._seen)
         if self._response.present:
             self._response.show_motion(self._seen)
         self._diverge(velocity, rate, self._all)
@@ -79,32 +105,32 @@ class PressureOperator(System):
 
     def part(self, group: Index) -> PartialOperator:
         """A among the particles of a group."""
-        near = self._work.near_to(self._state, group)
-        near[self._work.touching] = True  # of whom bodies ask what pushes them
+        near = with_neighbors(self._tools, self._arrays, self._state, group)
+        near[self._arrays.touching] = True  # of whom bodies ask what pushes them
         return PartialOperator(self, group, indices(near), self._state.listed)
 
     def centre(self, values: Real) -> None:
         """Take off the mean in a filled box."""
-        if self._work.closed:
+        if self._filled:
             values -= np.float32(values.mean(dtype=np.float64))
 
     def correct(self, residual: Real, face: Real, correction: Real) -> None:
         """Add to the correction what the coarse grid makes of a residual on the face; nothing in a filled box."""
-        if not self._work.closed:
-            self._work.coarse.correct(residual, face, correction)
+        if not self._filled:
+            self._tools.coarse.correct(residual, face, correction)
 
     def turn(self, share: float) -> None:
         """The way to follow becomes the vector of the last product, and `share` of the way so far."""
         if share == 0.0:
             self._way, self._change = self._change, self._way
         else:
-            self._work.team.run(turn_way, self._count, np.float32(share), self._change, self._way)
+            self._tools.team.run(turn_way, self._count, np.float32(share), self._change, self._way)
         if self._response.present:
             self._response.turn(share)
 
     def follow(self, length: float) -> None:
         """Velocities follow kappa, which has moved by -length times the way; bodies wait for `hand_over`."""
-        self._work.team.run(follow_way, self._count, np.float32(length), self._way, self._state.velocity)
+        self._tools.team.run(follow_way, self._count, np.float32(length), self._way, self._state.velocity)
         if self._response.present:
             self._response.collect(-length)
 
@@ -121,17 +147,18 @@ class PressureOperator(System):
             self._response.accept(kappa)
 
     def _pressure_velocity(self, kappa: Real, chosen: Index) -> None:
-        work = self._work
-        work.team.run(
-            pressure_velocity, chosen.size, chosen, work.points, work.fluid_pairs, work.wall_pairs, work.gradient, work.own,
-            work.extrapolation, kappa, self._change, self._seen, self._push,
+        arrays = self._arrays
+        hood = arrays.neighborhood
+        self._tools.team.run(
+            pressure_velocity, chosen.size, chosen, arrays.points, hood.fluid, hood.walls, arrays.gradient, arrays.own,
+            arrays.extrapolation, kappa, self._change, self._seen, self._push,
         )  # fmt: skip
 
     def _diverge(self, velocity: Real, rate: Real, chosen: Index) -> None:
-        work = self._work
-        work.team.run(
-            velocity_divergence, chosen.size, chosen, work.fluid_pairs, work.gradient, work.own, velocity, self._seen, rate
-        )  # fmt: skip
+        arrays, fluid = self._arrays, self._arrays.neighborhood.fluid
+        self._tools.team.run(
+            velocity_divergence, chosen.size, chosen, fluid, arrays.gradient, arrays.own, velocity, self._seen, rate
+        )
 
 
 class PartialOperator(System):

@@ -40,6 +40,9 @@ from oilsim.backend.jit import FAST, inlined
 from oilsim.backend.simd import LANES, below, gather, load, only, positive, root, spread, summed
 from oilsim.neighborhood.neighbor_search import nearest_images, rows
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, lattice_stiffness
+from oilsim.state import FluidState
+from oilsim.step.step_arrays import StepArrays
+from oilsim.step.step_tools import StepTools
 
 OUTLIERS = 5e-3  # share of the particles whose relative speed is not asked
 SAMPLE = 10_000  # particles, at least, that are asked of a larger number: enough to know their outliers by a sixth
@@ -173,3 +176,33 @@ def relative_time_step(
 def equal_steps(remaining: float, time_step: float) -> float:
     """The longest step, at most `time_step`, of which a whole number fills `remaining` [s]."""
     return remaining / max(1, math.ceil(remaining / time_step * (1.0 - 1e-9)))
+
+
+def largest_relative_speed(tools: StepTools, arrays: StepArrays, state: FluidState, fastest: float) -> float:
+    """Speed [m/s] relative to the neighbourhood that all but OUTLIERS keep below, 0 where it could not shorten a step.
+
+    `fastest` [m/s]: largest speed of all. Of a pair that matters one is faster than half their relative speed.
+    """
+    config, walls, hood, spacing = tools.config, tools.walls, arrays.neighborhood, tools.config.particle_spacing
+    if fastest * config.maximum_time_step <= config.cfl * spacing:
+        return 0.0
+    slow = 0.5 * config.cfl * max(fastest, spacing / config.maximum_time_step)
+    twist = walls.twists().astype(np.float32)
+    stride = sampling_stride(state.awake)
+    square = np.empty(-(-state.awake // stride), np.float32)
+    with tools.stage("time step"):
+        tools.team.run(
+            relative_speeds, square.size, state.position, state.velocity, walls.position, walls.resting, walls.owner, walls.arm, twist,
+            hood.period, hood.fluid, hood.walls, np.float32(slow), hood.support, stride, square,
+        )  # fmt: skip
+        return math.sqrt(most(square))
+
+
+def pressure_head(tools: StepTools, state: FluidState) -> NDArray[np.float32]:
+    """p / rho [m2/s2] of the last pressure solve in a sample of the particles; 0 before the first."""
+    if state.time_step == 0.0:
+        return np.zeros(1, np.float32)
+    chosen = slice(0, state.awake, sampling_stride(state.awake))
+    weight = tools.constants.weights[state.phase[chosen]]
+    head: NDArray[np.float32] = state.pressure_impulse[chosen] * (weight / np.float32(state.time_step))
+    return head

@@ -131,7 +131,7 @@ class Kept:
     expiry: NDArray[np.float64]
 
 
-class KeptLists:
+class VerletLists:
     """Brings the lists of fluid and wall neighbours up to date, by the cheaper of two ways."""
 
     def __init__(self, search: NeighborSearch, team: Team, spacing: float, dimension: int) -> None:

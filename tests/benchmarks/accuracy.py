@@ -93,7 +93,7 @@ def floating_square(ratio: float, spacing: float = 0.05, side: float = 0.5, dura
         fall = (0, 0, -GRAVITY, 0, 0, 0)
         fluid.set_boundary_motion(handle, position, orientation, twist[:3], twist[3:], inverse_mass, fall)
         fluid.advance(STEP)
-        body = fluid.work.walls.moving[handle]
+        body = fluid.tools.walls.moving[handle]
         position, orientation, twist = body.position, body.orientation, body.twist
         if step * STEP >= duration - 2.0:
             level = fluid.surface_height_at([(x, 0) for x in (0.2, 0.3, 1.7, 1.8)]).mean()

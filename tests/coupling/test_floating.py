@@ -101,7 +101,7 @@ def test_what_ties_bodies_is_not_saved_as_every_step_is_told_it() -> None:
     tied = world.inverse_mass("box")
     participant.set("inverse_mass", tied)
     participant.do_step(0.0, 0.05)
-    assert fluid.work.walls.tied is not None
+    assert fluid.tools.walls.tied is not None
     saved = participant.save_state()
     wrenches = []
     for _ in range(2):
@@ -109,7 +109,7 @@ def test_what_ties_bodies_is_not_saved_as_every_step_is_told_it() -> None:
         participant.do_step(0.05, 0.05)
         wrenches.append(participant.get("box.wrench"))
         participant.restore_state(saved)
-        assert fluid.work.walls.tied is None
+        assert fluid.tools.walls.tied is None
     assert wrenches[0].any()
     np.testing.assert_array_equal(wrenches[0], wrenches[1])
 

@@ -13,7 +13,9 @@ from oilsim.backend import thread_team
 from oilsim.config import FluidConfig
 from oilsim.phases import Phase
 from oilsim.solver import Fluid
-from oilsim.step.relaxation_stage import relax_liquid
+from oilsim.step.stages.gradients import cache_pair_gradients
+from oilsim.step.stages.relaxation import relax_positions
+from oilsim.step.stages.search import search_neighbors
 
 WATER = Phase(name="water", rest_density=1000.0)
 
@@ -50,6 +52,6 @@ def prepare(fluid: Fluid, time_step: float = 1e-9) -> None:
 
     In the default time step no velocity is filtered; the relaxation moves particles as it does in any other.
     """
-    fluid.work.search(fluid.state)
-    relax_liquid(fluid.work, fluid.state, time_step)
-    fluid.work.linearise(fluid.state)
+    search_neighbors(fluid.tools, fluid.arrays, fluid.state)
+    relax_positions(fluid.tools, fluid.arrays, fluid.state, time_step)
+    cache_pair_gradients(fluid.tools, fluid.arrays, fluid.state)

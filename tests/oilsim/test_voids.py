@@ -8,7 +8,8 @@ from oilsim.boundaries.boundary_particles import tank_walls
 from oilsim.config import FluidConfig
 from oilsim.initial_conditions import block
 from oilsim.solver import Fluid
-from oilsim.step.relaxation_stage import VOIDS
+from oilsim.state import Confinement
+from oilsim.step.stages.relaxation import VOIDS
 from tests.oilsim.conftest import WATER, disturbed
 
 SPACING, ROW, STEP = 0.05, 130, 0.01
@@ -34,7 +35,7 @@ def stirred_box() -> Fluid:
     fluid.state.velocity[0], fluid.state.velocity[2] = -swirl * z, swirl * x
     for _ in range(6):
         fluid.advance(STEP)
-    assert fluid.work.closed
+    assert fluid.state.confinement == Confinement.FILLED
     return fluid
 
 
@@ -43,7 +44,7 @@ def take_out(fluid: Fluid, count: int) -> None:
     x, _, z = fluid.state.position - 0.5 * SIDE
     leaving = np.zeros(fluid.state.count, dtype=bool)
     leaving[np.argsort(x**2 + z**2)[:count]] = True
-    fluid.state.remove(leaving, fluid.work.team)
+    fluid.state.remove(leaving, fluid.tools.team)
 
 
 def energy(fluid: Fluid) -> float:
@@ -59,10 +60,10 @@ def test_a_void_of_a_few_particles_is_no_blow() -> None:
     before, parted = energy(fluid), 0
     for _ in range(20):
         report = fluid.advance(STEP)
-        assert fluid.state.filled
+        assert fluid.state.confinement != Confinement.OPEN
         assert report.iterations["density"] <= 2.0
         assert energy(fluid) < 1.02 * before
-        if not fluid.work.closed:
+        if fluid.state.confinement != Confinement.FILLED:
             parted += 1
             assert fluid.state.pressure_impulse.min() >= 0.0
     assert parted
@@ -72,8 +73,8 @@ def test_what_is_more_than_disorder_is_a_free_surface() -> None:
     fluid = stirred_box()
     take_out(fluid, round(2 * VOIDS * fluid.particle_count))
     fluid.advance(STEP)
-    assert not fluid.work.closed
-    assert not fluid.state.filled
+    assert fluid.state.confinement != Confinement.FILLED
+    assert fluid.state.confinement == Confinement.OPEN
 
 
 def test_a_surface_that_was_there_from_the_start_is_no_void_however_small() -> None:
@@ -89,17 +90,17 @@ def test_a_surface_that_was_there_from_the_start_is_no_void_however_small() -> N
     fluid.add_boundary(floor)
     fluid.add_particles(block((0, 0, 0), upper, SPACING, 2), phase="water")
     fluid.advance(STEP)
-    beside = int(np.count_nonzero(fluid.work.near))
+    beside = int(np.count_nonzero(fluid.arrays.near))
     assert 0 < beside < VOIDS * fluid.particle_count
-    assert not fluid.state.filled
+    assert fluid.state.confinement == Confinement.OPEN
 
 
 def test_steps_with_a_void_repeat_after_a_restore() -> None:
     fluid = stirred_box()
     take_out(fluid, 3)
     fluid.advance(STEP)
-    assert fluid.state.filled
-    assert not fluid.work.closed
+    assert fluid.state.confinement != Confinement.OPEN
+    assert fluid.state.confinement != Confinement.FILLED
     saved, found = fluid.save_state(), []
     for _ in range(2):
         for _ in range(3):

@@ -48,7 +48,7 @@ def test_leaks_of_a_world_are_what_comes_through_its_sides_or_vanishes() -> None
     assert world.count_leaked() == 1
     place[:, 1] = -2.0 * spacing
     assert world.count_leaked() == 1
-    world.fluid.state.take(np.arange(3, world.fluid.particle_count), world.fluid.work.team)
+    world.fluid.state.take(np.arange(3, world.fluid.particle_count), world.fluid.tools.team)
     assert world.count_leaked() == 2
     world.close()
 

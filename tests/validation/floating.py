@@ -114,7 +114,7 @@ def roll_angle(bench: Bench, spacing: float) -> float:
     start = np.array([0.5 * width, 0.0, 2.0 * SIZE])
     points = fluid.state.position.T
     dry = (np.abs(points[:, [0, 2]] - start[[0, 2]]) > 0.5 * SIZE).any(axis=1)
-    fluid.state.take(np.flatnonzero(dry), fluid.work.team)
+    fluid.state.take(np.flatnonzero(dry), fluid.tools.team)
     square = solid_box((SIZE, 0.0, SIZE), spacing, dimension=2)
     body = Body(fluid, square, mass, np.diag([0.0, 6.0 / (mass * SIZE**2), 0.0]), start)
     body.freedoms[[0, 2, 4]] = 1.0

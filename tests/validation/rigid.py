@@ -60,7 +60,7 @@ class Body:
             self.handle, self.position, self.orientation, self.twist[:3], self.twist[3:], inverse_mass, fall
         )
         bench.advance(self.fluid, duration)
-        moved = self.fluid.work.walls.moving[self.handle]
+        moved = self.fluid.tools.walls.moving[self.handle]
         self.position, self.orientation, self.twist = (
             moved.position.copy(),
             moved.orientation.copy(),

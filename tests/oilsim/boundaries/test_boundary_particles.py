@@ -15,6 +15,7 @@ from oilsim.boundaries.boundary_particles import (
 from oilsim.density.density_constraint import density_and_diagonal
 from oilsim.initial_conditions import block
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, normalisation
+from oilsim.step.stages.search import search_neighbors
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
@@ -24,14 +25,14 @@ def test_lattice_at_rest_against_walls_keeps_its_density_to_the_corners(make_flu
     sides = ("-x", "+x", "-z") + (("-y", "+y") if dimension == 3 else ())
     fluid.add_boundary(tank_walls((0, 0, 0), size, spacing, sides=sides, dimension=dimension))
     fluid.add_particles(block((0, 0, 0), size, spacing, dimension), phase="water")
-    work = fluid.work
-    work.search(fluid.state)
+    tools, arrays = fluid.tools, fluid.arrays
+    search_neighbors(tools, arrays, fluid.state)
     position = fluid.state.position
-    geometry = (work.period, work.fluid_pairs, work.wall_pairs, work.sigma, work.support, work.volume)
+    geometry = arrays.neighborhood
     compression, diagonal = np.empty((2, fluid.particle_count), np.float32)
     gradient = np.empty_like(position)
     density_and_diagonal(
-        0, fluid.particle_count, work.points, work.walls.points, *geometry, compression, diagonal, gradient
+        0, fluid.particle_count, arrays.points, tools.walls.points, *geometry, compression, diagonal, gradient
     )  # fmt: skip
     inside = position[2] < 1.0 - SUPPORT * spacing
     # the walls continue the lattice, as far as the kernel reaches: 80 terms in float32

@@ -9,7 +9,9 @@ from oilsim.density.particle_shifting import INERTIA, beside_wall, relax, shift_
 from oilsim.initial_conditions import block
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, kernel_slope_over_q, lattice
 from oilsim.phases import Phase
-from oilsim.step.relaxation_stage import relax_liquid
+from oilsim.step.stages.advection import wrap_periodic
+from oilsim.step.stages.relaxation import relax_positions
+from oilsim.step.stages.search import search_neighbors
 from tests.oilsim.conftest import disturbed
 from tests.oilsim.gradients.test_particle_sums import EPSILON, SPACING, fields, linear_field
 
@@ -40,13 +42,13 @@ def inside(fluid, margin):
 
 def filtered(fluid, theta):
     """What the filter alone (no multipliers, so no shift) adds to velocities (3, N), for a given theta."""
-    work, state = fluid.work, fluid.state
+    tools, arrays, state = fluid.tools, fluid.arrays, fluid.state
     _, _, field, _ = fields(fluid)
     push, shift, change = np.zeros((3, 3, state.count), np.float32)
     none, balance = np.zeros(state.count, np.float32), np.float32(shift_balance(fluid.config.dimension))
     relax(
-        0, state.count, work.points, work.walls.points, field, none, balance, True, np.float32(theta), np.float32(0.0), work.touching_wall,
-        work.period, work.fluid_pairs, work.wall_pairs, work.sigma, work.support, work.volume, push, shift, change,
+        0, state.count, arrays.points, tools.walls.points, field, none, balance, True, np.float32(theta), np.float32(0.0),
+        tools.constants.touching_wall, *arrays.neighborhood, push, shift, change,
     )  # fmt: skip
     assert not push.any() and not shift.any()
     return change.astype(np.float64)
@@ -63,7 +65,7 @@ def test_filter_conserves_momentum(make_fluid, dimension, phases):
         phases=phases,
     )
     change = filtered(fluid, 0.7)
-    mass = fluid.work.rest_density.astype(np.float64)
+    mass = fluid.arrays.rest_density.astype(np.float64)
     moved = (np.abs(change) * mass).sum()
     assert moved > 0.01 * (np.abs(fluid.state.velocity) * mass).sum()
     # each pair's share is the same to a few roundings
@@ -99,11 +101,11 @@ def test_filter_takes_noise_and_leaves_linear_flow(make_fluid, dimension):
 def test_relaxation_moves_particles_within_a_linear_flow(make_fluid, dimension):
     slope = linear_field(dimension, 6)
     fluid = blob(make_fluid, dimension, lambda p: (p - 1.0) @ slope.T, amount=0.02)
-    work, state = fluid.work, fluid.state
-    work.search(state)
+    tools, arrays, state = fluid.tools, fluid.arrays, fluid.state
+    search_neighbors(tools, arrays, state)
     core = inside(fluid, 3 * SPACING)
     before, velocity = state.position.copy(), state.velocity.copy()
-    relax_liquid(work, state, 0.005)
+    relax_positions(tools, arrays, state, 0.005)
     # no motion becomes velocity: all have the one that the flow has where they are put; it has no noise to filter but round-off
     moved = state.position + state.shift - before
     assert np.linalg.norm(moved, axis=0)[core].max() > 1e-3 * SPACING
@@ -121,9 +123,9 @@ def test_shifts_even_out_neighbours(make_fluid):
     for _ in range(100):
         compression, gradient, _, _ = fields(fluid)
         spread.append((compression.std(), np.sqrt((gradient**2).sum(axis=0).mean()) * SPACING))
-        relax_liquid(fluid.work, fluid.state, 0.1)
-        fluid.work.wrap(fluid.state)
-    assert not fluid.work.near.any()
+        relax_positions(fluid.tools, fluid.arrays, fluid.state, 0.1)
+        wrap_periodic(fluid.tools, fluid.state)
+    assert not fluid.arrays.near.any()
     assert spread[-1][0] < 0.1 * spread[0][0]
     assert spread[-1][1] < 0.5 * spread[0][1]
 
@@ -138,9 +140,9 @@ def test_relaxation_conserves_momentum_of_a_flow(make_fluid):
     points = disturbed(block((0, 0, 0), (2, 0, 2), SPACING, 2), 0.02, 1) % 2.0
     points[:, 1] = 0.0
     fluid.add_particles(points, phase="water", velocity=vortex(points))
-    fluid.work.search(fluid.state)
+    search_neighbors(fluid.tools, fluid.arrays, fluid.state)
     before, velocity = fluid.momentum(), fluid.state.velocity.copy()
-    relax_liquid(fluid.work, fluid.state, 0.1)
+    relax_positions(fluid.tools, fluid.arrays, fluid.state, 0.1)
     mass = 1000.0 * SPACING**2
     changed = mass * np.abs(fluid.state.velocity.astype(np.float64) - velocity).sum()
     assert changed > 0.0
@@ -165,11 +167,11 @@ def test_shift_has_no_virial_on_a_lattice(dimension):
 def test_shift_leaves_the_centre_of_mass_where_it_is(make_fluid, dimension):
     # away from walls relaxation exchanges m dx between the two of a pair, of whatever phases
     fluid = blob(make_fluid, dimension, lambda p: np.sin(3.0 * p) * ((1, 0, 1) if dimension == 2 else 1), phases=TWO)
-    work, state = fluid.work, fluid.state
-    work.search(state)
+    tools, arrays, state = fluid.tools, fluid.arrays, fluid.state
+    search_neighbors(tools, arrays, state)
     before = state.position.astype(np.float64)
-    relax_liquid(work, state, 0.005)
-    moved = (state.position - before + state.shift) * work.rest_density
+    relax_positions(tools, arrays, state, 0.005)
+    moved = (state.position - before + state.shift) * arrays.rest_density
     assert np.abs(state.shift).sum() > 0.0
     assert np.abs(moved).sum() > 0.0
     # positions of 2 m are stored to half an EPSILON each
@@ -179,7 +181,7 @@ def test_shift_leaves_the_centre_of_mass_where_it_is(make_fluid, dimension):
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_further_passes_repeat_pushes_and_a_step_shifts_once(make_fluid, dimension):
     fluid = blob(make_fluid, dimension, linear_shear, density_tolerance=1e-6, density_iterations=3)
-    work, run, pushes, alone, shifts = fluid.work, fluid.work.team.run, [], [], []
+    tools, arrays, run, pushes, alone, shifts = fluid.tools, fluid.arrays, fluid.tools.team.run, [], [], []
     fluid.state.position *= np.float32(0.98)
 
     def watch(kernel, count, *arguments):
@@ -192,9 +194,9 @@ def test_further_passes_repeat_pushes_and_a_step_shifts_once(make_fluid, dimensi
             pushes.append(arguments[-3].copy())
             shifts.append(arguments[-2].copy())
 
-    work.team.run = watch
-    work.search(fluid.state)
-    relax_liquid(work, fluid.state, 0.01)
+    tools.team.run = watch
+    search_neighbors(tools, arrays, fluid.state)
+    relax_positions(tools, arrays, fluid.state, 0.01)
     assert np.array_equal(pushes[0], alone[0])
     for before, push, fresh in zip(pushes, pushes[1:], alone[1:], strict=False):
         assert np.allclose(push, fresh + INERTIA * before, atol=1e-6 * np.abs(push).max())
@@ -207,10 +209,10 @@ def test_shift_is_made_before_densities_are_looked_at(make_fluid, dimension):
     def relaxed(moved, shift):
         """Positions after a relaxation of particles that have `moved` already and have a `shift` to make, lists from before both."""
         fluid = blob(make_fluid, dimension, lambda points: 0.0 * points)
-        fluid.work.search(fluid.state)
+        search_neighbors(fluid.tools, fluid.arrays, fluid.state)
         fluid.state.position += moved * fluid.state.position
         fluid.state.shift[:] = shift * fluid.state.position
-        relax_liquid(fluid.work, fluid.state, 1e-9)
+        relax_positions(fluid.tools, fluid.arrays, fluid.state, 1e-9)
         return fluid.state.position.astype(np.float64)
 
     # drawn together by 1 % and looked at, particles are pushed apart; looked at first, they would end a hundredth of it further in
@@ -230,24 +232,24 @@ def test_however_light_a_liquid_is_pairs_keep_their_centre_of_mass_and_nobody_is
     phases = (TWO[0], Phase(name="oil", rest_density=light))
     fluid = blob(make_fluid, dimension, np.zeros_like, phases=phases, amount=0.05 * SPACING)
     state = fluid.state
-    ways, work = [], fluid.work
+    ways, tools, arrays = [], fluid.tools, fluid.arrays
     for _ in range(5):
-        work.search(state)
+        search_neighbors(tools, arrays, state)
         before, mass = state.position.copy(), np.array([phase.rest_density for phase in phases])[state.phase]
-        relax_liquid(work, state, 0.01)
+        relax_positions(tools, arrays, state, 0.01)
         ways.append(np.sqrt(((state.position - before) ** 2).sum(axis=0)))
         drift = (mass * (state.position - before).astype(np.float64)).sum(axis=1)
         assert np.abs(drift).max() < 1e-3 * (mass * ways[-1]).sum()  # places are rounded
     assert np.max(ways) < 0.25 * SPACING
-    assert work.compression.max() < 0.02
+    assert arrays.compression.max() < 0.02
 
 
 def test_order_of_the_phases_does_not_matter(make_fluid):
     found = []
     for phases in (TWO, TWO[::-1]):
         fluid = blob(make_fluid, 3, np.zeros_like, phases=phases, amount=0.1 * SPACING)
-        fluid.work.search(fluid.state)
-        relax_liquid(fluid.work, fluid.state, 0.01)
+        search_neighbors(fluid.tools, fluid.arrays, fluid.state)
+        relax_positions(fluid.tools, fluid.arrays, fluid.state, 0.01)
         found.append(fluid.state.position[:, np.argsort(fluid.state.id)])
     assert found[0] == pytest.approx(found[1], abs=1e-6)
 

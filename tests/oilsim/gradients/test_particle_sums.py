@@ -10,6 +10,7 @@ from oilsim.gradients.particle_sums import GRADIENT, WEIGHT, local_fields
 from oilsim.initial_conditions import block
 from oilsim.neighborhood.neighbor_search import fill_rows
 from oilsim.neighborhood.smoothing_kernels import lattice_moment
+from oilsim.step.stages.search import search_neighbors
 from tests.oilsim.conftest import disturbed
 
 EPSILON = float(np.finfo(np.float32).eps)
@@ -18,15 +19,15 @@ SPACING = 0.1
 
 def fields(fluid):
     """e (N,), g (3, N), field (N, 16), matrix (N, 6) of a fluid at its present positions."""
-    work, state = fluid.work, fluid.state
-    work.search(state)
+    tools, arrays, state = fluid.tools, fluid.arrays, fluid.state
+    search_neighbors(tools, arrays, state)
     count = state.count
     compression, gradient = np.empty(count, np.float32), np.empty((3, count), np.float32)
     field, matrix = np.zeros((count, 16), np.float32), np.empty((count, 8), np.float32)
-    fill_rows(0, count, state.velocity, work.weight, field)
+    fill_rows(0, count, state.velocity, arrays.weight, field)
     local_fields(
-        0, count, work.points, work.walls.points, work.period, work.fluid_pairs, work.wall_pairs, work.sigma, work.support, work.volume,
-        work.plane, np.float32(lattice_moment(fluid.config.dimension)), compression, gradient, field, matrix,
+        0, count, arrays.points, tools.walls.points, *arrays.neighborhood,
+        tools.constants.plane, np.float32(lattice_moment(fluid.config.dimension)), compression, gradient, field, matrix,
     )  # fmt: skip
     return compression, gradient, field, matrix[:, :6]
 

@@ -8,7 +8,9 @@ import pytest
 from oilsim.boundaries.boundary_particles import tank_walls
 from oilsim.gradients.shear_correction import LARGEST
 from oilsim.initial_conditions import block
-from oilsim.step.relaxation_stage import look_around
+from oilsim.step.stages.gradients import cache_pair_gradients
+from oilsim.step.stages.relaxation import sum_neighbors
+from oilsim.step.stages.search import search_neighbors
 from tests.oilsim.conftest import disturbed
 
 SPACING = 0.1
@@ -16,18 +18,20 @@ SPACING = 0.1
 
 def moments(fluid):
     """sum_j G_ij x_ij^T (N, dim, dim) from the pair vectors of a fluid, by its lists; and which particles are inside."""
-    work, state = fluid.work, fluid.state
-    work.search(state)
-    look_around(work, state, 1e-3)
-    work.linearise(state)
-    axes = [0, 2] if work.plane else [0, 1, 2]
+    tools, arrays, state = fluid.tools, fluid.arrays, fluid.state
+    search_neighbors(tools, arrays, state)
+    sum_neighbors(tools, arrays, state, 1e-3)
+    cache_pair_gradients(tools, arrays, state)
+    axes = [0, 2] if tools.constants.plane else [0, 1, 2]
     found = np.zeros((state.count, len(axes), len(axes)))
     length = np.array(fluid.config.upper, float) - np.array(fluid.config.lower, float)
     for i in range(state.count):
-        listed = slice(work.fluid_pairs.start[i], work.fluid_pairs.start[i] + work.fluid_pairs.number[i])
-        apart = state.position[:, work.fluid_pairs.neighbor[listed]].astype(float) - state.position[:, i, None]
+        listed = slice(
+            arrays.neighborhood.fluid.start[i], arrays.neighborhood.fluid.start[i] + arrays.neighborhood.fluid.number[i]
+        )
+        apart = state.position[:, arrays.neighborhood.fluid.neighbor[listed]].astype(float) - state.position[:, i, None]
         apart -= length[:, None] * np.round(apart / length[:, None])
-        vectors = float(work.gradient.quantum) * work.gradient.whole[:, listed].astype(float)
+        vectors = float(arrays.gradient.quantum) * arrays.gradient.whole[:, listed].astype(float)
         found[i] = (vectors @ apart.T)[np.ix_(axes, axes)]
     return found
 
@@ -58,8 +62,8 @@ def test_moments_are_nearer_to_one_where_layers_pass_each_other(make_fluid, dime
 def test_liquid_at_rest_keeps_its_matrices(make_fluid):
     fluid = sheared(make_fluid, 3, 0.0)
     moments(fluid)
-    kept = fluid.work.mended[:, :6]
-    assert np.array_equal(kept, fluid.work.matrix[:, :6])
+    kept = fluid.arrays.mended[:, :6]
+    assert np.array_equal(kept, fluid.arrays.matrix[:, :6])
 
 
 def test_beside_walls_and_surfaces_nothing_is_mended(make_fluid):
@@ -68,10 +72,10 @@ def test_beside_walls_and_surfaces_nothing_is_mended(make_fluid):
     points = disturbed(block((0, 0, 0), (1, 1, 1), SPACING), 0.1 * SPACING, 5)
     fluid.add_particles(points, phase="water", velocity=50.0 * points[:, [2, 0, 1]])
     moments(fluid)
-    work = fluid.work
-    changed = (work.mended[:, :6] != work.matrix[:, :6]).any(axis=1)
-    by_walls = work.wall_pairs.number[: fluid.particle_count] > 0
+    arrays = fluid.arrays
+    changed = (arrays.mended[:, :6] != arrays.matrix[:, :6]).any(axis=1)
+    by_walls = arrays.neighborhood.walls.number[: fluid.particle_count] > 0
     assert changed.sum() > 20
     assert not changed[by_walls].any()
-    assert not changed[work.near.astype(bool)].any()
-    assert np.abs(work.mended - work.matrix).max() <= LARGEST * (1 + 1e-5)
+    assert not changed[arrays.near.astype(bool)].any()
+    assert np.abs(arrays.mended - arrays.matrix).max() <= LARGEST * (1 + 1e-5)

@@ -12,6 +12,7 @@ from oilsim.initial_conditions import block
 from oilsim.phases import Phase
 from oilsim.pressure.coarse_grid import CELL, LEFT
 from oilsim.step.pressure_operator import PressureOperator
+from oilsim.step.stages.advection import wrap_periodic
 from tests.oilsim.conftest import disturbed
 
 WATER = Phase(name="water", rest_density=1000.0)
@@ -35,20 +36,20 @@ def pool(make_fluid, length, depth, spacing, dimension=2, periodic=False, phase=
 
 def laid(fluid):
     """The operator of the last step, begun on a disordered lattice, and the coarse grid laid over its particles."""
-    work, state = fluid.work, fluid.state
+    tools, arrays, state = fluid.tools, fluid.arrays, fluid.state
     state.position[:] = disturbed(state.position.T, 0.02 * fluid.config.particle_spacing, 1).T
     if fluid.config.dimension == 2:
         state.position[1] = 0.0
-    work.wrap(state)
+    wrap_periodic(tools, state)
     fluid.advance(1e-3)
-    work.coarse.lay(state.position, work.points, work.openness)
-    return PressureOperator(work, state)
+    tools.coarse.lay(state.position, arrays.points, arrays.openness)
+    return PressureOperator(tools, arrays, state)
 
 
 def corrected(fluid, residual):
     """The correction of a residual, in float64."""
     correction = np.zeros_like(residual)
-    fluid.work.coarse.correct(residual, np.ones_like(residual), correction)
+    fluid.tools.coarse.correct(residual, np.ones_like(residual), correction)
     return correction.astype(np.float64)
 
 
@@ -82,11 +83,11 @@ def test_correction_is_symmetric_and_positive(make_fluid):
 def test_a_period_may_begin_anywhere(make_fluid):
     fluid = pool(make_fluid, 40 * 0.05, 0.6, 0.05, periodic=True)
     laid(fluid)
-    work, state = fluid.work, fluid.state
+    tools, arrays, state = fluid.tools, fluid.arrays, fluid.state
     residual = np.random.default_rng(3).standard_normal(state.count).astype(np.float32)
     before = corrected(fluid, residual)
     state.position[0] = (state.position[0] + 3 * CELL * 0.05) % 2.0
-    work.coarse.lay(state.position, work.points, work.openness)
+    tools.coarse.lay(state.position, arrays.points, arrays.openness)
     after = corrected(fluid, residual)
     assert np.linalg.norm(after - before) < 3 * LEFT * np.linalg.norm(before)
 

@@ -10,6 +10,7 @@ from oilsim.boundaries.boundary_particles import BoundaryParticles, tank_walls
 from oilsim.initial_conditions import block, sphere
 from oilsim.phases import Phase
 from oilsim.step.connected_components import connected_parts
+from oilsim.step.stages.search import search_neighbors
 from tests.oilsim.conftest import disturbed
 
 SPACE = {"lower": (-2.0,) * 3, "upper": (2.0,) * 3, "gravity": (0.0, 0.0, 0.0)}
@@ -118,10 +119,10 @@ def test_a_wall_at_rest_is_noticed_beside_a_body(make_fluid, gap):
     fluid.add_boundary(shifted)
     fluid.set_boundary_motion(fluid.add_boundary(point), (0.15, 0, 0), (0, 0, 0, 1), (0, 0, 0), (0, 0, 0))
     fluid.add_particles([[0.0, 0.0, 0.0]], phase="water")
-    work = fluid.work
-    work.search(fluid.state)
-    assert work.by_body.all()
-    assert work.walls.rest_is_touched(work.wall_pairs, work.by_body, work.touching) == (
+    tools, arrays = fluid.tools, fluid.arrays
+    search_neighbors(tools, arrays, fluid.state)
+    assert arrays.by_body.all()
+    assert tools.walls.rest_is_touched(arrays.neighborhood.walls, arrays.by_body, arrays.touching) == (
         gap < fluid.config.support_radius
     )
 
@@ -157,12 +158,14 @@ def test_parts_are_those_of_the_graph_of_neighbours(make_fluid):
         )
         handle = fluid.add_boundary(body)
         fluid.set_boundary_motion(handle, place, (0, 0, 0, 1), (0, 0, 0), (0, 0, 0))
-    work, state = fluid.work, fluid.state
-    work.search(state)
-    part, owner, count = connected_parts(work.fluid_pairs, work.wall_pairs, work.walls, work.touching, state.count)
+    tools, arrays, state = fluid.tools, fluid.arrays, fluid.state
+    search_neighbors(tools, arrays, state)
+    part, owner, count = connected_parts(
+        arrays.neighborhood.fluid, arrays.neighborhood.walls, tools.walls, arrays.touching, state.count
+    )
     position = state.position.T.astype(np.float64)
     linked = np.linalg.norm(position[:, None] - position, axis=2) < fluid.config.support_radius
-    near = np.linalg.norm(position[:, None] - work.walls.position.T[None, :27], axis=2) < fluid.config.support_radius
+    near = np.linalg.norm(position[:, None] - tools.walls.position.T[None, :27], axis=2) < fluid.config.support_radius
     wet = near.any(axis=1)
     linked |= np.outer(wet, wet)
     for _ in range(8):
@@ -183,4 +186,4 @@ def test_a_shaken_block_does_not_heat_up_by_it(make_fluid):
     start = fluid.energy().kinetic
     for _ in range(30):
         fluid.advance(0.01)
-    assert abs(fluid.work.budget.total.part("rotation").kinetic) < 1e-3 * start
+    assert abs(fluid.tools.budget.total.part("rotation").kinetic) < 1e-3 * start

@@ -126,10 +126,10 @@ def test_lists_hold_no_particle_that_has_no_row():
     pour(fluid)
     for _ in range(10):
         fluid.advance(0.025)
-        state, pairs = fluid.state, fluid.work.fluid_pairs
+        state, pairs = fluid.state, fluid.arrays.neighborhood.fluid
         lists = [pairs.neighbor[pairs.start[i] :][: pairs.number[i]] for i in range(state.listed)]
         assert 0 < state.awake < state.listed < state.count
-        assert np.concatenate(lists).max() < state.listed == len(fluid.work.points)
+        assert np.concatenate(lists).max() < state.listed == len(fluid.arrays.points)
         assert np.concatenate(lists[: state.awake]).max() >= state.awake
 
 
@@ -267,7 +267,7 @@ def test_water_that_is_awake_meets_none_that_nobody_looks_at(dimension, periodic
     partly = 0
     for _ in range(50):
         fluid.advance(0.05)
-        state, pairs = fluid.state, fluid.work.fluid_pairs
+        state, pairs = fluid.state, fluid.arrays.neighborhood.fluid
         partly += 0 < state.asleep < state.count
         for start, number in zip(pairs.start[: state.awake], pairs.number[: state.awake], strict=True):
             assert (pairs.neighbor[start : start + int(number)] < state.listed).all()

@@ -9,6 +9,8 @@ from oilsim.boundaries.boundary_particles import BoundaryParticles, tank_walls
 from oilsim.initial_conditions import block
 from oilsim.phases import Phase
 from oilsim.step import verlet_lists
+from oilsim.step.stages.advection import wrap_periodic
+from oilsim.step.stages.search import search_neighbors
 from oilsim.step.verlet_lists import choose_skin
 
 OILY = (Phase(name="water", rest_density=1000.0), Phase(name="oil", rest_density=900.0, dynamic_viscosity=1.0))
@@ -32,9 +34,14 @@ def reachable(position, other, support, period, same):
 
 
 def assert_lists_are_whole(fluid):
-    work, state = fluid.work, fluid.state
-    for pairs, other in ((work.fluid_pairs, state.position), (work.wall_pairs, work.walls.position)):
-        expected = reachable(state.position, other, work.support, work.period, other is state.position)
+    tools, arrays, state = fluid.tools, fluid.arrays, fluid.state
+    for pairs, other in (
+        (arrays.neighborhood.fluid, state.position),
+        (arrays.neighborhood.walls, tools.walls.position),
+    ):
+        expected = reachable(
+            state.position, other, tools.constants.support, tools.constants.period, other is state.position
+        )
         for mine, theirs in zip(listed(pairs, state.count), expected, strict=True):
             assert np.array_equal(mine, theirs)
 
@@ -57,9 +64,9 @@ def stir(fluid, handle, step, amount, rng):
     """Move every particle by up to `amount` along each axis, some by nothing, and the plate with them."""
     shift = rng.uniform(-amount, amount, fluid.state.position.shape) * (rng.random(fluid.state.count) < 0.5)
     fluid.state.position += shift.astype(np.float32)
-    fluid.work.wrap(fluid.state)
+    wrap_periodic(fluid.tools, fluid.state)
     fluid.set_boundary_motion(handle, (1.0, 1.0, 1.0 + 0.5 * amount * step), STILL[1], STILL[0], STILL[0])
-    fluid.work.search(fluid.state)
+    search_neighbors(fluid.tools, fluid.arrays, fluid.state)
 
 
 @pytest.mark.parametrize("periodic", [(False, False, False), (True, True, False)])
@@ -88,8 +95,8 @@ def test_lists_do_not_depend_on_threads(make_fluid):
         fluid.add_particles(rng.uniform(0.05, 1.95, (6000, 3)), phase="water")
         for _ in range(8):
             fluid.state.position += rng.normal(0.0, 2e-5, fluid.state.position.shape).astype(np.float32)
-            fluid.work.search(fluid.state)
-        found.append((fluid.state.id, fluid.state.position, listed(fluid.work.fluid_pairs, 6000)))
+            search_neighbors(fluid.tools, fluid.arrays, fluid.state)
+        found.append((fluid.state.id, fluid.state.position, listed(fluid.arrays.neighborhood.fluid, 6000)))
     assert np.array_equal(found[0][0], found[1][0])
     assert np.array_equal(found[0][1], found[1][1])
     assert all(np.array_equal(a, b) for a, b in zip(found[0][2], found[1][2], strict=True))
@@ -98,10 +105,10 @@ def test_lists_do_not_depend_on_threads(make_fluid):
 def test_lists_are_renewed_before_a_fast_particle_arrives(make_fluid):
     fluid, _ = crowd(make_fluid)
     for _ in range(4):
-        fluid.work.search(fluid.state)
+        search_neighbors(fluid.tools, fluid.arrays, fluid.state)
     order = fluid.state.id
     fluid.state.position[:, 0] = (1.9, 1.9, 1.9)  # across the box in one step
-    fluid.work.search(fluid.state)
+    search_neighbors(fluid.tools, fluid.arrays, fluid.state)
     assert fluid.state.id is not order
     assert_lists_are_whole(fluid)
 
@@ -109,19 +116,19 @@ def test_lists_are_renewed_before_a_fast_particle_arrives(make_fluid):
 def test_lists_are_renewed_when_a_wall_jumps_comes_or_goes(make_fluid):
     fluid, handle = crowd(make_fluid)
     for _ in range(4):
-        fluid.work.search(fluid.state)
+        search_neighbors(fluid.tools, fluid.arrays, fluid.state)
     fluid.set_boundary_motion(handle, (1.0, 1.0, 0.5), STILL[1], STILL[0], STILL[0])
-    fluid.work.search(fluid.state)
+    search_neighbors(fluid.tools, fluid.arrays, fluid.state)
     assert_lists_are_whole(fluid)
     for _ in range(4):
-        fluid.work.search(fluid.state)
+        search_neighbors(fluid.tools, fluid.arrays, fluid.state)
     other = fluid.add_boundary(tank_walls((0.5, 0.5, 0.5), (1.5, 1.5, 1.5), 0.1))
-    fluid.work.search(fluid.state)
+    search_neighbors(fluid.tools, fluid.arrays, fluid.state)
     assert_lists_are_whole(fluid)
     for _ in range(4):
-        fluid.work.search(fluid.state)
+        search_neighbors(fluid.tools, fluid.arrays, fluid.state)
     fluid.remove_boundary(other)
-    fluid.work.search(fluid.state)
+    search_neighbors(fluid.tools, fluid.arrays, fluid.state)
     assert_lists_are_whole(fluid)
 
 
@@ -129,12 +136,12 @@ def test_lists_are_renewed_when_particles_come_or_go(make_fluid):
     fluid, _ = crowd(make_fluid)
     for change in ("come", "go"):
         for _ in range(4):
-            fluid.work.search(fluid.state)
+            search_neighbors(fluid.tools, fluid.arrays, fluid.state)
         if change == "come":
             fluid.add_particles([(1.0, 1.0, 1.05)], phase="water")
         else:
-            fluid.state.take(np.arange(1, fluid.state.count), fluid.work.team)
-        fluid.work.search(fluid.state)
+            fluid.state.take(np.arange(1, fluid.state.count), fluid.tools.team)
+        search_neighbors(fluid.tools, fluid.arrays, fluid.state)
         assert_lists_are_whole(fluid)
 
 
@@ -181,7 +188,7 @@ def test_kept_lists_change_results_by_round_off_only(make_fluid, monkeypatch):
     renewed = calm_tank(make_fluid)
     for _ in range(CALMING + 5):
         renewed.advance(0.005)
-    assert renewed.work.lists.save(renewed.state, renewed.work.walls)["skin"] == 0.0
+    assert renewed.tools.lists.save(renewed.state, renewed.tools.walls)["skin"] == 0.0
     for phase in ("water", "oil"):
         # sums of some 80 float32 in another order, over 5 steps with kept lists: 1e-6 of the spacing; 1e-4 m/s has more digits
         assert np.abs(kept.phase_positions(phase) - renewed.phase_positions(phase)).max() < 1e-6

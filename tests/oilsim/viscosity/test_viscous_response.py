@@ -8,6 +8,7 @@ import pytest
 from oilsim.boundaries.boundary_particles import solid_box
 from oilsim.initial_conditions import block
 from oilsim.phases import Phase
+from oilsim.step.stages.viscosity import apply_viscosity, viscous_system
 from oilsim.viscosity.viscous_response import ViscousResponse
 from tests.oilsim.conftest import disturbed, prepare
 
@@ -54,10 +55,10 @@ def stirred(make_fluid):
 
 def response_of(fluid, theta=1.0):
     """The bodies' part of a step, with the system it belongs to."""
-    work = fluid.work
-    system = work._viscous_system(fluid.state, work._viscosity)
-    walls = (work.wall_pairs, work.wall_gradient, system.wall_stiffness)
-    return system, ViscousResponse(work.walls, work.touching, *walls, work.volume, STEP, theta)
+    tools, arrays = fluid.tools, fluid.arrays
+    system = viscous_system(tools, arrays, fluid.state, tools.constants.pair_viscosity)
+    walls = (arrays.neighborhood.walls, arrays.wall_gradient, system.wall_stiffness)
+    return system, ViscousResponse(tools.walls, arrays.touching, *walls, tools.constants.volume, STEP, theta)
 
 
 @pytest.mark.parametrize("tied", [False, True])
@@ -81,8 +82,8 @@ def test_the_system_is_symmetric_and_positive(stirred, tied):
 def test_a_step_keeps_momentum_and_throws_no_light_body(stirred, viscosity, tied):
     fluid, handles = stirred(viscosity, tied)
     before, fastest = fluid.momentum(), float(np.abs(fluid.state.velocity).max())
-    fluid.work.resist(fluid.state, STEP)
-    bodies = [fluid.work.walls.moving[handle] for handle in handles]
+    apply_viscosity(fluid.tools, fluid.arrays, fluid.state, STEP)
+    bodies = [fluid.tools.walls.moving[handle] for handle in handles]
     given = np.sum([body.impulse[:3] for body in bodies], axis=0)
     assert fluid.momentum() + given == pytest.approx(before, abs=1e-6 * np.linalg.norm(before))
     answers = (TIED if tied else np.kron(np.eye(2), INVERSE_MASS)) @ np.concatenate([body.impulse for body in bodies])
@@ -98,5 +99,5 @@ def test_liquid_without_viscosity_drags_nothing(stirred):
     far = fluid.state.position[0] > 0.5
     fluid.state.phase[~far] = fluid.config.phase_index("thin")
     prepare(fluid)
-    fluid.work.resist(fluid.state, STEP)
-    assert not fluid.work.walls.moving[handles[0]].impulse.any()
+    apply_viscosity(fluid.tools, fluid.arrays, fluid.state, STEP)
+    assert not fluid.tools.walls.moving[handles[0]].impulse.any()

@@ -1,0 +1,32 @@
+"""The stage of a step in which liquid is drawn to walls and bodies."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from oilsim.boundaries.adhesion import adhesion_acceleration, adhesion_reaction
+from oilsim.state import FluidState
+from oilsim.step.step_arrays import StepArrays
+from oilsim.step.step_tools import StepTools
+
+
+def apply_adhesion(tools: StepTools, arrays: StepArrays, state: FluidState, time_step: float) -> None:
+    """Kick velocities by adhesion to walls; moving bodies receive the opposite impulse."""
+    strength = tools.constants.adhesion
+    if strength is None:
+        return
+    walls, hood = tools.walls, arrays.neighborhood
+    with tools.stage("adhesion"):
+        pull = np.zeros_like(state.velocity)
+        tools.team.run(
+            adhesion_acceleration, state.awake, state.position, walls.position, walls.area, state.phase, strength, hood.period,
+            hood.walls, hood.support, pull,
+        )  # fmt: skip
+        state.velocity += np.float32(time_step) * pull
+        if arrays.touching.size:
+            force = walls.zero_forces()
+            adhesion_reaction(
+                arrays.touching, state.position, walls.position, walls.area, state.phase, strength, arrays.rest_density, hood.period,
+                hood.walls, hood.support, hood.volume, walls.resting, walls.owner, walls.arm, force,
+            )  # fmt: skip
+            walls.receive(time_step * force)

@@ -1,0 +1,35 @@
+"""The stage of a step in which single particles meet walls inelastically."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from oilsim.boundaries.wall_contact import wall_approach, wall_contact, wall_push
+from oilsim.pressure.rigid_response import RigidResponse
+from oilsim.state import FluidState
+from oilsim.step.step_arrays import StepArrays
+from oilsim.step.step_tools import StepTools
+
+
+def apply_wall_contact(tools: StepTools, arrays: StepArrays, state: FluidState, time_step: float) -> None:
+    """Stop particles that would cross a wall, and move drops out of it (see `wall_contact`); bodies receive the opposite impulse."""
+    walls, constants, run = tools.walls, tools.constants, tools.team.run
+    if not walls.count:
+        return
+    count, spacing = state.awake, np.float32(tools.config.particle_spacing)
+    slope, (rate, strength) = arrays.wall_slope, np.empty((2, count), np.float32)
+    with tools.stage("contact"):
+        run(wall_approach, count, slope, state.velocity, rate)
+        response = RigidResponse(walls, arrays.contacts, None, float(constants.volume))
+        if response.present:
+            response.add_motion(rate)
+        run(
+            wall_contact, count, arrays.coverage, arrays.compression, constants.drop, slope, rate, constants.wall_coverages, spacing,
+            np.float32(tools.config.particle_spacing / time_step), state.velocity, strength,
+        )  # fmt: skip
+        run(
+            wall_push, count, arrays.coverage, arrays.compression, constants.drop, slope, constants.nearest_wall,
+            constants.wall_coverages, spacing, state.position,
+        )  # fmt: skip
+        if response.present:
+            response.accept(strength * arrays.rest_density[:count])

@@ -1,0 +1,92 @@
+"""The stage of a step that makes velocities and bodies free of compression by one bounded pressure solve."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from oilsim.density.density_feedback import RETURN, RETURN_IN_A_BOX, add_density_feedback
+from oilsim.neighborhood.neighbor_search import indices
+from oilsim.pressure.bounded_solver import BoundConstrainedSolver
+from oilsim.pressure.wall_extrapolation import PRESSED, hold_waterline
+from oilsim.state import Confinement, FluidState
+from oilsim.step.pressure_operator import PressureOperator, with_neighbors
+from oilsim.step.step_arrays import StepArrays
+from oilsim.step.step_tools import StepTools
+
+Real = NDArray[np.float32]
+FILLED = 0.1  # of the tolerance, in a filled box: nothing but pressure keeps its flow, and vortices lose by what solves leave
+
+
+def project_velocity(
+    tools: StepTools, arrays: StepArrays, state: FluidState, solver: BoundConstrainedSolver, time_step: float
+) -> tuple[int, float]:
+    """Take the pressure's force off the velocities, bodies answering; returns products of the operator and the mean residual [1]."""
+    config, kappa = tools.config, state.pressure_impulse
+    filled = state.confinement == Confinement.FILLED
+    _start_from_last(state, time_step)
+    with tools.stage("divergence"):
+        operator = PressureOperator(tools, arrays, state)
+        if not filled:
+            tools.coarse.lay(state.position[:, : state.awake], arrays.points, arrays.openness)
+        _hold_waterline(tools, arrays, state, time_step)
+        operator.apply(kappa)
+        excess = operator.compression_rate()
+        _add_feedback(tools, arrays, state, time_step, excess)
+        tolerance = config.divergence_tolerance * (FILLED if filled else 1.0)
+        used, residual = solver.solve(
+            operator, -excess, arrays.diagonal, kappa[: state.listed], tolerance / time_step, config.divergence_iterations, filled,
+            [arrays.touching, *lesser_liquids(tools, arrays, state)], state.awake,
+        )  # fmt: skip
+        operator.hand_over()
+    return used, residual * time_step
+
+
+def _start_from_last(state: FluidState, time_step: float) -> None:
+    """Make the last step's pressure a start for one of `time_step` [s]: none negative, where something sets its level."""
+    kappa = state.pressure_impulse
+    if state.confinement == Confinement.PARTED:
+        kappa -= min(kappa.min(), np.float32(0.0))  # suction in a filled box has no level; what has parted sets one
+    elif state.confinement == Confinement.OPEN:
+        np.maximum(kappa, 0.0, out=kappa)
+    if state.time_step > 0.0:
+        kappa *= np.float32(time_step / state.time_step)
+    state.time_step = time_step
+
+
+def _add_feedback(tools: StepTools, arrays: StepArrays, state: FluidState, time_step: float, rate: Real) -> None:
+    """Add to `rate` [1/s] what strain and wrong densities ask of the divergence (see `density_feedback`)."""
+    unit = tools.time_unit * (RETURN_IN_A_BOX if state.confinement == Confinement.FILLED else RETURN)
+    tools.team.run(
+        add_density_feedback, state.awake, arrays.compression, arrays.gradient_sum, arrays.near, state.pressure_impulse,
+        pressed(tools, time_step), arrays.flow, *tools.constants.surface_shares, np.float32(time_step), np.float32(unit), rate,
+    )  # fmt: skip
+
+
+def _hold_waterline(tools: StepTools, arrays: StepArrays, state: FluidState, time_step: float) -> None:
+    """Let walls at rest hold up the water's edge, as far as the pressure of the last step asks (see `wall_extrapolation`)."""
+    if arrays.waterline is None or tools.constants.weightless:
+        return
+    tools.team.run(
+        hold_waterline, state.awake, arrays.neighborhood.walls, arrays.waterline, state.pressure_impulse, pressed(tools, time_step),
+        np.float32(time_step), state.velocity,
+    )  # fmt: skip
+
+
+def pressed(tools: StepTools, time_step: float) -> np.float32:
+    """kappa [m2/s] from which on a particle at a free surface bears others, and is no drop: weight's, PRESSED spacings deep."""
+    config = tools.config
+    return np.float32(PRESSED * config.particle_spacing * math.hypot(*config.gravity) * time_step + 1e-20)
+
+
+def lesser_liquids(tools: StepTools, arrays: StepArrays, state: FluidState) -> list[NDArray[np.uint32]]:
+    """Awake particles of each liquid but the one that there is most of, with their neighbours: a liquid spreads by its rim."""
+    liquids = range(len(tools.constants.densities))
+    if len(liquids) == 1:
+        return []
+    phase = state.phase[: state.awake]
+    counts = [np.count_nonzero(phase == k) for k in liquids]
+    lesser = [k for k, count in enumerate(counts) if count and k != np.argmax(counts)]
+    return [indices(with_neighbors(tools, arrays, state, indices(phase == k))) for k in lesser]

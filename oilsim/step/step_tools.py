@@ -1,0 +1,148 @@
+"""What the stages of a step work with beside its arrays: constants, threads, walls, neighbour lists, and a clock for each stage."""
+
+from __future__ import annotations
+
+import time
+from collections import defaultdict
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+from numpy.typing import NDArray
+
+from oilsim.accounts.budget import Budget
+from oilsim.backend.thread_team import Team
+from oilsim.boundaries.adhesion import adhesion_scale
+from oilsim.boundaries.boundary_particles import wall_coverage
+from oilsim.boundaries.wall_contact import DISTANCES, NEAREST, PLACES, drop_share
+from oilsim.boundaries.walls import Walls
+from oilsim.config import FluidConfig
+from oilsim.density.density_feedback import surface_shares
+from oilsim.density.particle_shifting import shift_balance
+from oilsim.gradients.gradient_correction import largest_stretch
+from oilsim.gradients.relaxation_time import LONGEST, froude_unit
+from oilsim.gradients.shear_correction import STRETCH
+from oilsim.neighborhood.neighbor_search import NeighborSearch, Pairs, make_grid
+from oilsim.neighborhood.smoothing_kernels import lattice_moment, normalisation, steepest_slope
+from oilsim.pressure.coarse_grid import CoarsePressure
+from oilsim.step.sleeping_regions import SleepingRegions
+from oilsim.step.step_arrays import Needs, Neighborhood, StepArrays
+from oilsim.step.verlet_lists import VerletLists
+from oilsim.viscosity.viscous_system import viscosity_matrix
+
+Real = NDArray[np.float32]
+Double = NDArray[np.float64]
+NO_PAIRS = Pairs(np.zeros(0, np.int64), np.zeros(0, np.uint32), np.zeros(0, np.uint32))
+
+
+class StepConstants:
+    """Numbers that follow from the configuration, in the precision of the kernels.
+
+    period                     of the axes that repeat [m], 0 of the others; None if none does
+    support, sigma, volume     radius [m] and constant of the kernel, volume of a particle at rest
+    plane                      two dimensions: y is absent
+    moment                     m_0, moment of a lattice [1]
+    gravity                    (3,) [m/s2]; weightless: it is 0
+    corrected                  pair vectors are corrected, walls take extrapolated pressures: our scheme, not the paper's
+    wall_weight                w of `pressure_gradient` [1]
+    shift_balance              a of `particle_shifting` [1]
+    surface_shares             table of `density_feedback`, and its entries per unit [m]
+    densities, viscosities     of the phases [kg/m3], [Pa s]; reference_density: that of the first
+    weights                    rho_ref / rho_0 of the phases [1]
+    pair_viscosity             between phases (P, P) [Pa s]
+    adhesion                   of the phases, as `adhesion_acceleration` takes it; None where none sticks
+    touching_wall, nearest_wall  coverage of the kernel at a wall's surface, and where a drop's contact begins [1]
+    wall_coverages             that at even distances from a wall (see `wall_contact`)
+    drop                       share of its kernel up to which liquid makes a drop [1]
+    gradient_quantum           unit of the rounded pair vectors [1/m]
+    """
+
+    def __init__(self, config: FluidConfig) -> None:
+        d, dimension = config.particle_spacing, config.dimension
+        period = exact_period(config)
+        self.period = None if period is None else (np.float32(period[0]), np.float32(period[1]), np.float32(period[2]))
+        self.support = np.float32(config.support_radius)
+        self.sigma = np.float32(normalisation(d, dimension))
+        self.volume = np.float32(config.rest_volume)
+        self.plane = dimension == 2
+        self.moment = np.float32(lattice_moment(dimension))
+        self.gravity = tuple(np.float32(g) for g in config.gravity)
+        self.weightless = not any(config.gravity)
+        self.corrected = config.scheme == "split"
+        self.wall_weight = np.float32(2.0 if self.corrected else 1.0)
+        self.shift_balance = np.float32(shift_balance(dimension))
+        shares, per_slope = surface_shares(dimension)
+        self.surface_shares = shares, np.float32(per_slope * d)
+        self.densities: Double = np.array([phase.rest_density for phase in config.phases])
+        self.reference_density = float(self.densities[0])
+        self.weights: Real = (self.reference_density / self.densities).astype(np.float32)
+        self.viscosities = [config.viscosity_correction * phase.dynamic_viscosity for phase in config.phases]
+        self.pair_viscosity: Real = viscosity_matrix(self.viscosities, same_phase_only=not self.corrected)
+        scale = adhesion_scale(dimension) / d**dimension
+        strength = [phase.adhesion * scale / phase.rest_density for phase in config.phases]
+        self.adhesion = np.array(strength, np.float32) if any(strength) else None
+        self.touching_wall = np.float32(wall_coverage(0.0, dimension))
+        self.nearest_wall = np.float32(wall_coverage(float(NEAREST), dimension))
+        self.wall_coverages: Real = np.array(
+            [wall_coverage(float(h), dimension) for h in np.linspace(*DISTANCES, PLACES)], np.float32
+        )
+        self.drop = drop_share(float(self.sigma) * config.rest_volume)
+        longest = config.rest_volume * steepest_slope(d, dimension)
+        longest *= largest_stretch(lattice_moment(dimension)) + STRETCH
+        self.gradient_quantum = np.float32(longest / np.iinfo(np.int16).max)
+
+
+def exact_period(config: FluidConfig) -> tuple[float, float, float] | None:
+    """Lengths [m] of the axes that repeat, 0 of the others; None if none does."""
+    if not any(config.periodic):
+        return None
+    sides = zip(config.lower, config.upper, config.periodic, strict=True)
+    x, y, z = (high - low if repeats else 0.0 for low, high, repeats in sides)
+    return x, y, z
+
+
+class StepTools:
+    """The constants, threads, walls, lists and accounts of one fluid.
+
+    time_unit [s] of relaxation (see `relaxation_time`), found anew in every step of a weightless liquid; seconds: wall time by
+    stage; budget: accounts of the stages, None unless asked for.
+    """
+
+    def __init__(self, config: FluidConfig, team: Team) -> None:
+        self.config, self.team, self.constants = config, team, StepConstants(config)
+        constants = self.constants
+        grid = make_grid(config.lower, config.upper, config.periodic, config.support_radius, config.dimension)
+        period = exact_period(config)
+        search = NeighborSearch(grid, team, period)
+        self.lists = VerletLists(search, team, config.particle_spacing, config.dimension)
+        self.walls = Walls(search, config.lower, period)
+        self.regions = SleepingRegions(config, team) if config.sleep_speed > 0.0 else None
+        self.coarse = CoarsePressure(config, team)
+        self.time_unit = LONGEST if constants.weightless else froude_unit(config.particle_spacing, config.gravity)
+        self.seconds: defaultdict[str, float] = defaultdict(float)
+        self.budget: Budget | None = None
+
+    def empty_arrays(self) -> StepArrays:
+        """Arrays of a step without particles."""
+        return StepArrays(self.neighborhood(NO_PAIRS, NO_PAIRS), self.constants.gradient_quantum)
+
+    def neighborhood(self, fluid: Pairs, walls: Pairs) -> Neighborhood:
+        """Lists of neighbours with the constants of sums over them."""
+        constants = self.constants
+        return Neighborhood(constants.period, fluid, walls, constants.sigma, constants.support, constants.volume)
+
+    def needs(self) -> Needs:
+        """Which optional arrays the next step needs."""
+        corrected, walls = self.constants.corrected, self.walls
+        return Needs(corrected, corrected and walls.count > 0, corrected and bool(walls.moving))
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """Add the wall time of a block to the named stage, and its changes to the budget if one is kept."""
+        if self.budget is not None:
+            self.budget.enter(name)
+        begin = time.perf_counter()
+        yield
+        self.seconds[name] += time.perf_counter() - begin
+        if self.budget is not None:
+            self.budget.leave(name)
