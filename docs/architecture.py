@@ -6,6 +6,7 @@ arrow means "imports". Arrows that follow from others are left out (transitive r
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path as FilePath
@@ -113,13 +114,15 @@ def placed(package: Package, left: float, width: float) -> dict[Item, float]:
         way = way_of(package, start, end)
         for item in way[1:-1]:
             rows[item[2]].append(item)  # type: ignore[index]
-        for one, other in zip(way, way[1:], strict=False):
+        for one, other in itertools.pairwise(way):
             neighbours.setdefault(one, []).append(other)
             neighbours.setdefault(other, []).append(one)
     middle = {item: left + width * (n + 0.5) / len(row) for row in rows for n, item in enumerate(row)}
     for sweep in range(SWEEPS):
         for row in rows if sweep % 2 == 0 else rows[::-1]:
-            wanted = {item: mean([middle[other] for other in neighbours.get(item, ())], left + 0.5 * width) for item in row}
+            wanted = {
+                item: mean([middle[other] for other in neighbours.get(item, ())], left + 0.5 * width) for item in row
+            }
             if sweep < SWEEPS // 2:
                 row.sort(key=wanted.__getitem__)
             middle |= spread(row, wanted, left, width)
@@ -174,7 +177,9 @@ def draw_package(axes: Axes, package: Package, left: float, bottom: float, width
         )
     )  # fmt: skip
     axes.text(left + 0.18, bottom + height - 0.29, f"{package.name}/", color=hue, weight="bold", size=13)
-    axes.text(left + 0.45 + 0.118 * len(package.name), bottom + height - 0.28, SAYS[package.name], color="#555555", size=9.5)
+    axes.text(
+        left + 0.45 + 0.118 * len(package.name), bottom + height - 0.28, SAYS[package.name], color="#555555", size=9.5
+    )
     place: dict[Item, tuple[float, float]] = {}
     for item, x in placed(package, left + 0.1, width - 0.2).items():
         row = item[2] if isinstance(item, tuple) else package.rows[item]
@@ -203,7 +208,7 @@ def draw_arrow(axes: Axes, way: list[tuple[float, float]], hue: str, name: str) 
     """A smooth line down through the places of `way`, with a head at its end."""
     points = [(way[0][0], way[0][1] - 0.14), *way[1:-1], (way[-1][0], way[-1][1] + 0.15)]
     vertices, codes = [points[0]], [Path.MOVETO]
-    for (x0, y0), (x1, y1) in zip(points, points[1:], strict=False):
+    for (x0, y0), (x1, y1) in itertools.pairwise(points):
         bend = 0.5 * (y0 - y1)
         vertices += [(x0, y0 - bend), (x1, y1 + bend), (x1, y1)]
         codes += [Path.CURVE4] * 3

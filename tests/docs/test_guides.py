@@ -16,7 +16,12 @@ from tests.docs.guide import DOCS, ROOT, blocks, commands, shortened, write_file
 
 OPEN_A_WINDOW = ("replay", "--live")
 COARSE = ["--set", "fluid.particle_spacing=0.16", "--set", "fluid.maximum_time_step=0.02", "--threads", "1"]
-TRAINER = {"8": "0.4", "u-sweep-from-8s.rrd": "u-sweep-from-0.4s.rrd", "30": "0.8", "tow.speed_kn=0.3,0.5,0.7": "tow.speed_kn=0.3,0.5"}
+TRAINER = {
+    "8": "0.2",
+    "u-sweep-from-8s.rrd": "u-sweep-from-0.2s.rrd",
+    "30": "0.4",
+    "tow.speed_kn=0.3,0.5,0.7": "tow.speed_kn=0.3,0.5",
+}
 
 
 def follow(calls: list[list[str]]) -> None:
@@ -27,7 +32,7 @@ def follow(calls: list[list[str]]) -> None:
             assert main(arguments) == 0, f"oilsim {' '.join(arguments)}"
 
 
-def made_small(arguments: list[str], until: str = "0.6") -> list[str]:
+def made_small(arguments: list[str], until: str = "0.3") -> list[str]:
     """A run, a sweep or an exported exercise of `u-sweep`, coarse and short."""
     if arguments[0] in ("run", "sweep", "export-fmu") and arguments[1] == "u-sweep":
         return [*arguments, *COARSE, *([] if arguments[0] == "export-fmu" else ["--until", until])]
@@ -46,7 +51,7 @@ def test_trainers_guide(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None
     follow(calls[cut:])
     left = {
         "u-sweep.json", "u-sweep.png", "u-sweep-debrief/debrief.html", "strict/debrief.html", "tables", "oil.nc", "slick.geojson", "film",
-        "u-sweep-from-0.4s.rrd", "cut.repaired.rrd", "u-sweep-sweep/sweep.csv", "crate.rrd",
+        "u-sweep-from-0.2s.rrd", "cut.repaired.rrd", "u-sweep-sweep/sweep.csv", "crate.rrd",
     }  # fmt: skip
     assert {name for name in left if not Path(name).exists()} == set()
 

@@ -15,7 +15,9 @@ from tests.docs.guide import DOCS, ROOT
 
 PAGES = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted(DOCS.rglob("*.md"))]
 FILE = re.compile(r"(?<![\w/.-])(?:oilsim|coupling|booms|vessels|recordings|scenarios|tests|docs)(?:/[\w.-]+)+")
-MODULE = re.compile(r"(?<![\w/.-])(?:oilsim|coupling|recordings|scenarios|tests)(?:\.\w+)+")  # signals begin with vessels, booms
+MODULE = re.compile(
+    r"(?<![\w/.-])(?:oilsim|coupling|recordings|scenarios|tests)(?:\.\w+)+"
+)  # signals begin with vessels, booms
 LINK = re.compile(r"\]\(([^)#\s]+)(?:#[^)]*)?\)")
 
 
@@ -57,7 +59,9 @@ def script(path: Path) -> ModuleType:
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_files_and_modules_exist(page: Path) -> None:
     missing = {name for name in names_in(page, FILE) if not (ROOT / name).exists()}
-    missing |= {name for name in names_in(page, MODULE) if not (exists(name) or (ROOT / name).exists() or name.endswith(".md"))}
+    missing |= {
+        name for name in names_in(page, MODULE) if not (exists(name) or (ROOT / name).exists() or name.endswith(".md"))
+    }
     assert missing == set(), f"{page.name} names what is not there"
 
 
@@ -83,7 +87,9 @@ def test_picture_of_the_architecture_is_up_to_date() -> None:
     picture = unescape((DOCS / "architecture.svg").read_text(encoding="utf-8"))
     shown = set(re.findall(r"<g id=\"([\w.>]+)\"", picture))
     rooms = {f"{name}.{room}" for name, package in packages.items() for room in package.rows}
-    arrows = {f"{name}.{a}>{b}" for name, package in packages.items() for a, ends in package.arrows.items() for b in ends}
+    arrows = {
+        f"{name}.{a}>{b}" for name, package in packages.items() for a, ends in package.arrows.items() for b in ends
+    }
     wanted = rooms | arrows | {f"{a}>{b}" for a, b in between}
     own = {name for name in shown if name.split(".")[0].split(">")[0] in packages}
     assert own == wanted, "run python docs/architecture.py"
