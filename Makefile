@@ -19,6 +19,7 @@ lint: $(READY)
 
 docs: $(READY)  ## build the documentation into site/index.html; every warning is an error
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+	@echo 'open site/index.html'
 
 bench: $(READY)  ## print the tables of measured accuracy and speed
 	$(BIN)/python -m tests.benchmarks.accuracy
