@@ -13,7 +13,12 @@ import pytest
 
 from tests.docs.guide import DOCS, ROOT
 
-PAGES = [ROOT / "README.md", ROOT / "CHANGELOG.md", ROOT / "tests" / "validation" / "README.md", *sorted(DOCS.rglob("*.md"))]
+PAGES = [
+    ROOT / "README.md",
+    ROOT / "CHANGELOG.md",
+    ROOT / "tests" / "validation" / "README.md",
+    *sorted(DOCS.rglob("*.md")),
+]
 FILE = re.compile(r"(?<![\w/.-])(?:oilsim|coupling|booms|vessels|recordings|scenarios|tests|docs)(?:/[\w.-]+)+")
 MODULE = re.compile(
     r"(?<![\w/.-])(?:oilsim|coupling|recordings|scenarios|tests)(?:\.\w+)+"
