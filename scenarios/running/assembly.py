@@ -33,8 +33,11 @@ from scenarios.signals.signal_participant import SignalBoard
 from scenarios.signals.signal_table import RunParts, signals_of
 from scenarios.signals.weather_inputs import set_wind
 from scenarios.watch.boom_scoring import Scoring
-from scenarios.watch.coupling_series import CouplingFigures
-from scenarios.watch.frame_source import FramePainter
+from scenarios.watch.coupling_series import CouplingAccount
+from scenarios.watch.frame_source import FrameReader
+from scenarios.watch.run_accounts import RunAccounts
+from scenarios.watch.run_figures import RunFigures
+from scenarios.watch.run_totals import RunTotals
 from scenarios.watch.run_warnings import Remarks
 from vessels.control import VesselControl
 from vessels.manual import ManualControl
@@ -51,9 +54,9 @@ class Assembly:
     """A run that is ready to start: its parts, and what observers are shown.
 
     fluid, world: the simulators themselves, for whoever wants more than the participants' variables; coupled: names of the
-    bodies that exchange motion and wrench with the fluid; fleet: vessels and booms; scoring: their accounts; remarks: what a
-    run falls short of; parts: what signals reach into; exchange, ledger: how bodies meet the fluid, and the accounts of it;
-    coupling_figures: both on record; fmus: those that take part.
+    bodies that exchange motion and wrench with the fluid; fleet: vessels and booms; accounts: scores and sums, advanced by the master;
+    remarks: what a run falls short of; parts: what signals reach into; exchange, ledger: how bodies meet the fluid, and the accounts
+    of it; fmus: those that take part.
     """
 
     scenario: Scenario
@@ -62,10 +65,9 @@ class Assembly:
     fluid_participant: FluidParticipant
     coupled: tuple[str, ...]
     fleet: Fleet
-    scoring: Scoring
+    accounts: RunAccounts
     remarks: Remarks
     parts: RunParts
-    coupling_figures: CouplingFigures
     participants: tuple[Participant, ...]
     connections: tuple[Connection, ...]
     description: RunDescription
@@ -73,6 +75,11 @@ class Assembly:
     exchange: BodyExchange
     ledger: ExchangeLedger
     fmus: tuple[FmuParticipant, ...]
+
+    @property
+    def scoring(self) -> Scoring:
+        """The accounts of the booms."""
+        return self.accounts.scoring
 
     @property
     def controls(self) -> tuple[VesselControl, ...]:
@@ -108,10 +115,11 @@ class Assembly:
             observers=observers,
             algorithm=self.exchange,
             ledger=self.ledger,
+            accounts=[self.accounts.advance],
             frame_source=self.frame_source,
             run_description=self.description,
         )
-        self.coupling_figures.follow(lambda: simulation.wall_seconds)
+        self.accounts.coupling.follow(lambda: simulation.wall_seconds)
         return simulation
 
 
@@ -127,7 +135,12 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
     controls = _controls(scene)
     bodies = (RigidBodyParticipant(BODIES, world, coupled),) if world is not None else ()
     exchange, ledger = exchange_of(fluid, BODIES, world, coupled, scene.fluid.config)
-    figures = CouplingFigures(scene.fluid, fluid, world, coupled, ledger)
+    accounts = RunAccounts(
+        scoring=scoring,
+        coupling=CouplingAccount(scene.fluid, fluid, world, coupled, ledger),
+        totals=RunTotals(),
+        figures=RunFigures(scene.fluid, lambda: fluid.report),
+    )
     parts = _parts(scene, controls, scoring)
     orders, readings = _boards(scenario, parts)
     return Assembly(
@@ -137,14 +150,13 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
         fluid_participant=fluid,
         coupled=coupled,
         fleet=scene.fleet,
-        scoring=scoring,
+        accounts=accounts,
         remarks=Remarks(scenario, world, scene.left_out, scene.swelling),
         parts=parts,
         participants=(*fmus, *orders, *controls, fluid, *bodies, *readings),
         connections=_connections(scenario, coupled, controls),
         description=describe_run(scene, text=text, overrides=overrides),
-        frame_source=FramePainter(scene, scoring, figures, fmus),
-        coupling_figures=figures,
+        frame_source=FrameReader(scene, accounts, fmus),
         exchange=exchange,
         ledger=ledger,
         fmus=fmus,

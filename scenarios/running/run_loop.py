@@ -18,7 +18,7 @@ from scenarios.running.process_signals import Requests
 
 
 class Keeper(Protocol):
-    """An observer whose account of the run goes on after a restart."""
+    """Keeps an account of the run that goes on after a restart; it is saved in checkpoints beside the run's state."""
 
     def save_state(self) -> dict[str, Any]:
         """The account so far, as plain data."""
@@ -47,7 +47,7 @@ class Course:
         self.simulation = simulation
         self.state_hash: str | None = None
         self._plan, self._assembly = plan, assembly
-        self._requests, self._keepers = requests, dict(keepers)
+        self._requests, self._keepers = requests, {"totals": assembly.accounts.totals, **keepers}
         self._checkpoints = checkpoints
 
     def run(self, restart: Restart | None = None) -> Exception | None:

@@ -1,4 +1,4 @@
-"""What a boom exercise is scored by: where the oil is, how fast and how hard the boom was towed, and when it first leaked."""
+"""The scores of a boom exercise: where the oil is, how fast and how hard the boom was towed, and when it first leaked."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Happening:
 
 
 class BoomScore:
-    """One boom's account, kept from communication point to communication point."""
+    """Keeps one boom's account from communication point to communication point; only `advance` changes it."""
 
     def __init__(self, name: str, scenario: Scenario, layout: BoomLayout, tensions: Mapping[str, str]) -> None:
         """`tensions`: by end, the joint that carries the tow tension."""
@@ -57,6 +57,7 @@ class BoomScore:
         self._worst: dict[str, float] = {}
         self._told: set[str] = set()
         self._happenings: list[Happening] = []
+        self._series: dict[str, float] = {}
         spacing = scenario.fluid.particle_spacing
         self.tracker = ContainmentTracker(
             ContainmentOptions(
@@ -71,10 +72,13 @@ class BoomScore:
             )
         )
 
-    def update(
+    def advance(
         self, time: float, world: RigidBodyWorld, oil: tuple[Array, NDArray[np.uint32]], level: float, current: Array
-    ) -> dict[str, float]:
-        """Take the state at `time` [s] into the account; oil is positions (N, 3) [m] and ids (N,), current (3,) [m/s]."""
+    ) -> None:
+        """Take the state at `time` [s] into the account.
+
+        oil: positions (N, 3) [m] and ids (N,); level [m] of the still water; current (3,) [m/s].
+        """
         state = self._state(world)
         report = self.tracker.update(
             time, state, *oil, water_level=level, current=(float(current[0]), float(current[1]))
@@ -84,16 +88,19 @@ class BoomScore:
         step = 0.0 if self._time is None else time - self._time
         self._time = time
         speed = self._tow_speed(world, current)
-        scalars = report.scalars() | {"metrics/tow_speed": speed}
-        scalars |= {"metrics/normal_speed_held": held, "metrics/normal_speed_limit": PRACTICE_SPEED}
-        scalars |= {f"metrics/current/{axis}": float(current[place]) for place, axis in enumerate("xy")}
-        scalars |= self._pull(world, step) | self._remember(report, held)
+        series = report.scalars() | {"metrics/tow_speed": speed}
+        series |= {"metrics/normal_speed_held": held, "metrics/normal_speed_limit": PRACTICE_SPEED}
+        series |= {f"metrics/current/{axis}": float(current[place]) for place, axis in enumerate("xy")}
+        self._series = series | self._pull(world, step) | self._remember(report, held)
         self._losses.add(time, speed, report.lost, report.retained + report.lost)
         self._announce(report, speed, held)
-        return scalars
+
+    def series(self) -> dict[str, float]:
+        """Return the scores at the last communication point, by the names of their series; empty before the first."""
+        return dict(self._series)
 
     def take_happenings(self) -> list[Happening]:
-        """What has happened since the last call."""
+        """Return and forget the happenings since the last call."""
         happenings, self._happenings = self._happenings, []
         return happenings
 
@@ -159,7 +166,7 @@ class BoomScore:
         return self._losses.gross_loss
 
     def save_state(self) -> dict[str, Any]:
-        """The account as it stands."""
+        """Return the account as it stands, as plain data."""
         return {
             "tracker": self.tracker.save_state(),
             "report": None if self.report is None else asdict(self.report),
@@ -172,7 +179,8 @@ class BoomScore:
         }
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
-        """Back to what `save_state` returned."""
+        """Go back to what `save_state` returned; `series` is empty until the next communication point."""
+        self._series = {}
         self.tracker.restore_state(saved["tracker"])
         self.report = None if saved["report"] is None else ContainmentReport(**saved["report"])
         self._tensions = {end: TensionRecord(**record) for end, record in saved["tensions"].items()}
@@ -204,7 +212,10 @@ def _knots(speed: float | None) -> float | None:
 
 
 class Scoring:
-    """The accounts of all booms of a run, and what happened to them that is worth a line in the log."""
+    """Keeps the accounts of all booms of a run, and what happened to them that is worth a line in the log.
+
+    Only `advance` changes the accounts; the rest reads them.
+    """
 
     def __init__(
         self, scenario: Scenario, fluid: Fluid, world: RigidBodyWorld | None, fleet: Fleet, level: float
@@ -224,22 +235,27 @@ class Scoring:
             BoomScore(name, scenario, layout, fleet.tensions_of(name)) for name, layout in fleet.booms.items()
         )
 
-    def __call__(self, time: float) -> dict[str, float]:
-        """Update all accounts; with several booms, each one's series carry its name."""
+    def advance(self, time: float) -> None:
+        """Take the state at `time` [s] into all accounts."""
         self._announce_orders(time)
         if not self.booms or self._world is None:
-            return {}
+            return
         oil = self._oil()
-        scalars: dict[str, float] = {}
         for boom in self.booms:
-            values = boom.update(time, self._world, oil, self._level, self._current)
-            several = len(self.booms) > 1
-            scalars |= {_of_boom(key, boom.name) if several else key: value for key, value in values.items()}
+            boom.advance(time, self._world, oil, self._level, self._current)
         self.balance = balance([boom.tracker for boom in self.booms], oil[1])
-        return scalars
+
+    def series(self) -> dict[str, float]:
+        """Return the scores at the last communication point; with several booms, each series carries its boom's name."""
+        several = len(self.booms) > 1
+        return {
+            _of_boom(key, boom.name) if several else key: value
+            for boom in self.booms
+            for key, value in boom.series().items()
+        }
 
     def take_happenings(self) -> Sequence[Happening]:
-        """What has happened since the last call."""
+        """Return and forget the happenings since the last call."""
         happenings, self._happenings = self._happenings, []
         return [*happenings, *(found for boom in self.booms for found in boom.take_happenings())]
 
@@ -255,7 +271,7 @@ class Scoring:
         self._announced_until = time
 
     def save_state(self) -> dict[str, Any]:
-        """All accounts as they stand."""
+        """Return all accounts as they stand, as plain data."""
         booms = {boom.name: boom.save_state() for boom in self.booms}
         return {
             "booms": booms,
@@ -265,7 +281,7 @@ class Scoring:
         }
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
-        """Back to what `save_state` returned."""
+        """Go back to what `save_state` returned; `series` is empty until the next communication point."""
         for boom in self.booms:
             boom.restore_state(saved["booms"][boom.name])
         self.balance = None if saved["balance"] is None else OilBalance(**saved["balance"])
@@ -273,15 +289,15 @@ class Scoring:
         self._current = np.array(saved["current"])
 
     def take_orders(self, vessels: Iterable[Vessel]) -> None:
-        """From now on the vessels have these courses."""
+        """Announce the orders of these vessels' courses from now on."""
         self._orders = tuple(_orders(vessels))
 
     def take_current(self, current: Array) -> None:
-        """From now on the water itself runs at `current` (3,) [m/s]."""
+        """Reckon speeds through water that runs at `current` (3,) [m/s] from now on."""
         self._current = current
 
     def summary(self) -> dict[str, Any]:
-        """Scores by boom."""
+        """Return the scores of the run so far, by boom."""
         return {boom.name: boom.summary() for boom in self.booms}
 
     def _oil(self) -> tuple[Array, NDArray[np.uint32]]:
