@@ -16,10 +16,11 @@ from enum import IntEnum
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+from scipy.constants import hour, nautical_mile
 
 Array = NDArray[np.float64]
 
-PRACTICE_SPEED = 0.7 * 1852.0 / 3600.0
+PRACTICE_SPEED = 0.7 * nautical_mile / hour
 """Speed normal to a boom, 0.7 knots [m/s], above which oil is lost in practice."""
 
 

@@ -7,8 +7,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, Field, fields
 from typing import Any, Literal, get_args, get_origin
 
+from oilsim.quantity import quantities
 from scenarios.schema import bodies, exercise, fmu_settings, liquid, probe_settings, run_settings, weather
-from scenarios.schema.quantity_fields import Section, field_kinds, quantities
+from scenarios.schema.quantity_fields import Section, field_kinds
 from scenarios.schema.structuring import SUFFIXES
 from scenarios.schema.type_checks import shape_of
 
@@ -56,7 +57,7 @@ radius = 0.15
 density = 600.0
 position = [0.5, 0.5, 0.7]
 
-[probe_settings.ball]
+[probes.ball]
 kind = "body"
 body = "ball"
 ```

@@ -153,7 +153,7 @@ class VesselControl:
     def _thrust(self, surge: float, step_size: float) -> float:
         """Thrust ahead [N] from the speed error."""
         state, gains, mass = self._state, self.vessel.gains, self.vessel.hull.mass_properties.mass
-        change = gains.acceleration * step_size
+        change = math.inf if gains.acceleration is None else gains.acceleration * step_size
         state.ramped_speed += min(max(state.speed_order - state.ramped_speed, -change), change)
         error, w = state.ramped_speed - surge, gains.speed_bandwidth
         wanted = mass * (2.0 * w * error + w**2 * state.speed_integral)

@@ -17,7 +17,6 @@ from recordings.replay.running_extremes import WORST, reached
 
 Array = NDArray[np.float64]
 
-KNOT = 1852.0 / 3600.0  # [m/s]
 UNDER_WAY = 0.5  # of the highest tow speed through the water: faster counts as towing
 
 

@@ -9,12 +9,13 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
+from scipy.constants import knot
 
 from booms.containment import PRACTICE_SPEED
 from recordings import palette
 from recordings.replay.recording import Replay
 from recordings.sink.plots import labels, plots_with_series
-from scenarios.debrief.account import KNOT, BoomAccount
+from scenarios.debrief.account import BoomAccount
 from scenarios.debrief.key_moments import KeyMoment
 
 Array = NDArray[np.float64]
@@ -61,8 +62,8 @@ def speed_diagram(account: BoomAccount, moments: Sequence[KeyMoment]) -> Figure:
     """Speeds in knots against the 0.7 knots from which a boom loses oil."""
     figure = empty_figure(2.9)
     axes = figure.subplots()
-    limit, held = PRACTICE_SPEED / KNOT, _held_speed(account).max(axis=1) / KNOT
-    worst = np.abs(account.normal_flow).max(axis=1) / KNOT
+    limit, held = PRACTICE_SPEED / knot, _held_speed(account).max(axis=1) / knot
+    worst = np.abs(account.normal_flow).max(axis=1) / knot
     axes.plot(
         account.time,
         held,
@@ -75,7 +76,7 @@ def speed_diagram(account: BoomAccount, moments: Sequence[KeyMoment]) -> Figure:
     )
     if account.tow_speed.any():
         axes.plot(
-            account.time, account.tow_speed / KNOT, color=_LINES[1], linewidth=1.6, label="tow, through the water"
+            account.time, account.tow_speed / knot, color=_LINES[1], linewidth=1.6, label="tow, through the water"
         )
     axes.axhline(limit, color="#c23030", linewidth=1.4, linestyle="--", label=f"{limit:.1f} kn: oil is lost")
     axes.fill_between(account.time, limit, held, where=held > limit, color="#c23030", alpha=0.18, linewidth=0.0)
@@ -135,7 +136,7 @@ def skirt_diagram(account: BoomAccount, moments: Sequence[KeyMoment]) -> Figure:
 def along_diagram(account: BoomAccount, moments: Sequence[KeyMoment]) -> Figure:
     """Speed, lean and tension along the boom over time: where it was weak."""
     maps: list[tuple[str, str, Array, str, float | None]] = [
-        ("Speed held normal to the boom; white line: 0.7 kn", "kn", _held_speed(account) / KNOT, "viridis", 0.7),
+        ("Speed held normal to the boom; white line: 0.7 kn", "kn", _held_speed(account) / knot, "viridis", 0.7),
         ("Lean of the skirt", "deg", np.degrees(account.skirt_angle), "cividis", None),
     ]
     if not np.isnan(account.tension).any():

@@ -16,13 +16,14 @@ import matplotlib.image
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from matplotlib.figure import Figure
+from scipy.constants import knot
 
 from booms.containment import MODELLED, RESOLVED
 from booms.scores import drainage_speed, skirt_drag_coefficient, tow_force
 from recordings import palette
 from recordings.pictures.style import STYLE
 from recordings.replay.recording import Replay
-from scenarios.debrief.account import KNOT, BoomAccount, boom_accounts
+from scenarios.debrief.account import BoomAccount, boom_accounts
 from scenarios.debrief.diagrams import DIAGRAMS, probe_diagram
 from scenarios.debrief.grade import CRITERIA, LETTERS, Criterion, Grade, grade
 from scenarios.debrief.key_moments import KeyMoment, key_moments
@@ -219,4 +220,4 @@ def _volume(volume: float) -> str:
 
 
 def _knots(speed: float | None) -> str:
-    return "not reached" if speed is None else f"{speed / KNOT:.2f} kn"
+    return "not reached" if speed is None else f"{speed / knot:.2f} kn"

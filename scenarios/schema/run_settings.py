@@ -7,8 +7,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import datetime
 
+from oilsim.quantity import quantity
 from scenarios.problems import Problem
-from scenarios.schema.quantity_fields import Section, Vector, quantity
+from scenarios.schema.quantity_fields import Section, Vector
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,7 +6,6 @@ in ``_kn`` and one for an angle in ``_deg``; its value is converted to SI here, 
 
 from __future__ import annotations
 
-import math
 import types
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields
@@ -20,12 +19,14 @@ from cattrs.errors import (
     IterableValidationNote,
 )
 from cattrs.gen import make_dict_structure_fn, override
+from scipy.constants import degree, knot
 
+from oilsim.quantity import Quantity, quantities
 from scenarios.problems import Problem, ScenarioError, suggestion
-from scenarios.schema.quantity_fields import Quantity, Section, quantities
+from scenarios.schema.quantity_fields import Section
 from scenarios.schema.type_checks import Misfit, shape_of, taken
 
-SUFFIXES: Mapping[str, tuple[str, float]] = {"_kn": ("m/s", 1852.0 / 3600.0), "_deg": ("rad", math.pi / 180.0)}
+SUFFIXES: Mapping[str, tuple[str, float]] = {"_kn": ("m/s", knot), "_deg": ("rad", degree)}
 
 
 class Fault(ValueError):

@@ -19,14 +19,13 @@ from oilsim.phases import Phase
 from oilsim.solver import Fluid
 from scenarios.problems import Problem
 from scenarios.scenario import Scenario
-from scenarios.schema.liquid import PipeEmitterSettings, Tank
+from scenarios.schema.liquid import LEAK_MARGIN, PipeEmitterSettings, Tank
 from scenarios.schema.quantity_fields import Vector
 from scenarios.schema.weather import ForcingSettings, ZoneSettings, horizontal
 from scenarios.setup.fill_lattice import starting_positions
 
 Array = NDArray[np.float64]
 
-LEAK_MARGIN = 1.0  # spacings behind a closed side after which a particle counts as lost
 CLEARANCE = 0.5  # spacings between a body's surface and the nearest particle at the start
 
 

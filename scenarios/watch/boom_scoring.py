@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.constants import knot
 
 from booms.balance import OilBalance, balance, lost_ids
 from booms.containment import PRACTICE_SPEED, BoomState, ContainmentOptions, ContainmentReport, ContainmentTracker
@@ -26,8 +27,6 @@ from scenarios.setup.fleet import Fleet
 from vessels.vessel import Vessel
 
 Array = NDArray[np.float64]
-
-KNOT = 1852.0 / 3600.0  # [m/s]
 
 
 @dataclass(frozen=True)
@@ -106,7 +105,7 @@ class BoomScore:
 
     def _announce(self, report: ContainmentReport, speed: float, held: float) -> None:
         """Say what happens for the first time."""
-        through = f"at {speed / KNOT:.2f} kn through the water"
+        through = f"at {speed / knot:.2f} kn through the water"
         share = 100.0 * self._losses.first_share
         normal = f"water has met it faster than 0.7 kn along its normal for {self._held.window:.2g} s"
         self._tell_once("too fast", held > PRACTICE_SPEED, normal)
@@ -197,7 +196,7 @@ class BoomScore:
         return {
             "retained_share": report.retained / taken_in if taken_in > 0.0 else None,
             "gap_ratio": report.gap_ratio,
-            "largest_held_normal_speed_kn": self._worst["normal_speed_held"] / KNOT,
+            "largest_held_normal_speed_kn": self._worst["normal_speed_held"] / knot,
             "largest_skirt_angle_deg": float(np.degrees(self._worst["skirt_angle"])),
             "smallest_effective_draft_m": self._worst["effective_draft"],
             "first_loss_speed_kn": _knots(self._losses.first_loss),
@@ -208,7 +207,7 @@ class BoomScore:
 
 
 def _knots(speed: float | None) -> float | None:
-    return None if speed is None else speed / KNOT
+    return None if speed is None else speed / knot
 
 
 class Scoring:
@@ -319,7 +318,7 @@ def _orders(vessels: Iterable[Vessel]) -> Iterator[tuple[float, str]]:
             yield start, f"{' and '.join(names)}: hold your places"
         else:
             course = f"heading {math.degrees(heading):.0f} deg from x"
-            yield start, f"{' and '.join(names)}: make {speed / KNOT:.2f} kn over the ground, {course}"
+            yield start, f"{' and '.join(names)}: make {speed / knot:.2f} kn over the ground, {course}"
 
 
 def _of_boom(key: str, boom: str) -> str:

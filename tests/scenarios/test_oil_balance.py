@@ -9,12 +9,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.constants import knot
 
 from recordings.frame import Frame, RunDescription
 from recordings.replay.comparison import scores
 from recordings.replay.recording import Replay
 from recordings.sink.recorder import Recorder
-from scenarios.debrief.account import KNOT, boom_accounts
+from scenarios.debrief.account import boom_accounts
 from scenarios.load import scenario_from
 from scenarios.running.assembly import Assembly, build
 from scenarios.running.summary import SummaryObserver
@@ -70,7 +71,7 @@ def test_recording_debrief_and_comparison_know_the_peaks_of_the_summary(tmp_path
     (account,) = boom_accounts(replay)
     assert {end: peak.max() for end, peak in account.tow_peak.items()} == pytest.approx(peaks)
     assert max(tension.max() for tension in account.tow_tension.values()) < 0.9 * max(peaks.values())
-    assert account.highest_held_speed / KNOT == pytest.approx(summary["largest_held_normal_speed_kn"])
+    assert account.highest_held_speed / knot == pytest.approx(summary["largest_held_normal_speed_kn"])
     found = {score.label: score.first for score in scores(replay, replay)}
     assert {end: found[f"largest tow tension, {end}"] for end in peaks} == pytest.approx(peaks)
     assert found["largest speed held along the boom's normal"] == pytest.approx(summary["largest_held_normal_speed_kn"])
