@@ -13,6 +13,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from coupling.bodies import MESH_SUFFIXES
 from oilsim.config import FURTHEST
 from oilsim.phases import EXPLICIT_UP_TO
 from oilsim.quantity import SHORTEST_DIRECTION
@@ -37,9 +38,8 @@ from scenarios.schema.quantity_fields import Vector
 from scenarios.schema.run_settings import RunSettings
 from scenarios.schema.weather import CurrentSettings, ForcingSettings, WaveSettings, WindSettings, ZoneSettings
 
-NAME = r"[A-Za-z0-9][A-Za-z0-9_-]*"
+NAME_PATTERN = r"[A-Za-z0-9][A-Za-z0-9_-]*"
 NAME_ALLOWED = "letters, digits, '-' and '_', beginning with a letter or digit"
-MESH_SUFFIXES = (".stl", ".obj", ".ply", ".glb")
 MOST_PARTICLES = 1e8  # some 300 GB of memory
 NAMED_TABLES = ("phases", "fill", "emitters", "bodies", "vessels", "booms", "probes", "fmus")
 
@@ -95,7 +95,7 @@ def body_names(parts: Parts) -> tuple[str, ...]:
 def _names(parts: Parts) -> Iterator[Problem]:
     for table, names in parts.names.items():
         for name in names:
-            if not re.fullmatch(NAME, name):
+            if not re.fullmatch(NAME_PATTERN, name):
                 yield Problem(table, f"has an entry {name!r}, allowed: {NAME_ALLOWED}")
     if not parts.names["phases"]:
         yield Problem("phases", "is empty, allowed: one phase or more")

@@ -20,7 +20,7 @@ from vessels.course import Course, wrap_angle
 from vessels.vessel import Vessel, planar_motion, planar_wrench
 
 Array = NDArray[np.float64]
-ORDERS = {"speed_order": "m/s", "heading_order": "rad"}
+HELM_ORDERS = {"speed_order": "m/s", "heading_order": "rad"}
 _SavedState = tuple[dict[str, Any], dict[str, Array]]
 
 
@@ -61,7 +61,7 @@ class VesselControl:
         self._course = vessel.course
         self.name = f"{vessel.name}-control"
         self.vessel = vessel
-        self._variables = variable_table(control_variables(vessel.name, ORDERS))
+        self._variables = variable_table(control_variables(vessel.name, HELM_ORDERS))
         self._values = {name: np.zeros(variable.shape) for name, variable in self._variables.items()}
         self._values[f"{vessel.name}.pose"][6] = 1.0
         self._state = _ControlState()

@@ -24,7 +24,7 @@ from coupling.participant import Status, StepResult, Variable, checked_value
 from scenarios.load import files_replaced, scenario_from
 from scenarios.running.assembly import Assembly, build
 from scenarios.scenario import Scenario
-from scenarios.schema.fmu_settings import ORDERS, connections_of
+from scenarios.schema.fmu_settings import ORDER_BOARD, connections_of
 from scenarios.schema.structuring import as_data
 from scenarios.signals.fmu_checks import all_are_kept
 from scenarios.signals.signal_participant import SignalBoard, signal_variables
@@ -176,7 +176,7 @@ class ExerciseParticipant:
 
 def exercise_signals(scenario: Scenario) -> dict[str, Signal]:
     """The variables of an exercise: its free signals and its scores."""
-    driven = {one.target_variable for one in connections_of(scenario.fmus).values() if one.target == ORDERS}
+    driven = {one.target_variable for one in connections_of(scenario.fmus).values() if one.target == ORDER_BOARD}
     free = {name: s for name, s in signals_of(scenario).items() if not (s.is_input and name in driven)}
     return free | scores_of(scenario)
 

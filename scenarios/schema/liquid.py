@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, get_args
 
 from oilsim.config import FluidConfig, contradictions
 from oilsim.emitter import PipeEmitter
@@ -23,7 +23,7 @@ Axis = Literal["x", "y"]
 Side = Literal["-x", "+x", "-y", "+y", "-z", "+z"]
 LIGHTEST_WATER = 990.0  # [kg/m3]; fresh water at 20 C has 998
 LEAK_MARGIN = 1.0  # spacings behind a closed side after which a particle counts as lost
-SIDES: tuple[Side, ...] = ("-x", "+x", "-y", "+y", "-z", "+z")
+SIDES: tuple[Side, ...] = get_args(Side)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -23,7 +23,7 @@ from scenarios.text.quantities import volume_in_words
 
 Array = NDArray[np.float64]
 
-TOUCHING = 0.5  # spacings that bodies may lie in each other at the start: rigid shapes of free bodies are convex
+DEEPEST_OVERLAP = 0.5  # spacings that bodies may lie in each other at the start: rigid shapes of free bodies are convex
 QUICK = (
     200.0  # squares of a spacing on a surface, that are sampled at once; a larger one is not too small for particles
 )
@@ -167,7 +167,7 @@ def _add_lines(world: RigidBodyWorld, fleet: Fleet, problems: list[Problem]) -> 
 
 def _overlaps(world: RigidBodyWorld, spacing: float) -> Iterator[Problem]:
     """Bodies that lie deep in each other, or in a side of the tank, would be thrown apart at once; of a boom the worst is told."""
-    allowed, worst = TOUCHING * spacing, dict[tuple[str, str], tuple[str, str, float]]()
+    allowed, worst = DEEPEST_OVERLAP * spacing, dict[tuple[str, str], tuple[str, str, float]]()
     for one, other, depth in sorted(world.overlaps(), key=lambda found: found[2]):
         if depth > allowed:
             worst[table_entry(one), other and table_entry(other)] = one, other, depth

@@ -14,18 +14,18 @@ from scenarios.scenario import Scenario, SiteSettings
 from scenarios.schema.probe_settings import PressureProbe, WaveGauge
 from scenarios.setup.fleet import Fleet
 from scenarios.setup.fluid import horizontal
-from scenarios.setup.simulators import Scene
+from scenarios.setup.simulators import Simulators
 from scenarios.versions import versions
 
 _QUANTITIES = {PressureProbe: "pressure [Pa]", WaveGauge: "height of the surface [m]"}  # what one number may be
 
 
-def describe_run(scene: Scene, *, text: str, overrides: Sequence[str]) -> RunDescription:
+def describe_run(simulators: Simulators, *, text: str, overrides: Sequence[str]) -> RunDescription:
     """Everything about the run that does not change."""
-    scenario = scene.scenario
+    scenario = simulators.scenario
     properties: dict[str, str | float] = {f"version_{name}": version for name, version in versions().items()}
     properties |= {"title": scenario.title, "seed": float(scenario.run.seed), "overrides": " ".join(overrides)}
-    camera, exercise = scenario.camera, _describe_exercise(scenario, scene.fleet, scene.level)
+    camera, exercise = scenario.camera, _describe_exercise(scenario, simulators.fleet, simulators.level)
     return RunDescription(
         name=scenario.name,
         text=text,
@@ -46,9 +46,9 @@ def describe_run(scene: Scene, *, text: str, overrides: Sequence[str]) -> RunDes
             solid.name: MeshDescription(
                 vertices=solid.placed.mesh.vertices, faces=solid.placed.mesh.faces, color=solid.color
             )
-            for solid in scene.solids
+            for solid in simulators.solids
         },
-        boundaries={} if scene.tank is None else {"tank": scene.fluid.boundary_positions(scene.tank)},
+        boundaries={} if simulators.tank is None else {"tank": simulators.fluid.boundary_positions(simulators.tank)},
         camera=None if camera is None else CameraView(eye=camera.eye, target=camera.target),
         exercise=exercise,
         site=None if scenario.site is None else _site(scenario.site),

@@ -33,7 +33,7 @@ POSE = (("x", "m"), ("y", "m"), ("z", "m"), ("roll", "rad"), ("pitch", "rad"), (
 PUSH = (("thrust", "N"), ("side_thrust", "N"), ("yaw_moment", "N m"))
 
 
-class Exercise(Protocol):
+class SignalTables(Protocol):
     """The tables of a scenario that signals are about."""
 
     @property
@@ -48,7 +48,7 @@ class Exercise(Protocol):
     def forcing(self) -> ForcingSettings | None: ...
 
 
-class BoomAccount(Protocol):
+class ScoredBoom(Protocol):
     """The account of one boom's oil; speeds [m/s] are None until the loss happens, `report` until the first communication point."""
 
     @property
@@ -63,7 +63,7 @@ class Scores(CurrentListener, Protocol):
     """The accounts of all booms."""
 
     @property
-    def booms(self) -> Sequence[BoomAccount]: ...
+    def booms(self) -> Sequence[ScoredBoom]: ...
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -106,7 +106,7 @@ class Signal:
         return self.write is not None
 
 
-def signals_of(exercise: Exercise) -> dict[str, Signal]:
+def signals_of(exercise: SignalTables) -> dict[str, Signal]:
     """All signals of a scenario by name."""
     found = [*_tow(exercise), *_weather(exercise.forcing)]
     for name, vessel in exercise.vessels.items():
@@ -119,7 +119,7 @@ def signals_of(exercise: Exercise) -> dict[str, Signal]:
     return {signal.name: signal for signal in found}
 
 
-def _tow(exercise: Exercise) -> Iterator[Signal]:
+def _tow(exercise: SignalTables) -> Iterator[Signal]:
     """The orders of [tow], to every vessel whose helmsman has none of its own."""
     followers = [name for name, v in exercise.vessels.items() if v.control == "helmsman" and not v.legs]
     tow = exercise.tow

@@ -12,7 +12,7 @@ from rich.table import Table
 
 from scenarios.sweeps.variants import Variant
 
-SHOWN = ("oil_m3", "scores")  # parts of a summary that a sweep compares
+COMPARED_PARTS = ("oil_m3", "scores")  # parts of a summary that a sweep compares
 RUN = ("ended", "simulated_s", "wall_s", "density_error")  # what its table on disk holds besides
 
 
@@ -28,7 +28,7 @@ class Outcome:
 
         Of probes, what they read last.
         """
-        found = {key: value for part in SHOWN for key, value in _leaves(self.summary[part], part)}
+        found = {key: value for part in COMPARED_PARTS for key, value in _leaves(self.summary[part], part)}
         found |= {
             f"probes.{name}": series["value"][-1] for name, series in self.summary["probes"].items() if series["value"]
         }

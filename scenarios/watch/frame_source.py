@@ -18,7 +18,7 @@ from recordings.frame import (
 )
 from scenarios.setup.fleet import Fleet
 from scenarios.setup.placed_solids import Solid
-from scenarios.setup.simulators import Scene
+from scenarios.setup.simulators import Simulators
 from scenarios.watch.probe_readings import probe_readings
 from scenarios.watch.run_accounts import RunAccounts
 
@@ -41,13 +41,13 @@ class FrameReader:
     Reading changes nothing: the accounts have been advanced before, and a frame may be read twice or never.
     """
 
-    def __init__(self, scene: Scene, accounts: RunAccounts, fmus: Sequence[Participant] = ()) -> None:
+    def __init__(self, simulators: Simulators, accounts: RunAccounts, fmus: Sequence[Participant] = ()) -> None:
         """The outputs of `fmus` are shown too."""
-        self._scene = scene
-        self._pulls = _pulls(scene.fleet)
+        self._simulators = simulators
+        self._pulls = _pulls(simulators.fleet)
         self._accounts = accounts
         self._fmus = fmus
-        self._probes = probe_readings(scene.scenario.probes, scene.fluid, self._pose_and_wrench)
+        self._probes = probe_readings(simulators.scenario.probes, simulators.fluid, self._pose_and_wrench)
 
     def __call__(self, point: CommunicationPoint) -> Frame:
         """Return the frame at a communication point; its particles must be asked for before the run goes on."""
@@ -57,7 +57,7 @@ class FrameReader:
         return Frame(
             index=point.index,
             time=point.time,
-            bodies={solid.name: self._body(solid) for solid in self._scene.solids},
+            bodies={solid.name: self._body(solid) for solid in self._simulators.solids},
             scalars=scalars,
             read_phases=self._phases,
             read_lost=accounts.scoring.lost_ids,
@@ -76,14 +76,14 @@ class FrameReader:
         return outputs
 
     def _phases(self) -> Mapping[str, PhaseFrame]:
-        fluid = self._scene.fluid
+        fluid = self._simulators.fluid
         return {
             name: PhaseFrame(position=fluid.phase_positions(name), id=fluid.phase_ids(name))
-            for name in self._scene.scenario.phases
+            for name in self._simulators.scenario.phases
         }
 
     def _body(self, solid: Solid) -> BodyFrame:
-        world = self._scene.world
+        world = self._simulators.world
         if world is None:
             return BodyFrame(position=solid.placed.position, orientation=solid.placed.orientation)
         pose, twist = world.pose(solid.name), world.twist(solid.name)
@@ -92,11 +92,11 @@ class FrameReader:
             orientation=pose[3:],
             linear_velocity=twist[:3],
             angular_velocity=twist[3:],
-            wrench=self._scene.wrench(solid.name),
+            wrench=self._simulators.wrench(solid.name),
             tension=max((world.tension(joint) for joint in self._pulls.get(solid.name, ())), default=math.nan),
         )
 
     def _pose_and_wrench(self, name: str) -> tuple[Array, Array]:
-        world = self._scene.world
+        world = self._simulators.world
         assert world is not None  # a probed body is coupled
-        return world.pose(name), self._scene.wrench(name)
+        return world.pose(name), self._simulators.wrench(name)

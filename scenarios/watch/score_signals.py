@@ -7,7 +7,7 @@ from functools import partial
 
 from booms.containment import Cause, ContainmentReport
 from scenarios.scenario import Scenario
-from scenarios.signals.signal_table import BoomAccount, RunParts, Signal
+from scenarios.signals.signal_table import RunParts, ScoredBoom, Signal
 
 VOLUMES = ("inside", "outside", "retained", "free", "lost", "removed", "recovered")
 SHAPE = (("gap_ratio", "1"), ("normal_speed", "m/s"), ("effective_draft", "m"), ("skirt_angle", "rad"))
@@ -58,5 +58,5 @@ def _loss_speed(boom: str, name: str, parts: RunParts) -> float:
     return getattr(_score(boom, parts), name)() or 0.0
 
 
-def _score(boom: str, parts: RunParts) -> BoomAccount:
+def _score(boom: str, parts: RunParts) -> ScoredBoom:
     return next(score for score in parts.scoring.booms if score.name == boom)
