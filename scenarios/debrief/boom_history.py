@@ -9,7 +9,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from booms.containment import PRACTICE_SPEED, BoomState
+from booms.boom_state import BoomState
+from booms.containment import PRACTICE_SPEED
 from booms.scores import HeldSpeed, LossSpeeds
 from recordings.exercise import BoomDescription, ExerciseDescription
 from recordings.replay.recording import BodySeries, Replay, Series

@@ -56,30 +56,38 @@ def write_debrief(recording: Path, folder: Path, criteria: tuple[Criterion, ...]
         probes = probe_diagram(replay, moments)
         probe_picture = "" if probes is None else _write_figure(probes, folder / "probes.png")
         chapters = [_chapter(replay, history, moments, criteria, folder, len(histories) > 1) for history in histories]
-    page = (
+    page = _rendered(
+        replay,
+        recording=recording.name,
+        duration=moments[-1].time,
+        moments=list(zip(moments, pictures, strict=True)),
+        map=map_picture,
+        probes=probe_picture,
+        chapters=chapters,
+    )
+    target = folder / PAGE
+    target.write_text(page, encoding="utf-8")
+    (folder / "grade.json").write_text(json.dumps(_grades(chapters), indent=1) + "\n", encoding="utf-8")
+    return target
+
+
+def _rendered(replay: Replay, **parts: object) -> str:
+    """Return the page of a recording, made of its own facts and these parts."""
+    return (
         _environment()
         .get_template("page.html")
         .render(
             run=replay.run,
             end_reason=replay.end_reason,
             repaired_from=replay.repaired_from,
-            recording=recording.name,
             changes=_changes(replay),
-            duration=moments[-1].time,
-            moments=[(moment, picture) for moment, picture in zip(moments, pictures, strict=True)],
-            map=map_picture,
-            probes=probe_picture,
-            chapters=chapters,
             letters=LETTERS,
             events=replay.events,
             causes=[(cause, palette.css(palette.cause_color(cause))) for cause in palette.CAUSES],
             notes=_notes(replay),
+            **parts,
         )
     )
-    target = folder / PAGE
-    target.write_text(page, encoding="utf-8")
-    (folder / "grade.json").write_text(json.dumps(_grades(chapters), indent=1) + "\n", encoding="utf-8")
-    return target
 
 
 def _environment() -> Environment:

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from scipy.constants import knot
 
 from booms.balance import OilBalance, balance, lost_ids
-from booms.containment import PRACTICE_SPEED, BoomState, ContainmentOptions, ContainmentReport, ContainmentTracker
+from booms.boom_state import BoomState
+from booms.containment import PRACTICE_SPEED, ContainmentOptions, ContainmentReport, ContainmentTracker
 from booms.deployment import BoomLayout
 from booms.scores import HeldSpeed, LossSpeeds, TensionRecord
 from coupling.rigid.rigid_body_world import RigidBodyWorld
