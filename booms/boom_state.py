@@ -72,7 +72,7 @@ def signed_distance(points: Array, line: Array) -> tuple[Array, NDArray[np.int64
     """Return the distance (N,) [m] of points (N, 2) to the closed polygon of `line` (K, 2), positive inside, and the nearest edge (N,).
 
     Edge k runs from vertex k to k + 1; the last, K - 1, closes the polygon across the gap. Inside by the crossing
-    number. Of two edges at the same distance (a corner) the later one is taken, so that ends belong to the gap.
+    number. Where two edges are at the same distance (a corner), the later one is taken, so that ends belong to the gap.
     """
     distance = np.empty(len(points))
     edge = np.empty(len(points), dtype=np.int64)

@@ -1,4 +1,4 @@
-"""What a fluid is made of and how it is solved: one frozen description, refused at construction if impossible."""
+"""The description of a fluid and of its solver: one frozen dataclass, which refuses impossible values at construction."""
 
 from __future__ import annotations
 
@@ -29,15 +29,24 @@ class SolverSettings(Protocol):
     """The settings that must go together, whoever holds them."""
 
     @property
-    def minimum_time_step(self) -> float: ...
+    def minimum_time_step(self) -> float:
+        """Shortest time step [s]."""
+
     @property
-    def maximum_time_step(self) -> float: ...
+    def maximum_time_step(self) -> float:
+        """Longest time step [s]."""
+
     @property
-    def sleep_speed(self) -> float: ...
+    def sleep_speed(self) -> float:
+        """Speed [m/s] below which regions fall asleep; 0: none does."""
+
     @property
-    def scheme(self) -> str: ...
+    def scheme(self) -> str:
+        """Name of the scheme."""
+
     @property
-    def gravity(self) -> Vector: ...
+    def gravity(self) -> Vector:
+        """Acceleration of free fall (3,) [m/s2]."""
 
 
 def contradictions(settings: SolverSettings) -> Iterator[tuple[str, str]]:

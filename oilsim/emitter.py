@@ -105,7 +105,7 @@ class PipeEmitter:
     def hold(self, time: float, ids: NDArray[np.uint32], position: Real, velocity: Real) -> None:
         """Give the jet's velocity to what has entered a running pipe and is still inside, of particles `ids` (N,), (3, N), in place.
 
-        What else is there is left alone: the pipe is no wall, and water around a mouth that lies under water is not pumped.
+        Other particles there are left alone: the pipe is no wall, and water around a mouth that lies under water is not pumped.
         """
         if not self.is_running(time):
             self._inside = self._inside[:0]

@@ -1,4 +1,4 @@
-"""What drives the sea from outside: current, waves and wind. Each object turns the velocities of one time step.
+"""Forces that drive the sea from outside: current, waves and wind. Each object turns the velocities of one time step.
 
 A forcing has `apply(view)`; it changes `view.velocity` in place and reads the rest. Its own random state, if any, is part of
 `save()` and `restore(saved)`, so that a run continued from a saved state is the same run.
@@ -26,7 +26,7 @@ ALONG = 1e-9  # of a component of a direction, below which it counts as none
 
 
 class ForcingView(NamedTuple):
-    """What a forcing sees of a time step.
+    """The view that a forcing has of a time step.
 
     time, time_step [s]; position, velocity, gradient_sum g_i = sum V grad W (3, N) [m, m/s, 1/m]; phase (N,);
     rest_density per phase [kg/m3]; volume of a particle [m3].
@@ -49,7 +49,7 @@ class Forcing(Protocol):
         """Change view.velocity in place."""
 
     def save(self) -> dict[str, Any]:
-        """What `restore` needs to continue exactly."""
+        """Return what `restore` needs to continue exactly."""
 
     def restore(self, saved: dict[str, Any]) -> None:
         """Back to what `save` returned."""

@@ -86,7 +86,7 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
 
 
 def body_names(parts: Parts) -> tuple[str, ...]:
-    """What a probe may call a body: ``rock``, ``vessels/port``, ``boom/main/segment-03``."""
+    """Return the names by which a probe may call a body: ``rock``, ``vessels/port``, ``boom/main/segment-03``."""
     vessels = tuple(body_of(name) for name in parts.names["vessels"])
     segments = tuple(segment for name, boom in parts.booms.items() for segment in segment_names(name, boom.segments))
     return (*parts.names["bodies"], *vessels, *segments)

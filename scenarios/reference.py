@@ -139,7 +139,7 @@ def _shared(sections: tuple[type[Section], ...]) -> type[Section] | None:
 
 
 def _section(section: type[Section], known: set[str]) -> Iterator[str]:
-    """What a section is, and a row for each key that is not known from above."""
+    """Describe a section, with a row for each key that is not known from above."""
     yield "```text"
     yield inspect.cleandoc(section.__doc__ or "")
     yield "```"

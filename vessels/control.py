@@ -26,7 +26,7 @@ _SavedState = tuple[dict[str, Any], dict[str, Array]]
 
 @dataclass
 class _ControlState:
-    """What the controller remembers from step to step."""
+    """Memory of the controller from step to step."""
 
     leg: int = -1
     speed_order: float = 0.0

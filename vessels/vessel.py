@@ -35,7 +35,7 @@ class Propulsion:
 
 @dataclass(frozen=True, kw_only=True)
 class Superstructure:
-    """What stands in the wind: F = 0.5 rho_air Cd A V |V|, at `center` (3,) [m] in the body frame.
+    """The part that stands in the wind: F = 0.5 rho_air Cd A V |V|, at `center` (3,) [m] in the body frame.
 
     area [m2]: projected on the wind, taken the same from every side; drag_coefficient Cd [-].
     """

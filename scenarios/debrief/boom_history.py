@@ -1,4 +1,4 @@
-"""What a recording tells of each boom over time, computed from its segments' motions and the recorded series."""
+"""The history of each boom that a recording holds, computed from its segments' motions and the recorded series."""
 
 from __future__ import annotations
 

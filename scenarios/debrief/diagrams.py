@@ -162,7 +162,7 @@ def _held_speed(history: BoomHistory) -> Array:
 
 
 def probe_diagram(replay: Replay, moments: Sequence[KeyMoment]) -> Figure | None:
-    """What the probes read, each quantity on a scale of its own; None without probes."""
+    """Draw the readings of the probes, each quantity on a scale of its own; None without probes."""
     probes = [name for name in sorted(replay.scalars) if name.startswith("probes/")]
     if not probes:
         return None

@@ -27,7 +27,7 @@ _ENTRIES = ("good", "acceptable", "weight")
 
 @dataclass(frozen=True, kw_only=True)
 class Criterion:
-    """What an exercise is judged by.
+    """A measure that an exercise is judged by.
 
     good, acceptable  limits: met up to the first, partly met up to the second; whichever way is better follows from them
     what              is measured, and why it matters
@@ -51,7 +51,7 @@ class Criterion:
         return self.good > self.acceptable
 
     def verdict(self, value: float) -> Verdict:
-        """What a measured value means."""
+        """Judge a measured value."""
         sign = 1.0 if self.more_is_better else -1.0
         if sign * value >= sign * self.good:
             return "met"

@@ -36,7 +36,7 @@ _COARSE = 5.0  # particles in a skirt's depth, below which its leakage is coarse
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BoomChapter:
-    """What the page says of one boom: grade, diagrams as SVG text by name, and its table of figures."""
+    """The page's chapter on one boom: grade, diagrams as SVG text by name, and its table of figures."""
 
     history: BoomHistory
     grade: Grade
@@ -155,7 +155,7 @@ def _figures(replay: Replay, history: BoomHistory) -> list[tuple[str, str]]:
 
 
 def _rules_of_thumb(replay: Replay, history: BoomHistory) -> list[tuple[str, str]]:
-    """What formulas say of the same tow, beside what was measured."""
+    """Compare the tow with formulas, beside what was measured."""
     boom, under_way = history.boom, history.under_way
     oils = [phase.rest_density for phase in replay.run.phases if phase.is_oil]
     waters = [phase.rest_density for phase in replay.run.phases if not phase.is_oil]
@@ -181,7 +181,7 @@ def _changes(replay: Replay) -> str:
 
 
 def _notes(replay: Replay) -> list[str]:
-    """What to bear in mind when reading the page."""
+    """Return notes to bear in mind when reading the page."""
     spacing = replay.run.particle_spacing
     notes = [f"Particles are {1000.0 * spacing:.3g} mm apart; nothing finer is resolved."]
     if replay.precision is not None:

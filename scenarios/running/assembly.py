@@ -175,7 +175,7 @@ def _controls(simulators: Simulators) -> tuple[VesselControl | ManualControl, ..
 
 
 def _parts(simulators: Simulators, controls: Sequence[VesselControl | ManualControl], scoring: Scoring) -> RunParts:
-    """What signals reach into."""
+    """Return the parts that signals reach into."""
     return RunParts(
         fluid=simulators.fluid,
         world=simulators.world,
@@ -195,7 +195,7 @@ def _fmus(scenario: Scenario) -> tuple[FmuParticipant, ...]:
 
 
 def _boards(scenario: Scenario, parts: RunParts) -> tuple[tuple[SignalBoard, ...], tuple[SignalBoard, ...]]:
-    """What takes the signals that FMUs drive, and what gives those that feed them; none without FMUs."""
+    """Return the board for the signals that FMUs drive, and the one for those that feed them; none without FMUs."""
     if not scenario.fmus:
         return (), ()
     signals = signals_of(scenario)

@@ -136,7 +136,7 @@ class Restart:
 
     @property
     def files(self) -> dict[str, Path]:
-        """What it goes on from and nothing may be written over, by what it is called."""
+        """The files that the run goes on from, over which nothing may be written, by their names in messages."""
         folder = self.source.parent
         files = {"the checkpoint gone on with": self.source, "the checkpoints gone on with": folder}
         if folder.suffix == _FOLDER_ENDING:

@@ -182,7 +182,7 @@ def exercise_signals(scenario: Scenario) -> dict[str, Signal]:
 
 
 def exercise_content(scenario: Scenario) -> FmuContent:
-    """What the FMU of a scenario holds: all that the scenario says, and the files of its meshes and FMUs."""
+    """Return the content of a scenario's FMU: all that the scenario says, and the files of its meshes and FMUs."""
     files: dict[str, Path] = {}
 
     def packed(table: str, name: str, file: str) -> str:

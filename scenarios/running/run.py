@@ -36,7 +36,7 @@ _PICTURE_ENDINGS = (".png", ".jpg", ".pdf", ".svg")  # of what matplotlib draws,
 
 @dataclass(frozen=True, kw_only=True)
 class RunOptions:
-    """What a run leaves behind: recording, summary and picture files, each or none; and whether it is shown live.
+    """Files that a run leaves behind: recording, summary and picture, each or none; and whether it is shown live.
 
     checkpoints: folder for them; by default that of the recording, and none without a recording.
     source: the scenario's file, which none of them may be.

@@ -66,7 +66,7 @@ def verify(
 
 
 def _plan_of(replay: Replay, threads: int | None) -> Plan:
-    """What was run, by the recording itself; the number of threads changes nothing but the time it takes."""
+    """Return the plan that the recording holds; the number of threads changes nothing but the time it takes."""
     stored = replay.run.properties.get("plan")
     if stored is None:
         raise RecordingError(replay.path, "does not say what was run; only recordings of scenarios can be run again")

@@ -96,7 +96,7 @@ Motion = Free | Fixed | SineMotion | RampMotion | TableMotion
 
 @dataclass(frozen=True, kw_only=True)
 class BodySettings(Section):
-    """What every body has, whatever its shape.
+    """Settings that every body has, whatever its shape.
 
     mass, density     [kg] or [kg/m3]; a free body needs one of them
     velocity          [m/s] and

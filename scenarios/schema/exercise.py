@@ -129,7 +129,7 @@ class BoomSettings(Section):
 
     @property
     def end_labels(self) -> tuple[str, ...]:
-        """What the two ends are called: by their vessel, or ``end-0`` and ``end-1`` at fixed points."""
+        """The names of the two ends: their vessels', or ``end-0`` and ``end-1`` at fixed points."""
         return tuple(end if isinstance(end, str) else f"end-{index}" for index, end in enumerate(self.ends))
 
     def problems(self) -> Iterator[Problem]:

@@ -143,7 +143,7 @@ class Tank(Section):
 class FillSettings(Section):
     """Liquid that is there at the start; a later region replaces earlier ones where they overlap, bodies replace all.
 
-    What bodies take of a region is told by `oilsim check` and as the run starts: of oil as a warning. They must leave some of it.
+    `oilsim check` and the start of a run tell how much of a region the bodies displace, of oil as a warning; some of it must be left.
 
     phase     which liquid
     velocity  [m/s] at the start; None: that of a current that runs through the whole tank, else at rest

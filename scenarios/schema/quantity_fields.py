@@ -40,7 +40,7 @@ class Section:
             raise ScenarioError(found, type(self).__name__)
 
     def _problems_of(self, name: str, kind: Any) -> Iterator[Problem]:
-        """What is wrong with one field by itself; its value is taken as of its kind."""
+        """Find the problems of one field by itself, and convert its value to its type."""
         given, limits = getattr(self, name), quantities(type(self)).get(name)
         try:
             value = taken(given, kind)

@@ -38,7 +38,7 @@ class RunSettings(Section):
 
 @dataclass(frozen=True, kw_only=True)
 class RecordingSettings(Section):
-    """What goes into the recording, and how often the whole state is saved beside it.
+    """The contents of the recording, and how often the whole state is saved beside it.
 
     frame_rate           frames a simulated second
     precision            [m] particles are recorded on a grid of the next power of two that is not coarser; 0: with every bit;

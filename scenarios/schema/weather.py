@@ -77,7 +77,7 @@ class CurrentSettings(ZoneSettings):
 
 @dataclass(frozen=True, kw_only=True)
 class ForcingSettings(Section):
-    """What drives the liquid beside gravity; what is left out does not act and costs nothing."""
+    """Forces on the liquid beside gravity; one that is left out does not act and costs nothing."""
 
     wind: WindSettings | None = None
     waves: WaveSettings | None = None

@@ -65,7 +65,7 @@ def fill_positions(scenario: Scenario, solids: Iterable[trimesh.Trimesh] = ()) -
 def clear_of(
     solids: Iterable[trimesh.Trimesh], positions: Mapping[str, Array], tank: Tank, spacing: float
 ) -> dict[str, Array]:
-    """Of particles (N, 3) [m] by region those that are neither inside a solid nor right at its surface."""
+    """Return the particles (N, 3) [m], by region, that are neither inside a solid nor right at its surface."""
     clear, clearance = dict(positions), CLEARANCE * spacing
     for image in (image for solid in solids for image in _images(solid, tank, clearance)):
         clear = {name: _outside(points, image, clearance) for name, points in clear.items()}

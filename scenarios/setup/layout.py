@@ -1,4 +1,4 @@
-"""What a scenario describes, laid out where it starts, before any of it is simulated; every problem of it is found at once."""
+"""Lays out liquid and bodies of a scenario where they start, before anything is simulated, and finds every problem at once."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def _displaced_regions(regions: Mapping[str, Array], clear: Mapping[str, Array])
 
 
 def _left_out(regions: Mapping[str, Array], clear: Mapping[str, Array], content: float) -> Iterator[tuple[str, str]]:
-    """What bodies take of each region, by its name; content [m3] of a particle."""
+    """Say how much of each region the bodies displace, by its name; content [m3] of a particle."""
     for name, points in regions.items():
         missing = len(points) - len(clear[name])
         if missing:

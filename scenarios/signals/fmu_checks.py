@@ -65,7 +65,7 @@ def _several_of_one(loaded: Mapping[str, FmuParticipant]) -> Iterator[Problem]:
 
 
 def _unknown_signal(connection: Connection, signals: Mapping[str, Signal]) -> str:
-    """What is wrong with a connection to a signal that does not exist, with those that may have been meant; else nothing."""
+    """Find a connection to a signal that does not exist, and name those that may have been meant."""
     takes = connection.target == ORDER_BOARD
     name = connection.target_variable if takes else connection.source_variable
     if not (takes or connection.source == READING_BOARD) or name in signals:
@@ -82,7 +82,7 @@ def _unknown_signal(connection: Connection, signals: Mapping[str, Signal]) -> st
 
 
 def _unknown_fmu(connection: Connection, fmus: Mapping[str, FmuSettings]) -> str:
-    """What is wrong with a connection from an FMU that does not exist; else nothing."""
+    """Find a connection from an FMU that does not exist."""
     name = connection.source.removeprefix(PREFIX)
     if connection.source == READING_BOARD or name in fmus:
         return ""
@@ -106,7 +106,7 @@ def all_are_kept(fmus: Mapping[str, FmuSettings]) -> bool:
 
 
 def _why_not_kept(fmu: FmuParticipant) -> str:
-    """What is found by initializing it; of one that cannot be initialized by itself, what it says."""
+    """Say why, found by initializing it; of one that cannot be initialized by itself, its own words."""
     with suppress(RuntimeError):
         fmu.enter_initialization_mode(0.0)
         fmu.exit_initialization_mode()

@@ -1,4 +1,4 @@
-"""What the runs of a sweep came to, and how it is laid side by side."""
+"""The results of the runs of a sweep, laid side by side."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ class Outcome:
     summary: Mapping[str, Any]
 
     def figures(self) -> dict[str, float]:
-        """What is compared, by keys as in ``scores.main.first_loss_speed_kn``; what was not measured is left out.
+        """Return the compared figures, by keys as in ``scores.main.first_loss_speed_kn``; those not measured are left out.
 
-        Of probes, what they read last.
+        Probes give their last reading.
         """
         found = {key: value for part in COMPARED_PARTS for key, value in _leaves(self.summary[part], part)}
         found |= {

@@ -1,4 +1,4 @@
-"""What a run falls short of, said once and by name: solves that end before their tolerance is met, bodies that leave the tank, are too
+"""Warnings of a run, each said once and by name: solves that end before their tolerance is met, bodies that leave the tank, are too
 thin for their particles or lie where liquid was to start."""
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class Remarks:
         self._made: set[str] = set()
 
     def look(self, report: AdvanceReport | None) -> list[Happening]:
-        """What is new after a step of which the fluid gave this report."""
+        """Return what is new after a step of which the fluid gave this report."""
         short = {} if report is None else dict(self._solves(report))
         short |= dict(self._thin()) | dict(self._bodies())
         found = dict(self._fills())
@@ -48,7 +48,7 @@ class Remarks:
         return list(new.values())
 
     def save_state(self) -> dict[str, Any]:
-        """What has been said."""
+        """Return what has been said, as plain data."""
         return {"made": sorted(self._made)}
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:

@@ -49,7 +49,7 @@ def _lost_by(cause: str, report: ContainmentReport) -> float:
 
 
 def _retained_share(report: ContainmentReport) -> float:
-    """Of the oil the boom ever held; 1 before it held any."""
+    """Return the share retained of the oil that the boom ever held; 1 before it held any."""
     held = report.retained + report.lost
     return report.retained / held if held > 0.0 else 1.0
 
