@@ -101,8 +101,8 @@ class RunLoop:
     def _tell(self) -> None:
         """Tell observers what the accounts and warnings of the last step found."""
         remarks = self._assembly.remarks.look(self._assembly.report())
-        for happening in [*self._assembly.scoring.take_happenings(), *remarks]:
-            self.simulation.emit(happening.text, level=happening.level, source=happening.source)
+        for notice in [*self._assembly.scoring.take_notices(), *remarks]:
+            self.simulation.emit(notice.text, level=notice.level, source=notice.source)
 
     def _is_done(self) -> bool:
         run = self._plan.scenario.run

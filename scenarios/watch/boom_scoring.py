@@ -31,8 +31,8 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Happening:
-    """Something worth a line in the log."""
+class Notice:
+    """Text worth a line in the log, how serious it is, and who says it."""
 
     text: str
     level: EventLevel
@@ -56,7 +56,7 @@ class BoomScore:
         self._time: float | None = None
         self._worst: dict[str, float] = {}
         self._told: set[str] = set()
-        self._happenings: list[Happening] = []
+        self._notices: list[Notice] = []
         self._series: dict[str, float] = {}
         spacing = scenario.fluid.particle_spacing
         self.tracker = ContainmentTracker(
@@ -99,10 +99,10 @@ class BoomScore:
         """Return the scores at the last communication point, by the names of their series; empty before the first."""
         return dict(self._series)
 
-    def take_happenings(self) -> list[Happening]:
-        """Return and forget the happenings since the last call."""
-        happenings, self._happenings = self._happenings, []
-        return happenings
+    def take_notices(self) -> list[Notice]:
+        """Return and forget the notices since the last call."""
+        notices, self._notices = self._notices, []
+        return notices
 
     def _announce(self, report: ContainmentReport, speed: float, held: float) -> None:
         """Say what happens for the first time."""
@@ -122,7 +122,7 @@ class BoomScore:
     def _tell_once(self, key: str, happens: bool, text: str) -> None:
         if happens and key not in self._told:
             self._told.add(key)
-            self._happenings.append(Happening(text, level="warning", source=f"boom {self.name}"))
+            self._notices.append(Notice(text, level="warning", source=f"boom {self.name}"))
 
     def _state(self, world: RigidBodyWorld) -> BoomState:
         names = [segment.name for segment in self._layout.segments]
@@ -186,7 +186,7 @@ class BoomScore:
         self._tensions = {end: TensionRecord(**record) for end, record in saved["tensions"].items()}
         self._losses, self._held = LossSpeeds(**deepcopy(saved["losses"])), HeldSpeed(**deepcopy(saved["held"]))
         self._time, self._worst = saved["time"], dict(saved["worst"])
-        self._told, self._happenings = set(saved["told"]), []
+        self._told, self._notices = set(saved["told"]), []
 
     def summary(self) -> dict[str, Any]:
         """The boom's scores; speeds in knots and angles in degrees where the key says so."""
@@ -229,7 +229,7 @@ class Scoring:
         self._current = np.zeros(3) if current is None else np.array(horizontal(current.speed, current.direction))
         self._orders = tuple(_orders(fleet.vessels))
         self._announced_until = -math.inf  # [s]
-        self._happenings: list[Happening] = []
+        self._notices: list[Notice] = []
         self.balance: OilBalance | None = None  # without booms, and before the first communication point
         self.booms = tuple(
             BoomScore(name, scenario, layout, fleet.tensions_of(name)) for name, layout in fleet.booms.items()
@@ -254,10 +254,10 @@ class Scoring:
             for key, value in boom.series().items()
         }
 
-    def take_happenings(self) -> Sequence[Happening]:
-        """Return and forget the happenings since the last call."""
-        happenings, self._happenings = self._happenings, []
-        return [*happenings, *(found for boom in self.booms for found in boom.take_happenings())]
+    def take_notices(self) -> Sequence[Notice]:
+        """Return and forget the notices since the last call."""
+        notices, self._notices = self._notices, []
+        return [*notices, *(found for boom in self.booms for found in boom.take_notices())]
 
     def lost_ids(self) -> dict[str, NDArray[np.uint32]]:
         """Ids, increasing, of the oil particles that booms have lost and none holds, by cause, each particle once."""
@@ -267,7 +267,7 @@ class Scoring:
         """Say which orders hold from now on."""
         for start, text in self._orders:
             if self._announced_until < start <= time:
-                self._happenings.append(Happening(text, level="info", source="orders"))
+                self._notices.append(Notice(text, level="info", source="orders"))
         self._announced_until = time
 
     def save_state(self) -> dict[str, Any]:
@@ -285,7 +285,7 @@ class Scoring:
         for boom in self.booms:
             boom.restore_state(saved["booms"][boom.name])
         self.balance = None if saved["balance"] is None else OilBalance(**saved["balance"])
-        self._announced_until, self._happenings = saved["announced_until"], []
+        self._announced_until, self._notices = saved["announced_until"], []
         self._current = np.array(saved["current"])
 
     def take_orders(self, vessels: Iterable[Vessel]) -> None:

@@ -11,7 +11,7 @@ from oilsim.advance_report import AdvanceReport
 from recordings.frame import EventLevel
 from scenarios.scenario import Scenario
 from scenarios.setup.placed_solids import table_entry
-from scenarios.watch.boom_scoring import Happening
+from scenarios.watch.boom_scoring import Notice
 
 TOLD = 2.0  # times a tolerance that a solve may leave before it is said: less is the same flow
 
@@ -37,12 +37,12 @@ class Remarks:
                 self._swollen.setdefault(table_entry(name), {})[name] = times
         self._made: set[str] = set()
 
-    def look(self, report: AdvanceReport | None) -> list[Happening]:
+    def look(self, report: AdvanceReport | None) -> list[Notice]:
         """Return what is new after a step of which the fluid gave this report."""
         short = {} if report is None else dict(self._solves(report))
         short |= dict(self._thin()) | dict(self._bodies())
         found = dict(self._fills())
-        found |= {about: Happening(text, level="warning", source=about) for about, text in short.items()}
+        found |= {about: Notice(text, level="warning", source=about) for about, text in short.items()}
         new = {about: remark for about, remark in found.items() if about not in self._made}
         self._made |= set(new)
         return list(new.values())
@@ -55,11 +55,11 @@ class Remarks:
         """Go on with what `save_state` returned."""
         self._made = set(saved["made"])
 
-    def _fills(self) -> Iterator[tuple[str, Happening]]:
+    def _fills(self) -> Iterator[tuple[str, Notice]]:
         """Liquid that bodies take the place of: of water it is what they displace, of oil it is oil that a slick has less."""
         for name, text in self._left_out.items():
             level: EventLevel = "warning" if name in self._oil else "info"
-            yield f"fill {name}", Happening(text, level=level, source="oilsim")
+            yield f"fill {name}", Notice(text, level=level, source="oilsim")
 
     def _solves(self, report: AdvanceReport) -> Iterator[tuple[str, str]]:
         solves = {
