@@ -7,8 +7,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, Field, fields
 from typing import Any, Literal, get_args, get_origin
 
+from oilsim.quantity import quantities
 from scenarios.schema import bodies, exercise, fmu_settings, liquid, probe_settings, run_settings, weather
-from scenarios.schema.quantity_fields import Section, field_kinds, quantities
+from scenarios.schema.quantity_fields import Section, field_kinds
 from scenarios.schema.structuring import SUFFIXES
 from scenarios.schema.type_checks import shape_of
 
@@ -138,7 +139,7 @@ def _shared(sections: tuple[type[Section], ...]) -> type[Section] | None:
 
 
 def _section(section: type[Section], known: set[str]) -> Iterator[str]:
-    """What a section is, and a row for each key that is not known from above."""
+    """Describe a section, with a row for each key that is not known from above."""
     yield "```text"
     yield inspect.cleandoc(section.__doc__ or "")
     yield "```"

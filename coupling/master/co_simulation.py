@@ -46,6 +46,7 @@ class CommunicationPoint:
     step_size: float
 
 
+Account = Callable[[CommunicationPoint], None]
 FrameSource = Callable[[CommunicationPoint], Frame]
 Result = TypeVar("Result")
 
@@ -61,7 +62,7 @@ class CoSimulation:
 
     Call order: `initialize()`, then `step()` or `run(until)` as often as wanted, then `terminate(reason)`. After a
     failure, or once a participant has asked for the end, the run has been terminated already: `is_running` tells.
-    Frames are made by `frame_source`, and only if somebody watches.
+    At every communication point the accounts advance; then `frame_source`, which only reads, makes a frame if somebody watches.
     """
 
     def __init__(
@@ -76,6 +77,7 @@ class CoSimulation:
         sub_rates: Mapping[str, int] = ALL_AT_ONE_RATE,
         rolls_back: bool = False,
         ledger: ExchangeLedger | None = None,
+        accounts: Sequence[Account] = (),
         frame_source: FrameSource | None = None,
         run_description: RunDescription | None = None,
     ) -> None:
@@ -83,7 +85,8 @@ class CoSimulation:
 
         `sub_rates`: steps a participant makes in a communication step, 1 where it is not named. `rolls_back`: keep all
         states of every communication point, so that a discarded step is repeated by everybody. `ledger`: accounts of what
-        passes between fluid and bodies, which may end the run.
+        passes between fluid and bodies, which may end the run. `accounts`: called once at each communication point, the initial one
+        included, whether or not anybody watches; in a restored run, at each point after the one it goes on from.
         """
         problems = setup_problems(participants, connections) + _sub_rate_problems(participants, sub_rates)
         if not participants:
@@ -110,7 +113,7 @@ class CoSimulation:
         self._rolls_back = rolls_back
         self._ledger = ledger
         self._rollback_faults: dict[str, str] = {}
-        self._frame_source = frame_source
+        self._accounts, self._frame_source = tuple(accounts), frame_source
         self._run_description = run_description
         self._index = 0
         self._phase = _Phase.CREATED
@@ -155,7 +158,9 @@ class CoSimulation:
         for name, stepper in self._steppers.items():
             self._in_order(stepper.participant.exit_initialization_mode, name)
         self._in_order(self._begin_exchange)
-        if saved is not None:
+        if saved is None:
+            self._advance_accounts()
+        else:
             self.restore_state(saved)
         self._notify_initialized(first_frame=saved is None)
 
@@ -189,11 +194,12 @@ class CoSimulation:
 
     @one_blas_thread()
     def step(self) -> None:
-        """One communication step, then observers are told; the run ends here if a participant asks for it."""
+        """Make one communication step, advance the accounts, tell observers; the run ends here if a participant asks for it."""
         self._require(_Phase.RUNNING, "step")
         begin, end = self._time_of(self._index), self._time_of(self._index + 1)
         self._in_order(lambda: self._cover(begin, end, 0))
         self._index += 1
+        self._advance_accounts()
         self._tell_events()
         self._notify_frame()
         enders = [stepper for stepper in self._steppers.values() if stepper.wants_end is not None]
@@ -319,6 +325,10 @@ class CoSimulation:
         self._algorithm.step(self._steppers, self._links, begin, end)
         if self._ledger is not None:
             self._ledger.close(self._steppers, begin, end)
+
+    def _advance_accounts(self) -> None:
+        for account in self._accounts:
+            self._in_order(partial(account, self.communication_point), "accounts")
 
     def _fail(self, error: CoSimulationError, cause: BaseException | None = None) -> NoReturn:
         """End the run in order and raise; what goes wrong in the end itself is not told, the failure comes first."""

@@ -24,6 +24,7 @@ from coupling.rigid.prescribed_motion import STILL, UPRIGHT, Motion, PrescribedM
 from coupling.rigid.rigid_state import MOVING, RigidBodyState, pose_of, twist_of
 from coupling.rigid.step_length import SHORTEST, step_rate
 from oilsim.checks import finite
+from oilsim.physical_constants import GRAVITY
 
 Array = npt.NDArray[np.float64]
 
@@ -35,7 +36,7 @@ class RigidBodyWorld:
 
     def __init__(
         self,
-        gravity: Vector = (0.0, 0.0, -9.81),
+        gravity: Vector = (0.0, 0.0, -GRAVITY),
         sub_step: float = 0.01,
         solver_iterations: int = 50,
         communication_step: float | None = None,

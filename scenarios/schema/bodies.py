@@ -11,8 +11,10 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import ClassVar
 
+from oilsim.quantity import quantity, quantity_of
 from scenarios.problems import Problem
-from scenarios.schema.quantity_fields import Section, Vector, directed, quantity
+from scenarios.schema.quantity_fields import Section, Vector, directed
+from vessels.hull import HullSize
 
 FASTEST = 90.0  # [m/s] a component of a body at the start: at 100 a run is taken for blown up, and a body may fall
 
@@ -94,7 +96,7 @@ Motion = Free | Fixed | SineMotion | RampMotion | TableMotion
 
 @dataclass(frozen=True, kw_only=True)
 class BodySettings(Section):
-    """What every body has, whatever its shape.
+    """Settings that every body has, whatever its shape.
 
     mass, density     [kg] or [kg/m3]; a free body needs one of them
     velocity          [m/s] and
@@ -179,10 +181,10 @@ class WigleyBody(BodySettings):
     """Wigley's parabolic hull, its origin at midships in the design waterline, x forward [m]."""
 
     TAG: ClassVar[tuple[str, str]] = ("shape", "wigley")
-    length: float = quantity("m", above=0.0)
-    beam: float = quantity("m", above=0.0)
-    draft: float = quantity("m", above=0.0)
-    depth: float = quantity("m", above=0.0)
+    length: float = quantity_of(HullSize, "length")
+    beam: float = quantity_of(HullSize, "beam")
+    draft: float = quantity_of(HullSize, "draft")
+    depth: float = quantity_of(HullSize, "depth")
 
     def problems(self) -> Iterator[Problem]:
         """The deck must lie above the waterline."""

@@ -1,4 +1,4 @@
-"""What a scenario would cost before it is run: particles, memory and time.
+"""The cost of a scenario, estimated before it is run: particles, memory and time.
 
 Particles at the start are counted exactly. Time and memory are estimates from constants measured on a 2-core machine
 (`SECONDS_PER_PARTICLE_STEP`, `BYTES_PER_PARTICLE`, ...); splashing liquids take longer and calm ones less.

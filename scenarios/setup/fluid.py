@@ -19,14 +19,13 @@ from oilsim.phases import Phase
 from oilsim.solver import Fluid
 from scenarios.problems import Problem
 from scenarios.scenario import Scenario
-from scenarios.schema.liquid import PipeEmitterSettings, Tank
+from scenarios.schema.liquid import LEAK_MARGIN, PipeEmitterSettings, Tank
 from scenarios.schema.quantity_fields import Vector
 from scenarios.schema.weather import ForcingSettings, ZoneSettings, horizontal
 from scenarios.setup.fill_lattice import starting_positions
 
 Array = NDArray[np.float64]
 
-LEAK_MARGIN = 1.0  # spacings behind a closed side after which a particle counts as lost
 CLEARANCE = 0.5  # spacings between a body's surface and the nearest particle at the start
 
 
@@ -66,7 +65,7 @@ def fill_positions(scenario: Scenario, solids: Iterable[trimesh.Trimesh] = ()) -
 def clear_of(
     solids: Iterable[trimesh.Trimesh], positions: Mapping[str, Array], tank: Tank, spacing: float
 ) -> dict[str, Array]:
-    """Of particles (N, 3) [m] by region those that are neither inside a solid nor right at its surface."""
+    """Return the particles (N, 3) [m], by region, that are neither inside a solid nor right at its surface."""
     clear, clearance = dict(positions), CLEARANCE * spacing
     for image in (image for solid in solids for image in _images(solid, tank, clearance)):
         clear = {name: _outside(points, image, clearance) for name, points in clear.items()}

@@ -1,4 +1,4 @@
-"""What a scenario describes, laid out where it starts, before any of it is simulated; every problem of it is found at once."""
+"""Lays out liquid and bodies of a scenario where they start, before anything is simulated, and finds every problem at once."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from scenarios.text.quantities import volume_in_words
 
 Array = NDArray[np.float64]
 
-TOUCHING = 0.5  # spacings that bodies may lie in each other at the start: rigid shapes of free bodies are convex
+DEEPEST_OVERLAP = 0.5  # spacings that bodies may lie in each other at the start: rigid shapes of free bodies are convex
 QUICK = (
     200.0  # squares of a spacing on a surface, that are sampled at once; a larger one is not too small for particles
 )
@@ -87,7 +87,7 @@ def _displaced_regions(regions: Mapping[str, Array], clear: Mapping[str, Array])
 
 
 def _left_out(regions: Mapping[str, Array], clear: Mapping[str, Array], content: float) -> Iterator[tuple[str, str]]:
-    """What bodies take of each region, by its name; content [m3] of a particle."""
+    """Say how much of each region the bodies displace, by its name; content [m3] of a particle."""
     for name, points in regions.items():
         missing = len(points) - len(clear[name])
         if missing:
@@ -167,7 +167,7 @@ def _add_lines(world: RigidBodyWorld, fleet: Fleet, problems: list[Problem]) -> 
 
 def _overlaps(world: RigidBodyWorld, spacing: float) -> Iterator[Problem]:
     """Bodies that lie deep in each other, or in a side of the tank, would be thrown apart at once; of a boom the worst is told."""
-    allowed, worst = TOUCHING * spacing, dict[tuple[str, str], tuple[str, str, float]]()
+    allowed, worst = DEEPEST_OVERLAP * spacing, dict[tuple[str, str], tuple[str, str, float]]()
     for one, other, depth in sorted(world.overlaps(), key=lambda found: found[2]):
         if depth > allowed:
             worst[table_entry(one), other and table_entry(other)] = one, other, depth

@@ -25,8 +25,8 @@ FLUID = "fluid"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Scene:
-    """What a scenario describes, as simulators.
+class Simulators:
+    """The simulators that a scenario describes.
 
     level: of the still water [m]; solids: all bodies, those of the fleet too; coupled: names of those that exchange motion and
     wrench with the fluid; tank: the fluid's handle of the tank's sides, None without closed ones; world: None if nothing is coupled;
@@ -51,7 +51,7 @@ class Scene:
         return self.fluid_participant.get(f"{body}.wrench") if body in self.coupled else np.zeros(6)
 
 
-def build_scene(scenario: Scenario) -> Scene:
+def build_simulators(scenario: Scenario) -> Simulators:
     """Lay everything out and fill the tank; ScenarioError for what cannot be made."""
     layout = lay_out(scenario)
     solids, coupled = layout.solids, layout.coupled
@@ -59,7 +59,7 @@ def build_scene(scenario: Scenario) -> Scene:
         fluid, tank = build_fluid(scenario, layout.positions)
     samplings = _sampled(solids, scenario.fluid.particle_spacing)
     handles = _wet(fluid, solids, samplings, coupled)
-    return Scene(
+    return Simulators(
         scenario=scenario,
         level=layout.level,
         fleet=layout.fleet,

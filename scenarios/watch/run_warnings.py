@@ -1,4 +1,4 @@
-"""What a run falls short of, said once and by name: solves that end before their tolerance is met, bodies that leave the tank, are too
+"""Warnings of a run, each said once and by name: solves that end before their tolerance is met, bodies that leave the tank, are too
 thin for their particles or lie where liquid was to start."""
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from oilsim.advance_report import AdvanceReport
 from recordings.frame import EventLevel
 from scenarios.scenario import Scenario
 from scenarios.setup.placed_solids import table_entry
-from scenarios.watch.boom_scoring import Happening
+from scenarios.watch.boom_scoring import Notice
 
 TOLD = 2.0  # times a tolerance that a solve may leave before it is said: less is the same flow
 
@@ -37,29 +37,29 @@ class Remarks:
                 self._swollen.setdefault(table_entry(name), {})[name] = times
         self._made: set[str] = set()
 
-    def look(self, report: AdvanceReport | None) -> list[Happening]:
-        """What is new after a step of which the fluid gave this report."""
+    def look(self, report: AdvanceReport | None) -> list[Notice]:
+        """Return what is new after a step of which the fluid gave this report."""
         short = {} if report is None else dict(self._solves(report))
         short |= dict(self._thin()) | dict(self._bodies())
         found = dict(self._fills())
-        found |= {about: Happening(text, level="warning", source=about) for about, text in short.items()}
+        found |= {about: Notice(text, level="warning", source=about) for about, text in short.items()}
         new = {about: remark for about, remark in found.items() if about not in self._made}
         self._made |= set(new)
         return list(new.values())
 
     def save_state(self) -> dict[str, Any]:
-        """What has been said."""
+        """Return what has been said, as plain data."""
         return {"made": sorted(self._made)}
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
         """Go on with what `save_state` returned."""
         self._made = set(saved["made"])
 
-    def _fills(self) -> Iterator[tuple[str, Happening]]:
+    def _fills(self) -> Iterator[tuple[str, Notice]]:
         """Liquid that bodies take the place of: of water it is what they displace, of oil it is oil that a slick has less."""
         for name, text in self._left_out.items():
             level: EventLevel = "warning" if name in self._oil else "info"
-            yield f"fill {name}", Happening(text, level=level, source="oilsim")
+            yield f"fill {name}", Notice(text, level=level, source="oilsim")
 
     def _solves(self, report: AdvanceReport) -> Iterator[tuple[str, str]]:
         solves = {

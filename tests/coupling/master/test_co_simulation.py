@@ -363,6 +363,54 @@ def test_frames_are_not_made_for_nobody() -> None:
     assert asked == []
 
 
+def test_accounts_advance_once_at_every_point_before_observers_are_told() -> None:
+    told: list[tuple[str, int]] = []
+
+    class Teller(Watcher):
+        def step_completed(self, frame: Frame) -> None:
+            told.append(("frame", frame.index))
+
+    def account(point: CommunicationPoint) -> None:
+        assert point.time == pytest.approx(0.1 * point.index)
+        told.append(("account", point.index))
+
+    def made(*watchers: Watcher) -> CoSimulation:
+        participants, connections = ring([])
+        return CoSimulation(
+            participants,
+            connections,
+            0.1,
+            observers=watchers,
+            accounts=[account],
+            frame_source=lambda point: Frame(index=point.index, time=point.time),
+            run_description=RunDescription(name="ring", particle_spacing=0.1),
+        )
+
+    run = made(Teller(), Teller())
+    run.initialize()
+    run.step()
+    assert told == [("account", 0), ("frame", 0), ("frame", 0), ("account", 1), ("frame", 1), ("frame", 1)]
+    told.clear()
+    again = made()
+    again.initialize(run.save_state())  # the account of that point belongs to the run that was saved
+    again.step()
+    assert told == [("account", 2)]
+
+
+def test_account_that_fails_ends_the_run_by_name() -> None:
+    def overdrawn(point: CommunicationPoint) -> None:
+        if point.index == 1:
+            raise ValueError("overdrawn")
+
+    log: list[tuple[object, ...]] = []
+    participants, connections = ring(log)
+    run = CoSimulation(participants, connections, 0.1, accounts=[overdrawn])
+    run.initialize()
+    with pytest.raises(CoSimulationError, match=r"'accounts' failed at 0\.1 s: overdrawn"):
+        run.step()
+    assert log[-2:] == [("first", "terminate"), ("second", "terminate")]
+
+
 def test_failure_during_initialization_is_named() -> None:
     log: list[tuple[object, ...]] = []
     participants = [Accumulator("one", log), Accumulator("two", log)]
