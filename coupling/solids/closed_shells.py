@@ -7,6 +7,7 @@ place of the gap.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,6 +34,44 @@ FLAT = 1e-9  # of area^(3/2): a shell that encloses less is a sheet
 
 
 @dataclass(frozen=True, eq=False)
+class UnitFrame:
+    """Coordinates in which a mesh is one unit large and lies about the origin: x = middle + size u.
+
+    Attributes:
+        middle: (3,) [m].
+        size: longest side of the mesh's box [m].
+    """
+
+    middle: Array
+    size: float
+
+    @staticmethod
+    def of(points: Array) -> UnitFrame:
+        """Return the frame of points (N, 3) [m], which must not all lie in one place."""
+        low, high = points.min(axis=0), points.max(axis=0)
+        return UnitFrame(0.5 * low + 0.5 * high, float((high - low).max()))
+
+    def unit(self, points: Array) -> Array:
+        """Return points (N, 3) [m] in units."""
+        return (points - self.middle) / self.size
+
+    def back(self, points: Array) -> Array:
+        """Return points (N, 3), given in units, in m."""
+        return points * self.size + self.middle
+
+    def place(self, points: Array) -> str:
+        """Say where the middle of points (N, 3), given in units, lies: to 1e-4 of the size."""
+        low, high = self.back(points.min(axis=0)), self.back(points.max(axis=0))
+        step = 10.0 ** math.floor(math.log10(1e-3 * self.size))
+        x, y, z = (float(f"{round(value / step) * step:.9g}") for value in 0.5 * low + 0.5 * high)
+        return f"({x:g}, {y:g}, {z:g})" if max(abs(x), abs(y), abs(z)) < 1e5 * step else f"({x:.9g}, {y:.9g}, {z:.9g})"
+
+    def volume(self, value: float) -> str:
+        """Say a volume, given in units."""
+        return f"{value * self.size**3:.3g} m3"
+
+
+@dataclass(frozen=True, eq=False)
 class Shell:
     """One closed, connected surface wound one way.
 
@@ -46,57 +85,51 @@ class Shell:
     volume: float
     is_mended: bool
 
-    def inverted(self) -> Shell:
-        """Return the shell with its normals on the other side."""
-        return Shell(self.faces[:, ::-1], -self.volume, True)
-
 
 @dataclass(frozen=True, eq=False)
 class Shells:
-    """The shells of a mesh: vertices (V, 3), and notes with what was mended, in words."""
+    """The shells of a mesh, and notes of what was mended, in words."""
 
-    vertices: Array
     shells: tuple[Shell, ...]
     notes: tuple[str, ...]
 
 
-def closed_shells(vertices: Array, faces: Integers) -> Shells:
+def closed_shells(vertices: Array, faces: Integers, frame: UnitFrame) -> Shells:
     """Sort triangles into closed shells.
 
-    vertices: (V, 3), finite, of a mesh that is about one unit large and lies about the origin; faces: (F, 3). Raises ValueError for
-    triangles that leave a gap, cannot be wound one way, enclose nothing or pass through each other.
+    vertices: (V, 3) in the units of `frame`, which tells places; faces: (F, 3). Raises ValueError for triangles that leave a gap, cannot
+    be wound one way, enclose nothing or pass through each other.
     """
-    kept, notes = _watertight(vertices, faces)
+    kept, notes = _watertight(vertices, faces, frame)
     label, partner = _paired(vertices, kept)
     is_mended = len(kept) != len(faces)
     shells, turned = [], 0
     for members in np.split(np.argsort(label, kind="stable"), np.cumsum(np.bincount(label))[:-1]):
         wound, flips = _wound(kept, members, partner)
         turned += flips
-        shells.append(_shell(vertices, wound, is_mended or flips > 0))
+        shells.append(_shell(vertices, wound, is_mended or flips > 0, frame))
     if turned:
-        notes.append(f"{turned} triangles are wound against their neighbours and are turned over")
-    return Shells(vertices, tuple(shells), tuple(notes))
+        notes.append(f"{counted(turned, 'triangle')} wound against the neighbours turned over")
+    return Shells(tuple(shells), tuple(notes))
 
 
-def _watertight(vertices: Array, faces: Integers) -> tuple[Integers, list[str]]:
+def counted(number: int, thing: str) -> str:
+    """Say how many there are: "1 part", "2 parts"."""
+    return f"{number} {thing}" + ("s" if number != 1 else "")
+
+
+def _watertight(vertices: Array, faces: Integers, frame: UnitFrame) -> tuple[Integers, list[str]]:
     """Faces with joined corners, of which an even number meets in each edge, and notes; ValueError if there is a gap."""
     for distance in JOINED:  # no further than is needed: fine detail stays
         joined = _with_area(_joined(vertices, faces, distance))
         single = _single(joined)
         for kept in (joined, single):
             if len(kept) and not (_uses(_edges(kept)[0])[2] % 2).any():
-                notes = [f"corners up to {distance:g} of its size apart are joined"] if distance > TOLD else []
+                notes = [f"corners up to {distance * frame.size:.2g} m apart joined"] if distance > TOLD else []
                 if len(kept) < len(joined):
-                    notes.append(f"{len(joined) - len(kept)} triangles that are there more than once count once")
+                    notes.append(f"{counted(len(joined) - len(kept), 'double triangle')} left out")
                 return kept, notes
-    raise ValueError(_gap(vertices, faces))
-
-
-def place(vertices: Array, faces: Integers) -> str:
-    """Say where triangles lie."""
-    x, y, z = vertices[np.unique(faces)].mean(axis=0)
-    return f"({x:.4g}, {y:.4g}, {z:.4g})"
+    raise ValueError(_gap(vertices, faces, frame))
 
 
 def _joined(vertices: Array, faces: Integers, distance: float) -> Integers:
@@ -148,7 +181,7 @@ def _uses(edges: Integers) -> tuple[Integers, Integers, Integers]:
     return first, edge, uses
 
 
-def _gap(vertices: Array, faces: Integers) -> str:
+def _gap(vertices: Array, faces: Integers, frame: UnitFrame) -> str:
     """Say where a surface is open."""
     kept = _single(_with_area(_joined(vertices, faces, JOINED[1])))
     if len(kept) == 0:
@@ -157,7 +190,7 @@ def _gap(vertices: Array, faces: Integers) -> str:
     first, _, uses = _uses(edges)
     odd = edges[first[uses % 2 == 1]]
     return (
-        f"is not watertight: {len(odd)} edges do not join exactly two triangles, the first at {place(vertices, odd[:1])}, allowed: a closed "
+        f"is not watertight: {len(odd)} edges do not join exactly two triangles, the first at {frame.place(vertices[odd[0]])} m, allowed: a closed "
         "surface"
     )
 
@@ -242,20 +275,20 @@ def _wound(faces: Integers, members: Integers, partner: Integers) -> tuple[Integ
     return np.where(flip[:, None], own[:, ::-1], own), int(flip.sum())
 
 
-def _shell(vertices: Array, faces: Integers, is_mended: bool) -> Shell:
+def _shell(vertices: Array, faces: Integers, is_mended: bool, frame: UnitFrame) -> Shell:
     """A shell that encloses something and does not pass through itself; ValueError for another."""
     a, b, c = np.moveaxis(vertices[faces] - vertices[faces[0, 0]], 1, 0)
     volume = float(np.einsum("fi,fi->", a, np.cross(b, c))) / 6.0
     area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
     if abs(volume) <= FLAT * area**1.5:
         raise ValueError(
-            f"has a part of {len(faces)} triangles about {place(vertices, faces)} that encloses no volume, allowed: parts with a "
+            f"has a part of {len(faces)} triangles about {frame.place(vertices[faces.ravel()])} m that encloses no volume, allowed: parts with a "
             "thickness"
         )
     crossing = crossing_triangles(vertices, faces)
     if crossing is not None:
         raise ValueError(
-            f"crosses itself about {place(vertices, faces[crossing[0]])}: two triangles of one part pass through each other, allowed: "
+            f"crosses itself about {frame.place(vertices[faces[crossing[0]]])} m: two triangles of one part pass through each other, allowed: "
             "parts that cross each other, each sound in itself"
         )
     return Shell(faces, volume, is_mended)

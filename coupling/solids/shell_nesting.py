@@ -14,6 +14,8 @@ import numpy.typing as npt
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from coupling.solids.closed_shells import UnitFrame, counted
+
 Array = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 Flags = npt.NDArray[np.bool_]
@@ -64,33 +66,13 @@ class Nest:
         return len(self.outer) == len(self.shells)
 
 
-class _Places:
-    """Says where shells lie, in the mesh's own place and unit."""
-
-    def __init__(self, middle: Array, size: float) -> None:
-        self._middle, self._size = middle, size
-
-    def volume(self, value: float) -> str:
-        """A volume of the unit mesh in words."""
-        return f"{value * self._size**3:.3g} m3"
-
-    def about(self, shells: Sequence[PlacedShell]) -> str:
-        """Where shells lie in words."""
-        middles = [
-            0.5 * (s.corners.min(axis=0) + s.corners.max(axis=0)) * self._size + self._middle for s in shells[:NAMED]
-        ]
-        more = f" and {len(shells) - NAMED} more" if len(shells) > NAMED else ""
-        return "about " + ", ".join(f"({x:.4g}, {y:.4g}, {z:.4g})" for x, y, z in middles) + more
-
-
-def nested_shells(shells: Sequence[PlacedShell], middle: Array, size: float) -> Nest:
-    """Nest shells of a mesh of unit size, which lies about `middle` (3,) [m] and is `size` [m] large."""
-    places = _Places(middle, size)
+def nested_shells(shells: Sequence[PlacedShell], frame: UnitFrame) -> Nest:
+    """Nest shells given in the units of `frame`; ValueError for shells that cannot be joined."""
     order = np.argsort([-abs(shell.volume) for shell in shells], kind="stable")
     sorted_shells = [shells[index] for index in order]
     meeting = _meeting(sorted_shells)
     containers = _containers(sorted_shells, meeting)
-    kept, notes = _oriented(sorted_shells, containers, places)
+    kept, notes = _oriented(sorted_shells, containers, frame)
     result, joined = _united(
         [sorted_shells[n] if not turned else sorted_shells[n].inverted() for n, turned in kept.items()],
         list(kept),
@@ -100,6 +82,12 @@ def nested_shells(shells: Sequence[PlacedShell], middle: Array, size: float) -> 
     )
     notes += joined
     return Nest(tuple(result), tuple(_outside(result)), not notes, tuple(notes))
+
+
+def _places(frame: UnitFrame, shells: Sequence[PlacedShell]) -> str:
+    """Say where shells lie."""
+    more = f" and {len(shells) - NAMED} more" if len(shells) > NAMED else ""
+    return f"about {', '.join(frame.place(shell.corners) for shell in shells[:NAMED])} m{more}"
 
 
 def _meeting(shells: Sequence[PlacedShell]) -> Flags:
@@ -133,7 +121,7 @@ def _lies_in(shell: PlacedShell, other: PlacedShell) -> bool:
 
 
 def _oriented(
-    shells: Sequence[PlacedShell], containers: Sequence[Sequence[int]], places: _Places
+    shells: Sequence[PlacedShell], containers: Sequence[Sequence[int]], frame: UnitFrame
 ) -> tuple[dict[int, bool], list[str]]:
     """Shells that bound matter, by their number, and whether each is turned inside out for it; and notes."""
     winding, turned = [0] * len(shells), [False] * len(shells)
@@ -156,11 +144,11 @@ def _oriented(
         else:
             within.append(shell)
     texts = {
-        f"{len(inwards)} parts wound inwards are turned outwards, {{}}": inwards,
-        f"{len(twice)} parts that are there twice count once, {{}}": twice,
-        f"{len(within)} parts that lie in another add nothing, {{}}; wound inwards they would be hollows": within,
+        f"{counted(len(inwards), 'part')} wound inwards turned outwards, {{}}": inwards,
+        f"{counted(len(twice), 'part')} there twice left out, {{}}": twice,
+        f"{counted(len(within), 'part')} inside another left out, {{}} (a hollow would be wound inwards)": within,
     }
-    return kept, [text.format(places.about(found)) for text, found in texts.items() if found]
+    return kept, [text.format(_places(frame, found)) for text, found in texts.items() if found]
 
 
 def _united(
@@ -168,7 +156,7 @@ def _united(
     numbers: Sequence[int],
     meeting: Flags,
     containers: Sequence[Sequence[int]],
-    places: _Places,
+    frame: UnitFrame,
 ) -> tuple[list[PlacedShell], list[str]]:
     """Shells of which those that pass through or touch each other are joined, and a note of that."""
     crossing = meeting[np.ix_(numbers, numbers)].copy()
@@ -187,8 +175,11 @@ def _united(
     ):
         return list(shells), []
     involved = [shells[k] for k in np.flatnonzero(crossing.any(axis=1))]
-    text = f"parts that lie in each other or touch are joined, {places.about(involved)}"
-    return joined, [f"{text}; what they share, {places.volume(max(volume - united, 0.0))}, counts once"]
+    overlap = (
+        f"; their overlap of {frame.volume(volume - united)} counts once" if volume - united > NOTHING * volume else ""
+    )
+    text = f"{counted(len(involved), 'part')} that overlap or touch joined to one solid, {_places(frame, involved)}{overlap}"
+    return joined, [text]
 
 
 def _material(

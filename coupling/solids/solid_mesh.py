@@ -21,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 import trimesh
 
-from coupling.solids.closed_shells import Shell, closed_shells
+from coupling.solids.closed_shells import Shell, UnitFrame, closed_shells
 from coupling.solids.shell_nesting import Nest, PlacedShell, nested_shells
 from coupling.solids.signed_distance import SignedDistance
 
@@ -120,30 +120,31 @@ def _read(whole: trimesh.Trimesh, parts: Sequence[npt.NDArray[np.int64]]) -> Sol
     """Shells of all parts, then their nest; errors and notes without the mesh's name."""
     vertices = np.asarray(whole.vertices, dtype=np.float64)
     used = vertices[np.unique(np.concatenate(parts))]
-    middle, size = 0.5 * (used.min(axis=0) + used.max(axis=0)), float(np.ptp(used, axis=0).max())
-    unit = (vertices - middle) / size
-    notes, shells = _coarse(middle, size), list[Shell]()
+    frame = UnitFrame.of(used)
+    unit = frame.unit(vertices)
+    notes, shells = _coarse(frame), list[Shell]()
     for faces in parts:
-        found = closed_shells(unit, faces)
+        found = closed_shells(unit, faces, frame)
         shells += found.shells
         notes += found.notes
-    nest = nested_shells([PlacedShell(unit, shell.faces, shell.volume) for shell in shells], middle, size)
+    nest = nested_shells([PlacedShell(unit, shell.faces, shell.volume) for shell in shells], frame)
     notes += nest.notes
     if _is_sound(whole, shells, nest):
         return SolidMesh(mesh=whole, outer=whole, notes=tuple(notes))
-    mesh = _joined(nest.shells, vertices, middle, size)
-    outer = mesh if nest.is_massive else _joined(nest.outer, vertices, middle, size)
+    mesh = _joined(nest.shells, vertices, frame)
+    outer = mesh if nest.is_massive else _joined(nest.outer, vertices, frame)
     return SolidMesh(mesh=mesh, outer=outer, notes=tuple(notes))
 
 
-def _coarse(middle: Array, size: float) -> list[str]:
+def _coarse(frame: UnitFrame) -> list[str]:
     """Tell of a place so far from the origin that 32-bit numbers, as files hold, cannot draw the mesh."""
-    step = float(np.spacing(np.float32(np.abs(middle).max())))
-    if step <= COARSE * size:
+    away = float(np.abs(frame.middle).max())
+    step = float(np.spacing(np.float32(away)))
+    if step <= COARSE * frame.size:
         return []
     return [
-        f"lies {np.abs(middle).max():.3g} m from the origin of its file, where numbers of 32 bits lie {step:.2g} m apart: a file that "
-        "holds those bends a mesh of this size; move it to the origin"
+        f"it lies {away:.3g} m from its origin, where numbers of 32 bits, as most files hold, are {step:.2g} m apart, and is "
+        f"{frame.size:.3g} m large; moved to its origin before it is written, it would keep its shape"
     ]
 
 
@@ -159,12 +160,12 @@ def _is_sound(whole: trimesh.Trimesh, shells: Sequence[Shell], nest: Nest) -> bo
     return sum(len(shell.faces) for shell in shells) == len(whole.faces)
 
 
-def _joined(shells: Sequence[PlacedShell], vertices: Array, middle: Array, size: float) -> trimesh.Trimesh:
+def _joined(shells: Sequence[PlacedShell], vertices: Array, frame: UnitFrame) -> trimesh.Trimesh:
     """One mesh of shells that share no corners, in the original place and unit; corners from the mesh itself keep their numbers."""
     corners, faces, start = list[Array](), list[npt.NDArray[np.int64]](), 0
     for shell in shells:
         used, index = np.unique(shell.faces, return_inverse=True)
-        own = vertices[used] if shell.is_original else shell.vertices[used] * size + middle
+        own = vertices[used] if shell.is_original else frame.back(shell.vertices[used])
         corners.append(own)
         faces.append(index.reshape(-1, 3) + start)
         start += len(used)
