@@ -139,8 +139,8 @@ def _joined(vertices: Array, faces: Integers, distance: float) -> Integers:
         return first[group][faces]
     pairs = cKDTree(vertices).query_pairs(distance, output_type="ndarray")
     graph = coo_array((np.ones(len(pairs)), pairs.T), shape=(len(vertices),) * 2)
-    group = connected_components(graph, directed=False)[1]
-    return np.unique(group, return_index=True)[1].astype(np.int64)[group][faces]
+    label = connected_components(graph, directed=False)[1]
+    return np.unique(label, return_index=True)[1].astype(np.int64)[label][faces]
 
 
 def _distinct(rows: npt.NDArray) -> tuple[Integers, Integers]:
@@ -161,7 +161,7 @@ def _single(faces: Integers) -> Integers:
     """Keep one of triangles with the same corners and the same winding."""
     if len(faces) == 0:
         return faces
-    first = faces.argmin(axis=1)
+    first: Integers = np.asarray(faces.argmin(axis=1))
     kept = _distinct(np.take_along_axis(faces, (first[:, None] + np.arange(3)) % 3, axis=1))[0]
     return faces[np.sort(kept)]
 
@@ -190,8 +190,8 @@ def _gap(vertices: Array, faces: Integers, frame: UnitFrame) -> str:
     first, _, uses = _uses(edges)
     odd = edges[first[uses % 2 == 1]]
     return (
-        f"is not watertight: {len(odd)} edges do not join exactly two triangles, the first at {frame.place(vertices[odd[0]])} m, allowed: a closed "
-        "surface"
+        f"is not watertight: {len(odd)} edges do not join exactly two triangles, the first at {frame.place(vertices[odd[0]])} m, "
+        "allowed: a closed surface"
     )
 
 
@@ -209,11 +209,8 @@ def _paired(vertices: Array, faces: Integers) -> tuple[Integers, Integers]:
     for start, size in zip(starts[sizes > 2], sizes[sizes > 2], strict=True):
         for first, second in _around(vertices, faces, order[start : start + size], edges, forward):
             partner[first], partner[second] = second // 3, first // 3
-    partner = partner.reshape(-1, 3)
-    graph = coo_array(
-        (np.ones(partner.size), (np.repeat(np.arange(len(faces)), 3), partner.ravel())), shape=(len(faces),) * 2
-    )
-    return connected_components(graph, directed=False)[1].astype(np.int64), partner
+    graph = coo_array((np.ones(len(edge)), (np.repeat(np.arange(len(faces)), 3), partner)), shape=(len(faces),) * 2)
+    return connected_components(graph, directed=False)[1].astype(np.int64), partner.reshape(-1, 3)
 
 
 def _around(vertices: Array, faces: Integers, uses: Integers, edges: Integers, forward: Flags) -> list[tuple[int, int]]:
@@ -232,7 +229,7 @@ def _around(vertices: Array, faces: Integers, uses: Integers, edges: Integers, f
     # at one angle those along the edge come first; of faces in one place the later ones bound the narrower wedge, all round
     turn = np.lexsort((np.where(forward[uses], -uses, uses), ~forward[uses], angle))
     waiting: list[int] = []
-    pairs = []
+    pairs: list[tuple[int, int]] = []
     for use in np.concatenate([uses[turn], uses[turn]]):  # twice round, for wedges across the start
         if any(use in pair for pair in pairs):
             continue
@@ -282,13 +279,13 @@ def _shell(vertices: Array, faces: Integers, is_mended: bool, frame: UnitFrame) 
     area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
     if abs(volume) <= FLAT * area**1.5:
         raise ValueError(
-            f"has a part of {len(faces)} triangles about {frame.place(vertices[faces.ravel()])} m that encloses no volume, allowed: parts with a "
-            "thickness"
+            f"has a part of {len(faces)} triangles about {frame.place(vertices[faces.ravel()])} m that "
+            "encloses no volume, allowed: parts with a thickness"
         )
     crossing = crossing_triangles(vertices, faces)
     if crossing is not None:
         raise ValueError(
-            f"crosses itself about {frame.place(vertices[faces[crossing[0]]])} m: two triangles of one part pass through each other, allowed: "
-            "parts that cross each other, each sound in itself"
+            f"crosses itself about {frame.place(vertices[faces[crossing[0]]])} m: two triangles of one part "
+            "pass through each other, allowed: parts that cross each other, each sound in itself"
         )
     return Shell(faces, volume, is_mended)

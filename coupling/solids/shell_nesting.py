@@ -68,18 +68,12 @@ class Nest:
 
 def nested_shells(shells: Sequence[PlacedShell], frame: UnitFrame) -> Nest:
     """Nest shells given in the units of `frame`; ValueError for shells that cannot be joined."""
-    order = np.argsort([-abs(shell.volume) for shell in shells], kind="stable")
-    sorted_shells = [shells[index] for index in order]
-    meeting = _meeting(sorted_shells)
-    containers = _containers(sorted_shells, meeting)
-    kept, notes = _oriented(sorted_shells, containers, frame)
-    result, joined = _united(
-        [sorted_shells[n] if not turned else sorted_shells[n].inverted() for n, turned in kept.items()],
-        list(kept),
-        meeting,
-        containers,
-        places,
-    )
+    by_size = sorted(shells, key=lambda shell: -abs(shell.volume))
+    meeting = _meeting(by_size)
+    containers = _containers(by_size, meeting)
+    kept, notes = _oriented(by_size, containers, frame)
+    turned = [by_size[n].inverted() if is_turned else by_size[n] for n, is_turned in kept.items()]
+    result, joined = _united(turned, list(kept), meeting, containers, frame)
     notes += joined
     return Nest(tuple(result), tuple(_outside(result)), not notes, tuple(notes))
 
@@ -106,11 +100,11 @@ def _containers(shells: Sequence[PlacedShell], meeting: Flags) -> list[list[int]
     low = np.array([shell.corners.min(axis=0) for shell in shells])
     high = np.array([shell.corners.max(axis=0) for shell in shells])
     for n, shell in enumerate(shells):
-        for other in np.flatnonzero(meeting[n, :n]):
+        for other in np.flatnonzero(meeting[n, :n]).tolist():
             if (low[n] < low[other] - TOUCH).any() or (high[n] > high[other] + TOUCH).any():
                 continue
             if _lies_in(shell, shells[other]):
-                found[n].append(int(other))
+                found[n].append(other)
     return found
 
 
@@ -174,7 +168,7 @@ def _united(
         volume
     ):
         return list(shells), []
-    involved = [shells[k] for k in np.flatnonzero(crossing.any(axis=1))]
+    involved = [shell for shell, is_joined in zip(shells, np.any(crossing, axis=1).tolist(), strict=True) if is_joined]
     overlap = (
         f"; their overlap of {frame.volume(volume - united)} counts once" if volume - united > NOTHING * volume else ""
     )

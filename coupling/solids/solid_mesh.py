@@ -13,6 +13,7 @@ origin, so that neither the unit nor the place of a mesh matters.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -81,6 +82,14 @@ def read_solid(mesh: trimesh.Trimesh, what: str = "mesh") -> SolidMesh:
     if not isinstance(mesh, trimesh.Trimesh):
         raise TypeError(f"{what} is of the type {type(mesh).__name__}, allowed: trimesh.Trimesh")
     return read_objects([mesh], what)
+
+
+def told_solid(mesh: trimesh.Trimesh, what: str = "mesh", *, stacklevel: int = 3) -> SolidMesh:
+    """Read a mesh as a solid, as `read_solid`, and tell what was mended as a warning to the caller's caller."""
+    solid = read_solid(mesh, what)
+    if solid.notes:
+        warnings.warn(f"{what}: {'; '.join(solid.notes)}", stacklevel=stacklevel)
+    return solid
 
 
 def read_objects(objects: Sequence[trimesh.Trimesh], what: str) -> SolidMesh:

@@ -138,7 +138,7 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
         coupled=coupled,
         fleet=scene.fleet,
         scoring=scoring,
-        remarks=Remarks(scenario, world, scene.left_out, scene.swelling),
+        remarks=Remarks(scenario, world, scene.left_out, scene.thin, scene.notes),
         parts=parts,
         participants=(*fmus, *orders, *controls, fluid, *bodies, *readings),
         connections=_connections(scenario, coupled, controls),
