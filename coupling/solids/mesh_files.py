@@ -60,7 +60,7 @@ def _require_whole(data: bytes, suffix: str) -> None:
     if not data.strip():
         raise ValueError("the file is empty")
     if suffix == ".stl" and not _is_text_stl(data):
-        if len(data) < BINARY_STL_HEADER or data.isascii():
+        if len(data) < BINARY_STL_HEADER or (data.isascii() and b"\0" not in data):
             raise ValueError("it is no STL file, neither in text nor in binary")
         count = struct.unpack_from("<I", data, 80)[0]
         expected = BINARY_STL_HEADER + BINARY_STL_TRIANGLE * count
@@ -108,4 +108,9 @@ def _parsed(data: bytes, suffix: str) -> list[trimesh.Trimesh]:
     with np.errstate(all="ignore"):  # of numbers that overflow: they come out as infinite, and are told
         scene = trimesh.load_scene(io.BytesIO(data), file_type=suffix[1:], process=False, **options)
         parts = scene.dump()
-    return [part for part in parts if isinstance(part, trimesh.Trimesh) and len(part.faces)]
+    objects = [part for part in parts if isinstance(part, trimesh.Trimesh) and len(part.faces)]
+    for part in objects:
+        least, most = int(np.min(part.faces)), int(np.max(part.faces))
+        if least < 0 or most >= len(part.vertices):
+            raise ValueError(f"triangles have the corners {least} to {most} of {len(part.vertices)}")
+    return objects

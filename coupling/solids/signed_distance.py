@@ -149,7 +149,9 @@ def _solid_parts(mesh: trimesh.Trimesh, keep: npt.NDArray[np.bool_]) -> list[npt
     labels = trimesh.graph.connected_component_labels(mesh.face_adjacency, node_count=len(mesh.faces))
     if labels.max() == 0 or not mesh.is_watertight:
         return everything
-    a, b, c = np.moveaxis(np.asarray(mesh.triangles), 1, 0)
+    a, b, c = np.moveaxis(
+        np.asarray(mesh.triangles) - mesh.bounds.mean(axis=0), 1, 0
+    )  # far away, only rounding would be left
     volumes = np.bincount(labels, weights=np.einsum("fi,fi->f", a, np.cross(b, c)))
     if (volumes <= 0.0).any():
         return everything
