@@ -27,13 +27,12 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from coupling.blas_threads import one_blas_thread
-from coupling.bodies import require_closed
 from coupling.errors import UnresolvedSolidError
 from coupling.pybullet_import import pybullet
 from coupling.pybullet_world.attachment_warnings import PlacedWalls, tell_liquid_within, tell_overlaps, tell_thin_parts
 from coupling.pybullet_world.default_warnings import DefaultsWatch, tell_inertia
 from coupling.pybullet_world.links import LinkedBody, LinkKey, LinkSystem, read_links
-from coupling.pybullet_world.shapes import link_mesh, link_pose
+from coupling.pybullet_world.shapes import given_solid, link_mesh, link_pose
 from coupling.rigid.rigid_state import steady
 from coupling.solids.signed_distance import Box
 from coupling.solids.surface_sampling import SurfaceSampling, particles_of, sample_surface
@@ -96,15 +95,17 @@ class FluidWorld:
             raise TypeError(f"no_slip is {no_slip!r}, allowed: True or False")
         if not isinstance(meshes or {}, Mapping):
             raise TypeError(f"meshes is a {type(meshes).__name__}, allowed: solids by the index of their link")
-        linked, given = LinkedBody(self._client, body), meshes or {}
+        linked, given, liquid = LinkedBody(self._client, body), dict(meshes or {}), self.fluid.state.position.T
         for link, mesh in given.items():
             if (body, link) not in linked.keys:
                 raise ValueError(f"meshes of body {body} has the link {link}, allowed: -1 to {len(linked.keys) - 2}")
-            require_closed(mesh, f"meshes[{link}] of body {body}")
+            given[link] = given_solid(
+                mesh, f"meshes[{link}] of body {body}", link_pose(self._client, body, link), liquid
+            )
         sampled: dict[LinkKey, SurfaceSampling] = {}
         solids: dict[LinkKey, trimesh.Trimesh] = {}
         for key in linked.keys:
-            mesh = given[key[1]] if key[1] in given else link_mesh(self._client, *key)
+            mesh = given[key[1]] if key[1] in given else link_mesh(self._client, *key, liquid)
             sampling = None if mesh is None else self._sampled(key, mesh)
             if mesh is not None and sampling is not None:
                 self._tell_inertia(key, mesh)

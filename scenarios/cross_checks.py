@@ -13,7 +13,6 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from coupling.bodies import MESH_SUFFIXES
 from oilsim.config import FURTHEST
 from oilsim.phases import EXPLICIT_UP_TO
 from oilsim.quantity import SHORTEST_DIRECTION
@@ -40,6 +39,7 @@ from scenarios.schema.weather import CurrentSettings, ForcingSettings, WaveSetti
 
 NAME_PATTERN = r"[A-Za-z0-9][A-Za-z0-9_-]*"
 NAME_ALLOWED = "letters, digits, '-' and '_', beginning with a letter or digit"
+MESH_SUFFIXES = (".stl", ".obj", ".ply", ".glb")  # as of coupling.solids.mesh_files, which takes a second to import
 MOST_PARTICLES = 1e8  # some 300 GB of memory
 NAMED_TABLES = ("phases", "fill", "emitters", "bodies", "vessels", "booms", "probes", "fmus")
 
@@ -109,6 +109,10 @@ def _references(parts: Parts) -> Iterator[Problem]:
             if entry.phase not in parts.names["phases"]:
                 text = unknown(entry.phase, parts.names["phases"], "phase")
                 yield Problem(f"{table}.{name}.phase", f"is {entry.phase!r}, which {text}")
+    for name, fill in parts.fill.items():
+        if fill.inside is not None and fill.inside not in parts.names["bodies"]:
+            text = unknown(fill.inside, parts.names["bodies"], "body")
+            yield Problem(f"fill.{name}.inside", f"is {fill.inside!r}, which {text}")
     bodies = body_names(parts)
     for name, probe in parts.probes.items():
         if isinstance(probe, BodyProbe) and probe.body not in bodies:

@@ -26,6 +26,7 @@ ALONE = 10_000  # points of which one processor is asked: fewer are not worth a 
 LATTICE_SHIFT = np.array(
     [0.31, 0.37, 0.43]
 )  # of a step: keeps lattice planes off the planes of meshes in round numbers
+SMALL = 0.01  # [m] of a mesh, below which trimesh takes some of its triangles for lines
 FACE, CORNER_A, CORNER_B, CORNER_C, EDGE_AB, EDGE_BC, EDGE_CA = range(7)
 
 
@@ -66,7 +67,7 @@ class SignedDistance:
         if within is not None:
             self.lower, self.upper = np.maximum(self.lower, within[0]), np.minimum(self.upper, within[1])
         triangle = np.ascontiguousarray(mesh.triangles[keep], dtype=np.float64)
-        normal = _feature_normals(mesh)[keep]
+        normal = _feature_normals(_unit_sized(mesh))[keep]
         self._trees = [_build_tree(triangle[part], normal[part]) for part in _solid_parts(mesh, keep)]
 
     @property
@@ -148,12 +149,23 @@ def _solid_parts(mesh: trimesh.Trimesh, keep: npt.NDArray[np.bool_]) -> list[npt
     labels = trimesh.graph.connected_component_labels(mesh.face_adjacency, node_count=len(mesh.faces))
     if labels.max() == 0 or not mesh.is_watertight:
         return everything
-    a, b, c = np.moveaxis(np.asarray(mesh.triangles), 1, 0)
+    a, b, c = np.moveaxis(
+        np.asarray(mesh.triangles) - mesh.bounds.mean(axis=0), 1, 0
+    )  # far away, only rounding would be left
     volumes = np.bincount(labels, weights=np.einsum("fi,fi->f", a, np.cross(b, c)))
     if (volumes <= 0.0).any():
         return everything
     labels = labels[keep]
     return [np.flatnonzero(labels == label) for label in np.unique(labels)]
+
+
+def _unit_sized(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
+    """A mesh with the same angles, so large that trimesh does not take its triangles for degenerate."""
+    size = float(np.max(mesh.extents))
+    if size > SMALL:
+        return mesh
+    vertices = (np.asarray(mesh.vertices) - mesh.bounds.mean(axis=0)) / size
+    return trimesh.Trimesh(vertices, mesh.faces, process=False)
 
 
 def _feature_normals(mesh: trimesh.Trimesh) -> Array:

@@ -26,6 +26,7 @@ from coupling.pybullet_world.attachment_warnings import tell_thin_parts
 from coupling.rigid.prescribed_motion import STILL, UPRIGHT, PrescribedMotion, Quaternion, Vector
 from coupling.solids.hydrostatics import hydrostatics
 from coupling.solids.signed_distance import SignedDistance
+from coupling.solids.solid_mesh import told_solid
 from coupling.solids.surface_sampling import particles_of, sample_surface
 from oilsim.accounts.diagnostics import angular_momentum
 from oilsim.boundaries.boundary_particles import tank_walls
@@ -112,11 +113,13 @@ class Scene:
     ) -> None:
         """A body of even `density` [kg/m3]; `mesh` is about its centre of mass, `position` [m] is where that lies.
 
-        ValueError for a mesh that is not, and once the run has begun.
+        The mesh is read as a solid (`coupling.solids.solid_mesh`): what is mended is told, sealed hollows stay dry. ValueError for a mesh
+        that is no solid or not about its centre of mass, and once the run has begun.
         """
         if self._simulation is not None:
             raise ValueError(f"scene: body {name!r} is added after the run has begun, allowed: before")
-        properties = mass_properties(mesh, density=density)
+        solid = told_solid(mesh, f"scene: mesh of body {name!r}")
+        properties, mesh = mass_properties(solid, density=density), solid.outer
         _require_centered(name, mesh, properties)
         sampling = sample_surface(mesh, self.spacing)
         tell_thin_parts(f"body {name!r}", sampling, float(mesh.volume))

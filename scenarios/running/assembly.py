@@ -151,7 +151,7 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
         coupled=coupled,
         fleet=simulators.fleet,
         accounts=accounts,
-        remarks=Remarks(scenario, world, simulators.left_out, simulators.swelling),
+        remarks=Remarks(scenario, world, simulators.left_out, simulators.thin, simulators.notes),
         parts=parts,
         participants=(*fmus, *orders, *controls, fluid, *bodies, *readings),
         connections=_connections(scenario, coupled, controls),

@@ -134,6 +134,10 @@ class BodySettings(Section):
 class MeshBody(BodySettings):
     """A closed surface from a file (STL, OBJ, PLY, GLB); a relative path starts at the scenario file's folder.
 
+    Parts of the file that overlap or touch are one solid. Parts that are wound inwards are turned, unless they lie in another part: those
+    are sealed hollows, which hold no mass and stay dry, unless a fill says `inside`. Density is that of the matter between the
+    surfaces. `oilsim check` and a run tell what was mended; holes, sheets without thickness and surfaces that cross themselves are refused.
+
     scale  metres per unit of the file
     """
 

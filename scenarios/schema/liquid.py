@@ -147,10 +147,12 @@ class FillSettings(Section):
 
     phase     which liquid
     velocity  [m/s] at the start; None: that of a current that runs through the whole tank, else at rest
+    inside    a body in whose sealed hollows the liquid is; without it no liquid is put into a hollow, which stays dry
     """
 
     phase: str
     velocity: Vector | None = quantity("m/s", default=None)
+    inside: str | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

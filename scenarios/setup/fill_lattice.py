@@ -114,13 +114,15 @@ def starting_positions(regions: Mapping[str, Fill], tank: Tank, spacing: float, 
 
 
 def placed_regions(regions: Mapping[str, Fill], tank: Tank, spacing: float, dimension: int) -> dict[str, Array]:
-    """Positions (N, 3) [m] by region; particles of earlier regions give way to later ones."""
+    """Positions (N, 3) [m] by region; particles of earlier regions give way to later ones, inside a body's hollow and outside apart."""
     placed: dict[str, Array] = {}
     for name, fill in regions.items():
         points = region_points(fill, tank, spacing, dimension)
         if len(points):
             tree = cKDTree(points)
             for earlier, others in placed.items():
+                if regions[earlier].inside != fill.inside:
+                    continue
                 distance, _ = tree.query(others, distance_upper_bound=TOO_NEAR * spacing)
                 placed[earlier] = others[np.isinf(distance)]
         placed[name] = points

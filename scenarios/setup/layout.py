@@ -17,7 +17,7 @@ from scenarios.schema.liquid import Tank
 from scenarios.schema.probe_settings import BodyProbe
 from scenarios.setup.fill_lattice import empty_regions, placed_regions
 from scenarios.setup.fleet import LINE_RELAXATION_TIME, Fleet, place_fleet
-from scenarios.setup.fluid import clear_of, pipe_problems, water_level
+from scenarios.setup.fluid import clear_of, pipe_problems, sorted_by_hollow, water_level
 from scenarios.setup.placed_solids import Solid, own_solids, table_entry, vector
 from scenarios.text.quantities import volume_in_words
 
@@ -57,6 +57,8 @@ def lay_out(scenario: Scenario) -> Layout:
     solids = (*own_solids(scenario, problems), *fleet.solids)
     meshes = {solid.name: solid.world_mesh() for solid in solids if solid.wetted}
     positions = clear_of(meshes.values(), regions, scenario.tank, fluid.particle_spacing)
+    envelopes = {solid.name: solid.world_mesh(solid.envelope) for solid in solids if solid.envelope is not None}
+    positions = sorted_by_hollow(envelopes, positions, scenario)
     problems += _displaced_regions(regions, positions)
     problems += pipe_problems(scenario, meshes)
     problems += _out_of_reach(solids, meshes, scenario.tank)

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from coupling.participants.fluid import FluidParticipant
-from coupling.pybullet_world.attachment_warnings import swelling
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 from coupling.solids.surface_sampling import SurfaceSampling, particles_of, sample_surface
 from oilsim.solver import Fluid
@@ -20,6 +19,7 @@ from scenarios.setup.fleet import Fleet
 from scenarios.setup.fluid import build_fluid
 from scenarios.setup.layout import lay_out
 from scenarios.setup.placed_solids import Solid, table_entry
+from scenarios.setup.thin_bodies import thin_bodies
 
 FLUID = "fluid"
 
@@ -30,8 +30,8 @@ class Simulators:
 
     level: of the still water [m]; solids: all bodies, those of the fleet too; coupled: names of those that exchange motion and
     wrench with the fluid; tank: the fluid's handle of the tank's sides, None without closed ones; world: None if nothing is coupled;
-    left_out: what bodies take of the liquid at the start, in words, by region; swelling: how many times its volume the fluid meets of a
-    body with parts thinner than a particle, by name.
+    left_out: what bodies take of the liquid at the start, in words, by region; thin: what is to be told of bodies too thin for their
+    particles, by name; notes: what was mended of bodies' meshes, in words.
     """
 
     scenario: Scenario
@@ -44,7 +44,8 @@ class Simulators:
     fluid_participant: FluidParticipant
     world: RigidBodyWorld | None
     left_out: Mapping[str, str]
-    swelling: Mapping[str, float]
+    thin: Mapping[str, str]
+    notes: tuple[str, ...]
 
     def wrench(self, body: str) -> NDArray[np.float64]:
         """The fluid's wrench (6,) [N, N m] on a body; 0 on one that is not coupled."""
@@ -70,11 +71,8 @@ def build_simulators(scenario: Scenario) -> Simulators:
         fluid_participant=FluidParticipant(FLUID, fluid, {name: handles[name] for name in coupled}),
         world=layout.world,
         left_out=layout.left_out,
-        swelling={
-            solid.name: swelling(samplings[id(solid.placed.mesh)], float(solid.placed.mesh.volume))
-            for solid in solids
-            if solid.wetted
-        },
+        thin=thin_bodies(solids, samplings, scenario.fluid.particle_spacing),
+        notes=tuple(note for solid in solids for note in solid.notes),
     )
 
 
