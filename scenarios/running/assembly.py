@@ -10,14 +10,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from coupling.assembly import BODIES, CoupledBodies
 from coupling.master.body_exchange import BodyExchange
-from coupling.master.co_simulation import CoSimulation, FrameSource
+from coupling.master.co_simulation import CoSimulation
 from coupling.master.connection import Connection
-from coupling.master.exchange_ledger import ExchangeLedger
+from coupling.master.exchange_ledger import Exchange, ExchangeLedger
+from coupling.master.observer_dispatch import FrameSource, Watching
 from coupling.observer import Observer
 from coupling.participant import Participant
 from coupling.participants.fluid import FluidParticipant
-from coupling.participants.rigid_bodies import RigidBodyParticipant
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 from oilsim.advance_report import AdvanceReport
 from oilsim.solver import Fluid
@@ -25,10 +26,9 @@ from recordings.frame import RunDescription
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of
 from scenarios.schema.fmu_settings import ORDERS, READINGS, connections_of
-from scenarios.setup.body_exchange import exchange_of
 from scenarios.setup.fleet import Fleet
 from scenarios.setup.run_description import describe_run
-from scenarios.setup.simulators import FLUID, Scene, build_scene
+from scenarios.setup.simulators import Scene, build_scene
 from scenarios.signals.signal_participant import SignalBoard
 from scenarios.signals.signal_table import RunParts, signals_of
 from scenarios.signals.weather_inputs import set_wind
@@ -41,9 +41,6 @@ from vessels.manual import ManualControl
 
 if TYPE_CHECKING:
     from coupling.fmu.fmu_participant import FmuParticipant
-
-BODIES = "bodies"
-TO_FLUID = ("pose", "twist", "free_acceleration")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -105,11 +102,8 @@ class Assembly:
             self.participants,
             self.connections,
             self.scenario.run.communication_step,
-            observers=observers,
-            algorithm=self.exchange,
-            ledger=self.ledger,
-            frame_source=self.frame_source,
-            run_description=self.description,
+            exchange=Exchange(self.exchange, self.ledger),
+            watching=Watching(observers, self.frame_source, self.description),
         )
         self.coupling_figures.follow(lambda: simulation.wall_seconds)
         return simulation
@@ -122,31 +116,29 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
     """
     fmus = _fmus(scenario)
     scene = build_scene(scenario)
-    fluid, world, coupled = scene.fluid_participant, scene.world, scene.coupled
+    bodies, world, coupled = scene.bodies, scene.world, scene.coupled
     scoring = Scoring(scenario, scene.fluid, world, scene.fleet, scene.level)
     controls = _controls(scene)
-    bodies = (RigidBodyParticipant(BODIES, world, coupled),) if world is not None else ()
-    exchange, ledger = exchange_of(fluid, BODIES, world, coupled, scene.fluid.config)
-    figures = CouplingFigures(scene.fluid, fluid, world, coupled, ledger)
+    figures = CouplingFigures(scene.fluid, bodies.fluid, world, coupled, bodies.ledger)
     parts = _parts(scene, controls, scoring)
     orders, readings = _boards(scenario, parts)
     return Assembly(
         scenario=scenario,
         fluid=scene.fluid,
         world=world,
-        fluid_participant=fluid,
+        fluid_participant=bodies.fluid,
         coupled=coupled,
         fleet=scene.fleet,
         scoring=scoring,
         remarks=Remarks(scenario, world, scene.left_out, scene.swelling),
         parts=parts,
-        participants=(*fmus, *orders, *controls, fluid, *bodies, *readings),
-        connections=_connections(scenario, coupled, controls),
+        participants=(*fmus, *orders, *controls, *bodies.participants, *readings),
+        connections=_connections(scenario, bodies, controls),
         description=describe_run(scene, text=text, overrides=overrides),
         frame_source=FramePainter(scene, scoring, figures, fmus),
         coupling_figures=figures,
-        exchange=exchange,
-        ledger=ledger,
+        exchange=bodies.exchange,
+        ledger=bodies.ledger,
         fmus=fmus,
     )
 
@@ -163,7 +155,7 @@ def _controls(scene: Scene) -> tuple[VesselControl | ManualControl, ...]:
 
 
 def _parts(scene: Scene, controls: Sequence[VesselControl | ManualControl], scoring: Scoring) -> RunParts:
-    """What signals reach into."""
+    """The parts that signals reach into."""
     return RunParts(
         fluid=scene.fluid,
         world=scene.world,
@@ -183,7 +175,7 @@ def _fmus(scenario: Scenario) -> tuple[FmuParticipant, ...]:
 
 
 def _boards(scenario: Scenario, parts: RunParts) -> tuple[tuple[SignalBoard, ...], tuple[SignalBoard, ...]]:
-    """What takes the signals that FMUs drive, and what gives those that feed them; none without FMUs."""
+    """The board that takes the signals of FMUs, and the board that feeds them; none without FMUs."""
     if not scenario.fmus:
         return (), ()
     signals = signals_of(scenario)
@@ -194,26 +186,11 @@ def _boards(scenario: Scenario, parts: RunParts) -> tuple[tuple[SignalBoard, ...
 
 
 def _connections(
-    scenario: Scenario, coupled: Sequence[str], controls: Sequence[VesselControl | ManualControl]
+    scenario: Scenario, bodies: CoupledBodies, controls: Sequence[VesselControl | ManualControl]
 ) -> tuple[Connection, ...]:
     """Between FMUs and signals, between bodies and fluid, between helmsmen and vessels."""
     fmus = connections_of(scenario.fmus).values()
-    return (*fmus, *_body_connections(coupled), *_vessel_connections(controls))
-
-
-def _body_connections(coupled: Sequence[str]) -> list[Connection]:
-    """Motion to the fluid, wrench to the bodies."""
-    motion = [
-        Connection(source=BODIES, source_variable=f"{name}.{what}", target=FLUID, target_variable=f"{name}.{what}")
-        for name in coupled
-        for what in TO_FLUID
-    ]
-    wrenches = [
-        Connection(source=FLUID, source_variable=f"{name}.wrench", target=BODIES, target_variable=f"{name}.wrench")
-        for name in coupled
-    ]
-    together = Connection(source=BODIES, source_variable="inverse_mass", target=FLUID, target_variable="inverse_mass")
-    return [*motion, *wrenches, *([together] if coupled else [])]
+    return (*fmus, *bodies.connections, *_vessel_connections(controls))
 
 
 def _vessel_connections(controls: Sequence[VesselControl | ManualControl]) -> list[Connection]:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from coupling.participants.fluid import FluidParticipant
+from coupling.assembly import CoupledBodies, couple_world
 from coupling.pybullet_world.attachment_warnings import swelling
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 from coupling.solids.surface_sampling import SurfaceSampling, particles_of, sample_surface
@@ -21,15 +21,14 @@ from scenarios.setup.fluid import build_fluid
 from scenarios.setup.layout import lay_out
 from scenarios.setup.placed_solids import Solid, table_entry
 
-FLUID = "fluid"
-
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Scene:
-    """What a scenario describes, as simulators.
+    """Simulators of everything that a scenario describes.
 
     level: of the still water [m]; solids: all bodies, those of the fleet too; coupled: names of those that exchange motion and
-    wrench with the fluid; tank: the fluid's handle of the tank's sides, None without closed ones; world: None if nothing is coupled;
+    wrench with the fluid, and `bodies` how they do; tank: the fluid's handle of the tank's sides, None without closed ones; world: None if
+    nothing is coupled;
     left_out: what bodies take of the liquid at the start, in words, by region; swelling: how many times its volume the fluid meets of a
     body with parts thinner than a particle, by name.
     """
@@ -41,14 +40,14 @@ class Scene:
     coupled: tuple[str, ...]
     fluid: Fluid
     tank: int | None
-    fluid_participant: FluidParticipant
+    bodies: CoupledBodies
     world: RigidBodyWorld | None
     left_out: Mapping[str, str]
     swelling: Mapping[str, float]
 
     def wrench(self, body: str) -> NDArray[np.float64]:
         """The fluid's wrench (6,) [N, N m] on a body; 0 on one that is not coupled."""
-        return self.fluid_participant.get(f"{body}.wrench") if body in self.coupled else np.zeros(6)
+        return self.bodies.fluid.get(f"{body}.wrench") if body in self.coupled else np.zeros(6)
 
 
 def build_scene(scenario: Scenario) -> Scene:
@@ -67,7 +66,7 @@ def build_scene(scenario: Scenario) -> Scene:
         coupled=coupled,
         fluid=fluid,
         tank=tank,
-        fluid_participant=FluidParticipant(FLUID, fluid, {name: handles[name] for name in coupled}),
+        bodies=couple_world(fluid, {name: handles[name] for name in coupled}, layout.world),
         world=layout.world,
         left_out=layout.left_out,
         swelling={

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from coupling.master.co_simulation import CommunicationPoint
+from coupling.master.observer_dispatch import CommunicationPoint
 from coupling.participant import Causality, Participant
 from recordings.entity_paths import BOOM
 from recordings.frame import (
@@ -48,7 +48,7 @@ class FramePainter:
         self._scoring = scoring
         self._coupling_figures = coupling_figures
         self._fmus = fmus
-        self._figures = RunFigures(scene.fluid, lambda: scene.fluid_participant.report)
+        self._figures = RunFigures(scene.fluid, lambda: scene.bodies.fluid.report)
         self._probes = probe_readings(scene.scenario.probes, scene.fluid, self._pose_and_wrench)
 
     def __call__(self, point: CommunicationPoint) -> Frame:
