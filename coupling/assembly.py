@@ -19,7 +19,7 @@ from functools import partial
 from coupling.master.body_exchange import BodyExchange, BodyInterface, Scheme, require_scheme
 from coupling.master.co_simulation import CoSimulation
 from coupling.master.connection import Connection
-from coupling.master.exchange_ledger import ENERGY_LIMIT, BodyBond, Exchange, ExchangeLedger
+from coupling.master.exchange_ledger import ENERGY_LIMIT, GAUSS_SEIDEL, BodyBond, Exchange, ExchangeLedger
 from coupling.master.fixed_point import Aitken, Iteration
 from coupling.participant import Participant
 from coupling.participants.client_links import ClientLinksParticipant, link_name
@@ -79,7 +79,7 @@ class CoupledBodies:
 
     def co_simulation(self, step_size: float) -> CoSimulation:
         """The run of fluid and bodies alone, in communication steps of `step_size` [s]."""
-        exchange = Exchange(self.exchange, self.ledger)
+        exchange = Exchange(self.exchange, self.ledger) if self.exchange.interfaces else GAUSS_SEIDEL
         return CoSimulation(self.participants, self.connections, step_size, exchange=exchange)
 
 

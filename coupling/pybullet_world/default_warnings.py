@@ -86,7 +86,7 @@ class DefaultsWatch:
 
     def _look_for_gravity(self, gravity: Array) -> None:
         """Bodies and fluid that fall differently."""
-        if not np.allclose(gravity, self._gravity):
+        if not np.array_equal(gravity, self._gravity) and not np.allclose(gravity, self._gravity):
             self._tell(
                 ("gravity", -1),
                 f"gravity is {gravity.tolist()} m/s2 in the client and {self._gravity.tolist()} m/s2 in the fluid; "
