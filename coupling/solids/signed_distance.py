@@ -95,13 +95,13 @@ class SignedDistance:
 
     @staticmethod
     def _nearest_to(tree: _Tree, points: Array) -> Nearest:
-        """Of one closed part; all processors look, each for points of its own."""
+        """Look for the nearest points on one closed part, on all processors, each for points of its own."""
         nearest = Nearest(np.empty(len(points)), np.empty_like(points), np.empty_like(points))
         shares = min(os.cpu_count() or 1, 1 + len(points) // ALONE)
         parts = [slice(len(points) * n // shares, len(points) * (n + 1) // shares) for n in range(shares)]
 
         def look(part: slice) -> None:
-            _query(points[part], *tree, *(found[part] for found in nearest))
+            _query(points[part], tree, Nearest(*(found[part] for found in nearest)))
 
         with ThreadPoolExecutor(shares) as pool:
             list(pool.map(look, parts))  # a list, so that errors come out
@@ -276,8 +276,10 @@ def _nearest_in_leaf(px, py, pz, begin, end, triangle, best, closest):
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _query(points, lower, upper, left, right, start, size, triangle, normal, distance, closest, outward):
-    """Fill distance, closest and outward for every point; the nearer child is looked into first."""
+def _query(points, tree, nearest):
+    """Fill `nearest` for every point (K, 3); the nearer child of the tree is looked into first."""
+    lower, upper, left, right, start, size, triangle, normal = tree
+    distance, closest, outward = nearest
     stack, bound = np.empty(128, np.int64), np.empty(128)
     for k in range(len(points)):
         px, py, pz = points[k, 0], points[k, 1], points[k, 2]

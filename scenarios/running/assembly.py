@@ -10,14 +10,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from coupling.assembly import BODIES, CoupledBodies
 from coupling.master.body_exchange import BodyExchange
-from coupling.master.co_simulation import CoSimulation, FrameSource
+from coupling.master.co_simulation import CoSimulation
 from coupling.master.connection import Connection
-from coupling.master.exchange_ledger import ExchangeLedger
+from coupling.master.exchange_ledger import Exchange, ExchangeLedger
+from coupling.master.observer_dispatch import FrameSource, Watching
 from coupling.observer import Observer
 from coupling.participant import Participant
 from coupling.participants.fluid import FluidParticipant
-from coupling.participants.rigid_bodies import RigidBodyParticipant
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 from oilsim.advance_report import AdvanceReport
 from oilsim.solver import Fluid
@@ -25,10 +26,9 @@ from recordings.frame import RunDescription
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of
 from scenarios.schema.fmu_settings import ORDER_BOARD, READING_BOARD, connections_of
-from scenarios.setup.body_exchange import exchange_of
 from scenarios.setup.fleet import Fleet
 from scenarios.setup.run_description import describe_run
-from scenarios.setup.simulators import FLUID, Simulators, build_simulators
+from scenarios.setup.simulators import Simulators, build_simulators
 from scenarios.signals.signal_participant import SignalBoard
 from scenarios.signals.signal_table import RunParts, signals_of
 from scenarios.signals.weather_inputs import set_wind
@@ -44,9 +44,6 @@ from vessels.manual import ManualControl
 
 if TYPE_CHECKING:
     from coupling.fmu.fmu_participant import FmuParticipant
-
-BODIES = "bodies"
-TO_FLUID = ("pose", "twist", "free_acceleration")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -112,12 +109,8 @@ class Assembly:
             self.participants,
             self.connections,
             self.scenario.run.communication_step,
-            observers=observers,
-            algorithm=self.exchange,
-            ledger=self.ledger,
-            accounts=[self.accounts.advance],
-            frame_source=self.frame_source,
-            run_description=self.description,
+            exchange=Exchange(self.exchange, self.ledger, [self.accounts.advance]),
+            watching=Watching(observers, self.frame_source, self.description),
         )
         self.accounts.coupling.follow(lambda: simulation.wall_seconds)
         return simulation
@@ -130,16 +123,14 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
     """
     fmus = _fmus(scenario)
     simulators = build_simulators(scenario)
-    fluid, world, coupled = simulators.fluid_participant, simulators.world, simulators.coupled
+    bodies, world, coupled = simulators.bodies, simulators.world, simulators.coupled
     scoring = Scoring(scenario, simulators.fluid, world, simulators.fleet, simulators.level)
     controls = _controls(simulators)
-    bodies = (RigidBodyParticipant(BODIES, world, coupled),) if world is not None else ()
-    exchange, ledger = exchange_of(fluid, BODIES, world, coupled, simulators.fluid.config)
     accounts = RunAccounts(
         scoring=scoring,
-        coupling=CouplingAccount(simulators.fluid, fluid, world, coupled, ledger),
+        coupling=CouplingAccount(simulators.fluid, bodies.fluid, world, coupled, bodies.ledger),
         totals=RunTotals(),
-        figures=RunFigures(simulators.fluid, lambda: fluid.report),
+        figures=RunFigures(simulators.fluid, lambda: bodies.fluid.report),
     )
     parts = _parts(simulators, controls, scoring)
     orders, readings = _boards(scenario, parts)
@@ -147,18 +138,18 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
         scenario=scenario,
         fluid=simulators.fluid,
         world=world,
-        fluid_participant=fluid,
+        fluid_participant=bodies.fluid,
         coupled=coupled,
         fleet=simulators.fleet,
         accounts=accounts,
         remarks=Remarks(scenario, world, simulators.left_out, simulators.thin, simulators.notes),
         parts=parts,
-        participants=(*fmus, *orders, *controls, fluid, *bodies, *readings),
-        connections=_connections(scenario, coupled, controls),
+        participants=(*fmus, *orders, *controls, *bodies.participants, *readings),
+        connections=_connections(scenario, bodies, controls),
         description=describe_run(simulators, text=text, overrides=overrides),
         frame_source=FrameReader(simulators, accounts, fmus),
-        exchange=exchange,
-        ledger=ledger,
+        exchange=bodies.exchange,
+        ledger=bodies.ledger,
         fmus=fmus,
     )
 
@@ -206,26 +197,11 @@ def _boards(scenario: Scenario, parts: RunParts) -> tuple[tuple[SignalBoard, ...
 
 
 def _connections(
-    scenario: Scenario, coupled: Sequence[str], controls: Sequence[VesselControl | ManualControl]
+    scenario: Scenario, bodies: CoupledBodies, controls: Sequence[VesselControl | ManualControl]
 ) -> tuple[Connection, ...]:
     """Between FMUs and signals, between bodies and fluid, between helmsmen and vessels."""
     fmus = connections_of(scenario.fmus).values()
-    return (*fmus, *_body_connections(coupled), *_vessel_connections(controls))
-
-
-def _body_connections(coupled: Sequence[str]) -> list[Connection]:
-    """Motion to the fluid, wrench to the bodies."""
-    motion = [
-        Connection(source=BODIES, source_variable=f"{name}.{what}", target=FLUID, target_variable=f"{name}.{what}")
-        for name in coupled
-        for what in TO_FLUID
-    ]
-    wrenches = [
-        Connection(source=FLUID, source_variable=f"{name}.wrench", target=BODIES, target_variable=f"{name}.wrench")
-        for name in coupled
-    ]
-    together = Connection(source=BODIES, source_variable="inverse_mass", target=FLUID, target_variable="inverse_mass")
-    return [*motion, *wrenches, *([together] if coupled else [])]
+    return (*fmus, *bodies.connections, *_vessel_connections(controls))
 
 
 def _vessel_connections(controls: Sequence[VesselControl | ManualControl]) -> list[Connection]:

@@ -9,7 +9,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from coupling.rigid.rigid_body_world import RigidBodyWorld
+from coupling.rigid.rigid_body_world import FRICTION, RigidBodyWorld
 from coupling.solids.surface_sampling import LARGEST, sample_surface
 from scenarios.problems import Problem, ScenarioError
 from scenarios.scenario import Scenario
@@ -137,9 +137,8 @@ def _world(scenario: Scenario, solids: Sequence[Solid], fleet: Fleet, problems: 
             vector(placed.position),
             (x, y, z, w),
             motion=solid.motion,
-            linear_velocity=solid.linear_velocity,
-            angular_velocity=solid.angular_velocity,
-            contact=solid.contact,
+            twist=(*solid.linear_velocity, *solid.angular_velocity),
+            friction=FRICTION if solid.contact else None,
         )
     if any(solid.motion == "free" and solid.contact for solid in solids):
         _add_tank_sides(world, scenario.tank)

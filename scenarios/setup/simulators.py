@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from coupling.participants.fluid import FluidParticipant
+from coupling.assembly import CoupledBodies, couple_world
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 from coupling.solids.surface_sampling import SurfaceSampling, particles_of, sample_surface
 from oilsim.solver import Fluid
@@ -21,17 +21,15 @@ from scenarios.setup.layout import lay_out
 from scenarios.setup.placed_solids import Solid, table_entry
 from scenarios.setup.thin_bodies import thin_bodies
 
-FLUID = "fluid"
-
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Simulators:
-    """The simulators that a scenario describes.
+    """Simulators of everything that a scenario describes.
 
     level: of the still water [m]; solids: all bodies, those of the fleet too; coupled: names of those that exchange motion and
-    wrench with the fluid; tank: the fluid's handle of the tank's sides, None without closed ones; world: None if nothing is coupled;
-    left_out: what bodies take of the liquid at the start, in words, by region; thin: what is to be told of bodies too thin for their
-    particles, by name; notes: what was mended of bodies' meshes, in words.
+    wrench with the fluid, and `bodies` how they do; tank: the fluid's handle of the tank's sides, None without closed ones; world: None
+    if nothing is coupled; left_out: what bodies take of the liquid at the start, in words, by region; thin: what is to be told of bodies
+    too thin for their particles, by name; notes: what was mended of bodies' meshes, in words.
     """
 
     scenario: Scenario
@@ -41,7 +39,7 @@ class Simulators:
     coupled: tuple[str, ...]
     fluid: Fluid
     tank: int | None
-    fluid_participant: FluidParticipant
+    bodies: CoupledBodies
     world: RigidBodyWorld | None
     left_out: Mapping[str, str]
     thin: Mapping[str, str]
@@ -49,7 +47,7 @@ class Simulators:
 
     def wrench(self, body: str) -> NDArray[np.float64]:
         """The fluid's wrench (6,) [N, N m] on a body; 0 on one that is not coupled."""
-        return self.fluid_participant.get(f"{body}.wrench") if body in self.coupled else np.zeros(6)
+        return self.bodies.fluid.get(f"{body}.wrench") if body in self.coupled else np.zeros(6)
 
 
 def build_simulators(scenario: Scenario) -> Simulators:
@@ -68,7 +66,7 @@ def build_simulators(scenario: Scenario) -> Simulators:
         coupled=coupled,
         fluid=fluid,
         tank=tank,
-        fluid_participant=FluidParticipant(FLUID, fluid, {name: handles[name] for name in coupled}),
+        bodies=couple_world(fluid, {name: handles[name] for name in coupled}, layout.world),
         world=layout.world,
         left_out=layout.left_out,
         thin=thin_bodies(solids, samplings, scenario.fluid.particle_spacing),

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from coupling.master.co_simulation import CommunicationPoint
+from coupling.master.observer_dispatch import CommunicationPoint
 from coupling.participant import Causality, Participant
 from recordings.entity_paths import BOOM
 from recordings.frame import (

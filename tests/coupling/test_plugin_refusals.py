@@ -215,7 +215,7 @@ def told_in(world: FluidWorld, steps: int, carried: int | None = None, velocity:
         warnings.simplefilter("always")
         for step in range(steps):
             if carried is not None:
-                client = world._client
+                client = world.client
                 place = (-0.6 + 0.5 / 240.0 * step, 0, 0.5)
                 pybullet.resetBasePositionAndOrientation(carried, place, (0, 0, 0, 1), physicsClientId=client)
                 pybullet.resetBaseVelocity(carried, (velocity, 0, 0), physicsClientId=client)
