@@ -65,7 +65,7 @@ class PressureOperator(System):
     def __init__(self, tools: StepTools, arrays: StepArrays, state: FluidState) -> None:
         self._tools, self._arrays, self._state, self._count = tools, arrays, state, state.awake
         self._filled = state.confinement == Confinement.FILLED
-        self._all = np.arange(self._count, dtype=np.uint32)
+        self._all, self._vectors = np.arange(self._count, dtype=np.uint32), arrays.vectors
         self._push = np.empty((self._count, 3), np.float32) if arrays.lever is not None else None
         self._response = pressure_response(tools, arrays, self._push)
         self._change, self._way = np.empty((2, 3, state.listed), np.float32)
@@ -149,22 +149,13 @@ class PressureOperator(System):
     def _pressure_velocity(self, kappa: Real, chosen: Index) -> None:
         arrays = self._arrays
         self._tools.team.run(
-            pressure_velocity, chosen.size, chosen, arrays.neighborhood, arrays.vectors, arrays.extrapolation, kappa, self._change,
+            pressure_velocity, chosen.size, chosen, arrays.neighborhood, self._vectors, arrays.extrapolation, kappa, self._change,
             self._seen, self._push,
         )  # fmt: skip
 
     def _diverge(self, velocity: Real, rate: Real, chosen: Index) -> None:
-        arrays = self._arrays
-        self._tools.team.run(
-            velocity_divergence,
-            chosen.size,
-            chosen,
-            arrays.neighborhood.fluid,
-            arrays.vectors,
-            velocity,
-            self._seen,
-            rate,
-        )
+        fluid = self._arrays.neighborhood.fluid
+        self._tools.team.run(velocity_divergence, chosen.size, chosen, fluid, self._vectors, velocity, self._seen, rate)
 
 
 class PartialOperator(System):
