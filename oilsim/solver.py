@@ -303,7 +303,9 @@ class Fluid(FluidView):
         budget, arrays = self.tools.budget, self.arrays
         if budget is None:
             return None
-        return budget.close(self._duration, arrays.compression, arrays.near if self.tools.constants.corrected else None)
+        return budget.close(
+            self._duration, arrays.compression, arrays.surface if self.tools.constants.corrected else None
+        )
 
     def close(self) -> None:
         """End the fluid's threads; what it tells stays available."""
