@@ -145,6 +145,7 @@ def _section(section: type[Section], known: set[str]) -> Iterator[str]:
     yield "```"
     rows = [item for item in fields(section) if item.name not in known]
     if rows:
+        yield ""
         yield "| key | value | default |"
         yield "|---|---|---|"
         yield from (_row(section, item) for item in rows)

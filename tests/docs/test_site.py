@@ -26,3 +26,4 @@ def test_site_is_whole_and_loads_nothing_from_elsewhere(tmp_path: Path) -> None:
         link for sheet in tmp_path.rglob("*.css") for link in re.findall(r"url\(\"?(https?://[^)]+)", sheet.read_text())
     }
     assert foreign == set()
+    assert [page.name for page in pages if "<p>|" in page.read_text(encoding="utf-8")] == [], "a table is shown as text"
