@@ -30,7 +30,7 @@ FINEST = 32  # points of the lattice along the body at most
 
 
 def added_mass(boundary: BoundaryParticles, spacing: float, dimension: int, density: float) -> Array:
-    """A (6, 6) [kg, kg m, kg m2] in the body's frame, about its origin, in liquid of `density` [kg/m3; kg/m2 in two dimensions].
+    """Return A (6, 6) [kg, kg m, kg m2] in the body's frame, about its origin, in liquid of `density` [kg/m3; kg/m2 in two dimensions].
 
     The wall particles of `boundary` continue a lattice of `spacing` [m] half a spacing behind the surface.
     """
@@ -54,5 +54,5 @@ def added_mass(boundary: BoundaryParticles, spacing: float, dimension: int, dens
 
 
 def stability_number(added: Array, mass_matrix: Array) -> float:
-    """Largest eigenvalue of M^-1 A [1]: a lagged exchange of forces diverges above 1."""
+    """Return the largest eigenvalue of M^-1 A [1], A and M (6, 6): a lagged exchange of forces diverges above 1."""
     return float(np.abs(np.linalg.eigvals(np.linalg.solve(mass_matrix, added))).max())

@@ -32,12 +32,12 @@ def _choose(order, start, neighbor, chosen):
 
 
 def random_distance(pitch: float) -> float:
-    """Least distance [m] at which random choice leaves one point per pitch^2 of a surface."""
+    """Return the least distance [m] at which random choice leaves one point per pitch^2 of a surface."""
     return math.sqrt(PACKING) * pitch
 
 
 def choose_apart(candidates: Array, least: float, ordered: int = 0) -> Integers:
-    """Indices of candidates (K, 3) that are `least` [m] or more apart and leave no room for another.
+    """Return the indices of candidates (K, 3) [m] that are `least` [m] or more apart and leave no room for another.
 
     The first `ordered` of them are asked first and in their order, the others in a fixed random one (Poisson-disk choice).
     """
@@ -54,7 +54,7 @@ def choose_apart(candidates: Array, least: float, ordered: int = 0) -> Integers:
 
 
 def push_apart(points: Array, distance: float) -> Array:
-    """Displacements (N, 3) [m] that even the points out: sum over neighbours nearer than 1.5 `distance` of
+    """Return displacements (N, 3) [m] that even the points (N, 3) [m] out: sum over neighbours nearer than 1.5 `distance` of
     0.15 `distance` (1 - r / (1.5 distance))^2 along the line between them."""
     reach = 1.5 * distance
     pairs = cKDTree(points).query_pairs(reach, output_type="ndarray")

@@ -1,4 +1,4 @@
-"""Edges and corners of the surface a given depth below a mesh: where its points must lie for a solid to keep its edges.
+"""Edges and corners of the surface a given depth below a mesh: points must lie there for a solid to keep its edges.
 
 Points spread evenly over the inset surface of a box leave its edges to chance; the kernel's integral in front of an edge is
 then off by a tenth. A point at depth h below an edge between faces of normals n and m is e - h (n + m) / (1 + n . m); one
@@ -21,12 +21,12 @@ ROUND = 0.3  # smallest over largest singular value of the normals at a corner; 
 
 
 def convex_edges(mesh: trimesh.Trimesh) -> Flags:
-    """Which pairs of adjacent faces of the mesh meet in a sharp convex edge."""
+    """Return which pairs (A,) of adjacent faces of the mesh meet in a sharp convex edge."""
     return np.asarray((mesh.face_adjacency_angles > SHARP) & mesh.face_adjacency_convex)
 
 
 def sharp_edges(mesh: trimesh.Trimesh, step: float) -> tuple[Array, Array]:
-    """Points (K, 3) about `step` [m] apart along sharp convex edges, and per point the way to depth 1 below both faces."""
+    """Return points (K, 3) [m] about `step` [m] apart along sharp convex edges, and per point the way to depth 1 below both faces."""
     sharp = convex_edges(mesh)
     ends = np.asarray(mesh.vertices)[np.asarray(mesh.face_adjacency_edges)[sharp]]
     first, second = (np.asarray(mesh.face_normals)[mesh.face_adjacency[sharp, side]] for side in (0, 1))
@@ -41,7 +41,10 @@ def sharp_edges(mesh: trimesh.Trimesh, step: float) -> tuple[Array, Array]:
 
 
 def inset_ridges(mesh: trimesh.Trimesh, solid: SignedDistance, depth: float, step: float) -> tuple[Array, Array]:
-    """Corners (K, 3) and edge points (L, 3), about `step` apart, of the surface `depth` [m] below the mesh, where `solid` looks."""
+    """Return corners (K, 3) and edge points (L, 3) [m], about `step` apart, of the surface `depth` [m] below the mesh.
+
+    Those outside the box in which `solid` looks are left out.
+    """
     edge, inward = sharp_edges(mesh, step)
     corner, way = _corners(mesh)
     ridges = []

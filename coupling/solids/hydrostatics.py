@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, kw_only=True)
 class Hydrostatics:
-    """What a hull displaces at one waterplane, in the coordinates of its mesh (z up).
+    """Volume and waterplane of a hull at one draft, in the coordinates of its mesh (z up).
 
     displaced_volume [m3]; center_of_buoyancy (3,) [m]; waterplane_area [m2]; waterplane_center (2,) [m],
     0 where there is no waterplane;
@@ -42,11 +42,11 @@ class Hydrostatics:
 
 
 def hydrostatics(mesh: trimesh.Trimesh, waterline: float) -> Hydrostatics:
-    """Hydrostatics of a watertight mesh floating with the plane z = waterline [m] as the still-water surface.
+    """Return the hydrostatics of a watertight mesh that floats with the plane z = waterline [m] as the still-water surface.
 
     With z' = z - waterline and the outward surface element n dS of the wetted triangles:
     V = int z' n_z dS, V x_B = int x z' n_z dS, V z'_B = int z'^2 / 2 n_z dS, A = -int n_z dS,
-    I_roll = -int y^2 n_z dS - A y_c^2 (and x for pitch).
+    I_roll = -int y^2 n_z dS - A y_c^2 (and x for pitch). Raises ValueError for an open mesh and a waterline below it.
     """
     if not mesh.is_watertight:
         raise ValueError("mesh is not watertight: its displaced volume is undefined, a closed surface is needed")
@@ -77,7 +77,10 @@ def hydrostatics(mesh: trimesh.Trimesh, waterline: float) -> Hydrostatics:
 
 
 def waterline_for_volume(mesh: trimesh.Trimesh, displaced_volume: float) -> float:
-    """Height z [m] of the waterplane at which the upright mesh displaces `displaced_volume` [m3], by bisection."""
+    """Return the height z [m] of the waterplane at which the upright mesh displaces `displaced_volume` [m3], by bisection.
+
+    Raises ValueError for a volume that is not between 0 and the mesh's.
+    """
     if not 0.0 < displaced_volume < mesh.volume:
         raise ValueError(
             f"displaced volume {displaced_volume:g} m3 must lie between 0 and the mesh's {mesh.volume:g} m3"

@@ -72,15 +72,15 @@ class SignedDistance:
 
     @property
     def is_union(self) -> bool:
-        """Whether there are several closed parts, which may overlap."""
+        """Return whether there are several closed parts, which may overlap."""
         return len(self._trees) > 1
 
     def holds(self, points: Array) -> npt.NDArray[np.bool_]:
-        """Which of the points (K, 3) lie where `lattice` looks."""
+        """Return which of the points (K, 3) [m] lie where `lattice` looks."""
         return np.asarray(((points >= self.lower) & (points <= self.upper)).all(axis=1))
 
     def nearest(self, points: Array) -> Nearest:
-        """Distance, closest point and normal for points (K, 3)."""
+        """Return distance, closest point and normal for points (K, 3) [m]."""
         points = np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 3)
         nearest = self._nearest_to(self._trees[0], points)
         for tree in self._trees[1:]:
@@ -108,11 +108,11 @@ class SignedDistance:
         return nearest
 
     def phi(self, points: Array) -> Array:
-        """Signed distance (K,) [m]."""
+        """Return the signed distance (K,) [m] of points (K, 3) [m]."""
         return self.nearest(points).distance
 
     def phi_and_outward(self, points: Array) -> tuple[Array, Array]:
-        """Signed distance (K,) [m] and its unit gradient (K, 3); the surface normal for points on the surface itself."""
+        """Return the signed distance (K,) [m] and its unit gradient (K, 3); the surface normal for points on the surface itself."""
         nearest = self.nearest(points)
         away = points - nearest.point
         length = np.linalg.norm(away, axis=1)
@@ -121,7 +121,7 @@ class SignedDistance:
         return nearest.distance, np.where((length > scale)[:, None], away, nearest.normal)
 
     def lattice(self, step: float, low: float, high: float) -> tuple[Array, Array]:
-        """All points (K, 3) of the cubic lattice with `step` [m] (cell centres) where low <= phi <= high, and phi (K,).
+        """Return all points (K, 3) [m] of the cubic lattice with `step` [m] (cell centres) where low <= phi <= high, and phi (K,).
 
         Found by halving cells: phi changes by no more than a cell's half diagonal within it.
         """
@@ -276,10 +276,10 @@ def _nearest_in_leaf(px, py, pz, begin, end, triangle, best, closest):
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _query(points, tree, nearest):
-    """Fill `nearest` for every point (K, 3); the nearer child of the tree is looked into first."""
+def _query(points, tree, found):
+    """Fill `found` for every point (K, 3); the nearer child is looked into first."""
     lower, upper, left, right, start, size, triangle, normal = tree
-    distance, closest, outward = nearest
+    distance, closest, outward = found
     stack, bound = np.empty(128, np.int64), np.empty(128)
     for k in range(len(points)):
         px, py, pz = points[k, 0], points[k, 1], points[k, 2]
@@ -291,11 +291,11 @@ def _query(points, tree, nearest):
             if bound[depth] >= best:
                 continue
             if left[node] < 0:
-                found, face, feature = _nearest_in_leaf(
+                gap2, face, feature = _nearest_in_leaf(
                     px, py, pz, start[node], start[node] + size[node], triangle, best, closest[k]
                 )
                 if face >= 0:
-                    best, best_face, best_feature = found, face, feature
+                    best, best_face, best_feature = gap2, face, feature
                 continue
             near, far = left[node], right[node]
             near_bound = _box_distance2(px, py, pz, lower, upper, near)

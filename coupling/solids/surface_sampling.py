@@ -84,12 +84,12 @@ class _Layer:
 def boundary_particles(
     name: str, mesh: trimesh.Trimesh, particle_spacing: float, *, no_slip: bool = False
 ) -> BoundaryParticles:
-    """Wall particles of a closed mesh, in the coordinates of the mesh, ready for `Fluid.add_boundary`."""
+    """Return wall particles of a closed mesh, in its coordinates [m], ready for `Fluid.add_boundary`; errors as of `sample_surface`."""
     return particles_of(name, sample_surface(mesh, particle_spacing), no_slip=no_slip)
 
 
 def particles_of(name: str, sampling: SurfaceSampling, *, no_slip: bool = False) -> BoundaryParticles:
-    """Wall particles from a sampling; bodies of one shape share the sampling."""
+    """Return wall particles from a sampling, in its coordinates [m]; bodies of one shape share the sampling."""
     return BoundaryParticles(
         name=name, position=sampling.position, volume=sampling.volume, area=sampling.area, no_slip=no_slip
     )
@@ -98,24 +98,16 @@ def particles_of(name: str, sampling: SurfaceSampling, *, no_slip: bool = False)
 def sample_surface(
     mesh: trimesh.Trimesh, particle_spacing: float, *, minimum_thickness: float | None = None, within: Box | None = None
 ) -> SurfaceSampling:
-    """Sample a closed mesh for particles of spacing d [m]; parts thinner than `minimum_thickness` (d) count as that thick.
+    """Sample the surface of a solid for particles of spacing d [m]; parts thinner than `minimum_thickness` (d) count as that thick.
 
-    `within`: lower and upper corner (3,) [m] of the box that is sampled, of a solid far larger than the fluid; None: all of it.
-    ValueError for an impossible spacing or thickness, a mesh that is no closed solid with normals outwards or one of more than LARGEST
-    particles, UnresolvedSolidError for one smaller than a particle.
+    The mesh is read as `solid_mesh` says, its hollows are sampled too, and what was mended is told as a warning. `within`: lower and upper
+    corner (3,) [m] of the box that is sampled, of a solid far larger than the fluid; None: all of it. Raises ValueError for an impossible
+    spacing or thickness, a mesh that is no solid and one of more than LARGEST particles, UnresolvedSolidError for one smaller than a
+    particle.
     """
     spacing = particle_spacing
     thickness = spacing if minimum_thickness is None else minimum_thickness
-    if not (np.isfinite(spacing) and spacing > 0.0):
-        raise ValueError(f"particle_spacing is {spacing} m, allowed: above 0")
-    if not 0.0 <= thickness <= spacing:
-        raise ValueError(f"minimum_thickness is {thickness} m, allowed: 0 to the particle spacing, {spacing} m")
-    mesh = told_solid(mesh).mesh
-    count = float(mesh.area) / spacing**2
-    if within is None and count > LARGEST:
-        raise ValueError(
-            f"mesh of size {mesh.extents} m takes {count:.3g} wall particles of {spacing} m, allowed: {LARGEST:g}; scale it down"
-        )
+    mesh = _sampled_solid(mesh, spacing, thickness, within)
     solid = SignedDistance(mesh, within)
     layer = _find_layer(mesh, solid, spacing)
     outer, is_middle = _spread(solid, layer, spacing)
@@ -136,6 +128,21 @@ def sample_surface(
         thinnest_plate=thinnest_plate(solid, spacing),
         particle_spacing=spacing,
     )
+
+
+def _sampled_solid(mesh: trimesh.Trimesh, spacing: float, thickness: float, within: Box | None) -> trimesh.Trimesh:
+    """The mesh as a solid; ValueError for what cannot be sampled."""
+    if not (np.isfinite(spacing) and spacing > 0.0):
+        raise ValueError(f"particle_spacing is {spacing} m, allowed: above 0")
+    if not 0.0 <= thickness <= spacing:
+        raise ValueError(f"minimum_thickness is {thickness} m, allowed: 0 to the particle spacing, {spacing} m")
+    solid = told_solid(mesh, stacklevel=4).mesh
+    count = float(solid.area) / spacing**2
+    if within is None and count > LARGEST:
+        raise ValueError(
+            f"mesh of size {solid.extents} m takes {count:.3g} wall particles of {spacing} m, allowed: {LARGEST:g}; scale it down"
+        )
+    return solid
 
 
 class _SwollenSolid:

@@ -1,4 +1,4 @@
-"""What wall particles stand for: a solid cut into shells one spacing d thick, and each shell into cells of the nearest point.
+"""The share of a solid that each wall particle stands for: shells one spacing d thick, cut into cells of the nearest point.
 
     shell 1   depth 0 to d, stood for by the outer layer of points
     shell 2   depth d to 2 d, stood for by the inner layer; by the outer one where the solid is too thin for another
@@ -55,8 +55,10 @@ class Shells:
         self._volume = self.cell_volume * np.concatenate([self.outer[near], self.inner[deep]])
 
     def settle(self, outer: Array, inner: Array, held: Flags, rounds: int) -> tuple[Array, Array, Array]:
-        """Outer and inner points moved to their cells' centroids `rounds` times, but for `held` outer ones; and the volumes
-        of their cells (M,) [m3], outer ones first."""
+        """Move outer (N, 3) and inner (K, 3) points [m] to their cells' centroids `rounds` times, but for `held` outer ones.
+
+        Returns outer points, inner points and the volumes of their cells (N + K,) [m3], outer ones first.
+        """
         points, count = np.concatenate([outer, inner]), len(outer)
         free = np.concatenate([~held, np.ones(len(inner), dtype=bool)])
         for _ in range(rounds):
