@@ -56,7 +56,7 @@ radius = 0.15
 density = 600.0
 position = [0.5, 0.5, 0.7]
 
-[probe_settings.ball]
+[probes.ball]
 kind = "body"
 body = "ball"
 ```
