@@ -1,9 +1,9 @@
-"""Which oil a towed boom holds, and by which way the rest was lost.
+"""Containment: which oil a towed boom holds, and how it loses the rest.
 
-Resolved by the particles, and only classified here: what flows under the skirt, over the top, around the ends or
-through the line of the boom, for parcels of at least one particle. Modelled, and given as numbers only: droplets torn
-off the oil's head wave, whose critical wavelength 2 pi sqrt(sigma / (g delta rho)) of 21-41 mm is finer than the
-particles; `droplet_onset_speed` tells from which speed on they are to be expected, and no volume is removed for them.
+The particles resolve the flow of oil under the skirt, over the top, around the ends and through the line of the boom, for parcels of
+at least one particle; this module only classifies it. Entrainment of droplets from the oil's head wave is modelled: its critical
+wavelength 2 pi sqrt(sigma / (g delta rho)), 21 to 41 mm, is finer than the particles. `booms.scores.droplet_onset_speed` gives the
+speed from which droplets are to be expected; no volume is removed for them.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 PRACTICE_SPEED = 0.7 * 1852.0 / 3600.0
-"""Speed normal to a boom, 0.7 knots [m/s], above which oil is lost in practice."""
+"""Speed normal to a boom, 0.7 knots [m/s], above which booms lose oil in practice."""
 
 
 class Cause(IntEnum):
-    """How oil left the boom; see `ContainmentTracker`."""
+    """The ways in which oil leaves a boom; `ContainmentTracker` has the rules."""
 
     ENTRAINMENT = 0
     DRAINAGE = 1
@@ -43,7 +43,7 @@ MODELLED = "droplet entrainment: onset speed only, no volume"
 
 
 class _Fate(IntEnum):
-    """Where a particle stands in the account."""
+    """State of a particle in the account."""
 
     FREE = 0
     RETAINED = 1
@@ -52,13 +52,19 @@ class _Fate(IntEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class ContainmentOptions:
-    """What the account goes by.
+    """The limits by which oil is judged to be held or lost.
 
-    skirt_depth, freeboard [m] of the boom at its design waterline; particle_volume [m3]; hysteresis [m]: how far past
-    the boom's line a particle must be to count as lost, or as back inside; one particle spacing is sensible.
-    entrainment_speed [m/s] normal to the boom: 0.7 knots in practice; at a model scale, sqrt(scale) times that.
-    viscous_limit [m2/s]: kinematic viscosity above which oil fails by critical accumulation (3000 cSt).
-    planing_angle [rad]: lean of the skirt from which the boom is said to plane.
+    skirt_depth, freeboard [m]  of the boom at its design waterline
+    particle_volume [m3]        volume of one oil particle
+    hysteresis [m]              distance past the boom's line from which a particle counts as lost, or as back inside; one particle spacing
+                                is sensible
+    kinematic_viscosity [m2/s]  viscosity of the oil
+    entrainment_speed [m/s]     speed normal to the boom above which droplets are entrained: 0.7 knots in practice, sqrt(scale) times that
+                                at a model scale
+    viscous_limit [m2/s]        kinematic viscosity above which oil fails by critical accumulation (3000 cSt)
+    planing_angle [rad]         lean of the skirt from which the boom counts as planing
+
+    Raises ValueError for a size or speed that is not above 0.
     """
 
     skirt_depth: float
@@ -78,10 +84,10 @@ class ContainmentOptions:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BoomState:
-    """Where the boom is: S segments from the first end to the second.
+    """Position and motion of a boom's S segments, from the first end to the second.
 
-    position (S, 3) of the centres of mass [m], orientation (S, 4) xyzw, velocity (S, 3) [m/s]; joint_points (2, 3):
-    ends of a segment in its body frame [m]; waterline [m]: of the design waterplane above the centre of mass.
+    position (S, 3) [m] of the centres of mass; orientation (S, 4) xyzw; velocity (S, 3) [m/s]; joint_points (2, 3) [m], the two ends of a
+    segment in its body frame; waterline [m], height of the design waterplane above the centre of mass.
     """
 
     position: Array
@@ -91,33 +97,33 @@ class BoomState:
     waterline: float
 
     def line(self) -> Array:
-        """The boom's line in plan, (S + 1, 2): its ends and its joints, each the mean of the two that meet there."""
+        """Return the boom's line in plan (S + 1, 2) [m]: its ends and its joints, each the mean of the two segment ends that meet there."""
         first, last = (_rotate(self.orientation, point) + self.position for point in self.joint_points)
         inner = 0.5 * (last[:-1] + first[1:])
         return np.concatenate([first[:1], inner, last[-1:]])[:, :2]
 
     def normal(self) -> Array:
-        """Horizontal unit normals (S, 2) of the segments, to the right of their direction: out of the U."""
+        """Compute the horizontal unit normals (S, 2) of the segments; they point to the right of the line's direction, out of the U."""
         along = np.diff(self.line(), axis=0)
         along /= np.linalg.norm(along, axis=1)[:, None]
         return np.stack([along[:, 1], -along[:, 0]], axis=1)
 
     def normal_flow(self, current: Array) -> Array:
-        """Velocity (S,) [m/s] of each segment through the water along its normal: (v - current) . n; current (2,)."""
+        """Compute the velocity (S,) [m/s] of each segment through the water along its normal, (v - current) . n; current (2,) [m/s]."""
         relative = self.velocity[:, :2] - np.asarray(current)[:2]
         return np.asarray((relative * self.normal()).sum(axis=1))
 
     def normal_speed(self, current: Array) -> Array:
-        """Speed (S,) [m/s] at which water meets each segment along its normal, now."""
+        """Compute the speed (S,) [m/s] at which the water meets each segment along its normal, now; current (2,) [m/s]."""
         return np.abs(self.normal_flow(current))
 
     def skirt_angle(self) -> Array:
-        """Lean (S,) [rad] of the skirt from the vertical: angle between the body's z axis and the world's."""
+        """Compute the lean (S,) [rad] of the skirt: the angle between the body's z axis and the vertical."""
         x, y = self.orientation[:, 0], self.orientation[:, 1]
         return np.arccos(np.clip(1.0 - 2.0 * (x * x + y * y), -1.0, 1.0))
 
     def heights(self, freeboard: float, skirt_depth: float) -> tuple[Array, Array]:
-        """Heights (S,) [m] in the world of the top of the float and of the skirt's foot, at the segments' middles."""
+        """Compute the heights (S,) [m] of the float's top and of the skirt's foot in the world, at the middles of the segments."""
         up = np.cos(self.skirt_angle())
         return (
             self.position[:, 2] + up * (self.waterline + freeboard),
@@ -126,7 +132,7 @@ class BoomState:
 
     @property
     def gap_ratio(self) -> float:
-        """Distance of the ends / length of the boom."""
+        """Distance between the ends / length of the boom [-]."""
         line = self.line()
         length = np.linalg.norm(np.diff(line, axis=0), axis=1).sum()
         return float(np.linalg.norm(line[-1] - line[0]) / length)
@@ -134,12 +140,15 @@ class BoomState:
 
 @dataclass(frozen=True, kw_only=True)
 class ContainmentReport:
-    """The account at one time; volumes in m3.
+    """The account of a boom at one time [s]; volumes in m3.
 
-    inside, outside: of all oil in the water, by plan view; retained, free, lost: by history (free oil never was
-    inside); removed: left the simulated water since it was first seen; recovered: lost once and taken back, summed
-    over time; lost_by_cause: of the oil that is lost now. normal_speed, skirt_angle: largest over the boom;
-    effective_draft: smallest [m].
+    inside, outside       all oil in the water, by its place in plan
+    retained, free, lost  the oil by its history; free oil has never been inside
+    removed               oil that has left the simulated water without being lost
+    recovered             oil that was lost and taken back, summed over time
+    lost_by_cause         the oil that is lost now, by cause
+    normal_speed [m/s], skirt_angle [rad]  largest along the boom
+    effective_draft [m]   smallest along the boom; gap_ratio [-]
     """
 
     time: float
@@ -157,7 +166,7 @@ class ContainmentReport:
     skirt_angle: float
 
     def scalars(self) -> dict[str, float]:
-        """The account by name, for a recording."""
+        """List the account's numbers by the names that they have in a recording."""
         names = ("retained", "free", "lost", "removed", "recovered", "inside", "outside")
         values = {f"metrics/oil_{name}": float(getattr(self, name)) for name in names}
         values |= {f"metrics/oil_lost/{cause}": volume for cause, volume in self.lost_by_cause.items()}
@@ -167,8 +176,10 @@ class ContainmentReport:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Standing:
-    """Where the particles stand that are held or lost: ids (N,), increasing; retained (N,); lost_at (N,) [s], -inf unless lost; cause (N,)
-    of those lost."""
+    """The particles that a boom holds or has lost.
+
+    ids (N,), increasing; retained (N,); lost_at (N,) [s], -inf for particles that are not lost; cause (N,), valid for lost particles.
+    """
 
     ids: NDArray[np.int64]
     retained: NDArray[np.bool_]
@@ -180,20 +191,20 @@ _BY_PARTICLE = ("_fate", "_was_inside", "_cause", "_known", "_lost_at")
 
 
 class ContainmentTracker:
-    """Keeps the account of every oil particle by its id, from update to update.
+    """The account of every oil particle by its id, from update to update.
 
-    A particle is inside if it lies in the polygon of the boom's line closed across the gap. It is retained once it is
-    inside, lost once it is outside by more than the hysteresis, retained again once it is back by as much. The cause is
-    settled when it crosses the line, by the edge it is nearest to then, and stands when it gets far enough away:
+    A particle is inside if it lies in the polygon of the boom's line, closed across the gap. It is retained once it is inside. It is lost
+    once it is farther outside than the hysteresis, and retained again once it is that far inside. The cause is chosen when the particle
+    crosses the line, by the edge that it is nearest to, and becomes final when the particle is lost:
 
     - across the gap: AROUND_ENDS;
-    - under the skirt's foot, by the first that applies: PLANING, the skirt leans beyond planing_angle;
-      CRITICAL_ACCUMULATION, oil beyond viscous_limit; DRAINAGE, retained oil reaches down to the foot or the speed
+    - under the skirt's foot, by the first rule that applies: PLANING, if the skirt leans more than planing_angle;
+      CRITICAL_ACCUMULATION, if the oil is more viscous than viscous_limit; DRAINAGE, if retained oil reaches down to the foot or the speed
       normal to the segment is below the entrainment speed; else ENTRAINMENT;
-    - higher up: SUBMERGENCE, the segment's top is below the still-water level; SPLASH_OVER, above the top; else THROUGH
-      (a leak at a joint).
+    - higher up: SUBMERGENCE, if the segment's top is below the still-water level; SPLASH_OVER, if the particle is above the top; else
+      THROUGH (a leak at a joint).
 
-    Half a hysteresis is granted at the foot and the top, since a particle has a size.
+    Foot and top have a tolerance of half a hysteresis, because a particle has a size.
     """
 
     def __init__(self, options: ContainmentOptions) -> None:
@@ -202,7 +213,7 @@ class ContainmentTracker:
         self._was_inside = np.zeros(0, dtype=np.bool_)
         self._cause = np.zeros(0, dtype=np.int8)
         self._known = np.zeros(0, dtype=np.bool_)
-        self._lost_at = np.zeros(0)  # [s], of those that are lost
+        self._lost_at = np.zeros(0)  # [s], valid for lost particles
         self._recovered = 0
 
     def update(
@@ -215,7 +226,7 @@ class ContainmentTracker:
         water_level: float,
         current: tuple[float, float] = (0.0, 0.0),
     ) -> ContainmentReport:
-        """Take oil particles (N, 3) [m] with their ids (N,) into the account at `time` [s]."""
+        """Bring the account to `time` [s] with the oil particles in the water: position (N, 3) [m], ids (N,)."""
         index = ids.astype(np.int64)
         self._make_room(index)
         points = np.asarray(position, dtype=np.float64)
@@ -227,7 +238,7 @@ class ContainmentTracker:
         return self._report(time, index, inside, boom, water_level, np.array(current))
 
     def standing(self) -> Standing:
-        """Where the particles stand that are held or lost: of those in a sea few are."""
+        """Return the fates of the particles that are held or lost; in a sea these are few."""
         ids = np.flatnonzero(self._fate != _Fate.FREE)
         fate, lost_at = self._fate[ids], self._lost_at[ids]
         return Standing(
@@ -238,17 +249,17 @@ class ContainmentTracker:
         )
 
     def save_state(self) -> dict[str, object]:
-        """Everything needed to go on from here."""
+        """Return copies of everything that is needed to continue from here."""
         arrays = {name: getattr(self, name).copy() for name in _BY_PARTICLE}
         return {**arrays, "_recovered": self._recovered}
 
     def restore_state(self, state: Mapping[str, object]) -> None:
-        """Go back to what `save_state` returned."""
+        """Go back to a state that `save_state` returned."""
         for name, value in state.items():
             setattr(self, name, value.copy() if isinstance(value, np.ndarray) else value)
 
     def _make_room(self, index: NDArray[np.int64]) -> None:
-        """Let the account reach up to the largest id."""
+        """Extend the account up to the largest id."""
         missing = (int(index.max()) + 1 if len(index) else 0) - len(self._fate)
         if missing > 0:
             for name in _BY_PARTICLE:
@@ -279,7 +290,7 @@ class ContainmentTracker:
         self._cause[index[crossed]] = _causes(crossings, boom, water_level, current, self.options)
 
     def _pool_bottom(self, pool: Array, boom: BoomState, water_level: float) -> Array:
-        """Height (S,) [m] down to which retained oil reaches at each segment: 5 % of what is near lies lower."""
+        """Return the height (S,) [m] down to which retained oil reaches at each segment: the 5 % quantile of the oil nearby."""
         bottom = np.full(len(boom.position), water_level)
         reach = 2.0 * self.options.hysteresis + 0.5 * np.linalg.norm(boom.joint_points[1] - boom.joint_points[0])
         for k, center in enumerate(boom.position[:, :2]):
@@ -310,7 +321,7 @@ class ContainmentTracker:
         water_level: float,
         current: Array,
     ) -> ContainmentReport:
-        """Volumes and the boom's shape now; lost particles stay in the account when they leave the water."""
+        """Report volumes and the boom's shape now; lost particles stay in the account when they leave the water."""
         volume, options = self.options.particle_volume, self.options
         lost = self._known & (self._fate == _Fate.LOST)
         present = np.zeros(len(self._fate), dtype=np.bool_)
@@ -336,7 +347,7 @@ class ContainmentTracker:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Crossings:
-    """Particles that have just crossed the line: height [m], edge they crossed, bottom of the pool there [m]."""
+    """Particles that have just crossed the line: height [m], the edge they crossed, and the bottom [m] of the pool there."""
 
     height: Array
     edge: NDArray[np.int64]
@@ -346,7 +357,7 @@ class _Crossings:
 def _causes(
     crossings: _Crossings, boom: BoomState, water_level: float, current: Array, options: ContainmentOptions
 ) -> NDArray[np.int8]:
-    """Cause of each crossing, by the rules of `ContainmentTracker`."""
+    """Choose the cause of each crossing by the rules of `ContainmentTracker`."""
     segment = np.minimum(crossings.edge, len(boom.position) - 1)
     top, foot = (height[segment] for height in boom.heights(options.freeboard, options.skirt_depth))
     grace = 0.5 * options.hysteresis
@@ -367,10 +378,10 @@ def _causes(
 
 
 def signed_distance(points: Array, line: Array) -> tuple[Array, NDArray[np.int64]]:
-    """Distance (N,) [m] of points (N, 2) to the polygon of `line` (K, 2), closed; positive inside; and nearest edge.
+    """Compute the distance (N,) [m] of points (N, 2) [m] from the closed polygon `line` (K, 2) [m], positive inside; and the nearest edge.
 
-    Edge k runs from vertex k to k + 1; the last, K - 1, closes the polygon across the gap. Inside by the crossing
-    number. Of two edges at the same distance (a corner) the later one is taken, so that ends belong to the gap.
+    Edge k runs from vertex k to k + 1; the last, K - 1, closes the polygon across the gap. The crossing number decides which points are
+    inside. If two edges are equally near (at a corner), the later one is taken, so that the ends belong to the gap.
     """
     distance = np.empty(len(points))
     edge = np.empty(len(points), dtype=np.int64)
@@ -402,6 +413,6 @@ def _signed_distance(points: Array, line: Array, distance: Array, edge: NDArray[
 
 
 def _rotate(orientation: Array, vector: Array) -> Array:
-    """A body vector (3,) in the world for orientations (S, 4): v + 2 q x (q x v + w v)."""
+    """Rotate a body vector (3,) into the world for orientations (S, 4): v + 2 q x (q x v + w v)."""
     axis, w = orientation[:, :3], orientation[:, 3:]
     return vector + 2.0 * np.cross(axis, np.cross(axis, vector) + w * vector)
