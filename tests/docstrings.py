@@ -52,7 +52,7 @@ VERBS = frozenset(
     emit empty encode end enforce enter enumerate erase estimate evaluate examine exchange execute exit expand explain export express
     extend extrapolate extract fail fill filter find finish fit flag flush follow forget form format free freeze gather generate get
     give go grade group grow guess handle hash hold identify ignore import increase initialize insert integrate interpolate intersect
-    introduce invert iterate join keep label lay lead leave let limit link list load locate lock log look loop lower make map mark match
+    introduce invert iterate join judge keep label lay lead leave let limit link list load locate lock log look loop lower make map mark match
     measure merge mesh mirror move multiply name normalize note notify observe obtain offer open order orient paint pair parse pass pause
     perform pick place plan plot point predict prepare prescribe preserve print process produce project propose provide publish pull
     push put raise read rebuild recompute record reduce refer refine refresh refuse register reject relax release remember remove
