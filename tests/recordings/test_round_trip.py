@@ -154,5 +154,5 @@ def test_unwritable_path_is_one_clear_error(tmp_path: Path) -> None:
 
 
 def test_missing_recording_is_one_clear_error(tmp_path: Path) -> None:
-    with pytest.raises(RecordingError, match=r"nothing.rrd: no such file"):
+    with pytest.raises(RecordingError, match=r"nothing.rrd: does not exist"):
         Replay(tmp_path / "nothing.rrd")

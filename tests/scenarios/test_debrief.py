@@ -268,7 +268,7 @@ def test_a_boom_that_met_no_oil_is_debriefed_without_a_word_on_what_it_held(free
     assert re.search(r'<td class="n">–</td>.*?<td class="v none">not told</td>', page, re.DOTALL)
     saved = json.loads((tmp_path / "out" / "grade.json").read_text())
     assert saved["main"]["findings"]["held"]["verdict"] is None
-    assert "Left the simulated water without being lost" in page
+    assert "Left the simulated area without being lost" in page
 
 
 def test_a_run_without_booms_is_debriefed_without_a_grade(tmp_path: Path) -> None:
@@ -323,4 +323,4 @@ def test_bad_input_is_one_clear_error(
     monkeypatch.chdir(recording.parent)
     assert main(arguments) == 2
     said = capsys.readouterr().err
-    assert "allowed" in said or "no such file" in said or "cannot be written" in said
+    assert "allowed" in said or "does not exist" in said or "cannot be written" in said

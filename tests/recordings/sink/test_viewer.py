@@ -21,7 +21,7 @@ def test_no_screen_is_one_clear_error(record: Callable[..., Path], monkeypatch: 
 
 
 def test_no_recording_is_one_clear_error(tmp_path: Path) -> None:
-    with pytest.raises(RecordingError, match="no such file"):
+    with pytest.raises(RecordingError, match="does not exist"):
         open_viewer(tmp_path / "nothing.rrd")
 
 

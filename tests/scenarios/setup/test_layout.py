@@ -82,7 +82,7 @@ def test_liquid_that_bodies_take_the_place_of_is_told_once_and_not_counted() -> 
     assert cost.particles["water"] < 400
     water, oil = assembly.remarks.look(None)
     taken = 32 - counts["brent"]
-    assert oil.text == f"fill.slick: {taken} l of its 32 l lie in bodies, or right at them, and are left out"
+    assert oil.text == f"fill.slick: {taken} litres of its 32 litres lie in bodies, or right at them, and are left out"
     assert (water.level, oil.level) == ("info", "warning")
     assert water.text.startswith(f"fill.pool: {400 - counts['water']} l of its 400 l")
     assert assembly.remarks.look(None) == []
@@ -96,7 +96,7 @@ def test_check_says_what_bodies_take_and_refuses_what_run_does(
     assert main(["check", str(file)]) == 0
     said = " ".join(capsys.readouterr().out.split())
     assert "fill.slick: " in said
-    assert "l of its 32 l lie in bodies, or right at them, and are left out" in said
+    assert "litres of its 32 litres lie in bodies, or right at them, and are left out" in said
     file.write_text(TANK + ball(0.15, (0.5, 0.5, 0.05), "free"))
     assert main(["check", str(file)]) == 2
     assert "bodies.ball has body 'ball' lie 0.1 m deep in a side of the tank" in capsys.readouterr().err
