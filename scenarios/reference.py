@@ -1,4 +1,4 @@
-"""The reference of the scenario format, written from the dataclasses themselves: ``python -m scenarios.reference``."""
+"""The reference page of the scenario format, written from the dataclasses: ``python -m scenarios.reference``."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from scenarios.schema.type_checks import shape_of
 
 INTRODUCTION = """# Scenario files
 
-A scenario is a TOML file of tables; the same can be said in Python with the dataclasses of `scenarios`, key by key. Units are SI,
-z points up, angles are counter-clockwise. A key in m/s may be written with the suffix `_kn` (knots), a key in rad with `_deg`.
-Named things stand in tables of their own, such as `[phases.oil]` or `[bodies.rock]`; the name is yours.
+A scenario is a TOML file of tables. The dataclasses of `scenarios` say the same in Python, key by key. Units are SI, z points up,
+angles are counter-clockwise. A key in m/s may be written with the suffix `_kn` (knots), a key in rad with `_deg` (degrees).
+Things with names have tables of their own, such as `[phases.oil]` or `[bodies.rock]`; you choose the names.
 
-`oilsim check FILE` reads a file, tells every problem at once, and says what a run would cost. `--set KEY=VALUE` changes an entry for one
+`oilsim check FILE` reads a file, reports all problems at once, and estimates the cost of a run. `--set KEY=VALUE` changes an entry for one
 run: `--set phases.oil.dynamic_viscosity=0.1`, `--set tank.upper.2=2.0`, `--set vessels.port.legs.1.speed_kn=0.5`.
-The `[demo]` table holds such changes for `--demo`.
+`--demo` applies the changes in the `[demo]` table.
 
-A key without a default must be given. This page is written by `python -m scenarios.reference`.
+A key without a default must be given. `python -m scenarios.reference` writes this page.
 
 ## A first scenario
 ```toml
@@ -56,11 +56,11 @@ radius = 0.15
 density = 600.0
 position = [0.5, 0.5, 0.7]
 
-[probe_settings.ball]
+[probes.ball]
 kind = "body"
 body = "ball"
 ```
-The same in Python, with a run of it that leaves a recording and a summary:
+The same scenario in Python, with a run that writes a recording and a summary:
 ```python
 from pathlib import Path
 
@@ -113,12 +113,12 @@ CHAPTERS: tuple[tuple[str, tuple[type[Section], ...]], ...] = (
 
 
 def reference() -> str:
-    """The whole page as Markdown."""
+    """Write the whole page as Markdown."""
     return "\n".join([INTRODUCTION, *(line for table, sections in CHAPTERS for line in _chapter(table, sections))])
 
 
 def _chapter(table: str, sections: tuple[type[Section], ...]) -> Iterator[str]:
-    """One table of the file: the keys all its kinds share first, then each kind."""
+    """Write one table of the file: first the keys that all its kinds share, then each kind."""
     yield f"## [{table}]"
     shared = _shared(sections)
     if shared is not None:
@@ -131,14 +131,14 @@ def _chapter(table: str, sections: tuple[type[Section], ...]) -> Iterator[str]:
 
 
 def _shared(sections: tuple[type[Section], ...]) -> type[Section] | None:
-    """The class whose keys all kinds have, if there are several kinds."""
+    """Return the class with the keys that all kinds share, if there are several kinds."""
     parents = {section.__mro__[1] for section in sections}
     parent = parents.pop()
     return parent if len(sections) > 1 and not parents and parent is not Section else None
 
 
 def _section(section: type[Section], known: set[str]) -> Iterator[str]:
-    """What a section is, and a row for each key that is not known from above."""
+    """Write a section's description, and a row for each key that is not known from above."""
     yield "```text"
     yield inspect.cleandoc(section.__doc__ or "")
     yield "```"
@@ -161,7 +161,7 @@ def _row(section: type[Section], item: Field[Any]) -> str:
 
 
 def _value(kind: Any) -> str:
-    """The allowed values of a key that is no quantity."""
+    """Write the allowed values of a key that is not a quantity."""
     if get_origin(kind) is Mapping:
         return "a table of names and " + ("names" if get_args(kind)[1] is str else "numbers")
     if get_origin(kind) is Literal:

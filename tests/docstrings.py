@@ -58,7 +58,7 @@ VERBS = frozenset(
     push put raise read rebuild recompute record reduce refer refine refresh refuse register reject relax release remember remove
     rename render repair repeat replace replay report represent request require reserve reset resolve restore restrict resume return
     reuse reverse rotate round run sample satisfy save say scale scan schedule score search select send separate serialize serve set
-    share shift show shorten shut sign simulate skip slice smooth solve sort span split spread stack start state step stop store
+    share shift show shorten shut sign simulate skip slice smooth solve sort span split spread stack start state step stop store structure
     style subtract suggest sum supply support switch take taper tell terminate test tie time trace track transfer transform translate
     transmit transpose truncate try turn unpack update use validate verify visit wait wake walk warn watch weight wrap write yield
     """.split()

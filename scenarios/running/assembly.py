@@ -1,7 +1,7 @@
-"""A scenario becomes a coupled run: fluid, bodies, controllers, FMUs, and the connections between them.
+"""Assembly: a scenario becomes a coupled run of fluid, bodies, controllers, FMUs, and the connections between them.
 
-Order within a communication step: FMUs step and give their outputs to the signals they drive, controllers give their orders from
-where the bodies are, the fluid answers to the bodies' motion with wrenches, and the bodies move under both.
+Order within a communication step: the FMUs step and set the signals that they drive; the controllers give their orders from the
+positions of the bodies; the fluid answers the bodies' motion with wrenches; the bodies move under both.
 """
 
 from __future__ import annotations
@@ -48,12 +48,12 @@ TO_FLUID = ("pose", "twist", "free_acceleration")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Assembly:
-    """A run that is ready to start: its parts, and what observers are shown.
+    """A run that is ready to start: its parts, and what observers see.
 
-    fluid, world: the simulators themselves, for whoever wants more than the participants' variables; coupled: names of the
-    bodies that exchange motion and wrench with the fluid; fleet: vessels and booms; scoring: their accounts; remarks: what a
-    run falls short of; parts: what signals reach into; exchange, ledger: how bodies meet the fluid, and the accounts of it;
-    coupling_figures: both on record; fmus: those that take part.
+    fluid, world: the simulators themselves, for more than the participants' variables; coupled: names of the bodies that exchange motion
+    and wrench with the fluid; fleet: vessels and booms; scoring: their accounts; remarks: warnings about the run; parts: the parts that
+    signals read and change; exchange, ledger: the coupling of bodies and fluid, and its accounts; coupling_figures: both as series; fmus:
+    the FMUs that take part.
     """
 
     scenario: Scenario
@@ -76,31 +76,31 @@ class Assembly:
 
     @property
     def controls(self) -> tuple[VesselControl, ...]:
-        """The helmsmen."""
+        """The helmsmen of the vessels."""
         return tuple(one for one in self.participants if isinstance(one, VesselControl))
 
     @property
     def body_names(self) -> tuple[str, ...]:
-        """All rigid bodies but the tank's sides."""
+        """Names of all rigid bodies except the tank's sides."""
         return tuple(self.description.meshes)
 
     @property
     def why_not_kept(self) -> str:
-        """Why the run's state cannot be kept: FMUs that cannot give theirs as bytes; empty if it can. Sure once it is initialized."""
+        """Reason why the run's state cannot be saved: FMUs that cannot give theirs as bytes; empty if it can. Valid once initialized."""
         names = [f"{fmu.name} ({fmu.why_not_kept})" for fmu in self.fmus if fmu.why_not_kept]
-        return f"state of {', '.join(names)} cannot be saved as bytes" if names else ""
+        return f"the state of {', '.join(names)} cannot be saved as bytes" if names else ""
 
     def report(self) -> AdvanceReport | None:
-        """The fluid's report on its last step; None before the first."""
+        """Return the fluid's report on its last step; None before the first."""
         return self.fluid_participant.report
 
     def particle_counts(self) -> dict[str, int]:
-        """Particles now, by phase, and of all boundaries."""
+        """Count the particles now, by phase, and of all boundaries."""
         counts = {name: len(self.fluid.phase_ids(name)) for name in self.scenario.phases}
         return counts | {"boundary": self.fluid.boundary_count}
 
     def co_simulation(self, observers: Sequence[Observer] = ()) -> CoSimulation:
-        """The coupled run, watched by `observers`."""
+        """Create the coupled run with these observers."""
         simulation = CoSimulation(
             self.participants,
             self.connections,
@@ -116,9 +116,9 @@ class Assembly:
 
 
 def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) -> Assembly:
-    """Make everything a run needs; ScenarioError for what cannot be made.
+    """Build everything that a run needs; ScenarioError for what cannot be built.
 
-    `text` is the scenario file's, `overrides` the changes made to it; both only go into the recording.
+    `text` is that of the scenario file, `overrides` are the changes made to it; both only go into the recording.
     """
     fmus = _fmus(scenario)
     scene = build_scene(scenario)
@@ -152,7 +152,7 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
 
 
 def _controls(scene: Scene) -> tuple[VesselControl | ManualControl, ...]:
-    """The helmsmen; the wind blows on them as on the water."""
+    """Create the helmsmen; the wind acts on their vessels as on the water."""
     controls = tuple(
         VesselControl(vessel) if vessel.course else ManualControl(vessel) for vessel in scene.fleet.vessels
     )
@@ -163,7 +163,7 @@ def _controls(scene: Scene) -> tuple[VesselControl | ManualControl, ...]:
 
 
 def _parts(scene: Scene, controls: Sequence[VesselControl | ManualControl], scoring: Scoring) -> RunParts:
-    """What signals reach into."""
+    """Collect the parts that signals read and change."""
     return RunParts(
         fluid=scene.fluid,
         world=scene.world,
@@ -174,7 +174,7 @@ def _parts(scene: Scene, controls: Sequence[VesselControl | ManualControl], scor
 
 
 def _fmus(scenario: Scenario) -> tuple[FmuParticipant, ...]:
-    """The FMUs; what runs them is loaded only where there are some."""
+    """Create the FMUs; code for FMUs is imported only if there are some."""
     if not scenario.fmus:
         return ()
     from scenarios.signals.fmu_checks import fmu_participants
@@ -183,7 +183,7 @@ def _fmus(scenario: Scenario) -> tuple[FmuParticipant, ...]:
 
 
 def _boards(scenario: Scenario, parts: RunParts) -> tuple[tuple[SignalBoard, ...], tuple[SignalBoard, ...]]:
-    """What takes the signals that FMUs drive, and what gives those that feed them; none without FMUs."""
+    """Create the board of the signals that FMUs drive, and the board of those that they read; none without FMUs."""
     if not scenario.fmus:
         return (), ()
     signals = signals_of(scenario)
@@ -196,13 +196,13 @@ def _boards(scenario: Scenario, parts: RunParts) -> tuple[tuple[SignalBoard, ...
 def _connections(
     scenario: Scenario, coupled: Sequence[str], controls: Sequence[VesselControl | ManualControl]
 ) -> tuple[Connection, ...]:
-    """Between FMUs and signals, between bodies and fluid, between helmsmen and vessels."""
+    """List the connections between FMUs and signals, bodies and fluid, helmsmen and vessels."""
     fmus = connections_of(scenario.fmus).values()
     return (*fmus, *_body_connections(coupled), *_vessel_connections(controls))
 
 
 def _body_connections(coupled: Sequence[str]) -> list[Connection]:
-    """Motion to the fluid, wrench to the bodies."""
+    """Connect the bodies' motion to the fluid, and its wrenches to the bodies."""
     motion = [
         Connection(source=BODIES, source_variable=f"{name}.{what}", target=FLUID, target_variable=f"{name}.{what}")
         for name in coupled
@@ -217,7 +217,7 @@ def _body_connections(coupled: Sequence[str]) -> list[Connection]:
 
 
 def _vessel_connections(controls: Sequence[VesselControl | ManualControl]) -> list[Connection]:
-    """Each helmsman sees the vessel's motion and pushes it."""
+    """Connect each helmsman with the motion of its vessel, and the vessel with the helmsman's wrench."""
     connections = []
     for control in controls:
         vessel, body = control.vessel.name, body_of(control.vessel.name)

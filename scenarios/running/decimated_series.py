@@ -1,4 +1,4 @@
-"""Values of a series that has no end, in a room that has one."""
+"""A bounded sample of an unbounded series."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ from typing import Any
 
 import numpy as np
 
-MOST = 2000  # values; even, so that the next one is due where every second was given up
+MOST = 2000  # values; an even number, so that the next value is due after every second one was dropped
 
 
 class EvenSample:
-    """All values of a series, or, once they are more than MOST, every second one, every fourth, and so on."""
+    """A sample of a series: all values, or every second, fourth, ... once there are more than MOST."""
 
     def __init__(self) -> None:
         self.values: list[float] = []
         self._stride, self._seen = 1, 0
 
     def append(self, value: float) -> None:
-        """Take the next value, if it is due."""
+        """Add the next value, if it is due."""
         if self._seen % self._stride == 0:
             if len(self.values) == MOST:
                 del self.values[1::2]
@@ -27,12 +27,12 @@ class EvenSample:
         self._seen += 1
 
     def save_state(self) -> dict[str, Any]:
-        """What is kept, bit for bit."""
+        """Return the sample, bit for bit, as plain data."""
         return {"values": np.array(self.values, np.float64), "stride": self._stride, "seen": self._seen}
 
     @classmethod
     def restored(cls, saved: Mapping[str, Any]) -> EvenSample:
-        """The inverse of `save_state`."""
+        """Create a sample from the data of `save_state`."""
         sample = cls()
         sample.values, sample._stride, sample._seen = saved["values"].tolist(), saved["stride"], saved["seen"]
         return sample

@@ -1,4 +1,4 @@
-"""What somebody asks a run for by signals: to stop in order (Ctrl-C, SIGTERM, a closed terminal), or for a checkpoint (SIGUSR1)."""
+"""Signals of the operating system to a run: to stop properly (Ctrl-C, SIGTERM, a closed terminal), or to write a checkpoint (SIGUSR1)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ SAVE = int(signal.SIGUSR1)
 
 
 class Requests:
-    """Whether a stop was asked for, by its signal number, and whether a checkpoint was."""
+    """The requests so far: to stop, by the signal's number, and to write a checkpoint."""
 
     def __init__(self) -> None:
         self.stop: int | None = None
@@ -23,16 +23,16 @@ class Requests:
 
     @property
     def exit_code(self) -> int:
-        """As a shell counts it: 130 after Ctrl-C, 143 after SIGTERM."""
+        """Exit code as shells count it: 130 after Ctrl-C, 143 after SIGTERM."""
         return DONE if self.stop is None else 128 + self.stop
 
     def take_checkpoint(self) -> bool:
-        """Whether a checkpoint was asked for since the last call."""
+        """Tell whether a checkpoint has been requested since the last call."""
         asked, self._checkpoint = self._checkpoint, False
         return asked
 
     def ask(self, number: int) -> None:
-        """Take a signal."""
+        """Note the request of a signal."""
         if number == SAVE:
             self._checkpoint = True
         else:
@@ -41,11 +41,10 @@ class Requests:
 
 @contextmanager
 def requests_by_signal() -> Iterator[Requests]:
-    """Within the block the first signal to stop asks for an orderly one, a second one ends the program at once.
+    """Collect requests within the block: the first signal to stop requests a proper end, a second one ends the program at once.
 
-    A signal that the program was started to ignore stays ignored: a script starts its background jobs so that Ctrl-C does not reach
-    them, and nohup its command so that it outlives the terminal. Outside the main thread signals cannot be caught; nothing is asked
-    there.
+    A signal that the program was started to ignore stays ignored: a script starts its background jobs so that Ctrl-C does not reach them,
+    and nohup starts a command so that it outlives the terminal. Outside the main thread signals cannot be caught, and nothing is requested.
     """
     requests = Requests()
     if threading.current_thread() is not threading.main_thread():

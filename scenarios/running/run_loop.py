@@ -1,4 +1,4 @@
-"""The course of a run, step by step: orders given when they are due, checkpoints written, and an orderly end whatever happens."""
+"""The loop of a run, step by step: orders when they are due, checkpoints, and a proper end in all cases."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from scenarios.running.process_signals import Requests
 
 
 class Keeper(Protocol):
-    """An observer whose account of the run goes on after a restart."""
+    """An observer whose account of the run continues after a restart."""
 
     def save_state(self) -> dict[str, Any]:
-        """The account so far, as plain data."""
+        """Return the account so far, as plain data."""
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
-        """Go on with what `save_state` returned."""
+        """Continue the account that `save_state` returned."""
 
 
 class Course:
-    """A run of `plan` under way: from its beginning, or from a checkpoint."""
+    """A run of `plan` under way, from its beginning or from a checkpoint."""
 
     def __init__(
         self,
@@ -40,9 +40,9 @@ class Course:
         keepers: Mapping[str, Keeper],
         checkpoints: CheckpointWriter | None,
     ) -> None:
-        """`keepers` are the observers, by name, whose accounts belong into checkpoints; `checkpoints` None: none are written.
+        """Take the observers `keepers`, by name, whose accounts belong into checkpoints; `checkpoints` None: none are written.
 
-        Nor are they with an FMU whose state cannot be kept; `state_hash` stays None then.
+        With an FMU whose state cannot be saved, none are written either, and `state_hash` stays None.
         """
         self.simulation = simulation
         self.state_hash: str | None = None
@@ -51,37 +51,39 @@ class Course:
         self._checkpoints = checkpoints
 
     def run(self, restart: Restart | None = None) -> Exception | None:
-        """Step until the end, a stop or a failure; the simulation is terminated in each case. Returns what failed."""
+        """Step until the end, a stop or a failure, and terminate the simulation in each case; return the exception of a failure."""
         simulation, requests = self.simulation, self._requests
         try:
             self.begin(restart)
             while requests.stop is None and not self._is_done():
                 self.step()
                 if not simulation.is_running:
-                    return None  # a participant has ended it
+                    return None  # a participant has ended the run
                 self._save_if_due()
             if requests.stop is not None:
                 self._save_and_say()
             elif self._checkpoints is not None:
-                self._save(self._checkpoints, asked=True)  # so that a run can be made longer
+                self._save(self._checkpoints, asked=True)  # so that the run can be continued later
             if not self._assembly.why_not_kept:
                 self.state_hash = run_state_hash(simulation, self._assembly)
             simulation.terminate("completed" if requests.stop is None else f"stopped by signal {requests.stop}")
         except (CoSimulationError, RecordingError) as error:
-            with suppress(CoSimulationError, RecordingError):  # whoever cannot write any more cannot write why
+            with suppress(
+                CoSimulationError, RecordingError
+            ):  # a recording that cannot be written cannot hold the reason either
                 simulation.terminate(f"failed: {error}")
             return error
         return None
 
     def step(self) -> None:
-        """Orders that are due, one communication step, and what happened in it."""
+        """Give the orders that are due, take one communication step, and report its events."""
         self._give_orders()
         self.simulation.step()
         if self.simulation.is_running:
             self._tell()
 
     def begin(self, restart: Restart | None = None) -> None:
-        """The first frame, or the state of a checkpoint; it is the first checkpoint of this run too."""
+        """Make the first frame, or restore the state of a checkpoint, which is then the first checkpoint of this run."""
         if restart is None:
             self.simulation.initialize()
             self._tell()
@@ -91,7 +93,7 @@ class Course:
             for name, keeper in self._keepers.items():
                 if name in restart.state:
                     keeper.restore_state(restart.state[name])
-            self.simulation.emit(f"goes on from {restart.source.name}", source="oilsim")
+            self.simulation.emit(f"continues from {restart.source.name}", source="oilsim")
         if self._assembly.why_not_kept:
             self._checkpoints = None
             self.simulation.emit(f"no checkpoints: {self._assembly.why_not_kept}", level="warning", source="oilsim")
@@ -99,7 +101,7 @@ class Course:
             self._save(self._checkpoints, asked=False)
 
     def _tell(self) -> None:
-        """What the last frame showed."""
+        """Log the events of the last frame."""
         remarks = self._assembly.remarks.look(self._assembly.report())
         for happening in [*self._assembly.scoring.take_happenings(), *remarks]:
             self.simulation.emit(happening.text, level=happening.level, source=happening.source)
@@ -109,15 +111,15 @@ class Course:
         return self.simulation.communication_point.time >= run.duration - 1e-6 * run.communication_step
 
     def _give_orders(self) -> None:
-        """What the plan orders at this communication point."""
+        """Give the orders of the plan for this communication point."""
         index = self.simulation.communication_point.index
         settings = self._plan.settings_due(index)
         if settings:
             give_orders(self._assembly, self._plan.scenario_at(index))
-            self.simulation.emit(f"ordered: {' '.join(settings)}", source="instructor")
+            self.simulation.emit(f"orders {' '.join(settings)}", source="instructor")
 
     def _save_if_due(self) -> None:
-        """A checkpoint at its time or when asked for."""
+        """Write a checkpoint if it is due or requested."""
         index = self.simulation.communication_point.index
         if self._requests.take_checkpoint():
             self._save_and_say()
@@ -128,13 +130,13 @@ class Course:
                 self.simulation.emit(thinned, source="oilsim")
 
     def _save_and_say(self) -> None:
-        """A checkpoint that somebody waits for."""
+        """Write a checkpoint that was requested, and log it."""
         if self._checkpoints is None:
-            why = self._assembly.why_not_kept or "--checkpoints names no folder"
-            self.simulation.emit(f"no checkpoint is kept: {why}", source="oilsim")
+            why = self._assembly.why_not_kept or "there is no folder for checkpoints, see --checkpoints"
+            self.simulation.emit(f"no checkpoint was written: {why}", source="oilsim")
         else:
             path = self._save(self._checkpoints, asked=True)
-            self.simulation.emit(f"checkpoint {path}", source="oilsim")
+            self.simulation.emit(f"checkpoint written: {path}", source="oilsim")
 
     def _save(self, checkpoints: CheckpointWriter, *, asked: bool) -> Path:
         state = run_state(self.simulation, self._assembly)

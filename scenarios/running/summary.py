@@ -1,4 +1,4 @@
-"""What a run came to, as one JSON object with stable keys; what was not measured is null, never left out."""
+"""The summary of a run: one JSON object with stable keys; a value that was not measured is null, never left out."""
 
 from __future__ import annotations
 
@@ -34,19 +34,19 @@ _KINDS = ("density", "divergence", "viscosity")
 
 
 class SummaryObserver:
-    """Watches a run and adds up what its summary needs; the Observer protocol by shape."""
+    """An observer that adds up what the summary of a run needs."""
 
     def __init__(self, assembly: Assembly) -> None:
-        """`assembly` is the run that is watched; it is only read."""
+        """Observe the run `assembly`, which is only read."""
         self._assembly = assembly
         self._started = wall_clock.perf_counter()
         self._last = self._started
         self._steps = 0
         self._step_seconds = EvenSample()
-        self._longest_step = 0.0  # s
+        self._longest_step = 0.0  # [s]
         self._stage_seconds: dict[str, float] = {}
         self._iteration_sums = dict.fromkeys(_KINDS, 0.0)
-        self._error_sum = self._largest_error = 0.0  # of density
+        self._error_sum = self._largest_error = 0.0  # relative errors of the density
         self._budget: Ledger | None = None
         self._removed: dict[str, int] = {}
         self._emitted: dict[str, int] = {}
@@ -54,15 +54,15 @@ class SummaryObserver:
         self._times = EvenSample()
         self.events: list[Event] = []
         self.reason = "not started"
-        self.state_hash: str | None = None  # of the run's state at its end; None if it failed
+        self.state_hash: str | None = None  # of the run's final state; None if the run failed
 
     def initialized(self, run: RunDescription) -> None:
-        """The clock of the run starts."""
+        """Start the clock of the run."""
         self._started = self._last = wall_clock.perf_counter()
         self.reason = "running"
 
     def step_completed(self, frame: Frame) -> None:
-        """Take what the step cost and what the probes read."""
+        """Add the cost of the step and the readings of the probes."""
         now = wall_clock.perf_counter()
         report = self._assembly.report()
         if frame.index > 0 and report is not None:
@@ -77,15 +77,15 @@ class SummaryObserver:
                 self._series.setdefault(name.removeprefix("probes/"), EvenSample()).append(value)
 
     def event(self, event: Event) -> None:
-        """Keep it."""
+        """Keep the event."""
         self.events.append(event)
 
     def terminated(self, reason: str) -> None:
-        """Keep why the run ended."""
+        """Keep the reason why the run ended."""
         self.reason = reason
 
     def save_state(self) -> dict[str, Any]:
-        """What was added up so far, as plain data."""
+        """Return the sums so far, as plain data."""
         return {
             "wall_seconds": self._last - self._started,
             "exchange": self._exchange(),
@@ -98,7 +98,7 @@ class SummaryObserver:
         }
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
-        """Go on adding to what `save_state` returned; to be called once the run has begun."""
+        """Continue the sums that `save_state` returned; to be called after the run has begun."""
         self._started = self._last - saved["wall_seconds"]
         self._budget = None if saved["budget"] is None else ledger_from(saved["budget"])
         self.events = [Event(**event) for event in saved["events"]]
@@ -122,7 +122,7 @@ class SummaryObserver:
                 total[phase] = total.get(phase, 0) + count
 
     def summary(self, simulated: float, overrides: tuple[str, ...] = ()) -> dict[str, Any]:
-        """The whole summary after `simulated` seconds."""
+        """Build the whole summary after `simulated` seconds."""
         wall = self._last - self._started
         budget = self._budget
         return {
@@ -163,7 +163,7 @@ class SummaryObserver:
         return {"median": float(median), "p95": float(p95), "max": 1e3 * self._longest_step}
 
     def _density_error(self) -> dict[str, float | None]:
-        """Mean over the steps of the mean compression, and the largest compression of any particle at a step's end."""
+        """Compute the mean over the steps of the mean compression, and the largest compression of any particle at the end of a step."""
         if not self._steps:
             return {"mean": None, "max": None}
         return {"mean": self._error_sum / self._steps, "max": self._largest_error}
@@ -172,7 +172,7 @@ class SummaryObserver:
         return {kind: total / self._steps if self._steps else None for kind, total in self._iteration_sums.items()}
 
     def _exchange(self) -> dict[str, Any] | None:
-        """How bodies were coupled, and what was lost and made on the way between them and the fluid; None without free bodies."""
+        """Summarize the coupling of bodies, and what was lost or created between them and the fluid; None without free bodies."""
         ledger, schemes = self._assembly.ledger, self._assembly.exchange.schemes
         if not schemes:
             return None
@@ -184,9 +184,9 @@ class SummaryObserver:
         }
 
     def _oil_volumes(self) -> dict[str, Any]:
-        """Oil [m3] by what became of it; what nothing accounts for is null.
+        """Sum up the oil [m3] by its fate; null if nothing accounts for it.
 
-        Each particle once: released = retained + free + all of lost. Afloat is what of these is in the water still.
+        Each particle counts once: released = retained + free + all of lost. Afloat is the part that is still in the water.
         """
         assembly = self._assembly
         volume = assembly.fluid.config.rest_volume
@@ -212,7 +212,7 @@ class SummaryObserver:
 
 
 def budget_entries(budget: Ledger) -> dict[str, Any]:
-    """Where energy and momentum of the liquid went during the run, cause by cause; per metre in two dimensions."""
+    """Return the changes of the liquid's energy and momentum during the run, cause by cause; per metre in two dimensions."""
     return {
         "kinetic_J": budget.energy.kinetic,
         "potential_J": budget.energy.potential,
@@ -237,5 +237,5 @@ def budget_entries(budget: Ledger) -> dict[str, Any]:
 
 
 def write_summary(summary: Mapping[str, Any], path: Path) -> None:
-    """Write it as indented JSON; numbers that are not finite would be no JSON and are refused."""
+    """Write the summary as indented JSON; ValueError for numbers that are not finite, which JSON does not allow."""
     path.write_text(json.dumps(summary, indent=1, allow_nan=False) + "\n", encoding="utf-8")

@@ -1,4 +1,4 @@
-"""A recording is run again from the scenario it holds, and must come out the same."""
+"""Verification: a recording's scenario is run again and must give the same frames."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from scenarios.watch.progress import ProgressDisplay
 
 @dataclass(frozen=True, kw_only=True)
 class Verdict:
-    """How many recorded frames came out equal, and the first that did not, in words; empty if there is none.
+    """The number of recorded frames that are equal, and the first difference in words; empty if there is none.
 
-    precision: grid [m] on which particles are recorded and compared; None: all is compared bit for bit, as series and bodies are.
-    versions: those that are not the recording's, in words.
+    precision: grid [m] on which particles are recorded and compared; None compares them bit for bit, as series and bodies.
+    versions: the versions that differ from the recording's, in words.
     """
 
     equal_frames: int
@@ -37,7 +37,7 @@ class Verdict:
 def verify(recording: Path, *, threads: int | None = None, until: float | None = None, console: Console) -> Verdict:
     """Run the recording's scenario again, orders included, up to its last frame, the first difference or `until` [s].
 
-    RecordingError if the recording does not hold what was run, or cannot be read.
+    Raises RecordingError if the recording does not hold its scenario, or cannot be read.
     """
     replay = Replay(recording)
     check = ReplayCheck(replay)
@@ -54,7 +54,7 @@ def verify(recording: Path, *, threads: int | None = None, until: float | None =
                 course.step()
             simulation.terminate("verified")
         except CoSimulationError as error:
-            check.difference = f"the run fails: {error}"
+            check.difference = f"the run failed: {error}"
     return Verdict(
         equal_frames=check.compared,
         difference=check.difference,
@@ -64,10 +64,10 @@ def verify(recording: Path, *, threads: int | None = None, until: float | None =
 
 
 def _plan_of(replay: Replay, threads: int | None) -> Plan:
-    """What was run, by the recording itself; the number of threads changes nothing but the time it takes."""
+    """Return the plan of the recording; the number of threads changes only the time that the run takes."""
     stored = replay.run.properties.get("plan")
     if stored is None:
-        raise RecordingError(replay.path, "does not say what was run; only recordings of scenarios can be run again")
+        raise RecordingError(replay.path, "has no scenario; allowed: recordings of scenarios, which can be run again")
     plan = plan_from(json.loads(str(stored)))
     if threads is None:
         return plan
@@ -75,7 +75,7 @@ def _plan_of(replay: Replay, threads: int | None) -> Plan:
 
 
 def _other_versions(replay: Replay) -> str:
-    """Versions that differ from the recording's; the bits may depend on them."""
+    """Write which versions differ from the recording's; results may differ in the last bits."""
     then = replay.run.properties
     return "; ".join(
         f"{name} {then.get(f'version_{name}', 'unknown')} then, {now} now"

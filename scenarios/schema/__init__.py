@@ -1,1 +1,1 @@
-"""What a scenario file may say, table by table."""
+"""The schema of scenario files: what each table may contain."""

@@ -1,4 +1,4 @@
-"""How the fields of a scenario are declared: a number with its unit and limits, and a section that checks itself."""
+"""Fields of a scenario: numbers with unit and limits, and sections that check themselves."""
 
 from __future__ import annotations
 
@@ -14,11 +14,9 @@ Vector = tuple[float, float, float]
 Point2 = tuple[float, float]
 
 _QUANTITY = "quantity"
-LARGEST = (
-    1e12  # magnitude of any number: nothing of this world, in SI units, is larger, and single precision squares it yet
-)
+LARGEST = 1e12  # largest magnitude of any number; its square still fits into single precision
 
-SHORTEST = 1e-100  # of a vector that gives a direction: the square of a shorter one may vanish
+SHORTEST = 1e-100  # shortest vector that gives a direction; the square of a shorter one may vanish
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,7 +40,7 @@ class Quantity:
         return " ".join(filter(None, (limits or "finite", unit))).replace("finite in", "finite, in")
 
     def accepts(self, number: float) -> bool:
-        """Whether ``number`` is finite and within the limits."""
+        """Tell whether ``number`` is finite and within the limits."""
         return (
             math.isfinite(number)
             and (self.above is None or number > self.above)
@@ -51,7 +49,7 @@ class Quantity:
         )
 
     def fault(self, value: Any) -> str | None:
-        """What is wrong with ``value`` (a number, or numbers in tuples down to any depth), or None."""
+        """Describe the fault of ``value``, a number or numbers in nested tuples; None if there is none."""
         if isinstance(value, tuple):
             return next((fault for fault in map(self.fault, value) if fault), None)
         if math.isfinite(value) and abs(float(value)) > LARGEST:
@@ -68,28 +66,28 @@ def quantity(
     at_most: float | None = None,
     whole: bool = False,
 ) -> Any:
-    """A dataclass field that holds a number, a vector or a table of numbers of ``unit`` within the limits."""
+    """Declare a dataclass field that holds a number, a vector or a table of numbers of ``unit`` within the limits."""
     limits = Quantity(unit=unit, above=above, at_least=at_least, at_most=at_most, whole=whole)
     return field(default=default, metadata={_QUANTITY: limits})
 
 
 def quantities(section: type) -> dict[str, Quantity]:
-    """The declared quantities of a section by field name."""
+    """Return the declared quantities of a section by field name."""
     return {item.name: item.metadata[_QUANTITY] for item in fields(section) if _QUANTITY in item.metadata}
 
 
 def field_kinds(section: type) -> Mapping[str, Any]:
-    """The type of each field of a section, resolved."""
+    """Return the type of each field of a section, resolved."""
     kinds = get_type_hints(section)
     return {item.name: kinds[item.name] for item in fields(section)}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Section:
-    """A part of a scenario that refuses impossible values when it is made.
+    """A part of a scenario that refuses impossible values when it is created.
 
-    A subclass is a frozen keyword-only dataclass; it may yield further problems, of several fields together, from
-    `problems`. A subclass with ``TAG = ("shape", "box")`` is chosen in a file by ``shape = "box"``.
+    A subclass is a frozen keyword-only dataclass. Its `problems` may yield further problems, which concern several fields together. A file
+    chooses a subclass with ``TAG = ("shape", "box")`` by ``shape = "box"``. Raises ScenarioError with every problem of the section.
     """
 
     TAG: ClassVar[tuple[str, str] | None] = None
@@ -103,7 +101,7 @@ class Section:
             raise ScenarioError(found, type(self).__name__)
 
     def _problems_of(self, name: str, kind: Any) -> Iterator[Problem]:
-        """What is wrong with one field by itself; its value is taken as of its kind."""
+        """Yield the problem of one field by itself, or convert its value to its type."""
         given, limits = getattr(self, name), quantities(type(self)).get(name)
         try:
             value = taken(given, kind)
@@ -119,28 +117,28 @@ class Section:
             yield Problem(name, fault)
 
     def problems(self) -> Iterable[Problem]:
-        """Problems that concern several fields together; called only when each field is sound by itself."""
+        """Yield the problems that concern several fields together; called only if each field is valid by itself."""
         return ()
 
 
 def directed(name: str, vector: Vector) -> Iterator[Problem]:
-    """A problem of a vector that is to give a direction but has none."""
+    """Yield a problem if a vector (3,) is too short to give a direction."""
     if math.hypot(*vector) < SHORTEST:
         yield Problem(name, f"is {vector}, allowed: a direction, not all zero")
 
 
 def above_lower(lower: Iterable[float], upper: Iterable[float]) -> Iterator[Problem]:
-    """Problems of a box whose upper corner is not above its lower one [m]."""
+    """Yield problems of a box whose upper corner is not above its lower one [m]."""
     for axis, low, high in zip("xyz", lower, upper, strict=True):
         if not high > low:
             yield Problem("upper", f"has {axis} = {high:g} m, allowed: above lower {axis} = {low:g} m")
 
 
 def exactly_one(section: Section, *names: str) -> Iterator[Problem]:
-    """A problem unless exactly one of the named fields is given."""
+    """Yield a problem unless exactly one of the named fields is given."""
     given = [name for name in names if getattr(section, name) is not None]
     choices = " or ".join(names)
     if not given:
-        yield Problem(names[0], f"is missing, allowed: give {choices}")
+        yield Problem(names[0], f"is missing, allowed: {choices}")
     elif len(given) > 1:
         yield Problem(given[1], f"is given beside {given[0]}, allowed: one of {choices}")

@@ -1,4 +1,4 @@
-"""How a scenario is run, recorded, looked at and placed on Earth."""
+"""Run, recording, camera and site of a scenario."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from scenarios.schema.quantity_fields import Section, Vector, quantity
 
 @dataclass(frozen=True, kw_only=True)
 class RunSettings(Section):
-    """How long and in what steps.
+    """Duration and steps of a run.
 
     duration            [s] simulated
-    communication_step  [s] after which fluid, bodies and controllers meet; the fluid's own steps are not longer where bodies move
-    threads             of the fluid; None: all cores
+    communication_step  [s] after which fluid, bodies and controllers exchange values; where bodies move, the fluid's steps are not longer
+    threads             number of threads of the fluid; the default is all cores
     seed                of everything random: gusts
-    budget              true: the summary says where the liquid's energy and momentum went, cause by cause (`oilsim.accounts.ledger`), with
-                        energy_residual and momentum_residual, the shares that no cause explains; false leaves all three null
+    budget              true: the summary gives the changes of the liquid's energy and momentum by cause (`oilsim.accounts.ledger`), with
+                        energy_residual and momentum_residual, the shares without a cause; false: all three are null
     """
 
     duration: float = quantity("s", above=0.0)
@@ -30,24 +30,25 @@ class RunSettings(Section):
     budget: bool = False
 
     def problems(self) -> Iterator[Problem]:
-        """A run takes one step or more."""
+        """Check that a run has at least one step."""
         if self.communication_step > self.duration:
-            yield Problem("communication_step", f"is {self.communication_step:g}, allowed: up to duration s")
+            yield Problem(
+                "communication_step", f"is {self.communication_step:g} s, allowed: up to duration = {self.duration:g} s"
+            )
 
 
 @dataclass(frozen=True, kw_only=True)
 class RecordingSettings(Section):
-    """What goes into the recording, and how often the whole state is saved beside it.
+    """Contents of the recording, and how often the whole state is saved beside it.
 
-    frame_rate           frames a simulated second
-    precision            [m] particles are recorded on a grid of the next power of two that is not coarser; 0: with every bit;
-                         by default a 32nd of the particle spacing, so that no particle is shown off its place by more than a 64th
-    water_every          liquid that is not oil is recorded in every so many frames; by default in every second one of a scenario
-                         with oil, which is recorded in all, and else in all
-    checkpoint_interval  [s] simulated, after which the whole state is saved beside the recording, so that the run can go on from
-                         there; 0: only when asked for by SIGUSR1, and at the end
-    checkpoints_kept     when there would be more, every second one is deleted and the interval doubles; the first and the last stay,
-                         and so do those that were asked for, so that --at reaches every time as before, from farther back
+    frame_rate           frames per simulated second
+    precision            [m] grid on which particles are recorded, rounded to a power of two that is not coarser; 0 keeps every bit.
+                         The default is a 32nd of the particle spacing, so the error is at most a 64th of it
+    water_every          liquids other than oil are recorded in one of so many frames; the default is 2 in a scenario with oil, else 1
+    checkpoint_interval  [s] simulated time after which the whole state is saved beside the recording, so that the run can continue from
+                         there; 0: only on the signal SIGUSR1, and at the end
+    checkpoints_kept     if there are more, every second one is deleted and the interval doubles. The first, the last and those on request
+                         stay, so that --at still reaches every time, but from farther back
     """
 
     frame_rate: float = quantity("1/s", default=30.0, above=0.0)
@@ -65,14 +66,14 @@ class CameraSettings(Section):
     target: Vector = quantity("m")
 
     def problems(self) -> Iterator[Problem]:
-        """The camera must look somewhere."""
+        """Check that the camera looks at another point."""
         if self.eye == self.target:
             yield Problem("target", f"is {self.target}, allowed: another point than eye")
 
 
 @dataclass(frozen=True, kw_only=True)
 class SiteSettings(Section):
-    """Where on Earth the exercise is, for far-field models that go on from its recording; the run itself does not use it.
+    """Place of the exercise on Earth, for far-field models that continue from its recording; the run itself does not use it.
 
     latitude, longitude  of the world's origin, WGS 84
     bearing              [rad] of the x axis, clockwise from north
@@ -85,8 +86,8 @@ class SiteSettings(Section):
     start: str = "2000-01-01T00:00:00Z"
 
     def problems(self) -> Iterator[Problem]:
-        """The start must be a date and time."""
+        """Check that the start is a date and time."""
         try:
             datetime.fromisoformat(self.start)
         except ValueError:
-            yield Problem("start", f"is {self.start!r}, allowed: ISO 8601, such as 2026-05-01T08:00:00Z")
+            yield Problem("start", f"is {self.start!r}, allowed: ISO 8601, for example 2026-05-01T08:00:00Z")

@@ -1,8 +1,8 @@
 """Wind, waves and current of a scenario.
 
-Directions are where wind, waves and current go **to**, counter-clockwise about z from +x: 180 degrees is along -x.
-Waves and current act in a zone, a box between `lower` and `upper` [m]; without one, in the whole tank. In its zone the
-velocity is drawn to the wave's or the current's within `relaxation_time` [s]; outside, the sea runs freely.
+A direction is the one that wind, waves and current go **to**, counter-clockwise about z from +x: 180 degrees is along -x. Waves and
+current act in a zone, a box between `lower` and `upper` [m]; without a zone, in the whole tank. In the zone the velocity approaches that
+of the wave or current within `relaxation_time` [s]; outside, the sea moves freely.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ class WindSettings(Section):
 
     speed             [m/s] mean, at 10 m height
     direction         [rad] it blows to
-    gustiness         standard deviation of the speed over its mean
-    gust_time         [s] over which a gust is remembered
-    drag_coefficient  stress = rho_air C_D |U - v| (U - v)
+    gustiness         standard deviation of the speed / its mean
+    gust_time         [s] correlation time of the gusts
+    drag_coefficient  C_D in stress = rho_air C_D |U - v| (U - v)
     """
 
     speed: float = quantity("m/s", at_least=0.0, at_most=100.0)
@@ -35,14 +35,14 @@ class WindSettings(Section):
 
 @dataclass(frozen=True, kw_only=True)
 class ZoneSettings(Section):
-    """Where a forcing acts and how firmly."""
+    """The zone in which a forcing acts, and how fast it acts."""
 
     lower: Vector | None = quantity("m", default=None)
     upper: Vector | None = quantity("m", default=None)
     relaxation_time: float = quantity("s", default=0.5, above=0.0)
 
     def problems(self) -> Iterator[Problem]:
-        """A zone has both corners and a volume, or neither corner."""
+        """Check that a zone has both corners and a volume, or no corner."""
         if (self.lower is None) != (self.upper is None):
             missing = "lower" if self.lower is None else "upper"
             yield Problem(missing, "is missing, allowed: both corners of the zone, or neither for the whole tank")
@@ -57,7 +57,7 @@ class WaveSettings(ZoneSettings):
     height     [m] crest to trough
     period     [s] as seen from the water, which a current carries along with its waves
     direction  [rad] it runs to
-    level      [m] height of the still water; None: that of the water at the start
+    level      [m] height of the still water; the default is that of the water at the start
     """
 
     height: float = quantity("m", above=0.0)
@@ -76,7 +76,7 @@ class CurrentSettings(ZoneSettings):
 
 @dataclass(frozen=True, kw_only=True)
 class ForcingSettings(Section):
-    """What drives the liquid beside gravity; what is left out does not act and costs nothing."""
+    """The forces on the liquid beside gravity; a table that is left out has no effect and no cost."""
 
     wind: WindSettings | None = None
     waves: WaveSettings | None = None
@@ -84,6 +84,6 @@ class ForcingSettings(Section):
 
 
 def horizontal(speed: float, direction: float) -> Vector:
-    """Velocity [m/s] of something that goes to `direction` [rad from +x]."""
+    """Compute the horizontal velocity (3,) [m/s] of something that goes to `direction` [rad from +x]."""
     x, y = heading(direction)
     return speed * x, speed * y, 0.0

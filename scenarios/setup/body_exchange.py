@@ -1,4 +1,4 @@
-"""How a scenario's bodies meet its fluid: the scheme of each, and the accounts of what passes between them."""
+"""The exchange between a scenario's bodies and its fluid: the scheme for each body, and the accounts."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from oilsim.config import FluidConfig
 def exchange_of(
     fluid: FluidParticipant, bodies: str, world: RigidBodyWorld | None, coupled: Sequence[str], config: FluidConfig
 ) -> tuple[BodyExchange, ExchangeLedger]:
-    """The algorithm and the ledger for the `coupled` bodies that are free, of the participant `bodies`."""
+    """Create the algorithm and the ledger for the free ones of the `coupled` bodies of the participant `bodies`."""
     free = () if world is None else world.free_body_names
     names = [name for name in coupled if name in free]
     interfaces = [

@@ -16,15 +16,15 @@ ROCK_BUMPS = 24
 
 
 def body_mesh(body: Body) -> trimesh.Trimesh:
-    """The mesh of a body about the origin of its shape; errors name the file where there is one."""
+    """Build the mesh of a body about the origin of its shape; errors name the file if there is one."""
     return _MESHES[type(body)](body)
 
 
 def rock(size: tuple[float, float, float], roughness: float, seed: int) -> trimesh.Trimesh:
-    """A boulder: a sphere whose radius varies by random plane waves, stretched to the extents `size` [m].
+    """Build a boulder: a sphere whose radius varies by random plane waves, stretched to the extents `size` [m].
 
-    radius(e) = 1 + roughness s(e) / max |s|, s(e) = sum_k a_k cos(w_k . e + p_k) on directions e, with wave vectors of length
-    2 to 6 and a_k = 1 / |w_k|: long bumps are high, short ones low.
+    radius(e) = 1 + roughness s(e) / max |s| with s(e) = sum_k a_k cos(w_k . e + p_k) for directions e. Wave vectors have lengths of 2 to 6
+    and a_k = 1 / |w_k|: long bumps are high, short ones low.
     """
     random = np.random.default_rng(seed)
     mesh = trimesh.creation.icosphere(subdivisions=4)

@@ -1,6 +1,6 @@
-"""What a scenario would cost before it is run: particles, memory and time.
+"""The cost of a scenario before it is run: particles, memory and time.
 
-Particles at the start are counted exactly. Time and memory are estimates from constants measured on a 2-core machine
+Particles at the start are counted exactly. Time and memory are estimates from constants measured on a machine with 2 cores
 (`SECONDS_PER_PARTICLE_STEP`, `BYTES_PER_PARTICLE`, ...); splashing liquids take longer and calm ones less.
 """
 
@@ -22,22 +22,25 @@ from scenarios.setup.fill_lattice import Array, starting_positions
 if TYPE_CHECKING:
     from scenarios.setup.placed_solids import Solid
 
-SECONDS_PER_PARTICLE_STEP = 2.0e-6  # of the fluid, on 2 threads: falling, splashing and calm water of calm-spread
-SECONDS_PER_BODY_STEP = 5e-4  # of each body that moves, for a communication step of u-sweep
-TYPICAL_SPEED = 0.75  # of sqrt(g h), the fastest particle over a whole run
+SECONDS_PER_PARTICLE_STEP = 2.0e-6  # [s], on 2 threads: falling, splashing and calm water of calm-spread
+SECONDS_PER_BODY_STEP = 5e-4  # [s] for each moving body and communication step of u-sweep
+TYPICAL_SPEED = 0.75  # speed of the fastest particle over a whole run, in sqrt(g h)
 REFERENCE_THREADS = 2
-SERIAL_SHARE = 0.15  # of the reference time, that more threads do not shorten
-BYTES_PER_PARTICLE = 1300.0  # fluid: state and neighbour lists
+SERIAL_SHARE = 0.15  # share of the reference time that more threads do not shorten
+BYTES_PER_PARTICLE = 1300.0  # of the fluid: state and neighbour lists
 BYTES_PER_BOUNDARY_PARTICLE = 350.0
-BYTES_AT_REST = 210e6  # the program and its libraries
+BYTES_AT_REST = 210e6  # of the program and its libraries
 START_SECONDS = 4.0  # imports, compiled kernels from the cache, building
-BOUNDARY_SPACING = 0.64  # of the particle spacing, between wall particles
+BOUNDARY_SPACING = 0.64  # distance between wall particles, in particle spacings
 
 
 @dataclass(frozen=True, kw_only=True)
 class Cost:
-    """Particles at the start by phase, particles that pipes add by phase, what bodies take of the liquid in words by region, wall and
-    surface particles; memory [bytes]; fluid steps; wall time [s] on `threads` threads."""
+    """The cost of a run.
+
+    Particles at the start by phase, particles that pipes add by phase, liquid that bodies displace in words by region, wall and surface
+    particles; memory [bytes]; fluid steps; wall time [s] on `threads` threads.
+    """
 
     particles: Mapping[str, int]
     emitted: Mapping[str, int]
@@ -50,7 +53,7 @@ class Cost:
 
 
 def estimate(scenario: Scenario) -> Cost:
-    """The cost of a run; ScenarioError with everything that cannot be made or placed."""
+    """Estimate the cost of a run; ScenarioError with everything that cannot be built or placed."""
     positions, left_out, solids = _start(scenario)
     particles = dict.fromkeys(scenario.phases, 0)
     for name, points in positions.items():
@@ -75,7 +78,7 @@ def estimate(scenario: Scenario) -> Cost:
 
 
 def _start(scenario: Scenario) -> tuple[Mapping[str, Array], Mapping[str, str], Sequence[Solid]]:
-    """Particles by region, what bodies take of them in words, and all bodies; what makes these is loaded only where there are any."""
+    """Return particles by region, the liquid that bodies displace in words, and all bodies; code for bodies is imported only if needed."""
     if not (scenario.bodies or scenario.vessels or scenario.booms or scenario.emitters):
         fluid = scenario.fluid
         return starting_positions(scenario.fill, scenario.tank, fluid.particle_spacing, fluid.dimension), {}, ()
@@ -86,14 +89,14 @@ def _start(scenario: Scenario) -> tuple[Mapping[str, Array], Mapping[str, str], 
 
 
 def _body_seconds(scenario: Scenario) -> float:
-    """Time [s] that moving bodies take: in the fluid's pressure solve, with their joints, and in the rigid solver."""
+    """Estimate the time [s] that moving bodies take: in the fluid's pressure solve, with their joints, and in the rigid solver."""
     moving = sum(not isinstance(body.motion, Fixed) for body in scenario.bodies.values())
     moving += len(scenario.vessels) + sum(boom.segments for boom in scenario.booms.values())
     return SECONDS_PER_BODY_STEP * moving * scenario.run.duration / scenario.run.communication_step
 
 
 def _emitted(scenario: Scenario) -> dict[str, int]:
-    """Particles that pipes let in until the end, by phase: pi r^2 speed for as long as the pipe is open."""
+    """Count the particles that pipes let in until the end, by phase: pi r^2 speed while the pipe is open."""
     d = scenario.fluid.particle_spacing
     emitted: dict[str, int] = {}
     for pipe in scenario.emitters.values():
@@ -104,7 +107,7 @@ def _emitted(scenario: Scenario) -> dict[str, int]:
 
 
 def _boundary(scenario: Scenario, solids: Sequence[Solid]) -> dict[str, int]:
-    """Wall and surface particles: area over the area of each; in a plane, length over the length of each."""
+    """Count wall and surface particles: area / the area of each; in a plane, length / the length of each."""
     pitch = BOUNDARY_SPACING * scenario.fluid.particle_spacing
     plane = scenario.fluid.dimension == 2
     counts = {"tank": round(_wall_measure(scenario.tank, plane) / pitch ** (1 if plane else 2))}
@@ -116,7 +119,7 @@ def _boundary(scenario: Scenario, solids: Sequence[Solid]) -> dict[str, int]:
 
 
 def _wall_measure(tank: Tank, plane: bool) -> float:
-    """Area of the closed sides [m2]; in two dimensions their length in x and z [m]."""
+    """Return the area [m2] of the closed sides; in two dimensions their length in x and z [m]."""
     extent = np.array(tank.upper) - np.array(tank.lower)
     if plane:
         extent[1] = 1.0
@@ -125,10 +128,10 @@ def _wall_measure(tank: Tank, plane: bool) -> float:
 
 
 def _steps(scenario: Scenario, tops: list[float]) -> int:
-    """Steps of the fluid: by the communication step, the largest step, and how far the fastest particle may move.
+    """Estimate the steps of the fluid from the communication step, the largest step, and the motion of the fastest particle.
 
-    Its speed, over the whole run, is taken as `TYPICAL_SPEED` sqrt(g h), h the height from the tank's floor to the highest
-    liquid at the start (`tops` of the regions [m], and pipes): less than what a dam break reaches, more than water at rest.
+    Its speed over the whole run is `TYPICAL_SPEED` sqrt(g h), with h the height from the tank's floor to the highest liquid at the start
+    (`tops` of the regions [m], and pipes). This is less than in a dam break and more than in water at rest.
     """
     settings, run = scenario.fluid, scenario.run
     tops = tops + [pipe.mouth[2] for pipe in scenario.emitters.values()]

@@ -1,4 +1,4 @@
-"""A scenario's own bodies with their places and motions: what is solid, before vessels and booms."""
+"""The bodies of the [bodies] table with their places and motions, without vessels and booms."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ from scenarios.setup.body_shapes import body_mesh
 
 Array = NDArray[np.float64]
 
-HELD_DENSITY = 1000.0  # [kg/m3] of a held body, whose mass nobody feels
+HELD_DENSITY = 1000.0  # [kg/m3], density of a fixed body, whose mass has no effect
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Solid:
-    """A body with its place, how it moves, and whether the liquid meets it."""
+    """A body with its place, its motion, and whether the liquid meets it."""
 
     placed: PlacedBody
     motion: PrescribedMotion | Literal["free", "fixed"] = "free"
@@ -41,11 +41,11 @@ class Solid:
 
     @property
     def name(self) -> str:
-        """Its name in the run: ``rock``, ``vessels/port``, ``boom/main/segment-03``."""
+        """Name of the body in the run: ``rock``, ``vessels/port``, ``boom/main/segment-03``."""
         return self.placed.name
 
     def world_mesh(self) -> trimesh.Trimesh:
-        """The mesh where it starts."""
+        """Return the mesh at the body's place at the start."""
         mesh = self.placed.mesh.copy()
         transform = np.eye(4)
         transform[:3, :3] = Rotation.from_quat(self.placed.orientation).as_matrix()
@@ -55,31 +55,31 @@ class Solid:
 
 
 def vector(array: Array) -> Vector:
-    """An array (3,) as a tuple of floats."""
+    """Convert an array (3,) of any unit [-] to a tuple of floats."""
     x, y, z = (float(part) for part in array)
     return x, y, z
 
 
 def table_entry(body: str) -> str:
-    """Where a body of the run stands in the scenario: ``bodies.rock``, ``vessels.port``, ``booms.main``."""
+    """Return the table of a body in the scenario: ``bodies.rock``, ``vessels.port``, ``booms.main``."""
     group, _, rest = body.partition("/")
     tables = {"vessels": "vessels", "boom": "booms"}
     return f"{tables[group]}.{rest.partition('/')[0]}" if group in tables and rest else f"bodies.{body}"
 
 
 def own_solids(scenario: Scenario, problems: list[Problem]) -> tuple[Solid, ...]:
-    """The sound bodies of the [bodies] table; those of meshes that cannot be used are added to `problems`."""
+    """Build the valid bodies of the [bodies] table; those whose meshes cannot be used are added to `problems`."""
     solids: list[Solid] = []
     for name, body in scenario.bodies.items():
         try:
             solids.append(_solid(name, body))
         except (ValueError, OSError) as error:
-            problems.append(Problem(f"bodies.{name}", f"cannot be made: {error}"))
+            problems.append(Problem(f"bodies.{name}", f"cannot be built: {error}"))
     return tuple(solids)
 
 
 def _solid(name: str, body: Body) -> Solid:
-    """Turn the shape about its centre of mass and put it in its place."""
+    """Turn the shape about its centre of mass, and put it in its place."""
     shape = body_mesh(body)
     density = HELD_DENSITY if body.mass is None and body.density is None else body.density
     properties = mass_properties(shape, density=density, mass=body.mass)

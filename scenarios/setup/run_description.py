@@ -1,4 +1,4 @@
-"""What observers are told of a run before it begins: fluids, bodies, booms, camera, and where on Earth it is."""
+"""The description of a run for observers, before it begins: fluids, bodies, booms, camera, and the place on Earth."""
 
 from __future__ import annotations
 
@@ -17,11 +17,14 @@ from scenarios.setup.fluid import horizontal
 from scenarios.setup.simulators import Scene
 from scenarios.versions import versions
 
-_QUANTITIES = {PressureProbe: "pressure [Pa]", WaveGauge: "height of the surface [m]"}  # what one number may be
+_QUANTITIES = {
+    PressureProbe: "pressure [Pa]",
+    WaveGauge: "height of the surface [m]",
+}  # quantities of probes with one number
 
 
 def describe_run(scene: Scene, *, text: str, overrides: Sequence[str]) -> RunDescription:
-    """Everything about the run that does not change."""
+    """Describe everything about the run that does not change."""
     scenario = scene.scenario
     properties: dict[str, str | float] = {f"version_{name}": version for name, version in versions().items()}
     properties |= {"title": scenario.title, "seed": float(scenario.run.seed), "overrides": " ".join(overrides)}
@@ -65,7 +68,7 @@ def _site(site: SiteSettings) -> Site:
 
 
 def _describe_exercise(scenario: Scenario, fleet: Fleet, water_level: float) -> ExerciseDescription | None:
-    """What a debrief must know of the booms; None without any."""
+    """Describe the booms for the debrief; None without booms."""
     if not fleet.booms:
         return None
     current = scenario.forcing.current
@@ -96,9 +99,9 @@ def _describe_boom(name: str, layout: BoomLayout, scenario: Scenario) -> BoomDes
 
 
 def _fixed_boom_tension(layout: BoomLayout) -> float:
-    """Tension [N] of the boom as laid, if water met it at 0.7 knots."""
+    """Estimate the tension [N] of the boom as laid, in water that meets it at 0.7 knots."""
     boom = layout.boom
-    gap = min(layout.gap_ratio, 0.95)  # a straight boom's is unbounded
+    gap = min(layout.gap_ratio, 0.95)  # the tension of a straight boom is unbounded
     tension, _ = tow_force(
         boom.length,
         gap,

@@ -1,4 +1,4 @@
-"""The simulators of a run: the fluid, the rigid bodies that it meets, and who of them answers to the other."""
+"""The simulators of a run: the fluid, the rigid bodies, and the exchange between them."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ FLUID = "fluid"
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Scene:
-    """What a scenario describes, as simulators.
+    """The simulators of a scenario.
 
-    level: of the still water [m]; solids: all bodies, those of the fleet too; coupled: names of those that exchange motion and
+    level: of the still water [m]; solids: all bodies, those of the fleet included; coupled: names of the bodies that exchange motion and
     wrench with the fluid; tank: the fluid's handle of the tank's sides, None without closed ones; world: None if nothing is coupled;
-    left_out: what bodies take of the liquid at the start, in words, by region; swelling: how many times its volume the fluid meets of a
-    body with parts thinner than a particle, by name.
+    left_out: liquid that bodies displace at the start, in words, by region; swelling: by name, the volume that the fluid sees / the volume
+    of a body with parts thinner than a particle.
     """
 
     scenario: Scenario
@@ -47,15 +47,15 @@ class Scene:
     swelling: Mapping[str, float]
 
     def wrench(self, body: str) -> NDArray[np.float64]:
-        """The fluid's wrench (6,) [N, N m] on a body; 0 on one that is not coupled."""
+        """Return the fluid's wrench (6,) [N, N m] on a body; 0 for a body that is not coupled."""
         return self.fluid_participant.get(f"{body}.wrench") if body in self.coupled else np.zeros(6)
 
 
 def build_scene(scenario: Scenario) -> Scene:
-    """Lay everything out and fill the tank; ScenarioError for what cannot be made."""
+    """Lay everything out and fill the tank; ScenarioError for what cannot be built."""
     layout = lay_out(scenario)
     solids, coupled = layout.solids, layout.coupled
-    with problems_of("fluid", "cannot be made"):
+    with problems_of("fluid", "cannot be built"):
         fluid, tank = build_fluid(scenario, layout.positions)
     samplings = _sampled(solids, scenario.fluid.particle_spacing)
     handles = _wet(fluid, solids, samplings, coupled)
@@ -79,7 +79,7 @@ def build_scene(scenario: Scenario) -> Scene:
 
 
 def _sampled(solids: Sequence[Solid], particle_spacing: float) -> dict[int, SurfaceSampling]:
-    """The surfaces of all wetted solids, by the id of their mesh: bodies of one mesh, such as a boom's segments, share its sampling."""
+    """Sample the surfaces of all wetted solids, by the id of their mesh; bodies with one mesh, as a boom's segments, share its sampling."""
     samplings: dict[int, SurfaceSampling] = {}
     for solid in solids:
         mesh = solid.placed.mesh
@@ -92,9 +92,9 @@ def _sampled(solids: Sequence[Solid], particle_spacing: float) -> dict[int, Surf
 def _wet(
     fluid: Fluid, solids: Sequence[Solid], samplings: Mapping[int, SurfaceSampling], coupled: Sequence[str]
 ) -> dict[str, int]:
-    """Give the fluid the surfaces of all wetted solids; returns their handles by name.
+    """Give the fluid the surfaces of all wetted solids; return their handles by name.
 
-    A coupled one is placed about its centre of mass, another where it stands for good.
+    The surface of a coupled body is placed about its centre of mass, that of another body at its final place.
     """
     handles = {}
     for solid in solids:

@@ -1,4 +1,4 @@
-"""FMUs and their connections, checked before anything is built: files, variables, causalities, units."""
+"""Checks of FMUs and their connections before anything is built: files, variables, causalities, units."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from scenarios.schema.fmu_settings import ORDERS, PREFIX, READINGS, FmuSettings,
 from scenarios.signals.signal_participant import signal_variables
 from scenarios.signals.signal_table import Signal
 
-SHOWN = 12  # signals that an error names
+SHOWN = 12  # most signals that an error lists
 
 
 @dataclass(frozen=True)
 class _Declared:
-    """Stands for the signals of a run that has not been built."""
+    """A stand-in for the signals of a run that has not been built."""
 
     name: str
     variables: Mapping[str, Variable]
 
 
 def fmu_problems(fmus: Mapping[str, FmuSettings], signals: Mapping[str, Signal]) -> Iterator[Problem]:
-    """Everything that is wrong with the FMUs of a scenario."""
+    """Yield every problem of a scenario's FMUs."""
     loaded: dict[str, FmuParticipant] = {}
     for name, settings in fmus.items():
         try:
@@ -41,19 +41,19 @@ def fmu_problems(fmus: Mapping[str, FmuSettings], signals: Mapping[str, Signal])
     for path, connection in connections_of(fmus).items():
         ends = {connection.source, connection.target}
         if any(PREFIX + name in ends and PREFIX + name not in loaded for name in fmus):
-            continue  # its FMU has been reported
+            continue  # its FMU is already among the problems
         connections[path] = connection
         unknown = _unknown_signal(connection, signals) or _unknown_fmu(connection, fmus)
         if unknown:
             yield Problem(path, unknown)
             continue
         for text in connection_problems(connection, participants):
-            yield Problem(path, f"does not fit: {text.removeprefix(f'{connection}: ')}")
+            yield Problem(path, f"cannot be made: {text.removeprefix(f'{connection}: ')}")
     yield from _doubly_driven(connections)
 
 
 def _several_of_one(loaded: Mapping[str, FmuParticipant]) -> Iterator[Problem]:
-    """FMUs that a process can run only once, and another runs already."""
+    """Yield problems of FMUs that a process can run only once, if the scenario has them twice."""
     first: dict[str, str] = {}
     for name, fmu in loaded.items():
         other = first.setdefault(fmu.only_one_of, name)
@@ -65,7 +65,7 @@ def _several_of_one(loaded: Mapping[str, FmuParticipant]) -> Iterator[Problem]:
 
 
 def _unknown_signal(connection: Connection, signals: Mapping[str, Signal]) -> str:
-    """What is wrong with a connection to a signal that does not exist, with those that may have been meant; else nothing."""
+    """Describe the problem of a connection to an unknown signal, with similar signals; empty if it is known."""
     takes = connection.target == ORDERS
     name = connection.target_variable if takes else connection.source_variable
     if not (takes or connection.source == READINGS) or name in signals:
@@ -74,13 +74,13 @@ def _unknown_signal(connection: Connection, signals: Mapping[str, Signal]) -> st
     place = name.rpartition(".")[0] + "."
     near = [signal for signal in fitting if signal.startswith(place)] or fitting
     shown = near[:SHOWN] + ([f"... {len(near) - SHOWN} more, see oilsim signals"] if len(near) > SHOWN else [])
-    direction = "that a run takes" if takes else "that a run gives"
+    direction = "that is an input of the run" if takes else "that is an output of the run"
     hint = suggestion(name, fitting) or ","
     return f"is {name!r}, which is no signal {direction}{hint} allowed: {', '.join(shown) or 'none is there'}"
 
 
 def _unknown_fmu(connection: Connection, fmus: Mapping[str, FmuSettings]) -> str:
-    """What is wrong with a connection from an FMU that does not exist; else nothing."""
+    """Describe the problem of a connection from an unknown FMU; empty if it is known."""
     name = connection.source.removeprefix(PREFIX)
     if connection.source == READINGS or name in fmus:
         return ""
@@ -88,34 +88,34 @@ def _unknown_fmu(connection: Connection, fmus: Mapping[str, FmuSettings]) -> str
 
 
 def _doubly_driven(connections: Mapping[str, Connection]) -> Iterator[Problem]:
-    """Signals that more than one output drives."""
+    """Yield problems of signals that several outputs drive."""
     drivers: dict[str, list[str]] = {}
     for path, connection in connections.items():
         if connection.target == ORDERS:
             drivers.setdefault(connection.target_variable, []).append(path)
     for signal, paths in drivers.items():
         if len(paths) > 1:
-            yield Problem(paths[1], f"drives {signal!r}, which {paths[0]} drives already, allowed: one of them")
+            yield Problem(paths[1], f"drives {signal!r}, which {paths[0]} already drives; allowed: only one of them")
 
 
 def all_are_kept(fmus: Mapping[str, FmuSettings]) -> bool:
-    """Whether the state of every FMU can be kept outside it, and so that of the run; each of them is tried out."""
+    """Tell whether the state of every FMU, and so that of the run, can be saved outside it; this tries each FMU."""
     return not any(_why_not_kept(fmu) for fmu in fmu_participants(fmus))
 
 
 def _why_not_kept(fmu: FmuParticipant) -> str:
-    """What is found by initializing it; of one that cannot be initialized by itself, what it says."""
+    """Initialize an FMU to find out; for one that cannot be initialized alone, return its declaration."""
     with suppress(RuntimeError):
         fmu.enter_initialization_mode(0.0)
         fmu.exit_initialization_mode()
     why = fmu.why_not_kept
-    with suppress(Exception):  # nothing is lost with it
+    with suppress(Exception):  # the FMU is not used again
         fmu.terminate()
     return why
 
 
 def fmu_participants(fmus: Mapping[str, FmuSettings]) -> tuple[FmuParticipant, ...]:
-    """The FMUs, each of them tried out; ScenarioError for one that cannot run here, before anything is computed."""
+    """Create the FMUs, each tried before; ScenarioError for one that cannot run here, before anything is computed."""
     participants = []
     for name, settings in fmus.items():
         with problems_of(f"fmus.{name}", "cannot be used"):

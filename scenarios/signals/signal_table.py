@@ -1,8 +1,8 @@
-"""The signals of a run: numbers with a name and a unit that FMUs are connected to, and that an exported FMU has as its variables.
+"""The signals of a run: numbers with a name and a unit, to which FMUs are connected, and which an exported FMU has as variables.
 
-Names follow the scenario file: ``vessels.port.speed``, ``booms.main.port.tension``, ``forcing.wind.speed``. What a signal means to
-the parts of a run stands beside its name, in one place. Positions are of the centre of mass; roll, pitch and yaw turn the body
-about the world's x, y and z in this order; headings and directions are counter-clockwise from +x.
+Names follow the scenario file: ``vessels.port.speed``, ``booms.main.port.tension``, ``forcing.wind.speed``. Each signal's effect on the
+parts of a run is defined beside its name, in one place. Positions are of the centre of mass. Roll, pitch and yaw turn the body about the
+world's x, y and z, in this order. Headings and directions are counter-clockwise from +x.
 """
 
 from __future__ import annotations
@@ -34,41 +34,58 @@ PUSH = (("thrust", "N"), ("side_thrust", "N"), ("yaw_moment", "N m"))
 
 
 class Exercise(Protocol):
-    """The tables of a scenario that signals are about."""
+    """The tables of a scenario that signals concern."""
 
     @property
-    def bodies(self) -> Mapping[str, Body]: ...
+    def bodies(self) -> Mapping[str, Body]:
+        """The bodies of the [bodies] table."""
+
     @property
-    def vessels(self) -> Mapping[str, VesselSettings]: ...
+    def vessels(self) -> Mapping[str, VesselSettings]:
+        """The vessels by name."""
+
     @property
-    def booms(self) -> Mapping[str, BoomSettings]: ...
+    def booms(self) -> Mapping[str, BoomSettings]:
+        """The booms by name."""
+
     @property
-    def tow(self) -> TowSettings | None: ...
+    def tow(self) -> TowSettings | None:
+        """The orders of [tow]; None without them."""
+
     @property
-    def forcing(self) -> ForcingSettings | None: ...
+    def forcing(self) -> ForcingSettings | None:
+        """Wind, waves and current; None if they are not valid."""
 
 
 class BoomAccount(Protocol):
     """The account of one boom's oil; speeds [m/s] are None until the loss happens, `report` until the first communication point."""
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """Name of the boom."""
+
     @property
-    def report(self) -> ContainmentReport | None: ...
-    def first_loss_speed(self) -> float | None: ...
-    def gross_loss_speed(self) -> float | None: ...
+    def report(self) -> ContainmentReport | None:
+        """The account at the last communication point."""
+
+    def first_loss_speed(self) -> float | None:
+        """Return the tow speed [m/s] at the first loss."""
+
+    def gross_loss_speed(self) -> float | None:
+        """Return the tow speed [m/s] at the gross loss."""
 
 
 class Scores(CurrentListener, Protocol):
     """The accounts of all booms."""
 
     @property
-    def booms(self) -> Sequence[BoomAccount]: ...
+    def booms(self) -> Sequence[BoomAccount]:
+        """The accounts, one for each boom."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RunParts:
-    """The parts of a run that signals reach into; `controls` by vessel, `tension_joints` by boom and end."""
+    """The parts of a run that signals read and change; `controls` by vessel, `tension_joints` by boom and end."""
 
     fluid: Fluid
     world: RigidBodyWorld | None
@@ -77,8 +94,8 @@ class RunParts:
     tension_joints: Mapping[tuple[str, str], str]
 
     def body(self, name: str) -> tuple[Array, Array]:
-        """Pose (7,) and twist (6,) of a body."""
-        assert self.world is not None  # who names a moving body has a world
+        """Return pose (7,) [m, 1] and twist (6,) [m/s, rad/s] of a body."""
+        assert self.world is not None  # a scenario with a moving body has a world
         return self.world.pose(name), self.world.twist(name)
 
 
@@ -90,8 +107,8 @@ Write = Callable[[RunParts, Mapping[str, float]], None]
 class Signal:
     """One number of a run.
 
-    An output has `read`. An input has `write`, which puts it into effect, given the values of all inputs by name, and `start`, what
-    the scenario says of it.
+    An output has `read`. An input has `write`, which applies it, given the values of all inputs by name, and `start`, the value in the
+    scenario.
     """
 
     name: str
@@ -102,12 +119,12 @@ class Signal:
 
     @property
     def is_input(self) -> bool:
-        """Whether it is given to the run."""
+        """True for an input of the run."""
         return self.write is not None
 
 
 def signals_of(exercise: Exercise) -> dict[str, Signal]:
-    """All signals of a scenario by name."""
+    """List all signals of a scenario by name."""
     found = [*_tow(exercise), *_weather(exercise.forcing)]
     for name, vessel in exercise.vessels.items():
         found += [*_orders(name, vessel), *_vessel(name)]
@@ -120,19 +137,19 @@ def signals_of(exercise: Exercise) -> dict[str, Signal]:
 
 
 def _tow(exercise: Exercise) -> Iterator[Signal]:
-    """The orders of [tow], to every vessel whose helmsman has none of its own."""
+    """Yield the orders of [tow], to every vessel whose helmsman has no orders of its own."""
     followers = [name for name, v in exercise.vessels.items() if v.control == "helmsman" and not v.legs]
     tow = exercise.tow
     if tow is None or not followers:
         return
-    at_first = tow.speed if tow.start == 0.0 else 0.0  # they wait in their places
+    at_first = tow.speed if tow.start == 0.0 else 0.0  # the vessels wait in their places
     for what, unit, start in (("speed", "m/s", at_first), ("heading", "rad", tow.heading)):
         order = partial(_order, [(name, f"{what}_order") for name in followers], f"tow.{what}")
         yield Signal(name=f"tow.{what}", unit=unit, write=order, start=start)
 
 
 def _orders(name: str, vessel: VesselSettings) -> Iterator[Signal]:
-    """What a vessel of its own orders, or without a helmsman, is told."""
+    """Yield the orders of a vessel with its own legs or without a helmsman."""
     if vessel.control == "manual":
         orders = [(f"{what}_order", unit, 0.0) for what, unit in PUSH]
     elif vessel.legs:
@@ -145,13 +162,13 @@ def _orders(name: str, vessel: VesselSettings) -> Iterator[Signal]:
 
 
 def _order(told: list[tuple[str, str]], signal: str, parts: RunParts, values: Mapping[str, float]) -> None:
-    """Give vessels an order, each by its name and the order's."""
+    """Give vessels an order; `told` has the names of vessel and order."""
     for vessel, order in told:
         parts.controls[vessel].set(f"{vessel}.{order}", np.array(values[signal]))
 
 
 def _vessel(name: str) -> Iterator[Signal]:
-    """Where a vessel is, how it moves, and how it pushes."""
+    """Yield the pose, motion and thrust of a vessel."""
     yield from _pose(f"vessels.{name}", body_of(name))
     for index, (what, unit) in enumerate((("speed", "m/s"), ("drift", "m/s"), ("turn_rate", "rad/s"))):
         yield Signal(name=f"vessels.{name}.{what}", unit=unit, read=partial(_planar, body_of(name), index))
@@ -160,7 +177,7 @@ def _vessel(name: str) -> Iterator[Signal]:
 
 
 def _planar(body: str, index: int, parts: RunParts) -> float:
-    """Speed along a body's heading, to port of it [m/s], and rate of turn [rad/s]."""
+    """Return speed along a body's heading and to port of it [m/s], or rate of turn [rad/s]."""
     pose, twist = parts.body(body)
     yaw = attitude(pose)[2]
     c, s = math.cos(yaw), math.sin(yaw)
@@ -172,7 +189,7 @@ def _push(vessel: str, what: str, parts: RunParts) -> float:
 
 
 def _boom(name: str, boom: BoomSettings) -> Iterator[Signal]:
-    """Tensions and winches at a boom's ends, and where its segments are."""
+    """Yield tensions and winches at a boom's ends, and the poses of its segments."""
     for end, label in zip(boom.ends, boom.end_labels, strict=True):
         prefix = f"booms.{name}.{label}"
         yield Signal(name=f"{prefix}.tension", unit="N", read=partial(_tension, name, label))
@@ -183,13 +200,13 @@ def _boom(name: str, boom: BoomSettings) -> Iterator[Signal]:
 
 
 def _tension(boom: str, end: str, parts: RunParts) -> float:
-    """Tow tension [N], mean over the last step."""
+    """Return the tow tension [N], the mean over the last step."""
     assert parts.world is not None
     return parts.world.tension(parts.tension_joints[boom, end])
 
 
 def _pay_out(boom: str, end: str, signal: str, parts: RunParts, values: Mapping[str, float]) -> None:
-    """Line [m] beyond what was laid out, by the end of the coming step."""
+    """Set the length [m] of line that is paid out beyond the laid length by the end of the coming step."""
     assert parts.world is not None
     line = parts.tension_joints[boom, end]
     parts.world.lines.order_length(line, parts.world.lines.laid_length(line) + values[signal])
@@ -206,7 +223,7 @@ def _coordinate(body: str, index: int, parts: RunParts) -> float:
 
 
 def attitude(pose: Array) -> tuple[float, float, float]:
-    """Roll, pitch and yaw [rad] of a pose (7,)."""
+    """Return roll, pitch and yaw [rad] of a pose (7,) [m, 1]."""
     x, y, z, w = (float(part) for part in pose[3:])
     roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
     pitch = math.asin(min(max(2.0 * (w * y - z * x), -1.0), 1.0))
@@ -214,7 +231,7 @@ def attitude(pose: Array) -> tuple[float, float, float]:
 
 
 def _weather(forcing: ForcingSettings | None) -> Iterator[Signal]:
-    """Wind and current, where the scenario has them."""
+    """Yield wind and current, if the scenario has them."""
     if forcing is None:
         return
     for kind, settings, write in (("wind", forcing.wind, _blow), ("current", forcing.current, _flow)):

@@ -1,1 +1,1 @@
-"""What is read from a run while it goes on: scores, probes, frames and warnings."""
+"""Observation of a run: scores, probes, frames and warnings."""

@@ -1,4 +1,4 @@
-"""What a boom exercise is scored by: where the oil is, how fast and how hard the boom was towed, and when it first leaked."""
+"""The scores of a boom exercise: the fate of the oil, the speed and tension of the tow, and when the boom first leaked."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ KNOT = 1852.0 / 3600.0  # [m/s]
 
 @dataclass(frozen=True)
 class Happening:
-    """Something worth a line in the log."""
+    """An event for the log."""
 
     text: str
     level: EventLevel
@@ -40,10 +40,10 @@ class Happening:
 
 
 class BoomScore:
-    """One boom's account, kept from communication point to communication point."""
+    """One boom's account, updated at each communication point."""
 
     def __init__(self, name: str, scenario: Scenario, layout: BoomLayout, tensions: Mapping[str, str]) -> None:
-        """`tensions`: by end, the joint that carries the tow tension."""
+        """Prepare the account; `tensions` has, for each end, the joint that carries the tow tension."""
         settings = scenario.booms[name]
         self.name = name
         self.report: ContainmentReport | None = None
@@ -74,7 +74,7 @@ class BoomScore:
     def update(
         self, time: float, world: RigidBodyWorld, oil: tuple[Array, NDArray[np.uint32]], level: float, current: Array
     ) -> dict[str, float]:
-        """Take the state at `time` [s] into the account; oil is positions (N, 3) [m] and ids (N,), current (3,) [m/s]."""
+        """Bring the account to `time` [s]; oil is positions (N, 3) [m] and ids (N,), level [m], current (3,) [m/s]."""
         state = self._state(world)
         report = self.tracker.update(
             time, state, *oil, water_level=level, current=(float(current[0]), float(current[1]))
@@ -93,23 +93,23 @@ class BoomScore:
         return scalars
 
     def take_happenings(self) -> list[Happening]:
-        """What has happened since the last call."""
+        """Return the events since the last call."""
         happenings, self._happenings = self._happenings, []
         return happenings
 
     def _announce(self, report: ContainmentReport, speed: float, held: float) -> None:
-        """Say what happens for the first time."""
+        """Announce what happens for the first time."""
         through = f"at {speed / KNOT:.2f} kn through the water"
         share = 100.0 * self._losses.first_share
-        normal = f"water has met it faster than 0.7 kn along its normal for {self._held.window:.2g} s"
+        normal = f"water has run against the boom at more than 0.7 kn (normal to it) for {self._held.window:.2g} s"
         self._tell_once("too fast", held > PRACTICE_SPEED, normal)
         self._tell_once(
-            "first loss", self._losses.first_loss is not None, f"has lost over {share:g} % of its oil, {through}"
+            "first loss", self._losses.first_loss is not None, f"has lost more than {share:g} % of its oil, {through}"
         )
         for cause, volume in report.lost_by_cause.items():
             self._tell_once(cause, volume > 0.0, f"first oil lost by {cause.replace('_', ' ')}, {through}")
         self._tell_once(
-            "gross loss", self._losses.gross_loss is not None, f"loses over 2 % of its oil a second, {through}"
+            "gross loss", self._losses.gross_loss is not None, f"loses more than 2 % of its oil per second, {through}"
         )
 
     def _tell_once(self, key: str, happens: bool, text: str) -> None:
@@ -129,12 +129,12 @@ class BoomScore:
         )
 
     def _tow_speed(self, world: RigidBodyWorld, current: Array) -> float:
-        """Speed of the towing vessels through the water [m/s], their mean."""
+        """Compute the mean speed [m/s] of the towing vessels through the water."""
         speeds = [float(np.linalg.norm(world.twist(name)[:2] - current[:2])) for name in self._vessels]
         return float(np.mean(speeds)) if speeds else float(np.linalg.norm(current[:2]))
 
     def _pull(self, world: RigidBodyWorld, duration: float) -> dict[str, float]:
-        """The tow tension [N] at each end, which acted for `duration` [s], and its peak."""
+        """Return the tow tension [N] at each end, which acted for `duration` [s], and its peak."""
         scalars: dict[str, float] = {}
         for end, joint in self._tension_joints.items():
             tension, record = world.tension(joint), self._tensions[end]
@@ -143,7 +143,7 @@ class BoomScore:
         return scalars
 
     def _remember(self, report: ContainmentReport, held: float) -> dict[str, float]:
-        """The worst of what the summary tells, for recordings, which do not hold every communication point."""
+        """Keep the extreme values of the summary's scores for recordings, which do not hold every communication point."""
         for key, value in (("normal_speed_held", held), ("skirt_angle", report.skirt_angle)):
             self._worst[key] = max(self._worst.get(key, 0.0), value)
         draft = report.effective_draft
@@ -151,15 +151,15 @@ class BoomScore:
         return {f"metrics/{WORST}{key}": value for key, value in self._worst.items()}
 
     def first_loss_speed(self) -> float | None:
-        """Tow speed [m/s] at the first loss, None before it."""
+        """Return the tow speed [m/s] at the first loss; None before it."""
         return self._losses.first_loss
 
     def gross_loss_speed(self) -> float | None:
-        """Tow speed [m/s] at the gross loss, None before it."""
+        """Return the tow speed [m/s] at the gross loss; None before it."""
         return self._losses.gross_loss
 
     def save_state(self) -> dict[str, Any]:
-        """The account as it stands."""
+        """Return the account so far."""
         return {
             "tracker": self.tracker.save_state(),
             "report": None if self.report is None else asdict(self.report),
@@ -172,7 +172,7 @@ class BoomScore:
         }
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
-        """Back to what `save_state` returned."""
+        """Go back to a state that `save_state` returned."""
         self.tracker.restore_state(saved["tracker"])
         self.report = None if saved["report"] is None else ContainmentReport(**saved["report"])
         self._tensions = {end: TensionRecord(**record) for end, record in saved["tensions"].items()}
@@ -181,7 +181,7 @@ class BoomScore:
         self._told, self._happenings = set(saved["told"]), []
 
     def summary(self) -> dict[str, Any]:
-        """The boom's scores; speeds in knots and angles in degrees where the key says so."""
+        """Return the boom's scores; speeds are in knots and angles in degrees if the key says so."""
         report = self.report
         if report is None:
             return {}
@@ -204,12 +204,12 @@ def _knots(speed: float | None) -> float | None:
 
 
 class Scoring:
-    """The accounts of all booms of a run, and what happened to them that is worth a line in the log."""
+    """The accounts of all booms of a run, and their events for the log."""
 
     def __init__(
         self, scenario: Scenario, fluid: Fluid, world: RigidBodyWorld | None, fleet: Fleet, level: float
     ) -> None:
-        """`level` [m] is that of the still water."""
+        """Prepare the accounts; `level` [m] is that of the still water."""
         self._fluid = fluid
         self._world = world
         self._level = level
@@ -219,13 +219,13 @@ class Scoring:
         self._orders = tuple(_orders(fleet.vessels))
         self._announced_until = -math.inf  # [s]
         self._happenings: list[Happening] = []
-        self.balance: OilBalance | None = None  # without booms, and before the first communication point
+        self.balance: OilBalance | None = None  # None without booms, and before the first communication point
         self.booms = tuple(
             BoomScore(name, scenario, layout, fleet.tensions_of(name)) for name, layout in fleet.booms.items()
         )
 
     def __call__(self, time: float) -> dict[str, float]:
-        """Update all accounts; with several booms, each one's series carry its name."""
+        """Update all accounts; with several booms, the series of each have its name."""
         self._announce_orders(time)
         if not self.booms or self._world is None:
             return {}
@@ -239,23 +239,23 @@ class Scoring:
         return scalars
 
     def take_happenings(self) -> Sequence[Happening]:
-        """What has happened since the last call."""
+        """Return the events since the last call."""
         happenings, self._happenings = self._happenings, []
         return [*happenings, *(found for boom in self.booms for found in boom.take_happenings())]
 
     def lost_ids(self) -> dict[str, NDArray[np.uint32]]:
-        """Ids, increasing, of the oil particles that booms have lost and none holds, by cause, each particle once."""
+        """Return the ids (N,), increasing, of oil particles that booms have lost and none holds, by cause; each particle once."""
         return lost_ids([boom.tracker for boom in self.booms])
 
     def _announce_orders(self, time: float) -> None:
-        """Say which orders hold from now on."""
+        """Announce the orders that hold from now on."""
         for start, text in self._orders:
             if self._announced_until < start <= time:
                 self._happenings.append(Happening(text, level="info", source="orders"))
         self._announced_until = time
 
     def save_state(self) -> dict[str, Any]:
-        """All accounts as they stand."""
+        """Return all accounts so far."""
         booms = {boom.name: boom.save_state() for boom in self.booms}
         return {
             "booms": booms,
@@ -265,7 +265,7 @@ class Scoring:
         }
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
-        """Back to what `save_state` returned."""
+        """Go back to a state that `save_state` returned."""
         for boom in self.booms:
             boom.restore_state(saved["booms"][boom.name])
         self.balance = None if saved["balance"] is None else OilBalance(**saved["balance"])
@@ -273,15 +273,15 @@ class Scoring:
         self._current = np.array(saved["current"])
 
     def take_orders(self, vessels: Iterable[Vessel]) -> None:
-        """From now on the vessels have these courses."""
+        """Use the vessels' new courses from now on."""
         self._orders = tuple(_orders(vessels))
 
     def take_current(self, current: Array) -> None:
-        """From now on the water itself runs at `current` (3,) [m/s]."""
+        """Use `current` (3,) [m/s] as the velocity of the water from now on."""
         self._current = current
 
     def summary(self) -> dict[str, Any]:
-        """Scores by boom."""
+        """Return the scores by boom."""
         return {boom.name: boom.summary() for boom in self.booms}
 
     def _oil(self) -> tuple[Array, NDArray[np.uint32]]:
@@ -293,7 +293,7 @@ class Scoring:
 
 
 def _orders(vessels: Iterable[Vessel]) -> Iterator[tuple[float, str]]:
-    """When vessels on a course get orders [s], and which; vessels that get the same at once share a line."""
+    """Yield the times [s] and texts of orders to vessels on a course; vessels with the same orders at the same time share a line."""
     together: dict[tuple[float, float, float], list[str]] = {}
     for vessel in vessels:
         for leg in vessel.course.legs if vessel.course else ():
@@ -302,10 +302,10 @@ def _orders(vessels: Iterable[Vessel]) -> Iterator[tuple[float, str]]:
         if speed == 0.0:
             yield start, f"{' and '.join(names)}: hold your places"
         else:
-            course = f"heading {math.degrees(heading):.0f} deg from x"
+            course = f"heading {math.degrees(heading):.0f} degrees from the x axis"
             yield start, f"{' and '.join(names)}: make {speed / KNOT:.2f} kn over the ground, {course}"
 
 
 def _of_boom(key: str, boom: str) -> str:
-    """``metrics/oil_inside`` of one boom of several: ``metrics/main/oil_inside``."""
+    """Name a series of one of several booms: ``metrics/oil_inside`` becomes ``metrics/main/oil_inside``."""
     return key.replace("metrics/", f"metrics/{boom}/", 1)

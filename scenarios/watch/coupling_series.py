@@ -1,21 +1,21 @@
-"""How fluid and bodies got on with each other in the last step: work done, disagreement left, and the ledger of both.
+"""Series of the coupling of fluid and bodies in the last step: work, residuals, and the ledger of both.
 
 Series, all under ``metrics``:
 
 coupling/sub_steps                steps of the fluid in the communication step
-coupling/wall_seconds/<name>      wall time each participant took [s]
-coupling/residual/linear|angular  largest difference between the twist the fluid expects of a body after its wrench, and the body's
-                                  own after joints and contacts [m/s, rad/s]
+coupling/wall_seconds/<name>      wall time [s] of each participant
+coupling/residual/linear|angular  largest difference between the twist that the fluid expects of a body after its wrench, and the body's
+                                  twist after joints and contacts [m/s, rad/s]
 ledger/fluid|bodies/momentum_x|y|z         linear momentum [N s]
-ledger/fluid/kinetic|potential_energy      [J]; of the bodies together: ledger/bodies/energy
-ledger/exchange/impulse_x|y|z, work        what the bodies received from the fluid since the run began [N s, J]; work by the
+ledger/fluid/kinetic|potential_energy      [J]; for all bodies: ledger/bodies/energy
+ledger/exchange/impulse_x|y|z, work        sums of what the bodies received from the fluid since the run began [N s, J]; work by the
                                            trapezoidal rule over twists
 ledger/exchange/energy_made                in the last step, and
-ledger/exchange/momentum_residual, energy_residual  of the run, as `coupling.master.exchange_ledger` has them
-ledger/cause/<cause>                       what the liquid gained by one cause in the step [J], of a run with run.budget, and
-ledger/energy_residual, momentum_residual  the shares that no cause explains
+ledger/exchange/momentum_residual, energy_residual  of the run, as in `coupling.master.exchange_ledger`
+ledger/cause/<cause>                       energy [J] that the liquid gained by one cause in the step, with run.budget, and
+ledger/energy_residual, momentum_residual  the shares without a cause
 
-In two dimensions all of the fluid's are per metre.
+In two dimensions all values of the fluid are per metre.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ WallSeconds = Callable[[], Mapping[str, float]]
 
 
 class CouplingFigures:
-    """Keeps the account of the exchange from communication point to communication point."""
+    """The account of the exchange, updated at each communication point."""
 
     def __init__(
         self,
@@ -46,7 +46,7 @@ class CouplingFigures:
         coupled: Sequence[str],
         ledger: ExchangeLedger,
     ) -> None:
-        """`coupled` names the bodies that exchange motion and wrench with the fluid, `ledger` checks what passes between them."""
+        """Prepare the account; `coupled` names the bodies that exchange motion and wrench with the fluid, `ledger` checks the exchange."""
         self._ledger = ledger
         self._fluid, self._participant, self._world = fluid, participant, world
         self._coupled = tuple(coupled) if world is not None else ()
@@ -61,16 +61,16 @@ class CouplingFigures:
         self._wall_seconds = wall_seconds
 
     def save_state(self) -> dict[str, Any]:
-        """The account as it stands."""
+        """Return the account so far."""
         return {"time": self._time, "twists": self._twists.copy(), "impulse": self._impulse.copy(), "work": self._work}
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
-        """Back to what `save_state` returned."""
+        """Go back to a state that `save_state` returned."""
         self._time, self._twists = saved["time"], saved["twists"].copy()
         self._impulse, self._work = saved["impulse"].copy(), float(saved["work"])
 
     def __call__(self, time: float) -> dict[str, float]:
-        """The series at simulated `time` [s], by name."""
+        """Return the series at simulated `time` [s], by name."""
         figures = self._fluid_figures() | self._wall_figures()
         if self._coupled:
             figures |= self._body_figures(time)
@@ -94,7 +94,7 @@ class CouplingFigures:
         return figures
 
     def _wall_figures(self) -> dict[str, float]:
-        """Of the last step alone; nothing before the first."""
+        """Return wall times of the last step alone; nothing before the first."""
         before, self._spent = self._spent, dict(self._wall_seconds())
         return {
             f"coupling/wall_seconds/{name}": spent - before[name]
@@ -121,7 +121,7 @@ class CouplingFigures:
         return figures | (self._residuals(twists) if step > 0.0 else {})
 
     def _residuals(self, twists: Array) -> dict[str, float]:
-        """Largest disagreement about the bodies' motion."""
+        """Return the largest residuals of the bodies' motion."""
         apart = np.array([self._participant.expected_twist(name) for name in self._coupled]) - twists
         return {
             "coupling/residual/linear": float(np.linalg.norm(apart[:, :3], axis=1).max()),

@@ -1,4 +1,4 @@
-"""What observers are shown of a run at each communication point: a frame."""
+"""Frames: what observers see of a run at each communication point."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 
 
 def _pulls(fleet: Fleet) -> dict[str, tuple[str, ...]]:
-    """By boom segment and tow line, the joints at its ends."""
+    """Return, for each boom segment and tow line, the joints at its ends."""
     found: dict[str, tuple[str, ...]] = {}
     for joint in fleet.joints:
         for body in (joint.body_a, joint.body_b):
@@ -37,12 +37,12 @@ def _pulls(fleet: Fleet) -> dict[str, tuple[str, ...]]:
 
 
 class FramePainter:
-    """Makes the frame of a communication point: figures and poses at once, particles only for whoever asks."""
+    """A source of frames: numbers and poses at once, particles only on request."""
 
     def __init__(
         self, scene: Scene, scoring: Scoring, coupling_figures: CouplingFigures, fmus: Sequence[Participant] = ()
     ) -> None:
-        """The outputs of `fmus` are shown too."""
+        """Prepare the frames; the outputs of `fmus` are shown, too."""
         self._scene = scene
         self._pulls = _pulls(scene.fleet)
         self._scoring = scoring
@@ -52,7 +52,7 @@ class FramePainter:
         self._probes = probe_readings(scene.scenario.probes, scene.fluid, self._pose_and_wrench)
 
     def __call__(self, point: CommunicationPoint) -> Frame:
-        """The frame at a communication point; its particles must be asked for before the run goes on."""
+        """Make the frame of a communication point; its particles must be requested before the run continues."""
         scalars = self._figures(point.time) | dict(self._probes()) | self._scoring(point.time)
         scalars |= self._coupling_figures(point.time)
         scalars |= self._fmu_outputs()
@@ -66,7 +66,7 @@ class FramePainter:
         )
 
     def _fmu_outputs(self) -> dict[str, float]:
-        """What each FMU gives, as ``fmus/winch/paid_out``; of an array, each element, once."""
+        """Return the outputs of each FMU, as ``fmus/winch/paid_out``; of an array, each element."""
         outputs: dict[str, float] = {}
         for fmu in self._fmus:
             arrays = {name for name, variable in fmu.variables.items() if math.prod(variable.shape) > 1}

@@ -1,4 +1,4 @@
-"""The readings of a run at one communication point: probes of the scenario and the run's own figures, as named numbers."""
+"""Readings of a run at one communication point, as named numbers: the scenario's probes, and numbers about the run itself."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ AXES = ("x", "y", "z")
 
 
 def probe_readings(probes: Mapping[str, Probe], fluid: Fluid, body: BodyReading) -> Reading:
-    """All probes of a scenario as one reading; series are named ``probes/<name>`` or ``probes/<name>/<component>``."""
+    """Combine all probes of a scenario to one reading; series are named ``probes/<name>`` or ``probes/<name>/<component>``."""
     readings = [_reading(f"probes/{name}", probe, fluid, body) for name, probe in probes.items()]
     return lambda: {name: value for reading in readings for name, value in reading().items()}
 
@@ -41,7 +41,7 @@ def _reading(path: str, probe: Probe, fluid: Fluid, body: BodyReading) -> Readin
 
 
 def _body_components(path: str, pose: Array, wrench: Array) -> dict[str, float]:
-    """Place [m], roll, pitch and yaw [deg], force [N] and torque [N m]."""
+    """Return position [m], roll, pitch and yaw [deg], force [N] and torque [N m]."""
     angles = Rotation.from_quat(pose[3:]).as_euler("xyz", degrees=True)
     return (
         _components(path, AXES, pose[:3])
@@ -56,16 +56,16 @@ def _components(path: str, names: tuple[str, ...] | list[str], values: Array) ->
 
 
 class RunFigures:
-    """How the run itself is doing: time step, iterations, errors, energy, and how fast it goes."""
+    """Numbers about the run itself: time step, iterations, errors, energy, and speed."""
 
     def __init__(self, fluid: Fluid, report: Callable[[], AdvanceReport | None]) -> None:
-        """`report` gives the fluid's report on its last advance; None before the first."""
+        """Prepare the readings; `report` returns the fluid's report on its last advance, None before the first."""
         self._fluid = fluid
         self._report = report
         self._last: tuple[float, float] | None = None
 
     def __call__(self, time: float) -> dict[str, float]:
-        """Figures named ``metrics/<name>`` at simulated `time` [s]."""
+        """Return the numbers, named ``metrics/<name>``, at simulated `time` [s]."""
         figures = {"metrics/kinetic_energy": float(self._fluid.energy().kinetic)}
         now = wall_clock.perf_counter()
         if self._last is not None and now > self._last[1]:

@@ -1,5 +1,8 @@
-"""What a run falls short of, said once and by name: solves that end before their tolerance is met, bodies that leave the tank, are too
-thin for their particles or lie where liquid was to start."""
+"""Warnings about a run, each given once.
+
+They concern solves that stop before their tolerance is met, and bodies that leave the tank, are thinner than particles, or displace
+liquid at the start.
+"""
 
 from __future__ import annotations
 
@@ -13,11 +16,11 @@ from scenarios.scenario import Scenario
 from scenarios.setup.placed_solids import table_entry
 from scenarios.watch.boom_scoring import Happening
 
-TOLD = 2.0  # times a tolerance that a solve may leave before it is said: less is the same flow
+TOLD = 2.0  # residual that is worth a warning, in tolerances; with less the flow is the same
 
 
 class Remarks:
-    """Looks at a run after every communication step."""
+    """The warnings of a run, checked after every communication step."""
 
     def __init__(
         self,
@@ -26,8 +29,10 @@ class Remarks:
         left_out: Mapping[str, str],
         swelling: Mapping[str, float],
     ) -> None:
-        """`left_out`: what bodies take of the liquid at the start, by region; `swelling`: how many times its volume the fluid
-        meets of a body, by name."""
+        """Prepare the warnings.
+
+        `left_out`: liquid that bodies displace at the start, by region; `swelling`: by name, the volume of a body as the fluid sees it / its volume.
+        """
         self._fluid, self._tank, self._world = scenario.fluid, scenario.tank, world
         self._left_out = left_out
         self._oil = {name for name, fill in scenario.fill.items() if scenario.phases[fill.phase].is_oil}
@@ -38,7 +43,7 @@ class Remarks:
         self._made: set[str] = set()
 
     def look(self, report: AdvanceReport | None) -> list[Happening]:
-        """What is new after a step of which the fluid gave this report."""
+        """Return the new warnings after a step with this report of the fluid."""
         short = {} if report is None else dict(self._solves(report))
         short |= dict(self._thin()) | dict(self._bodies())
         found = dict(self._fills())
@@ -48,15 +53,15 @@ class Remarks:
         return list(new.values())
 
     def save_state(self) -> dict[str, Any]:
-        """What has been said."""
+        """Return the warnings given so far."""
         return {"made": sorted(self._made)}
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
-        """Go on with what `save_state` returned."""
+        """Go back to a state that `save_state` returned."""
         self._made = set(saved["made"])
 
     def _fills(self) -> Iterator[tuple[str, Happening]]:
-        """Liquid that bodies take the place of: of water it is what they displace, of oil it is oil that a slick has less."""
+        """Yield the liquid that bodies displace: for water this is normal, for oil it is a warning, since the slick is smaller."""
         for name, text in self._left_out.items():
             level: EventLevel = "warning" if name in self._oil else "info"
             yield f"fill {name}", Happening(text, level=level, source="oilsim")
@@ -68,17 +73,17 @@ class Remarks:
         }
         for name, (error, tolerance, unit) in solves.items():
             if error > TOLD * tolerance:
-                text = f"stopped after {report.iterations[name]:.0f} {unit} a step with a mean compression of {error:.2g} left"
+                text = f"stopped after {report.iterations[name]:.0f} {unit} per step with a mean compression of {error:.2g}"
                 keys = f"fluid.{name}_tolerance is {tolerance:.2g}, fluid.{name}_iterations {getattr(self._fluid, f'{name}_iterations')}"
-                yield f"fluid {name}", f"{text}; {keys} (said once)"
+                yield f"fluid {name}", f"{text}; {keys} (reported once)"
 
     def _thin(self) -> Iterator[tuple[str, str]]:
-        """A boom's segments are told of together."""
+        """Yield warnings about thin bodies; a boom's segments share one."""
         spacing = self._fluid.particle_spacing
         for all_times in self._swollen.values():
             times, (first, *others) = max(all_times.values()), all_times
             which, have, its = (f"{first} and {len(others)} more", "have", "their") if others else (first, "has", "its")
-            text = f"the fluid meets and lifts {times:.2g} times {its} volume; fluid.particle_spacing below {spacing:g} m resolves them"
+            text = f"the fluid sees and lifts {times:.2g} times {its} volume; a fluid.particle_spacing below {spacing:g} m resolves them"
             yield f"thin {first}", f"{which} {have} parts thinner than a particle: {text}"
 
     def _bodies(self) -> Iterator[tuple[str, str]]:
@@ -89,5 +94,5 @@ class Remarks:
                 "xyz", self._world.pose(name), self._tank.lower, self._tank.upper, strict=False
             ):
                 side = f"-{axis}" if at < low else f"+{axis}" if at > high else ""
-                if side in self._tank.open and side != "+z":  # from where it falls back
+                if side in self._tank.open and side != "+z":  # through the top, from where it falls back
                     yield f"body {name}", f"has left the tank through its open side {side}"

@@ -30,7 +30,7 @@ def record(path: Path, *settings: str) -> Path:
 
 def test_a_recording_is_made_again_bit_for_bit(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """By other threads too; particles as finely as they were recorded."""
-    for settings, told in (((), ", particles on the recorded grid of 1/512 m"), (("recording.precision=0",), "")):
+    for settings, told in (((), "; particle positions are compared on the recorded grid of 1/512 m"), (("recording.precision=0",), "")):
         path = record(tmp_path / "run.rrd", *settings)
         assert main(["verify", str(path), "--threads", "2"]) == 0
         assert capsys.readouterr().out == f"0 frames differ: all 11 are equal bit for bit{told}\n"

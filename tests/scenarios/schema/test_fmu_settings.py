@@ -210,7 +210,7 @@ def test_a_run_with_an_fmu_that_cannot_be_kept_writes_no_checkpoints_and_says_so
     settings = [part for setting in (*QUICK, "run.duration=0.06") for part in ("--set", setting)]
     files = ["--record", str(tmp_path / "tow.rrd"), "--summary", str(tmp_path / "tow.json")]
     assert main(["run", str(scenario), *settings, *files]) == 0
-    told = f"no checkpoints: state of fmus.winch (it lacks {lacking}) cannot be saved as bytes"
+    told = f"no checkpoints: the state of fmus.winch (it lacks {lacking}) cannot be saved as bytes"
     assert capsys.readouterr().err.count(told) == 1
     summary = json.loads((tmp_path / "tow.json").read_text())
     assert summary["state_hash"] is None
@@ -281,9 +281,9 @@ def test_units_are_compared_and_ends_checked(folder: Path, capsys: pytest.Captur
         'fmus.winch.inputs.tension="vessels.tug.x"': "unit 'm' feeds unit 'N'",
         'fmus.winch.inputs.paid_out="vessels.tug.x"': "target is an output, allowed: input",
         'fmus.winch.outputs.paid_out="vessels.tug.x"': "target is an output, allowed: input",
-        'fmus.winch.outputs.paid_out="booms.main.tug.payuot"': "which is no signal that a run takes, did you mean 'booms.main.tug.payout'?",
+        'fmus.winch.outputs.paid_out="booms.main.tug.payuot"': "which is no signal that is an input of the run, did you mean 'booms.main.tug.payout'?",
         'fmus.winch.inputs.tension="fmus.wind.speed"': "is from 'fmus.wind', which does not exist, allowed: fmus.winch, a signal",
-        'fmus.winch.outputs.speed="booms.main.tug.payout"': "which fmus.winch.outputs.paid_out drives already",
+        'fmus.winch.outputs.speed="booms.main.tug.payout"': "which fmus.winch.outputs.paid_out already drives",
         'fmus.winch.units.tension="kN"': "unit of 'tension' is given as 'kN', but the FMU itself says 'N'",
         "fmus.winch.start.capacity=3": "has no parameter or input 'capacity', allowed: tension, speed_order",
         'fmus.winch.start.brake="on"': "fmus.winch.start.brake is 'on', allowed: a number or true or false",

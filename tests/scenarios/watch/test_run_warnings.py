@@ -59,7 +59,7 @@ def test_a_body_too_thin_for_its_particles_is_told() -> None:
     calm = {"fluid": {"particle_spacing": 0.05}, "bodies": {"sheet": sheet}}
     ((source, text),) = said(build(scenario_from(SHELF | calm)), 3)
     assert source == "thin sheet"
-    assert text.startswith("sheet has parts thinner than a particle: the fluid meets and lifts 2 times its volume;")
+    assert text.startswith("sheet has parts thinner than a particle: the fluid sees and lifts 2 times its volume;")
     assert text.endswith("fluid.particle_spacing below 0.05 m resolves them")
 
 
