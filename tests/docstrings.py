@@ -44,15 +44,15 @@ FRAGMENTS = frozenset(
 )
 VERBS = frozenset(
     """
-    accept accumulate act add adjust advance allocate allow announce answer append apply approximate assemble assign attach average
+    accept account accumulate act add adjust advance allocate allow announce answer append apply approximate assemble assign attach average
     balance begin bind blend bound bring broadcast build calculate call cap carry change charge check choose classify clear close
     collect color combine compare compile complete compute connect construct continue convert copy count cover create cut
-    debrief declare decode decrease define delete derive describe design detach detect determine differentiate discard distribute divide do drag
+    debrief declare decode decrease define delete derive describe design detach detect determine differentiate discard disconnect distribute divide do drag
     draw drop
     emit empty encode end enforce enter enumerate erase estimate evaluate examine exchange execute exit expand explain export express
     extend extrapolate extract fail fill filter find finish fit flag flush follow forget form format free freeze gather generate get
     give go grade group grow guess handle hash hold identify ignore import increase initialize insert integrate interpolate intersect
-    introduce invert iterate join judge keep label lay lead leave let limit link list load locate lock log look loop lower make map mark match
+    inform introduce invert iterate join judge keep label lay lead leave let limit link list load locate lock log look loop lower make map mark match
     measure merge mesh mirror move multiply name normalize note notify observe obtain offer open order orient paint pair parse pass pause
     perform pick place plan plot point predict prepare prescribe preserve print process produce project propose provide publish pull
     push put raise read rebuild recompute record reduce refer refine refresh refuse register reject relax release remember remove
@@ -67,7 +67,7 @@ DIMENSIONLESS = re.compile(
     r"\b(dimensionless|ids?|index|indices|mask|masks|flags?|quaternions?|xyzw|unit vectors?|unit normals?|RGBA?|colou?rs?|bytes"
     r"|degrees|matrix of rotation|rotation matri(x|ces)|in (its|their|the variable's) unit)\b"
 )
-_LENGTH = r"(?:[A-Za-z]\w*|\d+)(?: ?[-+*] ?\w+)*"
+_LENGTH = r"(?:(?:\d+ )?[A-Za-z]\w*|\d+)(?: ?[-+*] ?\w+)*"
 SHAPE = re.compile(rf"\((?!\w+, (?:19|20)\d\d\)){_LENGTH},(?: ?{_LENGTH})*(?:, ?{_LENGTH})*\)|\bscalars?\b")
 UNIT = re.compile(
     r"\[[-1%]\]|\[[^\[\]]*\b(?:kg|m\d?|s\d?|N|Pa|J|W|K|rad|deg|degrees|kn|l|t|Hz|pixels?|bytes|steps?)\b[^\[\]]*\]"

@@ -1,5 +1,7 @@
-"""The solid that a link of any pybullet body is, read from its collision shapes, as one mesh in the link's centre-of-mass
-frame: boxes, spheres, cylinders, capsules, mesh files with scale, and hulls that pybullet keeps as vertices.
+"""The solid of a link of any pybullet body, read from its collision shapes.
+
+The result is one mesh in the link's centre-of-mass frame, from boxes, spheres, cylinders, capsules, mesh files with scale, and hulls that
+pybullet keeps as vertices.
 """
 
 from __future__ import annotations
@@ -15,14 +17,14 @@ from coupling.bodies import box, capsule, cylinder, load_mesh, mesh_parts, spher
 from coupling.pybullet_import import pybullet
 
 KINDS = "box, sphere, cylinder, capsule, mesh"
-UNTOLD = "unknown_file"  # pybullet's word for meshes from memory, and for files given to createCollisionShape
+UNTOLD = "unknown_file"  # pybullet's name of meshes from memory, and of files given to createCollisionShape
 
 
 def link_mesh(client: int, body: int, link: int) -> trimesh.Trimesh | None:
-    """The link's solid in its centre-of-mass frame; None if it has no collision shape.
+    """Return the link's solid in its centre-of-mass frame; None if it has no collision shape.
 
-    ValueError, naming body and link, for a shape that encloses no volume: a plane, a flat hull, an open mesh that is held, which pybullet
-    may collide with as it is.
+    Raises ValueError, with body and link, for a shape that encloses no volume: a plane, a flat hull, or an open mesh of a held body, with
+    which pybullet can collide.
     """
     parts, name = [], _name(client, body, link)
     for index, shape in enumerate(pybullet.getCollisionShapeData(body, link, physicsClientId=client)):
@@ -47,7 +49,7 @@ def link_mesh(client: int, body: int, link: int) -> trimesh.Trimesh | None:
 
 
 def link_pose(client: int, body: int, link: int) -> tuple[np.ndarray, np.ndarray]:
-    """Position (3,) [m] and orientation (4,) of a link's centre of mass in the world."""
+    """Return position (3,) [m] and orientation (4,) xyzw of a link's centre of mass in the world."""
     if link < 0:
         position, orientation = pybullet.getBasePositionAndOrientation(body, physicsClientId=client)
     else:
@@ -56,19 +58,19 @@ def link_pose(client: int, body: int, link: int) -> tuple[np.ndarray, np.ndarray
 
 
 def _is_file(name: str, path: str) -> bool:
-    """Whether pybullet tells a shape's file; ValueError for one that is not where it says, as seen from here."""
+    """Tell whether pybullet reports a shape's file; ValueError if the file does not exist as seen from here."""
     if path == UNTOLD:
         return False
     if not Path(path).is_file():
         raise ValueError(
-            f"{name} has a mesh from the file {path!r}, which is not there as seen from {Path.cwd()}, allowed: to attach from the folder "
-            "that the body was loaded from, to load it by a whole path, or add_body with meshes="
+            f"{name} has a mesh from the file {path!r}, which does not exist as seen from {Path.cwd()}, allowed: to attach from the folder "
+            "in which the body was loaded, to load it by its whole path, or add_body with meshes="
         )
     return True
 
 
 def _primitive(kind: int, dimensions: tuple[float, ...]) -> trimesh.Trimesh | None:
-    """A box (edge lengths), sphere (radius), cylinder or capsule (height, radius) along z; None for anything else."""
+    """Build a box (edge lengths), sphere (radius), cylinder or capsule (height, radius) along z; None for other shapes."""
     if kind == pybullet.GEOM_BOX:
         return box((dimensions[0], dimensions[1], dimensions[2]))
     if kind == pybullet.GEOM_SPHERE:
@@ -81,7 +83,7 @@ def _primitive(kind: int, dimensions: tuple[float, ...]) -> trimesh.Trimesh | No
 
 
 def _file(name: str, path: Path, scale: np.ndarray, is_held: bool) -> trimesh.Trimesh:
-    """The mesh of a file if it is closed, else the convex hulls of its parts, which pybullet collides with unless it is held."""
+    """Read the mesh of a file if it is closed, else the convex hulls of its parts, with which pybullet collides unless it is held."""
     try:
         mesh = load_mesh(path)
     except ValueError as cause:
@@ -94,31 +96,31 @@ def _file(name: str, path: Path, scale: np.ndarray, is_held: bool) -> trimesh.Tr
 
 
 def _hull(client: int, body: int, link: int, index: int) -> trimesh.Trimesh:
-    """The convex hull of a shape that pybullet keeps as vertices, which it gives in the centre-of-mass frame."""
+    """Build the convex hull of a shape that pybullet keeps as vertices, which are in the centre-of-mass frame."""
     name = _name(client, body, link)
     count, vertices = pybullet.getMeshData(body, link, collisionShapeIndex=index, physicsClientId=client)
     if count < 4:
-        raise ValueError(f"{name} has a mesh that pybullet keeps to itself, allowed: add_body with meshes=")
+        raise ValueError(f"{name} has a mesh that pybullet does not report, allowed: add_body with meshes=")
     warnings.warn(
-        f"{name} has a mesh of which pybullet tells no file: fluid and pybullet meet its convex hull; add_body with meshes= gives the "
-        "fluid another solid",
+        f"{name} has a mesh without a file known to pybullet: fluid and pybullet use its convex hull; give the fluid another solid with "
+        "add_body and meshes=",
         stacklevel=4,
     )
     return _convex(name, np.array(vertices))
 
 
 def _convex(name: str, solid: trimesh.Trimesh | np.ndarray) -> trimesh.Trimesh:
-    """Hull of a mesh or of points (N, 3) [m]; ValueError if it is flat."""
+    """Build the hull of a mesh or of points (N, 3) [m]; ValueError if it is flat."""
     try:
         return trimesh.convex.convex_hull(solid)
-    except Exception as cause:  # qhull's own, or of what trimesh then tries
+    except Exception as cause:  # an error of qhull, or of trimesh's further attempts
         raise ValueError(
             f"{name} has a mesh that encloses no volume, allowed: a solid, or add_body with meshes="
         ) from cause
 
 
 def _name(client: int, body: int, link: int) -> str:
-    """As the user knows it: the body's name, its id, and the link's name."""
+    """Write the body's name, its id, and the link's name."""
     base, name = (text.decode() for text in pybullet.getBodyInfo(body, physicsClientId=client))
     part = base if link < 0 else pybullet.getJointInfo(body, link, physicsClientId=client)[12].decode()
     return f"body {body} ({name or 'unnamed'}), link {link} ({part or 'unnamed'})"

@@ -13,9 +13,9 @@ WORST = "worst_"
 def reached(sampled: Values, worst: Values | None) -> Values:
     """Compute the extreme value (N,) [-] of a series, in its own unit, from the frame before to each frame.
 
-    sampled (N,) are the recorded values, worst (M,) the extremes since the run began. If the extreme has changed since the frame before,
-    the result is the new extreme; elsewhere, and in the first frame, only the sample is known. None means that no extremes were recorded; in a
-    recording that was cut off, M may be less than N.
+    sampled (N,) are the recorded values, worst (M,) the extremes since the run began. If the extreme has changed since
+    the frame before, the result is the new extreme; elsewhere, and in the first frame, only the sample is known. None means that no
+    extremes were recorded. In a recording that was cut off, M may be less than N.
     """
     values = sampled.copy()
     if worst is not None:

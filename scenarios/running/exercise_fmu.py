@@ -55,7 +55,7 @@ class _Spectator:
 
 
 class ExerciseParticipant:
-    """The run of `scenario` as a `coupling.participant.Participant`; signals have the shape (1,) and SI units [-]. It is built when it begins."""
+    """The run of `scenario` as a `coupling.participant.Participant`; signals have the shape (1,) and SI units [-]. It is built on start."""
 
     def __init__(self, name: str, scenario: Scenario) -> None:
         self._name = name

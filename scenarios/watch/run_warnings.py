@@ -31,7 +31,7 @@ class Remarks:
     ) -> None:
         """Prepare the warnings.
 
-        `left_out`: liquid that bodies displace at the start, by region; `swelling`: by name, the volume of a body as the fluid sees it / its volume.
+        `left_out`: liquid that bodies displace at the start, by region; `swelling`: a body's volume for the fluid / its own, by name.
         """
         self._fluid, self._tank, self._world = scenario.fluid, scenario.tank, world
         self._left_out = left_out

@@ -112,7 +112,7 @@ def test_a_viewer_that_cannot_start_is_a_note_and_not_the_end(
     live = LiveView()
     _record(made_up, tmp_path / "file.rrd", live, lambda index: _wait_until(lambda: live.problem != ""))
     assert "ended at once" in live.problem
-    assert "the recording goes on" in caplog.text
+    assert "the recording continues" in caplog.text
     assert live.shown_frames == 0
     assert len(Replay(tmp_path / "file.rrd").phase_times("ocean").index) == FRAMES
 

@@ -16,7 +16,7 @@ from recordings.sink.viewer import ViewerError, open_viewer, render_viewer_scree
 def test_no_screen_is_one_clear_error(record: Callable[..., Path], monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"):
         monkeypatch.delenv(name, raising=False)
-    with pytest.raises(ViewerError, match="ended at once with code 1; no screen or no graphics driver"):
+    with pytest.raises(ViewerError, match="ended at once with code 1; it found no screen or no graphics driver"):
         open_viewer(record(2))
 
 

@@ -275,7 +275,7 @@ def _here() -> dict[str, str]:
 def test_units_are_compared_and_ends_checked(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Each fault is one line with its place; the exit code is 2 and nothing was built."""
     faults = {
-        'fmus.winch.inputs.tension="booms.main.tug.tensoin"': "is 'booms.main.tug.tensoin', which is no signal that a run"
+        'fmus.winch.inputs.tension="booms.main.tug.tensoin"': "is 'booms.main.tug.tensoin', which is no signal that is an"
         " gives, did you mean 'booms.main.tug.tension'? allowed: booms.main.tug.tension",
         'fmus.winch.inputs.tesnion="booms.main.tug.tension"': "target variable 'tesnion' does not exist, allowed: tension",
         'fmus.winch.inputs.tension="vessels.tug.x"': "unit 'm' feeds unit 'N'",
