@@ -131,12 +131,14 @@ def test_mean_over_a_part_that_is_not_finite_is_found_with_its_owner(sub_rate: i
     pump.on_step = early
     run = CoSimulation([pump], [], 0.1, sub_rates={"pump": sub_rate})
     run.initialize()
-    with pytest.raises(CoSimulationError, match=r"'pump' failed at 0\.1 s: output 'mean' is nan, allowed: finite"):
+    with pytest.raises(CoSimulationError, match=r"'pump' failed at 0\.1 s: the output 'mean' is nan, allowed: finite"):
         run.step()
 
 
 def test_wrong_sub_rates_are_refused() -> None:
-    with pytest.raises(CouplingSetupError, match=r"sub_rates has the participant 'c', allowed: a; the sub-rate of 'a' is 0, allowed"):
+    with pytest.raises(
+        CouplingSetupError, match=r"sub_rates has the participant 'c', allowed: a; the sub-rate of 'a' is 0, allowed"
+    ):
         CoSimulation([Accumulator("a", [])], [], 0.1, sub_rates={"c": 2, "a": 0})
     with pytest.raises(CouplingSetupError, match="sub-rate of 'a' is True, allowed: a whole number"):
         CoSimulation([Accumulator("a", [])], [], 0.1, sub_rates={"a": True})
@@ -172,7 +174,10 @@ def test_event_that_never_settles_and_one_that_nobody_handles() -> None:
         def update_discrete_states(self) -> bool:
             return True
 
-    for kind, message in ((Chatter, "discrete states still change after 100 rounds"), (Accumulator, "without update_discrete_states")):
+    for kind, message in (
+        (Chatter, "discrete states still change after 100 rounds"),
+        (Accumulator, "without update_discrete_states"),
+    ):
         relay = kind("relay", [])
         relay.on_step = lambda time, step: StepResult(Status.OK, time + step, event_handling_needed=True)
         run = CoSimulation([relay], [], 0.1)
@@ -330,7 +335,7 @@ def test_one_that_does_not_come_back_ends_the_run() -> None:
     log: Log = []
     run = CoSimulation([Accumulator("good", log), Forgetful("bad", log)], [], 0.1, rolls_back=True)
     message = (
-        "restore_state leaves something out: output 'y' of a repeated step differs by up to 0.1, allowed: the same"
+        "restore_state leaves something out: the output 'y' of a repeated step differs by up to 0.1, allowed: equality"
     )
     with pytest.raises(CoSimulationError, match=f"'bad' failed at 0 s: {message}"):
         run.initialize()
@@ -489,7 +494,9 @@ def test_initial_value_that_is_not_finite_is_found_with_its_owner(value: float) 
     parts = [Function("last", lambda u: u), Function("next", lambda u: u), Function("source", lambda u: value)]
     connections = [Connection("source", "y", "next", "u"), Connection("next", "y", "last", "u")]
     run = CoSimulation(parts, connections, 0.1)
-    with pytest.raises(CoSimulationError, match=rf"'source' failed at 0 s: output 'y' is \[{value}\], allowed: finite"):
+    with pytest.raises(
+        CoSimulationError, match=rf"'source' failed at 0 s: the output 'y' is \[{value}\], allowed: finite"
+    ):
         run.initialize()
 
 

@@ -212,7 +212,8 @@ def test_two_gravities_are_told_once(client: int) -> None:
     told = told_in(world, 3)
     assert len(told) == 1
     assert (
-        "gravity is [0.0, 0.0, 0.0] m/s2 in the client and [0.0, 0.0, -9.81] m/s2 in the fluid; make them equal with setGravity(" in told[0]
+        "gravity is [0.0, 0.0, 0.0] m/s2 in the client and [0.0, 0.0, -9.81] m/s2 in the fluid; make them equal with setGravity("
+        in told[0]
     )
     pybullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=client)
     assert not told_in(attach_fluid(client, puddle(), []), 2)

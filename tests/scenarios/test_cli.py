@@ -96,7 +96,10 @@ def test_a_demo_that_a_scenario_does_not_have_is_refused(tmp_path: Path, capsys:
     file.write_text(library_paths()["two-layer"].read_text().partition("[demo]")[0])
     assert main(["check", str(file)]) == 0
     assert main(["check", str(file), "--demo"]) == 2
-    assert "demo is missing, but --demo asks for it; allowed: a table [demo], or a call without --demo" in capsys.readouterr().err
+    assert (
+        "demo is missing, but --demo asks for it; allowed: a table [demo], or a call without --demo"
+        in capsys.readouterr().err
+    )
 
 
 def test_run_leaves_recording_and_summary_and_asks_for_the_picture(

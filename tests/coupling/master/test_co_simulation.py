@@ -221,7 +221,7 @@ def test_text_for_a_number_is_told_of_its_participant() -> None:
     pump.get = lambda name: np.array("fast")  # type: ignore[method-assign]
     run = CoSimulation([pump], [], 0.1)
     with pytest.raises(
-        CoSimulationError, match="'pump' failed at 0 s: output 'y' is of type <U4, allowed: real numbers"
+        CoSimulationError, match="'pump' failed at 0 s: the output 'y' is of type <U4, allowed: real numbers"
     ):
         run.initialize()
 
@@ -275,7 +275,7 @@ def test_output_that_is_not_finite_is_found_with_its_owner(value: float) -> None
     run.initialize()
     run.step()
     participants[1].output = np.array(value)
-    with pytest.raises(CoSimulationError, match=r"'bodies' failed at 0\.2 s: output 'y' is (nan|inf)"):
+    with pytest.raises(CoSimulationError, match=r"'bodies' failed at 0\.2 s: the output 'y' is (nan|inf)"):
         run.step()
 
 
@@ -539,5 +539,7 @@ def test_run_goes_on_where_a_state_cannot_be_saved() -> None:
 
 def test_start_at_which_a_step_is_lost_in_rounding_is_refused() -> None:
     CoSimulation([Accumulator("pump", [])], [], 0.01, start_time=1.7e9)
-    with pytest.raises(CouplingSetupError, match=r"start_time is 1e\+17 s, allowed: a time small enough that steps of 0.01 s change it"):
+    with pytest.raises(
+        CouplingSetupError, match=r"start_time is 1e\+17 s, allowed: a time small enough that steps of 0.01 s change it"
+    ):
         CoSimulation([Accumulator("pump", [])], [], 0.01, start_time=1e17)

@@ -41,7 +41,8 @@ def test_what_is_lost_is_found_in_every_component(component: int) -> None:
     taken = given.copy()
     taken[component] += 1e-5
     with pytest.raises(
-        CoSimulationError, match=r"'raft' took an impulse of .* N m s, but the fluid gave .* allowed: a relative difference of 1e-06"
+        CoSimulationError,
+        match=r"'raft' took an impulse of .* N m s, but the fluid gave .* allowed: a relative difference of 1e-06",
     ):
         closed(tuple(given), tuple(taken))
 

@@ -98,7 +98,8 @@ def test_a_mesh_of_which_pybullet_tells_no_file_is_met_as_its_hull_and_that_is_t
     shape = pybullet.createCollisionShape(pybullet.GEOM_MESH, fileName=str(ring), physicsClientId=client)
     body = made(client, shape)
     with pytest.warns(
-        UserWarning, match="a mesh without a file known to pybullet: fluid and pybullet use its convex hull; .* with add_body"
+        UserWarning,
+        match="a mesh without a file known to pybullet: fluid and pybullet use its convex hull; .* with add_body",
     ):
         mesh = link_mesh(client, body, -1)
     assert mesh is not None and mesh.volume == pytest.approx(CYLINDER, rel=0.02)

@@ -281,7 +281,7 @@ def test_units_are_compared_and_ends_checked(folder: Path, capsys: pytest.Captur
         'fmus.winch.inputs.tension="vessels.tug.x"': "unit 'm' feeds unit 'N'",
         'fmus.winch.inputs.paid_out="vessels.tug.x"': "target is an output, allowed: input",
         'fmus.winch.outputs.paid_out="vessels.tug.x"': "target is an output, allowed: input",
-        'fmus.winch.outputs.paid_out="booms.main.tug.payuot"': "which is no signal that is an input of the run, did you mean 'booms.main.tug.payout'?",
+        'fmus.winch.outputs.paid_out="booms.main.tug.payuot"': "which is no signal that is an input of the run, did you mean 'booms.main",
         'fmus.winch.inputs.tension="fmus.wind.speed"': "is from 'fmus.wind', which does not exist, allowed: fmus.winch, a signal",
         'fmus.winch.outputs.speed="booms.main.tug.payout"': "which fmus.winch.outputs.paid_out already drives",
         'fmus.winch.units.tension="kN"': "unit of 'tension' is given as 'kN', but the FMU itself says 'N'",

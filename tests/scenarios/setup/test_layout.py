@@ -67,9 +67,7 @@ def problems_of(scenario: Scenario) -> dict[str, str]:
 
 def test_oil_that_lies_in_a_body_altogether_is_refused() -> None:
     found = problems_of(scenario_of(ball(0.38, (0.4, 0.4, 0.5))))
-    assert found == {
-        "fill.slick": "has all its 32 particles inside bodies, allowed: a region that extends beyond them"
-    }
+    assert found == {"fill.slick": "has all its 32 particles inside bodies, allowed: a region that extends beyond them"}
 
 
 def test_liquid_that_bodies_take_the_place_of_is_told_once_and_not_counted() -> None:
@@ -82,7 +80,10 @@ def test_liquid_that_bodies_take_the_place_of_is_told_once_and_not_counted() -> 
     assert cost.particles["water"] < 400
     water, oil = assembly.remarks.look(None)
     taken = 32 - counts["brent"]
-    assert oil.text == f"fill.slick: {taken} litres of its 32 litres are inside bodies, or at their surface, and are left out"
+    assert (
+        oil.text
+        == f"fill.slick: {taken} litres of its 32 litres are inside bodies, or at their surface, and are left out"
+    )
     assert (water.level, oil.level) == ("info", "warning")
     assert water.text.startswith(f"fill.pool: {400 - counts['water']} l of its 400 l")
     assert assembly.remarks.look(None) == []
