@@ -74,9 +74,9 @@ def _unknown_signal(connection: Connection, signals: Mapping[str, Signal]) -> st
     place = name.rpartition(".")[0] + "."
     near = [signal for signal in fitting if signal.startswith(place)] or fitting
     shown = near[:SHOWN] + ([f"... {len(near) - SHOWN} more, see oilsim signals"] if len(near) > SHOWN else [])
-    direction = "that is an input of the run" if takes else "that is an output of the run"
+    direction = "input of the run" if takes else "output of the run"
     hint = suggestion(name, fitting) or ","
-    return f"is {name!r}, which is no signal {direction}{hint} allowed: {', '.join(shown) or 'none is there'}"
+    return f"is {name!r}, which is no {direction}{hint} allowed: {', '.join(shown) or 'none is there'}"
 
 
 def _unknown_fmu(connection: Connection, fmus: Mapping[str, FmuSettings]) -> str:

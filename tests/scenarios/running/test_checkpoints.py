@@ -288,7 +288,7 @@ def test_what_cannot_be_gone_on_with_is_one_clear_error(tmp_path: Path, capsys: 
     with pytest.raises(CheckpointError, match="belongs to another scenario"):
         find_restart(recording, None, other)
     assert find_restart(recording, None, Plan(scenario=scenario).fingerprint(0)).index == 6
-    with pytest.raises(CheckpointError, match=r"allowed: --at 0.06 s or later"):
+    with pytest.raises(CheckpointError, match=r"allowed: --at 0.06 or later"):
         find_restart(tmp_path / "whole.checkpoints" / "step-000000003.npz", 0.02)
     (tmp_path / "whole.checkpoints" / "step-foo.npz").touch()  # somebody else's
     assert find_restart(recording).index == 6

@@ -85,7 +85,7 @@ def test_liquid_that_bodies_take_the_place_of_is_told_once_and_not_counted() -> 
         == f"fill.slick: {taken} litres of its 32 litres are inside bodies, or at their surface, and are left out"
     )
     assert (water.level, oil.level) == ("info", "warning")
-    assert water.text.startswith(f"fill.pool: {400 - counts['water']} l of its 400 l")
+    assert water.text.startswith(f"fill.pool: {400 - counts['water']} litres of its 400 litres")
     assert assembly.remarks.look(None) == []
 
 

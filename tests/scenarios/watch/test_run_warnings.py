@@ -43,7 +43,7 @@ def said(assembly: Assembly, steps: int) -> list[tuple[str, str]]:
 def test_solves_that_miss_their_tolerance_and_bodies_that_leave_are_told_once() -> None:
     found = dict(told := said(build(scenario_from(SHELF)), 20))
     assert len(told) == len(found) == 2
-    assert "products a step with a mean compression of" in found["fluid divergence"]
+    assert "products per step with a mean compression of" in found["fluid divergence"]
     assert "fluid.divergence_tolerance is 1e-07, fluid.divergence_iterations 2" in found["fluid divergence"]
     assert found["body ball"] == "has left the tank through its open side +x"
 
