@@ -169,7 +169,7 @@ def test_failing_participant_is_named_and_all_end_in_order() -> None:
     ("call", "owner", "message"),
     [
         ("set", "second", r"the input 'u' does not accept 1\.?\d*: no such quay"),
-        ("get", "first", r"output '\w+' cannot be read: no such"),
+        ("get", "first", r"the output '\w+' cannot be read: no such"),
     ],
 )
 def test_value_that_is_not_taken_or_given_is_named_with_its_participant(
@@ -192,8 +192,8 @@ def test_value_that_is_not_taken_or_given_is_named_with_its_participant(
 @pytest.mark.parametrize(
     ("value", "message"),
     [
-        (3.0, r"output 'y' is a float, allowed: an array of shape \(1,\)"),
-        (np.zeros(5), r"output 'y' has shape \(5,\), allowed: \(1,\)"),
+        (3.0, r"the output 'y' is a float, allowed: an array of shape \(1,\)"),
+        (np.zeros(5), r"the output 'y' has shape \(5,\), allowed: \(1,\)"),
     ],
 )
 @pytest.mark.parametrize("connected", [True, False])
@@ -307,7 +307,7 @@ def test_observer_that_fails_at_the_start_leaves_the_others_out_of_a_run_they_ne
     run = watched(participants, connections, before, Unready(), after)
     with pytest.raises(OSError, match="no disk"):
         run.initialize()
-    assert before.told == [("initialized", "ring"), ("terminated", "observer Unready failed: no disk")]
+    assert before.told == [("initialized", "ring"), ("terminated", "the observer Unready failed: no disk")]
     assert after.told == []
 
 
@@ -346,7 +346,7 @@ def test_failing_observer_ends_the_run_in_order() -> None:
     with pytest.raises(OSError, match="no space left"):
         run.step()
     assert log[-2:] == [("first", "terminate"), ("second", "terminate")]
-    assert watcher.told[-1] == ("terminated", "observer FullDisk failed: no space left")
+    assert watcher.told[-1] == ("terminated", "the observer FullDisk failed: no space left")
 
 
 def test_frames_are_not_made_for_nobody() -> None:
@@ -425,7 +425,7 @@ def test_interrupted_run_ends_in_order(where: str) -> None:
         run.run(1.0)
     assert not run.is_running
     assert log[-2:] == [("first", "terminate"), ("second", "terminate")]
-    cause = {"participant": "interrupted by", "observer": "observer Interrupted failed:"}[where]
+    cause = {"participant": "interrupted by", "observer": "the observer Interrupted failed:"}[where]
     assert watcher.told[-1] == ("terminated", f"{cause} KeyboardInterrupt")
 
 
