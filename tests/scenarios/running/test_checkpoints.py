@@ -319,7 +319,7 @@ def test_signal_writes_a_checkpoint_and_a_stop_leaves_one(tmp_path: Path) -> Non
     assert len(files) == 2
     assert find_restart(record).source == files[-1]
     said = [event.text for event in Replay(record).events]
-    assert said == [f"checkpoint {file}" for file in files]
+    assert said == [f"checkpoint written: {file}" for file in files]
 
 
 def test_branches_are_compared_in_a_table_and_in_one_recording(
