@@ -1,1 +1,1 @@
-"""Oil booms: their segments, deployment and how much oil they hold."""
+"""Oil booms: their sections and segments, how they are laid out, and how much oil they hold."""

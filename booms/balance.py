@@ -18,11 +18,12 @@ _NOT_LOST = -1
 
 @dataclass(frozen=True, kw_only=True)
 class OilBalance:
-    """Where the oil particles are that booms have seen, each counted once.
+    """The oil particles that booms have seen, each counted once.
 
-    retained: in the water, held by any boom; free: in the water, neither held nor lost; lost_by_cause: lost by a boom and held by
-    none, by the cause at the boom that lost it last, without causes that took none; lost_and_gone: how many of those have left
-    the water.
+    retained      particles in the water that at least one boom holds
+    free          particles in the water that no boom holds and none has lost
+    lost_by_cause particles that a boom has lost and none holds, by the cause at the boom that lost them last; only causes that occur
+    lost_and_gone lost particles that have left the water
     """
 
     retained: int
@@ -32,7 +33,7 @@ class OilBalance:
 
 
 def balance(trackers: Sequence[ContainmentTracker], ids: NDArray[np.integer]) -> OilBalance:
-    """Count particles by what became of them; ids (N,) are those in the water, which every boom has been told of."""
+    """Count the particles by their fate; `ids` (N,) are those in the water now, and every boom has been updated with them."""
     seen, cause, retained = _settled(trackers)
     present, lost = np.isin(seen, ids), cause != _NOT_LOST
     counts = np.bincount(cause[lost], minlength=len(Cause))
@@ -45,7 +46,7 @@ def balance(trackers: Sequence[ContainmentTracker], ids: NDArray[np.integer]) ->
 
 
 def lost_ids(trackers: Sequence[ContainmentTracker]) -> dict[str, NDArray[np.uint32]]:
-    """Ids, increasing, of the particles that are lost now, each by one cause; causes that took none are left out."""
+    """Return the ids (K,) of the particles that are lost now, in increasing order, by cause; only causes that occur."""
     seen, cause, _ = _settled(trackers)
     found = {one.name.lower(): seen[cause == one].astype(np.uint32) for one in Cause}
     return {name: ids for name, ids in found.items() if len(ids)}

@@ -1,7 +1,7 @@
-"""A boom: a chain of equal rigid segments, each a float over a skirt with ballast at its foot.
+"""A boom is a chain of equal rigid segments; each has a float, and below it a skirt with ballast at its foot.
 
-Section, in the design frame of a segment (x along the boom, z up from the design waterline): the float from
--float_draft to freeboard, the skirt plate from there down to -skirt_depth.
+The section is given in the design frame of a segment (x along the boom, z up from the design waterline): the float reaches from
+-float_draft to freeboard, and the skirt plate from there down to -skirt_depth.
 """
 
 from __future__ import annotations
@@ -25,15 +25,21 @@ END_TAPER = 0.01  # of a segment's length
 
 @dataclass(frozen=True, kw_only=True)
 class Boom:
-    """Dimensions of a boom; all lengths in m.
+    """The dimensions of a boom; all lengths in m.
 
-    length, segment_count: the boom and how many rigid segments stand for it; skirt_depth: skirt below the waterline;
-    freeboard: above it; float_width, float_draft: breadth of the float and how deep it sits; skirt_thickness: as it is
-    simulated; design_skirt_thickness: as it is built (see `resolved_by`); float_shape: "cylinder" is round below and
-    above (an ellipse if its width is not its height), "box" is square. ballast_fraction: part of the mass that is a
-    chain along the skirt's foot. joint_height: where neighbours and tow lines are joined, above the waterline; by
-    default at half the skirt's depth, where the water's resistance attacks, so that towing does not heel the skirt.
-    maximum_turn [rad]: largest angle between neighbours at which a boom is laid.
+    length, segment_count   length of the boom, and the number of rigid segments it is divided into
+    skirt_depth, freeboard  extent of the section below and above the design waterline
+    float_width, float_draft  breadth of the float, and its depth below the waterline
+    skirt_thickness         thickness of the skirt in the simulation
+    design_skirt_thickness  thickness of the skirt as built; see `resolved_by`
+    float_shape             "cylinder" is round (an ellipse if width and height differ), "box" is rectangular
+    ballast_fraction        fraction of the mass that is a chain along the skirt's foot
+    joint_height            height above the waterline at which neighbours and tow lines are joined. The default is minus half the
+                            skirt's depth, the centre of the water's resistance, so that towing does not heel the skirt
+    maximum_turn            largest angle [rad] between neighbours when the boom is laid out
+    water_density           density [kg/m3] of the water in which the boom floats at its design waterline
+
+    Raises ValueError for dimensions that no boom can have.
     """
 
     length: float = quantity("m", above=0.0)
@@ -62,15 +68,15 @@ class Boom:
 
     @property
     def segment_length(self) -> float:
-        """From joint to joint [m]."""
+        """Length of a segment from joint to joint [m]."""
         return self.length / self.segment_count
 
     @property
     def taper(self) -> float:
-        """Length [m] over which each end narrows to its edge, a hundredth of the segment: nearly flat ends.
+        """Length [m] over which each end of a segment narrows to an edge; it is a hundredth of the segment, so the ends are nearly flat.
 
-        A skirt is one sheet. Neighbours abut when the boom is straight and overlap where it bends; ends pointed so as never to
-        overlap leave wedges as wide as the float, and oil leaks through them before it goes under the skirt.
+        A skirt is one sheet. Neighbours touch when the boom is straight and overlap where it bends. Ends that are tapered so far that they
+        never overlap would leave wedges as wide as the float, and oil would leak through the wedges before it goes under the skirt.
         """
         return END_TAPER * self.segment_length
 
@@ -81,16 +87,16 @@ class Boom:
 
     @property
     def is_thickened(self) -> bool:
-        """Whether the skirt is simulated thicker than it is built."""
+        """True if the skirt is thicker in the simulation than as built."""
         return self.skirt_thickness > self.design_skirt_thickness
 
     def profile(self) -> Array:
-        """Starboard half of the section, from the top down: (K, 2) of half breadth and height [m]."""
+        """Return the starboard half of the section from the top down: half breadth and height [m], (K, 2)."""
         bottom = np.array([[0.5 * self.skirt_thickness, -self.skirt_depth]])
         return np.concatenate([self._float_profile(), bottom])
 
     def _float_profile(self) -> Array:
-        """Half breadth and height of the float from its top to where the skirt leaves it."""
+        """Return half breadth and height (K, 2) [m] of the float, from its top to the point where the skirt begins."""
         half_width, half_skirt = 0.5 * self.float_width, 0.5 * self.skirt_thickness
         if self.float_shape == "box":
             low = -self.float_draft
@@ -102,11 +108,10 @@ class Boom:
         return np.stack([breadth, self.freeboard - half_height * (1.0 - np.cos(angle))], axis=1)
 
     def resolved_by(self, particle_spacing: float) -> Boom:
-        """The boom that a fluid of this particle spacing [m] can feel: skirt and float at least one spacing thick.
+        """Return the boom as a fluid of this particle spacing [m] can resolve it: skirt and float at least one spacing thick.
 
-        Depth, freeboard and the waterline stay as built: the mass that the thicker skirt displaces is added to the
-        ballast at the foot, b' = 1 - (1 - b) m / m', and buoyancy_to_weight falls. `is_thickened` and
-        `design_skirt_thickness` tell.
+        Depth, freeboard and waterline stay as built. The mass that the thicker skirt displaces is added to the ballast at the foot,
+        b' = 1 - (1 - b) m / m', and buoyancy_to_weight falls. `is_thickened` and `design_skirt_thickness` tell whether this happened.
         """
         thickness = max(self.skirt_thickness, minimum_thickness(particle_spacing))
         thick = replace(self, skirt_thickness=thickness, float_width=max(self.float_width, thickness))
@@ -115,12 +120,12 @@ class Boom:
 
 
 def minimum_thickness(particle_spacing: float) -> float:
-    """Thinnest plate [m] that keeps the fluid's two sides apart: one particle spacing."""
+    """Return the thickness [m] of the thinnest plate that keeps the fluid on its two sides apart: one particle spacing."""
     return particle_spacing
 
 
 def section_area(boom: Boom, height: float) -> float:
-    """Area [m2] of the section below `height` [m], by trapezoids between the points of the profile (exact)."""
+    """Integrate the area [m2] of the section below `height` [m]; trapezoids between the points of the profile are exact."""
     profile = boom.profile()[::-1]
     top = float(np.clip(height, profile[0, 1], profile[-1, 1]))
     inside = profile[:, 1] < top
@@ -130,7 +135,7 @@ def section_area(boom: Boom, height: float) -> float:
 
 
 def section_buoyancy_to_weight(boom: Boom) -> float:
-    """Gross buoyancy over weight of the prismatic section: area of all of it / area below the waterline."""
+    """Compute gross buoyancy over weight of the prismatic section: its whole area / its area below the waterline."""
     return section_area(boom, boom.freeboard) / section_area(boom, 0.0)
 
 

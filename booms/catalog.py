@@ -1,8 +1,8 @@
 """Boom classes by size, with the speeds up to which they are used.
 
-Skirt and freeboard of the harbour classes in inches and their speeds, and the ranges of sea-going booms, are those of
-manufacturers' practice; buoyancy-to-weight ratios lie in the range 5:1 to 52:1 met in practice, of which 10 or more is
-advised at sea. Speeds are those the boom stands, not those at which it holds oil: that is about 0.7 knots normal to it.
+The skirts, freeboards and speeds of the harbour classes, and the ranges of the sea-going classes, follow manufacturers' practice.
+Buoyancy-to-weight ratios in practice lie between 5:1 and 52:1, and 10:1 or more is advised at sea. `maximum_speed` is the speed that
+the boom withstands. It holds oil only up to about 0.7 knots normal to it.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from oilsim.physical_constants import SEA_WATER_DENSITY
 
 @dataclass(frozen=True, kw_only=True)
 class BoomClass:
-    """A size of boom: skirt_depth, freeboard, skirt_thickness [m], buoyancy_to_weight, maximum_speed [m/s]."""
+    """A size of boom: skirt_depth, freeboard, skirt_thickness [m], buoyancy_to_weight [-], maximum_speed [m/s]."""
 
     name: str
     skirt_depth: float
@@ -31,7 +31,7 @@ class BoomClass:
     def boom(
         self, length: float, segment_count: int, *, scale: float = 1.0, water_density: float = SEA_WATER_DENSITY
     ) -> Boom:
-        """A boom of this class, `length` [m] long; `scale` multiplies the section (1 / 4 for a quarter-scale model)."""
+        """Design a boom of this class, `length` [m] long; `scale` multiplies the section (1 / 4 for a quarter-scale model)."""
         return BoomDesign(
             length=length,
             segment_count=segment_count,
@@ -43,7 +43,7 @@ class BoomClass:
         ).boom()
 
     def maximum_speed_at(self, scale: float) -> float:
-        """Highest speed [m/s] at a model scale: V / sqrt(g depth) is kept (Froude), so V goes with sqrt(scale)."""
+        """Return the highest speed [m/s] at a model scale; equal Froude numbers V / sqrt(g depth) make V grow with sqrt(scale)."""
         return self.maximum_speed * scale**0.5
 
 
@@ -91,7 +91,7 @@ BOOM_CLASSES: Mapping[str, BoomClass] = MappingProxyType(
 
 
 def boom_class(name: str) -> BoomClass:
-    """The class of that name."""
+    """Return the class of that name; ValueError names the known classes."""
     if name not in BOOM_CLASSES:
         raise ValueError(f"boom class {name!r} is unknown, allowed: {', '.join(BOOM_CLASSES)}")
     return BOOM_CLASSES[name]

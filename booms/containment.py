@@ -22,11 +22,11 @@ from booms.boom_state import BoomState, signed_distance
 Array = NDArray[np.float64]
 
 PRACTICE_SPEED = 0.7 * nautical_mile / hour
-"""Speed normal to a boom, 0.7 knots [m/s], above which oil is lost in practice."""
+"""Speed normal to a boom, 0.7 knots [m/s], above which booms lose oil in practice."""
 
 
 class Cause(IntEnum):
-    """How oil left the boom; see `ContainmentTracker`."""
+    """The ways in which oil leaves a boom; `ContainmentTracker` has the rules."""
 
     ENTRAINMENT = 0
     DRAINAGE = 1
@@ -80,12 +80,15 @@ class ContainmentOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class ContainmentReport:
-    """The account at one time; volumes in m3.
+    """The account of a boom at one time [s]; volumes in m3.
 
-    inside, outside: of all oil in the water, by plan view; retained, free, lost: by history (free oil never was
-    inside); removed: left the simulated water since it was first seen; recovered: lost once and taken back, summed
-    over time; lost_by_cause: of the oil that is lost now. normal_speed, skirt_angle: largest over the boom;
-    effective_draft: smallest [m].
+    inside, outside       all oil in the water, by its place in plan
+    retained, free, lost  the oil by its history; free oil has never been inside
+    removed               oil that has left the simulated water without being lost
+    recovered             oil that was lost and taken back, summed over time
+    lost_by_cause         the oil that is lost now, by cause
+    normal_speed [m/s], skirt_angle [rad]  largest along the boom
+    effective_draft [m]   smallest along the boom; gap_ratio [-]
     """
 
     time: float
@@ -113,8 +116,10 @@ class ContainmentReport:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Standing:
-    """Standing of the particles that are held or lost: ids (N,), increasing; retained (N,); lost_at (N,) [s], -inf unless lost; cause (N,)
-    of those lost."""
+    """Standing of the particles that are held or lost.
+
+    ids (N,), increasing; retained (N,); lost_at (N,) [s], -inf unless lost; cause (N,) of those lost.
+    """
 
     ids: NDArray[np.int64]
     retained: NDArray[np.bool_]
@@ -126,20 +131,20 @@ _BY_PARTICLE = ("_fate", "_was_inside", "_cause", "_known", "_lost_at")
 
 
 class ContainmentTracker:
-    """Keeps the account of every oil particle by its id, from update to update.
+    """The account of every oil particle by its id, from update to update.
 
-    A particle is inside if it lies in the polygon of the boom's line closed across the gap. It is retained once it is
-    inside, lost once it is outside by more than the hysteresis, retained again once it is back by as much. The cause is
-    settled when it crosses the line, by the edge it is nearest to then, and stands when it gets far enough away:
+    A particle is inside if it lies in the polygon of the boom's line, closed across the gap. It is retained once it is inside. It is lost
+    once it is farther outside than the hysteresis, and retained again once it is that far inside. The cause is chosen when the particle
+    crosses the line, by the edge that it is nearest to, and becomes final when the particle is lost:
 
     - across the gap: AROUND_ENDS;
-    - under the skirt's foot, by the first that applies: PLANING, the skirt leans beyond planing_angle;
-      CRITICAL_ACCUMULATION, oil beyond viscous_limit; DRAINAGE, retained oil reaches down to the foot or the speed
+    - under the skirt's foot, by the first rule that applies: PLANING, if the skirt leans more than planing_angle;
+      CRITICAL_ACCUMULATION, if the oil is more viscous than viscous_limit; DRAINAGE, if retained oil reaches down to the foot or the speed
       normal to the segment is below the entrainment speed; else ENTRAINMENT;
-    - higher up: SUBMERGENCE, the segment's top is below the still-water level; SPLASH_OVER, above the top; else THROUGH
-      (a leak at a joint).
+    - higher up: SUBMERGENCE, if the segment's top is below the still-water level; SPLASH_OVER, if the particle is above the top; else
+      THROUGH (a leak at a joint).
 
-    Half a hysteresis is granted at the foot and the top, since a particle has a size.
+    Foot and top have a tolerance of half a hysteresis, because a particle has a size.
     """
 
     def __init__(self, options: ContainmentOptions) -> None:
@@ -161,7 +166,7 @@ class ContainmentTracker:
         water_level: float,
         current: tuple[float, float] = (0.0, 0.0),
     ) -> ContainmentReport:
-        """Take oil particles (N, 3) [m] with their ids (N,) into the account at `time` [s]."""
+        """Bring the account to `time` [s] with the oil particles in the water: position (N, 3) [m], ids (N,)."""
         index = ids.astype(np.int64)
         self._make_room(index)
         points = np.asarray(position, dtype=np.float64)
@@ -189,12 +194,12 @@ class ContainmentTracker:
         return {**arrays, "_recovered": self._recovered}
 
     def restore_state(self, state: Mapping[str, object]) -> None:
-        """Go back to what `save_state` returned."""
+        """Go back to a state that `save_state` returned."""
         for name, value in state.items():
             setattr(self, name, value.copy() if isinstance(value, np.ndarray) else value)
 
     def _make_room(self, index: NDArray[np.int64]) -> None:
-        """Let the account reach up to the largest id."""
+        """Extend the account up to the largest id."""
         missing = (int(index.max()) + 1 if len(index) else 0) - len(self._fate)
         if missing > 0:
             for name in _BY_PARTICLE:
@@ -225,7 +230,7 @@ class ContainmentTracker:
         self._cause[index[crossed]] = _causes(crossings, boom, water_level, current, self.options)
 
     def _pool_bottom(self, pool: Array, boom: BoomState, water_level: float) -> Array:
-        """Height (S,) [m] down to which retained oil reaches at each segment: 5 % of what is near lies lower."""
+        """Return the height (S,) [m] down to which retained oil reaches at each segment: the 5 % quantile of the oil nearby."""
         bottom = np.full(len(boom.position), water_level)
         reach = 2.0 * self.options.hysteresis + 0.5 * np.linalg.norm(boom.joint_points[1] - boom.joint_points[0])
         for k, center in enumerate(boom.position[:, :2]):
@@ -256,7 +261,7 @@ class ContainmentTracker:
         water_level: float,
         current: Array,
     ) -> ContainmentReport:
-        """Volumes and the boom's shape now; lost particles stay in the account when they leave the water."""
+        """Report volumes and the boom's shape now; lost particles stay in the account when they leave the water."""
         volume, options = self.options.particle_volume, self.options
         lost = self._known & (self._fate == _Fate.LOST)
         present = np.zeros(len(self._fate), dtype=np.bool_)
@@ -282,7 +287,7 @@ class ContainmentTracker:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Crossings:
-    """Particles that have just crossed the line: height [m], edge they crossed, bottom of the pool there [m]."""
+    """Particles that have just crossed the line: height [m], the edge they crossed, and the bottom [m] of the pool there."""
 
     height: Array
     edge: NDArray[np.int64]
@@ -292,7 +297,7 @@ class _Crossings:
 def _causes(
     crossings: _Crossings, boom: BoomState, water_level: float, current: Array, options: ContainmentOptions
 ) -> NDArray[np.int8]:
-    """Cause of each crossing, by the rules of `ContainmentTracker`."""
+    """Choose the cause of each crossing by the rules of `ContainmentTracker`."""
     segment = np.minimum(crossings.edge, len(boom.position) - 1)
     top, foot = (height[segment] for height in boom.heights(options.freeboard, options.skirt_depth))
     grace = 0.5 * options.hysteresis

@@ -1,8 +1,8 @@
-"""Laying a boom out: poses of its segments, the joints between them and the tow lines to the vessels.
+"""Layout of a boom: poses of its segments, the joints between them and the tow lines to the vessels.
 
-A slack boom is laid in the shape that steady towing gives it. With drag normal to the skirt only, of 0.5 rho Cd d
-(V sin theta)^2 a length, tension T is the same everywhere and T d(theta)/ds = q d sin^2(theta): a catenary of parameter
-a = T / (q d), on which tan(psi) = s / a, psi the angle to the gap's direction and s the length from the apex.
+A slack boom is laid out in the shape that steady towing gives it. If drag acts normal to the skirt only, 0.5 rho Cd d (V sin theta)^2 a
+length, the tension T is the same everywhere and T d(theta)/ds = q d sin^2(theta). This is a catenary of parameter a = T / (q d), on
+which tan(psi) = s / a, with psi the angle to the gap's direction and s the length from the apex.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlacedBody:
-    """A rigid body and where it starts: position (3,) of the centre of mass [m], orientation xyzw."""
+    """A rigid body and its pose at the start: position (3,) [m] of the centre of mass, orientation (4,) xyzw."""
 
     name: str
     mesh: trimesh.Trimesh
@@ -34,7 +34,7 @@ class PlacedBody:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlacedJoint:
-    """Two bodies held together at a point (3,) of the world [m], free to turn there; body_b None: held to the world."""
+    """Two bodies that a joint holds together at a point (3,) [m] of the world, free to turn; body_b is None for a joint to the world."""
 
     name: str
     body_a: str
@@ -45,7 +45,7 @@ class PlacedJoint:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlacedLine:
-    """An elastic line from body_a to body_b, made fast at points (2, 3) of the world [m]; stiffness EA [N], length [m]."""
+    """An elastic line from body_a to body_b, made fast at points (2, 3) [m] of the world; stiffness EA [N], length [m]."""
 
     name: str
     body_a: str
@@ -55,13 +55,13 @@ class PlacedLine:
 
     @property
     def length(self) -> float:
-        """As laid, taut and without tension [m]."""
+        """Length [m] as laid, taut and without tension."""
         return float(np.linalg.norm(self.points[1] - self.points[0]))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BoomLayout:
-    """A boom laid out: segments from the first end to the second, and the points (2, 3) [m] where tow lines go."""
+    """A boom as laid out: its segments from the first end to the second, and the points (2, 3) [m] for the tow lines."""
 
     boom: Boom
     segment: BoomSegment
@@ -71,19 +71,21 @@ class BoomLayout:
 
     @property
     def gap_ratio(self) -> float:
-        """Distance of the ends / length of the boom, as laid."""
+        """Distance between the ends / length of the boom [-], as laid out."""
         return float(np.linalg.norm(self.end_points[1] - self.end_points[0])) / self.boom.length
 
 
 def catenary_chain(segment_count: int, gap_ratio: float) -> Array:
-    """Vertices (segment_count + 1, 2) of a chain of length 1 whose ends lie at (-+ gap_ratio / 2, 0), apex at y < 0.
+    """Compute the vertices (segment_count + 1, 2) [-] of a chain of length 1 with its ends at (-+ gap_ratio / 2, 0) and its apex at y < 0.
 
-    Links have exactly the length 1 / segment_count and the slopes tan(psi) = s / a of the catenary at their middles; a
-    follows from the gap by bisection: gap = sum cos(psi) / segment_count, which grows with a. gap_ratio 1: straight.
+    Each link has the length 1 / segment_count and, at its middle, the slope tan(psi) = s / a of the catenary. Bisection finds a from the
+    gap, sum cos(psi) / segment_count, which grows with a. A gap_ratio of 1 gives a straight chain. Raises ValueError for a gap ratio that
+    is not above 0 and at most 1, or that is too narrow for an odd number of segments.
     """
     if not 0.0 < gap_ratio <= 1.0 + 1e-9:
         raise ValueError(
-            f"gap ratio {gap_ratio:g} must be above 0 and at most 1: the ends are no farther than the boom"
+            f"gap ratio {gap_ratio:g} is not allowed: it must be above 0 and at most 1, because the ends cannot be farther apart"
+            " than the boom is long"
         )
     middle = (np.arange(segment_count) + 0.5) / segment_count - 0.5
     if gap_ratio >= 1.0 - 1e-9:
@@ -98,7 +100,9 @@ def catenary_chain(segment_count: int, gap_ratio: float) -> Array:
                 high = parameter
         angle = np.arctan(middle / math.sqrt(low * high))
         if not math.isclose(float(np.cos(angle).mean()), gap_ratio, rel_tol=1e-6):
-            raise ValueError(f"gap ratio {gap_ratio:g} is too narrow for {segment_count} segments: take an even number")
+            raise ValueError(
+                f"gap ratio {gap_ratio:g} is too narrow for {segment_count} segments, allowed: an even number of segments"
+            )
     links = np.stack([np.cos(angle), np.sin(angle)], axis=1) / segment_count
     chain = np.concatenate([np.zeros((1, 2)), np.cumsum(links, axis=0)])
     return chain - [0.5 * chain[-1, 0], 0.0]
@@ -109,13 +113,14 @@ def lay_between(
 ) -> BoomLayout:
     """Lay a boom from `start` to `end` (x, y) [m]: straight if they are its length apart, else slack to the right.
 
-    Right is the side of someone who looks from start to end.
+    Right is the side of someone who looks from start to end. Raises ValueError if the ends coincide, are farther apart than the boom is
+    long, or so near that neighbours turn beyond `Boom.maximum_turn`.
     """
     begin, along = np.array(start), np.array(end) - np.array(start)
     distance = float(np.linalg.norm(along))
     if not 0.0 < distance <= boom.length * (1.0 + 1e-9):
         raise ValueError(
-            f"ends of boom {name!r} are {distance:g} m apart, allowed: above 0 and at most its length {boom.length:g} m"
+            f"the ends of boom {name!r} are {distance:g} m apart, allowed: above 0 m and at most its length, {boom.length:g} m"
         )
     along = along / distance
     left = np.array([-along[1], along[0]])
@@ -133,7 +138,7 @@ def lay_u(
     water_level: float,
     name: str = "boom",
 ) -> BoomLayout:
-    """Lay a boom in a U that opens towards `heading` [rad], its ends gap_ratio x length apart about `middle` (x, y).
+    """Lay a boom in a U that opens towards `heading` [rad]; its ends are gap_ratio x length apart about `middle` (x, y) [m].
 
     The first end is the one to port of the tow, the second the one to starboard.
     """
@@ -154,10 +159,10 @@ def tow_line(
     mass_per_meter: float,
     diameter: float,
 ) -> tuple[tuple[PlacedBody, ...], tuple[PlacedJoint, ...]]:
-    """A taut tow line (bridle included): a thin rigid link with a joint at either end, its bodies and joints.
+    """Build a taut tow line, bridle included: a thin rigid link with a joint at either end. Return its bodies and joints.
 
-    Points (3,) in the world [m]. Where they coincide, the boom is made fast to the vessel by one joint. A rigid link
-    can push as well as pull, which a rope cannot: keep way on, or the tension that is reported is thrust.
+    vessel_point, boom_point (3,) [m] in the world; mass_per_meter [kg/m]; diameter [m]. If the points coincide, one joint fastens the boom
+    to the vessel. Unlike a rope, a rigid link can also push: while the vessel slows down, the reported tension may be a thrust.
     """
     span = np.asarray(boom_point, dtype=np.float64) - vessel_point
     length = float(np.linalg.norm(span))
@@ -180,7 +185,7 @@ def tow_line(
 
 
 def _layout(boom: Boom, line: Array, water_level: float, name: str) -> BoomLayout:
-    """Put a segment on every link of the line of joints (segment_count + 1, 2)."""
+    """Put a segment on every link of the line of joints (segment_count + 1, 2) [m]."""
     segment = boom_segment(boom)
     links = np.diff(line, axis=0)
     half = 0.5 * np.arctan2(links[:, 1], links[:, 0])
@@ -206,17 +211,17 @@ def _layout(boom: Boom, line: Array, water_level: float, name: str) -> BoomLayou
 
 
 def _check_turns(boom: Boom, angle: Array) -> None:
-    """Refuse a layout whose neighbours turn so far that their ends would overlap."""
+    """Raise ValueError for a layout whose neighbours turn so far that their ends would overlap."""
     turn = np.abs(np.arctan2(np.sin(np.diff(angle)), np.cos(np.diff(angle))))
     if turn.size and float(turn.max()) > boom.maximum_turn:
         raise ValueError(
-            f"segments turn by {math.degrees(float(turn.max())):.1f} deg at the apex, allowed: at most"
-            f" {math.degrees(boom.maximum_turn):.1f} deg (maximum_turn): take more segments or a wider gap"
+            f"the boom's segments turn by {math.degrees(float(turn.max())):.1f} degrees at the apex, allowed: at most"
+            f" {math.degrees(boom.maximum_turn):.1f} degrees (maximum_turn); take more segments or a wider gap"
         )
 
 
 def _along(direction: Array) -> Array:
-    """Quaternion xyzw that turns +x into a unit vector (3,) by the shortest way."""
+    """Compute the quaternion xyzw that turns +x to a unit vector (3,) by the shortest way."""
     x, y, z = (float(component) for component in direction)
     if x < -1.0 + 1e-12:
         return np.array([0.0, 0.0, 1.0, 0.0])

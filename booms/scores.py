@@ -1,4 +1,4 @@
-"""Scores that boom crews train to, each with its formula."""
+"""Scores by which boom crews are trained, each with its formula."""
 
 from __future__ import annotations
 
@@ -18,29 +18,29 @@ RULE_DENSITY = 1025.0  # [kg/m3] of sea water in the rule of thumb for the drag 
 
 
 def encounter_rate(boom_length: float, gap_ratio: float, speed: float, slick_thickness: float) -> float:
-    """Oil met a second [m3/s] by a boom swept through a slick: Q = L (gap / L) V h.
+    """Compute the volume of oil [m3/s] that a boom meets in a slick: Q = L (gap / L) V h.
 
-    boom_length [m], speed through the water [m/s], slick_thickness [m]. 200 m of boom at a gap ratio of 0.3 and 0.7
-    knots meet 77.8 m3/h a millimetre of slick.
+    boom_length [m], speed through the water [m/s], slick_thickness [m]. A boom of 200 m at a gap ratio of 0.3 and 0.7 knots meets
+    77.8 m3/h for each millimetre of slick.
     """
     return boom_length * gap_ratio * speed * slick_thickness
 
 
 def skirt_drag_coefficient() -> float:
-    """Cd [-] of the rule F = 26 A V^2 (kgf, m2, knots) for the skirt: 2 x 26 g0 / (1025 kn^2) = 1.88.
+    """Compute Cd [-] of the skirt from the rule F = 26 A V^2 (kgf, m2, knots): 2 x 26 g0 / (1025 kn^2) = 1.88.
 
-    The rule is the one responders are taught; g0 = 9.80665 m/s2, sea water of 1025 kg/m3.
+    Responders are taught this rule; g0 = 9.80665 m/s2, sea water of 1025 kg/m3.
     """
     return 2.0 * 26.0 * STANDARD_GRAVITY / (RULE_DENSITY * knot**2)
 
 
 def catenary_parameter(boom_length: float, gap_ratio: float) -> float:
-    """Parameter a [m] of the catenary of a towed boom: L = 2 a sinh(gap / (2 a)), gap = gap_ratio L.
+    """Solve for the parameter a [m] of a towed boom's catenary: L = 2 a sinh(gap / (2 a)), gap = gap_ratio L.
 
-    By bisection of sinh(u) / u = 1 / gap_ratio, u = gap / (2 a).
+    Bisection solves sinh(u) / u = 1 / gap_ratio with u = gap / (2 a). Raises ValueError unless 0 < gap_ratio < 1.
     """
     if not 0.0 < gap_ratio < 1.0:
-        raise ValueError(f"gap ratio {gap_ratio:g} must lie between 0 and 1")
+        raise ValueError(f"gap ratio {gap_ratio:g} is not allowed: it must lie between 0 and 1")
     low, high = 1e-9, 700.0
     for _ in range(200):
         middle = 0.5 * (low + high)
@@ -54,10 +54,10 @@ def catenary_parameter(boom_length: float, gap_ratio: float) -> float:
 def tow_force(
     boom_length: float, gap_ratio: float, skirt_depth: float, speed: float, *, drag_coefficient: float, density: float
 ) -> tuple[float, float]:
-    """Tension at each end and drag on both ends together [N] of a boom that is towed steadily.
+    """Compute the tension at each end [N], and the drag [N] on both ends together, of a boom that is towed steadily.
 
-    Drag normal to the skirt only, q = 0.5 rho Cd V^2: T = q d a everywhere, a the catenary's parameter, and the tow
-    feels 2 T sin(psi) with tan(psi) = L / (2 a).
+    Drag acts normal to the skirt only, q = 0.5 rho Cd V^2. The tension is T = q d a everywhere, with a the catenary's parameter, and the
+    tow feels 2 T sin(psi) with tan(psi) = L / (2 a). boom_length, skirt_depth [m], speed [m/s], density [kg/m3].
     """
     parameter = catenary_parameter(boom_length, gap_ratio)
     tension = 0.5 * density * drag_coefficient * speed**2 * skirt_depth * parameter
@@ -66,52 +66,54 @@ def tow_force(
 
 
 def droplet_onset_speed(oil_density: float, water_density: float, interfacial_tension: float) -> float:
-    """Speed of oil over water [m/s] from which waves on their interface grow (Kelvin-Helmholtz, inviscid, deep).
+    """Compute the speed [m/s] of oil over water from which waves on their interface grow (Kelvin-Helmholtz, inviscid, deep).
 
-    U^2 = 2 (rho_w + rho_o) / (rho_w rho_o) sqrt(sigma g (rho_w - rho_o)); sigma [N/m]. Modelled, not resolved.
-    Lamb, Hydrodynamics, chapter IX.
+    U^2 = 2 (rho_w + rho_o) / (rho_w rho_o) sqrt(sigma g (rho_w - rho_o)), sigma [N/m]; Lamb, Hydrodynamics, chapter IX. This loss is
+    modelled, not resolved. Raises ValueError unless the oil is lighter than the water.
     """
     if not 0.0 < oil_density < water_density:
-        raise ValueError(f"oil density {oil_density:g} kg/m3 must lie between 0 and that of water, {water_density:g}")
+        raise ValueError(
+            f"oil density {oil_density:g} kg/m3 is not allowed: it must be above 0 and below that of water, {water_density:g} kg/m3"
+        )
     stiffness = math.sqrt(interfacial_tension * GRAVITY * (water_density - oil_density))
     return math.sqrt(2.0 * (water_density + oil_density) / (water_density * oil_density) * stiffness)
 
 
 def drainage_speed(oil_density: float, water_density: float, depth: float, critical_froude: float = 0.5) -> float:
-    """Tow speed [m/s] at which a boom stops holding oil by gravity: U = Fr sqrt(g (1 - rho_o / rho_w) d), Fr about 0.5.
+    """Compute the tow speed [m/s] at which oil begins to drain under a skirt: U = Fr sqrt(g (1 - rho_o / rho_w) d), Fr about 0.5.
 
-    depth [m]: of the skirt. Densimetric Froude number of containment in flumes.
+    depth [m] of the skirt. Fr is the densimetric Froude number of containment that flume tests give.
     """
     return critical_froude * math.sqrt(GRAVITY * (1.0 - oil_density / water_density) * depth)
 
 
 @dataclass
 class TensionRecord:
-    """Mean and peak of a tension [N] over the samples taken, each weighted with the time [s] it stood for."""
+    """Mean and peak of a tension [N]; each sample counts for the time [s] that it lasted."""
 
     peak: float = 0.0
     _impulse: float = 0.0
     _duration: float = 0.0
 
     def add(self, tension: float, duration: float) -> None:
-        """Take a tension that acted for `duration`."""
+        """Add a tension [N] that acted for `duration` [s]."""
         self.peak = max(self.peak, tension)
         self._impulse += tension * duration
         self._duration += duration
 
     @property
     def mean(self) -> float:
-        """Impulse / time; 0 before the first sample."""
+        """Mean tension [N], the impulse / the time; 0 before the first sample."""
         return self._impulse / self._duration if self._duration > 0.0 else 0.0
 
 
 @dataclass(kw_only=True)
 class HeldSpeed:
-    """Speed at which water keeps running against each segment of a boom: the mean over the last `window` [s].
+    """The speed at which water keeps running against each segment of a boom: the mean over the last `window` [s].
 
-    Oil is drawn under a skirt by a flow that lasts: to get from the surface past the foot, water must come on by at least about
-    the skirt's depth d. A wobble of the boom that is over before that moves the same water to and fro and draws nothing under.
-    So the speed U that matters is one held over d / U.
+    A flow draws oil under a skirt only if it lasts. To carry oil from the surface past the foot, the water must advance by at least about
+    the skirt's depth d. A shorter swing of the boom moves the same water to and fro and draws no oil under. The speed U that matters is
+    therefore one that is held over d / U.
     """
 
     window: float
@@ -119,11 +121,11 @@ class HeldSpeed:
 
     @classmethod
     def at(cls, speed: float, skirt_depth: float) -> HeldSpeed:
-        """With the window skirt_depth / speed: the time in which water at `speed` [m/s] passes a skirt of that depth [m]."""
+        """Create the record with the window skirt_depth / speed: the time in which water at `speed` [m/s] passes that depth [m]."""
         return cls(window=skirt_depth / speed)
 
     def add(self, time: float, flow: Array) -> Array:
-        """Sample at `time` [s] of the flow (S,) [m/s] along each segment's normal; returns what is held (S,), at first 0."""
+        """Add a sample at `time` [s] of the flow (S,) [m/s] along each normal; return the speeds held (S,) [m/s], 0 at first."""
         way = np.zeros_like(flow)
         if self._past:
             before, flow_before, way_before = self._past[-1]
@@ -138,11 +140,11 @@ class HeldSpeed:
 
 @dataclass(kw_only=True)
 class LossSpeeds:
-    """First-loss and gross-loss tow speed [m/s] of a run in which the speed is raised; None until they happen.
+    """The tow speeds [m/s] of first loss and of gross loss in a run with rising speed; None until they happen.
 
-    First loss: the lost share of all oil taken in first exceeds `first_share`. Gross loss: over `window` [s], or from one
-    sample to the next if they are farther apart, more than `gross_rate` of it is lost a second; a single particle that
-    passes within a short step must not count as a torrent. After ASTM F2084, whose observers judge by eye.
+    First loss: the lost share of all oil taken in first exceeds `first_share`. Gross loss: more than the share `gross_rate` of that oil is
+    lost a second, averaged over `window` [s], or over the time between two samples if that is longer; so one particle that passes within
+    a short step does not count as gross loss. After ASTM F2084, in which observers judge by eye.
     """
 
     first_share: float = 0.005
@@ -153,7 +155,7 @@ class LossSpeeds:
     _past: list[tuple[float, float]] = field(default_factory=list)
 
     def add(self, time: float, tow_speed: float, lost: float, taken_in: float) -> None:
-        """Sample at `time` [s]: volume lost so far and volume taken in so far [m3], recovered oil not deducted."""
+        """Add a sample at `time` [s]: volume lost so far and volume taken in so far [m3]; recovered oil is not deducted."""
         if taken_in > 0.0 and self.first_loss is None and lost / taken_in > self.first_share:
             self.first_loss = tow_speed
         begin = time - self.window * (1.0 - 1e-9)

@@ -1,4 +1,4 @@
-"""One boom segment as a rigid body: its closed mesh, mass properties and hydrostatics."""
+"""A boom segment as a rigid body: its closed mesh, mass properties and hydrostatics."""
 
 from __future__ import annotations
 
@@ -17,10 +17,9 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, kw_only=True)
 class BoomSegment:
-    """A segment in the body frame: origin at the centre of mass, x along the boom, z up.
+    """A segment in its body frame: origin at the centre of mass, x along the boom, z up.
 
-    waterline [m]: height of the design waterplane above the centre of mass; joint_points (2, 3) [m]: where the
-    segment is joined at its -x and +x end.
+    waterline [m]: height of the design waterplane above the centre of mass; joint_points (2, 3) [m]: the joints at the -x and +x ends.
     """
 
     mesh: trimesh.Trimesh
@@ -31,21 +30,21 @@ class BoomSegment:
 
     @property
     def metacentric_height(self) -> float:
-        """Transverse GM [m]: resistance of the skirt to leaning; positive for an upright boom."""
+        """Transverse metacentric height GM [m], which keeps the skirt from leaning; positive for an upright boom."""
         return self.hydrostatics.metacentric_height(0.0)
 
     @property
     def buoyancy_to_weight(self) -> float:
-        """Gross buoyancy over weight: whole volume / displaced volume."""
+        """Gross buoyancy over weight [-]: whole volume / displaced volume."""
         return float(self.mesh.volume) / self.hydrostatics.displaced_volume
 
 
 def boom_segment(boom: Boom) -> BoomSegment:
-    """The segment of a boom, afloat at its design waterline: mass = rho_water x displaced volume.
+    """Build the segment of a boom, afloat at its design waterline: mass = rho_water x displaced volume.
 
-    Mass is that of an even body, (1 - ballast_fraction) m over the whole volume, and of a thin straight chain of mass
-    ballast_fraction m along the skirt's foot (rod: I_y = I_z = m l^2 / 12). Parallel axes bring both to the common
-    centre of mass. GM = I_roll / V + z_B - z_G must come out positive.
+    The mass (1 - ballast_fraction) m is spread evenly over the volume. The rest is a thin straight chain along the skirt's foot (a rod:
+    I_y = I_z = m l^2 / 12). The parallel-axis theorem brings both to the common centre of mass. Raises ValueError unless
+    GM = I_roll / V + z_B - z_G is positive.
     """
     mesh = segment_mesh(boom)
     afloat = hydrostatics(mesh, 0.0)
@@ -53,8 +52,8 @@ def boom_segment(boom: Boom) -> BoomSegment:
     properties = _with_ballast(mesh, mass, boom)
     if not afloat.metacentric_height(properties.center_of_mass[2]) > 0.0:
         raise ValueError(
-            f"boom segment would capsize, GM {afloat.metacentric_height(properties.center_of_mass[2]):.3g} m must be"
-            f" above 0: raise ballast_fraction ({boom.ballast_fraction:g}) or float_width ({boom.float_width:g} m)"
+            f"the boom's segments would capsize: GM is {afloat.metacentric_height(properties.center_of_mass[2]):.3g} m, allowed:"
+            f" above 0 m; raise ballast_fraction ({boom.ballast_fraction:g}) or float_width ({boom.float_width:g} m)"
         )
     body = mesh.copy()
     body.apply_translation(-properties.center_of_mass)
@@ -71,9 +70,9 @@ def boom_segment(boom: Boom) -> BoomSegment:
 
 
 def segment_mesh(boom: Boom) -> trimesh.Trimesh:
-    """Closed mesh in the design frame: the section drawn out along x, its ends narrowed to a vertical edge.
+    """Build the closed mesh in the design frame: the section extruded along x, with ends that narrow to a vertical edge.
 
-    The edges of neighbours meet on the joint's axis, and the narrowing is short (see `Boom.taper`): no gap for oil to pass.
+    The edges of neighbours meet on the joint's axis. The narrow part is short (see `Boom.taper`), so that no oil passes.
     """
     profile = boom.profile()
     loop = np.concatenate([profile * (-1.0, 1.0), profile[::-1]])
@@ -97,7 +96,7 @@ def segment_mesh(boom: Boom) -> trimesh.Trimesh:
 
 
 def _with_ballast(mesh: trimesh.Trimesh, mass: float, boom: Boom) -> MassProperties:
-    """Even body plus a rod along the foot; centre of mass in the design frame, inertia about it."""
+    """Combine an even body and a rod along the foot; the centre of mass is in the design frame, the inertia about it."""
     even = mass_properties(mesh, mass=(1.0 - boom.ballast_fraction) * mass)
     ballast = boom.ballast_fraction * mass
     foot = np.array([0.0, 0.0, -boom.skirt_depth])
@@ -108,5 +107,5 @@ def _with_ballast(mesh: trimesh.Trimesh, mass: float, boom: Boom) -> MassPropert
 
 
 def _shift(mass: float, arm: Array) -> Array:
-    """Steiner's term m (|r|^2 1 - r r^T) [kg m2]."""
+    """Compute Steiner's term m (|r|^2 1 - r r^T) [kg m2] for an arm (3,) [m]."""
     return mass * (float(arm @ arm) * np.eye(3) - np.outer(arm, arm))

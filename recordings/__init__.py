@@ -1,1 +1,1 @@
-"""What is recorded of a run, and how it is replayed."""
+"""Recordings: what they hold, how they are written, and how they are read back."""

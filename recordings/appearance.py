@@ -1,4 +1,4 @@
-"""Colours, sizes and names that entities have in the viewer, written once."""
+"""Colours, sizes and names of entities in the viewer."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ import rerun as rr
 from recordings import palette
 from recordings.frame import MeshDescription, PhaseDescription
 
-_WATER_RADIUS = 0.17  # in particle spacings: the viewer draws no translucent points, and oil under water must show
-_LONE_WATER_RADIUS = 0.35  # where there is no oil: full enough to see its surface, and bodies through it
+_WATER_RADIUS = 0.17  # in particle spacings; small, because the viewer draws no translucent points and oil under water must be visible
+_LONE_WATER_RADIUS = 0.35  # without oil: large enough to show the surface, small enough to see bodies through it
 _RADIUS = 0.5
-_LOST_RADIUS = 0.6  # a little more than oil's, so that it covers the same particle of its phase
+_LOST_RADIUS = 0.6  # a little larger than _RADIUS, so that it covers the same particle of its phase
 _WALL_CLASS = 100
-_ARROW_RADIUS = -1.5  # negative: in points on the screen
+_ARROW_RADIUS = -1.5  # negative values are points on the screen
 
 
 def classes(phases: Sequence[PhaseDescription]) -> rr.AnnotationContext:
-    """Name and colour of every class of points."""
+    """Name and colour every class of points."""
     entries = [
         rr.AnnotationInfo(id=index, label=phase.name, color=palette.phase_color(phase, index))
         for index, phase in enumerate(phases)
@@ -29,40 +29,43 @@ def classes(phases: Sequence[PhaseDescription]) -> rr.AnnotationContext:
 
 
 def phase(index: int, one: PhaseDescription, spacing: float, *, beside_oil: bool) -> rr.Points3D:
-    """The particles of one phase, water the thinner if there is oil."""
+    """Style the particles of one phase; water is drawn small if there is oil, too."""
     water = _WATER_RADIUS if beside_oil else _LONE_WATER_RADIUS
     return rr.Points3D.from_fields(class_ids=[index], radii=[spacing * (water if palette.is_water(one) else _RADIUS)])
 
 
 def lost(cause: str, spacing: float) -> rr.Points3D:
-    """Oil that was lost by one cause."""
+    """Style the oil that was lost by one cause."""
     return rr.Points3D.from_fields(colors=[palette.cause_color(cause)], radii=[_LOST_RADIUS * spacing])
 
 
 def wall(points: npt.NDArray[np.float32], spacing: float) -> rr.Points3D:
-    """Static boundary particles (N, 3) [m]."""
+    """Build the points of static boundary particles (N, 3) [m]."""
     return rr.Points3D(points, class_ids=[_WALL_CLASS], radii=[0.25 * spacing])
 
 
 def outline(points: npt.NDArray[np.float32], spacing: float) -> rr.LineStrips3D:
-    """The box round static boundary particles, which hides nothing."""
+    """Build the box around static boundary particles (N, 3) [m]; a box hides nothing."""
     edges = _box_edges(points.min(axis=0), points.max(axis=0))
     return rr.LineStrips3D(edges, colors=[palette.WALL], radii=[0.12 * spacing])
 
 
 def name_over(mesh: MeshDescription, name: str) -> rr.Points3D:
-    """A body's name over its highest point."""
+    """Build a label with a body's name above its highest point."""
     above = np.array([[0.0, 0.0, 1.6 * float(mesh.vertices[:, 2].max())]], dtype=np.float32)
     return rr.Points3D(above, labels=[name], colors=[palette.NAME], radii=[0.0], show_labels=True)
 
 
 def force() -> rr.Arrows3D:
-    """The arrow of a force."""
+    """Style the arrow of a force."""
     return rr.Arrows3D.from_fields(colors=[palette.FORCE], radii=[_ARROW_RADIUS])
 
 
 def line(name: str, run: str = "") -> rr.SeriesLines:
-    """The name of a series, with its run's beside those of another, and its cause's colour for one that tells of lost oil."""
+    """Style the line of a series.
+
+    The label names the run if two runs are shown. A series of lost oil has the colour of its cause.
+    """
     last = name.rpartition("/")[2]
     label = " ".join(filter(None, (run, last.replace("_", " "))))
     if "oil_lost/" in name:
@@ -72,7 +75,7 @@ def line(name: str, run: str = "") -> rr.SeriesLines:
 
 
 def _box_edges(lower: npt.NDArray[np.float32], upper: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
-    """The twelve edges of a box, (12, 2, 3)."""
+    """Return the twelve edges of a box, (12, 2, 3) [m]."""
     bits = [(first, second, axis) for axis in range(3) for first in (0, 1) for second in (0, 1)]
     edges = []
     for first, second, axis in bits:

@@ -1,7 +1,7 @@
-"""Files that hold the whole state of a run, so that it can go on later as if it had never stopped.
+"""Checkpoints: files with the whole state of a run, from which it continues as if it had never stopped.
 
-A state is a nested dict of arrays and plain values. Its arrays lie in one .npz file, bit for bit; its structure is a
-JSON text in the same file. Nothing in it is a program: a checkpoint from a stranger can be wrong but cannot do anything.
+A state is a nested dict of arrays and plain values. A .npz file holds its arrays bit for bit, and its structure as JSON text. A
+checkpoint contains no code: one from an unknown source can be wrong but cannot execute anything.
 """
 
 from __future__ import annotations
@@ -28,17 +28,17 @@ _EXACT_INTEGERS = 2**63
 
 
 class CheckpointError(RecordingError):
-    """A checkpoint cannot be written, read or used for this run."""
+    """A checkpoint that cannot be written, read or used for this run."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Checkpoint:
-    """A state and what it belongs to.
+    """A state, with the run and the time that it belongs to.
 
     Attributes:
-        scenario_hash: tells the scenario from others.
-        index: communication step; time: simulated [s].
-        run: what was run, in the words of whoever runs it, enough to begin it again.
+        scenario_hash: identifies the scenario.
+        index: communication step; time: simulated time [s].
+        run: description of the run by the program that runs it, sufficient to start it again.
         state: nested dicts of arrays and plain values.
     """
 
@@ -50,9 +50,10 @@ class Checkpoint:
 
 
 def state_hash(state: Mapping[str, Any]) -> str:
-    """One number for a whole state: equal for equal states, bit for bit.
+    """Compute a hash of a whole state that is equal for states that are equal bit for bit.
 
-    Opaque bytes, an engine's or an FMU's own, are left out: they may hold addresses and what nothing was ever written to.
+    Opaque bytes of an engine or an FMU are left out: they may contain addresses and uninitialised memory. Raises TypeError for a state that
+    holds more than arrays and plain values.
     """
     arrays: dict[str, np.ndarray] = {}
     digest = hashlib.sha256(json.dumps(_take_apart(_readable(state), "state", arrays), sort_keys=True).encode())
@@ -64,7 +65,7 @@ def state_hash(state: Mapping[str, Any]) -> str:
 
 
 def state_to_bytes(state: Mapping[str, Any]) -> bytes:
-    """A state as a text of bytes, bit for bit; TypeError for one that holds more than arrays and plain values."""
+    """Write a state to bytes, bit for bit; TypeError for a state that holds more than arrays and plain values."""
     arrays: dict[str, np.ndarray] = {}
     structure = json.dumps(_take_apart(state, "state", arrays))
     buffer = io.BytesIO()
@@ -73,19 +74,19 @@ def state_to_bytes(state: Mapping[str, Any]) -> bytes:
 
 
 def state_from_bytes(data: bytes) -> dict[str, Any]:
-    """The inverse of `state_to_bytes`; ValueError for anything else."""
+    """Read a state from the bytes of `state_to_bytes`; ValueError for other bytes."""
     try:
         with np.load(io.BytesIO(data), allow_pickle=False) as file:
             arrays = {name: file[name] for name in file.files}
         structure = json.loads(arrays.pop(_STRUCTURE).tobytes())
     except (KeyError, EOFError, AttributeError, zipfile.BadZipFile) as error:
-        raise ValueError(f"bytes are no saved state: {error}") from error
+        raise ValueError(f"the bytes are not a saved state: {error}") from error
     state: dict[str, Any] = _put_together(structure, arrays)
     return state
 
 
 def save_checkpoint(path: str | Path, checkpoint: Checkpoint) -> None:
-    """Write a checkpoint; a run killed meanwhile leaves the one before untouched."""
+    """Write a checkpoint; if the run is killed meanwhile, the previous file stays whole. CheckpointError if it cannot be written."""
     target = Path(path)
     arrays: dict[str, np.ndarray] = {}
     structure = {
@@ -111,28 +112,33 @@ def save_checkpoint(path: str | Path, checkpoint: Checkpoint) -> None:
 
 
 def load_checkpoint(path: str | Path, *, scenario_hash: str | None = None) -> Checkpoint:
-    """Read a checkpoint, and refuse one of another format or, unless None, of another scenario."""
+    """Read a checkpoint; CheckpointError if it cannot be read, has another format or, unless None, another scenario."""
     source = Path(path)
     try:
         checkpoint = _read(source)
     except OSError as error:
         raise CheckpointError(source, f"cannot be read: {error.strerror or error}") from error
     except (ValueError, TypeError, KeyError, EOFError, AttributeError, zipfile.BadZipFile) as error:
-        raise CheckpointError(source, f"is no checkpoint, or was cut off: {error}") from error
+        raise CheckpointError(source, f"is not a checkpoint, or was cut off: {error}") from error
     stored = checkpoint.scenario_hash
     if scenario_hash is not None and stored != scenario_hash:
-        raise CheckpointError(source, f"belongs to scenario {stored[:12]}, this one is {scenario_hash[:12]}")
+        raise CheckpointError(
+            source,
+            f"belongs to another scenario: its hash is {stored[:12]}, that of this scenario {scenario_hash[:12]}",
+        )
     return checkpoint
 
 
 def _read(source: Path) -> Checkpoint:
-    """The checkpoint in a file that numpy has written; of what anybody else has written, whatever error there may be."""
+    """Read the checkpoint in a file that numpy has written; other files raise various errors."""
     with np.load(source, allow_pickle=False) as file:
         arrays = {name: file[name] for name in file.files}
     structure = json.loads(arrays.pop(_STRUCTURE).tobytes())
     version = structure.get("format_version")
     if version != FORMAT_VERSION:
-        raise CheckpointError(source, f"has format version {version}, this program reads {FORMAT_VERSION}")
+        raise CheckpointError(
+            source, f"has format version {version}, allowed: version {FORMAT_VERSION}, which this program reads"
+        )
     return Checkpoint(
         scenario_hash=structure["scenario_hash"],
         index=structure["index"],
@@ -143,7 +149,7 @@ def _read(source: Path) -> Checkpoint:
 
 
 def _readable(value: Any) -> Any:
-    """The value without its bytes."""
+    """Return the value without its bytes."""
     if isinstance(value, Mapping):
         return {key: _readable(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
@@ -152,13 +158,15 @@ def _readable(value: Any) -> Any:
 
 
 def _take_apart(value: Any, where: str, arrays: dict[str, np.ndarray]) -> Any:
-    """The value as JSON with its arrays moved to ``arrays``; numbers keep every bit, keys must be texts."""
+    """Turn a value into JSON and move its arrays to ``arrays``; numbers keep every bit, and keys must be texts."""
     if isinstance(value, np.ndarray | np.generic):
         return _take_array(np.asarray(value), isinstance(value, np.generic), where, arrays)
     if isinstance(value, Mapping):
         for key in value:
             if not isinstance(key, str) or key in _MARKS:
-                raise TypeError(f"checkpoint {where} has the key {key!r}, expected a text other than {_MARKS}")
+                raise TypeError(
+                    f"checkpoint {where} has the key {key!r}, allowed: texts other than {', '.join(_MARKS)}"
+                )
         return {key: _take_apart(item, f"{where}/{key}", arrays) for key, item in value.items()}
     if isinstance(value, list | tuple):
         items = [_take_apart(item, f"{where}/{place}", arrays) for place, item in enumerate(value)]
@@ -171,20 +179,20 @@ def _take_apart(value: Any, where: str, arrays: dict[str, np.ndarray]) -> Any:
         return {_HUGE: str(value)}
     if value is None or isinstance(value, bool | int | str):
         return value
-    raise TypeError(f"checkpoint {where} is a {type(value).__name__}, expected arrays and plain values")
+    raise TypeError(f"checkpoint {where} is a {type(value).__name__}, allowed: arrays and plain values")
 
 
 def _take_array(array: np.ndarray, scalar: bool, where: str, arrays: dict[str, np.ndarray]) -> dict[str, Any]:
-    """Move one array away and leave its name."""
+    """Move one array to ``arrays`` and return a reference to it."""
     if array.dtype.hasobject:
-        raise TypeError(f"checkpoint {where} is an array of Python objects, expected numbers")
+        raise TypeError(f"checkpoint {where} is an array of Python objects, allowed: arrays of numbers")
     name = f"array-{len(arrays)}"
     arrays[name] = array
     return {_ARRAY: name, "scalar": scalar}
 
 
 def _put_together(value: Any, arrays: Mapping[str, np.ndarray]) -> Any:
-    """The inverse of `_take_apart`."""
+    """Rebuild the value that `_take_apart` took apart."""
     if isinstance(value, list):
         return [_put_together(item, arrays) for item in value]
     if not isinstance(value, dict):
@@ -204,7 +212,7 @@ def _put_together(value: Any, arrays: Mapping[str, np.ndarray]) -> Any:
 
 
 def _sync_folder(folder: Path) -> None:
-    """Make the new name itself survive a power failure."""
+    """Make the new file name survive a power failure."""
     handle = os.open(folder, os.O_RDONLY)
     try:
         os.fsync(handle)

@@ -1,4 +1,4 @@
-"""Where each thing lies in a recording: the one place that knows the paths, for the writer and the reader alike."""
+"""The entity paths of a recording, for the writer and the reader alike."""
 
 from __future__ import annotations
 
@@ -23,40 +23,40 @@ _HULL = "hull"
 
 
 def _path(*parts: str) -> str:
-    """Join parts into one entity path and refuse what Rerun would read as something else."""
+    """Join parts to an entity path; ValueError for an empty part, which Rerun would read as something else."""
     path = "/".join(parts)
     if any(not part for part in path.split("/")):
-        raise ValueError(f"entity path {path!r} has an empty part, expected names joined by single slashes")
+        raise ValueError(f"entity path {path!r} has an empty part, allowed: names joined by single slashes")
     return path
 
 
 def phase(name: str) -> str:
-    """Path of a phase's particles."""
+    """Return the path of a phase's particles."""
     return _path(FLUID, name)
 
 
 def ids(particles: str) -> str:
-    """Path of the ids of the particles at a path, logged beside them whenever the set of ids changes."""
+    """Return the path of the ids of the particles at a path; they are logged whenever the set of ids changes."""
     return _path(particles, "ids")
 
 
 def lost(cause: str) -> str:
-    """Path of the oil particles that booms lost by one cause; they lie under their phase's path as well."""
+    """Return the path of the oil particles that booms lost by one cause; they are at their phase's path as well."""
     return _path(LOST, cause)
 
 
 def boundary(name: str) -> str:
-    """Path of static boundary particles."""
+    """Return the path of static boundary particles."""
     return _path(BOUNDARY, name)
 
 
 def outline(name: str) -> str:
-    """Path of the box drawn round static boundary particles."""
+    """Return the path of the box around static boundary particles."""
     return _path(OUTLINES, name)
 
 
 def body(name: str) -> str:
-    """Path of a body: its group comes from its name, ``vessels/port`` lies at ``vessels/port/hull``."""
+    """Return the path of a body; the name gives its group: ``vessels/port`` is at ``vessels/port/hull``."""
     group, _, rest = name.partition("/")
     if group == VESSELS and rest:
         return _path(VESSELS, rest, _HULL)
@@ -66,7 +66,7 @@ def body(name: str) -> str:
 
 
 def body_name(path: str) -> str:
-    """The name of the body that lies at ``path``; the inverse of `body` up to the group of plain bodies."""
+    """Return the name of the body at ``path``: the inverse of `body`, up to the group of plain bodies."""
     trimmed = path.strip("/")
     if trimmed.startswith(f"{VESSELS}/") and trimmed.endswith(f"/{_HULL}"):
         return trimmed[: -len(_HULL) - 1]
@@ -74,27 +74,27 @@ def body_name(path: str) -> str:
 
 
 def body_group(name: str) -> str:
-    """The group a body's name puts it in: vessels, boom or bodies."""
+    """Return the group of a body by its name: vessels, boom or bodies."""
     group, _, rest = name.partition("/")
     return group if group in BODY_GROUPS and rest else BODIES
 
 
 def label(name: str) -> str:
-    """Path of the name that is shown at a body."""
+    """Return the path of the label at a body."""
     return f"{body(name)}/name"
 
 
 def force(name: str) -> str:
-    """Path of the arrow that shows the fluid's force on a body."""
+    """Return the path of the arrow that shows the fluid's force on a body."""
     return _path(FORCES, name)
 
 
 def scalar(name: str) -> str:
-    """Path of a scalar series: its own name, under ``metrics`` unless it is already placed there or with probes."""
+    """Return the path of a scalar series: its name, below ``metrics`` unless it is already below metrics or probes."""
     root = name.partition("/")[0]
     return _path(name) if root in (METRICS, PROBES) else _path(METRICS, name)
 
 
 def scalar_name(path: str) -> str:
-    """The name of the series that lies at ``path``; the inverse of `scalar`."""
+    """Return the name of the series at ``path``: the inverse of `scalar`."""
     return path.strip("/").removeprefix(f"{METRICS}/")

@@ -1,4 +1,4 @@
-"""The one error that a recording raises."""
+"""The error that recordings raise."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from pathlib import Path
 
 
 class RecordingError(RuntimeError):
-    """A recording cannot be written or read; ``path`` says which and the text why."""
+    """A recording that cannot be written or read; ``path`` is its file, and the text gives the reason."""
 
     def __init__(self, path: str | Path, reason: str) -> None:
         self.path = Path(path)

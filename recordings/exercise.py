@@ -1,4 +1,4 @@
-"""What a recording says of a response exercise beside the motions: its booms, the water they lie in, and where on Earth it is."""
+"""Descriptions of a response exercise: its booms, the water around them, and the place on Earth."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ Point3 = tuple[float, float, float]
 
 @dataclass(frozen=True, kw_only=True)
 class BoomDescription:
-    """A boom: what its recorded segments mean.
+    """A boom, and what its recorded segments mean.
 
     segments         names of the bodies, from the first end to the second
-    ends             what holds it: names of vessels, or of fixed points
+    ends             names of the vessels or fixed points that hold the ends
     length           [m] along the skirt
-    skirt_depth      [m] below, and freeboard [m] above the design waterline
-    waterline        [m] height of that line over a segment's centre of mass
+    skirt_depth      [m] below the design waterline; freeboard [m] above it
+    waterline        [m] height of the design waterline above a segment's centre of mass
     joint_points     both ends of a segment in its own frame [m]
-    full_tension     [N] at which the scale of the boom's colours ends: the bollard pull of the vessels that tow it, or what
-                     fixed ends carry by formula at 0.7 knots
+    full_tension     [N] at which the colour scale of the boom ends: the bollard pull of the vessels that tow it, or the tension of a
+                     boom between fixed ends by formula at 0.7 knots
     """
 
     name: str
@@ -38,11 +38,13 @@ class BoomDescription:
 
 @dataclass(frozen=True, kw_only=True)
 class Site:
-    """Where the world's origin lies and when time began, so that far-field models can go on from here.
+    """The place of the world's origin on Earth and the date of the start, for far-field models.
 
     latitude, longitude  [degrees] of the origin, WGS 84
     bearing              [degrees] of the x axis, clockwise from north: 90 is east
-    start                time of the first frame, ISO 8601; UTC unless it says otherwise
+    start                time of the first frame, ISO 8601; UTC unless it gives another zone
+
+    Raises ValueError for angles out of their range and for a start that is not ISO 8601.
     """
 
     latitude: float
@@ -58,12 +60,14 @@ class Site:
         try:
             datetime.fromisoformat(self.start)
         except ValueError:
-            raise ValueError(f"site start is {self.start!r}, allowed: ISO 8601 such as 2026-05-01T08:00:00Z") from None
+            raise ValueError(
+                f"site start is {self.start!r}, allowed: ISO 8601, for example 2026-05-01T08:00:00Z"
+            ) from None
 
 
 @dataclass(frozen=True, kw_only=True)
 class ExerciseDescription:
-    """Booms, the uniform current (x, y) [m/s] and the level of the still water [m]."""
+    """Booms, the uniform current (x, y) [m/s] and the level [m] of the still water."""
 
     booms: tuple[BoomDescription, ...] = ()
     current: tuple[float, float] = (0.0, 0.0)
@@ -71,15 +75,15 @@ class ExerciseDescription:
 
 
 def to_json(description: Site | ExerciseDescription | None) -> str:
-    """A description as text, for a recording's properties; empty for none."""
+    """Write a description as text for a recording's properties; empty for None."""
     return "" if description is None else json.dumps(asdict(description))
 
 
 def exercise_from_json(text: str) -> ExerciseDescription | None:
-    """The inverse of `to_json`."""
+    """Read the description that `to_json` wrote; None for an empty text."""
     return cattrs.structure(json.loads(text), ExerciseDescription) if text else None
 
 
 def site_from_json(text: str) -> Site | None:
-    """The inverse of `to_json`."""
+    """Read the site that `to_json` wrote; None for an empty text."""
     return cattrs.structure(json.loads(text), Site) if text else None

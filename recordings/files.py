@@ -1,4 +1,4 @@
-"""Files that must not be one and the same, and files that one program at a time may write."""
+"""Checks of files: paths that must differ, and files that only one program at a time may write."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from pathlib import Path
 
 from recordings.errors import RecordingError
 
-RECORDING_ENDING = ".rrd"  # by which Rerun knows its files
+RECORDING_ENDING = ".rrd"  # the file ending of Rerun
 
 
 def is_same_file(first: Path, second: Path) -> bool:
-    """Whether two paths, however they are spelled or linked, lead to one file or folder."""
+    """Tell whether two paths lead to one file or folder, through links as well."""
     if first.resolve() == second.resolve():
         return True
     return first.exists() and second.exists() and first.samefile(second)
 
 
 def why_unwritable(path: Path) -> str:
-    """Why no file can be written at `path`, found out without a trace; empty if one can, or if only writing to it will tell."""
+    """Give the reason why no file can be written at `path`, without leaving a trace; empty if there is none that can be known now."""
     existed = path.exists()
     if existed and not path.is_file():
         return "is a folder" if path.is_dir() else ""
@@ -37,10 +37,10 @@ def why_unwritable(path: Path) -> str:
 
 @contextmanager
 def held(path: Path) -> Iterator[None]:
-    """Within the block `path`, a recording or a folder of checkpoints, belongs to this run; RecordingError if another writes it.
+    """Reserve `path`, a recording or a folder of checkpoints, for this run; RecordingError if another run writes it.
 
-    The lock is advisory and ends with the program, however that ends. A file that was not there is made, and gone again if nothing
-    was written.
+    The lock is advisory and ends with the program, however the program ends. A file that did not exist is created, and removed again if
+    nothing was written.
     """
     existed = path.exists()
     try:
@@ -62,6 +62,6 @@ def _lock(path: Path, handle: int) -> None:
     try:
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError as error:
-        raise RecordingError(path, "is being written by another run, allowed: a file of its own") from error
+        raise RecordingError(path, "is being written by another run, allowed: another file for this run") from error
     except OSError:
         return  # some network drives have no locks

@@ -1,8 +1,7 @@
-"""What one run and one instant of it look like to whoever watches: plain, read-only records of numpy arrays.
+"""Runs and instants as observers see them: plain, read-only records of numpy arrays.
 
-Conventions: SI units, world frame with z up, quaternions xyzw, twist and wrench in the world frame about the centre
-of mass. A body's name says where it belongs: ``boom/segment-03``, ``vessels/port``, ``bodies/rock`` (a name without a
-slash is a plain body).
+Conventions: SI units; world frame with z up; quaternions xyzw; twist and wrench in the world frame about the centre of mass. A body's
+name gives its group: ``boom/segment-03``, ``vessels/port``, ``bodies/rock`` (a name without a slash is a plain body).
 """
 
 from __future__ import annotations
@@ -28,11 +27,11 @@ _NOTHING: Mapping[str, object] = MappingProxyType({})
 
 
 def _require_shape(what: str, array: npt.NDArray[np.generic], shape: tuple[int | None, ...]) -> None:
-    """Refuse ``array`` unless it has ``shape``; None stands for any length."""
+    """Raise ValueError unless ``array`` has this shape; None stands for any length."""
     fits = array.ndim == len(shape) and all(want in (None, got) for want, got in zip(shape, array.shape, strict=True))
     if not fits:
         wanted = "(" + ", ".join("any" if want is None else str(want) for want in shape) + ")"
-        raise ValueError(f"{what} has shape {array.shape}, expected {wanted}")
+        raise ValueError(f"{what} has shape {array.shape}, allowed: {wanted}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +41,8 @@ class PhaseFrame:
     Attributes:
         position: (N, 3) float32 [m], a fresh copy that the solver does not write into.
         id: (N,) uint32, the same number for the same particle during the whole run.
+
+    Raises ValueError for arrays of other shapes.
     """
 
     position: npt.NDArray[np.float32]
@@ -57,7 +58,7 @@ NO_PARTICLES = PhaseFrame(np.empty((0, 3), np.float32), np.empty(0, np.uint32))
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BodyFrame:
-    """One rigid body at one instant.
+    """One rigid body at one instant; ValueError for arrays of other shapes.
 
     Attributes:
         position: (3,) centre of mass [m].
@@ -65,7 +66,7 @@ class BodyFrame:
         linear_velocity: (3,) [m/s].
         angular_velocity: (3,) [rad/s].
         wrench: (6,) force [N] and torque [N m] of the fluid on the body, mean over the last communication step.
-        tension: pull [N] in a boom or line where this body is part of it; NaN for every other body.
+        tension: pull [N] in a boom or line that this body is part of; NaN for other bodies.
     """
 
     position: npt.NDArray[np.float64]
@@ -79,22 +80,22 @@ class BodyFrame:
         for name, length in _BODY_LENGTHS:
             value = np.asarray(getattr(self, name), dtype=np.float64)
             if value.shape != (length,):
-                raise ValueError(f"body {name} has shape {value.shape}, expected ({length},)")
+                raise ValueError(f"body {name} has shape {value.shape}, allowed: ({length},)")
             object.__setattr__(self, name, value)
 
     @property
     def motion(self) -> npt.NDArray[np.float64]:
-        """A copy of it all in one array (19,): pose (7), twist (6), wrench (6)."""
+        """A copy of the whole motion in one array (19,): pose (7), twist (6), wrench (6)."""
         parts = (self.position, self.orientation, self.linear_velocity, self.angular_velocity, self.wrench)
         return np.concatenate(parts)
 
 
 class Frame:
-    """One communication point: cheap figures at once, particles only for whoever asks.
+    """One communication point: its numbers at once, its particles only on request.
 
-    Copying the particles of a large run costs milliseconds, and most communication points are recorded by nobody.
-    So ``phases`` is made by ``read_phases`` on first use and kept. Whoever wants the particles must ask before the
-    simulation moves on; an observer does so inside ``step_completed``.
+    Copying the particles of a large run takes milliseconds, and no observer records most communication points. Therefore ``read_phases``
+    makes ``phases`` on first use. An observer that wants the particles must ask for them before the simulation moves on, that is, inside
+    ``step_completed``.
     """
 
     def __init__(
@@ -122,7 +123,7 @@ class Frame:
 
     @cached_property
     def lost(self) -> Mapping[str, npt.NDArray[np.uint32]]:
-        """Ids, increasing, of the oil particles that booms have lost, by cause."""
+        """Ids (N,), increasing, of the oil particles that booms have lost, by cause."""
         return self._read_lost()
 
 
@@ -130,12 +131,14 @@ class Frame:
 class MeshDescription:
     """The triangles of a body, in its own frame about its centre of mass.
 
-    Bodies that look alike may share one object; a recording then stores the triangles per body all the same.
+    Bodies of the same shape may share one object; the recording still stores the triangles for each body.
 
     Attributes:
         vertices: (V, 3) float32 [m].
         faces: (F, 3) uint32, indices of vertices, counter-clockwise seen from outside.
         color: red, green, blue, opacity (0 to 255), or None for the colour of the body's group.
+
+    Raises ValueError for arrays of other shapes, and for a face with a vertex that does not exist.
     """
 
     vertices: npt.NDArray[np.float32]
@@ -148,12 +151,12 @@ class MeshDescription:
         _require_shape("mesh vertices", self.vertices, (None, 3))
         _require_shape("mesh faces", self.faces, (None, 3))
         if len(self.faces) and int(self.faces.max()) >= len(self.vertices):
-            raise ValueError(f"mesh face refers to vertex {self.faces.max()}, there are {len(self.vertices)}")
+            raise ValueError(f"a mesh face has the vertex {self.faces.max()}, allowed: 0 to {len(self.vertices) - 1}")
 
 
 @dataclass(frozen=True, kw_only=True)
 class PhaseDescription:
-    """One fluid of the run: rest density [kg/m3], dynamic viscosity [Pa s], whether it is oil, colour (None: a usual one)."""
+    """One fluid of the run: rest density [kg/m3], dynamic viscosity [Pa s], whether it is oil, colour (None: the usual one)."""
 
     name: str
     rest_density: float
@@ -164,7 +167,7 @@ class PhaseDescription:
 
 @dataclass(frozen=True)
 class CameraView:
-    """Where a picture is taken from: ``eye`` looks at ``target``, both [m] in the world frame, z up."""
+    """The camera of a picture: ``eye`` looks at ``target``, both [m] in the world frame, z up."""
 
     eye: tuple[float, float, float]
     target: tuple[float, float, float]
@@ -172,22 +175,23 @@ class CameraView:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RunDescription:
-    """Everything that does not change during a run.
+    """Everything about a run that does not change.
 
     Attributes:
         name: the scenario's name, the recording's title.
         text: the scenario file's text, empty for a run made by Python calls.
-        properties: versions, seed, overrides: whatever tells this run from another.
+        properties: versions, seed, overrides and other facts that distinguish the run.
         phases: the fluids, in drawing order.
         meshes: bodies by name; a body without a mesh is recorded as a pose only.
         boundaries: static boundary particles by name, (M, 3) float32 [m] in the world frame.
         particle_spacing: edge of a particle's rest volume [m].
         camera: the opening view; None lets the viewer choose.
-        plots: titles of time series views with the scalars (names or "prefix/**") each shows, beside the usual ones
-            of all other scalars.
+        plots: diagrams by title, with their scalars (names or "prefix/**"); all other scalars get the usual diagrams.
         exercise: booms, current and water level, for the debrief; None for a run without booms.
-        site: where on Earth and when; None if nobody said so.
-        dimension: 3, or 2 for a plane, a slice one metre thick.
+        site: place on Earth and date; None if unknown.
+        dimension: 3, or 2 for a plane, which is a slice one metre thick.
+
+    Raises ValueError for a particle spacing that is not above 0 and for boundaries of another shape.
     """
 
     name: str
@@ -205,13 +209,13 @@ class RunDescription:
 
     def __post_init__(self) -> None:
         if not self.particle_spacing > 0.0:
-            raise ValueError(f"particle_spacing is {self.particle_spacing} m, expected more than 0")
+            raise ValueError(f"particle_spacing is {self.particle_spacing} m, allowed: above 0 m")
         for name, points in self.boundaries.items():
             _require_shape(f"boundary {name}", np.asarray(points), (None, 3))
 
     @property
     def particle_volume(self) -> float:
-        """Rest volume of a particle [m3], of one of a plane's a metre wide."""
+        """Rest volume [m3] of a particle; in a plane, of a particle one metre wide."""
         return self.particle_spacing**self.dimension
 
     @property
@@ -222,7 +226,7 @@ class RunDescription:
 
 @dataclass(frozen=True)
 class Event:
-    """Something worth a line in the log: simulated time [s], text, level, and who says it."""
+    """A line of the log: simulated time [s], text, level and source; ValueError for an unknown level."""
 
     time: float
     text: str
@@ -231,4 +235,4 @@ class Event:
 
     def __post_init__(self) -> None:
         if self.level not in EVENT_LEVELS:
-            raise ValueError(f"event level is {self.level!r}, expected one of {', '.join(EVENT_LEVELS)}")
+            raise ValueError(f"event level is {self.level!r}, allowed: {', '.join(EVENT_LEVELS)}")

@@ -34,29 +34,29 @@ _TENSION = np.array([[255, 236, 150], [255, 186, 60], [246, 112, 20], [200, 24, 
 
 
 def cause_color(cause: str) -> Color:
-    """The colour of oil that was lost by a cause."""
+    """Return the colour of oil that was lost by a cause."""
     return CAUSES.get(cause, ("grey", (120, 120, 120, 255)))[1]
 
 
 def css(color: Color) -> str:
-    """A colour without its opacity, as web pages and diagrams write it: #rrggbb."""
+    """Write a colour, without its opacity, as web pages and diagrams do: #rrggbb."""
     return "#" + "".join(f"{channel:02x}" for channel in color[:3])
 
 
 def tension_color(tension: npt.ArrayLike, full_tension: float) -> npt.NDArray[np.uint8]:
-    """Colours (N, 4) of a boom under tensions (N,) [N]: pale when slack, orange at half, dark red from full tension on."""
+    """Return the colours (N, 4) of a boom under tensions (N,) [N]: pale at 0, orange at half, dark red from full tension on."""
     place = np.clip(np.atleast_1d(tension) / full_tension, 0.0, 1.0) * (len(_TENSION) - 1)
     channels = [np.interp(place, np.arange(len(_TENSION)), _TENSION[:, channel]) for channel in range(3)]
     return np.column_stack([*channels, np.full(len(place), 255.0)]).round().astype(np.uint8)
 
 
 def is_water(phase: PhaseDescription) -> bool:
-    """Whether a phase is no oil and its name says that it is water, which is drawn as something to look through."""
+    """Tell whether a phase is water by its name, and not oil; water is drawn transparent."""
     return not phase.is_oil and any(word in phase.name.lower() for word in ("water", "ocean", "sea"))
 
 
 def phase_color(phase: PhaseDescription, index: int) -> Color:
-    """A phase's own colour, or dark for oil, blue for water, and something else for others."""
+    """Return a phase's own colour, or the usual one: dark for oil, blue for water, others in turn."""
     if phase.color is not None:
         return phase.color
     if phase.is_oil:
@@ -65,7 +65,7 @@ def phase_color(phase: PhaseDescription, index: int) -> Color:
 
 
 def body_color(name: str, mesh: MeshDescription | None) -> Color:
-    """A body's own colour, or the colour of its group."""
+    """Return a body's own colour, or the colour of its group."""
     if mesh is not None and mesh.color is not None:
         return mesh.color
     return _BODIES[entity_paths.body_group(name)]

@@ -1,4 +1,4 @@
-"""The part of a frame that goes to the recording, taken and rounded once for every stream that writes it."""
+"""The part of a frame that is recorded; it is copied and rounded once for all streams."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ import numpy.typing as npt
 
 from recordings.frame import Frame, PhaseFrame
 
-MAXIMUM_BLOCK_SECONDS = 0.5  # of wall time: what a killed run may lose
+MAXIMUM_BLOCK_SECONDS = 0.5  # [s] of wall time that a killed run may lose
 MAXIMUM_BLOCK_BYTES = 8 << 20
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Sample:
-    """One recorded frame: nothing in it is written to by anybody afterwards.
+    """One recorded frame; its arrays are never written to again.
 
-    Bodies are their motions (19,); tensions [N] are those of bodies that are part of a boom or line; lost are particles
-    by the cause of their loss, which are among those of the phases too; None in a frame that records no oil.
+    bodies: motions (19,), see `BodyFrame.motion` [m, 1, m/s, rad/s, N, N m]; tensions [N] of bodies that are part of a boom or line; lost:
+    particles by the cause of their loss, which are also in their phases; None in a frame that records no oil.
     """
 
     index: int
@@ -34,15 +34,15 @@ class Sample:
 
     @property
     def byte_count(self) -> int:
-        """Size of the particle arrays, which is nearly all of it."""
+        """Size [bytes] of the particle arrays, which is nearly the whole size."""
         return sum(phase.position.nbytes for phase in self.phases.values())
 
 
 class Block:
-    """Samples on their way to the file: full when it holds enough bytes or wall time.
+    """Samples that wait to be written; a block is full when it holds enough bytes or wall time.
 
-    Rerun keeps two kilobytes of every part of a block until the file is closed: blocks of ten frames would more than double the file of a
-    small scene and what a long run keeps in memory. Frames that come slower than the wall time of a block are not made to wait for others.
+    Rerun keeps two kilobytes for each part of a block until the file is closed. Blocks of ten frames would more than double the file of a
+    small scene and the memory of a long run. Frames that come more slowly than a block's wall time do not wait for others.
     """
 
     def __init__(self) -> None:
@@ -53,7 +53,7 @@ class Block:
         self._slow = False
 
     def add(self, sample: Sample) -> None:
-        """Take one more sample."""
+        """Add a sample to the block."""
         now = time.monotonic()
         if not self.samples:
             self._started = now
@@ -64,12 +64,12 @@ class Block:
 
     @property
     def byte_count(self) -> int:
-        """Bytes of particles it holds."""
+        """Size [bytes] of the particles in the block."""
         return self._byte_count
 
     @property
     def full(self) -> bool:
-        """Whether it is time to write."""
+        """True if it is time to write the block."""
         return (
             self._slow
             or self._byte_count >= MAXIMUM_BLOCK_BYTES
@@ -77,7 +77,7 @@ class Block:
         )
 
     def take(self) -> list[Sample]:
-        """Hand over the samples and start anew."""
+        """Return the samples and empty the block."""
         samples, self.samples, self._byte_count = self.samples, [], 0
         return samples
 
@@ -85,10 +85,10 @@ class Block:
 def take_sample(
     frame: Frame, *, precision: float | None, phases: Collection[str] | None, oils: Collection[str]
 ) -> Sample:
-    """Copy out of ``frame`` what is to be recorded; particles of ``phases`` only (None: of all), of which ``oils`` are oil.
+    """Copy the part of ``frame`` that is recorded; only particles of ``phases`` (None: of all), of which ``oils`` are oil.
 
-    A sample waits for its block and is then kept by Rerun, which takes arrays without copying them. So everything is
-    copied here, whatever its owner promises: a megabyte costs a tenth of a millisecond.
+    A sample waits for its block, and Rerun then keeps its arrays without copying them. Therefore everything is copied here; a megabyte
+    takes a tenth of a millisecond.
     """
     wanted = frame.phases if phases is None or phases else {}
     taken = {
@@ -108,22 +108,22 @@ def take_sample(
 
 
 def _lost(frame: Frame, oil: Mapping[str, PhaseFrame]) -> Mapping[str, PhaseFrame] | None:
-    """The lost particles among the oil that was taken, by cause; None if none was taken."""
+    """Select the lost particles among the oil of the sample, by cause; None if the sample has no oil."""
     return {cause: _those_of(ids, oil.values()) for cause, ids in frame.lost.items()} if oil else None
 
 
 def _those_of(ids: npt.NDArray[np.uint32], phases: Iterable[PhaseFrame]) -> PhaseFrame:
-    """The particles with some ids, which may lie in several phases."""
+    """Select the particles with these ids, which may be in several phases."""
     parts = [(phase.position[found], phase.id[found]) for phase in phases for found in [np.isin(phase.id, ids)]]
     position, found_ids = (np.concatenate(part) for part in zip(*parts, strict=True))
     return PhaseFrame(position, found_ids)
 
 
 def rounded(position: npt.NDArray[np.float32], precision: float | None) -> npt.NDArray[np.float32]:
-    """A copy of positions on a grid of spacing ``precision`` [m], a power of two, or unchanged when it is None.
+    """Round a copy of positions (N, 3) [m] to a grid of spacing ``precision`` [m], a power of two; None only copies.
 
-    Scaling by a power of two is exact in binary floating point, so that the only error is the rounding itself, at most
-    half of ``precision``. The zero bits it leaves at the end of each number are what the file's compression finds.
+    Scaling by a power of two is exact in binary floating point, so the only error is the rounding, at most half of ``precision``. The
+    zero bits at the end of each number help the file's compression.
     """
     if precision is None:
         return position.copy()
@@ -134,22 +134,22 @@ def rounded(position: npt.NDArray[np.float32], precision: float | None) -> npt.N
 
 
 def grid_within(precision: float) -> float:
-    """The coarsest grid [m] of a power of two that is not coarser than ``precision`` [m]."""
+    """Return the coarsest grid [m] of a power of two that is not coarser than ``precision`` [m]."""
     return math.ldexp(0.5, math.frexp(precision)[1])
 
 
 def require_power_of_two(precision: float | None) -> None:
-    """Refuse a precision whose grid binary numbers cannot hold."""
+    """Raise ValueError unless the precision [m] is a power of two, which binary numbers hold exactly, or None."""
     if precision is None:
         return
     if not (math.isfinite(precision) and precision > 0.0 and math.frexp(precision)[0] == 0.5):
-        raise ValueError(f"recording precision is {precision} m, expected a power of two such as 1/1024, or None")
+        raise ValueError(f"the recording's precision is {precision} m, allowed: a power of two such as 1/1024, or None")
 
 
 def id_ranges(ids: npt.NDArray[np.uint32]) -> npt.NDArray[np.uint32]:
-    """Increasing ids as runs: first id, count, first id, count, ...; a handful of numbers for a million particles.
+    """Encode increasing ids (N,) as runs (2 R,): first id, count, first id, count, ...
 
-    No ids are one run of none, because Rerun cannot keep a column of empty rows.
+    A few numbers stand for a million particles. No ids are one run of length 0: Rerun cannot store a column of empty rows.
     """
     if len(ids) == 0:
         return np.zeros(2, dtype=np.uint32)
@@ -159,6 +159,6 @@ def id_ranges(ids: npt.NDArray[np.uint32]) -> npt.NDArray[np.uint32]:
 
 
 def ids_of_ranges(ranges: npt.NDArray[np.uint32]) -> npt.NDArray[np.uint32]:
-    """The ids that `id_ranges` wrote down."""
+    """Decode the ids (N,) from the runs (2 R,) of `id_ranges`."""
     pairs = np.asarray(ranges, dtype=np.uint32).reshape(-1, 2)
     return np.concatenate([np.arange(first, first + count, dtype=np.uint32) for first, count in pairs.tolist()])

@@ -1,1 +1,1 @@
-"""The scenario file becomes a run; the oilsim command."""
+"""Scenarios: a scenario file becomes a run, by the `oilsim` command or from Python."""

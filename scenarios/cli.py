@@ -1,6 +1,7 @@
 """The `oilsim` command: list, check, run and sweep scenarios; replay, debrief, compare, verify, export and repair recordings.
 
-Exit codes: 0 done, 2 bad input (what, where, what is allowed), 1 failed run (the recording so far is kept) or difference found.
+Exit codes: 0 done; 1 a run failed (its recording up to then is kept) or a difference was found; 2 bad input (the message says what,
+where, and what is allowed).
 """
 
 from __future__ import annotations
@@ -36,9 +37,9 @@ COMMANDS = (
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; returns its exit code."""
+    """Run the command; return its exit code."""
     for library in ("OPENBLAS", "OMP", "MKL"):
-        # The matrices here are small; a linear algebra library that spins threads of its own takes the cores from the fluid.
+        # The matrices here are small; threads of a linear algebra library would only take cores from the fluid.
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
     options = command_parser().parse_args(arguments)
     try:
@@ -54,10 +55,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def command_parser() -> argparse.ArgumentParser:
-    """The parser of the command, with one subparser for each subcommand."""
+    """Make the parser of the command, with one subparser for each subcommand."""
     parser = argparse.ArgumentParser(
         prog="oilsim",
-        description="Oil and sea water around rocks, booms and vessels: scenario files in, recordings out.",
+        description="Simulate oil and sea water around rocks, booms and vessels: run scenario files, replay and evaluate the recordings.",
     )
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     for command in COMMANDS:

@@ -1,8 +1,7 @@
 """Checks between the tables of a scenario: names, references, places and sizes.
 
-They work on whatever parts are sound, so that a file with a mistyped number still has its wrong references reported in
-the same breath: a part that could not be read is None, a named entry that could not be read is missing from its table
-but still in `names`.
+They work on all parts that are valid, so that a file with a mistyped number still gets its wrong references reported in the same run.
+A part that could not be read is None. A named entry that could not be read is missing from its table but still in `names`.
 """
 
 from __future__ import annotations
@@ -46,7 +45,7 @@ NAMED_TABLES = ("phases", "fill", "emitters", "bodies", "vessels", "booms", "pro
 
 @dataclass(frozen=True, kw_only=True)
 class Parts:
-    """The sound parts of a scenario, all names that it defines, table by table, and which tables are given at all."""
+    """The valid parts of a scenario, all names that it defines by table, and the tables that are given."""
 
     names: Mapping[str, tuple[str, ...]]
     given: frozenset[str]
@@ -66,7 +65,7 @@ class Parts:
 
 
 def problems_between(parts: Parts) -> Iterator[Problem]:
-    """Every problem that concerns more than one table."""
+    """Yield every problem that concerns more than one table."""
     yield from _names(parts)
     yield from _references(parts)
     yield from _orders(parts)
@@ -132,7 +131,7 @@ def _orders(parts: Parts) -> Iterator[Problem]:
 
 
 def _plane(parts: Parts) -> Iterator[Problem]:
-    """In two dimensions there is liquid only, since solids are sampled in three, and nothing moves along y."""
+    """Check a scenario in two dimensions: it has liquid only, since solids are three-dimensional, and no motion along y."""
     if parts.fluid is None or parts.fluid.dimension == 3:
         return
     for table in ("bodies", "vessels", "booms", "emitters"):
@@ -151,7 +150,7 @@ def _plane(parts: Parts) -> Iterator[Problem]:
 
 
 def _explicit(fluid: FluidSettings, phases: Iterable[PhaseSettings]) -> Iterator[Problem]:
-    """Forward in time only viscosities are stable that change little in a step."""
+    """Check that explicit viscosity is stable, that is, changes the velocity little in a step."""
     thickest = fluid.viscosity_correction * max((phase.viscosity / phase.rest_density for phase in phases), default=0.0)
     longest = EXPLICIT_UP_TO * fluid.particle_spacing**2
     if fluid.explicit_viscosity and thickest * fluid.maximum_time_step > longest:
@@ -160,7 +159,7 @@ def _explicit(fluid: FluidSettings, phases: Iterable[PhaseSettings]) -> Iterator
 
 
 def _waves(waves: WaveSettings, fluid: FluidSettings | None, tank: Tank | None) -> Iterator[Problem]:
-    """Waves run by gravity, in water of some depth."""
+    """Check that waves have gravity, and water of some depth."""
     if fluid is not None and math.hypot(*fluid.gravity) < SHORTEST_DIRECTION:
         yield Problem("forcing.waves", "is given, allowed: only with fluid.gravity, by which waves run")
     if tank is not None and waves.level is not None and waves.level <= tank.lower[2]:
@@ -181,7 +180,7 @@ def _meshes(parts: Parts) -> Iterator[Problem]:
 
 
 def _places(parts: Parts, tank: Tank) -> Iterator[Problem]:
-    """Liquid, pipes, gauges, vessels, booms' ends and zones lie inside the tank; of bodies see `scenarios.setup.layout`."""
+    """Check that liquid, pipes, gauges, vessels, ends of booms and zones lie inside the tank; `scenarios.setup.layout` checks bodies."""
     for name, fill in parts.fill.items():
         yield from _inside(f"fill.{name}", _extent(fill, tank), tank)
     for name, emitter in parts.emitters.items():
@@ -205,7 +204,7 @@ def _places(parts: Parts, tank: Tank) -> Iterator[Problem]:
 
 
 def _extent(fill: Fill, tank: Tank) -> tuple[Vector, Vector]:
-    """Lower and upper corner of a region [m]; of a tilted cylinder, of the ball around it."""
+    """Return lower and upper corner [m] of a region of liquid."""
     if isinstance(fill, BlockFill):
         return fill.lower, fill.upper
     if isinstance(fill, SlabFill):
@@ -216,7 +215,7 @@ def _extent(fill: Fill, tank: Tank) -> tuple[Vector, Vector]:
 
 
 def _cylinder_extent(fill: CylinderFill) -> tuple[Vector, Vector]:
-    """Exact box around a cylinder: half extents |a| h / 2 + r sqrt(1 - a^2) along each axis, a the unit axis."""
+    """Compute the exact box around a cylinder: half extents |a| h / 2 + r sqrt(1 - a^2) along each axis, a the unit axis."""
     length = sum(part * part for part in fill.axis) ** 0.5
     axis = [part / length for part in fill.axis]
     middle = [base + 0.5 * fill.height * part for base, part in zip(fill.base, axis, strict=True)]
@@ -231,7 +230,7 @@ def _around(middle: Iterable[float], half: Iterable[float]) -> tuple[Vector, Vec
 
 
 def _inside(path: str, extent: tuple[Vector, Vector], tank: Tank) -> Iterator[Problem]:
-    """A problem where an extent reaches out of the tank by more than rounding."""
+    """Yield a problem where an extent reaches out of the tank by more than rounding."""
     slack = 1e-9 * max(high - low for low, high in zip(tank.lower, tank.upper, strict=True))
     for axis, low, high, bottom, top in zip("xyz", *extent, tank.lower, tank.upper, strict=True):
         if low < bottom - slack or high > top + slack:
@@ -240,7 +239,7 @@ def _inside(path: str, extent: tuple[Vector, Vector], tank: Tank) -> Iterator[Pr
 
 
 def _sizes(parts: Parts, fluid: FluidSettings) -> Iterator[Problem]:
-    """A pipe is no thinner than a particle; a thin region of liquid keeps one layer all the same."""
+    """Check that pipes are not thinner than a particle."""
     d = fluid.particle_spacing
     for name, emitter in parts.emitters.items():
         if emitter.radius < 0.5 * d:
@@ -249,7 +248,7 @@ def _sizes(parts: Parts, fluid: FluidSettings) -> Iterator[Problem]:
 
 
 def _numbers(fluid: FluidSettings, tank: Tank, fills: Iterable[Fill]) -> Iterator[Problem]:
-    """No more particles than any machine holds, nor places than 32 bits do: lengths in millimetres are soon found so."""
+    """Check that a machine can hold the particles, and 32 bits their positions; this finds lengths given in millimetres."""
     d, axes = fluid.particle_spacing, (0, 2) if fluid.dimension == 2 else (0, 1, 2)
     size = [high - low for low, high in zip(tank.lower, tank.upper, strict=True)]
     liquid = sum(
@@ -270,7 +269,7 @@ def _numbers(fluid: FluidSettings, tank: Tank, fills: Iterable[Fill]) -> Iterato
 
 
 def _fmus(parts: Parts) -> Iterator[Problem]:
-    """FMUs and what they are connected to; what reads FMUs is loaded only where there are some."""
+    """Check FMUs and their connections; code for FMUs is imported only if there are some."""
     from scenarios.signals.fmu_checks import fmu_problems
     from scenarios.signals.signal_table import signals_of
 

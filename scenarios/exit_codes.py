@@ -1,3 +1,3 @@
-"""How the `oilsim` command ends: done, failed (a run keeps its recording so far), bad input, or Ctrl-C, as a shell counts it."""
+"""Exit codes of the `oilsim` command: done, failed (the recording up to then is kept), bad input, and Ctrl-C as shells count it."""
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130

@@ -1,4 +1,4 @@
-"""Scenario files: found by name or path, changed by overrides, read strictly; every problem is reported at once."""
+"""Loading of scenario files: found by name or path, changed by overrides, read strictly; all problems are reported at once."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from scenarios.schema.structuring import structure
 
 @dataclass(frozen=True, kw_only=True)
 class LoadedScenario:
-    """A scenario and the text of the file it was read from."""
+    """A scenario, and the text and path of its file."""
 
     scenario: Scenario
     text: str
@@ -27,13 +27,13 @@ class LoadedScenario:
 
 
 def library_paths() -> dict[str, Path]:
-    """The shipped scenarios by name."""
+    """List the shipped scenarios by name."""
     folder = Path(str(resources.files("scenarios.library")))
     return {path.stem: path for path in sorted(folder.glob("*.toml"))}
 
 
 def find_scenario(source: str | Path) -> Path:
-    """The file meant by a path or by the name of a shipped scenario; ScenarioError if there is none."""
+    """Find the file of a path or of a shipped scenario's name; ScenarioError if there is none."""
     path = Path(source)
     shipped = library_paths()
     if path.suffix != ".toml" and str(source) in shipped:
@@ -48,8 +48,8 @@ def find_scenario(source: str | Path) -> Path:
 def load_scenario(source: str | Path, *, overrides: Iterable[str] = (), demo: bool = False) -> LoadedScenario:
     """Read, change and check a scenario.
 
-    `overrides` are texts such as ``phases.oil.dynamic_viscosity=0.1``; `demo` applies the file's [demo] table first.
-    Raises ScenarioError with every problem found.
+    `overrides` are texts such as ``phases.oil.dynamic_viscosity=0.1``; `demo` applies the file's [demo] table first. Raises ScenarioError
+    with every problem found.
     """
     path = find_scenario(source)
     try:
@@ -59,7 +59,8 @@ def load_scenario(source: str | Path, *, overrides: Iterable[str] = (), demo: bo
         raise ScenarioError([Problem("", f"cannot be read: {cause}")], str(path)) from cause
     if demo and "demo" not in data:
         raise ScenarioError(
-            [Problem("demo", "is asked for and missing, allowed: a table [demo], or no --demo")], str(path)
+            [Problem("demo", "is missing, but --demo asks for it; allowed: a table [demo], or a call without --demo")],
+            str(path),
         )
     try:
         scenario = scenario_from(_changed(data, overrides, demo), folder=path.parent)
@@ -72,7 +73,7 @@ def load_scenario(source: str | Path, *, overrides: Iterable[str] = (), demo: bo
 
 
 def scenario_from(data: Mapping[str, Any], folder: Path | None = None) -> Scenario:
-    """A scenario from plain data; relative mesh files are looked for in `folder`."""
+    """Build a scenario from plain data; relative mesh files are searched in `folder`. ScenarioError with every problem found."""
     sound, problems = _structured(_with_paths(data, folder or Path.cwd()))
     if not problems:
         return Scenario(**sound)
@@ -82,7 +83,7 @@ def scenario_from(data: Mapping[str, Any], folder: Path | None = None) -> Scenar
 
 
 def _changed(data: dict[str, Any], overrides: Iterable[str], demo: bool) -> dict[str, Any]:
-    """The data after the [demo] table and the overrides, in this order."""
+    """Apply the [demo] table and then the overrides to the data."""
     if demo and isinstance(data.get("demo"), Mapping):
         data = merged(data, data["demo"])
     problems: list[Problem] = []
@@ -114,14 +115,14 @@ def _all_problems(data: Mapping[str, Any], folder: Path) -> tuple[Problem, ...]:
 
 
 def _structured(data: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
-    """The sound fields of a scenario, named entries one by one, and the problems of all others."""
+    """Structure the fields of a scenario, named entries one by one; return the valid fields and the problems of the others."""
     kinds = field_kinds(Scenario)
     sound: dict[str, Any] = {}
     problems: list[Problem] = []
     for item in fields(Scenario):
         if item.name not in data:
             if item.default is MISSING and item.default_factory is MISSING:
-                problems.append(Problem(item.name, "is missing, it must be given"))
+                problems.append(Problem(item.name, "is missing; it must be given"))
         elif item.name in NAMED_TABLES:
             sound[item.name] = _entries(item.name, data[item.name], get_args(kinds[item.name])[1], problems)
         else:
@@ -136,7 +137,7 @@ def _structured(data: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]
 
 
 def _entries(table: str, data: Any, kind: Any, problems: list[Problem]) -> dict[str, Any]:
-    """The sound entries of a table of named things."""
+    """Structure the entries of a table of named things; return the valid ones."""
     sound: dict[str, Any] = {}
     if not isinstance(data, Mapping):
         problems.append(Problem(table, f"is {data!r}, allowed: tables [{table}.NAME]"))
@@ -157,12 +158,12 @@ def _keep(sound: dict[str, Any], problems: list[Problem], name: str, data: Any, 
 
 
 def _with_paths(data: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
-    """The data with the files of meshes and FMUs as absolute paths."""
+    """Make the paths of mesh files and FMUs absolute."""
     return files_replaced(data, lambda table, name, file: str(folder.absolute() / file))
 
 
 def files_replaced(data: Mapping[str, Any], replace: Callable[[str, str, str], str]) -> dict[str, Any]:
-    """A copy of the data with `replace(table, name, file)` for every file that an entry of a table names."""
+    """Copy the data with `replace(table, name, file)` for every file that an entry of a table names."""
     result = dict(data)
     for table in ("bodies", "fmus"):
         entries = data.get(table)

@@ -10,13 +10,13 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, order=True)
 class Problem:
-    """One thing that is wrong: where (``fluid.particle_spacing``) and what, value and allowed values included."""
+    """One problem: its place (``fluid.particle_spacing``), and a text with the value and the allowed values."""
 
     path: str
     text: str
 
     def below(self, prefix: str) -> Problem:
-        """The same problem seen from one level further out."""
+        """Return the same problem with a prefix to its path."""
         return Problem(".".join(part for part in (prefix, self.path) if part), self.text)
 
     def __str__(self) -> str:
@@ -24,7 +24,7 @@ class Problem:
 
 
 class ScenarioError(ValueError):
-    """A scenario that cannot be run, with every problem found in it."""
+    """An error for a scenario that cannot be run, with every problem found in it."""
 
     def __init__(self, problems: Iterable[Problem], source: str = "") -> None:
         """Collect ``problems`` of the file or object called ``source``; repeated ones count once."""
@@ -39,13 +39,13 @@ class ScenarioError(ValueError):
 
 
 def suggestion(word: str, allowed: Iterable[str]) -> str:
-    """``, did you mean 'oil'?`` where one of the allowed words is near, else nothing."""
+    """Suggest the nearest allowed word, as ``, did you mean 'oil'?``; empty if none is near."""
     near = difflib.get_close_matches(word, list(allowed), n=1, cutoff=0.6)
     return f", did you mean {near[0]!r}?" if near else ""
 
 
 def unknown(word: str, allowed: Iterable[str], what: str) -> str:
-    """The text for a reference or key that does not exist: ``is no phase, did you mean 'oil'? allowed: ocean, oil``."""
+    """Write the text for an unknown reference or key: ``is no phase, did you mean 'oil'? allowed: ocean, oil``."""
     words = list(allowed)
     hint = suggestion(word, words)
     return f"is no {what}{hint}{' ' if hint else ', '}allowed: {', '.join(words) if words else 'none is defined'}"
@@ -53,7 +53,7 @@ def unknown(word: str, allowed: Iterable[str], what: str) -> str:
 
 @contextmanager
 def problems_of(path: str, failing: str) -> Iterator[None]:
-    """Turn a refusal by what a scenario is built from into a problem at `path`: ``bodies.rock cannot be sampled: ...``."""
+    """Turn ValueError and OSError into a ScenarioError with a problem at `path`: ``bodies.rock cannot be sampled: ...``."""
     try:
         yield
     except ScenarioError:

@@ -1,4 +1,4 @@
-"""The reference of the scenario format, written from the dataclasses themselves: ``python -m scenarios.reference``."""
+"""The reference page of the scenario format, written from the dataclasses: ``python -m scenarios.reference``."""
 
 from __future__ import annotations
 
@@ -114,12 +114,12 @@ CHAPTERS: tuple[tuple[str, tuple[type[Section], ...]], ...] = (
 
 
 def reference() -> str:
-    """The whole page as Markdown."""
+    """Write the whole page as Markdown."""
     return "\n".join([INTRODUCTION, *(line for table, sections in CHAPTERS for line in _chapter(table, sections))])
 
 
 def _chapter(table: str, sections: tuple[type[Section], ...]) -> Iterator[str]:
-    """One table of the file: the keys all its kinds share first, then each kind."""
+    """Write one table of the file: first the keys that all its kinds share, then each kind."""
     yield f"## [{table}]"
     shared = _shared(sections)
     if shared is not None:
@@ -132,7 +132,7 @@ def _chapter(table: str, sections: tuple[type[Section], ...]) -> Iterator[str]:
 
 
 def _shared(sections: tuple[type[Section], ...]) -> type[Section] | None:
-    """The class whose keys all kinds have, if there are several kinds."""
+    """Return the class with the keys that all kinds share, if there are several kinds."""
     parents = {section.__mro__[1] for section in sections}
     parent = parents.pop()
     return parent if len(sections) > 1 and not parents and parent is not Section else None
@@ -163,7 +163,7 @@ def _row(section: type[Section], item: Field[Any]) -> str:
 
 
 def _value(kind: Any) -> str:
-    """The allowed values of a key that is no quantity."""
+    """Write the allowed values of a key that is not a quantity."""
     if get_origin(kind) is Mapping:
         return "a table of names and " + ("names" if get_args(kind)[1] is str else "numbers")
     if get_origin(kind) is Literal:

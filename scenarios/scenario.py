@@ -1,8 +1,8 @@
-"""A scenario: everything that a run is made of, as frozen keyword-only dataclasses that refuse impossible values.
+"""A scenario: everything that defines a run, as frozen keyword-only dataclasses that refuse impossible values.
 
-The dataclasses are the Python API; a scenario file is the same, table by table and key by key, and is read by
-`scenarios.load`. Conventions: SI units, world frame with z up, angles counter-clockwise. In a file a key for a speed may
-carry the suffix ``_kn`` (knots) and one for an angle ``_deg`` (degrees).
+The dataclasses are the Python API. A scenario file says the same, table by table and key by key; `scenarios.load` reads it.
+Conventions: SI units, world frame with z up, angles counter-clockwise. In a file, a key for a speed may carry the suffix ``_kn`` (knots),
+and one for an angle ``_deg`` (degrees).
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ __all__ = ["CameraSettings", "RecordingSettings", "RunSettings", "Scenario", "Si
 
 @dataclass(frozen=True, kw_only=True)
 class Scenario(Section):
-    """The whole of a run. Tables of named things (`phases`, `fill`, ...) are mappings from name to settings.
+    """A whole scenario. Tables of named things (`phases`, `fill`, ...) are mappings from name to settings.
 
-    name    of the scenario; title: one line; text: what it shows and where it comes from
+    name    name of the scenario; title: one line; text: what the scenario shows, and its source
     fill    liquid at the start, in order
-    demo    overrides, nested like the file, that make a run short: applied by ``oilsim run NAME --demo``
+    demo    changes that make a run short, nested like the file; ``oilsim run NAME --demo`` applies them
     """
 
     name: str
@@ -56,13 +56,13 @@ class Scenario(Section):
     demo: Mapping[str, object] = field(default_factory=dict)
 
     def problems(self) -> Iterator[Problem]:
-        """Problems between the tables: references, places, sizes."""
+        """Yield the problems between the tables: references, places, sizes."""
         if not re.fullmatch(cross_checks.NAME_PATTERN, self.name):
             yield Problem("name", f"is {self.name!r}, allowed: {cross_checks.NAME_ALLOWED}")
         yield from cross_checks.problems_between(self._parts())
 
     def _parts(self) -> cross_checks.Parts:
-        """All parts of this scenario, for the checks between them."""
+        """Collect the parts of this scenario, for the checks between them."""
         names = {table: tuple(getattr(self, table)) for table in cross_checks.NAMED_TABLES}
         fields = cross_checks.Parts.__dataclass_fields__
         parts = {name: getattr(self, name) for name in fields if name not in ("names", "given")}

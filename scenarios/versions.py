@@ -1,4 +1,4 @@
-"""The versions a run was made with."""
+"""The versions of the software that made a run."""
 
 from __future__ import annotations
 
@@ -9,5 +9,5 @@ PACKAGES = ("oilsim", "numpy", "numba", "pybullet", "trimesh", "rerun-sdk")
 
 
 def versions() -> dict[str, str]:
-    """Versions of Python and of what a run depends on, by name."""
+    """List the versions of Python and of the packages that a run depends on, by name."""
     return {"python": platform.python_version()} | {name: metadata.version(name) for name in PACKAGES}

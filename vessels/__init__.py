@@ -1,1 +1,1 @@
-"""Ship hulls and the vessels that carry thrust, rudder and tow."""
+"""Ship hulls, and vessels with thrust, steering, a tow point and a helmsman."""

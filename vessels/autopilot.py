@@ -1,12 +1,12 @@
-"""A heading and speed autopilot: from what a vessel's instruments show to thrust and steering moment.
+"""An autopilot for heading and speed: it turns instrument readings into thrust and steering moment.
 
-With m the vessel's mass and I its yaw inertia, water moving along included, w the bandwidth of each loop, e = order - actual:
+With m the vessel's mass and I its yaw inertia, added mass included, w the bandwidth of each loop, and e = order - actual:
 
     thrust = m (2 w_u e_u + w_u^2 int e_u dt)
     moment = I (w_h^2 e_h - 2 w_h r + w_h^3 / 10 int e_h dt),  e_h the heading error in (-pi, pi], r the rate of turn
 
-both within their limits; an integral stands while it would push a saturated actuator further. Orders are approached no faster than
-`acceleration` and `maximum_turn_rate` say.
+Both are limited. An integral stops growing while it would push a saturated actuator further. `acceleration` and
+`maximum_turn_rate` limit how fast the autopilot approaches an order.
 """
 
 from __future__ import annotations
@@ -19,7 +19,8 @@ from coupling.fmu.scalar_model import ScalarModel, given, parameter, taken
 class Autopilot(ScalarModel):
     """An autopilot for heading and speed.
 
-    Headings are counter-clockwise from +x; switched off, `engaged` at most 0.5, it gives no order. See the module.
+    Headings are counter-clockwise from +x. `engaged` at 0.5 or less switches the autopilot off: it then gives no order. The module has
+    the control laws. Raises ValueError for a parameter that is not above 0.
     """
 
     heading = taken("rad")
@@ -50,18 +51,18 @@ class Autopilot(ScalarModel):
         }
 
     def check(self) -> None:
-        """Every parameter above 0."""
+        """Refuse a parameter that is not above 0 with ValueError."""
         for name, variable in self.variables.items():
             if variable.causality.value == "parameter" and not self.memory[name] > 0.0:
                 raise ValueError(f"{name} is {self.memory[name]:g} {variable.unit}, allowed: above 0")
 
     def advance(self, time: float, step_size: float) -> None:
-        """Thrust and moment for the coming step."""
+        """Compute thrust [N] and moment [N m] for the coming step."""
         if self.engaged <= 0.5:
             self.thrust = self.yaw_moment = 0.0
             self.memory["awake"] = 0.0
             return
-        if self.memory["awake"] == 0.0:  # engaged just now: take over from where the vessel is
+        if self.memory["awake"] == 0.0:  # just engaged: start from the vessel's present speed and heading
             self.memory |= {"speed_integral": 0.0, "heading_integral": 0.0, "awake": 1.0}
             self.memory |= {"speed_now": self.vessel_speed, "heading_now": self.heading}
         self._approach_orders(step_size)
@@ -95,5 +96,5 @@ class Autopilot(ScalarModel):
 
 
 def _wrapped(angle: float) -> float:
-    """The same angle [rad] in [-pi, pi]."""
+    """Return the same angle [rad] in [-pi, pi]."""
     return math.remainder(angle, 2.0 * math.pi)

@@ -1,8 +1,8 @@
-"""The helmsman: speed, heading and lane control of one vessel as a participant of the coupled run.
+"""The helmsman: speed, heading and lane control of one vessel, as a participant of the coupled run.
 
-All forces are horizontal and act at the height of the centre of mass, so that orders never heave, heel or trim the
-hull; only the wind on the superstructure heels it. Loops are proportional, integral and, for position-like errors, with
-rate damping; an integral stops growing where it would push a saturated actuator further (conditional integration).
+All forces are horizontal and act at the height of the centre of mass, so that orders never heave, heel or trim the hull; only the
+wind on the superstructure heels it. The loops are proportional and integral, with rate damping for errors of position. An integral
+stops growing where it would push a saturated actuator further (conditional integration).
 """
 
 from __future__ import annotations
@@ -38,26 +38,28 @@ class _ControlState:
 
 
 class VesselControl:
-    """Speed and heading control of `vessel`; keeps the contract of `coupling.participant.Participant`.
+    """Speed and heading control of `vessel`, a `coupling.participant.Participant`.
 
-    Inputs: <vessel>.pose, <vessel>.twist; <vessel>.wind (3,) [m/s]; and the orders <vessel>.speed_order [m/s] and
-    <vessel>.heading_order [rad], which replace those of the course from when they are set until the next leg begins
-    (set at every step, as by an autopilot, they always rule). Outputs: <vessel>.applied_wrench, and for the record
-    <vessel>.thrust [N], <vessel>.side_thrust [N], <vessel>.yaw_moment [N m], <vessel>.speed [m/s], <vessel>.heading.
+    Inputs: <vessel>.pose (7,) [m, 1], <vessel>.twist (6,) [m/s, rad/s], <vessel>.wind (3,) [m/s], and the orders <vessel>.speed_order
+    [m/s] and <vessel>.heading_order [rad]. An order replaces that of the course until the next leg begins; an autopilot that sets orders
+    at every step always rules. Outputs: <vessel>.applied_wrench (6,) [N, N m], and for the record <vessel>.thrust, <vessel>.side_thrust
+    [N], <vessel>.yaw_moment [N m], <vessel>.speed [m/s], <vessel>.heading [rad].
 
-    Control laws, with m the mass, I the yaw inertia, w the bandwidth of each loop, errors order - actual:
+    Control laws, with m the mass, I the yaw inertia, w the bandwidth of each loop, and errors order - actual:
     thrust   F = m (2 w e + w^2 int e dt), e the error of the speed along the heading;
     steering M = I (w^2 e - 2 w r + w^3 / 10 int e dt), e the heading error, r the rate of turn;
     lane, with side thrusters: G = m (w^2 e - 2 w v + w^3 / 10 int e dt), e the distance to the line, v the drift;
-    lane, without: the bow is pointed at the line, off the course by
-    atan((e + U / (6 s) int e dt) / s), s the lookahead and U the ordered speed: damped 1.2 times critically;
-    the integrand is faded by cos^2 of the angle against wind-up (Borhaug, Pavlov and Pettersen 2008).
+    lane, without them: the bow points towards the line, off the course by atan((e + U / (6 s) int e dt) / s), with s the lookahead
+    and U the ordered speed. This is damped 1.2 times critically; cos^2 of the angle fades the integrand against wind-up
+    (Borhaug, Pavlov and Pettersen 2008).
+
+    Raises ValueError for a vessel without a course.
     """
 
     def __init__(self, vessel: Vessel) -> None:
-        """ValueError for a vessel without a course."""
+        """Take the vessel's course; ValueError for a vessel without one."""
         if vessel.course is None:
-            raise ValueError(f"vessel {vessel.name!r} has no course, its helmsman needs one")
+            raise ValueError(f"vessel {vessel.name!r} has no course, allowed: a course with at least one leg")
         self._course = vessel.course
         self.name = f"{vessel.name}-control"
         self.vessel = vessel
@@ -72,20 +74,20 @@ class VesselControl:
         return self._variables
 
     def enter_initialization_mode(self, start_time: float) -> None:
-        """Take up the orders of the first leg; the speed is approached from rest."""
+        """Take the orders of the first leg; the speed order rises from rest."""
         self._state = _ControlState()
         self._take_orders(start_time)
 
     def exit_initialization_mode(self) -> None:
-        """Start the speed ramp from the speed at which the vessel is under way."""
+        """Start the speed ramp from the vessel's present speed."""
         self._state.ramped_speed = float(self._motion()[2])
 
     def get(self, name: str) -> Array:
-        """Value of the variable `name`."""
+        """Return a copy of the variable's value."""
         return self._values[name].copy()
 
     def set(self, name: str, value: Array) -> None:
-        """Give an input its value; an order holds until the next leg begins."""
+        """Set an input; an order holds until the next leg begins."""
         array = checked_value(self.name, self._variables, name, value)
         self._values[name] = array
         if name == f"{self.vessel.name}.speed_order":
@@ -94,7 +96,7 @@ class VesselControl:
             self._state.heading_order = float(array)
 
     def change_course(self, course: Course) -> None:
-        """From the next step on the legs of `course` are in force; that one that holds then begins anew."""
+        """Follow the legs of `course` from the next step on; the leg that holds then begins anew."""
         self.vessel, self._course = replace(self.vessel, course=course), course
         self._state.leg = -1
 
@@ -115,20 +117,20 @@ class VesselControl:
         return StepResult(Status.OK, time + step_size)
 
     def save_state(self) -> object:
-        """Copies of the controller's memory and of every variable."""
+        """Return copies of the controller's memory and of every variable."""
         return asdict(self._state), {name: value.copy() for name, value in self._values.items()}
 
     def restore_state(self, state: object) -> None:
-        """Go back to what `save_state` returned."""
+        """Go back to a state that `save_state` returned."""
         memory, values = cast(_SavedState, state)
         self._state = _ControlState(**memory)
         self._values = {name: value.copy() for name, value in values.items()}
 
     def terminate(self) -> None:
-        """Nothing is held."""
+        """Do nothing: the helmsman holds no resources."""
 
     def _take_orders(self, time: float) -> None:
-        """At the beginning of a leg its orders replace the ones in force."""
+        """Take the orders of a leg when the leg begins."""
         state, course = self._state, self._course
         leg = course.leg_index(time)
         if leg != state.leg:
@@ -139,11 +141,11 @@ class VesselControl:
             self._values[f"{self.vessel.name}.heading_order"] = np.array(state.heading_order)
 
     def _motion(self) -> tuple[Array, float, float, float, float]:
-        """See `planar_motion`."""
+        """Return the vessel's motion as `planar_motion` does."""
         return planar_motion(self._values[f"{self.vessel.name}.pose"], self._values[f"{self.vessel.name}.twist"])
 
     def _lane_offset(self, position: Array) -> float:
-        """Distance [m] to port that the vessel must go to be on its line; 0 without one."""
+        """Return the distance [m] to port that the vessel must move to reach its line; 0 without a line."""
         through = self._course.legs[self._state.leg].through
         if through is None:
             return 0.0
@@ -151,7 +153,7 @@ class VesselControl:
         return math.sin(direction) * (position[0] - through[0]) - math.cos(direction) * (position[1] - through[1])
 
     def _thrust(self, surge: float, step_size: float) -> float:
-        """Thrust ahead [N] from the speed error."""
+        """Compute the thrust ahead [N] from the speed error."""
         state, gains, mass = self._state, self.vessel.gains, self.vessel.hull.mass_properties.mass
         change = math.inf if gains.acceleration is None else gains.acceleration * step_size
         state.ramped_speed += min(max(state.speed_order - state.ramped_speed, -change), change)
@@ -163,18 +165,18 @@ class VesselControl:
         return thrust
 
     def _yaw_moment(self, heading: float, turn_rate: float, correction: float, step_size: float) -> float:
-        """Steering moment [N m], positive counter-clockwise, from the heading error."""
+        """Compute the steering moment [N m], positive counter-clockwise, from the heading error."""
         state, w, limit = self._state, self.vessel.gains.heading_bandwidth, self.vessel.propulsion.yaw_moment
         inertia = float(self.vessel.hull.mass_properties.inertia[2, 2])
         error = wrap_angle(state.heading_order + correction - heading)
         wanted = inertia * (w**2 * error - 2.0 * w * turn_rate + 0.1 * w**3 * state.heading_integral)
         moment = min(max(wanted, -limit), limit)
-        if correction == 0.0:  # the line's integral also takes up a steady moment; two integrals would hunt each other
+        if correction == 0.0:  # the lane's integral also balances a steady moment, and two integrals would oscillate
             state.heading_integral += _integrand(error, wanted, moment) * step_size
         return moment
 
     def _side_thrust(self, offset: float, sway: float, step_size: float) -> float:
-        """Thrust to port [N] that brings the vessel to its line; 0 without side thrusters or without a line."""
+        """Compute the thrust to port [N] that brings the vessel to its line; 0 without side thrusters or without a line."""
         state, w, limit = self._state, self.vessel.gains.lane_bandwidth, self.vessel.propulsion.side_thrust
         if limit == 0.0 or self._course.legs[state.leg].through is None:
             return 0.0
@@ -185,7 +187,7 @@ class VesselControl:
         return thrust
 
     def _bow_correction(self, offset: float, step_size: float) -> float:
-        """Angle [rad] by which the bow is pointed at the line (integral line-of-sight guidance); at most 60 degrees."""
+        """Compute the angle [rad], at most 60 degrees, between bow and course (integral line-of-sight guidance)."""
         if self.vessel.propulsion.side_thrust > 0.0 or offset == 0.0:
             return 0.0
         state, lookahead = self._state, self.vessel.gains.lookahead or 2.0 * self.vessel.hull.length
@@ -197,12 +199,12 @@ class VesselControl:
 
 
 def _integrand(error: float, wanted: float, limited: float) -> float:
-    """The error, or 0 where integrating it would push a saturated actuator further (conditional integration)."""
+    """Return the error, or 0 where integrating it would push a saturated actuator further (conditional integration)."""
     return 0.0 if (wanted - limited) * error > 0.0 else error
 
 
 def control_variables(vessel: str, orders: Mapping[str, str]) -> list[Variable]:
-    """Variables of whoever steers the vessel of that name by `orders`, a unit for each order's name."""
+    """List the variables of a controller that steers the vessel of that name; `orders` gives the unit of each order."""
     given, taken = Causality.INPUT, Causality.OUTPUT
     return [
         Variable(f"{vessel}.pose", "m, 1", (7,), given),

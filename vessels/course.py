@@ -1,4 +1,4 @@
-"""A vessel's orders over time: legs of speed and heading, each with or without a line to keep to."""
+"""The course of a vessel: legs of speed and heading over time, each with or without a line to keep to."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from oilsim.quantity import quantity, require
 class CourseLeg:
     """The orders that hold from `start_time` [s] until the next leg begins.
 
-    speed [m/s] through the ground along the heading, negative astern; heading [rad], counter-clockwise about z from
-    +x; through: a point (x, y) [m] of the line, laid in the direction of the heading, that the vessel keeps to. Without
-    it the vessel only keeps its heading and is set down by current, wind and tow.
+    speed [m/s]: over the ground along the heading, negative astern; heading [rad]: counter-clockwise about z from +x; through: a point
+    (x, y) [m] of the line in the direction of the heading that the vessel keeps to. Without a line the vessel only keeps its heading, and
+    current, wind and tow set it off its track.
     """
 
     start_time: float = quantity("s", at_least=0.0)
@@ -30,32 +30,38 @@ class CourseLeg:
 
 @dataclass(frozen=True, kw_only=True)
 class Course:
-    """Legs in the order of their start times; the first one also holds before its start."""
+    """Legs in the order of their start times; the first leg also holds before its start.
+
+    Raises ValueError without legs, and for start times that do not increase.
+    """
 
     legs: tuple[CourseLeg, ...]
 
     def __post_init__(self) -> None:
         if not self.legs:
-            raise ValueError("course has no legs: at least one is needed")
+            raise ValueError("the course has no legs, allowed: one leg or more")
         times = [leg.start_time for leg in self.legs]
         if any(later <= earlier for earlier, later in pairwise(times)):
-            raise ValueError(f"start times of the course's legs must increase, got {times}")
+            raise ValueError(
+                f"the start times of the course's legs are {times} s, allowed: times that increase from leg to leg"
+            )
 
     def leg_index(self, time: float) -> int:
-        """Index of the leg in force at `time` [s]."""
+        """Return the index of the leg in force at `time` [s]."""
         begun = [k for k, leg in enumerate(self.legs) if leg.start_time <= time]
         return begun[-1] if begun else 0
 
 
 def course_through(waypoints: Sequence[tuple[float, float]], speed: float, *, start_time: float = 0.0) -> Course:
-    """Course along straight lines through waypoints (x, y) [m] at one speed [m/s], then stop at the last.
+    """Lay a course along straight lines through waypoints (x, y) [m] at one speed [m/s], with a stop at the last one.
 
-    Each leg begins when a vessel that keeps the speed exactly reaches its first waypoint: start of leg k + 1 = start of
-    leg k + distance / speed.
+    Each leg begins when a vessel that keeps the speed exactly reaches its first waypoint: start of leg k + 1 = start of leg k + distance /
+    speed. Raises ValueError for fewer than two waypoints or a speed that is not above 0.
     """
     if len(waypoints) < 2 or not speed > 0.0:
         raise ValueError(
-            f"course needs two waypoints or more and a positive speed, got {len(waypoints)} and {speed:g} m/s"
+            f"the course has {len(waypoints)} waypoint(s) and a speed of {speed:g} m/s, allowed: two waypoints or more and a"
+            " speed above 0 m/s"
         )
     legs, time, heading = [], start_time, 0.0
     for begin, end in pairwise(waypoints):
@@ -67,6 +73,6 @@ def course_through(waypoints: Sequence[tuple[float, float]], speed: float, *, st
 
 
 def wrap_angle(angle: float) -> float:
-    """The same angle [rad] in (-pi, pi]."""
+    """Return the same angle [rad] in (-pi, pi]."""
     wrapped = math.remainder(angle, 2.0 * math.pi)
     return math.pi if wrapped == -math.pi else wrapped

@@ -1,7 +1,7 @@
-"""Hull shapes and the hull description: form, displacement and mass properties that belong together.
+"""Hull shapes, and hulls afloat: shape, displacement and mass properties that fit together.
 
-Shapes are closed meshes in the design frame: x forward from midships, y to port, z up from the design waterline.
-A `Hull` holds the mesh in the body frame, whose origin is the centre of mass.
+Shapes are closed meshes in the design frame: x forward from midships, y to port, z up from the design waterline. A `Hull` holds the
+mesh in the body frame, whose origin is the centre of mass.
 """
 
 from __future__ import annotations
@@ -39,10 +39,10 @@ class HullSize:
 
 @dataclass(frozen=True, kw_only=True)
 class Hull:
-    """A hull afloat at its design draft; everything in the body frame (origin: centre of mass, x forward, z up).
+    """A hull afloat at its design draft, in the body frame (origin at the centre of mass, x forward, z up).
 
-    length, beam, depth [m]: extent of the mesh; draft [m]: keel below the waterline; waterline [m]: height of the
-    waterplane above the centre of mass; water_density [kg/m3]; metacentric_height [m]: transverse GM.
+    length, beam, depth [m]: extent of the mesh; draft [m]: keel below the waterline; waterline [m]: height of the waterplane above the
+    centre of mass; water_density [kg/m3]; metacentric_height [m]: transverse GM.
     """
 
     mesh: trimesh.Trimesh
@@ -64,7 +64,7 @@ class Hull:
 
     @property
     def depth(self) -> float:
-        """Keel to deck [m]."""
+        """Height from keel to deck [m]."""
         return float(self.mesh.extents[2])
 
     @property
@@ -78,9 +78,9 @@ class Hull:
         return self.hydrostatics.metacentric_height(0.0)
 
     def deck_point(self, forward: float, height: float | None = None) -> Array:
-        """Point on the centreline in the body frame: `forward` [m] from midships, `height` [m] above the waterline.
+        """Return a point (3,) [m] on the centreline, `forward` [m] of midships and `height` [m] above the waterline, in the body frame.
 
-        Midships is the middle of the length; without a height the point lies at the deck.
+        Midships is the middle of the length. Without a height the point lies on the deck.
         """
         low, high = self.mesh.bounds
         z = float(high[2]) if height is None else self.waterline + height
@@ -90,12 +90,12 @@ class Hull:
 def wigley_hull(
     length: float, beam: float, draft: float, depth: float, *, station_count: int = 40, level_count: int = 12
 ) -> trimesh.Trimesh:
-    """Wigley's parabolic hull, closed by vertical sides above the waterline and a flat deck.
+    """Build Wigley's parabolic hull, closed by vertical sides above the waterline and a flat deck.
 
-    y = B / 2 (1 - (2 x / L)^2) (1 - (z / T)^2) for -T <= z <= 0; above, the waterline's breadth is kept up to the deck
-    at z = depth - T. Analytic form below the waterline: volume 4 / 9 L B T (block coefficient 4 / 9), waterplane area
-    2 / 3 L B, its second moment 4 / 105 L B^3, centre of buoyancy 3 / 8 T down. The mesh is inscribed: its volume is
-    short by O(1 / stations^2 + 1 / levels^2). Wigley (1942); all arguments in m.
+    y = B / 2 (1 - (2 x / L)^2) (1 - (z / T)^2) for -T <= z <= 0; above, the sides keep the waterline's breadth up to the deck at
+    z = depth - T. Exact values below the waterline: volume 4 / 9 L B T (block coefficient 4 / 9), waterplane area 2 / 3 L B, its second
+    moment 4 / 105 L B^3, centre of buoyancy 3 / 8 T down. The mesh is inscribed, so its volume is short by
+    O(1 / stations^2 + 1 / levels^2). Wigley (1942). Lengths in m; ValueError for one that is not above 0.
     """
     HullSize(length=length, beam=beam, draft=draft, depth=depth)
     x = 0.5 * length * np.linspace(-1.0, 1.0, station_count + 1)
@@ -110,14 +110,14 @@ def wigley_hull(
 
 
 def raked_barge(length: float, beam: float, draft: float, depth: float, *, rake: float = 0.0) -> trimesh.Trimesh:
-    """Box barge whose two ends slope from the deck down to the flat bottom: a simple workboat.
+    """Build a box barge whose two ends slope from the deck down to the flat bottom: a simple workboat.
 
-    `rake` [m]: horizontal extent of each slope, 0 <= rake < L / 2. Waterline length L_w = L - 2 rake (1 - T / D);
-    displaced volume B T (L_w + L - 2 rake) / 2. All arguments in m.
+    `rake` [m]: horizontal extent of each slope, 0 <= rake < L / 2. Waterline length L_w = L - 2 rake (1 - T / D); displaced volume
+    B T (L_w + L - 2 rake) / 2. Lengths in m; raises ValueError for a length that is not above 0 and for a rake outside its limits.
     """
     HullSize(length=length, beam=beam, draft=draft, depth=depth)
     if not 0.0 <= rake < 0.5 * length:
-        raise ValueError(f"rake {rake:g} m must be at least 0 and less than half the length {length:g} m")
+        raise ValueError(f"rake is {rake:g} m, allowed: 0 m or more and less than half the length of {length:g} m")
     x = np.array([-0.5 * length, rake - 0.5 * length, 0.5 * length - rake, 0.5 * length])
     z = np.array([depth - draft, -draft, -draft, depth - draft])
     vertices = np.array([[[x[k], side, z[k]] for k in range(4)] for side in (0.5 * beam, -0.5 * beam)])
@@ -137,14 +137,16 @@ def float_hull(
 ) -> Hull:
     """Give a closed mesh the mass properties with which it floats upright at `draft` [m] above its lowest point.
 
-    mass = water_density x displaced volume. The centre of gravity lies over the centre of buoyancy (no trim, no
-    list), `center_of_gravity_height` [m] above the keel; by default at 0.6 of the depth or, where that is too high,
-    where GM is a tenth of the beam. GM = I_roll / V + z_B - z_G must come out positive. Inertia m k^2 with
-    `gyration_radii` [m] about x, y, z; by default 0.37 B, 0.25 L, 0.25 L, the usual values for ships in seakeeping.
+    mass = water_density x displaced volume; water_density [kg/m3]. The centre of gravity lies over the centre of buoyancy (no trim, no
+    list), `center_of_gravity_height` [m] above the keel. Its default is 0.6 of the depth, or lower, where GM is a tenth of the beam. The
+    inertia is m k^2 with `gyration_radii` [m] about x, y and z; the defaults 0.37 B, 0.25 L and 0.25 L are usual for ships in seakeeping.
+    Raises ValueError unless the draft is less than the depth and GM = I_roll / V + z_B - z_G is positive.
     """
     low, high = mesh.bounds
     if not 0.0 < draft < high[2] - low[2]:
-        raise ValueError(f"draft {draft:g} m must lie between 0 and the depth of the hull, {high[2] - low[2]:g} m")
+        raise ValueError(
+            f"draft is {draft:g} m, allowed: above 0 m and below the depth of the hull, {high[2] - low[2]:g} m"
+        )
     form = hydrostatics(mesh, float(low[2]) + draft)
     keel, beam, length = float(low[2]), float(high[1] - low[1]), float(high[0] - low[0])
     if center_of_gravity_height is None:
@@ -168,17 +170,17 @@ def float_hull(
 
 
 def _check_stable(form: Hydrostatics, keel: float, center_of_gravity_height: float) -> None:
-    """Refuse a centre of gravity under the keel or above the metacentre."""
+    """Raise ValueError for a centre of gravity below the keel or above the metacentre."""
     highest = form.metacentric_height(keel)
     if not 0.0 < center_of_gravity_height < highest:
         raise ValueError(
-            f"centre of gravity height {center_of_gravity_height:g} m above the keel must lie between 0 and the "
-            f"metacentre at {highest:g} m: above it the hull capsizes"
+            f"the centre of gravity is {center_of_gravity_height:g} m above the keel, allowed: above 0 m and below the"
+            f" metacentre at {highest:g} m; above it the hull capsizes"
         )
 
 
 def _closed_tube(vertices: Array) -> trimesh.Trimesh:
-    """Close a tube of sections (S, K, 3), deck included, into one mesh; collapsed edges and faces vanish."""
+    """Close a tube of sections (S, K, 3) [m], deck included, to a mesh; edges and faces of no extent vanish."""
     sections, points = vertices.shape[:2]
     index = np.arange(sections * points).reshape(sections, points)
     a, b = index[:-1], index[1:]
@@ -192,12 +194,12 @@ def _closed_tube(vertices: Array) -> trimesh.Trimesh:
 
 
 def _has_three_corners(faces: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """True for faces whose three vertices differ."""
+    """Mark the faces whose three vertices differ."""
     return (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
 
 
 def _outward(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
-    """The mesh with its faces turned outward; refuses one that is not closed."""
+    """Turn the mesh's faces outward; ValueError for a mesh that is not closed."""
     if not mesh.is_watertight:
         raise ValueError("hull mesh is not watertight")
     if mesh.volume < 0.0:

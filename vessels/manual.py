@@ -1,4 +1,4 @@
-"""A vessel without a helmsman: thrust and steering come from outside, as far as the machinery goes."""
+"""Manual control of a vessel: thrust and steering are ordered from outside, within the machinery's limits."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ MACHINERY_ORDERS = {"thrust_order": "N", "side_thrust_order": "N", "yaw_moment_o
 
 
 class ManualControl:
-    """Pushes `vessel` as ordered; keeps the contract of `coupling.participant.Participant`.
+    """Manual control of `vessel`, a `coupling.participant.Participant`: it pushes as ordered.
 
-    Inputs: <vessel>.pose, <vessel>.twist; <vessel>.wind (3,) [m/s]; and the orders <vessel>.thrust_order and
-    <vessel>.side_thrust_order [N], ahead and to port, and <vessel>.yaw_moment_order [N m], counter-clockwise, 0 until they
-    are set. Outputs: <vessel>.applied_wrench, and what the machinery gives of the orders, the nearest it can:
-    <vessel>.thrust, <vessel>.side_thrust [N], <vessel>.yaw_moment [N m]; <vessel>.speed [m/s], <vessel>.heading [rad].
+    Inputs: <vessel>.pose (7,) [m, 1], <vessel>.twist (6,) [m/s, rad/s], <vessel>.wind (3,) [m/s], and the orders <vessel>.thrust_order
+    (ahead) and <vessel>.side_thrust_order (to port) [N] and <vessel>.yaw_moment_order [N m] (counter-clockwise), each 0 until it is set.
+    Outputs: <vessel>.applied_wrench (6,) [N, N m], and the part of the orders that the machinery can give: <vessel>.thrust,
+    <vessel>.side_thrust [N], <vessel>.yaw_moment [N m]; <vessel>.speed [m/s], <vessel>.heading [rad].
     """
 
     def __init__(self, vessel: Vessel) -> None:
@@ -39,17 +39,17 @@ class ManualControl:
         return self._variables
 
     def enter_initialization_mode(self, start_time: float) -> None:
-        """Nothing is to be prepared."""
+        """Do nothing: there is nothing to prepare."""
 
     def exit_initialization_mode(self) -> None:
-        """Nothing is left to do."""
+        """Do nothing: no value depends on others yet."""
 
     def get(self, name: str) -> Array:
-        """Value of the variable `name`."""
+        """Return a copy of the variable's value."""
         return self._values[name].copy()
 
     def set(self, name: str, value: Array) -> None:
-        """Give an input its value; an order holds until it is set again."""
+        """Set an input; an order holds until it is set again."""
         self._values[name] = checked_value(self.name, self._variables, name, value)
 
     def do_step(self, time: float, step_size: float) -> StepResult:
@@ -68,15 +68,15 @@ class ManualControl:
         return StepResult(Status.OK, time + step_size)
 
     def save_state(self) -> object:
-        """Copies of every variable."""
+        """Return copies of every variable."""
         return {name: value.copy() for name, value in self._values.items()}
 
     def restore_state(self, state: object) -> None:
-        """Go back to what `save_state` returned."""
+        """Go back to a state that `save_state` returned."""
         self._values = {name: value.copy() for name, value in cast(dict[str, Array], state).items()}
 
     def terminate(self) -> None:
-        """Nothing is held."""
+        """Do nothing: manual control holds no resources."""
 
     def _order(self, what: str) -> float:
         return float(self._values[f"{self.vessel.name}.{what}_order"])

@@ -1,14 +1,15 @@
-"""A tow winch: a drum with a drive that gives way, a brake that slips, and render and recover by tension.
+"""A tow winch: a drum whose drive gives way, a brake that slips, and rendering and recovering by tension.
 
-Paid-out line x [m] from where the drum stood at the start, positive outward; drum speed v [m/s] at the line; T the tension:
+x [m] is the paid-out line, counted from the drum's position at the start, positive outward; v [m/s] the speed of the line at the
+drum; T [N] the tension:
 
     brake set:           v = max(0, T - brake_holding) / brake_slip
     constant tension:    v* = maximum_speed clip((T - tension_order) / tension_band, -1, 1), 0 within the dead band
-    by hand:             v* = clip(speed_order, -maximum_speed, maximum_speed), the hauling part of it times 1 - T / stall_pull
+    by hand:             v* = clip(speed_order, -maximum_speed, maximum_speed); while hauling in, times 1 - T / stall_pull
     drive, brake free:   response_time dv/dt = v* - v, solved exactly over a step
 
-Rendering is paying out above the ordered tension, recovering is hauling in below it. The drum stops when its line is out
-(`line_out`) or in (`line_in`), and its brake's slip pays out only.
+Above the ordered tension the winch renders (pays out), below it the winch recovers (hauls in). The drum stops when its line is fully
+out (`line_out`) or in (`line_in`). The slipping brake only pays out.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from coupling.fmu.scalar_model import ScalarModel, given, parameter, taken
 class TowWinch(ScalarModel):
     """A tow winch with a brake that slips and a drive that renders and recovers.
 
-    `brake` and `constant_tension` are switches, on above 0.5; see the module for the rest.
+    `brake` and `constant_tension` are switches, on above 0.5; the module has the laws. Raises ValueError for a parameter out of its range.
     """
 
     tension = taken("N")
@@ -42,7 +43,7 @@ class TowWinch(ScalarModel):
     speed = given("m/s")
 
     def check(self) -> None:
-        """Every parameter above 0, but dead_band, line_out and line_in 0 or more."""
+        """Raise ValueError for a parameter not above 0; dead_band, line_out and line_in may be 0."""
         for name, variable in self.variables.items():
             if variable.causality.value != "parameter":
                 continue
@@ -54,7 +55,7 @@ class TowWinch(ScalarModel):
                 )
 
     def advance(self, time: float, step_size: float) -> None:
-        """Brake or drive, then the ends of the line."""
+        """Move the line by brake or drive, then stop it at its ends."""
         if self.brake > 0.5:
             self.speed = max(0.0, self.tension - self.brake_holding) / self.brake_slip
             moved = self.speed * step_size
@@ -68,7 +69,7 @@ class TowWinch(ScalarModel):
         self.paid_out = reached
 
     def _wanted_speed(self) -> float:
-        """v* of the drive [m/s]."""
+        """Compute the speed v* [m/s] that the drive aims at."""
         if self.constant_tension > 0.5:
             excess = self.tension - self.tension_order
             if abs(excess) <= self.dead_band:

@@ -18,10 +18,10 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, kw_only=True)
 class Propulsion:
-    """Limits of what the machinery can push.
+    """The limits of the machinery.
 
-    bollard_pull [N]: largest ahead thrust; astern_pull [N]: largest astern thrust; yaw_moment [N m]: largest steering
-    moment, of rudder or azimuth drives; side_thrust [N]: largest thrust of transverse thrusters, 0 without any.
+    bollard_pull [N]: largest thrust ahead; astern_pull [N]: largest thrust astern; yaw_moment [N m]: largest steering moment of rudder or
+    azimuth drives; side_thrust [N]: largest thrust of transverse thrusters, 0 without them. Raises ValueError for a negative limit.
     """
 
     bollard_pull: float = quantity("N", at_least=0.0)
@@ -45,7 +45,7 @@ class Superstructure:
     center: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def wind_force(self, wind: Array, velocity: Array, air_density: float = AIR_DENSITY) -> Array:
-        """Force (3,) [N], along the wind as the vessel feels it: V = wind - velocity [m/s], both (3,)."""
+        """Compute the force (3,) [N] along the relative wind V = wind - velocity [m/s], both (3,); air_density [kg/m3]."""
         relative = np.asarray(wind, dtype=np.float64) - velocity
         return 0.5 * air_density * self.drag_coefficient * self.area * float(np.linalg.norm(relative)) * relative
 
@@ -72,10 +72,10 @@ class ControlGains:
 
 @dataclass(frozen=True, kw_only=True)
 class Vessel:
-    """A vessel under orders.
+    """A vessel: its hull, machinery, course and place at the start.
 
-    course: what its helmsman keeps to, None without one; position (x, y) [m]: of midships at the start; heading [rad],
-    counter-clockwise about z from +x; tow_point (3,) [m] in the body frame, where a tow line is made fast.
+    course: the orders of its helmsman, None without one; position (x, y) [m]: of midships at the start; heading [rad]: counter-clockwise
+    about z from +x; tow_point (3,) [m]: in the body frame, where a tow line is made fast.
     """
 
     name: str
@@ -89,7 +89,7 @@ class Vessel:
     superstructure: Superstructure | None = None
 
     def initial_pose(self, water_level: float) -> tuple[Array, Array]:
-        """Position (3,) of the centre of mass and orientation xyzw (4,), afloat at the design draft."""
+        """Return position (3,) [m] of the centre of mass and orientation (4,) xyzw at the start, afloat at the design draft."""
         midships = rotated(self.hull.deck_point(0.0), self.heading)
         x, y = np.array(self.position) - midships[:2]
         half = 0.5 * self.heading
@@ -97,11 +97,14 @@ class Vessel:
         return position, np.array([0.0, 0.0, math.sin(half), math.cos(half)])
 
     def initial_tow_point(self, water_level: float) -> Array:
-        """The tow point (3,) [m] in the world at the start."""
+        """Return the tow point (3,) [m] in the world at the start; water_level [m]."""
         return self.initial_pose(water_level)[0] + rotated(np.array(self.tow_point), self.heading)
 
     def wind_wrench(self, pose: Array, twist: Array, wind: Array) -> Array:
-        """Force and moment (6,) of the wind (3,) [m/s] on the superstructure about the centre of mass, world frame."""
+        """Compute force [N] and moment [N m] (6,) of the wind (3,) [m/s] on the superstructure.
+
+        pose (7,) [m, 1], twist (6,) [m/s, rad/s]; about the centre of mass, in the world frame.
+        """
         if self.superstructure is None:
             return np.zeros(6)
         arm = _rotate(pose[3:], np.array(self.superstructure.center))
@@ -112,31 +115,34 @@ class Vessel:
 
 
 def heading_of(orientation: Array) -> float:
-    """Heading [rad] of the x axis of a body with orientation xyzw: counter-clockwise about z from the world's +x."""
+    """Return the heading [rad] of a body with orientation (4,) xyzw: its x axis, counter-clockwise about z from the world's +x."""
     x, y, z, w = (float(component) for component in orientation)
     return math.atan2(2.0 * (x * y + w * z), 1.0 - 2.0 * (y * y + z * z))
 
 
 def planar_motion(pose: Array, twist: Array) -> tuple[Array, float, float, float, float]:
-    """Position (2,) [m], heading [rad], speed ahead and to port [m/s], rate of turn [rad/s] of a body (7,), (6,)."""
+    """Split a body's pose (7,) and twist (6,) into its motion in the plane.
+
+    Returns position (2,) [m], heading [rad], speed ahead and to port [m/s], and rate of turn [rad/s].
+    """
     heading = heading_of(pose[3:])
     c, s = math.cos(heading), math.sin(heading)
     return pose[:2], heading, c * twist[0] + s * twist[1], c * twist[1] - s * twist[0], float(twist[5])
 
 
 def planar_wrench(heading: float, thrust: float, side_thrust: float, yaw_moment: float) -> Array:
-    """Wrench (6,) in the world frame of thrust ahead and to port [N] and a moment about z [N m]."""
+    """Build the wrench (6,) [N, N m] in the world frame of thrusts ahead and to port [N] and a moment about z [N m]."""
     c, s = math.cos(heading), math.sin(heading)
     return np.array([thrust * c - side_thrust * s, thrust * s + side_thrust * c, 0.0, 0.0, 0.0, yaw_moment])
 
 
 def _rotate(orientation: Array, vector: Array) -> Array:
-    """A body vector (3,) in the world frame: v + 2 q x (q x v + w v)."""
+    """Rotate a body vector (3,) into the world frame: v + 2 q x (q x v + w v)."""
     axis, w = orientation[:3], orientation[3]
     return vector + 2.0 * np.cross(axis, np.cross(axis, vector) + w * vector)
 
 
 def rotated(vector: Array, heading: float) -> Array:
-    """A vector (3,) turned by `heading` [rad] about z."""
+    """Turn a vector (3,) of any unit [-] by `heading` [rad] about z."""
     c, s = math.cos(heading), math.sin(heading)
     return np.array([c * vector[0] - s * vector[1], s * vector[0] + c * vector[1], vector[2]])

@@ -1,25 +1,23 @@
-"""Bodies and a fluid under one roof: how each body's motion and wrench are exchanged, chosen by how light it is.
+"""The exchange between bodies and a fluid: the scheme for each body's motion and wrench, chosen by the body's mass.
 
-The liquid that a body sets moving (added mass A) resists its acceleration. Exchanged a step late, that resistance is a fixed-point
-iteration of gain A / M, which diverges for bodies lighter than the liquid they move. So the fluid's pressure solve lets a body
-answer with an inverse mass W, beside the acceleration b that it has without the fluid's wrench F: a = b + W F. Schemes, by what a
-participant offers:
+The liquid that a body sets in motion (added mass A) resists its acceleration. If that resistance is exchanged a step late, this is a
+fixed-point iteration of gain A / M, which diverges for bodies lighter than the liquid they move. Therefore the fluid's pressure solve
+lets a body answer with an inverse mass W, beside the acceleration b that it has without the fluid's wrench F: a = b + W F. The schemes,
+by what a participant offers:
 
-monolithic    it tells both (`inverse_mass`, `free_acceleration`: FMI's directional derivative): stable for the lightest, no iteration
-explicit      W = 0, b = 0; for bodies of stability number max eig(M^-1 A) below EXPLICIT_LIMIT, which is the part by which forces err
-virtual mass  W = M^-1, and b as the body last showed it, b = a - W F. The liquid that moves along is counted by the pressure solve, as
-              it lies about the body now. What else acts on the body arrives a step late, and a joint that makes it heavier,
-              M' > M, is an iteration of gain (1 - M / M') A / (M + A) < 1: stable without taking a step back
-iterated      the same, and the step is taken back and repeated until b is the one that the body shows, b = H(b), by quasi-Newton or
+monolithic    the participant gives both (`inverse_mass`, `free_acceleration`: FMI's directional derivative): stable for the lightest
+              bodies, without iteration
+explicit      W = 0, b = 0; for bodies of a stability number max eig(M^-1 A) below EXPLICIT_LIMIT, which is the relative error of forces
+virtual mass  W = M^-1, and b from the body's last step, b = a - W F. The pressure solve accounts for the liquid that moves along, at its
+              present position. Other forces on the body arrive a step late, and a joint that makes the body heavier, M' > M, is an
+              iteration of gain (1 - M / M') A / (M + A) < 1: stable without a rollback
+iterated      the same, and the step is rolled back and repeated until b is the one that the body shows, b = H(b), by quasi-Newton or
               Aitken iteration; needs rollback of fluid and body
 
-Where nobody knows M, W is measured: the body alone makes each step seven times with a little more of one force or torque, and is taken
-back.
+If M is unknown, W is measured: the body alone makes each step seven times with a little more of one force or torque, and is rolled back.
 
-Virtual mass takes the smaller one of the last two steps' b, entry by entry, and 0 where they differ in sign: a blow is not expected
-to strike again.
-
-Conventions and variable names are those of `coupling.participants.fluid`.
+Virtual mass takes the smaller one of the last two steps' b, entry by entry, and 0 if they differ in sign: an impact is not expected to
+repeat. Conventions and variable names are those of `coupling.participants.fluid`.
 """
 
 from __future__ import annotations
@@ -53,7 +51,7 @@ NAMED = 4  # bodies that are told one by one
 
 
 class Scheme(Enum):
-    """How one body is coupled; see the module."""
+    """The schemes by which a body is coupled; see the module."""
 
     MONOLITHIC = "inside the pressure solve"
     EXPLICIT = "explicit"
@@ -62,21 +60,21 @@ class Scheme(Enum):
 
 
 def require_scheme(what: str, scheme: object) -> None:
-    """Refuse, as `what`, anything but a `Scheme` or None."""
+    """Raise TypeError, naming `what`, for anything but a `Scheme` or None."""
     if scheme is not None and not isinstance(scheme, Scheme):
         raise TypeError(f"{what} is {scheme!r}, allowed: None, {', '.join(map(str, Scheme))}")
 
 
 @dataclass(frozen=True, kw_only=True)
 class BodyInterface:
-    """One body that meets a fluid.
+    """A body that meets a fluid.
 
     body: its name in the variables `<body>.pose`, `.twist`, `.wrench` of both participants.
     fluid, solver: names of the fluid's participant and of the body's.
-    added_mass: tells A (6, 6) of the body all under liquid, world frame, as `FluidParticipant.added_mass` does.
-    mass_matrix: tells M (6, 6) now, world frame; None where nobody knows it, which needs rollback of the body.
+    added_mass: returns A (6, 6) [kg, kg m, kg m2] of the fully submerged body, world frame, as `FluidParticipant.added_mass` does.
+    mass_matrix: returns M (6, 6) [kg, kg m2] now, world frame; None if it is unknown, which needs rollback of the body.
     gravity: acceleration [m/s2] that the body is expected to have without the fluid in its first step.
-    scheme: None to let it be chosen; TypeError for anything else that is no `Scheme`.
+    scheme: None to let it be chosen; TypeError for anything else that is not a `Scheme`.
     """
 
     body: str
@@ -92,10 +90,11 @@ class BodyInterface:
 
 
 class BodyExchange:
-    """Participants step in the given order, as in Gauss-Seidel; a fluid and its iterated bodies step together, repeatedly.
+    """The algorithm for bodies in a fluid: Gauss-Seidel, except that the fluid and its iterated bodies step together, repeatedly.
 
-    `iteration` makes the iteration of a step from its first relaxation factor: Aitken's bears the noise of a fluid whose pressure
-    solve stops at a tolerance, quasi-Newton needs fewer rounds for many bodies and a tighter tolerance.
+    `iteration` creates the iteration of a step from its first relaxation factor. Aitken's tolerates the noise of a fluid whose pressure
+    solve stops at a tolerance; quasi-Newton needs fewer rounds for many bodies and a tighter tolerance. Raises ValueError for several
+    fluids.
     """
 
     def __init__(
@@ -103,7 +102,7 @@ class BodyExchange:
     ) -> None:
         fluids = {interface.fluid for interface in interfaces}
         if len(fluids) > 1:
-            raise ValueError(f"bodies meet the fluids {', '.join(sorted(fluids))}, allowed: one")
+            raise ValueError(f"the bodies meet the fluids {', '.join(sorted(fluids))}, allowed: one fluid")
         self._interfaces = {interface.body: interface for interface in interfaces}
         self._iteration = iteration
         self._schemes: dict[str, Scheme] = {}
@@ -123,16 +122,16 @@ class BodyExchange:
 
     @property
     def interfaces(self) -> tuple[BodyInterface, ...]:
-        """The bodies as they were given."""
+        """The bodies in the order in which they were given."""
         return tuple(self._interfaces.values())
 
     @property
     def stability_numbers(self) -> Mapping[str, float]:
-        """Largest ratio of added mass, all under, to mass of every body, by name; NaN where its mass is unknown."""
+        """Largest ratio of added mass (fully submerged) to mass of every body, by name; NaN if its mass is unknown."""
         return dict(self._numbers)
 
     def prepare(self, steppers: Steppers, links: Sequence[Link]) -> Sequence[str]:
-        """See `Algorithm.prepare`: finds out how light bodies are, and which of them answer impulses."""
+        """Find out how light the bodies are, and which of them give their inverse mass; see `Algorithm.prepare`."""
         fed = {(link.connection.target, link.connection.target_variable) for link in links}
         names: dict[str, None] = {}
         for body, interface in self._interfaces.items():
@@ -148,13 +147,13 @@ class BodyExchange:
         return tuple(names)
 
     def begin(self, faults: Mapping[str, str]) -> Sequence[str]:
-        """See `Algorithm.begin`: chooses a scheme for every body and tells which."""
+        """Choose a scheme for every body and return messages about it; CoSimulationError if there is none. See `Algorithm.begin`."""
         for body, interface in self._interfaces.items():
             self._schemes[body] = _choose(interface, body in self._answering, self._numbers[body], faults)
         return [self._told(scheme) for scheme in Scheme if scheme in self._schemes.values()]
 
     def step(self, steppers: Steppers, links: Sequence[Link], begin: float, end: float) -> None:
-        """See `Algorithm.step`."""
+        """Make one communication step; see `Algorithm.step`."""
         step = _Step(steppers, links, begin, end)
         iterated = self._coupled(Scheme.ITERATED)
         together = [*dict.fromkeys([i.fluid for i in iterated] + [i.solver for i in iterated])]
@@ -170,7 +169,7 @@ class BodyExchange:
         self._remember(answers)
 
     def save(self) -> dict[str, dict[str, Array]]:
-        """See `Algorithm.save`."""
+        """Return what bodies showed in the last steps, as arrays (N, 6) [N, N m, m/s2, rad/s2]; see `Algorithm.save`."""
         return {
             "free_accelerations": dict(self._free),
             "wrenches": dict(self._wrenches),
@@ -178,7 +177,7 @@ class BodyExchange:
         }
 
     def restore(self, state: Mapping[str, Mapping[str, Array]]) -> None:
-        """See `Algorithm.restore`."""
+        """Go back to a state that `save` returned, arrays (N, 6) [N, N m, m/s2, rad/s2]; see `Algorithm.restore`."""
         self._free, self._wrenches = dict(state["free_accelerations"]), dict(state["wrenches"])
         self._probes = dict(state["probes"])
 
@@ -186,13 +185,13 @@ class BodyExchange:
         return [interface for body, interface in self._interfaces.items() if self._schemes[body] is scheme]
 
     def _answer(self, interface: BodyInterface, step: _Step) -> _Answer:
-        """What the body has told, or been measured to do, of the step that begins."""
+        """Return how the body answers in the step that begins, as given by it or measured."""
         if interface.mass_matrix is None:
             return _Answer(interface, self._measured(interface, step), step)
         return _Answer(interface, np.asarray(np.linalg.inv(interface.mass_matrix()), np.float64), step)
 
     def _measured(self, interface: BodyInterface, step: _Step) -> Array:
-        """W (6, 6) by differences that are small for the body, as it was found in the first step."""
+        """Measure W (6, 6) by differences that are small for the body, with the probes of the first step."""
         body, wrench = interface.body, self._wrenches[interface.body]
         if body not in self._probes:
             least = np.full(6, LEAST_PROBE * self._liquid_weights[body])
@@ -202,15 +201,15 @@ class BodyExchange:
         return _differences(interface, wrench, self._probes[body], step)
 
     def _remember(self, answers: Sequence[_Answer]) -> None:
-        """What bodies have shown in the step that was made."""
+        """Remember what the bodies showed in this step."""
         for answer in answers:
             self._wrenches[answer.body] = answer.wrench
             self._free[answer.body] = np.stack([answer.free_acceleration(), self._free[answer.body][0]])
 
     def _iterate(self, bodies: Sequence[BodyInterface], order: Sequence[str], step: _Step) -> None:
-        """Repeat the step of the fluid and the iterated bodies until the b that it assumes are those that the bodies show.
+        """Repeat the step of the fluid and the iterated bodies until the bodies show the b that the step assumes.
 
-        A blow makes H jump, and b may then lie nowhere: the last round is made with the best of those that were tried.
+        An impact makes H jump, and there may be no solution b; then the last round uses the best b that was tried.
         """
         start = {name: step.steppers[name].save() for name in order}
         answers = [self._answer(interface, step) for interface in bodies]
@@ -240,17 +239,17 @@ class BodyExchange:
         self._remember(answers)
 
     def _note_unsettled(self, error: float, allowed: float, time: float) -> None:
-        """Count a step that stands although its iteration has not come to its tolerance, and say so the first time."""
+        """Count a step that stands although its iteration has not reached its tolerance, and warn the first time."""
         self.unsettled += 1
         if self.unsettled == 1:
             warnings.warn(
-                f"exchange of bodies does not settle in {LARGEST_NUMBER_OF_ITERATIONS} rounds at {time:.6g} s, as in a blow: error of "
-                f"acceleration {error:.3g} m/s2, allowed: {allowed:.3g}; such steps stand, and the ledger watches their energy",
+                f"the exchange of bodies does not converge in {LARGEST_NUMBER_OF_ITERATIONS} rounds at {time:.6g} s, as in an impact;"
+                f" acceleration error {error:.3g} m/s2, allowed: {allowed:.3g} m/s2; such steps stand, and the ledger checks their energy",
                 stacklevel=2,
             )
 
     def _told(self, scheme: Scheme) -> str:
-        """Which bodies are coupled in a way, with the range of their stability numbers."""
+        """Write which bodies are coupled by a scheme, with the range of their stability numbers."""
         bodies = [body for body, own in self._schemes.items() if own is scheme]
         numbers = [self._numbers[body] for body in bodies if np.isfinite(self._numbers[body])]
         span = f"added mass / mass {min(numbers):.2g} to {max(numbers):.2g}" if numbers else "added mass / mass unknown"
@@ -269,17 +268,17 @@ class _Step:
 
     @property
     def duration(self) -> float:
-        """[s]"""
+        """Duration of the step [s]."""
         return self.end - self.begin
 
     def make(self, name: str) -> None:
-        """Feed a participant and bring it to the end."""
+        """Feed a participant and bring it to the end of the step."""
         transfer([link for link in self.links if link.connection.target == name], self.steppers)
         self.steppers[name].advance(self.begin, self.end)
 
 
 class _Answer:
-    """How one body answers the fluid in a step, which may be made repeatedly."""
+    """The answer of one body to the fluid in a step, which may be made repeatedly."""
 
     def __init__(self, interface: BodyInterface, inverse_mass: Array, step: _Step) -> None:
         self.body, self._duration, self._inverse_mass = interface.body, step.duration, inverse_mass
@@ -287,23 +286,23 @@ class _Answer:
         self._begin = self._solver.outputs[f"{self.body}.twist"]
 
     def tell(self, free: Array) -> None:
-        """Let the fluid reckon with W and b."""
+        """Give the fluid W and b."""
         self._fluid.set(f"{self.body}.inverse_mass", self._inverse_mass)
         self._fluid.set(f"{self.body}.free_acceleration", free)
 
     @property
     def wrench(self) -> Array:
-        """F (6,) that the body was fed."""
+        """The wrench F (6,) that the body was fed."""
         return self._solver.inputs[f"{self.body}.wrench"]
 
     def free_acceleration(self) -> Array:
-        """b (6,) that the body has shown: what its motion has and the wrench does not explain."""
+        """Return b (6,) that the body has shown: the part of its acceleration that the wrench does not explain."""
         acceleration = (self._solver.outputs[f"{self.body}.twist"] - self._begin) / self._duration
         return np.asarray(acceleration - self._inverse_mass @ self.wrench)
 
 
 def _differences(interface: BodyInterface, wrench: Array, more: Array, step: _Step) -> Array:
-    """W (6, 6): the body makes the step alone and is taken back, under `wrench` (6,) and under one entry of `more` (6,) besides."""
+    """Measure W (6, 6): the body alone makes the step and is rolled back, under `wrench` (6,) and with each entry of `more` (6,) added."""
     solver, body = step.steppers[interface.solver], interface.body
     start, twists = solver.save(), []
     for added in (np.zeros(6), *np.diag(more)):
@@ -317,25 +316,25 @@ def _differences(interface: BodyInterface, wrench: Array, more: Array, step: _St
 
 
 def _lasting(free: Array) -> Array:
-    """(6,) of the two of `free` (2, 6) the smaller, 0 where they differ in sign."""
+    """Return the smaller (6,) of the two rows of `free` (2, 6), 0 where they differ in sign."""
     smaller = np.minimum(np.abs(free[0]), np.abs(free[1]))
     return np.asarray(np.where(free[0] * free[1] > 0.0, np.copysign(smaller, free[0]), 0.0))
 
 
 def _choose(interface: BodyInterface, answers: bool, number: float, faults: Mapping[str, str]) -> Scheme:
-    """The scheme asked for, or the first that is stable with what participants offer; CoSimulationError if none is."""
+    """Choose the requested scheme, or the first that is stable with what the participants offer; CoSimulationError if none is."""
     scheme = interface.scheme or _stable(interface, answers, number, faults)
     if scheme is Scheme.MONOLITHIC and not answers:
         message = (
-            f"body {interface.body!r} cannot be coupled ({scheme.value}): {interface.fluid!r} is not told how it answers, allowed: "
-            f"to connect {interface.body}.inverse_mass, or another scheme"
+            f"body {interface.body!r} cannot be coupled ({scheme.value}): {interface.fluid!r} does not get its inverse mass, allowed: "
+            f"a connection to {interface.body}.inverse_mass, or another scheme"
         )
         raise CoSimulationError(interface.fluid, 0.0, message)
     for name in _taken_back(interface, scheme):
         if name in faults:
             message = (
-                f"body {interface.body!r} cannot be coupled ({scheme.value}): {name!r} cannot be taken back ({faults[name]}), "
-                "allowed: that it can, or a participant that tells the body's mass or inverse_mass"
+                f"body {interface.body!r} cannot be coupled ({scheme.value}): {name!r} cannot be rolled back ({faults[name]}), "
+                "allowed: a participant that can, or one that gives the body's mass or inverse_mass"
             )
             raise CoSimulationError(name, 0.0, message)
     return scheme
@@ -351,7 +350,7 @@ def _stable(interface: BodyInterface, answers: bool, number: float, faults: Mapp
 
 
 def _taken_back(interface: BodyInterface, scheme: Scheme) -> tuple[str, ...]:
-    """Participants whose steps a scheme repeats."""
+    """Return the participants whose steps a scheme repeats."""
     if scheme is Scheme.ITERATED:
         return interface.fluid, interface.solver
     is_measured = scheme is Scheme.VIRTUAL_MASS and interface.mass_matrix is None
@@ -359,7 +358,7 @@ def _taken_back(interface: BodyInterface, scheme: Scheme) -> tuple[str, ...]:
 
 
 def _weights(interface: BodyInterface) -> Array:
-    """(6,) what makes angular accelerations [rad/s2] comparable with linear ones [m/s2]: radii of gyration [m]."""
+    """Return the weights (6,) that make angular accelerations [rad/s2] comparable with linear ones [m/s2]: radii of gyration [m]."""
     if interface.mass_matrix is None:
         return np.ones(6)
     diagonal = np.diag(interface.mass_matrix())

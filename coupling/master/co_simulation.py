@@ -1,12 +1,10 @@
-"""The master: steps participants in lockstep, moves values between them, and ends a failing run in order.
+"""The master: it steps participants in lockstep, transfers values between them, and ends a failing run properly.
 
-Time is counted in whole communication steps, t_k = start + k H, so that no rounding accumulates and a run of any
-length meets its last communication point exactly. A participant of sub-rate n makes n equal steps in each.
-
-A step that a participant discards is tried again with half its length: by that participant alone, its inputs held, or, in a run
-that `rolls_back`, by all of them, which go back to the communication point first. Whoever is to be taken back is tested at
-the start (see `rollback_test`): one that cannot save its state is named, and is not taken back; one that does not repeat its step bit for
-bit ends the run.
+Time is counted in whole communication steps, t_k = start + k H, so that no rounding accumulates and a run of any length meets its last
+communication point exactly. A participant of sub-rate n makes n equal steps in each. If a participant discards a step, the step is
+tried again with half its length: by that participant alone, with its inputs held, or, in a run that `rolls_back`, by all of them after
+they have gone back to the communication point. All that may be rolled back are tested at the start (see `rollback_test`). A participant
+that cannot save its state is named and not rolled back. A participant that does not repeat its step bit for bit ends the run.
 """
 
 from __future__ import annotations
@@ -70,14 +68,14 @@ class CoSimulation:
         """
         problems = setup_problems(participants, connections) + _sub_rate_problems(participants, sub_rates)
         if not participants:
-            problems.append("participants are none, allowed: one or more")
+            problems.append("there are no participants, allowed: one or more")
         if not (math.isfinite(communication_step_size) and communication_step_size > 0.0):
             problems.append(f"communication_step_size is {communication_step_size} s, allowed: above 0")
         if not math.isfinite(start_time):
             problems.append(f"start_time is {start_time} s, allowed: a finite time")
         elif start_time + FINEST * communication_step_size == start_time:
             problems.append(
-                f"start_time is {start_time} s, allowed: a time that steps of {communication_step_size} s tell"
+                f"start_time is {start_time} s, allowed: a time small enough that steps of {communication_step_size} s change it"
             )
         problems += watching.problems
         if problems:
@@ -98,34 +96,34 @@ class CoSimulation:
 
     @property
     def communication_point(self) -> CommunicationPoint:
-        """Where the run stands."""
+        """The present communication point."""
         return CommunicationPoint(self._index, self._time_of(self._index), self._step_size)
 
     @property
     def is_running(self) -> bool:
-        """Whether `step` may be called."""
+        """True while `step` may be called."""
         return self._phase is _Phase.RUNNING
 
     @property
     def wall_seconds(self) -> dict[str, float]:
-        """Wall time [s] each participant has spent in its steps so far, by name."""
+        """Wall time [s] of each participant in its steps so far, by name."""
         return {name: stepper.wall_seconds for name, stepper in self._steppers.items()}
 
     def outputs(self, participant: str) -> Mapping[str, Array]:
-        """A participant's outputs as they were handed on at the present communication point, by name."""
+        """Return a participant's outputs at the present communication point, by name: of its variables' shapes (N, ...), units [-]."""
         return MappingProxyType(self._steppers[participant].outputs)
 
     @property
     def rollback_faults(self) -> Mapping[str, str]:
-        """Why participants that were to be taken back cannot be, by name; empty where nothing needs it."""
+        """Reasons why participants cannot be rolled back, by name; empty if no rollback is needed."""
         return MappingProxyType(self._rollback_faults)
 
     @one_blas_thread()
     def initialize(self, saved: Mapping[str, Any] | None = None) -> None:
         """Bring every participant to the start time, exchange initial values, and show observers the first frame.
 
-        With `saved`, what `save_state` returned, the run goes on from there, and observers are shown what follows only: the
-        frame at that point belongs to the run that was saved.
+        With `saved`, which `save_state` returned, the run continues from there. Observers then only see what follows, because the frame at
+        that point belongs to the run that was saved. Raises CoSimulationError for a participant that fails.
         """
         self._require(_Phase.CREATED, "initialize")
         self._phase = _Phase.RUNNING
@@ -142,9 +140,9 @@ class CoSimulation:
         self._notify_initialized(first_frame=saved is None)
 
     def save_state(self) -> dict[str, Any]:
-        """State and outputs of every participant, what algorithm and ledger hold, and the clock; between steps.
+        """Return state and outputs of every participant, the state of algorithm and ledger, and the clock; between steps only.
 
-        NotImplementedError where a participant cannot save its state; the run goes on.
+        Raises NotImplementedError if a participant cannot save its state; the run continues.
         """
         self._require(_Phase.RUNNING, "save_state")
         lacking: list[str] = []
@@ -162,9 +160,9 @@ class CoSimulation:
         }
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
-        """Every participant as it was saved, and the clock with them; between steps only.
+        """Restore every participant and the clock; between steps only.
 
-        CoSimulationError for the state of other participants, or of a run with another start or step.
+        Raises CoSimulationError for the state of other participants, or of a run with another start or step.
         """
         self._require(_Phase.RUNNING, "restore_state")
         self._in_order(partial(self._take_up, saved))
@@ -184,9 +182,9 @@ class CoSimulation:
             self.terminate(f"{enders[0].name} ends the run: {enders[0].wants_end}")
 
     def run(self, until: float) -> None:
-        """Steps up to the first communication point at or after `until` [s], or to where a participant ends the run.
+        """Step up to the first communication point at or after `until` [s], or until a participant ends the run.
 
-        ValueError for a time that is not finite.
+        Raises ValueError for a time that is not finite, CoSimulationError for a participant that fails.
         """
         self._require(_Phase.RUNNING, "run")
         if not math.isfinite(until):
@@ -197,12 +195,12 @@ class CoSimulation:
             self.step()
 
     def emit(self, text: str, *, level: EventLevel = "info", source: str = "") -> None:
-        """Tell observers something worth a line in the log, at the current time."""
+        """Send observers an event for the log, at the current time."""
         self._require(_Phase.RUNNING, "emit")
         self._audience.event(Event(self.communication_point.time, text, level, source))
 
     def terminate(self, reason: str = "finished") -> None:
-        """End the run: participants in order, then observers. A second call does nothing."""
+        """End the run: participants in order, then observers; a second call does nothing. CoSimulationError if a participant cannot end."""
         if self._phase is _Phase.TERMINATED:
             return
         failures, unheard = self._end(reason)
@@ -244,7 +242,7 @@ class CoSimulation:
     def _take_up(self, saved: Mapping[str, Any]) -> None:
         states, now = saved["participants"], self.communication_point.time
         if states.keys() != self._steppers.keys():
-            message = f"the saved state is of {', '.join(sorted(states))}, allowed: {', '.join(sorted(self._steppers))}"
+            message = f"the saved state has the participants {', '.join(sorted(states))}, allowed: {', '.join(sorted(self._steppers))}"
             raise CoSimulationError("master", now, message)
         for name, value in self._clock().items():
             if saved[name] != value:
@@ -259,7 +257,7 @@ class CoSimulation:
         self._index = int(saved["index"])
 
     def _begin_exchange(self) -> None:
-        """First outputs, then the test of those that are to be taken back, then the algorithm's own preparation."""
+        """Exchange the first outputs, test the participants that may be rolled back, then prepare the algorithm."""
         begin, end = self._start_time, self._time_of(1)
         for stepper in self._steppers.values():
             stepper.read_outputs(begin)
@@ -274,7 +272,7 @@ class CoSimulation:
         self._opening = self._algorithm.begin(self._rollback_faults)
 
     def _cover(self, begin: float, end: float, halvings: int) -> None:
-        """Bring all from `begin` to `end`; where a step is discarded, back and in two halves."""
+        """Bring all from `begin` to `end`; if a step is discarded, go back and make two halves."""
         if not self._rolls_back:
             self._exchange(begin, end)
             return
@@ -310,7 +308,7 @@ class CoSimulation:
             self._in_order(partial(account, self.communication_point), "accounts")
 
     def _fail(self, error: CoSimulationError, cause: BaseException | None = None) -> NoReturn:
-        """End the run in order and raise; what goes wrong in the end itself is not told, the failure comes first."""
+        """End the run and raise the error; errors of the end itself are not reported, because the failure comes first."""
         event = Event(error.time, str(error), "error", error.participant)
         self._end(str(error), event)
         raise error from cause
@@ -330,7 +328,7 @@ class CoSimulation:
         return failures, unheard
 
     def _take_events(self) -> list[Event]:
-        """Events of participants that nobody has been told of yet."""
+        """Return the participants' events that observers have not seen yet."""
         events = []
         for stepper in self._steppers.values():
             events += [Event(time, text, "info", stepper.name) for time, text in stepper.events]
@@ -345,7 +343,7 @@ class CoSimulation:
         if self._watching.run_description is not None:
             self._audience.begin(self._watching.run_description)
         for name, fault in self._rollback_faults.items():
-            self.emit(f"participant {name!r} cannot be taken back: {fault}", level="warning", source=name)
+            self.emit(f"participant {name!r} cannot be rolled back: {fault}", level="warning", source=name)
         for text in self._opening:
             self.emit(text, source="master")
         self._tell_events()
@@ -359,7 +357,7 @@ class CoSimulation:
 
 
 def _saved(stepper: Stepper, lacking: list[str]) -> object:
-    """A participant's state; if it cannot be saved, `lacking` gets why."""
+    """Return a participant's state; if it cannot be saved, add the reason to `lacking`."""
     try:
         return stepper.participant.save_state()
     except NotImplementedError as cause:
@@ -371,10 +369,12 @@ def _sub_rate_problems(participants: Sequence[Participant], sub_rates: Mapping[s
     """List everything that is wrong with the sub-rates, one sentence each."""
     names = [participant.name for participant in participants]
     unknown = [
-        f"sub_rates names participant {name!r}, allowed: {', '.join(names)}" for name in sub_rates if name not in names
+        f"sub_rates has the participant {name!r}, allowed: {', '.join(names)}"
+        for name in sub_rates
+        if name not in names
     ]
     return unknown + [
-        f"sub-rate of {name!r} is {rate!r}, allowed: a whole number, 1 or more"
+        f"the sub-rate of {name!r} is {rate!r}, allowed: a whole number, 1 or more"
         for name, rate in sub_rates.items()
         if isinstance(rate, bool) or not (isinstance(rate, int) and rate >= 1)
     ]

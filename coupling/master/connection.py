@@ -1,6 +1,6 @@
-"""Which output feeds which input, whether the two fit, and how the value is carried over.
+"""Connections: which output feeds which input, whether the two fit, and how the value is transferred.
 
-Units that differ are converted where both are known (see `units`): an output in knots feeds an input in m/s.
+Units that differ are converted if both are known (see `units`): an output in knots feeds an input in m/s.
 """
 
 from __future__ import annotations
@@ -31,27 +31,27 @@ class Connection:
 
 @dataclass(frozen=True)
 class Link:
-    """A connection that has been checked, with what makes the target's value of the source's."""
+    """A connection that has been checked, with the conversion from the source's value to the target's."""
 
     connection: Connection
     conversion: Conversion
 
     def carried(self, value: Array) -> Array:
-        """The source's value in the target's unit."""
+        """Convert the source's value, of any shape (N, ...), to the target's unit [-]."""
         if self.conversion.is_identity:
             return value
         return np.asarray(self.conversion.factor * value + self.conversion.offset)
 
 
 def link(connection: Connection, participants: Mapping[str, Participant]) -> Link:
-    """How a connection without problems carries its value."""
+    """Return the link of a connection that has no problems."""
     source = participants[connection.source].variables[connection.source_variable]
     target = participants[connection.target].variables[connection.target_variable]
     return Link(connection, _unit_conversion(source, target) or Conversion())
 
 
 def setup_problems(participants: Sequence[Participant], connections: Sequence[Connection]) -> list[str]:
-    """Everything that keeps these participants and connections from running together, one sentence each."""
+    """List all problems that keep these participants and connections from running together, one sentence each."""
     names = [participant.name for participant in participants]
     problems = [f"participant {name!r} appears twice" for name in sorted(set(names)) if names.count(name) > 1]
     by_name = {participant.name: participant for participant in participants}
@@ -62,7 +62,7 @@ def setup_problems(participants: Sequence[Participant], connections: Sequence[Co
 
 
 def connection_problems(connection: Connection, participants: Mapping[str, Participant]) -> list[str]:
-    """What is wrong with one connection: existence first, then causality, shape and unit."""
+    """List the problems of one connection: existence first, then causality, shape and unit."""
     problems: list[str] = []
     source = _find(connection, "source", connection.source, connection.source_variable, participants, problems)
     target = _find(connection, "target", connection.target, connection.target_variable, participants, problems)
@@ -74,13 +74,13 @@ def connection_problems(connection: Connection, participants: Mapping[str, Parti
         if source.shape != target.shape:
             problems.append(f"{connection}: shape {source.shape} feeds shape {target.shape}, allowed: equal shapes")
         if _unit_conversion(source, target) is None:
-            allowed = "equal units, or units of one dimension that are known"
+            allowed = "equal units, or known units of the same dimension"
             problems.append(f"{connection}: unit {source.unit!r} feeds unit {target.unit!r}, allowed: {allowed}")
     return problems
 
 
 def _unit_conversion(source: Variable, target: Variable) -> Conversion | None:
-    """None if the units do not fit: of different dimensions, or different in text and unknown."""
+    """Return the conversion; None if the units do not fit: of different dimensions, or different in text and unknown."""
     known = source.known_unit, target.known_unit
     if known[0] is not None and known[1] is not None:
         return conversion(known[0], known[1])
@@ -95,7 +95,7 @@ def _find(
     participants: Mapping[str, Participant],
     problems: list[str],
 ) -> Variable | None:
-    """The variable at one end; None, and a sentence added to `problems`, if it does not exist."""
+    """Find the variable at one end; if it does not exist, return None and add a sentence to `problems`."""
     participant = participants.get(participant_name)
     if participant is None:
         allowed = ", ".join(participants) or "none"
@@ -109,12 +109,12 @@ def _find(
 
 
 def _doubly_fed(connections: Sequence[Connection]) -> list[str]:
-    """An input takes one value; name those that more than one connection feeds."""
+    """List the inputs that more than one connection feeds."""
     feeders: dict[tuple[str, str], list[Connection]] = {}
     for connection in connections:
         feeders.setdefault((connection.target, connection.target_variable), []).append(connection)
     return [
-        f"input {target}:{variable} is fed {len(several)} times, allowed: once"
+        f"the input {target}:{variable} is fed by {len(several)} connections, allowed: one"
         for (target, variable), several in feeders.items()
         if len(several) > 1
     ]

@@ -33,7 +33,7 @@ ENERGY_LIMIT = 0.5
 
 @dataclass(frozen=True)
 class BodyBond:
-    """A body by the names of its variables and of the two participants that exchange them."""
+    """A body, by the names of its variables and of the two participants that exchange them."""
 
     body: str
     fluid: str
@@ -41,10 +41,10 @@ class BodyBond:
 
 
 class ExchangeLedger:
-    """Accounts over all `bonds`; `length` is the particle spacing [m].
+    """The accounts of all `bonds`; `length` is the particle spacing [m].
 
-    `disturbed` tells the bodies that ran into something in the last step.
-    Attributes are those of the last step: impulse [N s], work [J] on the bodies, lost [N s], made [J].
+    `disturbed` returns the bodies that ran into something in the last step. Attributes are those of the last step: impulse [N s] and work
+    [J] on the bodies, lost [N s], made [J]; arrays have a row for each body, (B, 6). Raises CoSimulationError for an error beyond a limit.
     """
 
     def __init__(
@@ -67,18 +67,18 @@ class ExchangeLedger:
 
     @property
     def momentum_residual(self) -> float:
-        """Part of all linear impulses that was lost on the way, over the run."""
+        """Share of all linear impulses that was lost in the exchange, over the run."""
         return self._lost_sum / self._impulse_sum if self._impulse_sum > 0.0 else 0.0
 
     @property
     def energy_residual(self) -> float:
-        """Energy made by the exchange over the run, as a part of what was turned over."""
+        """Energy that the exchange created over the run, relative to the exchanged energy."""
         turnover = float(self._turnover.sum())
         return float(self._made.sum()) / turnover if turnover > 0.0 else 0.0
 
     @property
     def figures(self) -> dict[str, float]:
-        """For the record: the last step's and the run's."""
+        """Numbers for the record: those of the last step and of the run."""
         return {
             "energy_made": self.made,
             "momentum_residual": self.momentum_residual,
@@ -86,11 +86,11 @@ class ExchangeLedger:
         }
 
     def open(self, steppers: Steppers) -> None:
-        """A step begins."""
+        """Note the state at the beginning of a step."""
         self._begin = self._read(steppers, "solver", "twist")
 
     def close(self, steppers: Steppers, begin: float, end: float) -> None:
-        """The step has been made; CoSimulationError, naming body and participant, beyond a limit."""
+        """Account for the step; CoSimulationError, with body and participant, beyond a limit."""
         if not self._bonds:
             return
         wrench, last = self._read(steppers, "fluid", "wrench"), self._read(steppers, "solver", "twist")
@@ -107,17 +107,17 @@ class ExchangeLedger:
         self._check_energy(np.linalg.norm(wrench[:, :3], axis=1), end, end - begin)
 
     def save(self) -> dict[str, Array]:
-        """The run's accounts."""
+        """Return the accounts of the run."""
         sums = np.array([self._lost_sum, self._impulse_sum])
         return {"made": self._made.copy(), "turnover": self._turnover.copy(), "sums": sums}
 
     def restore(self, state: Mapping[str, Array]) -> None:
-        """Back to what `save` returned."""
+        """Go back to a state that `save` returned."""
         self._made, self._turnover = state["made"].copy(), state["turnover"].copy()
         self._lost_sum, self._impulse_sum = (float(value) for value in state["sums"])
 
     def _read(self, steppers: Steppers, side: str, what: str) -> Array:
-        """An output (B, 6) of all bodies, on the side of their `fluid` or their `solver`."""
+        """Read an output (B, 6) of all bodies, from their `fluid` or their `solver`."""
         values = [steppers[getattr(bond, side)].outputs[f"{bond.body}.{what}"] for bond in self._bonds]
         return np.array(values).reshape(-1, 6)
 
@@ -132,8 +132,8 @@ class ExchangeLedger:
             raise CoSimulationError(
                 bond.solver,
                 time,
-                f"body {bond.body!r} took an impulse of {taken[index].tolist()} N s, N m s, the fluid gave "
-                f"{given[index].tolist()} N s, N m s, allowed: a part of {self._limits[0]:g} between them",
+                f"body {bond.body!r} took an impulse of {taken[index].tolist()} N s, N m s, but the fluid gave "
+                f"{given[index].tolist()} N s, N m s, allowed: a relative difference of {self._limits[0]:g}",
             )
 
     def _check_energy(self, force: Array, time: float, step: float) -> None:
@@ -144,7 +144,7 @@ class ExchangeLedger:
             raise CoSimulationError(
                 bond.solver,
                 time,
-                f"body {bond.body!r}: the exchange has made {made:.3g} J of {turned:.3g} J turned over, "
+                f"body {bond.body!r}: the exchange has created {made:.3g} J of {turned:.3g} J exchanged, "
                 f"allowed: {self._limits[1]:g} of it; its coupling is unstable, or steps of {step:.3g} s are too long for its motion",
             )
 

@@ -1,13 +1,13 @@
-"""Iterations for x = H(x), where a call of H is dear: a coupled step, or a round of initial values.
+"""Iterations for x = H(x) with an expensive H: a coupled step, or a round of initial values.
 
 With the residual r_k = H(x_k) - x_k:
 
 Aitken         x_{k+1} = x_k + w_k r_k,   w_{k+1} = -w_k r_k . (r_{k+1} - r_k) / |r_{k+1} - r_k|^2
-Quasi-Newton   x_{k+1} = x_k + r_k + W c,  c = argmin |V c + r_k|, the columns of V being differences of residuals and those of W
-               the differences of H(x) that go with them
+Quasi-Newton   x_{k+1} = x_k + r_k + W c,  c = argmin |V c + r_k|; the columns of V are differences of residuals, those of W the
+               corresponding differences of H(x)
 
-The second (IQN-ILS: Degroote, Bathe and Vierendeels 2009) solves a linear problem of n unknowns in n + 2 calls, the first one with
-a single unknown. Entries of x of different units are weighted by `scale`, the size that matters of each.
+Quasi-Newton (IQN-ILS: Degroote, Bathe and Vierendeels 2009) solves a linear problem of n unknowns in n + 2 calls, Aitken one with a
+single unknown. `scale` weights entries of x of different units: it is the relevant size of each.
 """
 
 from __future__ import annotations
@@ -20,25 +20,25 @@ import numpy.typing as npt
 Array = npt.NDArray[np.float64]
 
 LARGEST_RELAXATION = 1.0
-NOISE = 1e-2  # of the largest singular value: what columns add below is noise of solvers that stop at a tolerance
+NOISE = 1e-2  # relative to the largest singular value; below are columns with only the noise of solvers' tolerances
 
 
 class Iteration(Protocol):
-    """One way to choose the next x; made anew for every problem."""
+    """A way to choose the next x; created anew for every problem. Arrays (n,) have the units of x [-]."""
 
     def proposal(self, x: Array, residual: Array, scale: Array) -> Array:
-        """The next x (n,) after `residual` (n,) at `x`; scale (n,) above 0."""
+        """Return the next x (n,) after `residual` (n,) at `x` (n,); scale (n,) is above 0; each in the units of x [-]."""
 
 
 class Aitken:
-    """Relaxation whose factor follows the last two residuals; `relaxation` is the first factor."""
+    """Aitken's relaxation, whose factor [-] follows the last two residuals (n,); `relaxation` is the first factor."""
 
     def __init__(self, relaxation: float = 0.5) -> None:
         self._relaxation = relaxation
         self._last: Array | None = None
 
     def proposal(self, x: Array, residual: Array, scale: Array) -> Array:
-        """See `Iteration.proposal`."""
+        """Return the next x; see `Iteration.proposal`."""
         weighted = residual / scale
         if self._last is not None:
             change = weighted - self._last
@@ -51,9 +51,9 @@ class Aitken:
 
 
 class QuasiNewton:
-    """IQN-ILS from the differences of all calls so far; `relaxation` is used while there is only one.
+    """IQN-ILS from the differences of all calls so far, arrays (n,) [-]; `relaxation` is used until there are two calls.
 
-    noise: of the largest singular value of those differences, below which they tell nothing.
+    noise: singular values of those differences below this, relative to the largest, are ignored.
     """
 
     def __init__(self, relaxation: float = 0.5, noise: float = NOISE) -> None:
@@ -62,7 +62,7 @@ class QuasiNewton:
         self._results: list[Array] = []
 
     def proposal(self, x: Array, residual: Array, scale: Array) -> Array:
-        """See `Iteration.proposal`."""
+        """Return the next x; see `Iteration.proposal`."""
         self._residuals.append(residual)
         self._results.append(x + residual)
         if len(self._residuals) == 1:

@@ -1,12 +1,12 @@
-"""Initial values that fit each other: outputs reach inputs through chains of any length, and loops are solved.
+"""Initial values that are consistent: outputs reach inputs through chains of any length, and loops are solved.
 
-A sweep carries every connection's value once, in order. Where no output depends on an input at once, the second sweep changes
-nothing; along a chain of n participants the n-th does not. What still changes then goes round in a loop, x = H(x) with H a sweep,
-which is solved by quasi-Newton iteration (see `fixed_point`). Each value is solved to a tolerance of its own size, so that a small one
-is as good as a large one beside it; but what is small may be a difference of large values, and be no better than their rounding, and so
-one that no longer comes closer is taken as it is.
+A sweep transfers every connection's value once, in order. If no output depends directly on an input, the second sweep changes nothing;
+along a chain of n participants, the n-th does not. Values that still change then form a loop, x = H(x) with H a sweep, which quasi-Newton
+iteration solves (see `fixed_point`). Each value is solved to a tolerance of its own size, so that a small value is as accurate as a
+large one. But a small value may be a difference of large ones and have only the accuracy of their rounding; therefore a value that does
+not come closer any more is accepted.
 
-A value that is not finite is not carried: whoever gives it is found by it, and not those that it would have spoilt.
+A value that is not finite is not transferred, so that its source is found, and not the participants that it would have spoilt.
 """
 
 from __future__ import annotations
@@ -22,19 +22,20 @@ from coupling.master.fixed_point import QuasiNewton
 from coupling.master.stepper import Stepper
 from coupling.participant import Array
 
-LOOP_TOLERANCE = 1e-10  # relative change of a value from sweep to sweep
+LOOP_TOLERANCE = 1e-10  # relative change of a value between sweeps
 LOOP_SWEEPS = 100
-PATIENCE = 10  # sweeps in which the worst value must come twice as close to its tolerance
-SMALLEST_SCALE = 1e-5  # of the loop's largest value: of what rounding it makes may spoil the others
+PATIENCE = 10  # number of sweeps in which the worst value must halve its distance to its tolerance
+SMALLEST_SCALE = 1e-5  # relative to the loop's largest value, whose rounding may affect the others
 ROUNDING = (
     1e-8  # of the largest singular value, below which rounding tells: nothing else disturbs what outputs say of inputs
 )
 
 
 def exchange_initial_values(steppers: dict[str, Stepper], links: Sequence[Link], time: float) -> None:
-    """Set all connected inputs.
+    """Set all connected inputs to consistent values.
 
-    CoSimulationError for an output that is not finite, by its participant; for a loop that does not settle, naming the connections.
+    Raises CoSimulationError for an output that is not finite, under its participant's name, and for a loop that does not converge, with its
+    connections.
     """
     values = sweep(steppers, links)
     changing: list[int] = []
@@ -47,13 +48,15 @@ def exchange_initial_values(steppers: dict[str, Stepper], links: Sequence[Link],
     for index, value in enumerate(values):
         if index not in changing and not np.isfinite(value).all():
             where = links[index].connection
-            steppers[where.source].fail(time, f"output {where.source_variable!r} is {value}, allowed: finite numbers")
+            steppers[where.source].fail(
+                time, f"the output {where.source_variable!r} is {value}, allowed: finite numbers"
+            )
     if changing:
         _solve_loop(steppers, links, changing, time)
 
 
 def sweep(steppers: dict[str, Stepper], links: Sequence[Link]) -> list[Array]:
-    """Carry every value that is finite once; returns the values."""
+    """Transfer every value that is finite once; return the values, arrays of any shape (N, ...) in their own units [-]."""
     values = []
     for link in links:
         where = link.connection
@@ -64,7 +67,7 @@ def sweep(steppers: dict[str, Stepper], links: Sequence[Link]) -> list[Array]:
 
 
 def _solve_loop(steppers: dict[str, Stepper], links: Sequence[Link], changing: list[int], time: float) -> None:
-    """Iterate on the values that go round until a sweep leaves them as they are."""
+    """Iterate on the values of the loop until a sweep does not change them."""
     iteration = QuasiNewton(relaxation=1.0, noise=ROUNDING)
     loops = _loops([links[index].connection for index in changing])
     values = [np.asarray(value) for value in sweep(steppers, links)]
@@ -89,11 +92,11 @@ def _solve_loop(steppers: dict[str, Stepper], links: Sequence[Link], changing: l
             values[index] = part.reshape(values[index].shape)
     if not settled:
         names = ", ".join(str(links[index].connection) for index in changing)
-        raise CoSimulationError("master", time, f"initial values go round in a loop that does not settle: {names}")
+        raise CoSimulationError("master", time, f"initial values form a loop that does not converge: {names}")
 
 
 def _loops(connections: Sequence[Connection]) -> list[int]:
-    """A number for each connection, the same for those that share a participant, if only through others."""
+    """Give each connection the number of its loop; connections that share a participant, also through others, share it."""
     numbers = list(range(len(connections)))
     for later, one in enumerate(connections):
         for earlier, other in enumerate(connections[:later]):
@@ -104,10 +107,10 @@ def _loops(connections: Sequence[Connection]) -> list[int]:
 
 
 def _scale(x: Array, y: Array, sizes: Sequence[int], loops: Sequence[int]) -> tuple[Array, Array]:
-    """The size (n,) of every entry of x and y (n,), which is that of the value it belongs to: its largest entry; and the same, but not
-    below what the rounding of its loop's largest value leaves.
+    """Return the size (n,) of every entry of x and y (n,), and the same with a lower limit from rounding.
 
-    sizes: number of entries of each value; loops: the number of the loop that each goes round in.
+    The size is that of the value's largest entry; the limit is the rounding of its loop's largest value. sizes: number of entries of each
+    value; loops: the number of each value's loop.
     """
     parts = np.split(np.maximum(np.abs(x), np.abs(y)), np.cumsum(sizes)[:-1])
     own = [float(part.max(initial=0.0)) for part in parts]

@@ -49,7 +49,7 @@ NOBODY = Watching()
 
 
 class Audience:
-    """The observers of a run; `end_run` ends it for the reason that it is given."""
+    """The observers of a run; `end_run` ends it for the given reason."""
 
     def __init__(self, observers: Sequence[Observer], end_run: Callable[[str], object]) -> None:
         self._observers, self._end_run = tuple(observers), end_run
@@ -57,25 +57,25 @@ class Audience:
 
     @property
     def is_listening(self) -> bool:
-        """Whether anybody is to be told anything."""
+        """True if an observer is listening."""
         return bool(self._listening)
 
     def begin(self, run: RunDescription) -> None:
-        """The run begins."""
+        """Inform observers of the beginning."""
         for observer in self._observers:
             self._listening += (observer,)
             self._tell([observer], lambda one: one.initialized(run))
 
     def event(self, event: Event) -> None:
-        """Something worth a line in the log."""
+        """Inform observers of an event for the log."""
         self._tell(self._listening, lambda one: one.event(event))
 
     def frame(self, frame: Frame) -> None:
-        """A step has been made."""
+        """Inform observers of a frame."""
         self._tell(self._listening, lambda one: one.step_completed(frame))
 
     def end(self, events: Sequence[Event], reason: str) -> list[BaseException]:
-        """The run has ended, after `events` that nobody has been told of; returns what observers raise."""
+        """Inform observers of the end, after `events` that they have not seen; return the exceptions that observers raise."""
         listening, self._listening = self._listening, ()
         calls = [partial(_tell_end, observer, events, reason) for observer in listening]
         return [error for error in tried(calls) if error is not None]
@@ -86,12 +86,12 @@ class Audience:
                 call(observer)
             except BaseException as cause:
                 self._listening = tuple(other for other in self._listening if other is not observer)
-                self._end_run(f"observer {type(observer).__name__} failed: {reason(cause)}")
+                self._end_run(f"the observer {type(observer).__name__} failed: {reason(cause)}")
                 raise
 
 
 def tried(calls: Iterable[Callable[[], None]]) -> list[BaseException | None]:
-    """Make all calls, whatever some of them raise; returns that of each."""
+    """Make all calls, even if some of them raise; return the exception of each, or None."""
     raised: list[BaseException | None] = []
     for call in calls:
         try:

@@ -1,9 +1,9 @@
-"""Can a participant be taken back? Tested before anything relies on it: step, restore, step again, compare bit by bit.
+"""The rollback test: step, restore, step again, and compare bit by bit, before a run relies on rollback.
 
-Compared are the outputs after both steps and every number and array in the two saved states; what a participant keeps as opaque
-bytes is not, since such bytes may hold addresses. One that cannot save or restore its state at all is told so before it has made a
-step. One whose repeated step differs has moved by what its restore leaves out, and no call of the interface brings it to the
-beginning any more: to go on from there would be a run that nobody asked for.
+The outputs after both steps, and every number and array in the two saved states, are compared. Opaque bytes are not, because they may
+contain addresses. A participant that cannot save or restore its state is found before it has made a step. If the repeated step differs,
+the participant has moved by something that its restore leaves out. No call of the interface can bring it back to the beginning then, and
+the run ends.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from coupling.master.stepper import NotExchanged, Snapshot, Stepper
 
 
 def rollback_fault(stepper: Stepper, begin: float, end: float) -> str:
-    """Why the participant cannot be taken back from `end` to `begin` [s], empty if it can; it is at `begin` afterwards.
+    """Give the reason why a participant cannot be rolled back from `end` to `begin` [s]; empty if it can. It is at `begin` afterwards.
 
-    CoSimulationError for one that was stepped and does not come back.
+    Raises CoSimulationError for a participant that was stepped and does not come back.
     """
     try:
         start = stepper.save()
@@ -32,24 +32,24 @@ def rollback_fault(stepper: Stepper, begin: float, end: float) -> str:
         stepper.restore(start)
     difference = _difference(*results)
     if difference:
-        allowed = "the same bit for bit, or NotImplementedError from save_state"
+        allowed = "equality bit for bit, or NotImplementedError from save_state"
         stepper.fail(begin, f"restore_state leaves something out: {difference}, allowed: {allowed}")
     return ""
 
 
 def _difference(first: Snapshot, second: Snapshot) -> str:
-    """What differs between two ends of one step, empty if nothing does."""
+    """Describe the difference between two ends of one step; empty if there is none."""
     for name, value in first.outputs.items():
         if not _same(value, second.outputs[name]):
             largest = float(np.abs(value - second.outputs[name]).max())
-            return f"output {name!r} of a repeated step differs by up to {largest:.3g}"
+            return f"the output {name!r} of a repeated step differs by up to {largest:.3g}"
     if not _same(first.state, second.state):
-        return "saved states after a step and after the same step repeated differ"
+        return "the saved states after a step and after its repetition differ"
     return ""
 
 
 def _same(first: object, second: object) -> bool:
-    """Whether two saved values are equal bit for bit, as far as they can be looked into."""
+    """Tell whether two saved values are equal bit for bit, as far as their contents are visible."""
     if isinstance(first, np.ndarray | np.generic) and isinstance(second, np.ndarray | np.generic):
         return first.shape == second.shape and first.dtype == second.dtype and first.tobytes() == second.tobytes()
     if isinstance(first, Mapping) and isinstance(second, Mapping):

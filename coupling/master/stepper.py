@@ -1,15 +1,15 @@
-"""One participant as the master drives it: sub-rate, early returns, discarded steps, events, and its outputs, read once.
+"""One participant as the master steps it: sub-rate, early returns, discarded steps, events, and outputs that are read once.
 
 Rules, after FMI 3:
 
-early return  the participant is called again from where it stopped, with the inputs it has
+early return  the participant is called again from where it stopped, with its present inputs
 discard       its state is as before; it is asked for half the step, then half of that, down to 2^-HALVINGS of it
-event         discrete states are updated until they are settled, and the run's observers are told
-terminate     how far it came counts, and it is not stepped again; the run ends in order once the others have made the step
-error         `CoSimulationError` with the participant's name and the time; so for times that do not fit
+event         discrete states are updated until they do not change, and observers are informed
+terminate     its progress counts, and it is not stepped again; the run ends once the others have made the step
+error         `CoSimulationError` with the participant's name and the time; the same for times that do not fit
 
-Outputs are read once after every step, found finite, and handed on from here. An output that is a mean over the step
-(`Variable.is_mean`) is the mean over all parts of the step, weighted with their durations.
+Outputs are read once after every step, checked to be finite, and handed on from here. An output that is a mean over the step
+(`Variable.is_mean`) is the mean over all parts of the step, weighted by their durations.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ EVENT_ROUNDS = 100  # at one time, so that states that never settle are found
 
 
 class Discarded(Exception):
-    """A step that a participant could not make, for a master that takes all of them back and asks for a shorter one."""
+    """A step that a participant could not make, for a master that rolls all participants back and asks for a shorter step."""
 
     def __init__(self, participant: str, message: str) -> None:
         self.participant = participant
@@ -50,7 +50,7 @@ class Discarded(Exception):
 
 
 class NotExchanged(Exception):
-    """A value, or a state, that a participant did not take or give."""
+    """A value or state that a participant did not accept or give."""
 
     def __init__(self, participant: str, message: str) -> None:
         self.participant = participant
@@ -69,7 +69,10 @@ class Snapshot:
 
 
 class Stepper:
-    """Drives `participant`, which makes `sub_rate` equal steps for each of the master's."""
+    """The driver of `participant`, which makes `sub_rate` equal steps for each of the master's.
+
+    Inputs and outputs are arrays of the variables' shapes (N, ...) in their units [-].
+    """
 
     def __init__(self, participant: Participant, sub_rate: int = 1) -> None:
         self.participant = participant
@@ -88,36 +91,36 @@ class Stepper:
 
     @property
     def name(self) -> str:
-        """The participant's."""
+        """Name of the participant."""
         return self.participant.name
 
     def set(self, name: str, value: Array) -> None:
-        """Give the participant an input; NotExchanged if it does not take it."""
+        """Set an input of the participant; NotExchanged if it does not accept it."""
         self.inputs[name] = value
         try:
             self.participant.set(name, value)
         except Exception as cause:
-            raise NotExchanged(self.name, f"input {name!r} does not take {value}: {reason(cause)}") from cause
+            raise NotExchanged(self.name, f"the input {name!r} does not accept {value}: {reason(cause)}") from cause
 
     def get(self, name: str) -> Array:
-        """An output as the participant has it now; NotExchanged if it does not give it, or not in its shape."""
+        """Return the present value of an output; NotExchanged if the participant does not give it, or not in its shape."""
         try:
             value = self.participant.get(name)
         except Exception as cause:
-            raise NotExchanged(self.name, f"output {name!r} cannot be read: {reason(cause)}") from cause
+            raise NotExchanged(self.name, f"the output {name!r} cannot be read: {reason(cause)}") from cause
         if not isinstance(value, np.ndarray):
             allowed = f"an array of shape {self._shapes[name]}"
-            raise NotExchanged(self.name, f"output {name!r} is a {type(value).__name__}, allowed: {allowed}")
+            raise NotExchanged(self.name, f"the output {name!r} is a {type(value).__name__}, allowed: {allowed}")
         if value.shape != self._shapes[name]:
-            raise NotExchanged(self.name, f"output {name!r} has shape {value.shape}, allowed: {self._shapes[name]}")
+            raise NotExchanged(self.name, f"the output {name!r} has shape {value.shape}, allowed: {self._shapes[name]}")
         if value.dtype.kind not in NUMBERS:
-            raise NotExchanged(self.name, f"output {name!r} is of type {value.dtype}, allowed: real numbers")
+            raise NotExchanged(self.name, f"the output {name!r} is of type {value.dtype}, allowed: real numbers")
         return value
 
     def advance(self, begin: float, end: float) -> None:
-        """From `begin` to `end` [s]; CoSimulationError if the participant cannot.
+        """Step from `begin` to `end` [s]; CoSimulationError if the participant fails, Discarded for the master to roll back.
 
-        One that has asked for the run's end stays where it came to, and its outputs hold.
+        A participant that has asked for the end of the run stays where it is, and its outputs hold.
         """
         if self.wants_end is not None:
             return
@@ -145,7 +148,7 @@ class Stepper:
         self.read_outputs(time)
 
     def read_outputs(self, time: float) -> None:
-        """Take every output from the participant; CoSimulationError for one that is not finite."""
+        """Read every output of the participant; CoSimulationError for one that is not finite."""
         self._read()
         self._require_finite(time)
 
@@ -157,34 +160,34 @@ class Stepper:
             return
         for name, value in self.outputs.items():
             if not np.isfinite(value).all():
-                self.fail(time, f"output {name!r} is {value}, allowed: finite numbers")
+                self.fail(time, f"the output {name!r} is {value}, allowed: finite numbers")
 
     def save(self) -> Snapshot:
-        """The participant's state with its outputs; NotExchanged if it cannot."""
+        """Return the participant's state with its outputs; NotExchanged if it cannot be saved."""
         try:
             state = self.participant.save_state()
         except NotImplementedError as cause:
             raise NotExchanged(self.name, str(cause) or "it cannot save its state") from cause
         except Exception as cause:
-            raise NotExchanged(self.name, f"state cannot be saved: {reason(cause)}") from cause
+            raise NotExchanged(self.name, f"its state cannot be saved: {reason(cause)}") from cause
         return Snapshot(state, dict(self.outputs), self.wants_end, tuple(self.events))
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Back to what `save` returned; NotExchanged if the participant does not take it."""
+        """Go back to a state that `save` returned; NotExchanged if the participant does not accept it."""
         try:
             self.participant.restore_state(snapshot.state)
         except Exception as cause:
-            raise NotExchanged(self.name, f"state cannot be restored: {reason(cause)}") from cause
+            raise NotExchanged(self.name, f"its state cannot be restored: {reason(cause)}") from cause
         self.outputs = dict(snapshot.outputs)
         self.events = list(snapshot.events)
         self.wants_end = snapshot.wants_end
 
     def fail(self, time: float, message: str, cause: BaseException | None = None) -> NoReturn:
-        """Raise under the participant's name."""
+        """Raise CoSimulationError under the participant's name."""
         raise CoSimulationError(self.name, time, message) from cause
 
     def _cover(self, begin: float, end: float) -> None:
-        """One step, in as many parts as the participant needs."""
+        """Make one step, in as many parts as the participant needs."""
         tolerance, reached, span, halvings = TIME_TOLERANCE * (end - begin), begin, end - begin, 0
         for _ in range(PARTS_ALLOWED):
             part = min(span, end - reached)
@@ -215,7 +218,7 @@ class Stepper:
         return result
 
     def _refuse_discard(self, time: float, part: float, halvings: int, result: StepResult) -> None:
-        """Raise if the step is not to be tried again here."""
+        """Raise an error if the step should not be tried again here."""
         if self.passes_discards_on:
             raise Discarded(self.name, result.message)
         if halvings > HALVINGS:
@@ -223,7 +226,7 @@ class Stepper:
             self.fail(time, f"discard: {reason}, down to a step of {part:.3g} s")
 
     def _check(self, result: StepResult, begin: float, reached: float, asked: float, tolerance: float) -> None:
-        """Raise for an error and for a time that does not fit."""
+        """Raise an error for a failed step, and for a time that does not fit."""
         now = result.last_successful_time
         if result.status is Status.ERROR:
             self.fail(begin, f"error: {result.message or 'no reason given'}", result.cause)
@@ -233,13 +236,13 @@ class Stepper:
             self.fail(begin, f"stopped at {now} s without an early return, allowed: {asked} s")
 
     def _add_means(self, duration: float) -> None:
-        """Take a part of a step into the means over all of it."""
+        """Add a part of a step to the means over all of it."""
         for variable in self._means:
             part = duration * self.get(variable.name)
             self._sums[variable.name] = self._sums.get(variable.name, 0.0) + part
 
     def _note(self, result: StepResult) -> None:
-        """See to events and to a wish to end."""
+        """Handle events and a request to end."""
         if result.event_handling_needed:
             self._settle_events(result)
         if result.terminate_simulation:
@@ -248,7 +251,7 @@ class Stepper:
     def _settle_events(self, result: StepResult) -> None:
         time = result.last_successful_time
         if not isinstance(self.participant, EventParticipant):
-            self.fail(time, "asks for event handling, but has no update_discrete_states")
+            self.fail(time, "asks for event handling without update_discrete_states, allowed: a participant with both")
         for _ in range(EVENT_ROUNDS):
             try:
                 again = self.participant.update_discrete_states()
@@ -257,10 +260,10 @@ class Stepper:
             if not again:
                 self.events.append((time, result.message or "event"))
                 return
-        self.fail(time, f"discrete states do not settle in {EVENT_ROUNDS} rounds")
+        self.fail(time, f"its discrete states still change after {EVENT_ROUNDS} rounds")
 
 
 def all_finite(values: Iterable[Array]) -> bool:
-    """Whether every number of every array is finite, in one go: one look an array takes a good part of a small step."""
+    """Tell whether all numbers are finite; all arrays (N, ...) [-] in one call, since a call for each takes a good part of a small step."""
     flat = [value.ravel() for value in values]
     return not flat or bool(np.isfinite(np.concatenate(flat)).all())

@@ -1,1 +1,1 @@
-"""What the co-simulation master can step: the fluid, pybullet's rigid bodies, FMUs."""
+"""Participants that the master can step: the fluid and pybullet's rigid bodies."""

@@ -1,11 +1,10 @@
 """The fluid as a participant of a coupled run.
 
-Variables of every coupled body <body>: inputs `<body>.pose`, `<body>.twist`, `<body>.inverse_mass`, `<body>.free_acceleration`, the
-body's motion at the start of a step and how it answers an impulse; outputs `<body>.wrench`, the mean over the step, and
-`<body>.foreseen_twist`, what the fluid takes the body's twist to be at the end of it. Input
-`inverse_mass` (6 n, 6 n), where it is connected, is how all coupled bodies answer together, tied by joints, in place of their own.
-Within the step the fluid lets the bodies answer inside its pressure solve (`oilsim.pressure.rigid_response`); the rigid engine then makes
-the same motion from the wrenches, so that momentum passes without loss.
+Variables of every coupled body <body>: the inputs `<body>.pose`, `<body>.twist`, `<body>.inverse_mass`, `<body>.free_acceleration` are
+the body's motion at the start of a step and its answer to an impulse; the outputs are `<body>.wrench`, the mean over the step, and
+`<body>.foreseen_twist`, the twist that the fluid expects at its end. The input `inverse_mass` (6 n, 6 n), if it is connected, is the common
+answer of all coupled bodies, tied by joints, and replaces their own. Within the step the bodies answer inside the fluid's pressure solve
+(`oilsim.pressure.rigid_response`); the rigid engine then makes the same motion from the wrenches, so momentum is transferred without loss.
 """
 
 from __future__ import annotations
@@ -75,12 +74,12 @@ class FluidParticipant:
 
     @property
     def name(self) -> str:
-        """See `Participant`."""
+        """Name of the participant."""
         return self._name
 
     @property
     def variables(self) -> Mapping[str, Variable]:
-        """See the module."""
+        """The inputs and outputs of every coupled body; see the module."""
         return self._variables
 
     def enter_initialization_mode(self, start_time: float) -> None:
@@ -93,16 +92,16 @@ class FluidParticipant:
                 self._take_outputs(body, handle)
 
     def exit_initialization_mode(self) -> None:
-        """Nothing is left to do."""
+        """Do nothing: no value depends on others yet."""
 
     def get(self, name: str) -> Array:
-        """A fresh copy of a body's wrench [N, N m] or foreseen twist [m/s, rad/s]."""
+        """Return a copy of a body's wrench or foreseen twist (6,) [N, N m] or [m/s, rad/s]; ValueError for another name."""
         if name not in self._outputs:
             raise ValueError(f"{self._name!r} has no output {name!r}, allowed: {', '.join(self._outputs)}")
         return self._outputs[name].copy()
 
     def set(self, name: str, value: Array) -> None:
-        """Set a body's motion; it is used at the next step."""
+        """Set a body's motion, of the variable's shape (7,), (6,) or (6, 6) and unit [m, m/s]; the next step uses it."""
         checked = checked_value(self._name, self._variables, name, value)
         if name == "inverse_mass":
             self._joint_inverse_mass = checked
@@ -150,11 +149,11 @@ class FluidParticipant:
         self._outputs[f"{body}.foreseen_twist"] = self._fluid.boundary_twist(handle)
 
     def expected_twist(self, body: str) -> Array:
-        """Twist (6,) [m/s, rad/s] that the fluid expects a body to have now, after the wrench it was given."""
+        """Return the twist (6,) [m/s, rad/s] that the fluid expects a body to have now, after the wrench it was given."""
         return self._outputs[f"{body}.foreseen_twist"].copy()
 
     def added_mass(self, body: str) -> Array:
-        """(6, 6) [kg, kg m, kg m2] of the densest liquid that a body would set moving if it were all under, world frame."""
+        """Return the mass (6, 6) [kg, kg m, kg m2] of the densest liquid that a fully submerged body would move, world frame."""
         config = self._fluid.config
         boundary = self._fluid.boundaries[self._boundaries[body]]
         density = max(phase.rest_density for phase in config.phases)
@@ -163,7 +162,7 @@ class FluidParticipant:
         return np.asarray(turn @ added @ turn.T)
 
     def save_state(self) -> object:
-        """The fluid's state with the last outputs and inputs, but for what ties bodies: every step is told that anew."""
+        """Return the fluid's state with its last outputs and inputs; the common inverse mass is set anew for every step."""
         return {
             "fluid": self._fluid.save_state() | {"tied": None},
             "inputs": {name: value.copy() for name, value in self._inputs.items()},
@@ -171,9 +170,11 @@ class FluidParticipant:
         }
 
     def restore_state(self, state: object) -> None:
-        """Back to what `save_state` returned; TypeError for anything else."""
+        """Go back to a state that `save_state` returned; TypeError for anything else."""
         if not isinstance(state, dict):
-            raise TypeError(f"{self._name!r}: restore_state wants what save_state returned, not {type(state).__name__}")
+            raise TypeError(
+                f"{self._name!r}: restore_state got a {type(state).__name__}, allowed: a state that save_state returned"
+            )
         self._fluid.restore_state(state["fluid"])
         self._inputs = {name: value.copy() for name, value in state["inputs"].items()}
         self._outputs = {name: value.copy() for name, value in state["outputs"].items()}

@@ -1,9 +1,9 @@
 """Rigid bodies as a participant of a coupled run.
 
-Variables of every body <body>: inputs `<body>.wrench` (of the fluid) and `<body>.applied_wrench` (of anything else),
-outputs `<body>.pose`, `<body>.twist`, `<body>.free_acceleration`, `<body>.inverse_mass`; of every joint: output
-`<joint>.tension`; of every line: output `<line>.tension`, input `<line>.length`. Coupled bodies have one output `inverse_mass`
-together in place of their own. A body that is held takes wrenches and ignores them.
+Variables of every body <body>: inputs `<body>.wrench` (of the fluid) and `<body>.applied_wrench` (of anything else); outputs
+`<body>.pose`, `<body>.twist`, `<body>.free_acceleration`, `<body>.inverse_mass`. Of every joint: output `<joint>.tension`. Of every line:
+output `<line>.tension`, input `<line>.length`. Coupled bodies have one common output `inverse_mass` instead of their own. A fixed or
+guided body accepts wrenches and ignores them.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ BODY_VARIABLES = (
 
 
 class RigidBodyParticipant:
-    """Steps a `RigidBodyWorld`; bodies and joints are all added before.
+    """The participant that steps a `RigidBodyWorld`; bodies and joints are all added before.
 
-    `coupled` names the bodies that tell one `inverse_mass` (6 n, 6 n), joints included.
+    `coupled` has the names of the bodies with one common `inverse_mass` (6 n, 6 n), joints included.
     """
 
     def __init__(self, name: str, world: RigidBodyWorld, coupled: Sequence[str] = ()) -> None:
@@ -71,46 +71,48 @@ class RigidBodyParticipant:
 
     @property
     def name(self) -> str:
-        """See `Participant`."""
+        """Name of the participant."""
         return self._name
 
     @property
     def variables(self) -> Mapping[str, Variable]:
-        """See the module."""
+        """The inputs and outputs of every body, joint and line; see the module."""
         return self._variables
 
     def enter_initialization_mode(self, start_time: float) -> None:
-        """Prescribed motions begin at `start_time`."""
+        """Begin the prescribed motions at `start_time` [s]."""
         self._world.move_to_time(start_time)
 
     def exit_initialization_mode(self) -> None:
-        """Nothing is left to do."""
+        """Do nothing: no value depends on others yet."""
 
     def get(self, name: str) -> Array:
-        """A fresh copy of an output."""
+        """Return a copy of an output, of the variable's shape (N,) or (6, 6) and unit [m, m/s, N]; ValueError for another name."""
         if name not in self._getters:
             raise ValueError(f"{self._name!r} has no output {name!r}, allowed: {', '.join(self._getters)}")
         return self._getters[name]()
 
     def set(self, name: str, value: Array) -> None:
-        """Set a wrench, which then acts until it is set again."""
+        """Set a wrench (6,) [N, N m] or a length (1,) [m], which acts until it is set again."""
         checked = checked_value(self._name, self._variables, name, value)
         self._setters[name](checked)
 
     def do_step(self, time: float, step_size: float) -> StepResult:
-        """Sub-steps of equal length up to `time + step_size`."""
+        """Make sub-steps of equal length up to `time + step_size` [s]."""
         self._world.time = time
         self._world.advance(step_size)
         return StepResult(Status.OK, time + step_size)
 
     def save_state(self) -> object:
-        """See `RigidBodyWorld.save_state`."""
+        """Return the state of the world; see `RigidBodyWorld.save_state`."""
         return self._world.save_state()
 
     def restore_state(self, state: object) -> None:
-        """See `RigidBodyWorld.restore_state`."""
+        """Go back to a state that `save_state` returned; TypeError for anything else."""
         if not isinstance(state, dict):
-            raise TypeError(f"{self._name!r}: restore_state wants what save_state returned, not {type(state).__name__}")
+            raise TypeError(
+                f"{self._name!r}: restore_state got a {type(state).__name__}, allowed: a state that save_state returned"
+            )
         self._world.restore_state(state)
 
     def terminate(self) -> None:

@@ -1,1 +1,1 @@
-"""Reading bodies of a pybullet client that somebody else owns."""
+"""Reading of bodies in a pybullet client that belongs to another program."""

@@ -1,5 +1,6 @@
-"""What the fluid meets otherwise than it is, told as a body is attached: parts that are too thin, solids that count twice, and liquid
-that lies in a solid.
+"""Warnings at attachment, where the fluid sees another shape than the mesh.
+
+They concern parts that are too thin, solids whose overlap counts twice, and liquid inside a solid.
 """
 
 from __future__ import annotations
@@ -26,15 +27,16 @@ DEEP = 0.75  # spacings between wall particles of two solids below which one lie
 
 @dataclass(frozen=True, eq=False)
 class PlacedWalls:
-    """Wall particles of one solid where they are: position (M, 3) [m] in the world, volume (M,) [m3]."""
+    """Wall particles of one solid at their places: position (M, 3) [m] in the world, volume (M,) [m3]."""
 
     position: Array
     volume: Array
 
 
 def swelling(sampling: SurfaceSampling, volume: float) -> float:
-    """How many times a solid's `volume` [m3] the fluid meets, since parts thinner than a particle are met as one thick; 1 if that is
-    hardly more.
+    """Return the volume that the fluid sees / the solid's `volume` [m3]; 1 if they hardly differ.
+
+    The fluid sees parts thinner than a particle as one particle thick.
     """
     times = 1.0 + sampling.excess_volume / volume
     return times if times > 1.0 + UNSAID else 1.0
@@ -45,7 +47,7 @@ def tell_thin_parts(name: str, sampling: SurfaceSampling, volume: float) -> None
     times = swelling(sampling, volume)
     if times > 1.0:
         warnings.warn(
-            f"{name} has parts thinner than a particle, and the fluid meets and lifts {times:.3g} times its volume of {volume:.3g} m3; a "
+            f"{name} has parts thinner than a particle: the fluid sees and lifts {times:.3g} times its volume of {volume:.3g} m3; a "
             f"particle_spacing below {sampling.particle_spacing:g} m resolves them",
             stacklevel=4,
         )
@@ -69,7 +71,7 @@ def leaking(sampling: SurfaceSampling) -> str:
 def tell_overlaps(
     solids: Mapping[str, PlacedWalls], present: Mapping[str, PlacedWalls], particle_spacing: float
 ) -> None:
-    """Solids about to be added that lie in each other, or in those that are there, count twice to the fluid: it is said once for all."""
+    """Warn once if solids about to be added overlap with each other or with solids that are there: the overlap counts twice."""
     met, found = dict(present), []
     for name, solid in solids.items():
         share, others = _overlap(solid, met, DEEP * particle_spacing)
@@ -78,26 +80,26 @@ def tell_overlaps(
         met[name] = solid
     if found:
         warnings.warn(
-            f"solids lie in each other, {'; '.join(found)}: what is in both counts twice to the fluid, in lift and in pressure; solids "
-            "that touch do not",
+            f"solids overlap: {'; '.join(found)}. The overlap counts twice for the fluid, in lift and in pressure; solids that only "
+            "touch do not overlap",
             stacklevel=5,
         )
 
 
 def tell_liquid_within(name: str, mesh: trimesh.Trimesh, position: Array, particle_spacing: float) -> None:
-    """Say it if particles, at `position` (K, 3) [m] in the mesh's coordinates, lie in a solid; not all are pressed out of it in time."""
+    """Warn if particles, at `position` (K, 3) [m] in the mesh's coordinates, are inside a solid; some may stay there."""
     near = position[((position > mesh.bounds[0]) & (position < mesh.bounds[1])).all(axis=1)]
     count = int((SignedDistance(mesh).phi(near) < -ENCLOSED * particle_spacing).sum()) if len(near) else 0
     if count:
         warnings.warn(
-            f"{name} lies where liquid is: {count} particles, {count * particle_spacing**3:.2g} m3, are in it, some of which will stay and "
-            "take from its lift; fill the fluid around bodies, and set none into it",
+            f"{name} is placed in liquid: {count} particles ({count * particle_spacing**3:.2g} m3) are inside it; some will stay and "
+            "reduce its lift, allowed: fill the fluid around bodies",
             stacklevel=4,
         )
 
 
 def _overlap(solid: PlacedWalls, others: Mapping[str, PlacedWalls], deep: float) -> tuple[float, list[str]]:
-    """Which part of a solid's walls lies nearer than `deep` [m] to those of others, and of which."""
+    """Return the share of a solid's walls that is nearer than `deep` [m] to those of others, and the names of these."""
     label = np.repeat(np.arange(len(others)), [len(walls.volume) for walls in others.values()])
     if not label.size:
         return 0.0, []

@@ -1,4 +1,4 @@
-"""pybullet's defaults that spoil physics, recognised in a world of somebody else: told once, with the call that mends them."""
+"""Warnings about pybullet's defaults that spoil physics in another program's world: each is given once, with the call that helps."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ LOST = TURN_LIMIT  # of the forces on a body's links: the engine itself errs by 
 
 @dataclass(frozen=True)
 class _Carried:
-    """A held body at the last reading: its pose (7,), twist (6,), and whether it had come there otherwise than by its velocity."""
+    """A held body at the last reading: its pose (7,), twist (6,), and whether its velocity did not explain its place."""
 
     pose: Array
     twist: Array
@@ -40,7 +40,7 @@ class _Carried:
 
 @dataclass(frozen=True)
 class _Left:
-    """A loose body as a step left it: where it must be by then (3,) [m], how fast (3,) [m/s], how often it was elsewhere since."""
+    """A free body after a step: its expected place (3,) [m] at the next one, its velocity (3,) [m/s], and how often it was elsewhere."""
 
     place: Array
     velocity: Array
@@ -48,10 +48,10 @@ class _Left:
 
 
 class DefaultsWatch:
-    """Compares what links did in a step with what they were expected to do, and says each finding once."""
+    """A watch that compares the motion of links in a step with the expected motion, and gives each warning once."""
 
     def __init__(self, client: int, gravity: Sequence[float]) -> None:
-        """`gravity` (3,) [m/s2] is the fluid's."""
+        """Prepare the watch; `gravity` (3,) [m/s2] is the fluid's."""
         self._client = client
         self._gravity = np.array(gravity)
         self._told: set[tuple[str, int]] = set()
@@ -60,7 +60,7 @@ class DefaultsWatch:
         self._left: dict[int, _Left] = {}  # loose bodies
 
     def forget(self, body: int) -> None:
-        """The body has gone; its number may come again."""
+        """Forget a body that was removed; its number may be used again."""
         self._told = {(finding, of) for finding, of in self._told if of != body}
         self._carried.pop(body, None)
         self._braked.pop(body, None)
@@ -85,16 +85,16 @@ class DefaultsWatch:
             self._look_for_clipping(name, linked, wrenches[rows], unexplained[rows], gravity, duration)
 
     def _look_for_gravity(self, gravity: Array) -> None:
-        """Bodies and fluid that fall differently."""
+        """Look for bodies and fluid with different gravity."""
         if not np.array_equal(gravity, self._gravity) and not np.allclose(gravity, self._gravity):
             self._tell(
                 ("gravity", -1),
-                f"gravity is {gravity.tolist()} m/s2 in the client and {self._gravity.tolist()} m/s2 in the fluid; "
-                f"setGravity{tuple(self._gravity.tolist())} makes them one, or FluidConfig(gravity=...)",
+                f"gravity is {gravity.tolist()} m/s2 in the client and {self._gravity.tolist()} m/s2 in the fluid; make them equal with "
+                f"setGravity{tuple(self._gravity.tolist())} or FluidConfig(gravity=...)",
             )
 
     def _look_for_carrying(self, body: int, pose: Array, twist: Array, duration: float) -> None:
-        """A held body that is set elsewhere step after step, and not at its velocity: it does not push the fluid as it moves."""
+        """Look for a held body that is moved step after step, but not at its velocity: it does not push the fluid as it moves."""
         before = self._carried.get(body)
         if before is None or np.array_equal(pose, before.pose):
             self._carried[body] = _Carried(pose, twist, is_astray=False)
@@ -110,15 +110,15 @@ class DefaultsWatch:
             velocity = [[float(f"{value:.3g}") for value in part] for part in (moved / duration).reshape(2, 3)]
             self._tell(
                 ("carried", body),
-                f"body {body} is held and set elsewhere step after step, but the fluid meets it at the velocity "
-                f"{twist[:3].tolist()} m/s; resetBaseVelocity({body}, {velocity[0]}, {velocity[1]}) after "
-                f"resetBasePositionAndOrientation tells it how it moves",
+                f"body {body} is held and moved step after step, but its velocity for the fluid is "
+                f"{twist[:3].tolist()} m/s; call resetBaseVelocity({body}, {velocity[0]}, {velocity[1]}) after "
+                "resetBasePositionAndOrientation",
             )
 
     def _look_for_other_steps(
         self, body: int, place: Array, velocity: Array, next_velocity: Array, duration: float
     ) -> None:
-        """A loose body that comes to a step further than the last one led it, by what whole steps of the engine make of its velocity."""
+        """Look for a free body that has moved between steps as whole steps of the engine would move it."""
         left, times = self._left.get(body), 0
         if left is not None:
             further, step = place - left.place, 0.5 * duration * (left.velocity + velocity)
@@ -130,12 +130,12 @@ class DefaultsWatch:
         if times == IN_A_ROW:
             self._tell(
                 ("stepped", -1),
-                f"body {body} moves on between the steps of the fluid's world, as by pybullet.stepSimulation, which the water does "
-                f"not push in; world.step() takes the place of that call",
+                f"body {body} moves between the steps of the fluid's world, as by pybullet.stepSimulation, and the water does not push "
+                f"it then; call world.step() instead",
             )
 
     def _look_for_damping(self, body: int, twist: Array, unexplained: Array) -> None:
-        """Default damping, which cannot be asked for: -c v (1 + |v|) is all that is left of a body's acceleration."""
+        """Look for default damping, which pybullet does not report: -c v (1 + |v|) is all that is unexplained of a body's acceleration."""
         speed = float(np.linalg.norm(twist[:3]))
         expected = -DEFAULT_DAMPING * twist[:3] * (1.0 + speed)
         is_braked = speed > 0.05 and np.linalg.norm(unexplained[:3] - expected) < 0.05 * np.linalg.norm(expected)
@@ -143,24 +143,24 @@ class DefaultsWatch:
         if self._braked[body] == BRAKED:
             self._tell(
                 ("damping", -1),
-                f"body {body} is braked by pybullet's default damping (a fall ends at 15 m/s); "
+                f"body {body} has pybullet's default damping (a fall ends at 15 m/s); switch it off with "
                 f"changeDynamics({body}, link, linearDamping=0, angularDamping=0, jointDamping=0) for the base (-1) "
-                f"and every link takes it off",
+                "and every link",
             )
 
     def _look_for_turning(self, body: int, link: int, turn: float, duration: float) -> None:
-        """Too large an angle [rad] in a step for forces that hold for all of it."""
+        """Look for an angle [rad] in a step that is too large for forces that are constant over it."""
         if turn > TURN_LIMIT:
             self._tell(
                 ("turning", body),
-                f"body {body}, link {link} turns by {turn:.2g} rad in a step, and forces and joints are not to be relied upon beyond "
-                f"{TURN_LIMIT:g}; setTimeStep({0.5 * TURN_LIMIT / turn * duration:.1g}) would do",
+                f"body {body}, link {link} turns by {turn:.2g} rad in a step; forces and joints are not reliable beyond "
+                f"{TURN_LIMIT:g} rad; take shorter steps, as setTimeStep({0.5 * TURN_LIMIT / turn * duration:.1g})",
             )
 
     def _look_for_clipping(
         self, name: int, body: LinkedBody, wrenches: Array, unexplained: Array, gravity: Array, duration: float
     ) -> None:
-        """Joints clipped before their motors act: a loose body that touches nothing, and yet loses momentum."""
+        """Look for joints that were clipped before their motors acted: a free body that touches nothing loses momentum."""
         if len(body.keys) == 1 or body.is_held or not wrenches.any() or ("clipping", name) in self._told:
             return
         lost, given = body.masses @ unexplained[:, :3], np.linalg.norm(wrenches[:, :3], axis=1).sum()
@@ -170,8 +170,8 @@ class DefaultsWatch:
         if change > SPEED_LIMIT:
             self._tell(
                 ("clipping", name),
-                f"body {name} took less than the fluid gave it: its joints would come to {change:.3g} m/s or rad/s in a step before their "
-                f"motors hold them, and pybullet clips that at {SPEED_LIMIT:g}; changeDynamics({name}, -1, maxJointVelocity=1e9) lifts it",
+                f"body {name} took less than the fluid gave it: its joints would reach {change:.3g} m/s or rad/s in a step before motors "
+                f"act, and pybullet limits that to {SPEED_LIMIT:g}; remove the limit with changeDynamics({name}, -1, maxJointVelocity=1e9)",
             )
 
     def _tell(self, finding: tuple[str, int], text: str) -> None:
@@ -181,13 +181,13 @@ class DefaultsWatch:
 
 
 def _is_astray(moved: Array, led: Array, led_before: Array) -> bool:
-    """Whether a body moved otherwise than its velocity led it, now or before; what turns round moves by something between the two."""
+    """Tell whether a body moved otherwise than by its velocity, now or before; a body that turns round moves by something in between."""
     way = float(np.linalg.norm(moved))
     return bool(np.linalg.norm(moved - led) - np.linalg.norm(led - led_before) > ASTRAY * way > LEAST_MOVE)
 
 
 def tell_inertia(body: int, link: int, mesh: trimesh.Trimesh, mass: float, inertia: Array) -> None:
-    """Recognise an inertia (3,) that is the bounding box's and not the solid's."""
+    """Warn of an inertia (3,) [kg m2] that is that of the bounding box and not of the solid; mass [kg]."""
     if not mesh.is_watertight or mesh.body_count > 1:
         return
     size2 = np.asarray(mesh.extents) ** 2
@@ -195,8 +195,7 @@ def tell_inertia(body: int, link: int, mesh: trimesh.Trimesh, mass: float, inert
     of_solid = np.diag(mesh.moment_inertia) * mass / (float(mesh.volume) * float(mesh.density))
     if np.allclose(inertia, of_box, rtol=0.1) and not np.allclose(inertia, of_solid, rtol=0.2):
         warnings.warn(
-            f"body {body}, link {link} has the inertia of its bounding box; changeDynamics({body}, {link}, "
-            f"localInertiaDiagonal={[float(f'{value:.4g}') for value in of_solid]}) gives it its own, if it is solid "
-            f"throughout",
+            f"body {body}, link {link} has the inertia of its bounding box; if it is solid throughout, set its own with "
+            f"changeDynamics({body}, {link}, localInertiaDiagonal={[float(f'{value:.4g}') for value in of_solid]})",
             stacklevel=5,
         )

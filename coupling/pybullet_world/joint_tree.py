@@ -1,6 +1,6 @@
-"""How the links of a tree of joints answer impulses: in the coordinates of the joints, where joints cannot part.
+"""The answer of a tree of joints to impulses, in the coordinates of the joints, in which joints cannot separate.
 
-Twists of the links (6 L) follow from the rates q' of the tree's free coordinates, V = S q', the base's own six among them unless it is
+Twists of the links (6 L) follow from the rates q' of the tree's free coordinates, V = S q'; the base's own six are among them unless it is
 fixed. With M = blockdiag(m 1, I) of the links,
 
     W_c = S (S^T M S)^-1 S^T                                              twist by impulse,
@@ -24,13 +24,13 @@ Array = npt.NDArray[np.float64]
 
 
 def cross(first: Array, second: Array) -> Array:
-    """first x second, (3,) or (3, K) each; a tree has too many for numpy's own, which takes ten times as long for single vectors."""
+    """Compute first x second, (3,) or (3, K) each [-]; ten times faster than numpy's for the many single vectors of a tree."""
     (a, b, c), (x, y, z) = first, second
     return np.array([b * z - c * y, c * x - a * z, a * y - b * x])
 
 
 def no_axes() -> Array:
-    """(0, 3): a joint without freedoms of one kind."""
+    """Return no axes (0, 3) [-], for a joint without freedoms of one kind."""
     return np.zeros((0, 3))
 
 
@@ -39,10 +39,10 @@ class TreeLink:
     """One link at one instant, world frame.
 
     Attributes:
-        parent: index of the link that it hangs on, before it in the tree; -1 for the base.
+        parent: index of its parent link, which is before it in the tree; -1 for the base.
         position: (3,) of the centre of mass [m]; twist: (6,) [m/s, rad/s].
         mass: [kg]; inertia: (3, 3) about the centre of mass [kg m2].
-        joint_point: (3,) [m]; of the base, anything.
+        joint_point: (3,) [m]; for the base, anything.
         slides, turns: (k, 3) unit axes along and about which it moves freely against its parent.
     """
 
@@ -57,7 +57,7 @@ class TreeLink:
 
 
 class ArticulatedTree:
-    """Links of one body, base first; `is_fixed`: the base does not move by forces."""
+    """The links of one body, base first; `is_fixed`: the base does not move under forces."""
 
     def __init__(self, links: list[TreeLink], *, is_fixed: bool) -> None:
         self._links = links
@@ -73,31 +73,31 @@ class ArticulatedTree:
         self._momentum = np.array([self._mass_times(link, s) for link, s in zip(links, self._motion, strict=True)])
         matrix = np.einsum("lak,lan->kn", self._motion, self._momentum)
         self._answer = np.zeros((freedoms, freedoms))
-        # along the others there is no inertia, and pybullet moves nothing
+        # the other coordinates have no inertia, and pybullet does not move them
         loaded = np.flatnonzero(matrix.diagonal() > 0.0)
         axes = np.ix_(loaded, loaded)
         self._answer[axes] = np.linalg.inv(matrix[axes])
 
     def inverse_mass(self) -> Array:
-        """W_c (6 L, 6 L) [1/kg, 1/(kg m), 1/(kg m2)]."""
+        """Return W_c, (6 L, 6 L) [1/kg, 1/(kg m), 1/(kg m2)]."""
         motion = self._motion.reshape(6 * len(self._links), -1)
         return motion @ self._answer @ motion.T
 
     def mobility(self) -> Array:
-        """(L,) largest change of a rate that an impulse along one of a link's own freedoms makes, 0 without any [1/kg, 1/(kg m2)]."""
+        """Return the largest rate change (L,) by an impulse along a link's own freedoms, 0 without any [1/kg, 1/(kg m2)]."""
         parts = np.split(np.diagonal(self._answer), np.cumsum(self._freedoms)[:-1])
         return np.array([part.max(initial=0.0) for part in parts])
 
     def acceleration(self, gravity: Array) -> Array:
-        """(L, 6) under gravity (3,) [m/s2] and the links' own turning."""
+        """Return accelerations (L, 6) [m/s2, rad/s2] under gravity (3,) [m/s2] and the links' own turning."""
         return self._motion @ (self._answer @ self._forces(gravity)) + self._bias
 
     def rate_changes(self, gravity: Array, wrenches: Array) -> Array:
-        """d q'/dt of the free coordinates under gravity (3,) [m/s2], the links' own turning and wrenches (L, 6) [N, N m]."""
+        """Return d q'/dt (n,) [m/s2, rad/s2] under gravity (3,) [m/s2], the links' own turning and wrenches (L, 6) [N, N m]."""
         return self._answer @ (self._forces(gravity) + np.einsum("lan,la->n", self._motion, wrenches))
 
     def _forces(self, gravity: Array) -> Array:
-        """S^T (f - M b) of weight and turning."""
+        """Compute S^T (f - M b) of weight and turning."""
         force = np.zeros(len(self._answer))
         for n, link in enumerate(self._links):
             wrench = -self._mass_times(link, self._bias[n])
@@ -107,7 +107,7 @@ class ArticulatedTree:
         return force
 
     def _hang(self, index: int, link: TreeLink, parent: TreeLink, at: int) -> int:
-        """Columns and bias of a link from its parent's; `at` is its first own column, returns the next link's."""
+        """Set columns and bias of a link from its parent's; `at` is its first own column. Return that of the next link."""
         to_joint, to_center = link.joint_point - parent.position, link.position - link.joint_point
         of_parent = self._motion[link.parent]
         motion = self._motion[index]
@@ -130,5 +130,5 @@ class ArticulatedTree:
 
     @staticmethod
     def _mass_times(link: TreeLink, motion: Array) -> Array:
-        """M times rows of linear and angular motion (6, ...)."""
+        """Multiply rows of linear and angular motion (6, ...) by M."""
         return np.concatenate([link.mass * motion[:3], link.inertia @ motion[3:]])

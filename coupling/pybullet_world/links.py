@@ -1,11 +1,11 @@
-"""Links of pybullet bodies as a fluid meets them: where they are, how they move, how they answer impulses together.
+"""Links of pybullet bodies as a fluid meets them: their places, motions, and common answer to impulses.
 
-Links of one body hang together in a tree (`joint_tree`); bodies may be tied to each other or to the world by constraints, point
-to point or fixed (`joint_constraints`). A motor that keeps its joint's rate, or whose torque follows the load, as a servo's does, counts as
-a joint that does not give way; one that was overcome is a force that nobody announces until it gives more than it did then, and so is a
-constraint that was at its `maxForce`. Which it is shows after a first step. A motor that is overcome for the third time yields to loads, as
-gains make it that pybullet does not tell: it and its body's others are forces until it is switched off. All is read from the client anew
-each step, nothing in it is changed.
+Links of one body form a tree (`joint_tree`). Constraints, point to point or fixed, may tie bodies to each other or to the world
+(`joint_constraints`). A motor that keeps its joint's rate, or whose torque follows the load as a servo's does, counts as a rigid joint. A
+motor that was overcome counts as an unknown force until it gives more than it did then; so does a constraint that was at its
+`maxForce`. The first step shows which case holds. A motor that is overcome for the third time yields to loads, because of gains that
+pybullet does not report: it and its body's other motors count as forces until it is switched off. Everything is read from the client
+anew at each step, and nothing in it is changed.
 """
 
 from __future__ import annotations
@@ -41,10 +41,11 @@ KEPT = {pybullet.JOINT_POINT2POINT: False, pybullet.JOINT_FIXED: True}  # constr
 
 @dataclass(frozen=True, eq=False)
 class LinkSystem:
-    """Links of some bodies at one instant, a row each in the order of `keys`.
+    """Links of some bodies at one instant, one row for each in the order of `keys`.
 
-    pose (L, 7) of the centres of mass; twist (L, 6); inverse_mass (6 L, 6 L) joints included; acceleration (L, 6) by gravity and turning,
-    joints included; is_free (L,) whether forces reach it: all but held bases, for what a motor holds loads the motor.
+    pose (L, 7) [m, 1] of the centres of mass; twist (L, 6) [m/s, rad/s]; inverse_mass (6 L, 6 L) [1/kg] joints included;
+    acceleration (L, 6) [m/s2, rad/s2] by gravity and turning, joints included; is_free (L,): true for all links but held bases, which
+    forces do not move.
     """
 
     keys: list[LinkKey]
@@ -56,7 +57,7 @@ class LinkSystem:
 
 
 class LinkedBody:
-    """One body of a client; ValueError from what it tells once it has been removed there, or another has got its unique id."""
+    """One body of a client; ValueError if it has been removed there, if another one has its unique id, or if it cannot be read."""
 
     def __init__(self, client: int, body: int) -> None:
         _require_body(client, body)
@@ -80,7 +81,7 @@ class LinkedBody:
         return {name: getattr(self, name).copy() for name in OF_MOTORS}, frozenset(self._spent)
 
     def restore_state(self, state: _Learnt) -> None:
-        """As it was when `save_state` returned this."""
+        """Go back to a state that `save_state` returned."""
         motors, spent = state
         for name, value in motors.items():
             setattr(self, name, value.copy())
@@ -88,21 +89,21 @@ class LinkedBody:
 
     @property
     def keys(self) -> list[LinkKey]:
-        """Base first."""
+        """Keys of the links, base first."""
         return [(self.unique_id, link) for link in range(-1, len(self._joints))]
 
     @property
     def is_held(self) -> bool:
-        """Whether the base does not move by forces, at the last reading."""
+        """True if the base did not move under forces at the last reading."""
         return self._loose[0].mass == 0.0
 
     @property
     def masses(self) -> Array:
-        """(L,) of the links [kg] at the last reading."""
+        """Masses (L,) [kg] of the links at the last reading."""
         return np.array([link.mass for link in self._loose])
 
     def read(self, step_size: float) -> tuple[Array, list[TreeLink]]:
-        """Poses (L, 7) of the centres of mass, and the links as a tree, base first; `step_size` [s] since the last call."""
+        """Read poses (L, 7) [m, 1] of the centres of mass, and the links as a tree, base first; `step_size` [s] since the last call."""
         self._refuse_another()
         position, orientation, states = self._states()
         poses = [(*position, *orientation), *((*state[0], *state[1]) for state in states)]
@@ -123,10 +124,10 @@ class LinkedBody:
         return np.array(poses), links
 
     def holds(self, constraint: int) -> bool:
-        """Whether a constraint is as good as rigid: it carried something in the last step, and was never at its limit.
+        """Tell whether a constraint is as good as rigid: it carried a force in the last step, and was never at its limit.
 
-        One that was stays a force: taken for rigid whenever its load has gone down, it would be thrown between the two. pybullet tells
-        500 N of a constraint whose limit was never set and which bears far more: beyond those it is not at its limit.
+        One that reached its limit stays a force; otherwise it would change between the two whenever its load falls. pybullet reports 500 N
+        for a constraint whose limit was never set and which bears far more; beyond 500 N it is not at its limit.
         """
         limit = float(pybullet.getConstraintInfo(constraint, physicsClientId=self._client)[10])
         load = np.abs(pybullet.getConstraintState(constraint, physicsClientId=self._client))
@@ -135,7 +136,7 @@ class LinkedBody:
         return bool(load.any()) and (constraint, limit) not in self._spent
 
     def fastest_change(self, wrenches: Array, gravity: Array, step_size: float) -> float:
-        """Largest change of a rate [m/s, rad/s] that wrenches (L, 6) would make in a step, from the last reading on, if no motor held."""
+        """Return the largest rate change [m/s, rad/s] by wrenches (L, 6) [N, N m] and gravity (3,) [m/s2] in a step without motors."""
         tree = ArticulatedTree(self._loose, is_fixed=self.is_held)
         return step_size * float(np.abs(tree.rate_changes(gravity, wrenches)).max(initial=0.0))
 
@@ -147,19 +148,19 @@ class LinkedBody:
         return np.array(poses), np.array([base, *(np.concatenate(state[6:8]) for state in states)])
 
     def _refuse_planar(self) -> None:
-        """pybullet tells 0 for the axis of a planar joint, without which nobody knows how its link gives way."""
+        """Raise ValueError for a planar joint: pybullet reports 0 for its axis, so the link's motion is unknown."""
         for index, joint in enumerate(self._joints):
             if joint[2] == pybullet.JOINT_PLANAR:
                 raise ValueError(
-                    f"joint {index} ({joint[1].decode()}) of body {self.unique_id} is planar, and pybullet does not tell its axis, "
-                    "allowed: two prismatic joints and a revolute one in its place"
+                    f"joint {index} ({joint[1].decode()}) of body {self.unique_id} is planar, and pybullet does not report its axis, "
+                    "allowed: two prismatic joints and a revolute one instead"
                 )
 
     def _refuse_lost(self, poses: Sequence[Sequence[float]], twists: Array) -> None:
         if not (np.abs(poses) < FAR).all() or not (np.abs(twists) < FAR).all():
             raise ValueError(
-                f"body {self.unique_id} is at {list(poses[0][:3])} m in the client, a link of it {np.abs(twists).max():.3g} m/s or rad/s "
-                f"fast, allowed: below {FAR:g}; pybullet's simulation of it has blown up, a shorter setTimeStep may hold it"
+                f"body {self.unique_id} is at {list(poses[0][:3])} m in the client, a link at {np.abs(twists).max():.3g} m/s or rad/s, "
+                f"allowed: below {FAR:g}; pybullet's simulation is unstable, take a shorter setTimeStep"
             )
 
     def _refuse_another(self) -> None:
@@ -167,16 +168,16 @@ class LinkedBody:
             shapes = self._told_shapes()
         except pybullet.error as cause:
             raise ValueError(
-                f"body {self.unique_id} is no longer in the client, allowed: remove_body({self.unique_id}) takes it out of the fluid"
+                f"body {self.unique_id} is no longer in the client, allowed: remove_body({self.unique_id}), which takes it out of the fluid"
             ) from cause
         if shapes != self._shapes:
             raise ValueError(
-                f"body {self.unique_id} is not the one that was added to the fluid, whose unique id it has, allowed: "
+                f"body {self.unique_id} is not the one that was added to the fluid, but has its unique id, allowed: "
                 f"remove_body({self.unique_id}), then add_body({self.unique_id})"
             )
 
     def _told_shapes(self) -> tuple[object, ...]:
-        """What a body is known by: its names and its links' collision shapes; pybullet.error if it is not there."""
+        """Return what identifies a body: its names and its links' collision shapes; pybullet.error if it is not there."""
         client, body = self._client, self.unique_id
         names = pybullet.getBodyInfo(body, physicsClientId=client)
         links = range(-1, pybullet.getNumJoints(body, physicsClientId=client))
@@ -185,7 +186,7 @@ class LinkedBody:
         return names, [[shape[2:] for shape in shapes] for shapes in told]
 
     def _states(self) -> tuple[Sequence[float], Sequence[float], Sequence[tuple]]:
-        """Position and orientation of the base, and pybullet's states of the other links."""
+        """Return position and orientation of the base, and pybullet's states of the other links."""
         base = pybullet.getBasePositionAndOrientation(self.unique_id, physicsClientId=self._client)
         if not self._joints:
             return (*base, ())
@@ -203,7 +204,7 @@ class LinkedBody:
         )  # fmt: skip
 
     def _kept_joints(self, step_size: float) -> list[bool]:
-        """Which joints a motor held in the last step: at their rates, or with a torque that it could still change."""
+        """List the joints that a motor held in the last step: at their rates, or with a torque that it could still change."""
         if not self._joints:
             return []
         numbers = range(len(self._joints))
@@ -222,10 +223,10 @@ class LinkedBody:
         return [bool(each) for each in kept]
 
     def _overcome(self, torques: Array, changes: Array, step_size: float) -> npt.NDArray[np.bool_]:
-        """Which motors gave all they have: as much as in the step before, to whichever side, or gave way by `changes` of rate (J, 3).
+        """Tell which motors are at their limit: same torque size as in the step before, or overcome by `changes` of rate (J, 3).
 
-        A joint that slows down as it was told turns against its motor too, with less torque than that gave before; a limit that was
-        lowered shows as the same torque twice, and a motor that yields turns against its torque to one side, then to the other.
+        A joint that slows down as ordered turns against its motor, too, but with less torque than before. A limit that was lowered shows as
+        the same torque twice, and a yielding motor turns against its torque first to one side, then to the other.
         """
         size = np.abs(torques)
         spent = np.all(_equal(size, np.abs(self._torques)), axis=1, keepdims=True)
@@ -240,7 +241,7 @@ class LinkedBody:
 
 
 def read_links(client: int, bodies: Iterable[LinkedBody], gravity: Array, step_size: float) -> LinkSystem:
-    """Every link of the bodies, under gravity (3,) [m/s2]; what constraints drifted is taken back within `step_size` [s]."""
+    """Read every link of the bodies, under gravity (3,) [m/s2]; drift of constraints is corrected within `step_size` [s]."""
     keys: list[LinkKey] = []
     poses, twists, masses, accelerations, is_free = [np.zeros((0, 7))], [np.zeros((0, 6))], [], [np.zeros((0, 6))], []
     linked = list(bodies)
@@ -267,33 +268,33 @@ def read_links(client: int, bodies: Iterable[LinkedBody], gravity: Array, step_s
 
 
 def _require_body(client: int, body: int) -> None:
-    """Refuse what is no unique id of a body of links, as `LinkedBody` reads them: TypeError for no number, else ValueError."""
+    """Check the unique id of a body of links, as `LinkedBody` reads them: TypeError for what is not a number, else ValueError."""
     if not isinstance(body, int | np.integer):
         raise TypeError(f"body is {body!r}, allowed: the unique id that pybullet gave it, a whole number")
     count = pybullet.getNumBodies(physicsClientId=client)
     known = [pybullet.getBodyUniqueId(index, physicsClientId=client) for index in range(count)]
     if body not in known:
         raise ValueError(
-            f"body {body} is not in the client, allowed: {', '.join(map(str, known)) or 'none, for it is empty'}"
+            f"body {body} is not in the client, allowed: {', '.join(map(str, known)) or 'none, because the client is empty'}"
         )
     if pybullet.getDynamicsInfo(body, -1, physicsClientId=client)[10] != OF_LINKS:
         raise ValueError(
-            f"body {body} is soft or has maximal coordinates, allowed: to load it without useMaximalCoordinates=True"
+            f"body {body} is soft or has maximal coordinates, allowed: a body loaded without useMaximalCoordinates=True"
         )
 
 
 def _equal(torques: Array, others: Array) -> npt.NDArray[np.bool_]:
-    """Where they are the same to rounding."""
+    """Mark entries that are equal up to rounding."""
     return np.abs(torques - others) <= MOTOR_SPENT * torques
 
 
 def _triple(numbers: Sequence[float]) -> list[float]:
-    """As many as a spherical joint has."""
+    """Extend to as many numbers as a spherical joint has."""
     return [*numbers, *[0.0] * (3 - len(numbers))]
 
 
 def _axes(kind: int, axis: Array) -> tuple[Array, Array]:
-    """Axes (k, 3) along which a joint slides and about which it turns."""
+    """Return the axes (k, 3) along which a joint slides and about which it turns."""
     none, single = np.zeros((0, 3)), axis[None]
     if kind == pybullet.JOINT_REVOLUTE:
         return none, single
@@ -305,7 +306,7 @@ def _axes(kind: int, axis: Array) -> tuple[Array, Array]:
 
 
 def _constraints(client: int, linked: Iterable[LinkedBody], row_of: dict[LinkKey, int]) -> list[PointJoint]:
-    """Constraints among the links, and between them and what does not move."""
+    """List the constraints among the links, and between them and fixed things."""
     joints, bodies = [], {body.unique_id: body for body in linked}
     for index in range(pybullet.getNumConstraints(physicsClientId=client)):
         identifier = pybullet.getConstraintUniqueId(index, physicsClientId=client)

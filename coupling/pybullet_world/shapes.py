@@ -90,7 +90,7 @@ def _is_ground(client: int, body: int, link: int) -> bool:
 
 
 def link_pose(client: int, body: int, link: int) -> tuple[Array, Array]:
-    """Position (3,) [m] and orientation (4,) of a link's centre of mass in the world."""
+    """Return position (3,) [m] and orientation (4,) xyzw of a link's centre of mass in the world."""
     if link < 0:
         position, orientation = pybullet.getBasePositionAndOrientation(body, physicsClientId=client)
     else:
@@ -99,19 +99,19 @@ def link_pose(client: int, body: int, link: int) -> tuple[Array, Array]:
 
 
 def _is_file(name: str, path: str) -> bool:
-    """Whether pybullet tells a shape's file; ValueError for one that is not where it says, as seen from here."""
+    """Tell whether pybullet reports a shape's file; ValueError if the file does not exist as seen from here."""
     if path == UNTOLD:
         return False
     if not Path(path).is_file():
         raise ValueError(
-            f"{name} has a mesh from the file {path!r}, which is not there as seen from {Path.cwd()}, allowed: to attach from the folder "
-            "that the body was loaded from, to load it by a whole path, or add_body with meshes="
+            f"{name} has a mesh from the file {path!r}, which does not exist as seen from {Path.cwd()}, allowed: to attach from the folder "
+            "in which the body was loaded, to load it by its whole path, or add_body with meshes="
         )
     return True
 
 
 def _primitive(kind: int, dimensions: tuple[float, ...]) -> trimesh.Trimesh | None:
-    """A box (edge lengths), sphere (radius), cylinder or capsule (height, radius) along z; None for anything else."""
+    """Build a box (edge lengths), sphere (radius), cylinder or capsule (height, radius) along z; None for other shapes."""
     if kind == pybullet.GEOM_BOX:
         return box((dimensions[0], dimensions[1], dimensions[2]))
     if kind == pybullet.GEOM_SPHERE:
@@ -151,12 +151,12 @@ def _sound_parts(path: Path) -> list[trimesh.Trimesh]:
 
 
 def _hull(client: int, where: tuple[int, int, int], why: str) -> trimesh.Trimesh:
-    """The convex hull of a shape that pybullet keeps as vertices, which it gives in the centre-of-mass frame."""
+    """Build the convex hull of a shape that pybullet keeps as vertices, which are in the centre-of-mass frame."""
     body, link, index = where
     name = _name(client, body, link)
     count, vertices = pybullet.getMeshData(body, link, collisionShapeIndex=index, physicsClientId=client)
     if count < 4:
-        raise ValueError(f"{name} has a mesh that pybullet keeps to itself, allowed: add_body with meshes=")
+        raise ValueError(f"{name} has a mesh that pybullet does not report, allowed: add_body with meshes=")
     warnings.warn(
         f"{name} {why}: fluid and pybullet meet its convex hull; add_body with meshes= gives the fluid another solid",
         stacklevel=5,
@@ -165,7 +165,7 @@ def _hull(client: int, where: tuple[int, int, int], why: str) -> trimesh.Trimesh
 
 
 def _convex(name: str, solid: trimesh.Trimesh | np.ndarray) -> trimesh.Trimesh:
-    """Hull of a mesh or of points (N, 3) [m]; ValueError if it is flat."""
+    """Build the hull of a mesh or of points (N, 3) [m]; ValueError if it is flat."""
     try:
         return trimesh.convex.convex_hull(solid)
     except Exception as cause:  # qhull's own, or of what trimesh then tries
@@ -175,7 +175,7 @@ def _convex(name: str, solid: trimesh.Trimesh | np.ndarray) -> trimesh.Trimesh:
 
 
 def _name(client: int, body: int, link: int) -> str:
-    """As the user knows it: the body's name, its id, and the link's name."""
+    """Write the body's name, its id, and the link's name."""
     base, name = (text.decode() for text in pybullet.getBodyInfo(body, physicsClientId=client))
     part = base if link < 0 else pybullet.getJointInfo(body, link, physicsClientId=client)[12].decode()
     return f"body {body} ({name or 'unnamed'}), link {link} ({part or 'unnamed'})"

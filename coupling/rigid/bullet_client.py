@@ -1,7 +1,7 @@
-"""Bodies and joints on a pybullet client of our own, with pybullet's defaults that spoil physics put right.
+"""A pybullet client of our own, in which those of pybullet's defaults that spoil physics are corrected.
 
-Damping is 0; inertia is that of the body, not of its bounding box; bodies do not fall asleep; joints do not give way; pairs are ordered,
-so that a step can be repeated. pybullet's axes of a body are the principal ones, those of its mesh are turned against them.
+Damping is 0. Inertia is that of the body, not of its bounding box. Bodies do not fall asleep. Joints do not yield. Pairs are ordered, so
+that a step can be repeated. pybullet's axes of a body are the principal ones; those of its mesh are turned against them.
 """
 
 from __future__ import annotations
@@ -24,19 +24,19 @@ from coupling.rigid.rotations import turned
 
 Array = npt.NDArray[np.float64]
 
-UNCLIPPED = 1e9  # [m/s, rad/s]; else 100, before joints act: jointed bodies then lose what they gave each other
-UNYIELDING_MASS = 1e12  # [kg] of a body on a prescribed motion: joints and contacts do not move it
-UNYIELDING_FORCE = 1e15  # [N] a joint can take; pybullet's own limit is 120 kN at 240 Hz
+UNCLIPPED = 1e9  # [m/s, rad/s]; pybullet's limit of 100, applied before joints act, makes jointed bodies lose momentum
+UNYIELDING_MASS = 1e12  # [kg], mass of a body on a prescribed motion, which joints and contacts do not move
+UNYIELDING_FORCE = 1e15  # [N], limit of a joint; pybullet's own limit is 120 kN at 240 Hz
 FREE_GROUP, HELD_GROUP = 1, 2  # collision groups: held bodies do not collide with each other
 
 
 @dataclass(frozen=True, eq=False)
 class BulletBody:
-    """A body of the client, and the turn from its principal axes to its mesh's."""
+    """A body of the client, with the rotation from its principal axes to its mesh's, and its inverse as a quaternion (4,)."""
 
     unique_id: int
     principal_axes: Rotation
-    to_mesh: Array  # the inverse turn as a quaternion
+    to_mesh: Array  # the inverse rotation as a quaternion
 
 
 class BulletClient:
@@ -51,13 +51,13 @@ class BulletClient:
             deterministicOverlappingPairs=1,
             numSolverIterations=solver_iterations,
             numSubSteps=0,
-            enableFileCaching=0,  # it would keep every state that was ever restored, and tell them apart by name only
+            enableFileCaching=0,  # caching would keep every restored state, and identify states by name only
         )
 
     def add_body(
         self, mesh: trimesh.Trimesh, properties: MassProperties, *, is_free: bool, is_guided: bool, contact: bool, friction: float
     ) -> BulletBody:  # fmt: skip
-        """Make a body that is free, guided along a motion, or fixed; `mesh` is about its centre of mass."""
+        """Add a body that is free, guided along a motion, or fixed; `mesh` is about its centre of mass. Friction coefficient [-]."""
         moments, axes = properties.principal_axes()
         shape = self._collision_shape(mesh, axes, is_free=is_free) if contact else -1
         mass = properties.mass if is_free else UNYIELDING_MASS if is_guided else 0.0
@@ -67,7 +67,7 @@ class BulletClient:
             pybullet.changeDynamics,
             body.unique_id,
             -1,
-            mass=mass,  # which would overwrite the inertia if it came later
+            mass=mass,  # before the inertia, which it would overwrite
             localInertiaDiagonal=(moments if is_free else np.full(3, mass)).tolist(),
             linearDamping=0.0,
             angularDamping=0.0,
@@ -81,14 +81,14 @@ class BulletClient:
         return body
 
     def add_half_space(self, point: Vector, normal: Vector, friction: float) -> None:
-        """Fill all that lies behind a plane through `point` [m]; `normal` points out of it. Nothing is too fast to be stopped by it."""
+        """Fill the space behind a plane through `point` [m]; `normal` points out of it. It stops bodies of any speed."""
         shape = self._call(pybullet.createCollisionShape, pybullet.GEOM_PLANE, planeNormal=normal)
         unique_id = self._call(pybullet.createMultiBody, 0.0, shape, -1, point)
         self._call(pybullet.changeDynamics, unique_id, -1, lateralFriction=friction)
         self._call(pybullet.setCollisionFilterGroupMask, unique_id, -1, HELD_GROUP, FREE_GROUP)
 
     def add_joint(self, first: BulletBody, first_point: Array, second: BulletBody | None, second_point: Array) -> int:
-        """Hold a point of two bodies together, or of one and the world; points along the bodies' own axes. Returns its handle."""
+        """Join a point of two bodies, or of one and the world; points (3,) [m] along the bodies' own axes. Return the joint's handle."""
         pivots = [first.principal_axes.inv().apply(first_point).tolist()]
         pivots.append((second_point if second is None else second.principal_axes.inv().apply(second_point)).tolist())
         second_id = -1 if second is None else second.unique_id
@@ -102,27 +102,27 @@ class BulletClient:
         return joint
 
     def joint_force(self, joint: int) -> Array:
-        """Force (3,) of a joint on its first body in the last step [N]."""
+        """Return the force (3,) [N] of a joint on its first body in the last step."""
         return -np.array(self._call(pybullet.getConstraintState, joint)[:3])
 
     def place(self, body: BulletBody, motion: Motion) -> None:
-        """Put a body where `motion` says; pybullet stops a body that it places, so the velocity comes second."""
+        """Put a body where `motion` says; pybullet stops a body that it places, so the velocity is set after it."""
         orientation = (Rotation.from_quat(motion.orientation) * body.principal_axes).as_quat()
         self._call(pybullet.resetBasePositionAndOrientation, body.unique_id, motion.position, orientation)
         self.set_velocities([body], np.concatenate([motion.linear_velocity, motion.angular_velocity])[None])
 
     def set_velocities(self, bodies: Sequence[BulletBody], twists: Array) -> None:
-        """Give bodies twists (B, 6) [m/s, rad/s]."""
+        """Set the twists (B, 6) [m/s, rad/s] of bodies."""
         for body, twist in zip(bodies, twists.tolist(), strict=True):
             self._call(pybullet.resetBaseVelocity, body.unique_id, twist[:3], twist[3:])
 
     def step(self, duration: float) -> None:
-        """One step of the engine [s]."""
+        """Make one step of the engine, `duration` [s]."""
         self._call(pybullet.setTimeStep, duration)
         self._call(pybullet.stepSimulation)
 
     def read(self, bodies: Sequence[BulletBody]) -> tuple[Array, Array]:
-        """Poses (B, 7) with the meshes' axes and twists (B, 6) of one body or more."""
+        """Read poses (B, 7) [m, 1] with the meshes' axes, and twists (B, 6) [m/s, rad/s], of one body or more."""
         placed, moving = [], []
         for body in bodies:
             position, orientation = self._call(pybullet.getBasePositionAndOrientation, body.unique_id)
@@ -134,11 +134,11 @@ class BulletClient:
         return pose, np.array(moving)
 
     def touching(self) -> set[int]:
-        """Unique ids of all that was in contact in the last step."""
+        """Return the unique ids of all bodies that were in contact in the last step."""
         return {unique_id for contact in self._call(pybullet.getContactPoints) for unique_id in contact[1:3]}
 
     def overlaps(self) -> dict[tuple[int, int], float]:
-        """How deep [m] bodies lie in each other as they are placed now, by pairs of unique ids."""
+        """Return the depths [m] by which bodies overlap at their present places, by pairs of unique ids."""
         self._call(pybullet.performCollisionDetection)
         depths: dict[tuple[int, int], float] = {}
         for contact in self._call(pybullet.getContactPoints):
@@ -147,29 +147,29 @@ class BulletClient:
         return depths
 
     def save(self) -> bytes:
-        """All that the engine knows of its bodies' motion."""
+        """Return the engine's whole state of its bodies' motion."""
         with tempfile.TemporaryDirectory(prefix="oilsim-") as folder:
             path = Path(folder) / "state.bullet"
             self._call(pybullet.saveBullet, str(path))
             return path.read_bytes()
 
     def restore(self, content: bytes) -> None:
-        """Back to what `save` returned."""
+        """Go back to a state that `save` returned."""
         with tempfile.TemporaryDirectory(prefix="oilsim-") as folder:
             path = Path(folder) / "state.bullet"
             path.write_bytes(content)
             self._call(pybullet.restoreState, fileName=str(path))
 
     def close(self) -> None:
-        """Give the client back."""
+        """Disconnect the client."""
         self._release()
 
     def _call(self, function: Callable, *arguments: object, **keywords: object):  # type: ignore[no-untyped-def]
-        """A pybullet call on this client."""
+        """Call a pybullet function with this client."""
         return function(*arguments, physicsClientId=self._client, **keywords)
 
     def _collision_shape(self, mesh: trimesh.Trimesh, axes: Array, *, is_free: bool) -> int:
-        """The shape along principal axes: convex for a free body (a moving concave one falls through others)."""
+        """Create the shape along principal axes: convex for a free body, because a moving concave one falls through others."""
         if is_free:
             vertices = convex_vertices(mesh.vertices) @ axes
             return self._call(pybullet.createCollisionShape, pybullet.GEOM_MESH, vertices=vertices.tolist())
@@ -178,6 +178,6 @@ class BulletClient:
 
 
 def _disconnect(client: int) -> None:
-    """Give a client back that nobody else has."""
+    """Disconnect a client that nothing else uses."""
     if pybullet.isConnected(client):
         pybullet.disconnect(client)

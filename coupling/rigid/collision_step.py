@@ -1,8 +1,8 @@
-"""How long a step of the rigid body engine may be, so that no body leaps deep into another one.
+"""The length of a step of the rigid body engine at which no body moves deep into another one.
 
-The engine finds out that bodies touch when they lie in each other. One of which a point goes by more than FURTHEST of half its thickness
-in a step, as seen from the other one, is too fast for that, but only where there is something to run into, or that runs into it: boxes
-about the other bodies, half-spaces. Bodies that a joint holds together do not touch.
+The engine detects contact when bodies overlap. A body is too fast for that if one of its points moves, as seen from another body, by more
+than FURTHEST of half its thickness in a step; but this matters only near things that it can run into: boxes around the other bodies, and
+half-spaces. Bodies that a joint connects do not touch.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class Encounters:
         self._planes = np.zeros((0, 2, 3))  # a point [m] and the normal
 
     def add_body(self, bounds: Array, *, is_free: bool, touches: bool) -> None:
-        """The next row; `bounds` (2, 3) [m] about the centre of mass."""
+        """Add the next row; `bounds` (2, 3) [m] about the centre of mass."""
         count = len(self._bounds) + 1
         self._bounds = np.concatenate([self._bounds, bounds[None]])
         self._radius = np.append(self._radius, np.linalg.norm(np.abs(bounds).max(axis=0)))
@@ -64,15 +64,18 @@ class Encounters:
         self._apart = apart
 
     def add_half_space(self, point: Array, normal: Array) -> None:
-        """All that lies behind a plane through `point` [m]; `normal` (unit) points out of it."""
+        """Add the space behind a plane through `point` (3,) [m]; `normal` (3,) is a unit vector that points out of it."""
         self._planes = np.concatenate([self._planes, np.stack([point, normal])[None]])
 
     def keep_apart(self, first: int, second: int) -> None:
-        """A joint holds the bodies of these rows together."""
+        """Note that a joint connects the bodies of these rows, which therefore do not touch."""
         self._apart[first, second] = self._apart[second, first] = True
 
     def rate(self, pose: Array, twist: Array, duration: float) -> float:
-        """The least steps a second that keep bodies from leaping into others within `duration` [s]; 0 where one step does."""
+        """Return the least number of steps per second for poses (B, 7) [m, 1] and twists (B, 6) [m/s, rad/s]; 0 if one step suffices.
+
+        It keeps bodies from moving deep into others within `duration` [s].
+        """
         shapes = _Shapes(self._bounds, self._radius, self._half_thickness, self._touches, self._apart)
         motion = _Motion(pose[:, :3], rotation_matrices(pose[:, 3:]), twist)
         return float(_fastest_near(motion, shapes, self._planes, duration))
@@ -80,9 +83,9 @@ class Encounters:
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _fastest_near(motion: _Motion, shapes: _Shapes, planes: Array, duration: float) -> float:
-    """The largest pace [1/s] of a body towards another one or a half-space that is in reach within `duration` [s], 0 if below 1 / duration.
+    """Compute the largest pace [1/s] of a body towards another one or a half-space in reach within `duration` [s], 0 if below 1 / duration.
 
-    The pace is that of its fastest point, as seen from the other one, in lengths it may go.
+    The pace is that of its fastest point, as seen from the other body, in the lengths that it may move in a step.
     """
     position, turn, twist = motion
     bounds, radius, half_thickness, touches, apart = shapes
@@ -114,13 +117,13 @@ def _fastest_near(motion: _Motion, shapes: _Shapes, planes: Array, duration: flo
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _velocity_from(viewer: Array, place: Array, twist: Array) -> Array:
-    """Velocity (3,) [m/s] of a body's centre at `place` [m] from another one's, as seen from that `viewer`, which turns; twists (6,)."""
+    """Compute the velocity (3,) [m/s] of a body's centre at `place` [m] as seen from another, turning body `viewer`; twists (6,)."""
     return twist[:3] - viewer[:3] - np.cross(viewer[3:], place)
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _corner_speed(rate: Array, turn: Array, bounds: Array) -> float:
-    """A bound [m/s] of |omega x r| in a box of `bounds` (2, 3) about the centre it turns about at `rate` (3,), world frame."""
+    """Compute a bound [m/s] of |omega x r| in a box of `bounds` (2, 3) about its centre of rotation, at `rate` (3,), world frame."""
     own = np.abs(rate @ turn)
     furthest = np.maximum(np.abs(bounds[0]), np.abs(bounds[1]))
     square = 0.0
@@ -138,7 +141,7 @@ def _length(vector: Array) -> float:
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _lies_within(point: Array, reach: float, position: Array, turn: Array, bounds: Array, radius: float) -> bool:
-    """Whether a point (3,) is nearer than `reach` [m] to a box of `bounds` (2, 3) about a body's centre, within a sphere of `radius`."""
+    """Tell whether a point (3,) is nearer than `reach` [m] to a box of `bounds` (2, 3) about a body, within a sphere of `radius`."""
     square = 0.0
     for axis in range(3):
         square += (point[axis] - position[axis]) ** 2

@@ -1,16 +1,16 @@
-"""One sub-step of pybullet, in which angular momentum is kept to rounding and nothing happens without a word.
+"""One sub-step of pybullet, in which angular momentum is kept to rounding and unknown forces are refused.
 
-A wrench is given as the change of velocity that it makes, h = omega + dt I_0^-1 tau: pybullet would do no other with it, and a force
-that is never handed over cannot stay behind. pybullet changes the angular velocity with the inertia at the beginning of a sub-step
-and turns the body afterwards:
+A wrench is given as the change of velocity that it makes, h = omega + dt I_0^-1 tau: pybullet would compute the same from it, and a force
+that is never handed over cannot stay behind. pybullet changes the angular velocity with the inertia at the beginning of a sub-step and
+turns the body afterwards:
 
     omega' = h + I_0^-1 (J - dt h x I_0 h),  J the impulses of joints and contacts
     R_1 = exp(dt omega') R_0
 
 J = I_0 (omega' - h) + dt h x I_0 h is added with dt tau to the angular momentum, which is kept through the turn:
-L_1 = L_0 + dt tau + J, omega_1 = I_1^-1 L_1. A body without joints is handed over with the h that
-makes omega' the velocity of the middle of the sub-step, I_m^-1 L_0 with R_m = exp(dt omega_0 / 2) R_0, and dt I_0^-1 tau more, which
-makes the turn second order. Left to itself pybullet gains 9 % of the energy of a tumbling box in 10 s at 240 Hz.
+L_1 = L_0 + dt tau + J, omega_1 = I_1^-1 L_1. A body without joints gets the h that makes omega' the velocity of the middle of the
+sub-step, I_m^-1 L_0 with R_m = exp(dt omega_0 / 2) R_0, plus dt I_0^-1 tau. This makes the turn second order. Without it, pybullet gains
+9 % of the energy of a tumbling box in 10 s at 240 Hz.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ from coupling.rigid.rotations import applied, cross
 
 Array = npt.NDArray[np.float64]
 
-SPEED_LIMIT = 100.0  # [m/s] a component: nothing that floats is as fast
-TURN_LIMIT = 1.0  # [rad] a component, in a sub-step: what turns further is not followed
-FOREIGN = 1e-7  # of a body's momentum and impulses: what rounding leaves is far below, a forgotten force far above
+SPEED_LIMIT = 100.0  # [m/s] per component; no floating body is as fast
+TURN_LIMIT = 1.0  # [rad] per component in a sub-step; faster turns are not resolved
+FOREIGN = 1e-7  # relative to a body's momentum and impulses; rounding is far below, a forgotten force far above
 
 
 @dataclass(eq=False)
 class Body:
-    """One body: its row in the state, how it moves, and what pybullet knows of it."""
+    """One body: its row in the state, its motion, and pybullet's part of it."""
 
     name: str
     row: int
@@ -47,14 +47,14 @@ class Body:
 
 
 class EngineStep:
-    """Steps the bodies of a client, whose `state` follows."""
+    """The stepper of a client's bodies, which keeps `state` up to date."""
 
     def __init__(self, client: BulletClient, state: RigidBodyState, gravity: Array) -> None:
         self._client, self._state, self._gravity = client, state, gravity
-        self.touched: set[int] = set()  # unique ids of what was in contact since this was emptied
+        self.touched: set[int] = set()  # unique ids of bodies in contact since this was emptied
 
     def step(self, free: Sequence[Body], led: Sequence[tuple[Body, Motion]], wrench: Array, sub_step: float) -> None:
-        """Move `free` bodies by `wrench` (B, 6) of all rows over `sub_step` [s], while those `led` come to where they are at its end."""
+        """Move `free` bodies by `wrench` (B, 6) [N, N m] of all rows over `sub_step` [s], and guided ones (`led`) to their places."""
         rows, bullets, impulse = [body.row for body in free], [body.bullet for body in free], sub_step * wrench
         for body, target in led:
             self._aim(body, target, sub_step)
@@ -65,15 +65,17 @@ class EngineStep:
         self._read_back(free, rows, handed, impulse[rows], sub_step)
 
     def _aim(self, body: Body, target: Motion, sub_step: float) -> None:
-        """Give a body on a prescribed motion the velocity that takes it to `target`, so that joints and contacts see
-        it move; gravity, which pybullet adds to the velocity first, is taken off."""
+        """Give a body on a prescribed motion the velocity that takes it to `target`, which joints and contacts then see.
+
+        Gravity, which pybullet adds to the velocity first, is subtracted.
+        """
         pose = self._state.pose[body.row]
         turn = Rotation.from_quat(target.orientation) * Rotation.from_quat(pose[3:]).inv()
         velocity = (target.position - pose[:3]) / sub_step - self._gravity * sub_step
         self._client.set_velocities([body.bullet], np.concatenate([velocity, turn.as_rotvec() / sub_step])[None])
 
     def _handed_over(self, free: Sequence[Body], rows: list[int], impulse: Array, sub_step: float) -> Array:
-        """Twists (F, 6) with which pybullet is to step free bodies under impulses (B, 6) of all rows."""
+        """Compute the twists (F, 6) with which pybullet steps free bodies under impulses (B, 6) of all rows."""
         state = self._state
         handed = state.twist[rows]
         handed[:, :3] += impulse[rows, :3] / state.mass[rows, None]
@@ -84,7 +86,7 @@ class EngineStep:
         return handed
 
     def _read_back(self, free: Sequence[Body], rows: list[int], handed: Array, impulse: Array, sub_step: float) -> None:
-        """Poses and velocities of free bodies after a sub-step that gave them impulses (F, 6); keeps angular momentum (see the module)."""
+        """Read poses and velocities of free bodies after a sub-step with impulses (F, 6), and keep angular momentum (see the module)."""
         state = self._state
         pose, moving = self._client.read([body.bullet for body in free])
         _refuse_runaways(free, moving, sub_step)
@@ -97,18 +99,18 @@ class EngineStep:
         state.twist[rows] = moving
 
     def _refuse_foreign(self, free: Sequence[Body], unexplained: Array) -> None:
-        """An impulse (6,) that no wrench, joint or contact explains is that of a force which somebody else left pending."""
+        """Raise RuntimeError for an impulse (6,) that no wrench, joint or contact explains: another program left a force pending."""
         for index in np.flatnonzero(unexplained.any(axis=1)):
             body = free[int(index)]
             if not body.is_jointed and body.bullet.unique_id not in self.touched:
                 raise RuntimeError(
-                    f"body {body.name!r} receives an impulse of {unexplained[index].tolist()} N s and N m s that no wrench, joint or "
-                    f"contact explains, allowed: forces given to set_wrench and set_applied_wrench, none applied to the client"
+                    f"body {body.name!r} gets an impulse of {unexplained[index].tolist()} N s and N m s that no wrench, joint or "
+                    f"contact explains, allowed: forces by set_wrench and set_applied_wrench, none applied to the client directly"
                 )
 
 
 def _refuse_runaways(free: Sequence[Body], twists: Array, sub_step: float) -> None:
-    """A body at such a speed means that the simulation has blown up."""
+    """Raise FloatingPointError for a body at a speed that shows an unstable simulation."""
     if np.abs(twists).max() < min(SPEED_LIMIT, TURN_LIMIT / sub_step):
         return
     limits = np.repeat((SPEED_LIMIT, TURN_LIMIT / sub_step), 3)
@@ -117,12 +119,12 @@ def _refuse_runaways(free: Sequence[Body], twists: Array, sub_step: float) -> No
         first = int(np.argmax(runaway))
         raise FloatingPointError(
             f"body {free[first].name!r} moves at {twists[first].tolist()} m/s and rad/s, "
-            f"allowed: below {SPEED_LIMIT:g} m/s and {limits[-1]:.3g} rad/s; its simulation has blown up"
+            f"allowed: below {SPEED_LIMIT:g} m/s and {limits[-1]:.3g} rad/s; its simulation is unstable"
         )
 
 
 def _gained(mass: Array, inertia: Array, before: Array, after: Array, duration: float) -> Array:
-    """Impulses (B, 6) by which pybullet has brought bodies from twists `before` (B, 6) to those `after` [N s, N m s]; see the module."""
+    """Compute the impulses (B, 6) by which pybullet changed twists from `before` (B, 6) to `after` [N s, N m s]; see the module."""
     rate, gained = before[:, 3:], np.empty(before.shape)
     gained[:, :3] = mass[:, None] * (after - before)[:, :3]
     gained[:, 3:] = applied(inertia, after[:, 3:] - rate) + duration * cross(rate, applied(inertia, rate))
@@ -131,9 +133,9 @@ def _gained(mass: Array, inertia: Array, before: Array, after: Array, duration: 
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _unexplained(gained: Array, weight: Array, size: Array) -> Array:
-    """What of impulses (B, 6) is not of the weight's (B, 3), 0 where it is rounding of bodies whose momenta have `size` (B, 6).
+    """Return the part of impulses (B, 6) that is not the weight's (B, 3); 0 if it is rounding of momenta of `size` (B, 6).
 
-    Compiled, as so many array operations on a few rows take as long as the engine's own step.
+    Compiled, because so many array operations on a few rows would take as long as the engine's own step.
     """
     rest = gained.copy()
     rest[:, :3] -= weight

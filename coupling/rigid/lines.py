@@ -1,14 +1,14 @@
-"""Elastic lines between bodies: they pull when they are stretched and hang slack otherwise; a winch may change their length.
+"""Elastic lines between bodies: they pull when stretched and are slack otherwise; a winch may change their length.
 
-With l the distance of the two points that a line is made fast to, L its unstretched length, EA its axial stiffness [N] and tau the
-relaxation time of its damping [s] (Kelvin-Voigt):
+With l the distance of the line's two end points, L its unstretched length, EA its axial stiffness [N] and tau the relaxation time of its
+damping [s] (Kelvin-Voigt):
 
     T = max(0, EA / L (l - L + tau (dl/dt - dL/dt)))   while l > L, else 0.
 
-A line has no mass. Its force is taken anew in every sub-step of the rigid bodies, whose length h heeds it; symplectic Euler with damping
-is stable while (h^2 + 2 h tau) EA / L w < 4, w the sum over both ends of the speed along the line by unit impulse [1/kg]. Lines that share
-bodies are stiffer together: there h^2 a + 2 h b < 4, a the largest eigenvalue of sqrt(k_l k_m) w_lm, k = EA / L, b with k tau for k, and
-w_lm how fast line l grows by unit impulse along m.
+A line has no mass. Its force is computed anew in every sub-step of the rigid bodies, whose length h is chosen for it. Symplectic Euler with
+damping is stable while (h^2 + 2 h tau) EA / L w < 4, with w the sum over both ends of the speed along the line by unit impulse [1/kg].
+Lines that share bodies are stiffer together: there h^2 a + 2 h b < 4, with a the largest eigenvalue of sqrt(k_l k_m) w_lm, k = EA / L,
+b the same with k tau for k, and w_lm the speed at which line l grows by unit impulse along m.
 """
 
 from __future__ import annotations
@@ -25,17 +25,16 @@ from coupling.rigid.rotations import applied, cross, rotation_matrices
 
 Array = npt.NDArray[np.float64]
 
-STABLE = 2.0  # of the limit 4: joints and water around the bodies change w
+STABLE = 2.0  # used instead of the limit 4, because joints and water around the bodies change w
 
 
 @dataclass(eq=False)
 class ElasticLine:
-    """One line.
+    """One elastic line.
 
-    rows: of the two bodies; the second -1 for the world. points: (2, 3) where it is made fast, along each body's axes from its
-    centre of mass [m] (of the world: the point itself). stiffness: EA [N]; relaxation_time: tau [s]; length: L [m];
-    ordered_length: to be reached
-    at the end of the next advance [m]; laid_length: at the start [m]; tension: mean over the last advance [N].
+    rows: of the two bodies; the second is -1 for the world. points: (2, 3) [m] of its ends, along each body's axes from its centre of mass
+    (for the world, the point itself). stiffness: EA [N]; relaxation_time: tau [s]; length: L [m]; ordered_length [m]: at the end of the
+    next advance; laid_length [m]: at the start; tension [N]: mean over the last advance. Raises ValueError for values that are not above 0.
     """
 
     rows: tuple[int, int]
@@ -54,14 +53,14 @@ class ElasticLine:
         self.ordered_length = self.laid_length = self.length
 
     def ends(self, pose: Array) -> tuple[Array, Array]:
-        """Positions (2, 3) [m] of both ends and arms (2, 3) [m] from the centres of mass; pose (B, 7)."""
+        """Return positions (2, 3) [m] of both ends, and arms (2, 3) [m] from the centres of mass; pose (B, 7)."""
         rows = list(self.rows)
         turned = applied(rotation_matrices(pose[rows, 3:]), self.points)
         held = np.array(self.rows)[:, None] >= 0
         return np.where(held, pose[rows, :3] + turned, self.points), np.where(held, turned, self.points)
 
     def pull(self, pose: Array, twist: Array, payout_rate: float) -> tuple[float, Array]:
-        """Tension [N] and the wrenches (2, 6) it exerts on the bodies; payout_rate is dL/dt [m/s]."""
+        """Return the tension [N] and the wrenches (2, 6) [N, N m] on the bodies; pose (B, 7), twist (B, 6), payout_rate dL/dt [m/s]."""
         positions, arms = self.ends(pose)
         span = positions[1] - positions[0]
         distance = float(np.linalg.norm(span))
@@ -77,7 +76,7 @@ class ElasticLine:
         return tension, np.hstack([force, cross(arms, force)])
 
     def stretching(self, pose: Array) -> Array:
-        """(B, 6) by which twists of the bodies lengthen the line, dl/dt = sum of stretching twist."""
+        """Return the row (B, 6) [-] with which twists of the bodies lengthen the line, dl/dt = sum of row times twist."""
         positions, arms = self.ends(pose)
         span = positions[1] - positions[0]
         along = span / max(float(np.linalg.norm(span)), 1e-12)
@@ -88,7 +87,7 @@ class ElasticLine:
         return total
 
     def stiffest(self, pose: Array, inverse_mass: csr_array, sub_step: float) -> float:
-        """The largest EA [N] that is stable in sub-steps of that length [s]; inverse_mass (6 B, 6 B)."""
+        """Return the largest EA [N] that is stable in sub-steps of that length [s]; pose (B, 7), inverse_mass (6 B, 6 B)."""
         stretching = self.stretching(pose).ravel()
         compliance = float(stretching @ (inverse_mass @ stretching))
         if compliance == 0.0:
@@ -97,7 +96,7 @@ class ElasticLine:
 
 
 class Lines:
-    """The lines of one world by name, and how they pull over an advance."""
+    """The lines of one world by name, and their forces over an advance."""
 
     def __init__(self) -> None:
         self._lines: dict[str, ElasticLine] = {}
@@ -106,25 +105,25 @@ class Lines:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """In the order they were added."""
+        """Names of the lines, in the order in which they were added."""
         return tuple(self._lines)
 
     def add(self, name: str, line: ElasticLine) -> None:
-        """Take a line; ValueError for a name that is taken."""
+        """Add a line; ValueError for a name that is in use."""
         if name in self._lines:
-            raise ValueError(f"line {name!r} is added twice")
+            raise ValueError(f"the line {name!r} is added twice, allowed: each name once")
         self._lines[name] = line
 
     def length(self, name: str) -> float:
-        """Unstretched length now [m]."""
+        """Return the present unstretched length [m]."""
         return self._lines[name].length
 
     def laid_length(self, name: str) -> float:
-        """Unstretched length when the line was added [m]."""
+        """Return the unstretched length [m] when the line was added."""
         return self._lines[name].laid_length
 
     def longest_step(self, pose: Array, inverse_mass: csr_array) -> float:
-        """The longest sub-step [s] in which all are stable together, were all taut; there is a line at least. inverse_mass (6 B, 6 B)."""
+        """Return the longest sub-step [s] that is stable if all lines (one or more) are taut. pose (B, 7), inverse_mass (6 B, 6 B)."""
         lines = self._lines.values()
         stretching = np.array([line.stretching(pose).ravel() for line in lines])
         shortest = np.array([min(line.length, line.ordered_length) for line in lines])
@@ -135,24 +134,24 @@ class Lines:
         return STABLE / (damping + math.sqrt(damping**2 + STABLE * elastic)) if elastic > 0.0 else math.inf
 
     def order_length(self, name: str, length: float) -> None:
-        """The unstretched length [m] that the line has at the end of the next advance, paid out or hauled in evenly."""
+        """Order the unstretched length [m] at the end of the next advance, reached evenly; ValueError if it is not above 0."""
         if not (math.isfinite(length) and length > 0.0):
-            raise ValueError(f"length of line {name!r} is {length} m, allowed: above 0")
+            raise ValueError(f"the length of line {name!r} is {length} m, allowed: above 0 m")
         self._lines[name].ordered_length = length
 
     def tension(self, name: str) -> float:
-        """Mean over the last advance [N]."""
+        """Return the mean tension [N] over the last advance."""
         return self._lines[name].tension
 
     def begin(self, duration: float, body_count: int) -> None:
-        """An advance of `duration` [s] begins."""
+        """Begin an advance of `duration` [s]."""
         self._impulse = np.zeros((body_count, 6))
         for name, line in self._lines.items():
             line.tension = 0.0
             self._payout_rate[name] = (line.ordered_length - line.length) / duration
 
     def pull_for(self, sub_step: float, pose: Array, twist: Array) -> Array:
-        """Wrenches (B, 6) on all bodies over a sub-step [s], booked; lengths go on."""
+        """Return wrenches (B, 6) [N, N m] on all bodies over a sub-step [s], record them, and change lengths; pose (B, 7), twist (B, 6)."""
         total = self.present_pull(pose, twist, booked=sub_step)
         for name, line in self._lines.items():
             line.length += self._payout_rate[name] * sub_step
@@ -160,7 +159,7 @@ class Lines:
         return total
 
     def present_pull(self, pose: Array, twist: Array, *, booked: float = 0.0) -> Array:
-        """Wrenches (B, 6) on all bodies as they are; tensions are booked for `booked` seconds."""
+        """Return the present wrenches (B, 6) [N, N m] on all bodies; records tensions for `booked` seconds. pose (B, 7), twist (B, 6)."""
         total = np.zeros((len(pose), 6))
         for name, line in self._lines.items():
             tension, wrenches = line.pull(pose, twist, self._payout_rate.get(name, 0.0))
@@ -171,21 +170,21 @@ class Lines:
         return total
 
     def end(self, duration: float) -> Array:
-        """The advance is over; returns the mean wrenches (B, 6)."""
+        """End the advance; return the mean wrenches (B, 6) [N, N m]."""
         for line in self._lines.values():
             line.length = line.ordered_length
             line.tension /= duration
         return self._impulse / duration
 
     def save_state(self) -> dict[str, tuple[float, float, float, float]]:
-        """Length, ordered length, tension and rate of paying out by name."""
+        """Return length, ordered length, tension and payout rate by name."""
         return {
             name: (line.length, line.ordered_length, line.tension, self._payout_rate.get(name, 0.0))
             for name, line in self._lines.items()
         }
 
     def restore_state(self, state: Mapping[str, tuple[float, float, float, float]]) -> None:
-        """Back to what `save_state` returned."""
+        """Go back to a state that `save_state` returned."""
         for name, (length, ordered, tension, rate) in state.items():
             line = self._lines[name]
             line.length, line.ordered_length, line.tension = length, ordered, tension
@@ -193,6 +192,6 @@ class Lines:
 
 
 def _largest(compliance: Array, stiffness: Array) -> float:
-    """Eigenvalue of `compliance` (L, L) times diag(`stiffness`) (L,)."""
+    """Return the largest eigenvalue of `compliance` (L, L) times diag(`stiffness`) (L,)."""
     root = np.sqrt(stiffness)
     return float(np.linalg.eigvalsh(root[:, None] * compliance * root)[-1])

@@ -1,7 +1,7 @@
-"""Motions that are given, not solved for: a piston, a towed plate, a wave maker.
+"""Prescribed motions: a piston, a towed plate, a wave maker.
 
-A prescribed motion is a function of time that gives pose and twist of the centre of mass, each the exact derivative of
-the other. Frames and units as in `coupling.participant`.
+A prescribed motion is a function of time that gives pose and twist of the centre of mass; the twist is the exact derivative of the pose.
+Frames and units as in `coupling.participant`.
 """
 
 from __future__ import annotations
@@ -36,15 +36,15 @@ class Motion:
 
 
 class PrescribedMotion(Protocol):
-    """Where a body is at any time, whatever the fluid does."""
+    """A body's position at any time, which the fluid does not change."""
 
     def at(self, time: float) -> Motion:
-        """Pose and twist at `time` [s]."""
+        """Return pose and twist at `time` [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class UniformMotion:
-    """Constant velocity and constant rate of turn from `start_time` [s] on; at rest before.
+    """Constant velocity [m/s] and constant rate of turn [rad/s] from `start_time` [s] on; at rest before.
 
     x = x_0 + v (t - t_0), R = exp((t - t_0) omega) R_0
     """
@@ -56,7 +56,7 @@ class UniformMotion:
     start_time: float = 0.0
 
     def at(self, time: float) -> Motion:
-        """See `PrescribedMotion.at`."""
+        """Return pose and twist at `time` [s]; see `PrescribedMotion.at`."""
         elapsed = time - self.start_time
         if elapsed < 0.0:
             return Motion(np.array(self.position), np.array(self.orientation))
@@ -67,9 +67,10 @@ class UniformMotion:
 
 @dataclass(frozen=True, kw_only=True)
 class OscillatingMotion:
-    """A sinusoidal stroke along `direction`, swelling smoothly over `ramp_time` [s]: a piston wave maker.
+    """A sinusoidal stroke along `direction` whose amplitude [m] grows smoothly over `ramp_time` [s]: a piston wave maker.
 
-    s(t) = a r(t) sin(2 pi t / T),  r = (1 - cos(pi t / t_r)) / 2 until t_r, then 1;  x = x_0 + s e, at rest before 0
+    s(t) = a r(t) sin(2 pi t / T),  r = (1 - cos(pi t / t_r)) / 2 until t_r, then 1;  x = x_0 + s e, at rest before 0. Raises ValueError for
+    a period that is not above 0, a negative ramp_time, and a direction without length.
     """
 
     position: Vector
@@ -88,7 +89,7 @@ class OscillatingMotion:
             raise ValueError(f"oscillating motion: direction is {self.direction}, allowed: longer than 0")
 
     def at(self, time: float) -> Motion:
-        """See `PrescribedMotion.at`."""
+        """Return pose and twist at `time` [s]; see `PrescribedMotion.at`."""
         axis = np.array(self.direction) / np.linalg.norm(self.direction)
         rate = 2.0 * math.pi / self.period
         ramp, ramp_rate = self._ramp(time)
@@ -97,7 +98,7 @@ class OscillatingMotion:
         return Motion(np.array(self.position) + stroke * axis, np.array(self.orientation), speed * axis)
 
     def _ramp(self, time: float) -> tuple[float, float]:
-        """r and dr/dt [1/s]."""
+        """Return r and dr/dt [1/s]."""
         if time < 0.0:
             return 0.0, 0.0
         if time >= self.ramp_time:
@@ -108,7 +109,10 @@ class OscillatingMotion:
 
 @dataclass(frozen=True, kw_only=True)
 class WaypointMotion:
-    """Straight legs between `positions` [m] reached at `times` [s], at constant speed on each; at rest outside."""
+    """Straight legs between `positions` [m] at `times` [s], at constant speed on each; at rest outside.
+
+    Raises ValueError for times that do not increase, or that are not as many as positions.
+    """
 
     times: tuple[float, ...]
     positions: tuple[Vector, ...]
@@ -117,13 +121,13 @@ class WaypointMotion:
     def __post_init__(self) -> None:
         if len(self.times) != len(self.positions) or len(self.times) < 1:
             raise ValueError(
-                f"waypoint motion: {len(self.times)} times for {len(self.positions)} positions, allowed: as many"
+                f"waypoint motion: there are {len(self.times)} times for {len(self.positions)} positions, allowed: equal numbers"
             )
         if any(later <= earlier for earlier, later in zip(self.times, self.times[1:], strict=False)):
             raise ValueError(f"waypoint motion: times are {self.times}, allowed: increasing")
 
     def at(self, time: float) -> Motion:
-        """See `PrescribedMotion.at`."""
+        """Return pose and twist at `time` [s]; see `PrescribedMotion.at`."""
         leg = int(np.searchsorted(self.times, time, side="right")) - 1
         orientation = np.array(self.orientation)
         if leg < 0 or leg >= len(self.times) - 1:

@@ -33,7 +33,7 @@ CLOSING = 0.2  # of a joint's gap, in a step of the engine: as much as pybullet 
 
 
 class RigidBodyWorld:
-    """Builds and steps rigid bodies; every quantity is of the centre of mass, in the world frame, in SI units."""
+    """A world of rigid bodies; every quantity is of the centre of mass, in the world frame, in SI units."""
 
     def __init__(
         self,
@@ -42,12 +42,11 @@ class RigidBodyWorld:
         solver_iterations: int = 50,
         communication_step: float | None = None,
     ) -> None:
-        """`sub_step` [s] is the longest step of the rigid body solver; `solver_iterations` hold contacts.
+        """Create an empty world; `sub_step` [s] is the longest step of the rigid body solver, `solver_iterations` are those of contacts.
 
-        It takes shorter steps where a body would go deep into another one (`coupling.rigid.collision_step`), where one turns or
-        swings fast, and where lines are stiff.
-
-        A prescribed motion tells its mean acceleration over the `communication_step` [s] to come, or over a sub-step.
+        Steps are shorter if a body would move deep into another one (`coupling.rigid.collision_step`), if one turns or swings fast, and if
+        lines are stiff. A prescribed motion gives its mean acceleration over the coming `communication_step` [s], or over a sub-step.
+        Raises ValueError for a step or a number of iterations that is not above 0.
         """
         if not (math.isfinite(sub_step) and sub_step > 0.0):
             raise ValueError(f"rigid bodies: sub_step is {sub_step} s, allowed: above 0")
@@ -73,7 +72,7 @@ class RigidBodyWorld:
 
     @property
     def body_names(self) -> tuple[str, ...]:
-        """In the order they were added."""
+        """Names of all bodies, in the order in which they were added."""
         return tuple(self._bodies)
 
     @property
@@ -83,7 +82,7 @@ class RigidBodyWorld:
 
     @property
     def disturbed(self) -> tuple[str, ...]:
-        """Free bodies that ran into something in the last advance, or hang by joints together with one that did."""
+        """Free bodies that ran into something in the last advance, or are connected by joints to one that did."""
         hit = {name for name, body in self._bodies.items() if body.bullet.unique_id in self._engine.touched}
         all_jointed = any(self._bodies[name].is_jointed for name in hit)
         return tuple(
@@ -91,7 +90,7 @@ class RigidBodyWorld:
         )
 
     def overlaps(self) -> list[tuple[str, str, float]]:
-        """Free bodies that lie in another one or, "", in a half-space, and how deep [m]; those would be thrown apart."""
+        """List free bodies that overlap with another one or, "", with a half-space, and the depth [m]; they would be thrown apart."""
         names = {body.bullet.unique_id: name for name, body in self._bodies.items()}
         found = []
         for pair, depth in self._client.overlaps().items():
@@ -102,7 +101,7 @@ class RigidBodyWorld:
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """In the order they were added."""
+        """Names of all joints, in the order in which they were added."""
         return tuple(self._joints)
 
     def add_body(
@@ -124,7 +123,7 @@ class RigidBodyWorld:
         touches nothing. ValueError for a name that is taken, an open mesh and numbers that are not finite.
         """
         if name in self._bodies:
-            raise ValueError(f"rigid bodies: body {name!r} is added twice")
+            raise ValueError(f"rigid bodies: body {name!r} is added twice, allowed: each name once")
         require_closed(mesh, f"rigid bodies: mesh of {name!r}")
         start = Motion(
             finite(f"rigid bodies: position of {name!r}", position, 3),
@@ -155,19 +154,20 @@ class RigidBodyWorld:
         self._held = None
 
     def add_half_space(self, point: Vector, normal: Vector, friction: float = FRICTION) -> None:
-        """Let free bodies run into a plane through `point` [m], such as a tank's side; `normal` (unit) points to where they are."""
+        """Let free bodies run into a plane through `point` [m], such as a tank's side; `normal`, a unit vector, points to their side."""
         self._client.add_half_space(point, normal, friction)
         self._encounters.add_half_space(np.array(point, np.float64), np.array(normal, np.float64))
 
     def add_joint(
         self, name: str, body_a: str, body_b: str | None, point: Vector, kind: Literal["point"] = "point"
     ) -> None:
-        """Hold two bodies together at `point` (world frame, [m]), free to turn; `body_b` None: hold it to the world.
+        """Hold two bodies together at `point` (world frame, [m]), free to turn; with `body_b` None, hold one to the world.
 
-        Two joints on a line make a hinge. Jointed bodies do not collide with each other.
+        Two joints on a line make a hinge. Jointed bodies do not collide with each other. Raises ValueError for a name in use, an unknown
+        body or another kind.
         """
         if name in self._joints:
-            raise ValueError(f"rigid bodies: joint {name!r} is added twice")
+            raise ValueError(f"rigid bodies: joint {name!r} is added twice, allowed: each name once")
         if kind != "point":
             raise ValueError(f"rigid bodies: joint {name!r} is of the kind {kind!r}, allowed: 'point'")
         first = self._body(body_a)
@@ -198,9 +198,9 @@ class RigidBodyWorld:
         stiffness: float,
         relaxation_time: float = 0.0,
     ) -> None:
-        """An elastic line from body_a to body_b, None the world, made fast at `points` of the world [m]; see `coupling.rigid.lines`.
+        """Add an elastic line from body_a to body_b (None: the world) between `points` of the world [m]; see `coupling.rigid.lines`.
 
-        ValueError for a line too stiff to be stepped, with the stiffness that is allowed.
+        length [m], stiffness [N], relaxation_time [s]. Raises ValueError for a line that is too stiff, with the largest stiffness allowed.
         """
         bodies = (self._body(body_a), None if body_b is None else self._body(body_b))
         places = [p if body is None else self._own_point(body, p) for body, p in zip(bodies, points, strict=True)]
@@ -215,43 +215,44 @@ class RigidBodyWorld:
         self._state.line_wrench = self.lines.present_pull(self._state.pose, self._state.twist)
 
     def set_wrench(self, name: str, wrench: Array) -> None:
-        """Wrench (6,) of the fluid on a body [N, N m], held until it is set again."""
+        """Set the fluid's wrench (6,) [N, N m] on a body; it acts until it is set again."""
         self._state.wrench[self._body(name).row] = wrench
 
     def set_applied_wrench(self, name: str, wrench: Array) -> None:
-        """Wrench (6,) of anything else, such as thrust [N, N m], held until it is set again."""
+        """Set the wrench (6,) [N, N m] of other causes, such as thrust; it acts until it is set again."""
         self._state.applied_wrench[self._body(name).row] = wrench
         self._accelerations = None
 
     def pose(self, name: str) -> Array:
-        """(7,) position [m] and orientation xyzw."""
+        """Return position [m] and orientation xyzw (7,)."""
         return self._state.pose[self._body(name).row].copy()
 
     def twist(self, name: str) -> Array:
-        """(6,) linear [m/s] and angular velocity [rad/s]."""
+        """Return linear [m/s] and angular velocity [rad/s] (6,)."""
         return self._state.twist[self._body(name).row].copy()
 
     def wrench(self, name: str) -> Array:
-        """(6,) of the fluid as it was set last [N, N m]."""
+        """Return the fluid's wrench (6,) [N, N m] as last set."""
         return self._state.wrench[self._body(name).row].copy()
 
     def inverse_mass(self, name: str) -> Array:
-        """(6, 6) twist by impulse, world frame; 0 for a body that is held."""
+        """Return the twist by impulse (6, 6) [1/kg, 1/(kg m2)], world frame; 0 for a fixed or guided body."""
         return self._state.inverse_mass(self._body(name).row)
 
     def mass_matrix(self, name: str) -> Array:
-        """(6, 6) impulse by twist of the body itself, joints apart, world frame [kg, kg m2]."""
+        """Return the impulse by twist (6, 6) [kg, kg m2] of the body itself, without joints, world frame."""
         return self._state.mass_matrix(self._body(name).row)
 
     def coupled_inverse_mass(self, names: Sequence[str]) -> Array:
-        """(6 n, 6 n) twists of the named bodies by impulses on them, joints included; 0 for those that are held."""
+        """Return the twists (6 n, 6 n) [1/kg] of the named bodies by impulses on them, joints included; 0 for fixed or guided ones."""
         rows = np.array([self._body(name).row for name in names])
         return self._articulated().inverse_mass((6 * rows[:, None] + np.arange(6)).ravel())
 
     def free_acceleration(self, name: str) -> Array:
-        """(6,) d(twist)/dt from everything but the fluid [m/s2, rad/s2]; of a held body, that of its motion.
+        """Return d(twist)/dt (6,) [m/s2, rad/s2] by everything but the fluid; for a guided body, that of its motion.
 
-        Joints answer the known forces at once (see `coupling.rigid.joint_constraints`); contacts enter as they lasted in the last steps.
+        Joints answer the known forces at once (see `coupling.rigid.joint_constraints`); contacts enter with what lasted over the last
+        steps.
         """
         body = self._body(name)
         if body.motion == "free":
@@ -264,7 +265,7 @@ class RigidBodyWorld:
         return (twist_of(later) - twist_of(now)) / self._ahead
 
     def tension(self, name: str) -> float:
-        """Magnitude of the force a joint or a line carries [N], mean over the last advance."""
+        """Return the magnitude of the force [N] in a joint or a line, mean over the last advance; ValueError for an unknown name."""
         if name in self.lines.names:
             return self.lines.tension(name)
         if name not in self._joints:
@@ -272,22 +273,22 @@ class RigidBodyWorld:
         return self._tensions[name]
 
     def momentum(self) -> Array:
-        """(6,) of all free bodies: linear [kg m/s], angular about the world's origin [kg m2/s]."""
+        """Return the momentum (6,) of all free bodies: linear [kg m/s], angular about the world's origin [kg m2/s]."""
         return self._state.total_momentum()
 
     def energy(self) -> float:
-        """Kinetic and potential energy of all free bodies [J]."""
+        """Return the kinetic and potential energy [J] of all free bodies."""
         return self._state.energy(self._gravity)
 
     def move_to_time(self, time: float) -> None:
-        """Set the clock to `time` [s] and every body on a prescribed motion to where it is then."""
+        """Set the clock to `time` [s], and put every guided body where its motion says."""
         self.time = time
         for body in self._bodies.values():
             if not isinstance(body.motion, str):
                 self._place(body, body.motion.at(time))
 
     def advance(self, duration: float) -> None:
-        """Move on by `duration` [s] under the wrenches as set, in equal stretches no longer than the longest sub-step."""
+        """Advance by `duration` [s] under the wrenches as set, in equal stretches not longer than the longest sub-step."""
         count = max(1, math.ceil(duration / self._sub_step - 1e-9))
         stretch = duration / count
         momenta_before, begin = self._state.momenta(), self.time
@@ -303,7 +304,7 @@ class RigidBodyWorld:
         self._state.line_wrench = self.lines.present_pull(self._state.pose, self._state.twist)
 
     def save_state(self) -> dict[str, object]:
-        """All that moves, as plain data that can be pickled."""
+        """Return everything that moves, as plain data that can be pickled."""
         arrays = {key: getattr(self._state, key).copy() for key in MOVING}
         return {
             "bullet": self._client.save(),
@@ -315,10 +316,10 @@ class RigidBodyWorld:
         }
 
     def restore_state(self, state: Mapping[str, object]) -> None:
-        """Back to what `save_state` returned, bit for bit, in a world of the same bodies and joints."""
+        """Go back to a state that `save_state` returned, bit for bit, in a world of the same bodies; TypeError for anything else."""
         content, arrays, tensions, time = (state[key] for key in ("bullet", "arrays", "tensions", "time"))
         if not (isinstance(content, bytes) and isinstance(arrays, dict) and isinstance(tensions, dict)):
-            raise TypeError("rigid bodies: restore_state wants what save_state returned")
+            raise TypeError("rigid bodies: restore_state got another object, allowed: a state that save_state returned")
         self._client.restore(content)
         for key, value in arrays.items():
             setattr(self._state, key, value.copy())
@@ -329,7 +330,7 @@ class RigidBodyWorld:
         self._last_duration = float(state["last_duration"])  # type: ignore[arg-type]
 
     def close(self) -> None:
-        """Give the client back; the world is of no use afterwards."""
+        """Disconnect the client; the world cannot be used afterwards."""
         self._client.close()
 
     def _body(self, name: str) -> Body:
@@ -345,7 +346,7 @@ class RigidBodyWorld:
         self._state.twist[body.row] = twist_of(motion)
 
     def _articulated(self) -> Articulation:
-        """The joints at the present instant."""
+        """Return the joints at the present instant."""
         if self._held is None:
             self._held = Joints(self._point_joints, len(self._bodies))
         if self._articulation is None:
@@ -356,7 +357,7 @@ class RigidBodyWorld:
         return self._articulation
 
     def _jointed_accelerations(self) -> Array:
-        """(B, 6) accelerations with the joints' answer to gravity, applied wrenches and turning."""
+        """Return accelerations (B, 6) with the joints' answer to gravity, applied wrenches and turning."""
         articulation = self._articulated()
         if self._accelerations is None:
             state = self._state
@@ -366,12 +367,12 @@ class RigidBodyWorld:
         return self._accelerations
 
     def _own_point(self, body: Body, point: Vector) -> Array:
-        """A world point along the body's axes, from its centre of mass."""
+        """Convert a world point to the body's axes, from its centre of mass."""
         pose = self._state.pose[body.row]
         return Rotation.from_quat(pose[3:]).inv().apply(np.array(point) - pose[:3])
 
     def _advance_stretch(self, begin: float, duration: float, impulses: dict[str, float]) -> None:
-        """Move on by `duration` [s] from the time `begin` in equal sub-steps, and add what joints carry [N s] to `impulses` by name."""
+        """Advance by `duration` [s] from the time `begin` in equal sub-steps; add the impulses [N s] of joints to `impulses`."""
         held = self._articulated() if self._joints and self._state.is_free.any() else None
         rate = step_rate(self._state, self._gravity, held, self.lines, self._encounters, duration)
         count = max(1, math.ceil(duration * rate - 1e-9))
@@ -382,9 +383,9 @@ class RigidBodyWorld:
                 impulses[name] += math.hypot(*(force + self._client.joint_force(joint))) * sub_step
 
     def _advance_once(self, end: float, sub_step: float) -> Array:
-        """One sub-step that ends at the time `end`; the engine takes no part where no body is free.
+        """Make one sub-step that ends at the time `end`; the engine is skipped if no body is free.
 
-        Returns the forces (J, 3) [N] of joints on their first bodies, to which the engine adds what contacts ask of them.
+        Return the forces (J, 3) [N] of joints on their first bodies, including those that the engine adds because of contacts.
         """
         pull = self.lines.pull_for(sub_step, self._state.pose, self._state.twist)
         wrench = self._state.wrench + self._state.applied_wrench + pull
@@ -400,7 +401,7 @@ class RigidBodyWorld:
         return forces
 
     def _joint_forces(self, wrench: Array, sub_step: float) -> tuple[Array, Array]:
-        """Forces (J, 3) [N] with which joints answer a `wrench` (B, 6) over a sub-step [s], and their own wrench (B, 6)."""
+        """Return the forces (J, 3) [N] with which joints answer a `wrench` (B, 6) over a sub-step [s], and their own wrench (B, 6)."""
         if not (self._joints and self._state.is_free.any()):
             return np.zeros((len(self._joints), 3)), np.zeros(wrench.shape)
         free = self._state.accelerations_under(wrench, self._gravity)

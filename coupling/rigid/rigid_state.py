@@ -1,4 +1,4 @@
-"""State of many rigid bodies as arrays with one row a body, and what follows from it: momentum, energy, compliance.
+"""The state of many rigid bodies as arrays with one row for each body, and its momentum, energy and compliance.
 
 Frames and reference points as in `coupling.participant`: centre of mass, world axes.
 """
@@ -23,17 +23,17 @@ MOVING = ("pose", "twist", "wrench", "applied_wrench", "line_wrench", "reaction"
 
 
 class RigidBodyState:
-    """Rows of bodies.
+    """The rows of bodies.
 
     Attributes:
         pose: (B, 7) position [m], orientation xyzw.
         twist: (B, 6) linear [m/s] and angular velocity [rad/s].
         wrench: (B, 6) of the fluid [N, N m].
-        applied_wrench: (B, 6) of anything else that is known, gravity apart [N, N m].
+        applied_wrench: (B, 6) of other known causes, without gravity [N, N m].
         line_wrench: (B, 6) of elastic lines [N, N m].
-        reaction: (B, 6) of joints and contacts, mean over the last step [N, N m]; earlier_reaction: over the one before.
+        reaction: (B, 6) of joints and contacts, mean over the last step [N, N m]; earlier_reaction: over the step before.
         mass: (B,) [kg]; inertia: (B, 3, 3) along the body's axes [kg m2].
-        is_free: (B,) whether the body moves by its forces.
+        is_free: (B,) true for bodies that move under forces.
     """
 
     def __init__(self) -> None:
@@ -48,12 +48,12 @@ class RigidBodyState:
         self.inertia: Array = np.zeros((0, 3, 3))
         self.is_free = np.zeros(0, dtype=bool)
         self._inverse_inertia: Array = np.zeros((0, 3, 3))
-        self._ease = np.zeros(0)  # 1 / mass, 0 of a body that is held
-        self._blocks = csr_array((0, 0))  # of the inverse masses: where its entries stand
-        self._kept: tuple[Array, Array, Array] | None = None  # poses (B, 7), and what belongs to them
+        self._ease = np.zeros(0)  # 1 / mass, 0 for a fixed or guided body
+        self._blocks = csr_array((0, 0))  # sparsity pattern of the inverse masses
+        self._kept: tuple[Array, Array, Array] | None = None  # poses (B, 7), and the inertias at them
 
     def append(self, properties: MassProperties, start: Motion, *, is_free: bool) -> None:
-        """Add a row."""
+        """Add the row of a body."""
         self.pose = np.vstack([self.pose, pose_of(start)])
         self.twist = np.vstack([self.twist, twist_of(start)])
         for key in ("wrench", "applied_wrench", "line_wrench", "reaction", "earlier_reaction"):
@@ -66,39 +66,39 @@ class RigidBodyState:
         self._ease = np.where(self.is_free, 1.0 / self.mass, 0.0)
 
     def _at_pose(self) -> tuple[Array, Array]:
-        """`world_inertia` and `inverse_inertia`, kept until a body moves."""
+        """Return `world_inertia` and `inverse_inertia`, which are kept until a body moves."""
         if self._kept is None or not np.array_equal(self._kept[0], self.pose):
             inertia = in_world(self.pose[:, 3:], self.inertia)
             self._kept = (self.pose.copy(), inertia, in_world(self.pose[:, 3:], self._inverse_inertia))
         return self._kept[1:]
 
     def world_inertia(self) -> Array:
-        """(B, 3, 3) R I R^T [kg m2]; not to be written into."""
+        """Return R I R^T (B, 3, 3) [kg m2]; it must not be written to."""
         return self._at_pose()[0]
 
     def inverse_inertia(self) -> Array:
-        """(B, 3, 3) of R I R^T [1/(kg m2)], 0 for a body that is held; not to be written into."""
+        """Return the inverses of R I R^T (B, 3, 3) [1/(kg m2)], 0 for a fixed or guided body; it must not be written to."""
         return self._at_pose()[1]
 
     def momenta(self) -> Array:
-        """(B, 6) m v [kg m/s] and R I R^T omega about each centre of mass [kg m2/s]."""
+        """Return m v [kg m/s] and R I R^T omega about each centre of mass [kg m2/s], (B, 6)."""
         angular = applied(self.world_inertia(), self.twist[:, 3:])
         return np.hstack([self.mass[:, None] * self.twist[:, :3], angular])
 
     def weight(self, gravity: Array) -> Array:
-        """(B, 6) wrench of gravity about each centre of mass [N, N m]."""
+        """Return the wrench of gravity (3,) [m/s2] about each centre of mass (B, 6) [N, N m]."""
         return np.hstack([self.mass[:, None] * gravity, np.zeros((len(self.mass), 3))])
 
     def gyroscopic_torque(self, rows: slice = ALL) -> Array:
-        """(B, 3) omega x (I omega) of the bodies of these rows [N m]."""
+        """Return omega x (I omega) (B, 3) [N m] of the bodies of these rows."""
         rate = self.twist[rows, 3:]
         return cross(rate, applied(self.world_inertia()[rows], rate))
 
     def rates_for_midpoint(self, duration: float, impulse: Array) -> Array:
-        """(B, 3) angular velocities [rad/s] from which one explicit gyroscopic step of `duration` leads to that of the
-        middle of a free turn, omega_m = I_m^-1 L with R_m = exp(duration omega / 2) R, and what `impulse` (B, 3) [N m s] adds.
+        """Return angular velocities (B, 3) [rad/s] from which an explicit gyroscopic step leads to the middle of a free turn.
 
-        h = omega_m + I^-1 impulse + duration I^-1 (h x I h), by iteration (each round gains an order in duration).
+        The step of `duration` [s] leads to omega_m = I_m^-1 L with R_m = exp(duration omega / 2) R, plus the effect of `impulse` (B, 3) [N
+        m s]: h = omega_m + I^-1 impulse + duration I^-1 (h x I h), by iteration (each round gains an order in duration).
         """
         if len(self.pose) == 0:
             return np.zeros((0, 3))
@@ -114,7 +114,7 @@ class RigidBodyState:
         return rate
 
     def inverse_mass_matrix(self) -> csr_array:
-        """(6 B, 6 B) twists of all bodies by impulses on them, joints apart."""
+        """Return the twists of all bodies by impulses on them (6 B, 6 B) [1/kg, 1/(kg m2)], without joints."""
         count = len(self.pose)
         blocks = np.zeros((count, 6, 6))
         blocks[:, range(3), range(3)] = self._ease[:, None]
@@ -122,19 +122,19 @@ class RigidBodyState:
         if self._blocks.shape != (6 * count, 6 * count):
             columns = np.arange(6 * count).reshape(count, 1, 6).repeat(6, axis=1).ravel()
             self._blocks = csr_array((blocks.ravel(), columns, np.arange(0, 36 * count + 1, 6)))
-        matrix = copy(self._blocks)  # scipy checks a new one for longer than all else here takes
+        matrix = copy(self._blocks)  # scipy's checks of a new matrix would take longer than all the rest
         matrix.data = blocks.ravel()
         return matrix
 
     def inverse_mass(self, row: int) -> Array:
-        """(6, 6) twist by impulse of one body, diag(1 / m, (R I R^T)^-1); 0 for a body that is held."""
+        """Return the twist by impulse of one body (6, 6) [1/kg, 1/(kg m2)], diag(1 / m, (R I R^T)^-1); 0 for a fixed or guided body."""
         matrix = np.zeros((6, 6))
         matrix[:3, :3] = np.eye(3) * self._ease[row]
         matrix[3:, 3:] = self.inverse_inertia()[row]
         return matrix
 
     def mass_matrix(self, row: int) -> Array:
-        """(6, 6) impulse by twist, diag(m, R I R^T)."""
+        """Return the impulse by twist (6, 6) [kg, kg m2], diag(m, R I R^T)."""
         rotation = Rotation.from_quat(self.pose[row, 3:]).as_matrix()
         matrix = np.zeros((6, 6))
         matrix[:3, :3] = np.eye(3) * self.mass[row]
@@ -142,7 +142,7 @@ class RigidBodyState:
         return matrix
 
     def free_acceleration(self, row: int, gravity: Array) -> Array:
-        """(6,) d(twist)/dt of a free body from everything but the fluid [m/s2, rad/s2].
+        """Return d(twist)/dt (6,) [m/s2, rad/s2] of a free body by everything but the fluid.
 
         M^-1 (applied wrench + lines + lasting reaction of joints and contacts) + gravity, and - I^-1 omega x I omega.
         """
@@ -150,11 +150,11 @@ class RigidBodyState:
         return self.known_accelerations(gravity, slice(row, row + 1))[0] + self.inverse_mass(row) @ lasting
 
     def known_accelerations(self, gravity: Array, rows: slice = ALL) -> Array:
-        """(B, 6) as `free_acceleration`, without joints and contacts, of these rows; 0 for a body that is held."""
+        """Return accelerations (B, 6) [m/s2, rad/s2] as `free_acceleration`, without joints and contacts; 0 for a fixed or guided body."""
         return self.accelerations_under(self.applied_wrench[rows] + self.line_wrench[rows], gravity, rows)
 
     def accelerations_under(self, wrench: Array, gravity: Array, rows: slice = ALL) -> Array:
-        """(B, 6) of the bodies of these rows by a wrench (B, 6), gravity and turning; 0 for a body that is held."""
+        """Return accelerations (B, 6) [m/s2, rad/s2] by a wrench (B, 6), gravity and turning; 0 for a fixed or guided body."""
         torque = wrench[:, 3:] - self.gyroscopic_torque(rows)
         acceleration = np.empty(wrench.shape)
         acceleration[:, :3] = self._ease[rows, None] * wrench[:, :3] + self.is_free[rows, None] * gravity
@@ -162,7 +162,7 @@ class RigidBodyState:
         return acceleration
 
     def settle_reaction(self, momenta_before: Array, duration: float, gravity: Array) -> None:
-        """Book what the known wrenches do not explain of the change of momentum as reaction of joints and contacts."""
+        """Record as reaction of joints and contacts the change of momentum (B, 6) [kg m/s] that known wrenches do not explain."""
         self.earlier_reaction = self.reaction
         known = self.wrench + self.applied_wrench + self.line_wrench
         known[:, :3] += self.mass[:, None] * gravity
@@ -170,31 +170,31 @@ class RigidBodyState:
         self.reaction[~self.is_free] = 0.0
 
     def total_momentum(self) -> Array:
-        """(6,) of the free bodies: linear [kg m/s], angular about the world's origin [kg m2/s]."""
+        """Return the momentum (6,) of the free bodies: linear [kg m/s], angular about the world's origin [kg m2/s]."""
         momenta = self.momenta()
         momenta[:, 3:] += cross(self.pose[:, :3], momenta[:, :3])
         return momenta[self.is_free].sum(axis=0)
 
     def energy(self, gravity: Array) -> float:
-        """Kinetic and potential energy of the free bodies [J]; a centre of mass at the origin has no potential."""
+        """Return the kinetic and potential energy [J] of the free bodies; potential energy is 0 at the origin. gravity (3,) [m/s2]."""
         kinetic = 0.5 * np.einsum("bi,bi->b", self.momenta(), self.twist)
         potential = -self.mass * (self.pose[:, :3] @ gravity)
         return float((kinetic + potential)[self.is_free].sum())
 
 
 def steady(earlier: Array, later: Array) -> Array:
-    """What two successive values have in common: the smaller where they agree in sign, else 0.
+    """Return the lasting part of two successive values (B, 6) [-], each in its unit: the smaller if they agree in sign, else 0.
 
-    A rope's pull passes; a blow that lasts one step does not, which the fluid would otherwise take for a lasting force.
+    The pull of a rope lasts; an impact of one step does not, and the fluid must not take it for a lasting force.
     """
     return np.where(earlier * later > 0.0, np.sign(later) * np.minimum(np.abs(earlier), np.abs(later)), 0.0)
 
 
 def pose_of(motion: Motion) -> Array:
-    """(7,) position and orientation."""
+    """Return position [m] and orientation xyzw (7,)."""
     return np.concatenate([motion.position, motion.orientation])
 
 
 def twist_of(motion: Motion) -> Array:
-    """(6,) linear and angular velocity."""
+    """Return linear [m/s] and angular velocity [rad/s] (6,)."""
     return np.concatenate([motion.linear_velocity, motion.angular_velocity])

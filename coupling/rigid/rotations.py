@@ -1,4 +1,4 @@
-"""Rotations of many bodies at once, without the overhead of an object for each, or of array operations on a few rows."""
+"""Rotations of many bodies at once, without the overhead of one object for each, or of array operations on a few rows."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ Array = npt.NDArray[np.float64]
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def rotation_matrices(orientation: Array) -> Array:
-    """Matrices (B, 3, 3), body axes to world axes, of unit quaternions (B, 4), x y z w."""
+    """Compute matrices (B, 3, 3), body axes to world axes, of unit quaternions `orientation` (B, 4), x y z w."""
     result = np.empty((len(orientation), 3, 3))
     for n in range(len(orientation)):
         x, y, z, w = orientation[n]
@@ -35,7 +35,7 @@ def rotation_matrices(orientation: Array) -> Array:
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def cross(first: Array, second: Array) -> Array:
-    """first x second, both (B, 3)."""
+    """Compute first x second, both (B, 3) of any unit [-]."""
     result = np.empty((len(first), 3))
     for n in range(len(first)):
         (a, b, c), (x, y, z) = first[n], second[n]
@@ -45,7 +45,7 @@ def cross(first: Array, second: Array) -> Array:
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def turned(first: Array, second: Array) -> Array:
-    """Products (B, 4) of the quaternions (B, 4) xyzw: the turn `second`, and then `first`."""
+    """Multiply quaternions `first` and `second` (B, 4) xyzw: the product turns by `second`, and then by `first`."""
     result = np.empty((len(first), 4))
     for n in range(len(first)):
         (a, b, c, d), (x, y, z, w) = first[n], second[n]
@@ -58,7 +58,7 @@ def turned(first: Array, second: Array) -> Array:
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def in_world(orientation: Array, tensor: Array) -> Array:
-    """R T R^T (B, 3, 3) of tensors (B, 3, 3) along the axes of bodies of orientations (B, 4)."""
+    """Compute R T R^T (B, 3, 3) of `tensor` (B, 3, 3) [-], of any unit, along the axes of bodies with quaternions `orientation` (B, 4)."""
     rotation = rotation_matrices(orientation)
     result = np.zeros((len(orientation), 3, 3))
     for n in range(len(orientation)):
@@ -74,7 +74,7 @@ def in_world(orientation: Array, tensor: Array) -> Array:
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def applied(tensor: Array, vector: Array) -> Array:
-    """T v (B, K) of tensors (B, K, K) and vectors (B, K)."""
+    """Compute T v (B, K) of `tensor` (B, K, K) and `vector` (B, K), of any units [-]."""
     result = np.zeros(vector.shape)
     for n in range(len(vector)):
         for row in range(vector.shape[1]):

@@ -1,7 +1,7 @@
-"""Cholesky's factor of a symmetric matrix whose rows begin late: what lies before a row's first entry is never touched.
+"""Cholesky's factor of a symmetric matrix with a skyline: entries before a row's first nonzero entry are never touched.
 
-Rows of joints know only those of the bodies that they hold. Along a chain that is a narrow band, so that the factor takes as long as the
-chain is long, and not the cube of that; of a full matrix it is the usual factor.
+Rows of joints depend only on joints of the same bodies. Along a chain they form a narrow band, and the cost of the factor grows with the
+length of the chain, not with its cube. For a full matrix it is the usual factor.
 """
 
 from __future__ import annotations
@@ -12,20 +12,20 @@ from numba import njit
 
 Array = npt.NDArray[np.float64]
 
-COLUMNS = 64  # of right hand sides that are solved for at once: they stay in the processor's cache
+COLUMNS = 64  # right hand sides that are solved at once and fit into the processor's cache
 
 
 class EnvelopeCholesky:
-    """L with L L^T = `matrix` (R, R), of which the lower half is read; LinAlgError if that is not positive."""
+    """The factor L with L L^T = `matrix` (R, R) [-], whose lower half is read; LinAlgError if it is not positive definite."""
 
     def __init__(self, matrix: Array) -> None:
         self._first = first_entries(matrix)
         self._factor = matrix.copy()
         if not factorize(self._factor, self._first):
-            raise np.linalg.LinAlgError("the rows of joints are no positive definite matrix")
+            raise np.linalg.LinAlgError("the matrix of the joints is not positive definite")
 
     def solved(self, right: Array) -> Array:
-        """matrix^-1 `right` (R, N)."""
+        """Return matrix^-1 `right` (R, N) [-]."""
         found = np.array(right, dtype=np.float64, order="C")
         solve(self._factor, self._first, found)
         return found
@@ -33,7 +33,7 @@ class EnvelopeCholesky:
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def first_entries(matrix: Array) -> npt.NDArray[np.int64]:
-    """The column (R,) of each row's first entry that is not 0, at most that of its diagonal."""
+    """Return the column (R,) of each row's first nonzero entry in `matrix` (R, R) [-], at most that of the diagonal."""
     first = np.zeros(len(matrix), np.int64)
     for i in range(len(matrix)):
         while first[i] < i and matrix[i, first[i]] == 0.0:
@@ -43,7 +43,7 @@ def first_entries(matrix: Array) -> npt.NDArray[np.int64]:
 
 @njit(nogil=True, cache=True, fastmath=True, error_model="numpy")
 def factorize(matrix: Array, first: npt.NDArray[np.int64]) -> bool:
-    """The factor in place of the lower half; whether the matrix is positive definite."""
+    """Replace the lower half of `matrix` (R, R) [-] by its factor, with `first` (R,); tell whether it is positive definite."""
     for i in range(len(matrix)):
         for j in range(first[i], i + 1):
             value = matrix[i, j]
@@ -60,7 +60,7 @@ def factorize(matrix: Array, first: npt.NDArray[np.int64]) -> bool:
 
 @njit(nogil=True, cache=True, fastmath=True, error_model="numpy")
 def solve(factor: Array, first: npt.NDArray[np.int64], right: Array) -> None:
-    """The solutions in place of the right hand sides (R, N)."""
+    """Replace the right hand sides `right` (R, N) [-] by the solutions, with `factor` (R, R) and `first` (R,)."""
     for begin in range(0, right.shape[1], COLUMNS):
         columns = right[:, begin : begin + COLUMNS]
         for i in range(len(factor)):

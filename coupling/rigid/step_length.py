@@ -1,4 +1,4 @@
-"""How long a step of the rigid body engine may be: no body turns, swings or leaps into another one too far, and lines are stable."""
+"""The length of a step of the rigid body engine: no body turns, swings or moves into another one too far, and lines are stable."""
 
 from __future__ import annotations
 
@@ -12,9 +12,11 @@ from coupling.rigid.rigid_state import RigidBodyState, steady
 
 Array = npt.NDArray[np.float64]
 
-TURNED = 0.025  # [rad] that it may turn: what tumbles gains or loses less than a thousandth of its energy in ten turns
-SWUNG = 0.5  # [rad] that a body may swing under the pull of its joints; from 2 on swings grow
-SHORTEST = 5e-4  # [s] of steps for the sake of turns, swings, and of any line alone as it is made fast
+TURNED = (
+    0.025  # [rad], largest turn; a tumbling body then gains or loses less than a thousandth of its energy in ten turns
+)
+SWUNG = 0.5  # [rad], largest swing under the forces of joints; from 2 on swings grow
+SHORTEST = 5e-4  # [s], shortest step because of turns and swings, and of any single line when it is added
 
 
 def step_rate(
@@ -25,14 +27,14 @@ def step_rate(
     encounters: Encounters,
     duration: float,
 ) -> float:
-    """Steps a second that bodies, joints (`held`) and lines ask for as they are now, within the next `duration` [s]."""
+    """Return the steps per second that bodies, joints (`held`) and lines need now, within the next `duration` [s]; gravity (3,) [m/s2]."""
     spin = np.linalg.norm(state.twist[state.is_free, 3:], axis=1)
     patient = float(spin.max(initial=0.0)) / TURNED
     wrench = state.wrench + state.applied_wrench + lines.present_pull(state.pose, state.twist)
     if held is not None:
         free = state.accelerations_under(wrench, gravity)
         patient = max(patient, held.swing(free, state.inverse_inertia(), SWUNG / duration) / SWUNG)
-    # what rests on something is not as fast as its weight would make it: joints and contacts last
+    # a resting body is not accelerated by its weight: joints and contacts last
     lasting = wrench + steady(state.earlier_reaction, state.reaction)
     later = state.twist + duration * state.accelerations_under(lasting, gravity)
     leaping = (encounters.rate(state.pose, twist, duration) for twist in (state.twist, later))

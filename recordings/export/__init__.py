@@ -1,1 +1,1 @@
-"""Recordings in the formats of other programs: tables, NetCDF and GeoJSON for far-field models, VTK for ParaView."""
+"""Exports of recordings to other programs: tables, NetCDF and GeoJSON for far-field models, VTK for ParaView."""

@@ -1,4 +1,4 @@
-"""Which frames and which oil an export takes from a recording."""
+"""The frames and the oil that an export takes from a recording."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from recordings.errors import RecordingError
 from recordings.frame import PhaseFrame
 from recordings.replay.recording import Replay
 
-AFLOAT = "afloat"  # what oil is that no boom has lost
+AFLOAT = "afloat"  # oil that no boom has lost
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -33,20 +33,20 @@ class OilFrame:
 
 
 def oil_names(replay: Replay) -> list[str]:
-    """The phases that are oil; RecordingError if none is."""
+    """List the phases that are oil; RecordingError if there is none."""
     if not replay.run.oils:
         known = ", ".join(phase.name for phase in replay.run.phases)
-        raise RecordingError(replay.path, f"has no oil, its phases are {known}")
+        raise RecordingError(replay.path, f"has no oil; its phases are {known}")
     return list(replay.run.oils)
 
 
 def causes(replay: Replay) -> tuple[str, ...]:
-    """What may have become of oil, in the order of `OilFrame.cause`."""
+    """List the states that oil may be in, in the order of `OilFrame.cause`."""
     return (AFLOAT, *replay.lost_causes)
 
 
 def every(indices: list[int], interval: float | None, times: list[float]) -> list[int]:
-    """Those steps that lie at least ``interval`` [s] apart, the first and the last among them; all of them for None."""
+    """Choose the steps that are at least ``interval`` [s] apart, always with the first and the last; all steps for None."""
     if interval is None or not indices:
         return indices
     kept, last = [], -np.inf
@@ -58,11 +58,11 @@ def every(indices: list[int], interval: float | None, times: list[float]) -> lis
 
 
 def oil_frames(replay: Replay, interval: float | None = None, *, lost_only: bool = False) -> Iterator[OilFrame]:
-    """All oil, frame by frame ``interval`` [s] apart; or only what booms have lost. RecordingError if there is no frame."""
+    """Yield all oil, or only the oil that booms have lost, in frames ``interval`` [s] apart; RecordingError without frames."""
     names = oil_names(replay)
     clock = replay.phase_times(names[0])
     if not len(clock.index):
-        raise RecordingError(replay.path, "holds no frame")
+        raise RecordingError(replay.path, "has no frames")
     indices = every(clock.index.tolist(), interval, clock.time.tolist())
     wanted = set(indices)
     phases = [_by_index(replay, entity_paths.phase(name), wanted) for name in names]
@@ -82,7 +82,7 @@ def _by_index(replay: Replay, path: str, wanted: set[int]) -> dict[int, PhaseFra
 def _joined(
     index: int, time: float, phases: list[dict[int, PhaseFrame]], lost: list[dict[int, PhaseFrame]]
 ) -> OilFrame:
-    """The phases of one frame, one after another, with what became of each particle."""
+    """Join the phases of one frame, with the cause of each particle's loss."""
     present = [(number, frames[index]) for number, frames in enumerate(phases) if index in frames]
     ids = np.concatenate([frame.id for _, frame in present])
     cause = np.zeros(len(ids), dtype=np.int32)

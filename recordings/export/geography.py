@@ -1,4 +1,4 @@
-"""From the world's metres to longitude and latitude about a site, and from simulated seconds to dates."""
+"""Conversion of the world's metres to longitude and latitude around a site, and of simulated seconds to dates."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ Floats = npt.NDArray[np.floating]
 
 
 def longitude_latitude(site: Site, points: Floats) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Longitude and latitude (N,) [degrees] of points (N, 2 or more) [m] of the world, x along the site's bearing.
+    """Compute longitude and latitude (N,) [degrees] of points (N, 2 or more) [m] of the world; x is along the site's bearing.
 
-    On the tangent plane at the site: north = x cos b + y sin b, east = x sin b - y cos b for the bearing b of x, y being
-    90 degrees to its left; d latitude = north / M, d longitude = east / (N cos latitude) with WGS 84's radii of curvature
-    M = a (1 - e^2) / (1 - e^2 sin^2 latitude)^1.5 and N = a / (1 - e^2 sin^2 latitude)^0.5. Its error grows with the square
-    of the distance r: about r^2 tan(latitude) / (2 N), 8 cm per kilometre squared at 45 degrees.
+    On the tangent plane at the site, north = x cos b + y sin b and east = x sin b - y cos b, with b the bearing of x and y 90 degrees to
+    its left. Then d latitude = north / M and d longitude = east / (N cos latitude), with WGS 84's radii of curvature
+    M = a (1 - e^2) / (1 - e^2 sin^2 latitude)^1.5 and N = a / (1 - e^2 sin^2 latitude)^0.5. The error grows with the square of the
+    distance r: about r^2 tan(latitude) / (2 N), 8 cm per square kilometre at 45 degrees.
     """
     bearing, latitude = np.radians(site.bearing), np.radians(site.latitude)
     x, y = np.asarray(points, dtype=np.float64)[:, :2].T
@@ -38,11 +38,11 @@ def longitude_latitude(site: Site, points: Floats) -> tuple[npt.NDArray[np.float
 
 
 def start_time(site: Site) -> datetime:
-    """When simulated time began, in UTC."""
+    """Return the date and time (UTC) at which simulated time began."""
     start = datetime.fromisoformat(site.start)
     return start.replace(tzinfo=UTC) if start.tzinfo is None else start.astimezone(UTC)
 
 
 def date_at(site: Site, time: float) -> datetime:
-    """The date and time (UTC) of a simulated time [s]."""
+    """Return the date and time (UTC) of a simulated time [s]."""
     return start_time(site) + timedelta(seconds=time)

@@ -1,4 +1,4 @@
-"""Slick outlines, oil particles, booms and tracks as GeoJSON (RFC 7946) for maps and geographic information systems."""
+"""GeoJSON (RFC 7946) of slick outlines, oil particles, booms and tracks, for maps and geographic information systems."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from recordings.export.geography import date_at, longitude_latitude
 from recordings.export.outline import slick_outlines
 from recordings.replay.recording import Replay
 
-_DIGITS = 8  # of a degree: a millimetre
+_DIGITS = 8  # decimals of a degree: a millimetre
 
 Points = npt.NDArray[np.floating]
 
@@ -25,7 +25,7 @@ Points = npt.NDArray[np.floating]
 def write_geojson(
     replay: Replay, path: Path, site: Site, *, interval: float | None = None, particles: bool = False
 ) -> int:
-    """Write outlines (and, if asked for, particles) ``interval`` [s] apart; returns the number of features."""
+    """Write outlines and, if asked for, particles ``interval`` [s] apart; return the number of features."""
     features = [*_tracks(replay, site)]
     names = causes(replay)
     for frame in oil_frames(replay, interval):
@@ -47,7 +47,7 @@ def write_geojson(
 
 
 def _tracks(replay: Replay, site: Site) -> Iterator[dict[str, Any]]:
-    """The vessels' ways, and the booms' lines at the last frame."""
+    """Yield the tracks of the vessels, and the lines of the booms at the last frame."""
     for name, series in replay.bodies.items():
         if body_group(name) == VESSELS and len(series.time) > 1:
             geometry = {"type": "LineString", "coordinates": _coordinates(site, series.pose[:, :2])}
@@ -64,6 +64,6 @@ def _feature(geometry: dict[str, Any], properties: dict[str, Any]) -> dict[str, 
 
 
 def _coordinates(site: Site, points: Points) -> list[list[float]]:
-    """Longitude, latitude of points (N, 2 or more) [m]."""
+    """Convert points (N, 2 or more) [m] to longitude and latitude [degrees]."""
     both = np.column_stack(longitude_latitude(site, points))
     return [[round(longitude, _DIGITS), round(latitude, _DIGITS)] for longitude, latitude in both.tolist()]

@@ -1,8 +1,8 @@
-"""Oil particles as CF NetCDF in the ragged layout of NOAA's nc_particles, from which GNOME and OpenDrift go on.
+"""CF NetCDF of oil particles in the ragged layout of NOAA's nc_particles, which GNOME and OpenDrift read.
 
-All particles of all instants lie one after another along the dimension ``data``; ``particle_count(time)`` says how many
-belong to each instant. NetCDF 3 with 64-bit offsets, which every reader of NetCDF knows.
-Layout: github.com/NOAA-ORR-ERD/nc_particles, draft standard 0.1.0.
+All particles of all instants are one after another along the dimension ``data``; ``particle_count(time)`` has the number of particles
+of each instant. The file is NetCDF 3 with 64-bit offsets, which every NetCDF reader knows. Layout:
+github.com/NOAA-ORR-ERD/nc_particles, draft standard 0.1.0.
 """
 
 from __future__ import annotations
@@ -42,9 +42,9 @@ _ATTRIBUTES: dict[str, dict[str, str]] = {
 def write_netcdf(
     replay: Replay, path: Path, site: Site, *, interval: float | None = None, lost_only: bool = False
 ) -> int:
-    """Write the oil, ``interval`` [s] apart or in every recorded frame; returns the number of instants.
+    """Write the oil ``interval`` [s] apart, or in every recorded frame; return the number of instants.
 
-    With ``lost_only``, particles that booms hold are left out: what escaped is what drifts on.
+    With ``lost_only``, particles that no boom has lost are left out: the escaped oil is the oil that drifts on.
     """
     frames = list(oil_frames(replay, interval, lost_only=lost_only))
     with netcdf_file(path, "w", version=2) as file:
@@ -69,7 +69,7 @@ def write_netcdf(
 
 
 def _columns(replay: Replay, site: Site, frames: list[OilFrame]) -> dict[str, npt.NDArray[np.generic]]:
-    """Every particle variable, all instants one after another."""
+    """Build every particle variable, with all instants one after another."""
     position = np.concatenate([frame.position for frame in frames])
     phase = np.concatenate([frame.phase for frame in frames])
     oils = [oil for name in oil_names(replay) for oil in replay.run.phases if oil.name == name]
@@ -93,14 +93,14 @@ def _columns(replay: Replay, site: Site, frames: list[OilFrame]) -> dict[str, np
 
 
 def _surface(position: npt.NDArray[np.float32]) -> float:
-    """Height [m] of the surface where nothing else says it: that of the highest oil."""
+    """Estimate the height [m] of the surface from the highest oil, if the recording does not give it."""
     return float(np.percentile(position[:, 2], 99.0)) if len(position) else 0.0
 
 
 def _cause_attributes(replay: Replay) -> dict[str, str]:
     names = causes(replay)
     return {
-        "long_name": "what became of the particle: afloat, or by what cause a boom lost it",
+        "long_name": "state of the particle: afloat, or the cause by which a boom lost it",
         "flag_values": " ".join(str(number) for number in range(len(names))),
         "flag_meanings": " ".join(names),
     }
@@ -110,7 +110,7 @@ def _write_header(file: netcdf_file, replay: Replay, site: Site) -> None:
     file.Conventions = "CF-1.8"
     file.title = f"oil particles of {replay.run.name}"
     file.source = f"oilsim {replay.run.properties.get('version_oilsim', '')}".strip()
-    setattr(file, "CF:featureType", "particle_trajectory")  # the draft's own name for it
+    setattr(file, "CF:featureType", "particle_trajectory")  # this name is the draft standard's
     file.comment = (
         f"x axis {site.bearing:g} degrees clockwise from north at {site.latitude:.6f} N {site.longitude:.6f} E"
     )

@@ -1,4 +1,4 @@
-"""The outline of a slick: what lies within a particle's spacing of oil, as polygons."""
+"""The outline of a slick: the area within one particle spacing of oil, as polygons."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ import numpy.typing as npt
 from shapely import MultiPolygon, Polygon, buffer, orient_polygons, points, union_all
 
 Points = npt.NDArray[np.floating]
-_REACH = 1.0  # particle spacings: neighbours in a film are as far apart, so that their discs overlap
-_SMOOTH = 0.1  # spacings that the outline may be simplified by
+_REACH = 1.0  # particle spacings; this is the distance of neighbours in a film, so their discs overlap
+_SMOOTH = 0.1  # particle spacings; tolerance of the simplified outline
 
 
 def slick_outlines(position: Points, spacing: float) -> list[list[npt.NDArray[np.float64]]]:
-    """Polygons around particles (N, 2) [m]: each a list of rings (K, 2), the outer one counter-clockwise, then holes.
+    """Draw polygons around particles (N, 2) [m]; each is a list of rings (K, 2) [m], the outer one counter-clockwise, then holes.
 
-    The union of discs of one spacing about the particles, shrunk again by half of it: its area tends to that of the film.
+    The outline is the union of discs of one spacing around the particles, shrunk by half a spacing. Its area tends to that of the film.
     """
     discs = buffer(points(np.asarray(position, dtype=np.float64)), _REACH * spacing, quad_segs=4)
     slick = union_all(discs).buffer(-0.5 * spacing, quad_segs=4).simplify(_SMOOTH * spacing)

@@ -1,4 +1,4 @@
-"""Every series of a recording, the log, and particle tracks, as CSV or Parquet tables."""
+"""CSV or Parquet tables of a recording: every series, the log, and particle tracks."""
 
 from __future__ import annotations
 
@@ -30,10 +30,11 @@ def write_tables(
     ids: Sequence[int] = (),
     interval: float | None = None,
 ) -> list[Path]:
-    """Write series, bodies, events and particles by phase in ``tracks`` (of ``ids`` only if given); returns the files.
+    """Write tables of series, bodies, events and the particles of ``tracks`` (only ``ids``, if given); return the files.
 
-    Every table has a row per instant, with ``step`` and ``time`` [s] first, except: bodies and particles, which have a row
-    per instant and body or particle; events, a row each. SI units; body columns are pose, twist, wrench and tension.
+    Every table has the columns ``step`` and ``time`` [s] first. Series have a row for each instant, bodies and particles a row for each
+    instant and body or particle, events a row each. Units are SI; the columns of bodies are pose, twist, wrench and tension. Raises
+    RecordingError for a phase that the recording does not have.
     """
     known = [phase.name for phase in replay.run.phases]
     for name in tracks:
@@ -50,7 +51,7 @@ def write_tables(
 
 
 def _series_table(replay: Replay) -> pa.Table:
-    """All scalar series beside each other, empty where one has no value at an instant."""
+    """Build the table of all scalar series; a cell is empty if its series has no value at that instant."""
     times: dict[int, float] = {}
     for series in replay.scalars.values():
         times |= dict(zip(series.index.tolist(), series.time.tolist(), strict=True))
@@ -79,7 +80,7 @@ def _event_table(replay: Replay) -> pa.Table:
 
 
 def _particle_parts(replay: Replay, name: str, ids: Sequence[int], interval: float | None) -> Iterator[pa.Table]:
-    """A table for each instant."""
+    """Yield a table for each instant."""
     clock = replay.phase_times(name)
     kept = set(every(clock.index.tolist(), interval, clock.time.tolist()))
     for index, time, frame in replay.phase_frames(name, kept):
@@ -98,7 +99,7 @@ def _write(path: Path, table: pa.Table, kind: Format) -> Path:
 
 
 def _write_parts(path: Path, parts: Iterator[pa.Table], kind: Format) -> None:
-    """Write tables of one schema one after another, never all of them in memory."""
+    """Write tables of one schema one after another, so that memory never holds them all."""
     writer = None
     for part in parts:
         if writer is None:

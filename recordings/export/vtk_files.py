@@ -1,4 +1,4 @@
-"""Particles and bodies as VTK polydata, a file an instant, with a list of them that ParaView opens as a film."""
+"""VTK polydata of particles and bodies, one file for each instant, with a list that ParaView opens as a film."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Arrays = Mapping[str, npt.NDArray[np.generic]]
 
 
 def write_vtk(replay: Replay, folder: Path, *, interval: float | None = None) -> int:
-    """Write ``PHASE.vtp.series`` and ``bodies.vtp.series`` with their files, ``interval`` [s] apart; returns the files' number."""
+    """Write ``PHASE.vtp.series`` and ``bodies.vtp.series`` with their files, ``interval`` [s] apart; return the number of files."""
     folder.mkdir(parents=True, exist_ok=True)
     count = sum(_write_phase(replay, folder, phase.name, interval) for phase in replay.run.phases)
     steps = recorded_steps(replay)
@@ -35,7 +35,7 @@ def write_vtk(replay: Replay, folder: Path, *, interval: float | None = None) ->
 
 
 def _write_phase(replay: Replay, folder: Path, name: str, interval: float | None) -> int:
-    """One phase's particles, with id and, for oil, the number of the cause by which it was lost (0: it was not)."""
+    """Write one phase's particles with their ids and, for oil, the number of the cause of its loss (0: not lost)."""
     clock = replay.phase_times(name)
     kept = set(every(clock.index.tolist(), interval, clock.time.tolist()))
     lost = [{index: frame.id for index, _, frame in replay.lost_frames(cause, kept)} for cause in replay.lost_causes]
@@ -57,7 +57,7 @@ def _particle_data(frame: PhaseFrame, lost: list[npt.NDArray[np.uint32]]) -> Arr
 
 
 def _write_bodies(replay: Replay, path: Path, index: int) -> Path:
-    """All bodies' surfaces at one step, with the number of the body and the tension in it at each vertex."""
+    """Write all bodies' surfaces at one step; each vertex has the number of its body and the tension in it."""
     bodies = bodies_at(replay, index)
     shown = [(number, name) for number, name in enumerate(replay.run.meshes) if name in bodies]
     meshes = [replay.run.meshes[name] for _, name in shown]
@@ -76,7 +76,7 @@ def _write_bodies(replay: Replay, path: Path, index: int) -> Path:
 def _write(
     path: Path, position: npt.NDArray[np.floating], data: Arrays, faces: npt.NDArray[np.int64] | None = None
 ) -> None:
-    """One polydata file: triangles, or, without faces, a vertex at each point."""
+    """Write one polydata file: triangles, or a vertex at each point if there are no faces."""
     points = vtkPoints()
     points.SetData(numpy_to_vtk(np.ascontiguousarray(position), deep=True))
     surface = vtkPolyData()
@@ -98,7 +98,7 @@ def _write(
 
 
 def _write_series(path: Path, files: list[Path], times: list[float]) -> None:
-    """ParaView's list of files and their times."""
+    """Write ParaView's list of files and their times."""
     if files:
         entries = [{"name": file.name, "time": time} for file, time in zip(files, times, strict=True)]
         path.write_text(json.dumps({"file-series-version": "1.0", "files": entries}, indent=1), encoding="utf-8")

@@ -1,1 +1,1 @@
-"""Pictures drawn from a recording."""
+"""Pictures that are drawn from a recording."""

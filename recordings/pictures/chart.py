@@ -1,4 +1,4 @@
-"""The map of a run: where the slick was and is, where the bodies went, from above or from the side."""
+"""The map of a run: the slick at the start and at the end, and the tracks of bodies, from above or from the side."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from recordings.replay.moments import Moment, placed_vertices
 from recordings.replay.recording import Replay
 
 Points = npt.NDArray[np.floating]
-_FLAT = 0.2  # a scene whose width is less than this part of its length is seen from the side
-_FEWEST = 10  # particles worth an outline
+_FLAT = 0.2  # a scene is seen from the side if its width is less than this fraction of its length
+_FEWEST = 10  # fewer particles than this get no outline
 _OUTLINE_CELLS = 2.0  # cells of the outline's grid, in particle spacings
 _FAINT = 0.35
 _DISC = np.column_stack([wave(np.linspace(0.0, 2.0 * np.pi, 9)[:-1]) for wave in (np.cos, np.sin)])
 
 
 def draw_map(axes: Axes, replay: Replay, moments: Sequence[Moment]) -> None:
-    """Draw the last moment with the first one's slick outline and all tracks."""
+    """Draw the last moment, with the slick outline of the first moment and all tracks."""
     first, last = moments[0], moments[-1]
     side = _seen_from_the_side(last)
     across = (0, 2) if side else (0, 1)
@@ -63,14 +63,14 @@ def draw_map(axes: Axes, replay: Replay, moments: Sequence[Moment]) -> None:
 
 
 def _has_past(oils: Sequence[str], moments: Sequence[Moment]) -> bool:
-    """Whether the first moment left something on the map: oil, or a body that has moved since."""
+    """Tell whether the map shows something of the first moment: oil, or a body that has moved since."""
     first, last = moments[0], moments[-1]
     oil = any(name in oils and len(position) for name, position in first.positions.items())
     return oil or any(_moves(body, last.bodies[name]) for name, body in first.bodies.items())
 
 
 def _seen_from_the_side(moment: Moment) -> bool:
-    """Whether height tells more than width: a tank that is narrow, or as deep as it is long."""
+    """Tell whether the map shows the scene from the side: a tank that is narrow, or nearly as deep as it is long."""
     parts = [position for position in moment.positions.values() if len(position)]
     if not parts:
         return False
@@ -80,7 +80,7 @@ def _seen_from_the_side(moment: Moment) -> bool:
 
 
 def _draw_particles(axes: Axes, points: Points, spacing: float, color: Color, strong: bool) -> None:
-    """Oil as dots, everything else as a faint ground."""
+    """Draw oil as dots and other fluids as a faint background."""
     tint = np.array(color[:3]) / 255.0
     if strong:
         discs = points[:, None, :] + 0.5 * spacing * _DISC
@@ -96,7 +96,7 @@ def _draw_particles(axes: Axes, points: Points, spacing: float, color: Color, st
 
 
 def draw_outline(axes: Axes, points: Points, spacing: float, style: str, color: str = "#5b3413") -> None:
-    """The outline of the oil (N, 2) [m], thick or thin: where half of the cells around hold any."""
+    """Draw the outline of the oil (N, 2) [m]: the line at which half of the cells around hold oil."""
     if len(points) < _FEWEST:
         return
     amount, x_edges, y_edges = _density(points, _OUTLINE_CELLS * spacing)
@@ -106,7 +106,7 @@ def draw_outline(axes: Axes, points: Points, spacing: float, style: str, color: 
 
 
 def _density(points: Points, cell: float) -> tuple[Points, Points, Points]:
-    """How many particles each cell of a grid holds, with a rim of empty cells for outlines."""
+    """Count the particles in each cell of a grid, which has a rim of empty cells for outlines."""
     lower, upper = points.min(axis=0) - 3.0 * cell, points.max(axis=0) + 3.0 * cell
     counts = np.clip(np.ceil((upper - lower) / cell).astype(int), 4, 600)
     box = np.column_stack([lower, upper])
@@ -117,7 +117,7 @@ def _density(points: Points, cell: float) -> tuple[Points, Points, Points]:
 def draw_body(
     axes: Axes, name: str, mesh: MeshDescription, body: BodyFrame, across: tuple[int, int], opacity: float
 ) -> None:
-    """A body's outline as seen along the map's axis: the hull of its vertices."""
+    """Draw a body's outline along the map's viewing direction: the convex hull of its vertices."""
     points = placed_vertices(mesh.vertices, body)[:, across]
     try:
         outline = points[ConvexHull(points).vertices]
@@ -134,7 +134,7 @@ def draw_body(
 
 
 def draw_tracks(axes: Axes, replay: Replay, across: tuple[int, int]) -> None:
-    """The way of everything that moved by itself; of a boom only its ends and middle."""
+    """Draw the tracks of everything that moved; of a boom, only that of its middle."""
     groups: dict[str, list[str]] = {}
     for name in replay.bodies:
         groups.setdefault(entity_paths.body_group(name), []).append(name)
@@ -148,5 +148,5 @@ def draw_tracks(axes: Axes, replay: Replay, across: tuple[int, int]) -> None:
 
 
 def _moves(before: BodyFrame, after: BodyFrame) -> bool:
-    """Whether a body is elsewhere than before."""
+    """Tell whether a body has moved."""
     return bool(np.linalg.norm(after.position - before.position) > 1e-3)

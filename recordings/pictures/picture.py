@@ -1,4 +1,4 @@
-"""Draws a run from its recording alone: three moments in space, the whole of it on a map, and its figures over time."""
+"""The picture of a run, drawn from its recording alone: three moments in space, a map, and its numbers over time."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ from recordings.sink.plots import labels, plots_with_series
 Points = npt.NDArray[np.float64]
 MOMENTS = 3
 _DIAGRAMS = 3
-_SCENE_WIDTH = 930  # pixels drawn, half as many again as shown
+_SCENE_WIDTH = 930  # [pixels], 1.5 times as many as shown
 _NAMED_EVENTS = 4
-_EVENT_LETTERS = 92  # as many as fit over a diagram
-_EVENT_ROW = 0.85  # height of the events, in diagrams
+_EVENT_LETTERS = 92  # letters that fit above a diagram
+_EVENT_ROW = 0.85  # height of the events, in heights of a diagram
 
 
 def draw_picture(recording: str | Path, picture: str | Path) -> None:
@@ -68,7 +68,7 @@ def _show_scene(axes: Axes, moment: Moment, image: Points) -> None:
 
 
 def _draw_title(figure: Figure, replay: Replay) -> None:
-    """Name, what it is about, and the figures that tell its size."""
+    """Write the name, the title, and the numbers that describe the run."""
     run = replay.run
     title = str(run.properties.get("title", "")) or run.name
     figure.text(0.045, 0.965, title, fontsize=19, fontweight="bold", va="center")
@@ -80,7 +80,7 @@ def _draw_title(figure: Figure, replay: Replay) -> None:
 
 
 def _draw_series(figure: Figure, place: SubplotSpec, replay: Replay, moments: Sequence[Moment]) -> None:
-    """The events, and up to three diagrams over simulated time."""
+    """Draw the events, and up to three diagrams over simulated time."""
     told = {name for name, series in replay.scalars.items() if "/" not in name or np.any(series.value != 0.0)}
     plots = plots_with_series(replay.run.plots, list(replay.scalars))
     showing = [(title, [name for name in names if name in told]) for title, names in plots.items()]
@@ -101,11 +101,11 @@ def _draw_series(figure: Figure, place: SubplotSpec, replay: Replay, moments: Se
         axes.margins(x=0.0, y=0.12)
         axes.grid(axis="y", color="#e3e8ec", linewidth=0.8)
         axes.tick_params(labelbottom=axes is rows[-1])
-        if len(names) > 1 or "/" in names[0]:  # the one cause of loss that there is has a name too
+        if len(names) > 1 or "/" in names[0]:  # a single cause of loss needs its name, too
             axes.legend(frameon=False, ncols=4, loc="lower right", bbox_to_anchor=(1.0, 0.97), fontsize=9)
     for axes in rows:
         axes.set_xlim(moments[0].time, max(moments[-1].time, moments[0].time + 1e-3))
-    for axes in diagrams:  # lines would run through the words of the events
+    for axes in diagrams:  # not through the texts of the events
         for moment in moments:
             axes.axvline(moment.time, color="#c8d1d8", linewidth=0.8, zorder=0)
         for event in replay.events:
@@ -114,14 +114,14 @@ def _draw_series(figure: Figure, place: SubplotSpec, replay: Replay, moments: Se
 
 
 def _line_color(name: str) -> str | None:
-    """The colour of a series that has one in the viewer too; None for the next in turn."""
+    """Return the colour that a series has in the viewer, too; None for the next colour in turn."""
     if "oil_lost/" in name:
         return palette.css(palette.cause_color(name.rpartition("/")[2]))
     return palette.css(palette.LIMIT) if name.endswith("_limit") else None
 
 
 def _draw_events(axes: Axes, events: Sequence[Event]) -> None:
-    """The last few events: what they say over the width of the diagrams, and a mark where they happened."""
+    """Write the last few events, and mark their times."""
     axes.set_ylim(-0.5, _NAMED_EVENTS - 0.5)
     axes.set_axis_off()
     for row, event in enumerate(reversed(events[-_NAMED_EVENTS:])):

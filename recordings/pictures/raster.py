@@ -1,7 +1,7 @@
-"""Draws spheres, triangles and clear water into a picture with numpy alone: no window, no graphics driver.
+"""Drawing of spheres, triangles and clear water with numpy alone: no window, no graphics driver.
 
-A pinhole camera looks from the eye at the target, z up. Opaque things share one depth buffer; water is drawn last, as
-light lost on the way through it (Beer-Lambert: what is left after a thickness s is exp(-s / a)).
+A pinhole camera looks from the eye at the target, z up. Opaque things share one depth buffer. Water is drawn last: it absorbs light
+on its way (Beer-Lambert: the fraction exp(-s / a) is left after a thickness s).
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ from recordings.frame import Color
 Floats = npt.NDArray[np.floating]
 _LIGHT = np.array([-0.35, -0.5, 0.8]) / np.linalg.norm([-0.35, -0.5, 0.8])
 _AMBIENT = 0.45
-_SPHERE_FILL = 6.0 / np.pi  # volume of a cube over that of the sphere inside it
+_SPHERE_FILL = 6.0 / np.pi  # volume of a cube / volume of the sphere inside it
 _NEAR = 1e-3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Projection:
-    """Maps world points to pixels and depth.
+    """A projection of world points to pixels and depth.
 
     Attributes:
         eye: (3,) [m].
-        axes: (3, 3) rows right, down and forward.
+        axes: (3, 3) unit vectors right, down and forward, as rows.
         focal: pixels for a slope of one.
         center: (2,) pixel on the line of sight.
     """
@@ -39,14 +39,14 @@ class Projection:
     center: Floats
 
     def __call__(self, points: Floats) -> tuple[Floats, Floats]:
-        """Pixels (N, 2) and depths (N,) along the line of sight [m] of world points (N, 3)."""
+        """Compute pixels (N, 2) and depths (N,) [m] along the line of sight of world points (N, 3) [m]."""
         seen = (np.asarray(points, dtype=np.float64) - self.eye) @ self.axes.T
         depth = np.maximum(seen[:, 2], _NEAR)
         return seen[:, :2] / depth[:, None] * self.focal + self.center, depth
 
 
 def fitted_projection(eye: Floats, target: Floats, points: Floats, width: int, height: int) -> Projection:
-    """A camera at ``eye`` that looks towards ``target``, zoomed and shifted so that all ``points`` are in the picture."""
+    """Place a camera at ``eye`` (3,) [m] that looks to ``target`` (3,) [m], zoomed so that all ``points`` (N, 3) [m] are visible."""
     forward = np.asarray(target, dtype=np.float64) - eye
     forward /= np.linalg.norm(forward)
     up = np.array([0.0, 0.0, 1.0]) if abs(forward[2]) < 0.999 else np.array([0.0, 1.0, 0.0])
@@ -62,7 +62,7 @@ def fitted_projection(eye: Floats, target: Floats, points: Floats, width: int, h
 
 
 class Canvas:
-    """A picture in the making."""
+    """A picture that is being drawn: colours (height, width, 3) from 0 to 1, and a depth [m] for each pixel."""
 
     def __init__(self, projection: Projection, width: int, height: int) -> None:
         """Start with a pale sky that is lighter below."""
@@ -73,7 +73,7 @@ class Canvas:
         self.depth = np.full(height * width, np.inf)
 
     def spheres(self, points: Floats, radius: float, color: Color) -> None:
-        """Opaque shaded balls of one radius [m] and colour."""
+        """Draw opaque shaded balls at points (N, 3) [m] with one radius [m] and colour."""
         nearest = self.depth.copy()
         for pixel, depth, _ in self._splats(points, radius):
             np.minimum.at(nearest, pixel, depth)
@@ -88,7 +88,7 @@ class Canvas:
         self.depth = nearest
 
     def triangles(self, vertices: Floats, faces: npt.NDArray[np.integer], color: Color) -> None:
-        """Opaque flat-shaded triangles, lit from both sides."""
+        """Draw opaque flat-shaded triangles (F, 3) with vertices (V, 3) [m], lit from both sides."""
         pixels, depth = self.projection(vertices)
         corner = np.asarray(vertices, dtype=np.float64)[faces]
         normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
@@ -99,7 +99,7 @@ class Canvas:
             self._triangle(pixels[face], depth[face], tint * brightness)
 
     def water(self, points: Floats, spacing: float, color: Color, clearness: float) -> None:
-        """Clear water made of particles ``spacing`` [m] apart, through which one sees ``clearness`` [m] far."""
+        """Draw clear water of particles at points (N, 3) [m], ``spacing`` [m] apart; light reaches ``clearness`` [m] far."""
         thickness = np.zeros(self.height * self.width)
         surface = np.full(self.height * self.width, np.inf)
         for pixel, depth, bulge in self._splats(points, 0.5 * spacing):
@@ -116,7 +116,7 @@ class Canvas:
         self.image = np.clip(self.image * left + deep * (1.0 - left) + 0.5 * covered * shine, 0.0, 1.0)
 
     def _shine(self, surface: Floats, blur: float) -> Floats:
-        """Light and dark of a water surface from the slope of its smoothed depth, small numbers round 0."""
+        """Compute light and shadow of a water surface from the slope of its smoothed depth: small numbers around 0."""
         known = np.isfinite(surface)
         if not known.any():
             return np.zeros_like(surface)
@@ -128,12 +128,12 @@ class Canvas:
         return -0.12 * np.clip(slope / scale, -2.0, 2.0) * edge
 
     def _pixels(self, length: float, points: Floats) -> float:
-        """How many pixels ``length`` [m] takes at the middle of ``points``."""
+        """Return the number of pixels that ``length`` [m] takes at the middle of ``points``."""
         _, depth = self.projection(np.median(points, axis=0)[None])
         return float(max(1.0, length * self.projection.focal / depth[0]))
 
     def _splats(self, points: Floats, radius: float) -> Iterator[tuple[npt.NDArray[np.int64], Floats, Floats]]:
-        """Pixel numbers, depths and bulges (1 in the middle of a ball, 0 at its rim), one offset in the balls a time."""
+        """Yield pixel numbers, depths and bulges (1 in the middle of a ball, 0 at its rim), for one offset in the balls at a time."""
         if len(points) == 0:
             return
         pixels, depth = self.projection(points)
@@ -151,7 +151,7 @@ class Canvas:
                 yield number, depth[inside] - radius * bulge, bulge
 
     def _triangle(self, pixels: Floats, depth: Floats, color: Floats) -> None:
-        """Fill one triangle where it is in front; depth runs linearly over the picture in its reciprocal."""
+        """Fill one triangle where it is in front; the reciprocal of depth is linear over the picture."""
         lower = np.maximum(np.floor(pixels.min(axis=0)).astype(int), 0)
         upper = np.minimum(np.ceil(pixels.max(axis=0)).astype(int), [self.width, self.height])
         if (upper <= lower).any() or (depth <= 2.0 * _NEAR).any():

@@ -1,4 +1,4 @@
-"""Draws moments of a recording in space: bodies, oil, and clear water over them."""
+"""Moments of a recording in space: bodies, oil, and clear water above them."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from recordings.pictures.raster import Canvas, fitted_projection
 from recordings.replay.moments import Moment, placed_vertices
 
 Points = npt.NDArray[np.float64]
-_SCENE_HEIGHTS = (0.45, 0.76)  # of a scene, in widths
-_MARGIN = 0.04  # round a scene, in widths
-_OIL_RADIUS = 0.6  # in particle spacings: a film one particle thick should look closed
-_CLEAR_DEPTHS = 0.9  # one sees this many water depths far
-_LOST_RADIUS = 0.75  # lost oil covers the oil that it is
+_SCENE_HEIGHTS = (0.45, 0.76)  # least and largest height of a scene, in widths
+_MARGIN = 0.04  # margin around a scene, in widths
+_OIL_RADIUS = 0.6  # in particle spacings; a film one particle thick should look closed
+_CLEAR_DEPTHS = 0.9  # distance that light reaches in water, in water depths
+_LOST_RADIUS = 0.75  # larger than _OIL_RADIUS, so that lost oil covers the same oil of its phase
 
 
 def render_moments(
     run: RunDescription, moments: Sequence[Moment], width: int, *, exercise_only: bool = False
 ) -> list[Points]:
-    """Pictures (height, width, 3) of several moments with one camera that sees them all, as high as they need.
+    """Draw pictures (height, width, 3) of colours from 0 to 1, with one camera that sees all moments; they are as high as needed.
 
-    ``exercise_only``: the camera takes in bodies and oil, and not all of the water.
+    With ``exercise_only`` the camera frames bodies and oil, and not all of the water.
     """
     camera = run.camera or _usual_camera(moments)
     eye, target = np.array(camera.eye), np.array(camera.target)
@@ -46,7 +46,7 @@ def render_moments(
 
 
 def _render(run: RunDescription, moment: Moment, canvas: Canvas, depth: float) -> Points:
-    """One moment: what is opaque first, then the water over it."""
+    """Draw one moment: first the opaque things, then the water in front of them."""
     for name, mesh in run.meshes.items():
         if name in moment.bodies:
             placed = placed_vertices(mesh.vertices, moment.bodies[name])
@@ -66,14 +66,14 @@ def _render(run: RunDescription, moment: Moment, canvas: Canvas, depth: float) -
 
 
 def _opaque(phase: PhaseDescription, phase_count: int) -> bool:
-    """Oil hides what is behind it; water does not, nor does the only fluid of a run unless it is oil."""
+    """Tell whether a phase hides what is behind it: oil does; water and the only fluid of a run do not."""
     if phase.is_oil:
         return True
     return phase_count > 1 and not palette.is_water(phase)
 
 
 def _body_color(run: RunDescription, name: str, mesh: MeshDescription, body: BodyFrame) -> Color:
-    """A body's colour; that of a boom's segment shows its tension."""
+    """Return a body's colour; the colour of a boom's segment shows its tension."""
     for boom in run.exercise.booms if run.exercise else ():
         if name in boom.segments and not np.isnan(body.tension):
             red, green, blue, opacity = palette.tension_color(body.tension, boom.full_tension)[0].tolist()
@@ -82,13 +82,13 @@ def _body_color(run: RunDescription, name: str, mesh: MeshDescription, body: Bod
 
 
 def _without_water(run: RunDescription, moment: Moment) -> Moment:
-    """The same moment with its oil only, unless that leaves nothing to look at."""
+    """Return the moment with its oil only, if it has oil."""
     oil = {name: position for name, position in moment.positions.items() if name in run.oils and len(position)}
     return replace(moment, positions=oil) if oil else moment
 
 
 def _extent(run: RunDescription, moment: Moment, far: float = 0.5) -> Points:
-    """Points that the picture must hold: nearly all particles, and bodies nearer to them than ``far`` times their extent."""
+    """Collect points (N, 3) [m] that the picture must contain: nearly all particles, and bodies within ``far`` times their extent."""
     parts = [position for position in moment.positions.values() if len(position)]
     if not parts:
         return np.array([body.position for body in moment.bodies.values()]) if moment.bodies else np.zeros((1, 3))
@@ -105,7 +105,7 @@ def _extent(run: RunDescription, moment: Moment, far: float = 0.5) -> Points:
 
 
 def _usual_camera(moments: Sequence[Moment]) -> CameraView:
-    """From the front left and above, far enough off that lines stay nearly parallel."""
+    """Place a camera in front, to the left and above, so far away that lines stay nearly parallel."""
     particles = [position for moment in moments for position in moment.positions.values() if len(position)]
     bodies = [body.position[None] for moment in moments for body in moment.bodies.values()]
     together = np.concatenate([*(particles or bodies or [np.zeros((1, 3))])]).astype(np.float64)
@@ -116,7 +116,7 @@ def _usual_camera(moments: Sequence[Moment]) -> CameraView:
 
 
 def _water_depth(run: RunDescription, moments: Sequence[Moment]) -> float:
-    """How far the fluids reach at the end [m] where they reach least: their depth, or the width of a flume or a plane."""
+    """Return the smallest extent [m] of the fluids at the end: their depth, or the width of a flume or a plane."""
     parts = [position for position in moments[-1].positions.values() if len(position)]
     if not parts:
         return run.particle_spacing

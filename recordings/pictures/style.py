@@ -1,4 +1,4 @@
-"""How drawn diagrams look."""
+"""The style of drawn diagrams."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Reading a recording back, checking, comparing and repairing it."""
+"""Replay: reading, checking, comparing and repairing recordings."""

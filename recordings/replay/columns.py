@@ -1,4 +1,4 @@
-"""Turns Rerun chunks into numpy arrays, bit for bit."""
+"""Rerun chunks as numpy arrays, bit for bit."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Rows:
     Attributes:
         index: (R,) communication steps.
         time: (R,) simulated time [s].
-        lengths: (R,) how many values each row has.
+        lengths: (R,) number of values of each row.
         values: all values one after another, (sum of lengths, ...).
     """
 
@@ -31,12 +31,12 @@ class Rows:
     values: npt.NDArray[np.generic]
 
     def split(self) -> list[npt.NDArray[np.generic]]:
-        """The values of each row."""
+        """Split the values by rows."""
         return np.split(self.values, np.cumsum(self.lengths)[:-1])
 
 
 def read_rows(chunk: Chunk, component: str) -> Rows | None:
-    """The rows of ``chunk`` for ``component`` (such as "Points3D:positions"), or None if it has none."""
+    """Read the rows of ``chunk`` for ``component`` (for example "Points3D:positions"); None if it has none."""
     batch = chunk.to_record_batch()
     if component not in batch.schema.names:
         return None
@@ -55,7 +55,7 @@ def read_rows(chunk: Chunk, component: str) -> Rows | None:
 
 
 def read_single(chunk: Chunk) -> dict[str, object]:
-    """The components of a chunk of one row as plain values: a list of one counts as its value."""
+    """Read the components of a chunk of one row as plain values; a list of one value counts as the value."""
     batch = chunk.to_record_batch()
     values: dict[str, object] = {}
     for name in batch.schema.names:
@@ -66,17 +66,17 @@ def read_single(chunk: Chunk) -> dict[str, object]:
 
 
 def _integers(column: pa.Array) -> npt.NDArray[np.int64]:
-    """A time column as whole numbers: steps, or nanoseconds."""
+    """Read a time column as whole numbers: steps or nanoseconds."""
     return np.asarray(column.cast(pa.int64()).to_numpy(zero_copy_only=False), dtype=np.int64)
 
 
 def _seconds(column: pa.Array) -> npt.NDArray[np.float64]:
-    """A column of durations in seconds."""
+    """Read a column of durations in seconds."""
     return np.asarray(_integers(column) / _NANOSECONDS_PER_SECOND, dtype=np.float64)
 
 
 def _values(column: pa.Array) -> npt.NDArray[np.generic]:
-    """Flat values, with one more dimension for fixed-size lists such as vectors."""
+    """Flatten the values; fixed-size lists such as vectors keep one more dimension."""
     if pa.types.is_fixed_size_list(column.type):
         width = column.type.list_size
         return np.asarray(column.flatten().to_numpy(zero_copy_only=False)).reshape(-1, width)

@@ -1,4 +1,4 @@
-"""Two recordings of one exercise beside each other: what they scored over the time both cover, and both in one recording."""
+"""The comparison of two recordings of one exercise: their scores over the time both cover, and both runs in one recording."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ Reduction = Callable[[Values], float]
 
 @dataclass(frozen=True)
 class _Measure:
-    """A score read from a series: which ones, what it is called, its unit, the factor from SI, and how it is reduced."""
+    """A score that is read from a series: the series' pattern, label, unit, factor from SI, and reduction to one number."""
 
     pattern: str
     label: str
@@ -64,9 +64,9 @@ _MEASURES = (
     _Measure("oil_lost", "oil lost at the end", "l", 1e3, _last),
     _Measure(_CAUSES, "lost by {}", "l", 1e3, _last),
     _Measure("oil_recovered", "oil taken back", "l", 1e3, _last),
-    _Measure("oil_removed", "oil gone from the water, not lost", "l", 1e3, _last),
+    _Measure("oil_removed", "oil that left the water without being lost", "l", 1e3, _last),
     _Measure("tow_speed", "mean speed through the water", "kn", _KNOTS, _mean),
-    _Measure("normal_speed_held", "largest speed held along the boom's normal", "kn", _KNOTS, _largest),
+    _Measure("normal_speed_held", "largest held speed normal to the boom", "kn", _KNOTS, _largest),
     _Measure("tow_tension/*", "mean tow tension, {}", "N", 1.0, _mean),
     _Measure("tow_tension/*", "largest tow tension, {}", "N", 1.0, _largest),
     _Measure("skirt_angle", "largest lean of the skirt", "deg", 180.0 / math.pi, _largest),
@@ -78,7 +78,7 @@ _MEASURES = (
 
 @dataclass(frozen=True, kw_only=True)
 class Score:
-    """One score of both runs; ``label`` and ``unit`` in words."""
+    """One score of both runs, with its label and unit."""
 
     label: str
     unit: str
@@ -87,11 +87,11 @@ class Score:
 
 
 def common_time(first: Replay, second: Replay) -> tuple[float, float]:
-    """From when to when [s] both were recorded; RecordingError if never."""
+    """Return begin and end [s] of the time that both recordings cover; RecordingError if there is none."""
     times = [[series.time for series in replay.scalars.values() if len(series.time)] for replay in (first, second)]
     for replay, found in zip((first, second), times, strict=True):
         if not found:
-            raise RecordingError(replay.path, "holds no series to compare")
+            raise RecordingError(replay.path, "has no series to compare")
     begin = max(min(float(time[0]) for time in found) for found in times)
     end = min(max(float(time[-1]) for time in found) for found in times)
     if not begin <= end:
@@ -100,7 +100,7 @@ def common_time(first: Replay, second: Replay) -> tuple[float, float]:
 
 
 def scores(first: Replay, second: Replay) -> Iterator[Score]:
-    """The scores that both runs have, over the time that both cover; without causes by which neither lost oil."""
+    """Yield the scores that both runs have, over their common time; causes by which neither run lost oil are left out."""
     window, units = common_time(first, second), _probe_units(first)
     for measure in _MEASURES:
         for name in first.scalars:
@@ -117,20 +117,20 @@ def scores(first: Replay, second: Replay) -> Iterator[Score]:
 
 
 def _start(name: str, pattern: str) -> int | None:
-    """Where in a series' name begins what fits the pattern: behind its boom, if there are several; None if nothing does."""
+    """Find where in a series' name the pattern begins: behind the boom's name, if there are several booms; None if it does not match."""
     starts = (0, *(place + 1 for place, letter in enumerate(name) if letter == "/"))
     return next((start for start in starts if fnmatch(name[start:], pattern)), None)
 
 
 def _label(name: str, start: int, measure: _Measure) -> str:
-    """A score in words, with its boom if there are several."""
+    """Write a score's label, with its boom if there are several."""
     found = name[start:].removeprefix(measure.pattern.removesuffix("*")).removesuffix("_deg")
     label = measure.label.format(found.replace("_", " "))
     return f"boom {name[:start].strip('/')}: {label}" if start else label
 
 
 def _probe_units(replay: Replay) -> dict[str, str]:
-    """The units of probes' series as the titles of their diagrams tell them; those that none tells are left out."""
+    """Read the units of probes' series from the titles of their diagrams."""
     probes = [name for name in replay.scalars if name.startswith(f"{entity_paths.PROBES}/")]
     plots = plots_with_series(replay.run.plots, probes)
     return {
@@ -142,7 +142,7 @@ def _probe_units(replay: Replay) -> dict[str, str]:
 
 
 def _within(replay: Replay, name: str, start: int, reduce: Reduction, begin: float, end: float) -> Values:
-    """Values of a series in a time; of the largest and the smallest, what lay between the frames too where that was recorded."""
+    """Return the values of a series in a time; a largest or smallest value includes what was recorded between the frames."""
     series, values = replay.scalars[name], replay.scalars[name].value
     worst = replay.scalars.get(f"{name[:start]}{WORST}{name[start:]}")
     if worst is not None and reduce in (_largest, _smallest):
@@ -151,9 +151,9 @@ def _within(replay: Replay, name: str, start: int, reduce: Reduction, begin: flo
 
 
 def write_side_by_side(first: Path, second: Path, target: Path) -> None:
-    """One recording with both runs under ``/A`` and ``/B``, opened as two scenes at the same instant over common diagrams.
+    """Write one recording with both runs under ``/A`` and ``/B``: two scenes at the same instant, above common diagrams.
 
-    ``first`` and ``second`` can be read to their ends (`Replay.path`). RecordingError if the target cannot be written.
+    ``first`` and ``second`` must be complete files (`Replay.path`). Raises RecordingError if the target cannot be written.
     """
     stream = open_stream(str(uuid.uuid4()))
     try:
@@ -173,12 +173,12 @@ def write_side_by_side(first: Path, second: Path, target: Path) -> None:
 
 
 def _moved(chunk: Chunk, side: str) -> Chunk:
-    """The same chunk with its entity one level further down."""
+    """Return the chunk with its entity one level further down."""
     return chunk.with_entity_path(f"/{side}/{chunk.entity_path.strip('/')}".rstrip("/"))
 
 
 def _blueprint(replays: list[Replay]) -> rrb.Blueprint:
-    """Two scenes beside each other, below them the diagrams of what both runs have, and the log."""
+    """Lay out two scenes side by side, and below them the diagrams of the series that both runs have, and the log."""
     scenes = [_scene(replay, side) for side, replay in zip(SIDES, replays, strict=True)]
     both = sorted(set(replays[0].scalars) & set(replays[1].scalars))
     plots = plots_with_series(replays[0].run.plots, both)
@@ -205,7 +205,7 @@ def _blueprint(replays: list[Replay]) -> rrb.Blueprint:
 
 
 def _scene(replay: Replay, side: str) -> rrb.Spatial3DView:
-    """One run from where its scenario looks at it; walls, which hide the water, are not shown, nor are the force arrows."""
+    """Show one run from its scenario's camera, without force arrows and without walls, which hide the water."""
     camera = replay.run.camera
     look = {} if camera is None else {"position": camera.eye, "look_target": camera.target, "eye_up": (0.0, 0.0, 1.0)}
     hidden = (entity_paths.BOUNDARY, entity_paths.FORCES)

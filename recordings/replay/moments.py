@@ -19,9 +19,9 @@ Positions = npt.NDArray[np.float32]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Moment:
-    """Where everything was at one instant: time [s], particles (N, 3) by phase, bodies by name.
+    """Positions of everything at one instant: time [s], particles (N, 3) [m] by phase, bodies by name.
 
-    lost: of the particles, those (N, 3) that booms had lost, by cause.
+    lost: the particles (N, 3) [m] among them that booms had lost, by cause.
     """
 
     time: float
@@ -31,7 +31,7 @@ class Moment:
 
 
 def recorded_steps(replay: Replay) -> list[tuple[int, float]]:
-    """Every recorded communication step and its time [s], in order; RecordingError if there is none."""
+    """List every recorded communication step with its time [s], in order; RecordingError if there is none."""
     steps: dict[int, float] = {}
     series: list[Series | BodySeries] = [*replay.scalars.values(), *replay.bodies.values()]
     if not series:
@@ -39,18 +39,18 @@ def recorded_steps(replay: Replay) -> list[tuple[int, float]]:
     for one in series:
         steps |= dict(zip(one.index.tolist(), one.time.tolist(), strict=True))
     if not steps:
-        raise RecordingError(replay.path, "holds no frame")
+        raise RecordingError(replay.path, "has no frames")
     return sorted(steps.items())
 
 
 def key_steps(steps: Sequence[tuple[int, float]], count: int) -> list[tuple[int, float]]:
-    """The first step, the last, and others as evenly between them as there are."""
+    """Choose the first step, the last, and others as evenly between them as possible."""
     places = np.unique(np.linspace(0, len(steps) - 1, count).round().astype(int))
     return [steps[place] for place in places]
 
 
 def read_moments(replay: Replay, steps: Sequence[tuple[int, float]]) -> list[Moment]:
-    """What the recording knows of the given steps; a phase recorded now and then as it was last seen."""
+    """Read the given steps; a phase that was not recorded at a step is taken from the last recorded step before."""
     indices = [index for index, _ in steps]
     particles: dict[int, dict[str, Positions]] = {index: {} for index in indices}
     lost: dict[int, dict[str, Positions]] = {index: {} for index in indices}
@@ -67,7 +67,7 @@ def read_moments(replay: Replay, steps: Sequence[tuple[int, float]]) -> list[Mom
 
 
 def _as_last_seen(replay: Replay, path: str, indices: Sequence[int]) -> dict[int, Positions]:
-    """Particles at some steps, or at the last step before at which they were recorded."""
+    """Read the particles at some steps, or at the last recorded step before."""
     known = replay.particle_times(path).index.tolist()
     place = {index: bisect_right(known, index) - 1 for index in indices}
     source = {index: known[at] for index, at in place.items() if at >= 0}
@@ -76,7 +76,7 @@ def _as_last_seen(replay: Replay, path: str, indices: Sequence[int]) -> dict[int
 
 
 def bodies_at(replay: Replay, index: int) -> dict[str, BodyFrame]:
-    """Every body as it was last seen at a step."""
+    """Return every body as last recorded at or before a step."""
     bodies = {}
     for name, series in replay.bodies.items():
         row = int(np.searchsorted(series.index, index, side="right")) - 1
@@ -86,7 +86,7 @@ def bodies_at(replay: Replay, index: int) -> dict[str, BodyFrame]:
 
 
 def placed_vertices(vertices: npt.NDArray[np.floating], body: BodyFrame) -> npt.NDArray[np.float64]:
-    """Vertices of the body frame (V, 3) in the world frame: x + v + 2 u x (u x v + w v) for a quaternion (u, w)."""
+    """Transform vertices (V, 3) [m] of the body frame to the world frame: x + v + 2 u x (u x v + w v) for a quaternion (u, w)."""
     axis, real = body.orientation[:3], body.orientation[3]
     local = np.asarray(vertices, dtype=np.float64)
     turned = local + 2.0 * np.cross(axis, np.cross(axis, local) + real * local)

@@ -1,4 +1,4 @@
-"""Reads a recording back: what was run, what happened, and where everything was, bit for bit."""
+"""A recording read back: the run, its events and all motions, bit for bit."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _LEVELS: dict[str, EventLevel] = {"INFO": "info", "WARN": "warning", "ERROR": "e
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Series:
-    """Values over time.
+    """Values over time, in the series' own unit [-].
 
     Attributes:
         index: (N,) communication steps, increasing.
@@ -55,7 +55,10 @@ class Series:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BodySeries:
-    """A body over time: pose (N, 7), twist (N, 6), wrench (N, 6) and tension (N,), NaN if it has none, at N instants."""
+    """A body at N instants.
+
+    index (N,), time (N,) [s], pose (N, 7) [m, 1], twist (N, 6) [m/s, rad/s], wrench (N, 6) [N, N m] and tension (N,) [N], NaN without one.
+    """
 
     index: npt.NDArray[np.int64]
     time: npt.NDArray[np.float64]
@@ -65,7 +68,7 @@ class BodySeries:
     tension: npt.NDArray[np.float64]
 
     def frame(self, row: int) -> BodyFrame:
-        """The body at one instant."""
+        """Return the body at one instant."""
         return BodyFrame(
             position=self.pose[row, :3],
             orientation=self.pose[row, 3:],
@@ -77,19 +80,18 @@ class BodySeries:
 
 
 class Replay:
-    """One recording. Particles are read from the file when asked for; everything else is small and kept."""
+    """One recording; particles are read from the file on request, everything else is small and kept."""
 
     def __init__(self, path: str | Path, *, mend: bool = True) -> None:
-        """Open a recording.
+        """Open a recording; RecordingError if it cannot be read or holds no run.
 
         Args:
-            path: the file. One that was cut off in the middle of a write is read from a repaired copy beside it, and
-                ``repaired_from`` says so.
+            path: the file. A file that was cut off is read from a repaired copy beside it, and ``repaired_from`` names the original.
             mend: allow that; otherwise such a file is an error.
         """
         source = Path(path)
         if not source.is_file():
-            raise RecordingError(source, "no such file")
+            raise RecordingError(source, "does not exist")
         self.repaired_from: Path | None = None
         if mend and not is_whole(source):
             self.repaired_from = source
@@ -101,7 +103,7 @@ class Replay:
 
     @cached_property
     def properties(self) -> Mapping[str, Mapping[str, Any]]:
-        """What the file says about itself: "scenario", "recording" (its terms), "run" (versions ...), "end"."""
+        """Properties of the file by group: "scenario", "recording" (its settings), "run" (versions and more), "end"."""
         groups: dict[str, dict[str, Any]] = defaultdict(dict)
         for chunk in self._chunks(f"/{_PROPERTIES}/**"):
             group = chunk.entity_path.strip("/").removeprefix(_PROPERTIES).strip("/")
@@ -110,24 +112,24 @@ class Replay:
 
     @property
     def precision(self) -> float | None:
-        """Grid [m] that positions of particles were rounded to; None: none."""
+        """Grid [m] to which positions of particles were rounded; None if they were not."""
         return float(self.properties["recording"].get("precision", 0.0)) or None
 
     @property
     def thinning(self) -> dict[str, int]:
-        """By phase, in how many frames it was recorded once; phases in every frame are left out."""
+        """Number of frames for one recorded frame, for each phase that was not recorded in every frame."""
         terms = self.properties["recording"]
         every = {phase.name: int(terms.get(f"every_{phase.name}", 1)) for phase in self.run.phases}
         return {name: count for name, count in every.items() if count > 1}
 
     @property
     def end_reason(self) -> str:
-        """Why the run ended; empty when nobody could say so any more."""
+        """Reason why the run ended; empty if the run was interrupted."""
         return str(self.properties.get("end", {}).get("reason", ""))
 
     @cached_property
     def run(self) -> RunDescription:
-        """What was run, as the recorder was told."""
+        """Description of the run, as the recorder got it."""
         scenario = self.properties.get("scenario", {})
         camera = json.loads(scenario.get("camera") or "null")
         plots = json.loads(scenario.get("plots") or "{}")
@@ -171,7 +173,7 @@ class Replay:
 
     @cached_property
     def events(self) -> tuple[Event, ...]:
-        """The log, in order of time."""
+        """The events of the log, in order of time."""
         found = []
         for chunk in self._chunks(f"/{entity_paths.EVENTS}"):
             text, level = read_rows(chunk, "TextLog:text"), read_rows(chunk, "TextLog:level")
@@ -187,13 +189,13 @@ class Replay:
     def phase_frames(
         self, name: str, indices: Collection[int] | None = None
     ) -> Iterator[tuple[int, float, PhaseFrame]]:
-        """Communication step, time [s] and particles of one phase, frame by frame; of ``indices`` only if given."""
+        """Yield communication step, time [s] and particles of one phase, frame by frame; only at ``indices``, if given."""
         return self.particles(entity_paths.phase(name), indices)
 
     def lost_frames(
         self, cause: str, indices: Collection[int] | None = None
     ) -> Iterator[tuple[int, float, PhaseFrame]]:
-        """The same for the oil particles that booms have lost by one cause; each is one of its phase's particles too."""
+        """Yield the same for the oil particles that booms have lost by one cause; each is also one of its phase's particles."""
         return self.particles(entity_paths.lost(cause), indices)
 
     @cached_property
@@ -203,7 +205,7 @@ class Replay:
         return tuple(sorted(path.removeprefix(f"{entity_paths.LOST}/") for path in paths))
 
     def particles(self, path: str, indices: Collection[int] | None = None) -> Iterator[tuple[int, float, PhaseFrame]]:
-        """Step, time [s] and particles at an entity path, frame by frame; of ``indices`` only if given."""
+        """Yield step, time [s] and particles at an entity path, frame by frame; only at ``indices``, if given."""
         ids = self._ids(path)
         changes = [index for index, _ in ids]
         for chunk in self._chunks(f"/{path}"):
@@ -216,17 +218,17 @@ class Replay:
                     yield index, time, PhaseFrame(position.astype(np.float32, copy=False), ids[known][1])
 
     def phase_times(self, name: str) -> Series:
-        """Steps and times at which a phase's particles were recorded, with their number as value."""
+        """Return the steps and times at which a phase's particles were recorded, with their number as value."""
         return self.particle_times(entity_paths.phase(name))
 
     def particle_times(self, path: str) -> Series:
-        """Steps and times at which the particles at an entity path were recorded, with their number as value."""
+        """Return the steps and times at which the particles at an entity path were recorded, with their number as value."""
         parts = self._rows((f"/{path}",), "Points3D:positions").get(path, [])
         counted = [Rows(index=p.index, time=p.time, lengths=np.ones_like(p.lengths), values=p.lengths) for p in parts]
         return _series(counted)
 
     def _ids(self, particles: str) -> list[tuple[int, npt.NDArray[np.uint32]]]:
-        """The ids of the particles at a path, each from a step on until the next."""
+        """Return the ids of the particles at a path; each array holds from its step until the next."""
         path = entity_paths.ids(particles)
         changes: list[tuple[int, npt.NDArray[np.uint32]]] = []
         for part in self._rows((f"/{path}",), "ranges").get(path, []):
@@ -235,7 +237,7 @@ class Replay:
         return sorted(changes, key=lambda change: change[0])
 
     def _phase_descriptions(self) -> tuple[PhaseDescription, ...]:
-        """The fluids, in the order they were described."""
+        """Read the fluids in the order in which they were described."""
         found = []
         for chunk in self._chunks(f"/{entity_paths.FLUID}/**", static=True):
             values = read_single(chunk)
@@ -248,7 +250,7 @@ class Replay:
         return tuple(phase for _, phase in sorted(found, key=lambda pair: pair[0]))
 
     def _meshes(self) -> dict[str, MeshDescription]:
-        """The triangles of every body that has some."""
+        """Read the triangles of every body that has some."""
         found = {}
         for chunk in self._chunks(*_body_paths(), static=True):
             vertices, faces = read_rows(chunk, "vertices"), read_rows(chunk, "faces")
@@ -262,7 +264,7 @@ class Replay:
         return dict(sorted(found.items()))
 
     def _boundaries(self) -> dict[str, npt.NDArray[np.float32]]:
-        """The static boundary particles."""
+        """Read the static boundary particles."""
         rows = self._rows((f"/{entity_paths.BOUNDARY}/**",), "Points3D:positions")
         return {
             path.removeprefix(f"{entity_paths.BOUNDARY}/"): parts[0].values.astype(np.float32, copy=False)
@@ -270,7 +272,7 @@ class Replay:
         }
 
     def _rows(self, contents: tuple[str, ...], component: str) -> dict[str, list[Rows]]:
-        """The rows of one component, by entity path."""
+        """Read the rows of one component, by entity path."""
         found: dict[str, list[Rows]] = defaultdict(list)
         for chunk in self._chunks(*contents):
             rows = read_rows(chunk, component)
@@ -279,22 +281,24 @@ class Replay:
         return dict(found)
 
     def _chunks(self, *contents: str, static: bool | None = None) -> Iterator[Chunk]:
-        """The chunks of some entities, in the file's order."""
+        """Read the chunks of some entities, in the file's order."""
         stream = self._reader.stream() if self._store is None else self._store.stream()
         return iter(stream.filter(content=list(contents), is_static=static))
 
 
 def _require_run(path: Path, terms: Mapping[str, Any]) -> None:
-    """RecordingError unless the terms are those of a run, in a format that is read here."""
+    """Raise RecordingError unless the file holds a run in a format that this program reads."""
     if "particle_spacing" not in terms:
-        raise RecordingError(path, "holds no run of oilsim, or was cut off before one began")
+        raise RecordingError(path, "has no run of oilsim, or was cut off before a run began")
     version = terms.get("format_version")
     if version != FORMAT_VERSION:
-        raise RecordingError(path, f"has format version {version}, this program reads {FORMAT_VERSION}")
+        raise RecordingError(
+            path, f"has format version {version}, allowed: version {FORMAT_VERSION}, which this program reads"
+        )
 
 
 def _lazy_store(reader: RrdReader) -> LazyStore | None:
-    """Access that reads only what is asked for; a file without a footer has none and is read through each time."""
+    """Open access that reads only what is asked for; None for a file without a footer, which is read through each time."""
     try:
         return reader.store()
     except (ValueError, RuntimeError):
@@ -302,12 +306,12 @@ def _lazy_store(reader: RrdReader) -> LazyStore | None:
 
 
 def _sounds_like_oil(name: str) -> bool:
-    """Whether a phase is oil by its name, for recordings that do not say it."""
+    """Tell by its name whether a phase is oil, for recordings that do not say it."""
     return any(word in name.lower() for word in ("oil", "crude", "diesel", "fuel"))
 
 
 def _unpacked(color: int) -> Color:
-    """Red, green, blue and opacity of a colour in one number."""
+    """Split a colour in one number into red, green, blue and opacity."""
     return (color >> 24) & 255, (color >> 16) & 255, (color >> 8) & 255, color & 255
 
 
@@ -316,7 +320,7 @@ def _body_paths() -> tuple[str, ...]:
 
 
 def _series(parts: list[Rows], width: int = 0) -> Series:
-    """Chunks of one series, joined and put in order."""
+    """Join the chunks of one series and put them in order."""
     if not parts:
         return Series(index=np.empty(0, np.int64), time=np.empty(0), value=np.empty(0))
     index = np.concatenate([part.index for part in parts])

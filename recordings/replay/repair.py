@@ -1,4 +1,4 @@
-"""Mends recordings that were cut off in the middle of a write."""
+"""Repair of recordings that were cut off while they were written."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ _HEAD = b"RRF2"
 
 
 def open_reader(path: Path) -> RrdReader:
-    """A reader of a whole file, with a footer or without; a cut file is a `RecordingError`."""
+    """Open a file that is complete, with or without a footer; RecordingError for a file that was cut off."""
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # a killed run leaves no footer: known, and no news to the user
+            warnings.simplefilter("ignore")  # a killed run leaves no footer, and the user knows that
             reader = RrdReader(path)
             recordings = reader.recordings()
     except RuntimeError as error:
         raise RecordingError(path, f"cannot be read: {error}") from error
     if not recordings:
-        raise RecordingError(path, "holds no run")
+        raise RecordingError(path, "has no run")
     return reader
 
 
 def is_whole(path: Path) -> bool:
-    """Whether the file can be read to its end."""
+    """Tell whether the file can be read to its end."""
     try:
         open_reader(path)
     except RecordingError:
@@ -41,7 +41,7 @@ def is_whole(path: Path) -> bool:
 
 
 def has_footer(path: Path) -> bool:
-    """Whether the file was closed in order, so that nothing is missing; without a footer it loads slowly."""
+    """Tell whether the file was closed properly and so is complete; without a footer it loads slowly."""
     try:
         open_reader(path).store()
     except (RecordingError, ValueError, RuntimeError):
@@ -50,27 +50,28 @@ def has_footer(path: Path) -> bool:
 
 
 def repaired_path(path: Path) -> Path:
-    """Where the mended copy of a recording lies."""
+    """Return the path for the repaired copy of a recording."""
     return path.with_name(f"{path.stem}.repaired{path.suffix}")
 
 
 def repair(path: str | Path, target: str | Path | None = None) -> Path:
-    """Write a whole copy of a recording that was cut off, with a footer; the original stays as it is.
+    """Write a complete copy, with a footer, of a recording that was cut off; the original is not changed.
 
-    Everything up to the last complete chunk is kept: at most a second is lost, that in which the run was killed.
+    Everything up to the last complete chunk is kept, so at most the last second before the run was killed is lost. Raises RecordingError if
+    the file is not a recording or cannot be repaired.
 
     Returns:
         The copy: ``target``, or the original's name with ".repaired" before its ending.
     """
     source = Path(path)
     if not source.is_file():
-        raise RecordingError(source, "no such file")
+        raise RecordingError(source, "does not exist")
     with source.open("rb") as file:
         if file.read(len(_HEAD)) != _HEAD:
             raise RecordingError(source, "is not a Rerun recording, or was cut off before anything was written")
     copy = repaired_path(source) if target is None else Path(target)
     if is_same_file(source, copy):
-        raise RecordingError(source, "is the recording to repair, allowed: another file for its copy")
+        raise RecordingError(source, "is the recording to repair itself, allowed: another file for the copy")
     unfinished = copy.with_name(f".{os.getpid()}-{copy.name}")
     command = [viewer_executable(), "rrd", "optimize", str(source), "-o", str(unfinished)]
     done = subprocess.run(

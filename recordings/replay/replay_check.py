@@ -1,4 +1,4 @@
-"""Compares a run, while it goes on, with a recording of it: frame by frame, bit for bit."""
+"""A check of a run, while it goes on, against a recording of it: frame by frame, bit for bit."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from recordings.frame import Event, Frame, PhaseFrame, RunDescription
 from recordings.replay.recording import Replay
 from recordings.sample import rounded
 
-OF_THE_MACHINE = ("real_time_factor", "coupling/wall_seconds/*")  # series that say how fast a run went, not where
+OF_THE_MACHINE = ("real_time_factor", "coupling/wall_seconds/*")  # series that depend on the machine's speed
 
 
 class ReplayCheck:
-    """An observer that stops comparing at the first frame that differs.
+    """An observer that compares frames until the first one that differs.
 
     Attributes:
-        compared: recorded frames that were met and found equal.
-        difference: the first one found, in words; empty so far if none was.
-        precision: grid [m] on which the particles were recorded and are compared; None: bit for bit, like all else.
-        last_index: of the last recorded frame.
+        compared: number of recorded frames that were reached and are equal.
+        difference: the first difference, in words; empty if there is none so far.
+        precision: grid [m] on which particles were recorded and are compared; None compares them bit for bit.
+        last_index: step of the last recorded frame.
     """
 
     def __init__(self, replay: Replay) -> None:
-        """Read the recording's small series; its particles are read as the run goes on. RecordingError if it has no frame."""
+        """Read the recording's small series; its particles are read later. RecordingError if it has no frame."""
         self.compared = 0
         self.difference = ""
         self.precision = replay.precision
@@ -45,11 +45,11 @@ class ReplayCheck:
         indices += [replay.phase_times(name).index for name in self._particles]
         self._recorded = frozenset(np.concatenate(indices).tolist()) if indices else frozenset()
         if not self._recorded:
-            raise RecordingError(replay.path, "holds no frame")
+            raise RecordingError(replay.path, "has no frames")
         self.last_index = max(self._recorded)
 
     def initialized(self, run: RunDescription) -> None:
-        """The run begins."""
+        """Do nothing when the run begins."""
 
     def step_completed(self, frame: Frame) -> None:
         """Compare the frame, if the recording has it."""
@@ -62,10 +62,10 @@ class ReplayCheck:
             self.compared += 1
 
     def event(self, event: Event) -> None:
-        """The log is not compared: it says when a run was interrupted, too."""
+        """Ignore the log: it also records interruptions, which may differ."""
 
     def terminated(self, reason: str) -> None:
-        """Nothing is left to do."""
+        """Do nothing when the run ends."""
 
     def _differences(self, frame: Frame) -> Iterator[str]:
         for name, particles in self._particles.items():
@@ -80,14 +80,14 @@ class ReplayCheck:
 
 
 class _Particles:
-    """The recorded frames of a phase, asked for in order of time."""
+    """The recorded frames of a phase, requested in order of time."""
 
     def __init__(self, frames: Iterator[tuple[int, float, PhaseFrame]]) -> None:
         self._frames = frames
         self._next = next(frames, None)
 
     def at(self, index: int) -> PhaseFrame | None:
-        """The particles at a step; None if they were not recorded then."""
+        """Return the particles at a step; None if they were not recorded then."""
         while self._next is not None and self._next[0] < index:
             self._next = next(self._frames, None)
         return self._next[2] if self._next is not None and self._next[0] == index else None
@@ -101,20 +101,20 @@ class _Rows:
         self._value = value
 
     def at(self, index: int) -> npt.NDArray[np.float64] | None:
-        """The value at a step, if there is one."""
+        """Return the value at a step, if there is one."""
         row = int(np.searchsorted(self.index, index))
         return self._value[row] if row < len(self.index) and self.index[row] == index else None
 
 
 def _different_particles(name: str, recorded: PhaseFrame, frame: PhaseFrame, precision: float | None) -> Iterator[str]:
     if not np.array_equal(recorded.id, frame.id):
-        yield f"{name} has {len(frame.id)} particles, recorded are {len(recorded.id)}, or they are not the same ones"
+        yield f"{name} has {len(frame.id)} particles, the recording {len(recorded.id)}, or their ids differ"
         return
     now = rounded(frame.position, precision)
     if now.tobytes() != recorded.position.tobytes():
         away = np.linalg.norm(now.astype(np.float64) - recorded.position, axis=1)
         count = np.count_nonzero((now != recorded.position).any(axis=1))
-        yield f"{count} of {len(away)} particles of {name} lie elsewhere, by up to {away.max():.3g} m"
+        yield f"{count} of {len(away)} particles of {name} have moved, by up to {away.max():.3g} m"
 
 
 def _different_rows(

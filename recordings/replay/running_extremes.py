@@ -1,4 +1,4 @@
-"""What a series reached between recorded frames, told by a second one: its worst value since the run began."""
+"""Running extremes: what a series reached between recorded frames, from a second series of its extreme values since the start."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ import numpy.typing as npt
 
 Values = npt.NDArray[np.float64]
 WORST = "worst_"
-"""Before the name of a series: that of its worst values, as in ``worst_tow_tension/port``, or ``main/worst_skirt_angle`` of one boom
-of several."""
+"""Prefix of a series of extreme values, as in ``worst_tow_tension/port``; with several booms, ``main/worst_skirt_angle``."""
 
 
 def reached(sampled: Values, worst: Values | None) -> Values:
-    """Worst value from the frame before to each frame (N,), of a series as sampled (N,) and its worst since the run began.
+    """Compute the extreme value (N,) [-] of a series, in its own unit, from the frame before to each frame.
 
-    Where that has changed since the frame before, it is the answer; elsewhere only the sample is known, as in the first frame, whose
-    worst may be from before the recording. None: no worst was recorded; a recording that was cut off may hold less of it.
+    sampled (N,) are the recorded values, worst (M,) the extremes since the run began. If the extreme has changed since
+    the frame before, the result is the new extreme; elsewhere, and in the first frame, only the sample is known. None means that no
+    extremes were recorded. In a recording that was cut off, M may be less than N.
     """
     values = sampled.copy()
     if worst is not None:

@@ -1,1 +1,1 @@
-"""Writing a recording, and the live viewer."""
+"""Writing of recordings, and the live viewer."""

@@ -1,4 +1,4 @@
-"""How the viewer opens a recording: scenes on the left, legend, series and events on the right, simulated time below."""
+"""The layout in which the viewer opens a recording: scenes on the left; legend, diagrams and events on the right; time below."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from recordings.sink.cameras import FollowingView, Places, following_views
 from recordings.sink.plots import plots_with_series, usual_plots
 
 _BACKGROUND = (224, 233, 240)
-_MOST_NAMED = 5  # series in one diagram that still have room for a legend
+_MOST_NAMED = 5  # a diagram with more series has no room for a legend
 
 
 def run_blueprint(
     run: RunDescription, scalars: Collection[str], places: Places | None = None, *, live: bool = False
 ) -> rrb.Blueprint:
-    """The opening layout of a recording of ``run``, with diagrams of those series that are recorded.
+    """Lay out a recording of ``run``, with diagrams of the series that are recorded.
 
-    ``places`` are those of the bodies in the first frame. ``live`` shows the newest frame, from cameras that stand still:
-    the viewer (0.41) goes too near to a body that it follows if the body's frames come in later than the layout.
-    Otherwise it plays the recording at real speed, over and over, and its cameras follow.
+    ``places`` are the positions (3,) [m] of the bodies in the first frame. ``live`` shows the newest frame, from cameras that do not move:
+    viewer 0.41 goes too near to a body that it follows if the body's frames arrive later than the layout. Otherwise the viewer plays the
+    recording at real speed, in a loop, and its cameras follow.
     """
     return rrb.Blueprint(
         rrb.Horizontal(_scenes(run, places or {}, follow=not live), _beside(run, scalars), column_shares=[5, 2]),
@@ -36,7 +36,7 @@ def run_blueprint(
 
 
 def _time_panel(play_state: Literal["following", "playing"], loop_mode: Literal["off", "all"]) -> rrb.TimePanel:
-    """Simulated time at real speed; a viewer that loops does not follow the newest frame."""
+    """Set up the time panel at real speed; a viewer that loops does not follow the newest frame."""
     return rrb.TimePanel(
         timeline=entity_paths.TIMELINE_TIME,
         state="collapsed",
@@ -47,7 +47,7 @@ def _time_panel(play_state: Literal["following", "playing"], loop_mode: Literal[
 
 
 def _scenes(run: RunDescription, places: Places, *, follow: bool) -> rrb.Container | rrb.View:
-    """The overview, with the forces on the bodies behind it, over the cameras that follow boom and vessel."""
+    """Lay out the overview, with the forces on the bodies behind it, above the cameras that follow boom and vessel."""
     overview = _scene(run, "Overview", run.camera, hidden=[entity_paths.FORCES])
     forces = _scene(run, "Forces", run.camera, hidden=_waters(run))
     above = rrb.Tabs(overview, forces) if run.meshes else overview
@@ -63,7 +63,7 @@ def _close_scene(run: RunDescription, view: FollowingView, *, follow: bool) -> r
 def _scene(
     run: RunDescription, title: str, camera: CameraView | None, *, hidden: Collection[str], follows: str | None = None
 ) -> rrb.Spatial3DView:
-    """A 3-D view; boundary particles are there but not shown, because a tank's walls would hide the water."""
+    """Build a 3-D view; boundary particles are in it but hidden, because a tank's walls would hide the water."""
     return rrb.Spatial3DView(
         origin="/",
         name=title,
@@ -75,7 +75,7 @@ def _scene(
 
 
 def _waters(run: RunDescription) -> list[str]:
-    """What would hide a boom from a near camera."""
+    """List the phases that would hide a boom from a near camera."""
     return [entity_paths.phase(phase.name) for phase in run.phases if palette.is_water(phase)]
 
 
@@ -90,7 +90,7 @@ def _eye(camera: CameraView, follows: str | None) -> rrb.EyeControls3D:
 
 
 def _beside(run: RunDescription, scalars: Collection[str]) -> rrb.Container | rrb.View:
-    """Legend, diagrams and events."""
+    """Lay out legend, diagrams and events."""
     names = [entity_paths.scalar_name(entity_paths.scalar(name)) for name in scalars]
     chosen = plots_with_series(run.plots, names)
     tabs = []
@@ -101,7 +101,7 @@ def _beside(run: RunDescription, scalars: Collection[str]) -> rrb.Container | rr
     if chosen:
         own = rrb.Vertical(*(_plot(plot, found) for plot, found in chosen.items()), name="Series")
         tabs.insert(0 if run.exercise is None else 1, own)
-    told: rrb.Container | rrb.View = rrb.TextDocumentView(origin=f"/{entity_paths.LEGEND}", name="What you see")
+    told: rrb.Container | rrb.View = rrb.TextDocumentView(origin=f"/{entity_paths.LEGEND}", name="Legend")
     parts = [(told, 6 if run.exercise is not None else 4 if run.meshes else 3)]
     if tabs:
         parts.append((rrb.Tabs(*tabs), 13))
@@ -110,7 +110,7 @@ def _beside(run: RunDescription, scalars: Collection[str]) -> rrb.Container | rr
 
 
 def _plot(title: str, names: Collection[str]) -> rrb.TimeSeriesView:
-    """One diagram of some series; the causes of loss have the colours of the legend and need none of their own."""
+    """Build one diagram of some series; causes of loss have the colours of the legend beside the scene."""
     contents = [f"/{entity_paths.scalar(name)}" for name in names]
     shown = 1 < len(names) <= _MOST_NAMED
     legend = rrb.PlotLegend(rrb.Corner2D.LeftTop, visible=shown)
@@ -118,6 +118,6 @@ def _plot(title: str, names: Collection[str]) -> rrb.TimeSeriesView:
 
 
 def _log() -> rrb.TextLogView:
-    """The events: when and what."""
+    """Build the list of events: time and text."""
     columns = rrb.TextLogColumns(timeline_columns=[entity_paths.TIMELINE_TIME], text_log_columns=["Body"])
     return rrb.TextLogView(origin=f"/{entity_paths.EVENTS}", name="Events", columns=columns)

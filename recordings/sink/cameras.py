@@ -1,4 +1,4 @@
-"""Where the viewer's cameras stand: over the whole scene, at a boom's apex, at a vessel that tows it."""
+"""Cameras of the viewer: over the whole scene, at a boom's apex, and at a vessel that tows it."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from recordings.exercise import BoomDescription
 from recordings.frame import CameraView, RunDescription
 
 Places = Mapping[str, npt.NDArray[np.float64]]
-_APEX_REACH = 0.3  # of the boom's length: how far off its camera stands
-_VESSEL_REACH = 2.2  # of the vessel's length
+_APEX_REACH = 0.3  # distance of the apex camera, in lengths of the boom
+_VESSEL_REACH = 2.2  # distance of the vessel camera, in lengths of the vessel
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class FollowingView:
 
 
 def following_views(run: RunDescription, places: Places) -> list[FollowingView]:
-    """Cameras for every boom's apex and for the first vessel at it; ``places`` (3,) [m] are those of the first frame."""
+    """Place cameras at every boom's apex and at the first vessel that tows it; ``places`` (3,) [m] are those of the first frame."""
     views = []
     for boom in run.exercise.booms if run.exercise else ():
         if not all(name in places for name in boom.segments):
@@ -41,7 +41,7 @@ def following_views(run: RunDescription, places: Places) -> list[FollowingView]:
 
 
 def _outward(boom: BoomDescription, places: Places) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """The apex, and the horizontal unit vector from the middle between the ends to it."""
+    """Return the apex (3,) [m], and the horizontal unit vector (3,) to it from the middle between the ends."""
     apex = np.asarray(places[boom.segments[len(boom.segments) // 2]])
     away = apex - 0.5 * (places[boom.segments[0]] + places[boom.segments[-1]])
     away[2] = 0.0
@@ -49,14 +49,14 @@ def _outward(boom: BoomDescription, places: Places) -> tuple[npt.NDArray[np.floa
 
 
 def _at_apex(boom: BoomDescription, places: Places) -> FollowingView:
-    """From outside the U and above, where what leaks comes out."""
+    """Place a camera outside the U and above, where oil leaks out."""
     apex, outward = _outward(boom, places)
     eye = apex + _APEX_REACH * boom.length * (outward + np.array([0.0, 0.0, 0.8]))
     return FollowingView(f"Apex of {boom.name}", boom.segments[len(boom.segments) // 2], _view(eye, apex))
 
 
 def _at_vessel(boom: BoomDescription, vessel: str, length: float, places: Places) -> FollowingView:
-    """From ahead of the vessel, looking back over it at the boom."""
+    """Place a camera ahead of the vessel that looks back over it at the boom."""
     _, outward = _outward(boom, places)
     target = np.asarray(places[vessel])
     eye = target + _VESSEL_REACH * length * (np.array([0.0, 0.0, 0.6]) - outward)

@@ -1,8 +1,8 @@
-"""Shows a run in a viewer while it is being recorded, and never makes the run wait.
+"""The live view: it shows a run in a viewer while the run is recorded, and never makes the run wait.
 
-A viewer that stops reading stops whoever writes to it. So a program of its own writes to the viewer (`live_feed`), a
-thread writes to that program, and a queue of two frames leads to the thread; a frame that finds the queue full is not
-shown. The file knows nothing of this.
+A viewer that stops reading blocks the program that writes to it. Therefore a separate program writes to the viewer (`live_feed`), a
+thread writes to that program, and a queue of two frames leads to the thread. A frame that finds the queue full is not shown. The
+recording file does not depend on any of this.
 """
 
 from __future__ import annotations
@@ -31,14 +31,16 @@ class LiveView:
     """A viewer on this machine, started here or already running at ``address``."""
 
     def __init__(self, address: str | None = None, *, headless: bool = False) -> None:
-        """Choose the viewer.
+        """Choose the viewer; ValueError for an address on another machine.
 
         Args:
-            address: of a running viewer, such as "rerun+http://127.0.0.1:9876/proxy"; None starts one.
+            address: address of a running viewer, for example "rerun+http://127.0.0.1:9876/proxy"; None starts one.
             headless: start it without a window.
         """
         if address is not None and urlsplit(address).hostname not in _LOCAL_HOSTS:
-            raise ValueError(f"live view address is {address!r}, expected a viewer on this machine ({LOOPBACK})")
+            raise ValueError(
+                f"the address of the live view is {address!r}, allowed: a viewer on this machine ({LOOPBACK})"
+            )
         self.shown_frames = 0
         self.dropped_frames = 0
         self.problem = ""
@@ -52,13 +54,13 @@ class LiveView:
         self._feed: subprocess.Popen[bytes] | None = None
 
     def start(self, run: RunDescription, recording_id: str) -> None:
-        """Begin to show ``run``; returns at once, the viewer starts meanwhile."""
+        """Begin to show ``run``; the call returns at once, and the viewer starts meanwhile."""
         arguments = (run, recording_id)
         self._thread = threading.Thread(target=self._work, args=arguments, name="live view", daemon=True)
         self._thread.start()
 
     def show(self, sample: Sample) -> None:
-        """Show a frame if the viewer has shown the ones before."""
+        """Show a frame if the viewer has shown the frames before."""
         try:
             self._samples.put_nowait(sample)
         except queue.Full:
@@ -66,11 +68,11 @@ class LiveView:
             self._notice_closed_viewer()
 
     def tell(self, event: Event, frame_index: int) -> None:
-        """Show a line of the log, with the next frame."""
+        """Show a line of the log with the next frame."""
         self._events.append((event, frame_index))
 
     def stop(self) -> None:
-        """Show what is waiting, unless the viewer does not take it soon; the viewer stays open. Safe to call twice."""
+        """Show the frames that wait, unless the viewer is slow; the viewer stays open. A second call does nothing."""
         if self._stopping.is_set():
             return
         self._stopping.set()
@@ -80,10 +82,10 @@ class LiveView:
             self._feed.kill()
             self._feed.wait()
         if self.dropped_frames and not self.problem:
-            _LOG.warning("live view left out %d frames; the recording has them", self.dropped_frames)
+            _LOG.warning("the live view dropped %d frames; the recording has all of them", self.dropped_frames)
 
     def _work(self, run: RunDescription, recording_id: str) -> None:
-        """The thread: a viewer that fails is a note in the log, never the end of the run."""
+        """Run the thread; if the viewer fails, the log says so and the run continues."""
         try:
             address = self._address or self._start_viewer()
             command = [sys.executable, "-m", "recordings.sink.live_feed", address, recording_id]
@@ -91,7 +93,7 @@ class LiveView:
             self._feed = subprocess.Popen(
                 command, stdin=subprocess.PIPE, stdout=quiet, stderr=quiet, start_new_session=True
             )
-            assert self._feed.stdin is not None  # a pipe was asked for
+            assert self._feed.stdin is not None  # Popen was asked for a pipe
             with self._feed.stdin as pipe:
                 self._show_all(pipe, run)
             self._feed.wait()
@@ -100,16 +102,16 @@ class LiveView:
                 self._give_up("the viewer was closed" if isinstance(error, BrokenPipeError) else str(error))
 
     def _notice_closed_viewer(self) -> None:
-        """A feed waits for a viewer that has ended as it does for one that stalls: ask the viewer itself."""
+        """Ask the viewer itself whether it has ended; the feed cannot tell that from a viewer that stalls."""
         code = None if self.viewer is None else self.viewer.poll()
         if code is not None:
             self._give_up("the viewer was closed" if code <= 0 else "the viewer found no screen or no graphics driver")
 
     def _give_up(self, problem: str) -> None:
-        """Say once why nothing is shown any more."""
+        """Log once why the live view has ended."""
         if not self.problem:
             self.problem = problem
-            _LOG.warning("live view ended: %s; the recording goes on", problem)
+            _LOG.warning("the live view has ended: %s; the recording continues", problem)
 
     def _show_all(self, pipe: IO[bytes], run: RunDescription) -> None:
         """Pass on one frame after another until told to stop."""
@@ -125,7 +127,7 @@ class LiveView:
             self.shown_frames += 1
 
     def _start_viewer(self) -> str:
-        """Start a viewer that listens on this machine only; returns its address."""
+        """Start a viewer that listens on this machine only; return its address."""
         port = free_port()
         command = [viewer_executable(), "--bind", LOOPBACK, "--port", str(port), "--expect-data-soon"]
         self.viewer = start_viewer([*command, "--headless"] if self._headless else command)
@@ -134,6 +136,6 @@ class LiveView:
 
 
 def _send(pipe: IO[bytes], verb: str, *arguments: object) -> None:
-    """Say one thing to the feed; waits while the viewer does not read."""
+    """Send one message to the feed; this waits while the viewer does not read."""
     pickle.dump((verb, arguments), pipe, protocol=pickle.HIGHEST_PROTOCOL)
     pipe.flush()

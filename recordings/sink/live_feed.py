@@ -1,7 +1,7 @@
-"""The program between a run and its live viewer: frames come in on standard input and go out to the viewer.
+"""The program between a run and its live viewer: frames arrive on standard input and leave to the viewer.
 
-It is a program of its own because Rerun waits for a viewer that has stopped reading, at the latest when the program
-ends, and for ever. This one can be ended by `live` at any time, and nothing else depends on it.
+It is a separate program because Rerun waits without limit for a viewer that has stopped reading, at the latest when the program ends.
+`live` can end this program at any time, and nothing else depends on it.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ from typing import BinaryIO
 
 from recordings.sink.rerun_sink import RerunWriter, connect_stream
 
-_PATIENCE_SECONDS = 1e9  # the run ends this program when it has waited long enough
+_PATIENCE_SECONDS = 1e9  # [s], without limit: the run ends this program when it has waited long enough
 
 
 def feed(messages: BinaryIO, address: str, recording_id: str) -> None:
-    """Pass on pickled (verb, arguments) pairs until there are no more; they come from the parent, nobody else."""
+    """Pass on pickled (verb, arguments) pairs until the input ends; they come from the parent program only."""
     stream = connect_stream(address, recording_id)
     writer = RerunWriter(stream, live=True)
     while True:

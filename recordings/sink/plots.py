@@ -1,4 +1,4 @@
-"""Which scalar series belong in one diagram, and what they are called there."""
+"""Diagrams: which scalar series share one, and their labels in it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ HANDLING_PLOTS: Mapping[str, tuple[str, ...]] = {
 SOLVER_PLOTS: Mapping[str, tuple[str, ...]] = {
     "Kinetic energy [J]": ("kinetic_energy",),
     "Iterations per step": ("iterations_density", "iterations_divergence", "iterations_viscosity"),
-    "Compression left by the solves [-]": ("residual_density", "residual_divergence"),
+    "Compression after the solves [-]": ("residual_density", "residual_divergence"),
     "Time step [s]": ("time_step",),
     "Real-time factor [-]": ("real_time_factor",),
     "Particles asleep": ("particles_asleep",),
@@ -25,14 +25,14 @@ SOLVER_PLOTS: Mapping[str, tuple[str, ...]] = {
 COUPLING_PLOTS: Mapping[str, tuple[str, ...]] = {
     "Sub-steps of the fluid in a communication step": ("coupling/sub_steps",),
     "Wall time in a communication step [s]": ("coupling/wall_seconds/**",),
-    "Disagreement about the bodies' motion [m/s, rad/s]": ("coupling/residual/**",),
+    "Residual of the bodies' motion between fluid and bodies [m/s, rad/s]": ("coupling/residual/**",),
     "Energy: fluid, bodies, work exchanged [J]": (
         "ledger/fluid/kinetic_energy",
         "ledger/bodies/energy",
         "ledger/exchange/work",
     ),
     "Impulse exchanged [N s]": ("ledger/exchange/impulse_x", "ledger/exchange/impulse_y", "ledger/exchange/impulse_z"),
-    "Energy made by the exchange [J]": ("ledger/exchange/energy_made",),
+    "Energy created by the exchange [J]": ("ledger/exchange/energy_made",),
     "Residuals of the ledger [-]": (
         "ledger/energy_residual",
         "ledger/momentum_residual",
@@ -45,7 +45,7 @@ _ANGLES = ("roll_deg", "pitch_deg", "yaw_deg")
 
 
 def probe_plots(names: Collection[str]) -> dict[str, tuple[str, ...]]:
-    """A diagram for each quantity of each probe among the series ``names``, since their units differ."""
+    """Choose a diagram for each quantity of each probe among the series ``names``, because their units differ."""
     found: dict[str, tuple[str, ...]] = {}
     for name in names:
         root, _, place = name.partition("/")
@@ -58,7 +58,7 @@ def probe_plots(names: Collection[str]) -> dict[str, tuple[str, ...]]:
 
 
 def _quantity(component: str, *, of_body: bool) -> str:
-    """What a probe's component is one of."""
+    """Name the quantity that a probe's component belongs to."""
     if component in _AXES:
         return ": position [m]" if of_body else ": velocity [m/s]"
     if component in _ANGLES:
@@ -68,7 +68,7 @@ def _quantity(component: str, *, of_body: bool) -> str:
 
 
 def usual_plots(names: Collection[str]) -> dict[str, dict[str, tuple[str, ...]]]:
-    """By subject, the diagrams that a run with the series ``names`` may have."""
+    """List, by subject, the diagrams that a run with the series ``names`` may have."""
     return {
         "Oil": dict(OIL_PLOTS),
         "Probes": probe_plots(names),
@@ -79,7 +79,7 @@ def usual_plots(names: Collection[str]) -> dict[str, dict[str, tuple[str, ...]]]
 
 
 def matches(pattern: str, name: str) -> bool:
-    """Whether a plot's pattern, a name or "prefix/**", asks for the series ``name``, be it that of one boom of several."""
+    """Tell whether a plot's pattern, a name or "prefix/**", matches the series ``name``, also that of one of several booms."""
     names = (name, name.partition("/")[2])
     if pattern.endswith("/**"):
         return any(one.startswith(pattern.removesuffix("**")) for one in names)
@@ -87,7 +87,7 @@ def matches(pattern: str, name: str) -> bool:
 
 
 def plots_with_series(plots: Mapping[str, tuple[str, ...]], names: Collection[str]) -> dict[str, list[str]]:
-    """A run's own plots, and the usual ones of what those do not show, with the names of the series each shows."""
+    """Choose the run's own diagrams, and the usual ones for the series that those do not show, with their series' names."""
     own = _with_series(plots, names)
     rest = [name for name in names if not any(name in found for found in own.values())]
     usual = {title: patterns for subject in usual_plots(rest).values() for title, patterns in subject.items()}
@@ -103,8 +103,8 @@ def _with_series(plots: Mapping[str, tuple[str, ...]], names: Collection[str]) -
 
 
 def labels(names: Sequence[str]) -> list[str]:
-    """What a legend calls some series: their names less what they have in common."""
-    first, last = min(names), max(names)  # in alphabetical order, hence what these two share all share
+    """Shorten the names of some series for a legend: leave out their common beginning."""
+    first, last = min(names), max(names)  # in alphabetical order, so all names share what these two share
     alike = next((place for place, pair in enumerate(zip(first, last, strict=False)) if pair[0] != pair[1]), len(first))
     start = max(first.rfind("/", 0, alike), first.rfind("_", 0, alike)) + 1
     return [name[start:].replace("_", " ") for name in names]

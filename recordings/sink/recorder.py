@@ -1,4 +1,4 @@
-"""The observer that writes a run to a Rerun file, and the terms on which it does so."""
+"""The recorder: the observer that writes a run to a Rerun file."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ if TYPE_CHECKING:
     from recordings.sink.live import LiveView
     from recordings.sink.rerun_sink import RerunFile
 
-_TIME_SLACK = 1e-9  # a frame due at t is taken at t less a rounding error
+_TIME_SLACK = 1e-9  # a frame is due at t even if the time is less by a rounding error
 
 
 class Recorder:
-    """Writes what it observes to ``path``; it reads the run and cannot change it.
+    """An observer that writes a run to the file ``path``; it only reads the run and cannot change it.
 
-    Frames are taken at ``frame_rate`` per simulated second. They are gathered into blocks of at most half a second of wall
-    time, because Rerun writes one column of ten values far cheaper than ten rows. A killed run therefore loses less than a
-    second, and nothing from before its last checkpoint. Call order: `initialized`, any number of `step_completed` and `event`, then
-    `terminated`; used as a context manager it terminates itself, and a forgotten one is closed when the program ends.
+    It takes ``frame_rate`` frames per simulated second, and gathers them into blocks of at most half a second of wall time, because Rerun
+    writes one column of ten values far faster than ten rows. A killed run therefore loses less than a second, and nothing from before its
+    last checkpoint. Call order: `initialized`, any number of `step_completed` and `event`, then `terminated`. As a context manager it
+    terminates itself; if it is forgotten, it closes the file when the program ends. Raises RecordingError if the file cannot be written.
     """
 
     def __init__(
@@ -40,23 +40,21 @@ class Recorder:
         every: Mapping[str, int] | None = None,
         live: LiveView | None = None,
     ) -> None:
-        """Check the terms and that ``path`` can be written, before anybody starts a long run.
+        """Check the settings, and that ``path`` can be written, before a long run starts; ValueError for a wrong setting.
 
         Args:
-            path: the file, overwritten if there is one.
+            path: the file; an existing file is overwritten.
             frame_rate: recorded frames per simulated second [1/s].
-            precision: grid that positions are rounded to [m], a power of two, stated in the file; None keeps every
-                bit.
-            every: by phase name, record its particles in the first and then in every so many recorded frames only; 1 if not
-                named.
-            live: a viewer that is shown the same frames, and loses some when it cannot keep up.
+            precision: grid [m] to which positions are rounded, a power of two, which the file states; None keeps every bit.
+            every: for a phase by name, record its particles in the first frame and then in one of so many recorded frames; default 1.
+            live: a viewer that shows the same frames, and drops some if it cannot keep up.
         """
         if not frame_rate > 0.0:
-            raise ValueError(f"frame_rate is {frame_rate} 1/s, expected more than 0")
+            raise ValueError(f"frame_rate is {frame_rate} 1/s, allowed: above 0 1/s")
         require_power_of_two(precision)
         for name, count in (every or {}).items():
             if count < 1:
-                raise ValueError(f"every[{name!r}] is {count}, expected 1 or more")
+                raise ValueError(f"every[{name!r}] is {count}, allowed: 1 or more")
         self.path = Path(path)
         self.frame_rate = frame_rate
         self.precision = precision
@@ -80,12 +78,12 @@ class Recorder:
         self.terminated("completed" if error is None else f"{type(error).__name__}: {error}")
 
     def initialized(self, run: RunDescription) -> None:
-        """Open the file and write down what does not change."""
-        # Rerun takes half a second to import, and a run without a recording must not need it.
+        """Open the file and write everything that does not change; RecordingError if it is already open."""
+        # The import of Rerun takes half a second; a run without a recording should not need it.
         from recordings.sink.rerun_sink import RerunFile
 
         if self._file is not None:
-            raise RecordingError(self.path, "is already open; one recorder records one run")
+            raise RecordingError(self.path, "is already open, allowed: one run for each recorder")
         self._oils = run.oils
         terms = {"frame_rate": self.frame_rate, "precision": self.precision or 0.0}
         terms |= {f"every_{name}": float(count) for name, count in self.every.items()}
@@ -95,7 +93,7 @@ class Recorder:
             self._live.start(run, self._file.recording_id)
 
     def step_completed(self, frame: Frame) -> None:
-        """Record the frame if it is due; otherwise do nothing, not even look at the particles."""
+        """Record the frame if it is due; otherwise do nothing, and do not read the particles."""
         file = self._open_file()
         self._last_index = frame.index
         slot = int(frame.time * self.frame_rate + _TIME_SLACK)
@@ -111,15 +109,15 @@ class Recorder:
             self._live.show(sample)
 
     def save_state(self) -> dict[str, int]:
-        """Which frames come next: the recording of a run that goes on from here takes the ones this one would.
+        """Return which frames come next, so that the recording of a continued run takes the same frames.
 
-        What waits is written first, so that no checkpoint is ahead of the recording that it belongs to.
+        Waiting frames are written first, so that no checkpoint is ahead of its recording.
         """
         self._open_file().write()
         return {"recorded_frames": self.recorded_frames, "last_slot": self._last_slot, "last_index": self._last_index}
 
     def restore_state(self, saved: Mapping[str, int]) -> None:
-        """Go on after what `save_state` returned."""
+        """Continue after the state that `save_state` returned."""
         self.recorded_frames, self._last_slot = saved["recorded_frames"], saved["last_slot"]
         self._last_index = saved["last_index"]
 
@@ -130,26 +128,26 @@ class Recorder:
             self._live.tell(event, self._last_index)
 
     def terminated(self, reason: str) -> None:
-        """Write what is left and the footer; safe to call twice."""
+        """Write the remaining frames and the footer; a second call does nothing."""
         if self._file is None or self._file.closed:
             return
         self._file.set_end(reason)
         _close(self._file, self._live)
 
     def _due_phases(self, frame: Frame) -> set[str] | None:
-        """The phases whose particles this frame records; None stands for all, and then nobody need ask for names."""
+        """Return the phases whose particles this frame records; None stands for all, and then the names need not be read."""
         if not self.every:
             return None
         return {name for name in frame.phases if self._is_first or self.recorded_frames % self.every.get(name, 1) == 0}
 
     def _open_file(self) -> RerunFile:
         if self._file is None:
-            raise RecordingError(self.path, "is not open; call initialized(run) first")
+            raise RecordingError(self.path, "is not open, allowed: after initialized(run)")
         return self._file
 
 
 def _close(file: RerunFile, live: LiveView | None) -> None:
-    """Close the streams; the file first, because the viewer may not answer."""
+    """Close the streams, the file first, because the viewer may not answer."""
     try:
         file.close()
     finally:
@@ -158,7 +156,7 @@ def _close(file: RerunFile, live: LiveView | None) -> None:
 
 
 def _require_writable(path: Path) -> None:
-    """Find out now, not after an hour, that the file cannot be written."""
+    """Raise RecordingError now, not after an hour, if the file cannot be written."""
     existed = path.exists()
     try:
         with path.open("ab"):
@@ -171,10 +169,10 @@ def _require_writable(path: Path) -> None:
 
 @contextmanager
 def exit_on_sigterm() -> Iterator[None]:
-    """Turn SIGTERM into `SystemExit` inside the block, so that a recording is closed in order.
+    """Turn SIGTERM into `SystemExit` inside the block, so that the recording is closed properly.
 
-    Without it the program ends at once and the file has no footer. Does nothing outside the main thread, where
-    signals cannot be caught.
+    Otherwise the program ends at once and the file has no footer. Outside the main thread, where signals cannot be caught, this does
+    nothing. The exit code is 128 plus the signal's number.
     """
     if threading.current_thread() is not threading.main_thread():
         yield

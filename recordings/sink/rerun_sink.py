@@ -1,10 +1,10 @@
-"""Writes runs to Rerun streams: the one place that knows how a sample becomes chunks.
+"""Writing of runs to Rerun streams: the only place that turns samples into chunks.
 
-Five habits of Rerun 0.41 are met here. It keeps a reference to the arrays it is given, so samples are never written to
-again. Its batcher holds small series back until the end, so columns are sent block by block. One stream to a file and a
-viewer stalls with the viewer, so a viewer gets its own (`live`). A file without a footer loads slowly and a cut one not
-at all, so files are closed in order where possible (`replay` repairs the rest). A partial update keeps static
-colours and radii, so a frame holds positions only.
+It respects five habits of Rerun 0.41. Rerun keeps references to the arrays it gets, so samples are never written to again. Its batcher
+holds small series back until the end, so columns are sent block by block. A stream to both a file and a viewer stalls with the viewer,
+so a viewer gets its own stream (`live`). A file without a footer loads slowly, and a file that was cut off does not load, so files are
+closed properly where possible (`replay` repairs the others). A partial update keeps static colours and radii, so a frame holds
+positions only.
 """
 
 from __future__ import annotations
@@ -34,15 +34,15 @@ from recordings.sink.legend import legend
 
 APPLICATION = "oilsim"
 FORMAT_VERSION = 1
-RESERVED_BYTES = 32 << 20  # disk space left for the footer, the log and the other programs
+RESERVED_BYTES = 32 << 20  # disk space kept free for the footer, the log and other programs
 _FLUSH_SECONDS = 60.0
 _ANSWER_SECONDS = 1.0
-_TIMED_OUT = "timed out"  # in Rerun's error
+_TIMED_OUT = "timed out"  # part of Rerun's error message
 _LEVELS = {"info": rr.TextLogLevel.INFO, "warning": rr.TextLogLevel.WARN, "error": rr.TextLogLevel.ERROR}
 
 
 class RerunWriter:
-    """Turns descriptions, samples and events into entities of one recording stream."""
+    """A writer of descriptions, samples and events to one recording stream."""
 
     def __init__(self, stream: rr.RecordingStream, *, live: bool = False) -> None:
         """Write to ``stream``, which the caller has connected to a file or, if ``live``, to a viewer."""
@@ -108,7 +108,7 @@ class RerunWriter:
         self._stream.send_property("end", rr.AnyValues(reason=reason))
 
     def _lay_out(self, scalars: set[str], sample: Sample) -> None:
-        """Tell the viewer how to open the recording, as soon as it is known which series there are."""
+        """Send the viewer its layout as soon as the series are known."""
         fresh = scalars - self._shown_scalars
         if self._run is None or (self._shown_scalars and not fresh):
             return
@@ -121,7 +121,7 @@ class RerunWriter:
         self._stream.send_blueprint(layout)
 
     def _write_properties(self, run: RunDescription, terms: Mapping[str, float]) -> None:
-        """Write scenario, versions and the terms of this recording where the viewer and `replay` look for them."""
+        """Write scenario, versions and the recording's settings where the viewer and `replay` look for them."""
         self._stream.send_recording_name(run.name)
         camera = json.dumps(asdict(run.camera)) if run.camera else ""
         plots = json.dumps(run.plots)
@@ -142,8 +142,7 @@ class RerunWriter:
     def _write_mesh(self, name: str, mesh: MeshDescription) -> None:
         """Write a body's triangles; its pose follows frame by frame.
 
-        The viewer shades by the normals of vertices, so it gets every triangle with vertices of its own; the mesh as it
-        was described lies beside them.
+        The viewer shades by vertex normals, so every triangle gets vertices of its own. The mesh as described is stored beside them.
         """
         corners = mesh.vertices[mesh.faces]
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -165,7 +164,7 @@ class RerunWriter:
             self._static(entity_paths.force(name), appearance.force(), rr.AnyValues(metres_per_newton=scale))
 
     def _write_particles(self, path: str, samples: Sequence[Sample], frames: Sequence[PhaseFrame]) -> None:
-        """Write particles, and before them their ids where they differ from the ones before."""
+        """Write particles, and before them their ids if they have changed."""
         changed, ranges = [], []
         for sample, frame in zip(samples, frames, strict=True):
             before = self._last_ids.get(path)
@@ -182,7 +181,7 @@ class RerunWriter:
         self._columns(path, samples, column)
 
     def _write_lost(self, samples: Sequence[Sample]) -> None:
-        """Write the oil that booms lost, by cause; a cause that was seen once is written on, be it without particles."""
+        """Write the oil that booms lost, by cause; once a cause has occurred it is always written, even without particles."""
         lost = [(sample, sample.lost) for sample in samples if sample.lost is not None]
         for cause in dict.fromkeys([*self._causes, *_names(found for _, found in lost)]):
             if cause not in self._causes:
@@ -203,7 +202,7 @@ class RerunWriter:
             self._columns(entity_paths.force(name), samples, rr.Arrows3D.columns(origins=position, vectors=vectors))
 
     def _tension_columns(self, name: str, samples: Sequence[Sample]) -> list[rr.ComponentColumn]:
-        """The tension in a body, and the colour that shows it on a boom."""
+        """Build the columns of a body's tension, and of the colour that shows it on a boom."""
         tension = np.array([sample.tensions.get(name, np.nan) for sample in samples])
         if np.isnan(tension).any():
             return []
@@ -217,7 +216,7 @@ class RerunWriter:
         self._stream.log(path, *components, static=True, strict=True)
 
     def _columns(self, path: str, samples: Sequence[Sample], columns: Iterable[rr.ComponentColumn]) -> None:
-        """Send one chunk: one row per sample."""
+        """Send one chunk, with one row for each sample."""
         instants = tuple(sample.index for sample in samples)
         if instants != self._last_instants:
             self._last_instants = instants
@@ -229,10 +228,10 @@ class RerunWriter:
 
 
 class RerunFile:
-    """A recording on disk, written block by block, closed with a footer."""
+    """A recording on disk, written block by block and closed with a footer; RecordingError if it cannot be written."""
 
     def __init__(self, path: Path, run: RunDescription, terms: Mapping[str, float]) -> None:
-        """Create the file with everything that does not change."""
+        """Create the file with everything that does not change; RecordingError if it cannot be written."""
         self.path = path
         self.recording_id = str(uuid.uuid4())
         self.closed = False
@@ -247,7 +246,7 @@ class RerunFile:
         self._flush()
 
     def add(self, sample: Sample) -> None:
-        """Take one sample; it reaches the disk with its block."""
+        """Add one sample; it reaches the disk with its block."""
         self._block.add(sample)
         self.write_if_full()
 
@@ -257,22 +256,22 @@ class RerunFile:
             self.write()
 
     def write(self) -> None:
-        """Hand what waits to Rerun and learn whether it reached the disk."""
+        """Send the waiting samples to Rerun and check that they reached the disk."""
         if self._block.samples:
             self._require_space(self._block.byte_count)
             self._writer.write_samples(self._block.take())
             self._flush()
 
     def add_event(self, event: Event, frame_index: int) -> None:
-        """Write one line of the log at once: it is often the last one."""
+        """Write one line of the log at once, because it is often the last one."""
         self._writer.write_event(event, frame_index)
 
     def set_end(self, reason: str) -> None:
-        """Say why the run ended, in the file's properties."""
+        """Write into the file's properties why the run ended."""
         self._writer.write_end(reason)
 
     def close(self) -> None:
-        """Write the rest and the footer; safe to call twice."""
+        """Write the waiting samples and the footer; a second call does nothing."""
         if self.closed:
             return
         self.closed = True
@@ -281,16 +280,18 @@ class RerunFile:
         self._stream.disconnect()
 
     def _require_space(self, wanted: int) -> None:
-        """Stop in order while there still is room for a footer."""
+        """Stop the recording while there is still room for a footer."""
         free = shutil.disk_usage(self.path.parent).free
         if free < wanted + RESERVED_BYTES:
             self.closed = True
             self._block.take()
             self._stream.disconnect()
-            raise RecordingError(self.path, f"disk is full: {free >> 20} MiB left; what was written can be replayed")
+            raise RecordingError(
+                self.path, f"the disk is full ({free >> 20} MiB left); the frames written so far can be replayed"
+            )
 
     def _flush(self) -> None:
-        """Wait until all is on disk; a file that cannot be written any more is not written to again."""
+        """Wait until everything is on disk; after a failure the file is not written to again."""
         try:
             flush(self._stream, self.path)
         except RecordingError:
@@ -300,10 +301,10 @@ class RerunFile:
 
 
 def flush(stream: rr.RecordingStream, path: Path) -> None:
-    """Wait until all of a stream to a file is on disk; a writer that has died is one clear error and is not asked again.
+    """Wait until the whole stream is in its file; RecordingError, once, if Rerun's writer has died.
 
-    A flush that meets Rerun's writer at the moment of its death is never answered, hence the short waits, after each of
-    which the disk is asked.
+    Rerun never answers a flush that meets its writer at the moment of its death. Therefore the waits are short, and after each of them
+    the disk is asked.
     """
     deadline = time.monotonic() + _FLUSH_SECONDS
     while True:
@@ -319,17 +320,17 @@ def flush(stream: rr.RecordingStream, path: Path) -> None:
 
 
 def _abandon(stream: rr.RecordingStream) -> None:
-    """Leave a stream alone whose writer is dead: it may answer no call any more, and the program could not end.
+    """Leave a stream alone whose writer is dead: it may never answer a call, and the program could not end.
 
-    Such calls are Rerun's flush of all streams at the end of the program, and the disconnect when the stream is
-    collected, which one reference too many prevents.
+    Such calls are Rerun's flush of all streams at the end of the program, and the disconnect when the stream is collected; an additional
+    reference prevents the latter.
     """
     atexit.unregister(rr.rerun_shutdown)
     ctypes.pythonapi.Py_IncRef(ctypes.py_object(stream))
 
 
 def open_stream(recording_id: str) -> rr.RecordingStream:
-    """A stream that is connected to nothing yet; streams with one id show as one recording."""
+    """Create a stream that is not connected yet; streams with the same id show as one recording."""
     batching = rr.ChunkBatcherConfig(flush_tick=0.1, flush_num_bytes=1 << 40)
     stream = rr.RecordingStream(APPLICATION, recording_id=recording_id, batcher_config=batching)
     stream.set_log_tick_enabled(False)
@@ -338,16 +339,16 @@ def open_stream(recording_id: str) -> rr.RecordingStream:
 
 
 def connect_stream(address: str, recording_id: str) -> rr.RecordingStream:
-    """A stream to the viewer at ``address``."""
+    """Create a stream to the viewer at ``address``."""
     stream = open_stream(recording_id)
     stream.connect_grpc(address)
     return stream
 
 
 def _refusal(path: Path) -> str | None:
-    """Why a file cannot be written, which Rerun does not pass on; None if it can.
+    """Return the reason why a file cannot be written, which Rerun does not pass on; None if it can be written.
 
-    A byte is written behind its end. A living writer writes over it, since it goes on where it was, not at the end.
+    This writes a byte behind the file's end. A living writer overwrites it, because it continues where it was, not at the end.
     """
     try:
         with path.open("ab") as file:
@@ -358,5 +359,5 @@ def _refusal(path: Path) -> str | None:
 
 
 def _names(mappings: Iterable[Mapping[str, object]]) -> list[str]:
-    """Every name in any of the mappings, in order of first appearance."""
+    """List every name in any of the mappings, in order of first appearance."""
     return list(dict.fromkeys(name for mapping in mappings for name in mapping))

@@ -1,6 +1,6 @@
-"""Starts the Rerun viewer that came with the package: on a screen, or without one to take pictures.
+"""The Rerun viewer that comes with the package, on a screen or without one.
 
-It listens on this machine only, and is told not to report its use to anybody.
+It listens on this machine only, and its usage reports are switched off.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ _SETTLE_SECONDS = 1.0
 
 
 class ViewerError(RuntimeError):
-    """The viewer could not be started or did not answer."""
+    """A viewer that could not be started or did not answer."""
 
 
 def viewer_executable() -> str:
-    """Path of the viewer itself.
+    """Return the path of the viewer itself; ViewerError if it is not installed.
 
-    The `rerun` command is a Python program that starts the viewer as its child; whoever stops that command leaves the
-    child running. So the child is started here at once, if it is where rerun-sdk puts it.
+    The `rerun` command is a Python program that starts the viewer as its child, and stopping that command leaves the child running.
+    Therefore the child is started directly, if it is where rerun-sdk puts it.
     """
     package = importlib.util.find_spec("rerun_cli")
     for folder in (package.submodule_search_locations or []) if package else []:
@@ -46,26 +46,26 @@ def viewer_executable() -> str:
             return found
     found = shutil.which("rerun")
     if found is None:
-        raise ViewerError("rerun program not found; install rerun-sdk")
+        raise ViewerError("the rerun program was not found; install it with: pip install rerun-sdk")
     return found
 
 
 def viewer_environment() -> dict[str, str]:
-    """This environment with usage reports switched off.
+    """Return this environment with usage reports switched off.
 
-    The viewer sends none when it believes it runs in continuous integration, which it takes from this variable; it has
-    no other switch that would leave the user's own settings file alone.
+    The viewer sends none if it believes that it runs in continuous integration, which this variable tells it. It has no other switch that
+    leaves the user's own settings file alone.
     """
     return os.environ | {"CI": "true", "RERUN_APP_ONLY": "true"}
 
 
 def open_viewer(path: str | Path) -> subprocess.Popen[bytes]:
-    """Open a recording in a viewer on the screen; returns its process, which outlives this one."""
+    """Open a recording in a viewer on the screen; return its process, which outlives this one. ViewerError if the viewer ends at once."""
     source, port = _readable(path), free_port()
     viewer = start_viewer([viewer_executable(), str(source), "--bind", LOOPBACK, "--port", str(port)])
     wait_for_port(port, viewer)
     try:
-        viewer.wait(_SETTLE_SECONDS)  # it listens before it looks for a screen
+        viewer.wait(_SETTLE_SECONDS)  # the viewer listens before it looks for a screen
     except subprocess.TimeoutExpired:
         return viewer
     raise _ended(viewer)
@@ -84,14 +84,14 @@ def start_viewer(command: list[str]) -> subprocess.Popen[bytes]:
 
 
 def free_port() -> int:
-    """A port on this machine that nobody listens on."""
+    """Find a free port on this machine."""
     with socket.socket() as probe:
         probe.bind((LOOPBACK, 0))
         return int(probe.getsockname()[1])
 
 
 def wait_for_port(port: int, viewer: subprocess.Popen[bytes]) -> None:
-    """Wait until the viewer listens; say so if it ends instead, as it does without a screen or a driver."""
+    """Wait until the viewer listens; ViewerError if it ends instead, as it does without a screen or a driver, or is too slow."""
     deadline = time.monotonic() + _START_SECONDS
     while time.monotonic() < deadline:
         if viewer.poll() is not None:
@@ -101,17 +101,19 @@ def wait_for_port(port: int, viewer: subprocess.Popen[bytes]) -> None:
             if probe.connect_ex((LOOPBACK, port)) == 0:
                 return
         time.sleep(0.05)
-    raise ViewerError(f"rerun viewer did not listen on port {port} within {_START_SECONDS:.0f} s")
+    raise ViewerError(f"the viewer did not answer on port {port} within {_START_SECONDS:.0f} s")
 
 
 def _ended(viewer: subprocess.Popen[bytes]) -> ViewerError:
-    return ViewerError(f"rerun viewer ended at once with code {viewer.returncode}; no screen or no graphics driver")
+    return ViewerError(
+        f"the viewer ended at once with code {viewer.returncode}; it found no screen or no graphics driver"
+    )
 
 
 def render_viewer_screenshot(
     recording: str | Path, pictures: dict[float, str | Path], *, width: int = 1600, height: int = 900
 ) -> None:
-    """Draw what the viewer shows of a recording, without a screen; needs a Vulkan driver, software or hardware.
+    """Draw what the viewer shows of a recording, without a screen; this needs a Vulkan driver, software or hardware.
 
     Args:
         recording: the file.
@@ -130,7 +132,7 @@ def render_viewer_screenshot(
 
 
 def _save(client: ViewerClient, target: Path) -> None:
-    """Take one picture and put it in place when it is whole."""
+    """Take one picture, and move it to its place when it is complete."""
     with tempfile.TemporaryDirectory(dir=target.parent) as folder:
         fresh = Path(folder) / "picture.png"
         client.save_screenshot(str(fresh))
@@ -139,7 +141,7 @@ def _save(client: ViewerClient, target: Path) -> None:
 
 @contextmanager
 def _headless_viewer(width: int, height: int) -> Iterator[ViewerClient]:
-    """A viewer without a window, ended when the block ends."""
+    """Start a viewer without a window; it ends when the block ends."""
     from rerun.experimental import ViewerClient
 
     port = free_port()
@@ -148,7 +150,7 @@ def _headless_viewer(width: int, height: int) -> Iterator[ViewerClient]:
     try:
         wait_for_port(port, viewer)
         yield ViewerClient.connect(f"rerun+http://{LOOPBACK}:{port}/proxy")
-    except ConnectionError as error:  # it listens before it looks for a driver
+    except ConnectionError as error:  # the viewer listens before it looks for a driver
         try:
             viewer.wait(_SETTLE_SECONDS)
         except subprocess.TimeoutExpired:
@@ -164,8 +166,8 @@ def _headless_viewer(width: int, height: int) -> Iterator[ViewerClient]:
 
 
 def _readable(path: str | Path) -> Path:
-    """The path, if there is a file."""
+    """Return the path if there is a file; RecordingError otherwise."""
     file = Path(path)
     if not file.is_file():
-        raise RecordingError(file, "no such file")
+        raise RecordingError(file, "does not exist")
     return file

@@ -1,4 +1,4 @@
-"""`oilsim build-fmu`: an FMU from a model's source, one that is shipped or one's own."""
+"""`oilsim build-fmu`: build an FMU from the source of a model."""
 
 from __future__ import annotations
 
@@ -11,34 +11,36 @@ from scenarios.exit_codes import DONE
 from scenarios.problems import Problem, ScenarioError, suggestion
 from scenarios.running.output_paths import require_apart
 
-SHIPPED = {"tow-winch": "tow_winch.py", "autopilot": "autopilot.py"}  # in `vessels`
-STEP_SIZE, STOP_TIME = 0.02, 10.0  # [s] of the experiment that the FMU proposes
+SHIPPED = {"tow-winch": "tow_winch.py", "autopilot": "autopilot.py"}  # files in `vessels`
+STEP_SIZE, STOP_TIME = 0.02, 10.0  # [s], the default experiment of the FMU
 
 
 def register(commands: argparse._SubParsersAction) -> None:
-    """Add the subcommand."""
+    """Add the subcommand's parser to `commands`."""
     parser = commands.add_parser(
-        "build-fmu", help="build an FMU from a model: a tow winch, an autopilot, one of your own"
+        "build-fmu", help="build an FMU from a model: the tow winch, the autopilot or your own"
     )
     parser.add_argument(
         "model",
         metavar="MODEL",
-        help=f"{' or '.join(SHIPPED)}, or a Python file with a coupling.fmu.scalar_model.ScalarModel",
+        help=f"{' or '.join(SHIPPED)}, or a Python file that defines a coupling.fmu.scalar_model.ScalarModel",
     )
-    parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="the FMU to write; MODEL.fmu by default")
+    parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="FMU to write (default: MODEL.fmu)")
     add_version(parser)
     parser.set_defaults(command=_build)
 
 
 def add_version(parser: argparse.ArgumentParser) -> None:
-    """Add --fmi."""
-    parser.add_argument("--fmi", type=int, choices=(2, 3), default=3, help="version of the standard; 3 by default")
+    """Add the option --fmi to a parser."""
+    parser.add_argument("--fmi", type=int, choices=(2, 3), default=3, help="version of FMI (default: 3)")
 
 
 def require_folder(path: Path, option: str) -> None:
-    """ScenarioError unless a file can be made at `path`."""
+    """Raise ScenarioError, naming the option, unless a file can be written at `path`."""
     if path.is_dir() or not path.absolute().parent.is_dir():
-        raise ScenarioError([Problem(option, f"is {str(path)!r}, allowed: a file in a folder that exists")], "oilsim")
+        raise ScenarioError(
+            [Problem(option, f"is {str(path)!r}, allowed: a file name in an existing folder")], "oilsim"
+        )
 
 
 def _build(options: argparse.Namespace) -> int:
@@ -51,7 +53,7 @@ def _build(options: argparse.Namespace) -> int:
     require_apart({"the model": source}, {"--output": output})
     try:
         model = model_in(source)
-        model.save_state()  # which its FMU promises
+        model.save_state()  # fails here if the model cannot save its state, as its FMU promises
         said = (type(model).__doc__ or "").strip() or model.name
         content = FmuContent(
             identifier=model.name,
@@ -64,18 +66,18 @@ def _build(options: argparse.Namespace) -> int:
         )
         export_fmu(content, output, options.fmi)
     except (FmuExportError, NotImplementedError, ValueError) as error:
-        raise ScenarioError([Problem(str(options.model), f"cannot be built: {error}")], "oilsim") from error
+        raise ScenarioError([Problem(str(options.model), f"cannot be built as an FMU: {error}")], "oilsim") from error
     print(f"{output}: {model.name}, FMI {options.fmi}")
     return DONE
 
 
 def _source(model: str) -> Path:
-    """The file of a model that is shipped, or the file itself."""
+    """Find the source of a shipped model, or take the file itself."""
     if model in SHIPPED:
         return Path(str(resources.files("vessels"))) / SHIPPED[model]
     path = Path(model)
     if re.search(r"\.py$", model) and path.is_file():
         return path
     hint = suggestion(model, SHIPPED) or ","
-    text = f"is neither a shipped model nor a Python file{hint} allowed: {', '.join(SHIPPED)}, a .py file"
+    text = f"is neither a shipped model nor a Python file{hint} allowed: {', '.join(SHIPPED)} or a .py file"
     raise ScenarioError([Problem(f"model {model!r}", text)], "oilsim")

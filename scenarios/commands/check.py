@@ -1,4 +1,4 @@
-"""`oilsim check`: read a scenario and say what a run of it would cost."""
+"""`oilsim check`: check a scenario and estimate the cost of a run."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 
 def register(commands: argparse._SubParsersAction) -> None:
-    """Add the subcommand."""
-    parser = commands.add_parser("check", help="read a scenario and say what a run of it would cost")
+    """Add the subcommand's parser to `commands`."""
+    parser = commands.add_parser("check", help="check a scenario and estimate the memory and time that a run needs")
     add_scenario(parser)
     parser.set_defaults(command=_check)
 
@@ -46,22 +46,24 @@ def _print_cost(console: Console, scenario: Scenario, cost: Cost) -> None:
         volume = (
             f" ({volume_in_words(count * scenario.fluid.particle_spacing**3)})" if scenario.fluid.dimension == 3 else ""
         )
-        table.add_row(f"{phase} particles", f"{count:,}{volume}" + (f", up to {poured:,} from pipes" if poured else ""))
+        table.add_row(
+            f"{phase} particles", f"{count:,}{volume}" + (f", plus up to {poured:,} from pipes" if poured else "")
+        )
     for name, count in cost.boundary.items():
-        table.add_row(f"{name} surface particles", f"about {count:,}")
+        table.add_row(f"surface particles of {name}", f"about {count:,}")
     table.add_row("simulated", f"{scenario.run.duration:g} s in about {cost.steps:,} steps")
     table.add_row("memory", f"about {cost.memory / 1e9:.1f} GB")
-    table.add_row(f"time on {cost.threads} threads", f"about {_duration(cost.seconds)}")
+    table.add_row(f"time with {cost.threads} threads", f"about {_duration(cost.seconds)}")
     console.print(table)
     for text in (*cost.left_out.values(), *cost.told):
         console.print(text, highlight=False, markup=False)
     console.print(
-        "Estimated from the cost per particle and step measured on two x86 cores; splashing takes longer.", style="dim"
+        "The estimate uses the cost per particle and step on two x86 cores; splashing takes longer.", style="dim"
     )
 
 
 def _duration(seconds: float) -> str:
-    """A time in words, to two figures."""
+    """Write a time with two figures."""
     if seconds < 90.0:
         return f"{seconds:.0f} s"
     minutes = seconds / 60.0

@@ -1,4 +1,4 @@
-"""`oilsim compare`: two recordings of one exercise beside each other."""
+"""`oilsim compare`: compare two recordings of one exercise."""
 
 from __future__ import annotations
 
@@ -14,17 +14,19 @@ if TYPE_CHECKING:
 
 
 def register(commands: argparse._SubParsersAction) -> None:
-    """Add the subcommand."""
+    """Add the subcommand's parser to `commands`."""
     parser = commands.add_parser(
-        "compare", help="two recordings beside each other: scores, orders, and one viewer for both"
+        "compare", help="compare two recordings: a table of scores, the orders, and both runs in one viewer"
     )
     parser.add_argument("first", type=Path, metavar="A", help="a recording (.rrd)")
-    parser.add_argument("second", type=Path, metavar="B", help="another, such as what came of other orders")
+    parser.add_argument(
+        "second", type=Path, metavar="B", help="another recording, for example of the same run with other orders"
+    )
     showing = parser.add_mutually_exclusive_group()
     showing.add_argument(
-        "--to", type=Path, metavar="BOTH", help="write the recording of both here; A-and-B.rrd by default"
+        "--to", type=Path, metavar="BOTH", help="recording to write with both runs (default: A-and-B.rrd)"
     )
-    showing.add_argument("--table", action="store_true", help="print the table only")
+    showing.add_argument("--table", action="store_true", help="only print the tables")
     parser.set_defaults(command=_compare)
 
 
@@ -66,7 +68,9 @@ def _print_scores(first: Replay, second: Replay) -> None:
             f"{first.path.name} ({first.run.name}) and {second.path.name} ({second.run.name}) have no score in common"
         )
         return
-    table = Table("score", "unit", title=f"{begin:g} s to {end:g} s, which both cover", title_justify="left")
+    table = Table(
+        "score", "unit", title=f"from {begin:g} s to {end:g} s, the time that both runs cover", title_justify="left"
+    )
     for name in (f"A: {first.path.stem}", f"B: {second.path.stem}", "B - A"):
         table.add_column(name, justify="right")
     for score in found:
@@ -91,7 +95,7 @@ def _print_events(first: Replay, second: Replay) -> None:
     ]
     if not told:
         return
-    table = Table("at", "run", "what happened")
+    table = Table("time", "run", "event")
     for time, side, text in sorted(told):
         table.add_row(f"{time:.2f} s", side, text)
     terminal().print(table)

@@ -1,4 +1,4 @@
-"""`oilsim debrief`: one page that tells an exercise, made from its recording alone."""
+"""`oilsim debrief`: write a page that debriefs an exercise, from its recording alone."""
 
 from __future__ import annotations
 
@@ -9,11 +9,15 @@ from scenarios.exit_codes import DONE
 
 
 def register(commands: argparse._SubParsersAction) -> None:
-    """Add the subcommand."""
-    parser = commands.add_parser("debrief", help="write a page that debriefs an exercise from its recording")
+    """Add the subcommand's parser to `commands`."""
+    parser = commands.add_parser(
+        "debrief", help="write the debrief of a recorded exercise as one page: grade, key moments, map, diagrams"
+    )
     parser.add_argument("recording", type=Path, metavar="FILE", help="a recording (.rrd)")
-    parser.add_argument("--out", type=Path, metavar="DIR", help="folder for page and pictures; NAME-debrief by default")
-    parser.add_argument("--criteria", type=Path, metavar="FILE.toml", help="limits and weights of the grade")
+    parser.add_argument(
+        "--out", type=Path, metavar="DIR", help="folder for the page and its pictures (default: FILE-debrief)"
+    )
+    parser.add_argument("--criteria", type=Path, metavar="FILE.toml", help="your own limits and weights for the grade")
     parser.set_defaults(command=_debrief)
 
 

@@ -1,4 +1,4 @@
-"""`oilsim export`: a recording for far-field models, maps and ParaView."""
+"""`oilsim export`: write a recording for far-field models, maps and ParaView."""
 
 from __future__ import annotations
 
@@ -17,26 +17,35 @@ if TYPE_CHECKING:
 
 
 def register(commands: argparse._SubParsersAction) -> None:
-    """Add the subcommand."""
-    parser = commands.add_parser("export", help="write a recording for far-field models, maps or ParaView")
+    """Add the subcommand's parser to `commands`."""
+    parser = commands.add_parser("export", help="write a recording for far-field oil models, maps or ParaView")
     parser.add_argument("recording", type=Path, metavar="FILE", help="a recording (.rrd)")
-    parser.add_argument("--netcdf", type=Path, metavar="FILE.nc", help="oil particles for GNOME and OpenDrift")
     parser.add_argument(
-        "--geojson", type=Path, metavar="FILE.geojson", help="slick outlines, booms and tracks for maps"
-    )
-    parser.add_argument("--vtk", type=Path, metavar="DIR", help="particles and bodies for ParaView")
-    parser.add_argument(
-        "--every", type=float, metavar="S", help="instants at most so often [s]; every frame by default"
-    )
-    parser.add_argument("--lost-only", action="store_true", help="in NetCDF, only oil that booms have lost")
-    parser.add_argument("--particles", action="store_true", help="in GeoJSON, the particles beside the outlines")
-    parser.add_argument(
-        "--site", metavar="LAT,LON", help="where the world's origin lies [degrees]; the scenario's [site] by default"
+        "--netcdf", type=Path, metavar="FILE.nc", help="write the oil particles for GNOME and OpenDrift"
     )
     parser.add_argument(
-        "--bearing", type=float, metavar="DEG", help="of the x axis, clockwise from north; 90 by default"
+        "--geojson", type=Path, metavar="FILE.geojson", help="write slick outlines, booms and tracks for maps"
     )
-    parser.add_argument("--start", metavar="TIME", help="when the run began, ISO 8601, such as 2026-05-01T08:00:00Z")
+    parser.add_argument("--vtk", type=Path, metavar="DIR", help="write particles and bodies for ParaView")
+    parser.add_argument(
+        "--every", type=float, metavar="S", help="shortest time between exported frames [s] (default: every frame)"
+    )
+    parser.add_argument("--lost-only", action="store_true", help="in NetCDF: only oil that booms have lost")
+    parser.add_argument("--particles", action="store_true", help="in GeoJSON: the particles too, beside the outlines")
+    parser.add_argument(
+        "--site",
+        metavar="LAT,LON",
+        help="latitude and longitude of the world's origin [degrees] (default: the scenario's [site])",
+    )
+    parser.add_argument(
+        "--bearing",
+        type=float,
+        metavar="DEG",
+        help="bearing of the x axis [degrees], clockwise from north (default: 90, east)",
+    )
+    parser.add_argument(
+        "--start", metavar="TIME", help="date and time of the run's start (ISO 8601), for example 2026-05-01T08:00:00Z"
+    )
     parser.set_defaults(command=_export)
 
 
@@ -55,7 +64,7 @@ def _export(options: argparse.Namespace) -> int:
             _write(options, replay, site, apart)
             print(*filter(None, (options.netcdf, options.geojson, options.vtk)), sep="\n")
     except ModuleNotFoundError as error:
-        print(f"oilsim: {error.name} is not installed; pip install 'oilsim[export]'", file=sys.stderr)
+        print(f"oilsim: {error.name} is not installed; install it with: pip install 'oilsim[export]'", file=sys.stderr)
         return BAD_INPUT
     return DONE
 
@@ -76,12 +85,12 @@ def _write(options: argparse.Namespace, replay: Replay, site: Site | None, apart
 
 
 def _site(options: argparse.Namespace, replay: Replay) -> Site:
-    """Where on Earth: by the options, else by the recording."""
+    """Take the place on Earth from the options, or else from the recording."""
     from recordings.exercise import Site
 
     known = replay.run.site
     if options.site is None and known is None:
-        problem = "is missing and the scenario has no [site], allowed: LAT,LON in degrees"
+        problem = "is missing, and the scenario has no [site]; allowed: LAT,LON in degrees"
         raise ScenarioError([Problem("--site", problem)], "oilsim")
     known = known or Site(latitude=0.0, longitude=0.0)
     latitude, longitude = (known.latitude, known.longitude) if options.site is None else _degrees(options.site)
@@ -89,7 +98,7 @@ def _site(options: argparse.Namespace, replay: Replay) -> Site:
     try:
         return Site(latitude=latitude, longitude=longitude, bearing=bearing, start=options.start or known.start)
     except ValueError as error:
-        raise ScenarioError([Problem("--site, --bearing, --start", f"do not fit: {error}")], "oilsim") from error
+        raise ScenarioError([Problem("--site, --bearing, --start", f"cannot be used: {error}")], "oilsim") from error
 
 
 def _degrees(text: str) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""`oilsim export-fmu`: a whole exercise as an FMU."""
+"""`oilsim export-fmu`: write a whole exercise as an FMU."""
 
 from __future__ import annotations
 
@@ -13,10 +13,12 @@ from scenarios.running.output_paths import require_apart
 
 
 def register(commands: argparse._SubParsersAction) -> None:
-    """Add the subcommand."""
-    parser = commands.add_parser("export-fmu", help="write a whole exercise as an FMU for other co-simulation masters")
+    """Add the subcommand's parser to `commands`."""
+    parser = commands.add_parser(
+        "export-fmu", help="write a whole exercise as an FMU that other co-simulation programs can run"
+    )
     add_scenario(parser)
-    parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="the FMU to write; NAME.fmu by default")
+    parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="FMU to write (default: NAME.fmu)")
     add_version(parser)
     parser.set_defaults(command=_export)
 
@@ -34,7 +36,9 @@ def _export(options: argparse.Namespace) -> int:
     try:
         export_fmu(exercise_content(loaded.scenario), output, options.fmi)
     except FmuExportError as error:
-        raise ScenarioError([Problem(loaded.scenario.name, f"cannot be exported: {error}")], "oilsim") from error
+        raise ScenarioError(
+            [Problem(loaded.scenario.name, f"cannot be exported as an FMU: {error}")], "oilsim"
+        ) from error
     signals = exercise_signals(loaded.scenario).values()
     taken = [signal.name for signal in signals if signal.is_input]
     print(f"{output}: {loaded.scenario.name}, FMI {options.fmi}, {len(signals) - len(taken)} outputs")

@@ -1,4 +1,4 @@
-"""Checks that the subcommands that write a recording in other formats share."""
+"""Checks that are shared by the subcommands that export a recording."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ LARGEST_ID = 2**32 - 1
 
 
 def require_some(options: argparse.Namespace, *names: str) -> None:
-    """Refuse a call that asks for nothing."""
+    """Raise ScenarioError for a call that asks for none of these outputs."""
     if all(getattr(options, name) is None for name in names):
         listed = ", ".join(f"--{name}" for name in names)
-        raise ScenarioError([Problem("format", f"is missing, allowed: one or more of {listed}")], "oilsim")
+        raise ScenarioError([Problem("output", f"is missing, allowed: one or more of {listed}")], "oilsim")
 
 
 @contextmanager
 def file_errors() -> Iterator[None]:
-    """Turn a file or folder that cannot be written into one clear error."""
+    """Turn the failure to write a file or folder into a ScenarioError."""
     try:
         yield
     except OSError as error:
@@ -30,19 +30,21 @@ def file_errors() -> Iterator[None]:
 
 
 def interval(options: argparse.Namespace) -> float | None:
-    """The --every option [s], checked."""
+    """Return the option --every [s]; ScenarioError unless it is above 0."""
     seconds: float | None = options.every
     if seconds is not None and not (math.isfinite(seconds) and seconds > 0.0):
-        raise ScenarioError([Problem("--every", f"is {seconds}, allowed: above 0 s")], "oilsim")
+        raise ScenarioError([Problem("--every", f"is {seconds} s, allowed: above 0 s")], "oilsim")
     return seconds
 
 
 def particle_ids(option: str, text: str) -> tuple[int, ...]:
-    """Ids of particles, separated by commas."""
+    """Read the ids of particles, separated by commas; ScenarioError for what is none."""
     try:
         ids = tuple(int(part) for part in text.split(",") if part)
     except ValueError:
-        raise ScenarioError([Problem(option, f"is {text!r}, allowed: whole numbers and commas")], "oilsim") from None
+        raise ScenarioError(
+            [Problem(option, f"is {text!r}, allowed: whole numbers separated by commas")], "oilsim"
+        ) from None
     for number in ids:
         if not 0 <= number <= LARGEST_ID:
             raise ScenarioError([Problem(option, f"has {number}, allowed: 0 to {LARGEST_ID}")], "oilsim")

@@ -1,4 +1,4 @@
-"""`oilsim list`: what there is to run."""
+"""`oilsim list`: list the shipped scenarios and the oils."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from scenarios.exit_codes import DONE
 
 
 def register(commands: argparse._SubParsersAction) -> None:
-    """Add the subcommand."""
-    parser = commands.add_parser("list", help="the scenarios that come with the program, and the oils they may name")
+    """Add the subcommand's parser to `commands`."""
+    parser = commands.add_parser("list", help="list the shipped scenarios, and the oils that a scenario may name")
     parser.set_defaults(command=_list)
 
 
@@ -22,15 +22,15 @@ def _list(_: argparse.Namespace) -> int:
     from scenarios.text.terminal import terminal
 
     console = terminal()
-    console.print(Text.assemble(("Scenarios", "bold"), ": oilsim run NAME"))
-    table = Table("name", "what it shows", "simulated")
+    console.print(Text.assemble(("Scenarios", "bold"), " (run one with: oilsim run NAME)"))
+    table = Table("name", "content", "simulated")
     for name in library_paths():
         scenario = load_scenario(name).scenario
         table.add_row(name, scenario.title, f"{scenario.run.duration:g} s")
     console.print(table)
-    said = ' at 15 C: oil = "NAME" in a phase; figures from the ADIOS oil library'
+    said = ' at 15 °C (set oil = "NAME" in a phase; values from the ADIOS oil library)'
     console.print(Text.assemble(("Oils", "bold"), said))
-    oils = Table("name", "kg/m3", "Pa s", "what it is")
+    oils = Table("name", "density [kg/m3]", "viscosity [Pa s]", "description")
     for name, oil in OILS.items():
         oils.add_row(name, f"{oil.density:g}", f"{oil.dynamic_viscosity:g}", oil.description)
     console.print(oils)

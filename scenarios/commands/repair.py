@@ -1,4 +1,4 @@
-"""`oilsim repair`: mend a recording that was cut off."""
+"""`oilsim repair`: repair a recording that was cut off."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from scenarios.exit_codes import DONE
 
 
 def register(commands: argparse._SubParsersAction) -> None:
-    """Add the subcommand."""
-    parser = commands.add_parser("repair", help="write a whole copy of a recording that was cut off")
-    parser.add_argument("recording", type=Path, metavar="FILE", help="a recording (.rrd); it stays as it is")
+    """Add the subcommand's parser to `commands`."""
+    parser = commands.add_parser("repair", help="repair a recording that was cut off: write a complete copy")
+    parser.add_argument("recording", type=Path, metavar="FILE", help="a recording (.rrd); it is not changed")
     parser.add_argument(
-        "--to", type=Path, metavar="COPY", help="the copy; FILE with .repaired before its ending by default"
+        "--to", type=Path, metavar="COPY", help="copy to write (default: FILE with .repaired before its ending)"
     )
     parser.set_defaults(command=_repair)
 
@@ -23,12 +23,12 @@ def _repair(options: argparse.Namespace) -> int:
     from recordings.replay.repair import has_footer, repair
 
     if options.recording.is_file() and has_footer(options.recording):
-        print(f"{options.recording} is whole, there is nothing to repair")
+        print(f"{options.recording} is complete; there is nothing to repair")
         return DONE
     copy = repair(options.recording, options.to)
     replay = Replay(copy)
     counts = {phase.name: len(replay.phase_times(phase.name).index) for phase in replay.run.phases}
     last = max((float(series.time[-1]) for series in replay.scalars.values() if len(series.time)), default=0.0)
     frames = ", ".join(f"{count} frames of {name}" for name, count in counts.items())
-    print(f"{options.recording} was cut off; saved in {copy}: {frames}, up to {last:g} s")
+    print(f"{options.recording} was cut off; {copy} has {frames}, up to {last:g} s")
     return DONE

@@ -10,7 +10,7 @@ from scenarios.exit_codes import DONE, FAILED
 
 
 def register(commands: argparse._SubParsersAction) -> None:
-    """Add the subcommand."""
+    """Add the subcommand's parser to `commands`."""
     parser = commands.add_parser("replay", help="open a recording in the viewer")
     parser.add_argument("recording", type=Path, metavar="FILE", help="a recording (.rrd)")
     parser.set_defaults(command=_replay)
@@ -23,7 +23,9 @@ def _replay(options: argparse.Namespace) -> int:
     recording: Path = options.recording
     if recording.is_file() and not is_whole(recording):
         recording = repair(recording)
-        print(f"oilsim: {options.recording} was cut off; what could be saved is in {recording}", file=sys.stderr)
+        print(
+            f"oilsim: {options.recording} was cut off; the frames that are complete are in {recording}", file=sys.stderr
+        )
     try:
         open_viewer(recording)
     except ViewerError as error:

@@ -1,4 +1,4 @@
-"""`oilsim report`: every series of a recording as tables."""
+"""`oilsim report`: write every series of a recording as tables."""
 
 from __future__ import annotations
 
@@ -9,17 +9,21 @@ from scenarios.exit_codes import DONE
 
 
 def register(commands: argparse._SubParsersAction) -> None:
-    """Add the subcommand."""
+    """Add the subcommand's parser to `commands`."""
     parser = commands.add_parser("report", help="write a recording's series, bodies, log and particles as tables")
     parser.add_argument("recording", type=Path, metavar="FILE", help="a recording (.rrd)")
-    parser.add_argument("--csv", type=Path, metavar="DIR", help="folder for CSV tables")
-    parser.add_argument("--parquet", type=Path, metavar="DIR", help="folder for Parquet tables")
+    parser.add_argument("--csv", type=Path, metavar="DIR", help="folder for tables in CSV")
+    parser.add_argument("--parquet", type=Path, metavar="DIR", help="folder for tables in Parquet")
     parser.add_argument(
-        "--tracks", action="append", default=[], metavar="PHASE", help="particles of this phase too; may be repeated"
+        "--tracks",
+        action="append",
+        default=[],
+        metavar="PHASE",
+        help="add the particles of this phase; may be repeated",
     )
-    parser.add_argument("--ids", default="", metavar="N,N,...", help="only these particles; all by default")
+    parser.add_argument("--ids", default="", metavar="N,N,...", help="ids of the particles to write (default: all)")
     parser.add_argument(
-        "--every", type=float, metavar="S", help="particles at most so often [s]; every frame by default"
+        "--every", type=float, metavar="S", help="shortest time between frames of particles [s] (default: every frame)"
     )
     parser.set_defaults(command=_report)
 

@@ -1,4 +1,4 @@
-"""`oilsim run`: run a scenario and record it, or go on with a run from a checkpoint."""
+"""`oilsim run`: run a scenario and record it, or continue a run from a checkpoint."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 
 def register(commands: argparse._SubParsersAction) -> None:
-    """Add the subcommand."""
-    parser = commands.add_parser("run", help="run a scenario and record it")
+    """Add the subcommand's parser to `commands`."""
+    parser = commands.add_parser("run", help="run a scenario and record it, or continue a recorded run")
     add_scenario(parser, required=False)
     _add_run_options(parser)
     _add_resume_options(parser)
@@ -27,13 +27,13 @@ def register(commands: argparse._SubParsersAction) -> None:
 
 def _add_run_options(parser: argparse.ArgumentParser) -> None:
     recording = parser.add_mutually_exclusive_group()
-    recording.add_argument("--record", type=Path, metavar="FILE.rrd", help="recording to write; NAME.rrd by default")
-    recording.add_argument("--no-record", action="store_true", help="record nothing")
-    parser.add_argument("--summary", type=Path, metavar="FILE.json", help="write what the run came to")
-    parser.add_argument("--picture", type=Path, metavar="FILE.png", help="draw a picture from the recording")
-    parser.add_argument("--live", action="store_true", help="show the run in the viewer while it goes on")
+    recording.add_argument("--record", type=Path, metavar="FILE.rrd", help="recording to write (default: NAME.rrd)")
+    recording.add_argument("--no-record", action="store_true", help="run without a recording")
+    parser.add_argument("--summary", type=Path, metavar="FILE.json", help="write a summary of the results")
+    parser.add_argument("--picture", type=Path, metavar="FILE.png", help="draw a picture of the run")
+    parser.add_argument("--live", action="store_true", help="show the run in the viewer while it runs")
     parser.add_argument(
-        "--checkpoints", type=Path, metavar="FOLDER", help="where to save the state; FILE.checkpoints by default"
+        "--checkpoints", type=Path, metavar="FOLDER", help="folder for saved states (default: FILE.checkpoints)"
     )
 
 
@@ -42,13 +42,13 @@ def _add_resume_options(parser: argparse.ArgumentParser) -> None:
         "--resume",
         type=Path,
         metavar="FILE",
-        help="go on with a recorded run from its last checkpoint, or from a checkpoint",
+        help="continue a recorded run from its last checkpoint, or from this checkpoint file",
     )
     parser.add_argument(
         "--at",
         type=float,
         metavar="S",
-        help="with --resume: go back to S simulated seconds; --set gives orders from then on",
+        help="with --resume: go back to simulated time S [s]; --set then gives orders from that time on",
     )
 
 
@@ -89,7 +89,7 @@ def _resume(options: argparse.Namespace) -> int:
 
 
 def _branch(source: Path, at: float) -> Path:
-    """A free name for the recording of a run that goes on: ``sweep-from-12s.rrd``, ``sweep-from-12s-2.rrd``, ..."""
+    """Choose a free name for the recording of a continued run: ``sweep-from-12s.rrd``, ``sweep-from-12s-2.rrd``, ..."""
     from scenarios.running.checkpoints import checkpoint_folder
 
     stem = source.parent.stem if source.suffix == ".npz" else source.stem
@@ -114,16 +114,16 @@ def _run_options(options: argparse.Namespace, record: Path | None, source: Path 
 def _contradictions(options: argparse.Namespace) -> Iterator[Problem]:
     """Find options that cannot be asked for together, or at all."""
     if options.no_record:
-        for name, what in (("picture", "is drawn from the recording"), ("live", "shows what is recorded")):
+        for name, what in (("picture", "needs a recording"), ("live", "needs a recording")):
             if getattr(options, name):
-                yield Problem(f"--{name}", f"{what}, allowed: without --no-record")
+                yield Problem(f"--{name}", f"{what}, allowed: only without --no-record")
     for name in ("until", "at"):
         seconds = getattr(options, name)
         if seconds is not None and not (math.isfinite(seconds) and seconds > 0.0):
-            yield Problem(f"--{name}", f"is {seconds}, allowed: above 0 s")
+            yield Problem(f"--{name}", f"is {seconds} s, allowed: above 0 s")
     if options.resume is None and options.scenario is None:
-        yield Problem("NAME-or-FILE", "is missing, allowed: a scenario, or --resume FILE")
+        yield Problem("NAME-or-FILE", "is missing, allowed: a scenario's name or file, or --resume FILE")
     if options.demo and options.resume is not None and options.scenario is None:
-        yield Problem("--demo", "is given with --resume alone, allowed: with the scenario that the run is to be one of")
+        yield Problem("--demo", "needs a scenario, allowed: with --resume FILE only if the scenario is named too")
     if options.resume is None and options.at is not None:
-        yield Problem("--at", "is given without --resume, allowed: --resume FILE --at S")
+        yield Problem("--at", "needs --resume, allowed: --resume FILE --at S")

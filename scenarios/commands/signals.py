@@ -1,4 +1,4 @@
-"""`oilsim signals`: the signals of a scenario, which FMUs are connected to and an exported FMU has."""
+"""`oilsim signals`: list the signals of a scenario, to which FMUs can be connected and which an exported FMU has."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from scenarios.exit_codes import DONE
 
 
 def register(commands: argparse._SubParsersAction) -> None:
-    """Add the subcommand."""
-    parser = commands.add_parser("signals", help="the numbers of a scenario that FMUs can be connected to")
+    """Add the subcommand's parser to `commands`."""
+    parser = commands.add_parser("signals", help="list the signals of a scenario: its inputs and outputs for FMUs")
     add_scenario(parser)
     parser.set_defaults(command=_signals)
 
@@ -23,8 +23,10 @@ def _signals(options: argparse.Namespace) -> int:
     from scenarios.text.terminal import terminal
 
     scenario = load_scenario(options.scenario, overrides=overrides(options), demo=options.demo).scenario
-    table = Table("signal", "unit", "")
+    table = Table("signal", "unit", "direction")
     for signal in signals_of(scenario).values():
-        table.add_row(signal.name, signal.unit, f"taken, {signal.start:g} at first" if signal.is_input else "given")
+        table.add_row(
+            signal.name, signal.unit, f"input, {signal.start:g} at the start" if signal.is_input else "output"
+        )
     terminal().print(table)
     return DONE

@@ -1,4 +1,4 @@
-"""`oilsim sweep`: a scenario once for every combination of some entries' values."""
+"""`oilsim sweep`: run a scenario once for every combination of some entries' values."""
 
 from __future__ import annotations
 
@@ -9,23 +9,25 @@ from scenarios.commands.scenario_options import add_scenario, overrides
 
 
 def register(commands: argparse._SubParsersAction) -> None:
-    """Add the subcommand."""
-    parser = commands.add_parser("sweep", help="run a scenario for every combination of values, and compare the runs")
+    """Add the subcommand's parser to `commands`."""
+    parser = commands.add_parser(
+        "sweep", help="run a scenario once for every combination of values, and compare the runs"
+    )
     add_scenario(parser)
     parser.add_argument(
         "--vary",
         action="append",
         required=True,
         metavar="KEY=VALUE,VALUE,...",
-        help="values that an entry takes, as in tow.speed_kn=0.3,0.5,0.7; may be repeated",
+        help="values for an entry, for example tow.speed_kn=0.3,0.5,0.7; may be repeated",
     )
     parser.add_argument(
         "--to",
         type=Path,
         metavar="FOLDER",
-        help="where results go; NAME-sweep by default. What is there already is not run again",
+        help="folder for the results (default: NAME-sweep); complete runs in it are not repeated",
     )
-    parser.add_argument("--record", action="store_true", help="leave a recording of each run beside its summary")
+    parser.add_argument("--record", action="store_true", help="record each run, too")
     parser.set_defaults(command=_sweep)
 
 

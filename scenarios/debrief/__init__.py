@@ -1,1 +1,1 @@
-"""A debrief page made from a recording alone: what happened, in figures and pictures, and a grade with its reasons."""
+"""The debrief of an exercise: one page made from a recording alone, with figures, pictures and a grade with its reasons."""

@@ -1,4 +1,4 @@
-"""The history of each boom that a recording holds, computed from its segments' motions and the recorded series."""
+"""The history of each boom over time, computed from the recorded motions of its segments and the recorded series."""
 
 from __future__ import annotations
 
@@ -18,22 +18,24 @@ from recordings.replay.running_extremes import WORST, reached
 
 Array = NDArray[np.float64]
 
-UNDER_WAY = 0.5  # of the highest tow speed through the water: faster counts as towing
+knot = 1852.0 / 3600.0  # [m/s]
+UNDER_WAY = 0.5  # fraction of the highest tow speed through the water from which on the boom counts as under way
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BoomHistory:
-    """One boom over the N recorded instants.
+    """The history of one boom at the N recorded instants.
 
     time          (N,) [s]
-    states        N shapes of the boom
-    tension       (N, S) [N] along the boom; NaN in a recording without it
-    tow_tension   by end, (N,) [N]
-    tow_peak      by end, (N,) [N]: the highest since the instant before, as far as the recording knows it
-    held_peak     (N,) [m/s], the same of the largest held speed along the boom; None in a recording without it
-    oil           "retained", "lost", "free", "removed", "recovered" and "lost/<cause>": (N,) [m3]
+    states        the boom's position and motion at each instant
+    tension       (N, S) [N] along the boom; NaN if it was not recorded
+    tow_tension   (N,) [N] for each end
+    tow_peak      (N,) [N] for each end: the highest value since the instant before, as far as the recording has it
+    held_peak     (N,) [m/s]: likewise for the largest held speed along the boom; None if it was not recorded
+    oil           (N,) [m3] for "retained", "lost", "free", "removed", "recovered" and each "lost/<cause>"
     tow_speed     (N,) [m/s] through the water, mean of the vessels
     current       (N, 2) [m/s]
+    water_level   [m]
     """
 
     boom: BoomDescription
@@ -55,12 +57,12 @@ class BoomHistory:
 
     @property
     def hold_time(self) -> float:
-        """Time [s] over which a speed counts as held: that in which water at 0.7 knots passes the skirt's depth."""
+        """Time [s] for which a speed must last to count as held: water at 0.7 knots passes the skirt's depth in it."""
         return HeldSpeed.at(PRACTICE_SPEED, self.boom.skirt_depth).window
 
     @cached_property
     def held_speed(self) -> Array:
-        """Speed (N, S) [m/s] at which water kept running against each segment, see `HeldSpeed`."""
+        """Speed (N, S) [m/s] at which water kept running against each segment; see `HeldSpeed`."""
         held = HeldSpeed(window=self.hold_time)
         return np.array([held.add(float(time), flow) for time, flow in zip(self.time, self.normal_flow, strict=True)])
 
@@ -82,23 +84,23 @@ class BoomHistory:
 
     @cached_property
     def gap_ratio(self) -> Array:
-        """Distance of the ends over the boom's length, (N,)."""
+        """Distance between the ends / length of the boom, (N,) [-]."""
         return np.array([state.gap_ratio for state in self.states])
 
     @cached_property
     def under_way(self) -> NDArray[np.bool_]:
-        """Instants (N,) at which the boom is towed, or held in a current, in earnest."""
+        """Instants (N,) at which the boom is towed, or held in a current, near its highest speed."""
         return np.asarray(self.tow_speed >= UNDER_WAY * self.tow_speed.max())
 
     @cached_property
     def causes(self) -> dict[str, Array]:
-        """Oil lost over time (N,) [m3] by each cause that took any, the greatest loss first."""
+        """Oil (N,) [m3] lost over time to each cause that occurs, the largest loss first."""
         lost = {name.removeprefix("lost/"): volume for name, volume in self.oil.items() if name.startswith("lost/")}
         return dict(sorted(((k, v) for k, v in lost.items() if v.any()), key=lambda item: -float(item[1][-1])))
 
     @cached_property
     def loss_speeds(self) -> LossSpeeds:
-        """Tow speeds at the first and at the gross loss."""
+        """Tow speeds at the first loss and at the gross loss."""
         losses = LossSpeeds()
         taken_in = self.oil["retained"] + self.oil["lost"]
         for row in zip(self.time, self.tow_speed, self.oil["lost"], taken_in, strict=True):
@@ -107,7 +109,7 @@ class BoomHistory:
 
 
 def boom_histories(replay: Replay) -> list[BoomHistory]:
-    """Return the history of every boom whose segments and oil the recording holds."""
+    """Compute the history of every boom whose segments and oil are in the recording."""
     exercise = replay.run.exercise
     if exercise is None:
         return []

@@ -1,4 +1,4 @@
-"""The diagrams of a debrief: figures over time with the key moments numbered, and shares along the boom."""
+"""The diagrams of a debrief: figures over time with the numbered key moments, and maps along the boom."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ Array = NDArray[np.float64]
 _WIDTH = 8.6  # inches
 _HELD, _FREE = "#3b2a1a", "#c9bba7"
 _LINES = ("#1f5fa8", "#e07b20", "#4a8f4a", "#8a5aa8")
-_LITRES = 2.0  # [m3]: less is told in litres
+_LITRES = 2.0  # [m3]; smaller volumes are shown in litres
 
 
 def empty_figure(height: float) -> Figure:
-    """A figure of a debrief's width, ready to be saved."""
+    """Create a figure of the page's width, ready to be saved; `height` in inches."""
     figure = Figure(figsize=(_WIDTH, height), layout="constrained", facecolor="white")
     FigureCanvasAgg(figure)
     return figure
 
 
 def oil_diagram(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure:
-    """Where the oil was: held, lost by cause, and, under it on a scale of its own, what was lost."""
+    """Draw the oil over time: held, not met and lost by cause; below, the lost oil on its own scale."""
     figure = empty_figure(4.6)
     whole, lost = figure.subplots(2, 1, sharex=True)
     factor, unit = _volume_unit(history)
@@ -49,17 +49,17 @@ def oil_diagram(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure:
             axes.stackplot(history.time, volumes, labels=list(shown), colors=colors, edgecolor="#ffffff", linewidth=0.4)
         axes.set_ylabel(unit)
     if not causes:
-        lost.text(0.5, 0.5, "nothing was lost", transform=lost.transAxes, ha="center", color="#5c6b76")
+        lost.text(0.5, 0.5, "no oil was lost", transform=lost.transAxes, ha="center", color="#5c6b76")
     whole.set_title("Where the oil was", loc="left")
-    lost.set_title("Lost by cause, on a scale of its own", loc="left", fontsize=10.5)
-    if whole.get_legend_handles_labels()[0]:  # nothing is drawn of a run without oil
+    lost.set_title("Lost oil by cause, on its own scale", loc="left", fontsize=10.5)
+    if whole.get_legend_handles_labels()[0]:  # a run without oil has nothing to draw
         whole.legend(frameon=False, ncols=5, loc="lower right", bbox_to_anchor=(1.0, 0.98), fontsize=9)
     _finish([whole, lost], moments)
     return figure
 
 
 def speed_diagram(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure:
-    """Speeds in knots against the 0.7 knots from which a boom loses oil."""
+    """Draw speeds in knots, with the 0.7 knots above which booms lose oil."""
     figure = empty_figure(2.9)
     axes = figure.subplots()
     limit, held = PRACTICE_SPEED / knot, _held_speed(history).max(axis=1) / knot
@@ -69,16 +69,21 @@ def speed_diagram(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure:
         held,
         color=_LINES[0],
         linewidth=1.6,
-        label=f"normal to the boom, largest held for {history.hold_time:.2g} s",
+        label=f"normal to the boom, highest held for {history.hold_time:.2g} s",
     )
     axes.plot(
-        history.time, worst, color=_LINES[0], linewidth=1.0, alpha=0.4, label="normal to the boom, at its largest"
+        history.time,
+        worst,
+        color=_LINES[0],
+        linewidth=1.0,
+        alpha=0.4,
+        label="normal to the boom, highest at the instant",
     )
     if history.tow_speed.any():
         axes.plot(
-            history.time, history.tow_speed / knot, color=_LINES[1], linewidth=1.6, label="tow, through the water"
+            history.time, history.tow_speed / knot, color=_LINES[1], linewidth=1.6, label="tow speed through the water"
         )
-    axes.axhline(limit, color="#c23030", linewidth=1.4, linestyle="--", label=f"{limit:.1f} kn: oil is lost")
+    axes.axhline(limit, color="#c23030", linewidth=1.4, linestyle="--", label=f"above {limit:.1f} kn booms lose oil")
     axes.fill_between(history.time, limit, held, where=held > limit, color="#c23030", alpha=0.18, linewidth=0.0)
     axes.set_ylim(bottom=0.0)
     axes.set_title("Speed of the water against the boom", loc="left")
@@ -89,7 +94,7 @@ def speed_diagram(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure:
 
 
 def tension_diagram(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure | None:
-    """Tow tension at each end; None if it was not recorded."""
+    """Draw the tow tension at each end; None if it was not recorded."""
     if not history.tow_tension:
         return None
     figure = empty_figure(2.9)
@@ -107,7 +112,7 @@ def tension_diagram(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figur
 
 
 def skirt_diagram(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure:
-    """Lean and draft of the skirt, and the gap ratio."""
+    """Draw lean and draft of the skirt, and the gap ratio."""
     figure = empty_figure(5.4)
     lean, draft, gap = figure.subplots(3, 1, sharex=True)
     angle = np.degrees(history.skirt_angle)
@@ -120,11 +125,11 @@ def skirt_diagram(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure:
     draft.plot(
         history.time, np.median(share, axis=1), color=_LINES[2], alpha=0.5, linewidth=1.2, label="median segment"
     )
-    draft.set_title(f"Draft kept, of the skirt's {history.boom.skirt_depth:g} m", loc="left")
+    draft.set_title(f"Draft of the skirt, as a share of its depth of {history.boom.skirt_depth:g} m", loc="left")
     draft.set_ylabel("%")
     gap.plot(history.time, history.gap_ratio, color=_LINES[3], linewidth=1.4)
     gap.axhline(1.0 / 3.0, color="#7b8791", linewidth=1.0, linestyle="--")
-    gap.set_title("Gap ratio (dashed: one third)", loc="left")
+    gap.set_title("Gap ratio (dashed line: one third)", loc="left")
     for axes in (lean, draft):
         axes.legend(frameon=False, ncols=2, fontsize=9, loc="lower right", bbox_to_anchor=(1.0, 0.98))
     for axes in (lean, gap):
@@ -134,9 +139,9 @@ def skirt_diagram(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure:
 
 
 def along_diagram(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure:
-    """Speed, lean and tension along the boom over time: where it was weak."""
+    """Draw speed, lean and tension along the boom over time: they show its weak places."""
     maps: list[tuple[str, str, Array, str, float | None]] = [
-        ("Speed held normal to the boom; white line: 0.7 kn", "kn", _held_speed(history) / knot, "viridis", 0.7),
+        ("Held speed normal to the boom (white line: 0.7 kn)", "kn", _held_speed(history) / knot, "viridis", 0.7),
         ("Lean of the skirt", "deg", np.degrees(history.skirt_angle), "cividis", None),
     ]
     if not np.isnan(history.tension).any():
@@ -156,13 +161,13 @@ def along_diagram(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure:
 
 
 def _held_speed(history: BoomHistory) -> Array:
-    """Speeds held (N, S) [m/s], NaN until one can have been held; 0 if the run is too short for that."""
+    """Compute the held speeds (N, S) [m/s]: NaN before the hold time has passed, or 0 if the run is shorter than that."""
     begun = history.time - history.time[0] >= history.hold_time
     return np.where(begun[:, None], history.held_speed, np.nan if begun.any() else 0.0)
 
 
 def probe_diagram(replay: Replay, moments: Sequence[KeyMoment]) -> Figure | None:
-    """Draw the readings of the probes, each quantity on a scale of its own; None without probes."""
+    """Draw the readings of the probes, each quantity on its own scale; None without probes."""
     probes = [name for name in sorted(replay.scalars) if name.startswith("probes/")]
     if not probes:
         return None
@@ -181,7 +186,7 @@ def probe_diagram(replay: Replay, moments: Sequence[KeyMoment]) -> Figure | None
 
 
 def _finish(rows: Sequence[Axes], moments: Sequence[KeyMoment], *, grid: bool = True) -> None:
-    """Time axis, grid, and the numbers of the key moments over the topmost diagram."""
+    """Add time axis and grid, and write the numbers of the key moments below the lowest diagram."""
     for axes in rows:
         axes.margins(x=0.0)
         axes.set_axisbelow(True)
@@ -195,7 +200,7 @@ def _finish(rows: Sequence[Axes], moments: Sequence[KeyMoment], *, grid: bool = 
             str(moment.number), (moment.time, 0.0), (0.0, -24.0), xycoords=("data", "axes fraction"),
             textcoords="offset points", ha="center", va="center", fontsize=8, color="white", bbox=mark, annotation_clip=False,
         )  # fmt: skip
-    rows[-1].set_xlabel("simulated time [s]; numbers: key moments", labelpad=16.0)
+    rows[-1].set_xlabel("simulated time [s]; the numbers mark the key moments", labelpad=16.0)
 
 
 def _volume_unit(history: BoomHistory) -> tuple[float, str]:

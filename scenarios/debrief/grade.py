@@ -1,7 +1,7 @@
-"""The grade of a boom exercise: stated criteria, what was measured for each, and what follows.
+"""The grade of a boom exercise: stated criteria, what was measured for each, and the verdict.
 
-Nothing is hidden in the grade: each criterion has two limits and a weight, is met (1), partly met (1/2) or missed (0), and
-the grade is the weighted mean. A trainer's own limits and weights come from a file (`read_criteria`).
+The page shows everything that enters the grade. Each criterion has two limits and a weight. It is met (1), partly met (1/2) or missed
+(0), and the grade is the weighted mean. A file can set a trainer's own limits and weights (`read_criteria`).
 """
 
 from __future__ import annotations
@@ -21,18 +21,18 @@ from scenarios.problems import Problem, ScenarioError
 Verdict = Literal["met", "partly met", "missed"]
 _POINTS: Mapping[Verdict, float] = {"met": 1.0, "partly met": 0.5, "missed": 0.0}
 LETTERS = (("A", 0.9), ("B", 0.75), ("C", 0.6), ("D", 0.4), ("E", 0.0))
-CAP = "D"  # the best grade when a decisive criterion is missed
+CAP = "D"  # the best grade if a decisive criterion is missed
 _ENTRIES = ("good", "acceptable", "weight")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Criterion:
-    """A measure that an exercise is judged by.
+    """A criterion by which an exercise is judged.
 
-    good, acceptable  limits: met up to the first, partly met up to the second; whichever way is better follows from them
-    what              is measured, and why it matters
-    measure           of an history, in the unit shown; None: it cannot be told
-    decisive          missed, it caps the grade
+    good, acceptable  limits: met up to the first, partly met up to the second; their order tells whether more or less is better
+    what              text for the trainer: the quantity that is measured, and why it matters
+    measure           computes the value from an history, in the unit shown; None if it cannot be computed
+    decisive          if this criterion is missed, the grade is capped
     """
 
     key: str
@@ -47,11 +47,11 @@ class Criterion:
 
     @property
     def more_is_better(self) -> bool:
-        """Whether a larger value is the better one."""
+        """True if a larger value is better."""
         return self.good > self.acceptable
 
     def verdict(self, value: float) -> Verdict:
-        """Judge a measured value."""
+        """Judge a measured value by the limits."""
         sign = 1.0 if self.more_is_better else -1.0
         if sign * value >= sign * self.good:
             return "met"
@@ -60,7 +60,7 @@ class Criterion:
 
 @dataclass(frozen=True, kw_only=True)
 class Finding:
-    """A criterion and what was measured; a verdict of None is left out of the grade."""
+    """A criterion, its measured value and the verdict; a finding with the verdict None does not count."""
 
     criterion: Criterion
     value: float | None
@@ -69,7 +69,7 @@ class Finding:
 
 @dataclass(frozen=True, kw_only=True)
 class Grade:
-    """The letter, the share of the points it stands for, why it was capped if it was, and all findings."""
+    """The letter, its share of the points, the reason if the letter was capped, and all findings."""
 
     letter: str
     share: float
@@ -120,42 +120,51 @@ def _sharing(history: BoomHistory) -> float | None:
 CRITERIA = (
     Criterion(
         key="held", title="Oil held", unit="%", good=95.0, acceptable=80.0, weight=3.0, measure=_held, decisive=True,
-        what="Held at the end, of all oil that was ever in the boom. This is what the boom is for; lost oil counts until it is taken back.",
+        what="Share of the oil held at the end, of all oil that was ever in the boom. Holding oil is the boom's "
+        "purpose. Lost oil counts until it is taken back.",
     ),
     Criterion(
         key="encountered", title="Oil met", unit="%", good=90.0, acceptable=60.0, weight=2.0, measure=_met,
-        what="Oil that got into the boom, of all in the water. A sweep must meet the slick: position, heading, opening of the U.",
+        what="Share of the oil that got into the boom, of all oil in the water. A sweep must meet the slick: "
+        "check position, heading and opening of the U.",
     ),
     Criterion(
         key="speed", title="Time over 0.7 kn", unit="%", good=0.0, acceptable=10.0, weight=2.0, measure=_time_too_fast,
-        what="Time during which water kept running against some part of the boom at more than 0.7 knots along its normal, from where on "
-        "oil is lost: the mean over the time in which it passes the skirt's depth, since a shorter wobble draws no oil under.",
+        what="Share of the time in which water kept running against some part of the boom at more than 0.7 knots "
+        "normal to it. Above this speed booms "
+        "lose oil. The speed is averaged over the time in which the water passes the skirt's depth, because "
+        "a shorter swing draws no oil under.",
     ),
     Criterion(
-        key="gap", title="Gap ratio off 1:3", unit="%", good=8.0, acceptable=15.0, weight=1.0, measure=_gap,
-        what="Gap over length of boom under way, off a third. Wider raises speed and tension in the apex, narrower sweeps less.",
+        key="gap", title="Gap ratio, distance from 1:3", unit="%", good=8.0, acceptable=15.0, weight=1.0, measure=_gap,
+        what="Distance of the mean gap ratio under way from one third. A wider gap raises speed and tension in "
+        "the apex; a narrower gap sweeps less.",
     ),
     Criterion(
         key="lean", title="Lean of the skirt", unit="deg", good=20.0, acceptable=35.0, weight=1.0, measure=_lean,
-        what="Of the most leaning segment, not passed for 95 % of the time. A leaning skirt draws less, and lets the flow slip under.",
+        what="Lean of the most leaning segment, not exceeded for 95 % of the time. A leaning skirt has less "
+        "draft, and the water slips under it.",
     ),
     Criterion(
-        key="draft", title="Draft kept", unit="%", good=80.0, acceptable=60.0, weight=1.0, measure=_draft,
-        what="Draft of the shallowest segment over the skirt's depth, kept for 95 % of the time: lean, heave and lift together.",
+        key="draft", title="Draft of the skirt", unit="%", good=80.0, acceptable=60.0, weight=1.0, measure=_draft,
+        what="Draft of the shallowest segment, as a share of the skirt's depth, kept for 95 % of the time. Lean, "
+        "heave and lift all reduce it.",
     ),
     Criterion(
         key="snatch", title="Snatch loads", unit="times", good=2.0, acceptable=3.0, weight=1.0, measure=_snatch,
-        what="Peak tow tension over its mean, under way. Jerks part lines and shake oil out; speed is changed slowly.",
+        what="Peak of the tow tension over its mean, under way. Jerks break lines and shake oil out of the boom. "
+        "Change speed slowly.",
     ),
     Criterion(
         key="sharing", title="Uneven pull", unit="%", good=15.0, acceptable=30.0, weight=1.0, measure=_sharing,
-        what="Difference of the two ends' mean tension, under way. Vessels that are abreast and on station pull alike.",
+        what="Difference of the mean tension at the two ends, under way. Vessels that are abreast and on station "
+        "pull equally.",
     ),
 )  # fmt: skip
 
 
 def grade(history: BoomHistory, criteria: tuple[Criterion, ...] = CRITERIA) -> Grade:
-    """Judge one boom's exercise; criteria that nothing can be told of are left out."""
+    """Judge one boom's exercise; criteria that cannot be measured do not count."""
     findings = []
     for criterion in criteria:
         value = criterion.measure(history)
@@ -176,13 +185,16 @@ def grade(history: BoomHistory, criteria: tuple[Criterion, ...] = CRITERIA) -> G
 
 
 def read_criteria(path: Path) -> tuple[Criterion, ...]:
-    """The criteria with limits and weights from a TOML file, a table each: [held] good = 90, acceptable = 70, weight = 2."""
+    """Read limits and weights from a TOML file with a table for each criterion: [held] good = 90, acceptable = 70, weight = 2.
+
+    Raises ScenarioError with everything that is wrong in the file.
+    """
     try:
         tables = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise ScenarioError([Problem("file", f"cannot be read: {error.strerror or error}")], str(path)) from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ScenarioError([Problem("file", f"is no TOML: {error}")], str(path)) from error
+        raise ScenarioError([Problem("file", f"is not valid TOML: {error}")], str(path)) from error
     known = {criterion.key for criterion in CRITERIA}
     problems = [Problem(key, f"is unknown, allowed: {', '.join(sorted(known))}") for key in tables if key not in known]
     changed = []
@@ -194,7 +206,7 @@ def read_criteria(path: Path) -> tuple[Criterion, ...]:
             changed.append(replace(criterion, good=good, acceptable=acceptable, weight=weight))
     if not problems:
         problems += [
-            Problem(criterion.key, "has good equal to acceptable, allowed: two limits")
+            Problem(criterion.key, "has equal limits `good` and `acceptable`, allowed: two different limits")
             for criterion in changed
             if criterion.good == criterion.acceptable
         ]

@@ -1,4 +1,4 @@
-"""The moments of an exercise worth a picture, and what happened then."""
+"""The key moments of an exercise: when to show a picture, and what happened then."""
 
 from __future__ import annotations
 
@@ -12,18 +12,19 @@ from recordings.pictures.scenes import render_moments
 from recordings.replay.moments import Moment, read_moments, recorded_steps
 from recordings.replay.recording import Replay
 from scenarios.debrief.boom_history import BoomHistory
+from scenarios.text.quantities import force_in_words
 
-_MOST = 6
-_CLOSE = 0.05  # of the run: what happens within shares a picture
-_TELL_TIME = 0.05  # [s] off the moment shown: worth saying when
-_WIDTH = 930  # pixels
-_ORDERS = ("orders", "instructor")  # who gives them
-_TECHNICAL = ("master", "oilsim")  # who speaks of the simulation, not of the exercise: that stays in the log
+_MOST = 6  # moments on the page
+_CLOSE = 0.05  # fraction of the run's time; events closer than this share a moment
+_TELL_TIME = 0.05  # [s]; an event farther than this from the moment's time is shown with its own time
+_WIDTH = 930  # [pixels]
+_ORDERS = ("orders", "instructor")  # sources of orders
+_TECHNICAL = ("master", "oilsim")  # sources of technical messages, which stay in the log
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class KeyMoment:
-    """One numbered moment: what happened, where everything was, and its picture (height, width, 3), 0 to 1."""
+    """One numbered moment: what happened, where everything was, and its picture (height, width, 3), colours from 0 to 1."""
 
     number: int
     captions: tuple[str, ...]
@@ -32,12 +33,12 @@ class KeyMoment:
 
     @property
     def time(self) -> float:
-        """Simulated time [s]."""
+        """Simulated time [s] of the moment."""
         return self.moment.time
 
 
 def key_moments(replay: Replay, histories: Sequence[BoomHistory]) -> list[KeyMoment]:
-    """Beginning and end, and up to four things between them: orders, warnings, the highest tension."""
+    """Choose beginning and end, and up to four moments between them: orders, warnings, the highest tension."""
     steps = recorded_steps(replay)
     times = np.array([time for _, time in steps])
     told = _gathered(replay, histories, float(times[0]) if len(times) else 0.0, float(times[-1]) if len(times) else 0.0)
@@ -53,7 +54,7 @@ def key_moments(replay: Replay, histories: Sequence[BoomHistory]) -> list[KeyMom
 def _gathered(
     replay: Replay, histories: Sequence[BoomHistory], begin: float, end: float
 ) -> list[tuple[float, tuple[str, ...]]]:
-    """Times and captions, in order; what happens close together is one moment, the most pressing ones are kept."""
+    """Gather the times and captions of the moments, in order; events close together are one moment, and the most urgent are kept."""
     happenings = [(begin, 1, "the exercise begins"), (end, 0, "the exercise ends")]
     for event in replay.events:
         if event.source in _TECHNICAL and event.level == "info":
@@ -76,7 +77,7 @@ def _gathered(
 
 
 def _shown(group: list[tuple[float, int, str]], begin: float) -> tuple[float, tuple[str, ...]]:
-    """A group is shown as it was at its last happening, when all has had its effect; the beginning at the beginning."""
+    """Choose the time of a group: that of its last event, when all have had their effect; or the beginning, if it begins there."""
     at = group[0][0] if group[0][0] == begin else group[-1][0]
     others = [f"{text} ({time:.1f} s)" if abs(time - at) >= _TELL_TIME else text for time, _, text in group]
     return at, tuple(others)
@@ -88,5 +89,9 @@ def _highest_tension(history: BoomHistory) -> list[tuple[float, int, str]]:
     end, tension = max(history.tow_peak.items(), key=lambda item: float(item[1].max()))
     row = int(tension.argmax())
     return [
-        (float(history.time[row]), 1, f"boom {history.boom.name}: highest tow tension, {tension[row]:.0f} N at {end}")
+        (
+            float(history.time[row]),
+            1,
+            f"boom {history.boom.name}: highest tow tension, {force_in_words(float(tension[row]))} at {end}",
+        )
     ]

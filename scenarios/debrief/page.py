@@ -1,4 +1,4 @@
-"""Writes the debrief: one HTML page that needs nothing else, and its pictures as PNG files beside it."""
+"""The debrief page: one HTML page that needs no other file, and its pictures as PNG files beside it."""
 
 from __future__ import annotations
 
@@ -28,15 +28,16 @@ from scenarios.debrief.diagrams import DIAGRAMS, probe_diagram
 from scenarios.debrief.grade import CRITERIA, LETTERS, Criterion, Grade, grade
 from scenarios.debrief.key_moments import KeyMoment, key_moments
 from scenarios.debrief.slick_map import slick_map
+from scenarios.text.quantities import force_in_words, volume_in_words
 
 PAGE = "debrief.html"
 _DPI = 110
-_COARSE = 5.0  # particles in a skirt's depth, below which its leakage is coarsely resolved
+_COARSE = 5.0  # particles over the skirt's depth, below which leakage is resolved coarsely
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BoomChapter:
-    """The page's chapter on one boom: grade, diagrams as SVG text by name, and its table of figures."""
+    """The chapter of one boom: its grade, its diagrams by name as SVG text, and its table of figures."""
 
     history: BoomHistory
     grade: Grade
@@ -45,7 +46,7 @@ class BoomChapter:
 
 
 def write_debrief(recording: Path, folder: Path, criteria: tuple[Criterion, ...] = CRITERIA) -> Path:
-    """Read a recording and write its debrief into ``folder``, which is made if need be; returns the page's path."""
+    """Read a recording and write its debrief into ``folder``, which is created if needed; return the page's path."""
     replay = Replay(recording)
     histories = boom_histories(replay)
     moments = key_moments(replay, histories)
@@ -94,6 +95,7 @@ def _environment() -> Environment:
     environment = Environment(
         loader=PackageLoader("scenarios.debrief", "."), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
+    environment.filters["force"] = force_in_words
     environment.filters["figure"] = lambda value: f"{value:.1f}".removesuffix(".0") if value < 100.0 else f"{value:.0f}"
     return environment
 
@@ -118,14 +120,14 @@ def _chapter(
 
 
 def _write_scene(moment: KeyMoment, folder: Path) -> str:
-    """Write a key moment's picture; returns it as a data URL."""
+    """Write a key moment's picture; return it as a data URL."""
     path = folder / f"moment-{moment.number}.png"
     matplotlib.image.imsave(path, np.ascontiguousarray(moment.image))
     return "data:image/png;base64," + base64.b64encode(path.read_bytes()).decode("ascii")
 
 
 def _write_figure(figure: Figure, path: Path) -> str:
-    """Write a figure as PNG; returns it as SVG text, without the XML declaration."""
+    """Write a figure as PNG; return it as SVG text, without the XML declaration."""
     figure.savefig(path, dpi=_DPI)
     text = io.StringIO()
     figure.savefig(text, format="svg", metadata={"Date": None})
@@ -134,20 +136,23 @@ def _write_figure(figure: Figure, path: Path) -> str:
 
 
 def _figures(replay: Replay, history: BoomHistory) -> list[tuple[str, str]]:
-    """The table of a boom's figures."""
+    """List the figures of a boom for the table."""
     oil = {name: float(volume[-1]) for name, volume in history.oil.items()}
     losses = history.loss_speeds
     rows = [
-        ("Oil held at the end", _volume(oil["retained"])),
-        ("Oil lost at the end", _volume(oil["lost"])),
-        *((f"&nbsp;&nbsp;by {cause.replace('_', ' ')}", _volume(float(v[-1]))) for cause, v in history.causes.items()),
-        ("Lost once and taken back, in all", _volume(oil["recovered"])),
-        ("Not met by the boom", _volume(oil["free"])),
-        ("Left the simulated water without being lost", _volume(oil["removed"])),
+        ("Oil held at the end", volume_in_words(oil["retained"])),
+        ("Oil lost at the end", volume_in_words(oil["lost"])),
+        *(
+            (f"&nbsp;&nbsp;by {cause.replace('_', ' ')}", volume_in_words(float(v[-1])))
+            for cause, v in history.causes.items()
+        ),
+        ("Lost and taken back, in total", volume_in_words(oil["recovered"])),
+        ("Not met by the boom", volume_in_words(oil["free"])),
+        ("Left the simulated area without being lost", volume_in_words(oil["removed"])),
         ("Tow speed at the first loss (0.5 % of the oil)", _knots(losses.first_loss)),
-        ("Tow speed at gross loss (2 % of the oil a second)", _knots(losses.gross_loss)),
+        ("Tow speed at gross loss (2 % of the oil per second)", _knots(losses.gross_loss)),
         (
-            f"Highest speed normal to the boom, held for {history.hold_time:.2g} s",
+            f"Highest speed normal to the boom that lasted {history.hold_time:.2g} s",
             _knots(history.highest_held_speed),
         ),
     ]
@@ -155,49 +160,53 @@ def _figures(replay: Replay, history: BoomHistory) -> list[tuple[str, str]]:
 
 
 def _rules_of_thumb(replay: Replay, history: BoomHistory) -> list[tuple[str, str]]:
-    """Compare the tow with formulas, beside what was measured."""
+    """List what rules of thumb give for the same tow, beside the measured values."""
     boom, under_way = history.boom, history.under_way
     oils = [phase.rest_density for phase in replay.run.phases if phase.is_oil]
     waters = [phase.rest_density for phase in replay.run.phases if not phase.is_oil]
     rows = []
     if oils and waters and max(oils) < max(waters):
         limit = drainage_speed(max(oils), max(waters), boom.skirt_depth)
-        rows.append(("Speed at which this skirt drains, Froude number 0.5", _knots(limit)))
-    speed = float(np.sqrt(np.mean(history.tow_speed[under_way] ** 2)))  # force goes with its square
+        rows.append(("Tow speed at which oil begins to drain under this skirt (Froude number 0.5)", _knots(limit)))
+    speed = float(np.sqrt(np.mean(history.tow_speed[under_way] ** 2)))  # the force grows with the square of the speed
     gap = float(history.gap_ratio[under_way].mean())
     if waters and 0.0 < gap < 1.0 and history.tow_tension:
         force, _ = tow_force(
             boom.length, gap, boom.skirt_depth, speed, drag_coefficient=skirt_drag_coefficient(), density=max(waters)
         )
         mean = np.mean([tension[under_way].mean() for tension in history.tow_tension.values()])
-        rows.append(("Mean tension at an end by the rule 26 A V²", f"{force:.3g} N"))
-        rows.append(("Mean tension at an end, as recorded", f"{mean:.3g} N"))
+        rows.append(("Mean tension at an end by the rule of thumb 26 A V²", force_in_words(float(force))))
+        rows.append(("Mean tension at an end, as recorded", force_in_words(float(mean))))
     return rows
 
 
 def _changes(replay: Replay) -> str:
-    """How the scenario was changed for this run; the number of threads changes nothing."""
+    """Return the changes to the scenario that were made for this run; the number of threads changes no result."""
     return re.sub(r"run\.threads=\d+ ?", "", str(replay.run.properties.get("overrides", ""))).strip()
 
 
 def _notes(replay: Replay) -> list[str]:
-    """Return notes to bear in mind when reading the page."""
+    """List what a reader of the page should know about its accuracy."""
     spacing = replay.run.particle_spacing
-    notes = [f"Particles are {1000.0 * spacing:.3g} mm apart; nothing finer is resolved."]
+    notes = [f"The particles are {1000.0 * spacing:.3g} mm apart; the simulation resolves nothing finer."]
     if replay.precision is not None:
-        notes.append(f"Pictures and outlines show them to {500.0 * replay.precision:.2g} mm, as they were recorded.")
-    notes += [f"Of {name} one frame in {count} was recorded." for name, count in replay.thinning.items()]
+        notes.append(
+            f"Pictures and outlines show their recorded positions, which are exact to {500.0 * replay.precision:.2g} mm."
+        )
+    notes += [f"The recording has one in {count} frames of {name}." for name, count in replay.thinning.items()]
     for boom in replay.run.exercise.booms if replay.run.exercise else ():
         deep = boom.skirt_depth / spacing
         if deep < _COARSE:
-            coarse = f"The skirt of boom {boom.name} is {deep:.2g} particles deep: see how it fails,"
-            notes.append(f"{coarse} and trust neither the speed at which it does, nor its draft, nor its pull.")
+            coarse = (
+                f"The skirt of boom {boom.name} is only {deep:.2g} particles deep. The page shows how the boom fails,"
+            )
+            notes.append(f"{coarse} but the speed at which it fails, its draft and its tension are not reliable.")
     if replay.run.exercise and len(replay.run.exercise.booms) > 1:
         notes.append(
-            "Each boom has an account of its own: oil that one lost and another met, or that two hold, is in both."
+            "Each boom has its own account: oil that one boom lost and another met, or that two booms hold, is in both accounts."
         )
     if replay.run.exercise:
-        notes += [f"Resolved by the particles: {RESOLVED}.", f"Modelled: {MODELLED}."]
+        notes += [f"The particles resolve {RESOLVED}.", f"Modelled: {MODELLED}."]
     return notes
 
 
@@ -221,10 +230,6 @@ def _grades(chapters: Sequence[BoomChapter]) -> dict[str, Any]:
         }
         for chapter in chapters
     }
-
-
-def _volume(volume: float) -> str:
-    return f"{volume:.3g} m³" if volume >= 1.0 else f"{1000.0 * volume:.3g} l"
 
 
 def _knots(speed: float | None) -> str:

@@ -1,4 +1,4 @@
-"""The map of a debrief: where slick, boom and vessels were at each key moment, and the vessels' tracks."""
+"""The map of a debrief: slick, boom and vessels at each key moment, and the vessels' tracks."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from scipy.constants import knot
 
 from recordings import palette
 from recordings.entity_paths import VESSELS, body_group
@@ -23,9 +24,9 @@ _ACROSS = (0, 1)
 
 
 def slick_map(replay: Replay, moments: Sequence[KeyMoment]) -> Figure:
-    """Slick outlines and booms coloured by time, from above; lost oil at the end by its cause.
+    """Draw slick outlines and booms from above, coloured by time, and at the end the lost oil by cause.
 
-    A run without booms is shown at its end, from the side if it is a flume or a plane.
+    A run without booms is shown at its end, from the side if it is a flume or two-dimensional.
     """
     figure = empty_figure(5.2)
     axes = figure.subplots()
@@ -45,7 +46,7 @@ def slick_map(replay: Replay, moments: Sequence[KeyMoment]) -> Figure:
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel("x [m]")
     axes.set_ylabel("y [m]")
-    axes.set_title("Outline of the slick and line of the boom at the key moments", loc="left")
+    axes.set_title("Outline of the slick, and line of the boom, at the key moments", loc="left")
     axes.set_axisbelow(True)
     axes.grid(color="#e3e8ec", linewidth=0.8)
     _draw_current(axes, replay)
@@ -53,7 +54,7 @@ def slick_map(replay: Replay, moments: Sequence[KeyMoment]) -> Figure:
 
 
 def _draw_moment(axes: Axes, replay: Replay, key: KeyMoment, color: str) -> Line2D:
-    """Slick and booms at one moment; returns its mark in the legend."""
+    """Draw slick and booms at one moment; return their mark for the legend."""
     run = replay.run
     for name, positions in key.moment.positions.items():
         if name in run.oils:
@@ -64,7 +65,7 @@ def _draw_moment(axes: Axes, replay: Replay, key: KeyMoment, color: str) -> Line
 
 
 def _draw_vessels(axes: Axes, replay: Replay, first: Moment, last: Moment) -> None:
-    """Vessels at the beginning, faintly, and at the end, with their tracks."""
+    """Draw the vessels at the beginning, faintly, and at the end, with their tracks."""
     for name, mesh in replay.run.meshes.items():
         if body_group(name) == VESSELS and name in first.bodies and name in last.bodies:
             draw_body(axes, name, mesh, first.bodies[name], _ACROSS, 0.3)
@@ -73,7 +74,7 @@ def _draw_vessels(axes: Axes, replay: Replay, first: Moment, last: Moment) -> No
 
 
 def _draw_lost(axes: Axes, last: Moment) -> list[Line2D]:
-    """Lost oil by its cause; returns the marks for the legend."""
+    """Draw lost oil by its cause; return the marks for the legend."""
     marks = []
     for cause, positions in last.lost.items():
         if len(positions):
@@ -93,7 +94,7 @@ def _draw_boom(axes: Axes, boom: BoomDescription, key: KeyMoment, color: str) ->
 
 
 def _draw_current(axes: Axes, replay: Replay) -> None:
-    """An arrow that says where the current goes."""
+    """Draw an arrow in the direction of the current, with its speed."""
     current = np.array(replay.run.exercise.current if replay.run.exercise else (0.0, 0.0))
     speed = float(np.linalg.norm(current))
     if speed == 0.0:
@@ -112,5 +113,5 @@ def _draw_current(axes: Axes, replay: Replay) -> None:
         annotation_clip=False,
     )
     axes.text(
-        1.12, 0.11, f"current {speed:.2g} m/s", transform=axes.transAxes, ha="center", fontsize=9, color="#1f5fa8"
+        1.12, 0.11, f"current {speed / knot:.2g} kn", transform=axes.transAxes, ha="center", fontsize=9, color="#1f5fa8"
     )

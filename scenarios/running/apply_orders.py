@@ -1,4 +1,4 @@
-"""How orders given during a run reach its parts: helmsmen, current, waves, wind and pipes."""
+"""Orders during a run: how they reach helmsmen, current, waves, wind and pipes."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def give_orders(assembly: Assembly, scenario: Scenario) -> None:
 
 
 def _drive(assembly: Assembly, scenario: Scenario) -> None:
-    """Current, waves and wind as `scenario` has them."""
+    """Set current, waves and wind as in `scenario`."""
     settings = scenario.forcing
     if settings.current is not None:
         set_current(assembly.fluid, assembly.scoring, settings.current.speed, settings.current.direction)

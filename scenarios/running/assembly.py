@@ -1,7 +1,7 @@
-"""A scenario becomes a coupled run: fluid, bodies, controllers, FMUs, and the connections between them.
+"""Assembly: a scenario becomes a coupled run of fluid, bodies, controllers, FMUs, and the connections between them.
 
-Order within a communication step: FMUs step and give their outputs to the signals they drive, controllers give their orders from
-where the bodies are, the fluid answers to the bodies' motion with wrenches, and the bodies move under both.
+Order within a communication step: the FMUs step and set the signals that they drive; the controllers give their orders from the
+positions of the bodies; the fluid answers the bodies' motion with wrenches; the bodies move under both.
 """
 
 from __future__ import annotations
@@ -80,31 +80,31 @@ class Assembly:
 
     @property
     def controls(self) -> tuple[VesselControl, ...]:
-        """The helmsmen."""
+        """The helmsmen of the vessels."""
         return tuple(one for one in self.participants if isinstance(one, VesselControl))
 
     @property
     def body_names(self) -> tuple[str, ...]:
-        """All rigid bodies but the tank's sides."""
+        """Names of all rigid bodies except the tank's sides."""
         return tuple(self.description.meshes)
 
     @property
     def why_not_kept(self) -> str:
-        """Why the run's state cannot be kept: FMUs that cannot give theirs as bytes; empty if it can. Sure once it is initialized."""
+        """Reason why the run's state cannot be saved: FMUs that cannot give theirs as bytes; empty if it can. Valid once initialized."""
         names = [f"{fmu.name} ({fmu.why_not_kept})" for fmu in self.fmus if fmu.why_not_kept]
-        return f"state of {', '.join(names)} cannot be saved as bytes" if names else ""
+        return f"the state of {', '.join(names)} cannot be saved as bytes" if names else ""
 
     def report(self) -> AdvanceReport | None:
-        """The fluid's report on its last step; None before the first."""
+        """Return the fluid's report on its last step; None before the first."""
         return self.fluid_participant.report
 
     def particle_counts(self) -> dict[str, int]:
-        """Particles now, by phase, and of all boundaries."""
+        """Count the particles now, by phase, and of all boundaries."""
         counts = {name: len(self.fluid.phase_ids(name)) for name in self.scenario.phases}
         return counts | {"boundary": self.fluid.boundary_count}
 
     def co_simulation(self, observers: Sequence[Observer] = ()) -> CoSimulation:
-        """The coupled run, watched by `observers`."""
+        """Create the coupled run with these observers."""
         simulation = CoSimulation(
             self.participants,
             self.connections,
@@ -117,9 +117,9 @@ class Assembly:
 
 
 def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) -> Assembly:
-    """Make everything a run needs; ScenarioError for what cannot be made.
+    """Build everything that a run needs; ScenarioError for what cannot be built.
 
-    `text` is the scenario file's, `overrides` the changes made to it; both only go into the recording.
+    `text` is that of the scenario file, `overrides` are the changes made to it; both only go into the recording.
     """
     fmus = _fmus(scenario)
     simulators = build_simulators(scenario)
@@ -155,7 +155,7 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
 
 
 def _controls(simulators: Simulators) -> tuple[VesselControl | ManualControl, ...]:
-    """The helmsmen; the wind blows on them as on the water."""
+    """Create the helmsmen; the wind acts on their vessels as on the water."""
     controls = tuple(
         VesselControl(vessel) if vessel.course else ManualControl(vessel) for vessel in simulators.fleet.vessels
     )
@@ -177,7 +177,7 @@ def _parts(simulators: Simulators, controls: Sequence[VesselControl | ManualCont
 
 
 def _fmus(scenario: Scenario) -> tuple[FmuParticipant, ...]:
-    """The FMUs; what runs them is loaded only where there are some."""
+    """Create the FMUs; code for FMUs is imported only if there are some."""
     if not scenario.fmus:
         return ()
     from scenarios.signals.fmu_checks import fmu_participants
@@ -199,13 +199,13 @@ def _boards(scenario: Scenario, parts: RunParts) -> tuple[tuple[SignalBoard, ...
 def _connections(
     scenario: Scenario, bodies: CoupledBodies, controls: Sequence[VesselControl | ManualControl]
 ) -> tuple[Connection, ...]:
-    """Between FMUs and signals, between bodies and fluid, between helmsmen and vessels."""
+    """List the connections between FMUs and signals, bodies and fluid, helmsmen and vessels."""
     fmus = connections_of(scenario.fmus).values()
     return (*fmus, *bodies.connections, *_vessel_connections(controls))
 
 
 def _vessel_connections(controls: Sequence[VesselControl | ManualControl]) -> list[Connection]:
-    """Each helmsman sees the vessel's motion and pushes it."""
+    """Connect each helmsman with the motion of its vessel, and the vessel with the helmsman's wrench."""
     connections = []
     for control in controls:
         vessel, body = control.vessel.name, body_of(control.vessel.name)

@@ -1,6 +1,6 @@
-"""Checkpoints of runs: when they are written and where they lie, which one a run goes on from, and what is in them.
+"""Checkpoints of runs: when they are written, where they are, from which one a run continues, and their contents.
 
-The checkpoints of ``sweep.rrd`` lie in the folder ``sweep.checkpoints``, one file for each: an instructor may go back to any of them,
+The checkpoints of ``sweep.rrd`` are in the folder ``sweep.checkpoints``, one file for each. An instructor may go back to any of them,
 and to any time after the first.
 """
 
@@ -27,7 +27,7 @@ _NUMERIC = ("oilsim", "numpy", "numba", "pybullet")  # versions on which the bit
 
 
 def checkpoint_folder(recording: Path) -> Path:
-    """Where the checkpoints of a recording lie; of no other one, since all of them end in ``.rrd``."""
+    """Return the folder for a recording's checkpoints; it is that of no other recording, since all end in ``.rrd``."""
     return recording.with_suffix(_FOLDER_ENDING)
 
 
@@ -38,26 +38,26 @@ def run_state(simulation: CoSimulation, assembly: Assembly) -> dict[str, Any]:
 
 
 def begin_from(state: Mapping[str, Any], simulation: CoSimulation, assembly: Assembly) -> None:
-    """Initialize a run that has not begun at what `run_state` told."""
+    """Initialize a run that has not begun at a state from `run_state`."""
     assembly.accounts.restore_state(state)
     assembly.remarks.restore_state(state["remarks"])
     simulation.initialize(state["simulation"])
 
 
 def run_state_hash(simulation: CoSimulation, assembly: Assembly) -> str:
-    """One number for the state of a run: equal for equal states, bit for bit."""
+    """Compute a hash of a run's state that is equal for states that are equal bit for bit."""
     return state_hash(run_state(simulation, assembly))
 
 
 class CheckpointWriter:
-    """Writes the checkpoints of one run into a folder of their own, and thins them out when they become too many.
+    """The writer of one run's checkpoints, into a folder of their own; it thins them out if they become too many.
 
-    Every second one of those written unasked is then deleted and the interval between them doubles. The first stays, hence every
-    time can be gone back to, if by more steps; those that somebody asked for stay too.
+    Then every second checkpoint is deleted, and the interval between them doubles. The first stays, so every time can still be reached,
+    but by more steps; checkpoints on request stay, too. Raises CheckpointError if the folder cannot be emptied or written.
     """
 
     def __init__(self, folder: Path, plan: Plan) -> None:
-        """Empty the folder of checkpoints of earlier runs; CheckpointError if that cannot be."""
+        """Delete the checkpoints of earlier runs in the folder; CheckpointError if that fails."""
         self.folder = folder
         self._plan = plan
         self._unasked: dict[int, Path] = {}
@@ -70,11 +70,11 @@ class CheckpointWriter:
             raise CheckpointError(folder, f"cannot be written: {error.strerror or error}") from error
 
     def is_due(self, index: int) -> bool:
-        """Whether a checkpoint is to be written at a communication point unasked."""
+        """Tell whether a checkpoint is due at a communication point without a request."""
         return self._every > 0 and index % self._every == 0
 
     def write(self, index: int, state: dict[str, Any], *, asked: bool) -> Path:
-        """Write one; CheckpointError if it cannot be written, and then the ones before are as they were."""
+        """Write a checkpoint; CheckpointError if it cannot be written: then the earlier ones are unchanged."""
         time = index * self._plan.scenario.run.communication_step
         path = self.folder / f"step-{index:09d}{ENDING}"
         checkpoint = Checkpoint(
@@ -92,7 +92,7 @@ class CheckpointWriter:
         return path
 
     def thin_out(self) -> str:
-        """Delete what is too much, and say so; empty if nothing was."""
+        """Delete checkpoints if there are too many, and return a message about it; empty if nothing was deleted."""
         kept = self._plan.scenario.recording.checkpoints_kept
         if len(self._unasked) <= kept:
             return ""
@@ -101,12 +101,12 @@ class CheckpointWriter:
         for index in [index for index in self._unasked if index % self._every and index not in ends]:
             self._unasked.pop(index).unlink(missing_ok=True)
         interval = self._every * self._plan.scenario.run.communication_step
-        return f"over {kept} checkpoints: from now on one every {interval:g} s is kept, and the first"
+        return f"more than {kept} checkpoints: from now on the first and one every {interval:g} s are kept"
 
 
 @contextmanager
 def checkpoint_writer(folder: Path, plan: Plan) -> Iterator[CheckpointWriter]:
-    """A writer into `folder`, which is made if need be and belongs to this run alone within the block."""
+    """Create a writer into `folder`, which this run alone uses within the block; CheckpointError if it cannot be created."""
     try:
         folder.mkdir(exist_ok=True)
     except OSError as error:
@@ -116,16 +116,16 @@ def checkpoint_writer(folder: Path, plan: Plan) -> Iterator[CheckpointWriter]:
 
 
 def _steps_between(plan: Plan) -> int:
-    """Communication steps from one checkpoint to the next; 0: none is written unasked."""
+    """Return the number of communication steps from one checkpoint to the next; 0 if they are written only on request."""
     interval = plan.scenario.recording.checkpoint_interval
     return max(1, round(interval / plan.scenario.run.communication_step)) if interval > 0.0 else 0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Restart:
-    """A run to go on with: what is run, the state it goes on from, and where that was found.
+    """A run to continue: its plan, its state, and the checkpoint with that state.
 
-    warning: why it may not go on bit for bit; empty if it will.
+    warning: the reason why the results may differ in the last bits; empty if they will not.
     """
 
     plan: Plan
@@ -138,20 +138,20 @@ class Restart:
     def files(self) -> dict[str, Path]:
         """The files that the run goes on from, over which nothing may be written, by their names in messages."""
         folder = self.source.parent
-        files = {"the checkpoint gone on with": self.source, "the checkpoints gone on with": folder}
+        files = {"the checkpoint to continue from": self.source, "the checkpoints to continue from": folder}
         if folder.suffix == _FOLDER_ENDING:
-            files["the recording gone on with"] = folder.with_suffix(RECORDING_ENDING)
+            files["the recording to continue"] = folder.with_suffix(RECORDING_ENDING)
         return files
 
     @property
     def time(self) -> float:
-        """Simulated time [s] it goes on from."""
+        """Simulated time [s] from which the run continues."""
         return self.index * self.plan.scenario.run.communication_step
 
     def with_settings(self, settings: tuple[str, ...], at: float | None) -> Restart:
-        """The same with settings changed at the first communication point at or after `at` [s]; None: where it goes on.
+        """Change settings at the first communication point at or after `at` [s]; None: where the run continues.
 
-        ScenarioError for settings that cannot be, and if the run would not go on from there.
+        Raises ScenarioError for settings that are not allowed, and if the run would end where it continues.
         """
         index = self.index if at is None else _index_at(at, self.plan)
         plan = self.plan.changed(settings, index)
@@ -161,29 +161,31 @@ class Restart:
                 raise ScenarioError(
                     [Problem("--at", f"is {at:g} s, allowed: before the run's end, {duration:g} s")], "oilsim"
                 )
-            begin = f"the end of a run that goes on from {self.time:g} s, allowed: later, by --until"
+            begin = f"but the run continues from {self.time:g} s; allowed: a later end, set with --until"
             raise ScenarioError([Problem("run.duration", f"is {duration:g} s, {begin}")], "oilsim")
         return replace(self, plan=plan)
 
 
 def find_restart(path: Path, at: float | None = None, scenario_hash: str | None = None) -> Restart:
-    """The last checkpoint at or before `at` [s] (None: the last) of a recording, or the checkpoint `path` itself.
+    """Find the last checkpoint at or before `at` [s] (None: the last) of a recording, or take the checkpoint `path` itself.
 
-    CheckpointError if there is none, if it is of another format or, unless None, of another scenario.
+    Raises CheckpointError if there is none, or if it has another format or, unless None, belongs to another scenario.
     """
     checkpoint, source = _find(path, at)
     try:
         plan = plan_from(checkpoint.run)
     except (ScenarioError, KeyError, TypeError) as error:
-        raise CheckpointError(source, f"holds no scenario that this program can run: {error}") from error
+        raise CheckpointError(source, f"has no scenario that this program can run: {error}") from error
     found = plan.fingerprint(checkpoint.index)
     if checkpoint.scenario_hash != found:
-        told = f"belongs to scenario {checkpoint.scenario_hash[:12]}, what it describes is {found[:12]}"
-        raise CheckpointError(source, f"{told}: the file of a mesh or FMU has changed, or the checkpoint")
+        told = (
+            f"belongs to a scenario with the hash {checkpoint.scenario_hash[:12]}, but describes one with {found[:12]}"
+        )
+        raise CheckpointError(source, f"{told}: a file of a mesh or FMU has changed, or the checkpoint itself")
     if scenario_hash is not None and scenario_hash != Plan(scenario=plan.scenario).fingerprint(0):
-        raise CheckpointError(source, "belongs to another scenario than the one named beside it")
+        raise CheckpointError(source, "belongs to another scenario than the one named with --resume")
     if at is not None and _index_at(at, plan) < checkpoint.index:
-        raise CheckpointError(source, f"is of {checkpoint.time:g} s, allowed: --at {checkpoint.time:g} s or later")
+        raise CheckpointError(source, f"was saved at {checkpoint.time:g} s, allowed: --at {checkpoint.time:g} or later")
     return Restart(
         plan=plan,
         index=checkpoint.index,
@@ -194,12 +196,12 @@ def find_restart(path: Path, at: float | None = None, scenario_hash: str | None 
 
 
 def _find(path: Path, at: float | None) -> tuple[Checkpoint, Path]:
-    """The checkpoint meant by a recording or a checkpoint file."""
+    """Find the checkpoint of a recording, a checkpoint file or a folder."""
     if path.suffix == ENDING:
         return load_checkpoint(path), path
     if not path.is_dir() and path.suffix != RECORDING_ENDING:
         allowed = f"a recording ({RECORDING_ENDING}), a checkpoint ({ENDING}), a folder of checkpoints"
-        raise CheckpointError(path, f"is nothing to go on with, allowed: {allowed}")
+        raise CheckpointError(path, f"is not a run to continue, allowed: {allowed}")
     folder = path if path.is_dir() else checkpoint_folder(path)
     files = _files(folder)
     if not files:
@@ -208,12 +210,14 @@ def _find(path: Path, at: float | None) -> tuple[Checkpoint, Path]:
     last = math.inf if at is None else _index_at(at, plan_from(first.run))
     chosen = [file for file in files if _index_of(file) <= last]
     if not chosen:
-        raise CheckpointError(path, f"has no checkpoint at or before {at:g} s, the first is of {first.time:g} s")
+        raise CheckpointError(
+            path, f"has no checkpoint at or before {at:g} s; its first one was saved at {first.time:g} s"
+        )
     return (first if chosen[-1] == files[0] else load_checkpoint(chosen[-1])), chosen[-1]
 
 
 def _files(folder: Path) -> list[Path]:
-    """The checkpoints in a folder, in order of time."""
+    """List the checkpoints in a folder, in order of time."""
     return sorted(file for file in folder.glob(f"step-*{ENDING}") if file.stem.removeprefix("step-").isdecimal())
 
 
@@ -222,12 +226,12 @@ def _index_of(file: Path) -> int:
 
 
 def _index_at(time: float, plan: Plan) -> int:
-    """The first communication point at or after `time` [s]."""
+    """Return the index of the first communication point at or after `time` [s]."""
     return math.ceil(time / plan.scenario.run.communication_step - 1e-6)
 
 
 def _version_warning(run: Mapping[str, Any]) -> str:
-    """Which versions differ from those that wrote the checkpoint; empty if none."""
+    """Write which versions differ from those that wrote the checkpoint; empty if none does."""
     then, now = run.get("versions", {}), versions()
     different = [f"{name} {then.get(name)} then, {now[name]} now" for name in _NUMERIC if then.get(name) != now[name]]
-    return f"goes on, but perhaps not bit for bit: {'; '.join(different)}" if different else ""
+    return f"continues, but results may differ in the last bits: {'; '.join(different)}" if different else ""

@@ -18,7 +18,7 @@ class EvenSample:
         self._stride, self._seen = 1, 0
 
     def append(self, value: float) -> None:
-        """Take the next value, if it is due."""
+        """Add the next value, if it is due."""
         if self._seen % self._stride == 0:
             if len(self.values) == MOST:
                 del self.values[1::2]
@@ -32,7 +32,7 @@ class EvenSample:
 
     @classmethod
     def restored(cls, saved: Mapping[str, Any]) -> EvenSample:
-        """The inverse of `save_state`."""
+        """Create a sample from the data of `save_state`."""
         sample = cls()
         sample.values, sample._stride, sample._seen = saved["values"].tolist(), saved["stride"], saved["seen"]
         return sample

@@ -1,8 +1,8 @@
-"""A whole exercise as a participant, and as an FMU that any master can drive.
+"""A whole exercise as a participant, and as an FMU that any master can run.
 
-Inputs are the signals that a run takes and no FMU of its own drives: orders, winches, wind, current. One that is never set leaves
-the run to the scenario; one that has been set rules from then on. Outputs are the signals that a run gives, and the scores of its
-booms. The exercise begins when its master begins, and takes steps of whole communication steps.
+Inputs are the signals that a run takes and that none of its own FMUs drives: orders, winches, wind, current. An input that is never set
+leaves the run to the scenario; once it is set, it overrides the scenario. Outputs are the signals that a run gives, and the scores of
+its booms. The exercise begins when its master begins, and its steps are whole communication steps.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ WHOLE = 1e-6  # of a communication step that a master's step may be off a whole 
 
 
 class ExerciseParticipant:
-    """Runs `scenario`; keeps the contract of `coupling.participant.Participant`. It is built when the run begins."""
+    """The run of `scenario` as a `coupling.participant.Participant`; signals have the shape (1,) and SI units [-]. It is built on start."""
 
     def __init__(self, name: str, scenario: Scenario) -> None:
         self._name = name
@@ -54,16 +54,16 @@ class ExerciseParticipant:
 
     @property
     def name(self) -> str:
-        """See `Participant`."""
+        """Name of the participant."""
         return self._name
 
     @property
     def variables(self) -> Mapping[str, Variable]:
-        """See the module."""
+        """The inputs and outputs of the exercise, by name; see the module."""
         return self._variables
 
     def enter_initialization_mode(self, start_time: float) -> None:
-        """Build the run; what has been set already is put into effect. Its own time is 0 when the first step begins."""
+        """Build the run, and apply the inputs that are already set; its own time is 0 when the first step begins."""
         self._assembly = build(self._scenario)
         self._board = SignalBoard(self._name, self._signals, self._assembly.parts)
         for name, value in self._given.items():
@@ -71,29 +71,29 @@ class ExerciseParticipant:
         self._simulation = self._assembly.co_simulation()
 
     def exit_initialization_mode(self) -> None:
-        """The first communication point of the run."""
+        """Compute the first communication point of the run."""
         self._running().initialize()
         self._is_begun = True
         self._inputs().renew()  # helmsmen took up the scenario's orders just now
 
     def get(self, name: str) -> Array:
-        """A signal (1,); before the run, what an input was set to or the scenario says of it."""
+        """Return a signal (1,) in its unit; before the run, an input has its set value or the scenario's. ValueError for an output then."""
         if self._board is not None:
             return self._board.get(name)
         signal = self._signals.get(name)
         if signal is None or not signal.is_input:
-            raise ValueError(f"{self._name!r} has no value of {name!r} before it is initialized")
+            raise ValueError(f"{self._name!r} has no value of {name!r} yet, allowed: after initialization")
         return self._given.get(name, np.array([signal.start])).copy()
 
     def set(self, name: str, value: Array) -> None:
-        """Set an input."""
+        """Set an input (1,) in its unit."""
         if self._board is not None:
             self._board.set(name, value)
         if not self._is_begun:
             self._given[name] = checked_value(self._name, self._variables, name, value)
 
     def do_step(self, time: float, step_size: float) -> StepResult:
-        """A whole number of communication steps; ERROR for another, and where the run fails."""
+        """Take a whole number of communication steps; the status is ERROR for another step size, and if the run fails."""
         simulation, own = self._running(), self._scenario.run.communication_step
         if simulation.communication_point.index == 0 and math.isfinite(time):
             self._start_time = time  # not that of the initialization, which pythonfmu3 does not pass on
@@ -103,7 +103,7 @@ class ExerciseParticipant:
         slack = WHOLE * own + added * sys.float_info.epsilon * abs(reached)
         if count < 1 or not (abs(step_size - count * own) <= slack and abs(time - reached) <= slack):
             allowed = f"from {reached:.12g} s, whole multiples of communication_step = {own:g} s"
-            message = f"step is from {time:.12g} s by {step_size:.12g} s, allowed: {allowed}"
+            message = f"the step is from {time:.12g} s by {step_size:.12g} s, allowed: {allowed}"
             return StepResult(Status.ERROR, reached, message)
         try:
             for _ in range(count):
@@ -117,9 +117,9 @@ class ExerciseParticipant:
         return StepResult(Status.OK, time + step_size)
 
     def save_state(self) -> object:
-        """Everything that influences what follows, as plain data; NotImplementedError with an FMU whose state cannot be kept.
+        """Return everything that influences the future as plain data; NotImplementedError with an FMU whose state cannot be saved.
 
-        Before the run that is what has been given, and whether the run has been built.
+        Before the run, this is the values of the inputs, and whether the run has been built.
         """
         if not self._is_begun:
             return {"given": dict(self._given), "is_built": self._simulation is not None}
@@ -135,9 +135,11 @@ class ExerciseParticipant:
         }
 
     def restore_state(self, state: object) -> None:
-        """Back to what `save_state` returned; TypeError for anything else."""
+        """Go back to a state that `save_state` returned; TypeError for anything else."""
         if not isinstance(state, dict):
-            raise TypeError(f"{self._name!r}: restore_state wants what save_state returned, not {type(state).__name__}")
+            raise TypeError(
+                f"{self._name!r}: restore_state got a {type(state).__name__}, allowed: a state that save_state returned"
+            )
         if "given" in state or not self._is_begun:
             self._begin_anew(state)
         if "given" in state:
@@ -149,7 +151,7 @@ class ExerciseParticipant:
         self._running().restore_state(state["simulation"])
 
     def _begin_anew(self, state: Mapping[str, Any]) -> None:
-        """To where `state` was saved before a run; for one of a run that this instance has not begun, to its beginning."""
+        """Go to a state that was saved before a run, or to the beginning of a run that this instance has not begun."""
         self.terminate()
         self._given = dict(state.get("given", self._given))
         if state.get("is_built", True):
@@ -158,7 +160,7 @@ class ExerciseParticipant:
             self.exit_initialization_mode()
 
     def terminate(self) -> None:
-        """End the run; the world and the fluid's threads go with it."""
+        """End the run, and free the world and the fluid's threads."""
         if self._simulation is not None:
             self._simulation.terminate()
         self._simulation = self._board = self._assembly = None
@@ -175,7 +177,7 @@ class ExerciseParticipant:
 
 
 def exercise_signals(scenario: Scenario) -> dict[str, Signal]:
-    """The variables of an exercise: its free signals and its scores."""
+    """List the variables of an exercise: its free signals and its scores."""
     driven = {one.target_variable for one in connections_of(scenario.fmus).values() if one.target == ORDER_BOARD}
     free = {name: s for name, s in signals_of(scenario).items() if not (s.is_input and name in driven)}
     return free | scores_of(scenario)
@@ -204,12 +206,12 @@ def exercise_content(scenario: Scenario) -> FmuContent:
 
 
 def _identifier(name: str) -> str:
-    """A Python name after a scenario's, which no other class of the FMU's script has; letters alone could make "True"."""
+    """Make a Python name from a scenario's name that no other class of the FMU's script has; letters alone could make "True"."""
     return "Exercise" + "".join(part.capitalize() for part in name.replace("_", "-").split("-"))
 
 
 def packed_exercise(folder: Path) -> ExerciseParticipant:
-    """The exercise whose files lie in the folder of an FMU."""
+    """Create the exercise whose files are in the folder of an FMU."""
     data: dict[str, Any] = json.loads((folder / SCENARIO_FILE).read_text(encoding="utf-8"))
     scenario = scenario_from(data, folder=folder)
     return ExerciseParticipant(scenario.name, scenario)

@@ -10,7 +10,7 @@ from scenarios.problems import Problem, ScenarioError
 
 
 def require_apart(read: Mapping[str, Path], written: Mapping[str, Path | None]) -> None:
-    """ScenarioError unless every file and folder that is written is its own; both by what they are called, None for none."""
+    """Raise ScenarioError unless each file and folder that is written differs from all others; both mappings are by name, None for none."""
     taken = dict(read)
     problems = []
     for name, path in written.items():
@@ -18,9 +18,7 @@ def require_apart(read: Mapping[str, Path], written: Mapping[str, Path | None]) 
             continue
         other = next((other for other, there in taken.items() if is_same_file(path, there)), None)
         if other is not None:
-            problems.append(
-                Problem(name, f"is {str(path)!r}, the same as {other}, allowed: a file or folder of its own")
-            )
+            problems.append(Problem(name, f"is {str(path)!r}, the same as {other}; allowed: another file or folder"))
         taken[name] = path
     if problems:
         raise ScenarioError(problems, "oilsim")

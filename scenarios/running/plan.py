@@ -36,7 +36,7 @@ ORDER_KEYS = (
 
 @dataclass(frozen=True, kw_only=True)
 class Action:
-    """Orders given at the communication point `index`, as ``--set`` texts: they hold from the step that begins there."""
+    """Orders at the communication point `index`, written as for ``--set``; they hold from the step that begins there."""
 
     index: int
     settings: tuple[str, ...]
@@ -46,7 +46,7 @@ class Action:
 class Plan:
     """A scenario as it begins, and the actions on the way, in order of time.
 
-    text: the scenario's file; overrides: ``--set`` texts that made the scenario of it. Both for the record only.
+    text: the scenario's file; overrides: the ``--set`` texts that changed it. Both are for the record only.
     """
 
     scenario: Scenario
@@ -56,11 +56,11 @@ class Plan:
 
     @property
     def changes(self) -> tuple[str, ...]:
-        """Everything in which the run differs from the scenario's file: overrides, and the orders on the way."""
+        """All differences of the run from the scenario's file: overrides, and the orders on the way."""
         return (*self.overrides, *(setting for action in self.actions for setting in action.settings))
 
     def scenario_at(self, index: int) -> Scenario:
-        """The scenario with all that was changed before the step that begins at `index`, and at it."""
+        """Return the scenario with all changes up to and at the communication point `index`."""
         scenario = self.scenario
         for action in self.actions:
             if action.index <= index:
@@ -69,13 +69,13 @@ class Plan:
         return scenario
 
     def settings_due(self, index: int) -> tuple[str, ...]:
-        """Orders to be given at the communication point `index`."""
+        """List the orders to give at the communication point `index`."""
         return tuple(setting for action in self.actions if action.index == index for setting in action.settings)
 
     def changed(self, settings: Sequence[str], index: int) -> Plan:
-        """The plan with `settings` made: terms hold for the whole run, orders from the communication point `index`.
+        """Return the plan with these settings: terms hold for the whole run, orders from the communication point `index`.
 
-        Actions after that point are given up: what follows is another story. ScenarioError names every setting that is neither.
+        Later actions are dropped, because the run now differs. Raises ScenarioError, which names every setting that is neither.
         """
         plan = replace(self, actions=tuple(action for action in self.actions if action.index <= index))
         now = plan.scenario_at(index)
@@ -99,14 +99,14 @@ class Plan:
         return plan
 
     def as_data(self) -> dict[str, Any]:
-        """Plain data, from which `plan_from` makes the same plan."""
+        """Return plain data, from which `plan_from` makes the same plan."""
         actions = [{"index": action.index, "set": list(action.settings)} for action in self.actions]
         record = {"text": self.text, "overrides": list(self.overrides)}
         return {"scenario": as_data(self.scenario), "actions": actions} | record
 
     @property
     def files(self) -> dict[str, Path]:
-        """The files of meshes and FMUs, by their place in the scenario."""
+        """Files of meshes and FMUs, by their places in the scenario."""
         files = {
             f"bodies.{n}.file": body.file for n, body in self.scenario.bodies.items() if isinstance(body, MeshBody)
         }
@@ -123,7 +123,7 @@ class Plan:
 
 
 def plan_from(data: Mapping[str, Any]) -> Plan:
-    """The plan that `Plan.as_data` described; ScenarioError if this program knows no such scenario."""
+    """Create the plan that `Plan.as_data` described; ScenarioError if this program does not know such a scenario."""
     actions = tuple(Action(index=entry["index"], settings=tuple(entry["set"])) for entry in data["actions"])
     return Plan(
         scenario=scenario_from(data["scenario"]),
@@ -140,14 +140,21 @@ def _last_of_each(settings: Sequence[str]) -> list[str]:
 
 
 def _kind(scenario: Scenario, setting: str) -> str:
-    """Whether a setting is a "term" or an "order"; ScenarioError if it can be changed before a run only.
+    """Tell whether a setting is a "term" or an "order"; ScenarioError if it can only be changed before a run.
 
-    One that changes nothing is what its key says: an order is given, and told, even to those who already do it.
+    A setting that changes nothing is classified by its key: an order is given, and logged, even if it already holds.
     """
     keys, _ = parse_override(setting)
     missing = _missing_part(scenario, keys)
     if missing:
-        raise ScenarioError([Problem(f"--set {'.'.join(keys)}", f"changes {missing}, which the run was begun without")])
+        raise ScenarioError(
+            [
+                Problem(
+                    f"--set {'.'.join(keys)}",
+                    f"changes {missing}, but the run was started without it; allowed: tables that the run has",
+                )
+            ]
+        )
     paths = _with_setting(scenario, setting)[1] or _entries_of(keys, scenario)
     if all(_matches(path, TERM_KEYS) for path in paths):
         return "term"
@@ -159,7 +166,7 @@ def _kind(scenario: Scenario, setting: str) -> str:
 
 
 def _with_setting(scenario: Scenario, setting: str) -> tuple[Scenario, list[str]]:
-    """The scenario with one setting made, and the paths of all entries that differ."""
+    """Apply one setting to the scenario; return the scenario, and the paths of all entries that differ."""
     before = as_data(scenario)
     changed = scenario_from(with_override(before, *parse_override(setting)))
     old, new = dict(_leaves(before)), dict(_leaves(as_data(changed)))
@@ -167,7 +174,7 @@ def _with_setting(scenario: Scenario, setting: str) -> tuple[Scenario, list[str]
 
 
 def _entries_of(keys: Sequence[str], scenario: Scenario) -> list[str]:
-    """The paths of all entries that a key, however it is spelled, names, holds or lies in; the key itself if there is none."""
+    """List the paths of all entries that a key, in any spelling, names, contains or lies in; the key itself if there is none."""
     found = [
         path
         for path, _ in _leaves(as_data(scenario))
@@ -177,7 +184,7 @@ def _entries_of(keys: Sequence[str], scenario: Scenario) -> list[str]:
 
 
 def _missing_part(scenario: Scenario, keys: Sequence[str]) -> str:
-    """The optional table that a setting is about, if the run has none such."""
+    """Return the optional table that a setting concerns, if the run does not have it."""
     if keys[0] == "tow" and scenario.tow is None:
         return "tow"
     part = keys[1] if keys[0] == "forcing" and len(keys) > 1 else ""
@@ -185,7 +192,7 @@ def _missing_part(scenario: Scenario, keys: Sequence[str]) -> str:
 
 
 def _leaves(data: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
-    """Every entry that is no table, with its path; lists are entries."""
+    """Yield every entry that is not a table, with its path; lists are entries."""
     for key, value in data.items():
         if isinstance(value, Mapping):
             yield from _leaves(value, f"{path}{key}.")

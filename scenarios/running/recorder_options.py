@@ -1,16 +1,16 @@
-"""On what terms a scenario is recorded: the grid of positions, and which particles every frame holds."""
+"""The options of a scenario's recording: the grid of positions, and the particles in each frame."""
 
 from __future__ import annotations
 
 from recordings.sample import grid_within
 from scenarios.scenario import Scenario
 
-FINE = 32  # grid cells in a particle spacing, at least
-THINNED = 2  # frames for one of water, where there is oil to look at
+FINE = 32  # fewest grid cells in a particle spacing
+THINNED = 2  # frames for one frame with water, in a scenario with oil
 
 
 def grid(scenario: Scenario) -> float | None:
-    """Grid [m] of a power of two that positions are recorded on; None: with every bit."""
+    """Return the grid [m], a power of two, on which positions are recorded; None keeps every bit."""
     wanted = scenario.recording.precision
     if wanted is None:
         wanted = scenario.fluid.particle_spacing / FINE
@@ -18,7 +18,7 @@ def grid(scenario: Scenario) -> float | None:
 
 
 def thinning(scenario: Scenario) -> dict[str, int]:
-    """By phase, in how many frames it is recorded once; phases in every frame are left out."""
+    """Return, by phase, the number of frames for one with its particles; phases in every frame are left out."""
     oily = any(phase.is_oil for phase in scenario.phases.values())
     every = scenario.recording.water_every or (THINNED if oily else 1)
     return {name: every for name, phase in scenario.phases.items() if every > 1 and not phase.is_oil}

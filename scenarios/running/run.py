@@ -1,4 +1,4 @@
-"""One run from start to end: built, watched, stopped in order whatever happens, and summed up."""
+"""A run from start to end: it is built, observed, ended properly in all cases, and summarized."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class RunOptions:
 
     @property
     def checkpoint_folder(self) -> Path | None:
-        """Where checkpoints go, if anywhere."""
+        """Folder for checkpoints; None if there are none."""
         return checkpoint_folder(self.record) if self.checkpoints is None and self.record else self.checkpoints
 
 
@@ -63,18 +63,18 @@ def run_scenario(
     options: RunOptions | None = None,
     console: Console | None = None,
 ) -> int:
-    """Run a scenario to its end; returns the exit code of the `oilsim` command.
+    """Run a scenario to its end; return the exit code of the `oilsim` command.
 
-    `text` is the scenario file's, `overrides` the changes made to it; both only go into the recording and the summary.
-    ScenarioError for what cannot be built, RecordingError for a recording that cannot be begun.
-    A failed or stopped run keeps its recording, its checkpoints and its summary.
+    `text` is that of the scenario file, `overrides` are the changes made to it; both only go into the recording and the summary. Raises
+    ScenarioError for what cannot be built, RecordingError for a recording that cannot be started. A run that failed or was stopped keeps
+    its recording, checkpoints and summary.
     """
     plan = Plan(scenario=scenario, text=text, overrides=overrides)
     return _run(plan, None, options or RunOptions(), console or terminal(stderr=True))
 
 
 def resume(restart: Restart, *, options: RunOptions | None = None, console: Console | None = None) -> int:
-    """Go on with a run from a checkpoint to its end, into files of its own; otherwise as `run_scenario`."""
+    """Continue a run from a checkpoint to its end, into new files; otherwise the same as `run_scenario`."""
     options, console = options or RunOptions(), console or terminal(stderr=True)
     if restart.warning:
         console.print(f"oilsim: {restart.source} {restart.warning}", style="yellow", highlight=False, markup=False)
@@ -114,27 +114,27 @@ def _run(plan: Plan, restart: Restart | None, options: RunOptions, console: Cons
 
 
 def _leave(result: dict[str, Any], options: RunOptions, *, drawn: bool) -> Iterator[str]:
-    """Write the summary and, if it is to be `drawn`, the picture; tells of each that could not be written, and why."""
+    """Write the summary and, if `drawn`, the picture; yield a message for each that could not be written."""
     try:
         if options.summary is not None:
             write_summary(result, options.summary)
     except OSError as error:
-        yield f"summary {options.summary}: cannot be written: {error.strerror or error}"
+        yield f"the summary {options.summary} cannot be written: {error.strerror or error}"
     try:
         if drawn and options.picture is not None and options.record is not None:
             _draw(options.record, options.picture)
     except (OSError, RecordingError) as error:
-        yield f"picture {options.picture}: cannot be drawn: {error}"
+        yield f"the picture {options.picture} cannot be drawn: {error}"
 
 
 def _with_plan(assembly: Assembly, plan: Plan) -> Assembly:
-    """The assembly with a description that says all that is needed to run the plan again."""
+    """Add to the assembly's description all that is needed to run the plan again."""
     properties = dict(assembly.description.properties) | {"plan": json.dumps(plan.as_data())}
     return replace(assembly, description=replace(assembly.description, properties=properties))
 
 
 def _recorder(scenario: Scenario, options: RunOptions) -> Recorder | None:
-    """The recorder, if the run is recorded; a run that is not must not load the recording library."""
+    """Create the recorder, if the run is recorded; a run without a recording must not import the recording library."""
     if options.record is None:
         return None
     from recordings.sink.recorder import Recorder
@@ -154,7 +154,7 @@ def _recorder(scenario: Scenario, options: RunOptions) -> Recorder | None:
 
 
 def _require_writable(options: RunOptions) -> None:
-    """Find out before the run, not after, that a result could not be written."""
+    """Raise ScenarioError before the run, not after it, if an output could not be written."""
     problems = []
     endings = {"record": (RECORDING_ENDING,), "picture": _PICTURE_ENDINGS}
     for name in ("record", "summary", "picture"):
@@ -163,17 +163,17 @@ def _require_writable(options: RunOptions) -> None:
             continue
         reason = why_unwritable(path)
         if reason:
-            text = f"is {str(path)!r}, which cannot be written: {reason}, allowed: a file in a folder that exists"
+            text = f"is {str(path)!r}, which cannot be written: {reason}; allowed: a file in an existing folder"
             problems.append(Problem(f"--{name}", text))
         elif name in endings and path.suffix not in endings[name]:
             allowed = " or ".join(endings[name])
-            problems.append(Problem(f"--{name}", f"is {str(path)!r}, allowed: a name that ends in {allowed}"))
+            problems.append(Problem(f"--{name}", f"is {str(path)!r}, allowed: a name that ends with {allowed}"))
     if problems:
         raise ScenarioError(problems, "oilsim")
 
 
 def _require_own_files(plan: Plan, restart: Restart | None, options: RunOptions) -> None:
-    """Nothing is written over what the run is made of or goes on from, nor over anything else that it leaves."""
+    """Check that no output overwrites an input of the run or another output."""
     read = plan.files | ({} if restart is None else restart.files)
     if options.source is not None:
         read["the scenario"] = options.source
@@ -188,7 +188,7 @@ def _draw(recording: Path, picture: Path) -> None:
 
 
 def _print_result(console: Console, result: dict[str, Any], options: RunOptions) -> None:
-    """A closing table: what was run, how fast, and where the results are."""
+    """Print the closing table: the results, the speed, and the output files."""
     table = Table(show_header=False)
     table.add_column(style="bold")
     table.add_column()
@@ -198,7 +198,7 @@ def _print_result(console: Console, result: dict[str, Any], options: RunOptions)
     table.add_row("simulated", f"{result['simulated_s']:g} s in {result['wall_s']:.1f} s{speed}")
     if result["step_ms"]["median"] is not None:
         times = result["step_ms"]
-        table.add_row("a step", f"median {times['median']:.1f} ms, 95 % under {times['p95']:.1f} ms")
+        table.add_row("time per step", f"median {times['median']:.1f} ms, 95 % below {times['p95']:.1f} ms")
         table.add_row("density error", f"mean {100 * result['density_error']['mean']:.3f} %")
     table.add_row("particles", ", ".join(f"{name} {count:,}" for name, count in result["particles"].items()))
     if result["left_the_tank"]:

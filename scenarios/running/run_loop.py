@@ -24,7 +24,7 @@ class Keeper(Protocol):
         """Return the account so far, as plain data."""
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
-        """Go on with what `save_state` returned."""
+        """Continue the account that `save_state` returned."""
 
 
 class RunLoop:
@@ -91,7 +91,7 @@ class RunLoop:
             for name, keeper in self._keepers.items():
                 if name in restart.state:
                     keeper.restore_state(restart.state[name])
-            self.simulation.emit(f"goes on from {restart.source.name}", source="oilsim")
+            self.simulation.emit(f"continues from {restart.source.name}", source="oilsim")
         if self._assembly.why_not_kept:
             self._checkpoints = None
             self.simulation.emit(f"no checkpoints: {self._assembly.why_not_kept}", level="warning", source="oilsim")
@@ -114,7 +114,7 @@ class RunLoop:
         settings = self._plan.settings_due(index)
         if settings:
             give_orders(self._assembly, self._plan.scenario_at(index))
-            self.simulation.emit(f"ordered: {' '.join(settings)}", source="instructor")
+            self.simulation.emit(f"orders {' '.join(settings)}", source="instructor")
 
     def _save_if_due(self) -> None:
         """Write a checkpoint at its time or when asked for."""
@@ -130,11 +130,11 @@ class RunLoop:
     def _save_and_say(self) -> None:
         """Write a checkpoint that somebody waits for, and say so."""
         if self._checkpoints is None:
-            why = self._assembly.why_not_kept or "--checkpoints names no folder"
-            self.simulation.emit(f"no checkpoint is kept: {why}", source="oilsim")
+            why = self._assembly.why_not_kept or "there is no folder for checkpoints, see --checkpoints"
+            self.simulation.emit(f"no checkpoint was written: {why}", source="oilsim")
         else:
             path = self._save(self._checkpoints, asked=True)
-            self.simulation.emit(f"checkpoint {path}", source="oilsim")
+            self.simulation.emit(f"checkpoint written: {path}", source="oilsim")
 
     def _save(self, checkpoints: CheckpointWriter, *, asked: bool) -> Path:
         state = run_state(self.simulation, self._assembly)

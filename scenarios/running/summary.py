@@ -26,7 +26,7 @@ class SummaryObserver:
     """
 
     def __init__(self, assembly: Assembly) -> None:
-        """`assembly` is the run that is watched; it is only read."""
+        """Observe the run `assembly`, which is only read."""
         self._assembly = assembly
         self._started = wall_clock.perf_counter()
         self._last = self._started
@@ -61,7 +61,7 @@ class SummaryObserver:
         self.events.append(event)
 
     def terminated(self, reason: str) -> None:
-        """Keep why the run ended."""
+        """Keep the reason why the run ended."""
         self.reason = reason
 
     def save_state(self) -> dict[str, Any]:
@@ -127,7 +127,7 @@ class SummaryObserver:
         return {"median": float(median), "p95": float(p95), "max": 1e3 * self._longest_step}
 
     def _exchange(self) -> dict[str, Any] | None:
-        """How bodies were coupled, and what was lost and made on the way between them and the fluid; None without free bodies."""
+        """Summarize the coupling of bodies, and what was lost or created between them and the fluid; None without free bodies."""
         ledger, schemes = self._assembly.ledger, self._assembly.exchange.schemes
         if not schemes:
             return None
@@ -139,9 +139,9 @@ class SummaryObserver:
         }
 
     def _oil_volumes(self) -> dict[str, Any]:
-        """Oil [m3] by what became of it; what nothing accounts for is null.
+        """Sum up the oil [m3] by its fate; null if nothing accounts for it.
 
-        Each particle once: released = retained + free + all of lost. Afloat is what of these is in the water still.
+        Each particle counts once: released = retained + free + all of lost. Afloat is the part that is still in the water.
         """
         assembly = self._assembly
         volume = assembly.fluid.config.rest_volume
@@ -192,5 +192,5 @@ def budget_entries(budget: Ledger) -> dict[str, Any]:
 
 
 def write_summary(summary: Mapping[str, Any], path: Path) -> None:
-    """Write it as indented JSON; numbers that are not finite would be no JSON and are refused."""
+    """Write the summary as indented JSON; ValueError for numbers that are not finite, which JSON does not allow."""
     path.write_text(json.dumps(summary, indent=1, allow_nan=False) + "\n", encoding="utf-8")

@@ -1,4 +1,4 @@
-"""A recording is run again from the scenario it holds, and must come out the same."""
+"""Verification: a recording's scenario is run again and must give the same frames."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def verify(
 ) -> Verification:
     """Run the recording's scenario again, orders included, up to its last frame, the first difference or `until` [s].
 
-    RecordingError if the recording does not hold what was run, or cannot be read.
+    Raises RecordingError if the recording does not hold its scenario, or cannot be read.
     """
     replay = Replay(recording)
     check = ReplayCheck(replay)
@@ -56,7 +56,7 @@ def verify(
                 loop.step()
             simulation.terminate("verified")
         except CoSimulationError as error:
-            check.difference = f"the run fails: {error}"
+            check.difference = f"the run failed: {error}"
     return Verification(
         equal_frames=check.compared,
         difference=check.difference,
@@ -69,7 +69,7 @@ def _plan_of(replay: Replay, threads: int | None) -> Plan:
     """Return the plan that the recording holds; the number of threads changes nothing but the time it takes."""
     stored = replay.run.properties.get("plan")
     if stored is None:
-        raise RecordingError(replay.path, "does not say what was run; only recordings of scenarios can be run again")
+        raise RecordingError(replay.path, "has no scenario; allowed: recordings of scenarios, which can be run again")
     plan = plan_from(json.loads(str(stored)))
     if threads is None:
         return plan
@@ -77,7 +77,7 @@ def _plan_of(replay: Replay, threads: int | None) -> Plan:
 
 
 def _other_versions(replay: Replay) -> str:
-    """Versions that differ from the recording's; the bits may depend on them."""
+    """Write which versions differ from the recording's; results may differ in the last bits."""
     then = replay.run.properties
     return "; ".join(
         f"{name} {then.get(f'version_{name}', 'unknown')} then, {now} now"

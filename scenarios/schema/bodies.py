@@ -1,7 +1,7 @@
-"""The solid bodies of a scenario: shape, mass, pose and how they move.
+"""The solid bodies of a scenario: shape, mass, pose and motion.
 
-A body's `position` is where the origin of its shape goes: the middle of a primitive, the origin of a mesh file.
-Its `rotation` is roll, pitch and yaw about the fixed x, y and z axes, in this order [rad].
+A body's `position` is that of its shape's origin: the middle of a primitive, or the origin of a mesh file. Its `rotation` is roll, pitch
+and yaw [rad] about the fixed x, y and z axes, in this order.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ FASTEST = 90.0  # [m/s] a component of a body at the start: at 100 a run is take
 
 @dataclass(frozen=True, kw_only=True)
 class Free(Section):
-    """The body moves as forces tell it; it needs a mass or a density."""
+    """The body moves freely under forces; it needs a mass or a density."""
 
     TAG: ClassVar[tuple[str, str]] = ("kind", "free")
 
@@ -37,7 +37,7 @@ class Fixed(Section):
 class SineMotion(Section):
     """A wave maker's stroke along `direction`: amplitude sin(2 pi t / period) [m].
 
-    rise_time  [s] over which the amplitude grows from 0, smoothly
+    rise_time  [s] in which the amplitude grows smoothly from 0
     """
 
     TAG: ClassVar[tuple[str, str]] = ("kind", "sine")
@@ -47,16 +47,16 @@ class SineMotion(Section):
     rise_time: float = quantity("s", default=0.0, at_least=0.0)
 
     def problems(self) -> Iterator[Problem]:
-        """A stroke needs a direction."""
+        """Check that the stroke has a direction."""
         yield from directed("direction", self.direction)
 
 
 @dataclass(frozen=True, kw_only=True)
 class RampMotion(Section):
-    """A towed plate's motion: from rest to `velocity` over `rise_time`, then steady, from `start` until `end`.
+    """A towed plate's motion: from rest to `velocity` within `rise_time`, then steady, from `start` until `end`.
 
     velocity  (3,) [m/s]
-    end       [s] when it stops at once; None: never
+    end       [s] at which the body stops at once; without it, the motion goes on
     """
 
     TAG: ClassVar[tuple[str, str]] = ("kind", "ramp")
@@ -66,7 +66,7 @@ class RampMotion(Section):
     end: float | None = quantity("s", default=None, above=0.0)
 
     def problems(self) -> Iterator[Problem]:
-        """The motion must end after it has risen."""
+        """Check that the motion ends after its rise."""
         if self.end is not None and self.end <= self.start + self.rise_time:
             risen = self.start + self.rise_time
             yield Problem("end", f"is {self.end:g}, allowed: above start + rise_time = {risen:g} s")
@@ -81,14 +81,14 @@ class TableMotion(Section):
     displacement: tuple[Vector, ...] = quantity("m")
 
     def problems(self) -> Iterator[Problem]:
-        """As many displacements as times, in order of time."""
+        """Check that times increase, and that each has a displacement."""
         if len(self.time) < 2:
-            yield Problem("time", f"holds {len(self.time)} times, allowed: 2 or more")
+            yield Problem("time", f"has {len(self.time)} times, allowed: 2 or more")
         if any(later <= earlier for earlier, later in pairwise(self.time)):
-            yield Problem("time", "does not increase throughout, allowed: each time above the one before")
+            yield Problem("time", "does not increase, allowed: each time above the one before")
         if len(self.displacement) != len(self.time):
             count = len(self.displacement)
-            yield Problem("displacement", f"holds {count} displacements, allowed: {len(self.time)}, one per time")
+            yield Problem("displacement", f"has {count} displacements, allowed: {len(self.time)}, one for each time")
 
 
 Motion = Free | Fixed | SineMotion | RampMotion | TableMotion
@@ -118,12 +118,12 @@ class BodySettings(Section):
     color: tuple[int, int, int, int] | None = quantity("", default=None, at_least=0, at_most=255, whole=True)
 
     def problems(self) -> Iterator[Problem]:
-        """A free body needs one mass; what does not move freely has no velocity of its own."""
+        """Check that a free body has one mass, and that only a free body has a velocity."""
         if self.mass is not None and self.density is not None:
             yield Problem("density", "is given beside mass, allowed: one of mass or density")
         if isinstance(self.motion, Free):
             if self.mass is None and self.density is None:
-                yield Problem("density", "is missing, allowed: a free body needs mass or density")
+                yield Problem("density", "is missing, allowed: mass or density, one of which a free body needs")
             return
         for name in ("velocity", "angular_velocity"):
             if any(getattr(self, name)):
@@ -182,7 +182,7 @@ class CapsuleBody(BodySettings):
 
 @dataclass(frozen=True, kw_only=True)
 class WigleyBody(BodySettings):
-    """Wigley's parabolic hull, its origin at midships in the design waterline, x forward [m]."""
+    """Wigley's parabolic hull, with its origin at midships in the design waterline and x forward; lengths in m."""
 
     TAG: ClassVar[tuple[str, str]] = ("shape", "wigley")
     length: float = quantity_of(HullSize, "length")
@@ -191,7 +191,7 @@ class WigleyBody(BodySettings):
     depth: float = quantity_of(HullSize, "depth")
 
     def problems(self) -> Iterator[Problem]:
-        """The deck must lie above the waterline."""
+        """Check that the deck lies above the waterline."""
         yield from super().problems()
         if self.depth <= self.draft:
             yield Problem("depth", f"is {self.depth:g}, allowed: above draft = {self.draft:g} m")

@@ -1,4 +1,4 @@
-"""Vessels, booms and the orders they are given: the response exercise of a scenario.
+"""Vessels, booms and their orders: the response exercise of a scenario.
 
 Headings are counter-clockwise about z from +x. Booms and vessels float at the level of the water in the tank.
 """
@@ -20,20 +20,20 @@ from vessels.vessel import ControlGains, Propulsion
 
 
 def body_of(vessel: str) -> str:
-    """A vessel's name as a body."""
+    """Return the name of a vessel's body."""
     return f"vessels/{vessel}"
 
 
 def segment_names(boom: str, count: int) -> tuple[str, ...]:
-    """Body names of a boom's segments, from its first end to its second."""
+    """Return the names of the bodies of a boom's segments, from its first end to its second."""
     return tuple(f"boom/{boom}/segment-{index:02d}" for index in range(count))
 
 
 @dataclass(frozen=True, kw_only=True)
 class LegSettings(Section):
-    """Orders that hold from `start` [s] until the next leg: speed [m/s] through the ground, and heading [rad].
+    """Orders from `start` [s] until the next leg: speed [m/s] over the ground, and heading [rad].
 
-    through  a point (x, y) [m] of the line to keep to; None: only the heading is kept
+    through  a point (x, y) [m] of the line to keep to; without it, the vessel keeps only its heading
     """
 
     start: float = quantity_of(CourseLeg, "start_time", default=0.0)
@@ -44,11 +44,11 @@ class LegSettings(Section):
 
 @dataclass(frozen=True, kw_only=True)
 class TowSettings(Section):
-    """Orders to every vessel without orders of its own: abreast along one heading, each on its own line.
+    """Orders to all vessels that have no orders of their own: abreast along one heading, each on its own line.
 
-    speed    [m/s] through the ground
+    speed    [m/s] over the ground
     heading  [rad]
-    start    [s] when they get under way; before, they keep their places
+    start    [s] at which the vessels get under way; before, they keep their places
     """
 
     speed: float = quantity("m/s", at_least=0.0, at_most=20.0)
@@ -61,16 +61,16 @@ class VesselSettings(Section):
     """A vessel that floats at its draft, with thrust and steering under orders.
 
     length, beam, draft, depth  [m] of the hull
-    shape         "wigley" (a ship's lines) or "barge" (raked ends)
+    shape         "wigley" (the lines of a ship) or "barge" (raked ends)
     position      [m] (x, y) of midships at the start
     heading       [rad] at the start
-    control       "helmsman" follows orders of speed and heading; "manual" leaves thrust and steering to whoever is connected, an FMU
-                  or the master of an exported FMU, 0 until they are given
-    legs          orders over time to the helmsman; without any, those of [tow]
-    bollard_pull  [N] largest thrust ahead; astern it has half of it
+    control       "helmsman" follows orders of speed and heading; with "manual", a connected FMU, or the program that runs an exported FMU,
+                  gives thrust and steering, which are 0 until then
+    legs          orders to the helmsman over time; without legs, those of [tow] hold
+    bollard_pull  [N] largest thrust ahead; the largest thrust astern is half of it
     yaw_moment    [N m] largest steering moment
     side_thrust   [N] of transverse thrusters
-    acceleration  [m/s2] at which an ordered speed is approached
+    acceleration  [m/s2] at which the vessel approaches an ordered speed
     """
 
     shape: Literal["wigley", "barge"] = "barge"
@@ -88,31 +88,31 @@ class VesselSettings(Section):
     acceleration: float = quantity_of(ControlGains, "acceleration", default=0.1)
 
     def problems(self) -> Iterator[Problem]:
-        """The deck must lie above the water, and the legs in order of time."""
+        """Check that the deck lies above the water, and that the legs are in the order of time."""
         if self.depth <= self.draft:
             yield Problem("depth", f"is {self.depth:g}, allowed: above draft = {self.draft:g} m")
         if self.control == "manual" and self.legs:
             yield Problem("legs", 'are given, allowed: only with control = "helmsman"')
         starts = [leg.start for leg in self.legs]
         if any(later <= earlier for earlier, later in pairwise(starts)):
-            yield Problem("legs", f"start at {starts} s, allowed: each after the one before")
+            yield Problem("legs", f"start at {starts} s, allowed: each leg after the one before")
 
 
 @dataclass(frozen=True, kw_only=True)
 class BoomSettings(Section):
     """A boom of jointed segments, laid in a U or along a line between two ends.
 
-    ends                each the name of a vessel, or a fixed point (x, y) [m]; two points are nearer to each other than its length, by a
-                        thousandth at least
+    ends                for each end, the name of a vessel or a fixed point (x, y) [m]; two points must be nearer to each other than the
+                        boom's length, by at least a thousandth
     length              [m] of the boom along its skirt
-    segments            rigid ones into which it is divided
-    skirt_depth         [m] below the water, and
-    freeboard           [m] above it
-    buoyancy_to_weight  gross: displacement of the whole boom over its weight; the float is sized for it
-    skirt_thickness     [m] as built; it is simulated at least one particle spacing thick
-    ballast_fraction    part of the mass that is a chain along the skirt's foot; the lighter the boom, the more it takes to stand upright
-    tow_line            [m] of line between each end and its vessel
-    line_stiffness      [N] axial stiffness EA of these lines, which then pull only, have no mass and may be winched; without it they
+    segments            number of rigid segments
+    skirt_depth         [m] below the water
+    freeboard           [m] above the water
+    buoyancy_to_weight  gross: displacement of the whole boom / its weight; the float is sized to give it
+    skirt_thickness     [m] as built; in the simulation it is at least one particle spacing
+    ballast_fraction    fraction of the mass that is a chain along the skirt's foot; a lighter boom needs more to stand upright
+    tow_line            [m] length of line between each end and its vessel
+    line_stiffness      [N] axial stiffness EA of these lines, which then only pull, have no mass and may be winched; without it, the lines
                         are rigid links
     """
 
@@ -133,6 +133,6 @@ class BoomSettings(Section):
         return tuple(end if isinstance(end, str) else f"end-{index}" for index, end in enumerate(self.ends))
 
     def problems(self) -> Iterator[Problem]:
-        """An elastic line has a length."""
+        """Check that an elastic line has a length."""
         if self.line_stiffness is not None and self.tow_line == 0.0:
             yield Problem("line_stiffness", "is given, allowed: only with tow_line above 0 m")

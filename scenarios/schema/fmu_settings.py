@@ -21,15 +21,15 @@ ORDER_BOARD, READING_BOARD = (
 class FmuSettings(Section):
     """An FMU for co-simulation, FMI 2 or 3, that takes part in the run: a winch, an autopilot, a source of wind.
 
-    file     of the FMU; a relative path starts at the scenario file's folder
-    start    values of its parameters and start values of its inputs, by their names
-    units    of variables whose unit the FMU leaves open: "kN", "kn", "deg"
-    inputs   by name, what feeds each: a signal of the run, or fmus.NAME.OUTPUT of another FMU; others keep their start values
-    outputs  by name, the signal of the run that each one drives; it rules over the scenario's own orders
+    file     file of the FMU; a relative path starts at the scenario file's folder
+    start    values of its parameters, and start values of its inputs, by their names
+    units    units of variables for which the FMU gives none: "kN", "kn", "deg"
+    inputs   for each input by name, its source: a signal of the run, or fmus.NAME.OUTPUT of another FMU; others keep their start values
+    outputs  for each output by name, the signal of the run that it drives; it overrides the scenario's own orders
 
-    `oilsim signals FILE` lists the signals; docs/fmus tells more. Both ends of a connection must be numbers; units are compared,
-    and converted where they differ and both are known. At each communication point the
-    FMUs step first, in the order of the file, then the helmsmen, the liquid and the bodies.
+    `oilsim signals FILE` lists the signals; docs/fmus tells more. Both ends of a connection must be numbers. Units are compared; if
+    they differ and both are known, values are converted. At each communication point the FMUs step first, in the order of the file, then
+    the helmsmen, the liquid and the bodies.
     """
 
     file: str
@@ -39,14 +39,14 @@ class FmuSettings(Section):
     outputs: Mapping[str, str] = field(default_factory=dict)
 
     def problems(self) -> Iterator[Problem]:
-        """Start values that are no numbers: FMUs take them as they are."""
+        """Check that start values are finite; an FMU would take others without complaint."""
         for name, value in self.start.items():
             if not math.isfinite(value):
                 yield Problem(f"start.{name}", f"is {value}, allowed: a finite number")
 
 
 def connections_of(fmus: Mapping[str, FmuSettings]) -> dict[str, Connection]:
-    """The connections of all FMUs, by where they stand in the file."""
+    """List the connections of all FMUs by their places in the file."""
     connections = {}
     for name, settings in fmus.items():
         for variable, source in settings.inputs.items():
@@ -58,7 +58,7 @@ def connections_of(fmus: Mapping[str, FmuSettings]) -> dict[str, Connection]:
 
 
 def _end(source: str) -> tuple[str, str]:
-    """Participant and variable meant by ``vessels.port.speed`` or ``fmus.wind.speed``."""
+    """Return participant and variable of ``vessels.port.speed`` or ``fmus.wind.speed``."""
     if source.startswith(PREFIX):
         name, _, variable = source.removeprefix(PREFIX).partition(".")
         return PREFIX + name, variable

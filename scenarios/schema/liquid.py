@@ -28,16 +28,16 @@ SIDES: tuple[Side, ...] = get_args(Side)
 
 @dataclass(frozen=True, kw_only=True)
 class FluidSettings(Section):
-    """How the liquid is resolved and solved.
+    """Resolution and solver of the liquid.
 
     particle_spacing      [m] edge d of a particle's rest volume; the paper's particle radius is d / 2
     dimension             3, or 2 for a plane case in x and z, a slice one metre thick at y = 0
     scheme                "split" (default) or "paper" (Qiu et al. 2021, Alg. 3)
     viscosity_correction  gamma of the paper's Eq. 29; 1 is physical, the paper used 1e4
     relaxation            omega of the paper's Eq. 23
-    tolerances            mean relative compression, mean compression a step, relative residual
-    cfl                   how far a particle may move in one sub-step, in spacings
-    sleep_speed           [m/s] regions that move more slowly fall asleep until something comes; 0: none does
+    tolerances            mean relative compression, mean compression per step, relative residual
+    cfl                   largest motion of a particle in one sub-step, in spacings
+    sleep_speed           [m/s] regions that move more slowly fall asleep until something disturbs them; 0: none does
     """
 
     particle_spacing: float = quantity_of(FluidConfig, "particle_spacing")
@@ -65,13 +65,13 @@ class FluidSettings(Section):
 
 @dataclass(frozen=True, kw_only=True)
 class PhaseSettings(Section):
-    """One liquid: by the name of an oil (`scenarios.schema.oils`), by its own figures, or by a name with figures changed.
+    """One liquid: an oil by its name (`scenarios.schema.oils`), with or without changed values, or a liquid by its own values.
 
-    oil                name in the oils table, which then gives what is not stated here
+    oil                name in the table of oils, which gives the values that are not stated here
     density            [kg/m3] at rest
     dynamic_viscosity  [Pa s]
-    adhesion           [J/m2] work of adhesion to walls and bodies; 0 does not stick
-    role               what the scores count it as; by default oil if it is a named oil or lighter than 990 kg/m3
+    adhesion           [J/m2] work of adhesion to walls and bodies; with 0 the liquid does not stick
+    role               how the scores count it; the default is oil if it is a named oil or lighter than 990 kg/m3
     color              red, green, blue, opacity, each 0 to 255
     """
 
@@ -83,13 +83,13 @@ class PhaseSettings(Section):
     color: tuple[int, int, int, int] | None = quantity("", default=None, at_least=0, at_most=255, whole=True)
 
     def problems(self) -> Iterator[Problem]:
-        """A phase needs a density and a viscosity, from the table or stated."""
+        """Check that density and viscosity are known, from the table or stated."""
         if self.oil is not None and self.oil not in oils.OILS:
             yield Problem("oil", f"is {self.oil!r}, which {unknown(self.oil, oils.OILS, 'oil of the table')}")
         elif self.oil is None:
             for name in ("density", "dynamic_viscosity"):
                 if getattr(self, name) is None:
-                    yield Problem(name, "is missing, allowed: give it, or an oil of the table")
+                    yield Problem(name, "is missing, allowed: a value, or the name of an oil")
 
     @property
     def rest_density(self) -> float:
@@ -105,7 +105,7 @@ class PhaseSettings(Section):
 
     @property
     def is_oil(self) -> bool:
-        """Whether the scores count this phase as oil."""
+        """True if the scores count this phase as oil."""
         if self.role is not None:
             return self.role == "oil"
         return self.oil is not None or self.rest_density < LIGHTEST_WATER
@@ -113,11 +113,12 @@ class PhaseSettings(Section):
 
 @dataclass(frozen=True, kw_only=True)
 class Tank(Section):
-    """The box that holds the liquid [m]; in two dimensions the y extent does not matter.
+    """The box that holds the liquid [m]; in two dimensions its y extent has no effect.
 
-    open      sides without a wall; what leaves through one is removed and counted. To bodies closed sides are planes without end
-    periodic  axes on which the liquid leaves one side and enters the other; it meets bodies so too, but bodies do not meet each other
-    no_slip   whether the liquid sticks to the walls (else it slides along them)
+    open      sides without a wall; liquid that leaves through one is removed and counted. For bodies, closed sides are infinite planes
+    periodic  axes on which liquid that leaves one side enters the other; the liquid also meets bodies across it, but bodies do not meet
+              each other across it
+    no_slip   true: the liquid sticks to the walls; false: it slides along them
     """
 
     lower: Vector = quantity("m")
@@ -127,11 +128,11 @@ class Tank(Section):
     no_slip: bool = False
 
     def problems(self) -> Iterator[Problem]:
-        """The box must have a volume, and a side one meaning."""
+        """Check that the box has a volume, and that no side is both open and periodic."""
         yield from above_lower(self.lower, self.upper)
         for side in self.open:
             if side[1] in self.periodic:
-                yield Problem("open", f"holds {side!r}, but {side[1]} is periodic, allowed: one of the two")
+                yield Problem("open", f"has {side!r}, but {side[1]} is periodic; allowed: one of the two")
 
     @property
     def closed_sides(self) -> tuple[Side, ...]:
@@ -157,9 +158,9 @@ class FillSettings(Section):
 
 @dataclass(frozen=True, kw_only=True)
 class BlockFill(FillSettings):
-    """A box of liquid between two corners [m], on a lattice that stands on the lower face, centred sideways.
+    """A box of liquid between two corners [m], on a lattice that stands on the lower face and is centred sideways.
 
-    inset  room left free on each side, in particle spacings: round(extent / d - 2 inset) particles fit on an axis.
+    inset  free space on each side, in particle spacings: round(extent / d - 2 inset) particles fit on an axis.
            The paper's blocks leave half a spacing: 4.0 m at d = 0.03 m hold 132.
     """
 
@@ -169,7 +170,7 @@ class BlockFill(FillSettings):
     inset: float = quantity("spacings", default=0.0, at_least=0.0, at_most=10.0)
 
     def problems(self) -> Iterator[Problem]:
-        """The box must have a volume."""
+        """Check that the box has a volume."""
         yield from above_lower(self.lower, self.upper)
 
 
@@ -182,7 +183,7 @@ class SlabFill(FillSettings):
     top: float = quantity("m")
 
     def problems(self) -> Iterator[Problem]:
-        """The layer must have a thickness."""
+        """Check that the layer has a thickness."""
         if not self.top > self.bottom:
             yield Problem("top", f"is {self.top:g}, allowed: above bottom = {self.bottom:g} m")
 
@@ -198,7 +199,7 @@ class CylinderFill(FillSettings):
     height: float = quantity("m", above=0.0)
 
     def problems(self) -> Iterator[Problem]:
-        """The axis must have a direction."""
+        """Check that the axis has a direction."""
         yield from directed("axis", self.axis)
 
 
@@ -216,14 +217,14 @@ Fill = BlockFill | SlabFill | CylinderFill | SphereFill
 
 @dataclass(frozen=True, kw_only=True)
 class PipeEmitterSettings(Section):
-    """A round pipe that lets a phase flow in.
+    """A round pipe through which a phase flows in.
 
-    mouth      [m] its centre; the pipe is three spacings long behind it, and lies inside the tank and in no body
-    direction  of the flow, any length
+    mouth      [m] centre of its mouth; the pipe extends three spacings behind it, and lies inside the tank and in no body
+    direction  of the flow, of any length
     radius     [m] of the pipe
-    speed      [m/s] of the flow; 0: it is shut, until an order opens it
-    start      [s] when it opens
-    volume     [m3] after which it closes; None: it stays open
+    speed      [m/s] of the flow; at 0 the pipe is shut until an order opens it
+    start      [s] at which it opens
+    volume     [m3] after which it closes; without it, the pipe stays open
     """
 
     phase: str
@@ -235,5 +236,5 @@ class PipeEmitterSettings(Section):
     volume: float | None = quantity_of(PipeEmitter, "volume")
 
     def problems(self) -> Iterator[Problem]:
-        """The flow must have a direction."""
+        """Check that the flow has a direction."""
         yield from directed("direction", self.direction)

@@ -1,8 +1,8 @@
-"""A small table of oils that a scenario may name: density and dynamic viscosity of fresh oil at a stated temperature.
+"""A table of oils that a scenario may name: density and dynamic viscosity of fresh oil at a stated temperature.
 
-The figures are rounded laboratory values from the public-domain ADIOS oil library of the United States' NOAA (the
-number is the record's), most of them measured by Environment Canada. An exercise may name one; a study of a real
-spill states its own oil's figures in the scenario file, for they change from cargo to cargo and with weathering.
+The values are rounded laboratory values from the public-domain ADIOS oil library of NOAA (United States); the number is that of the
+record. Most were measured by Environment Canada. An exercise may name an oil. A study of a real spill states its own oil's values in
+the scenario file, because they differ from cargo to cargo and change with weathering.
 """
 
 from __future__ import annotations

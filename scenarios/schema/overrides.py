@@ -9,7 +9,7 @@ from typing import Any
 from scenarios.problems import Problem, ScenarioError, suggestion
 from scenarios.schema.structuring import spellings
 
-# Keys that say the same thing in another way: an override with one of them replaces the others.
+# Keys that give the same quantity in another way: an override with one of them replaces the others.
 RIVALS: Mapping[str, tuple[str, ...]] = {
     "oil": ("density", "dynamic_viscosity"),
     "mass": ("density",),
@@ -18,11 +18,13 @@ RIVALS: Mapping[str, tuple[str, ...]] = {
 
 
 def parse_override(text: str) -> tuple[tuple[str, ...], Any]:
-    """``fluid.particle_spacing=0.06`` as a path and a value; a bare word is text."""
+    """Read ``fluid.particle_spacing=0.06`` as a path and a value; a bare word is text. ScenarioError for another form."""
     path, equals, value = text.partition("=")
     keys = tuple(key.strip() for key in path.split("."))
     if not equals or not all(keys):
-        raise ScenarioError([Problem("--set", f"is {text!r}, allowed: key=value, as in fluid.particle_spacing=0.06")])
+        raise ScenarioError(
+            [Problem("--set", f"is {text!r}, allowed: key=value, for example fluid.particle_spacing=0.06")]
+        )
     try:
         return keys, tomllib.loads(f"value = {value}")["value"]
     except tomllib.TOMLDecodeError:
@@ -30,7 +32,7 @@ def parse_override(text: str) -> tuple[tuple[str, ...], Any]:
 
 
 def with_override(data: Mapping[str, Any], keys: tuple[str, ...], value: Any) -> dict[str, Any]:
-    """A copy of `data` with the entry at `keys` replaced or added; lists are reached by index or by name."""
+    """Copy `data` with the entry at `keys` replaced or added; lists are reached by index or name. ScenarioError if it is not there."""
     try:
         return _replaced(data, keys, value)
     except LookupError as cause:
@@ -38,7 +40,7 @@ def with_override(data: Mapping[str, Any], keys: tuple[str, ...], value: Any) ->
 
 
 def merged(data: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    """A copy of `data` in which the nested tables of `changes` replace or add entries."""
+    """Copy `data`; the nested tables of `changes` replace or add entries."""
     result = dict(data)
     for key, value in changes.items():
         old = result.get(key)
@@ -50,7 +52,7 @@ def merged(data: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any
 
 
 def _set(table: Mapping[str, Any], key: str, value: Any) -> dict[str, Any]:
-    """A copy with `key` set and what says the same thing in another way taken out."""
+    """Copy a table with `key` set, and remove the keys that give the same quantity in another way."""
     others = {*spellings(key), *RIVALS.get(key, ())} - {key}
     return {name: entry for name, entry in table.items() if name not in others} | {key: value}
 
@@ -64,11 +66,11 @@ def _replaced(data: Any, keys: tuple[str, ...], value: Any) -> Any:
     if isinstance(data, list):
         index = _index(data, key)
         return [*data[:index], _replaced(data[index], rest, value) if rest else value, *data[index + 1 :]]
-    raise LookupError(f"leads into {data!r}, which holds no entry {key!r}")
+    raise LookupError(f"leads into {data!r}, which has no entry {key!r}")
 
 
 def _index(entries: list[Any], key: str) -> int:
-    """Place of the entry with this index or, in a list of tables, this name."""
+    """Find the entry with this index or, in a list of tables, this name; LookupError if there is none."""
     names = [str(entry.get("name", "")) for entry in entries if isinstance(entry, Mapping)]
     if key in names:
         return next(i for i, entry in enumerate(entries) if isinstance(entry, Mapping) and entry.get("name") == key)

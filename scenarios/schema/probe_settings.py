@@ -1,4 +1,4 @@
-"""The instruments of a scenario; each gives series in the recording and the summary as ``probes/<name>...``."""
+"""The probes of a scenario; each gives series in the recording and the summary as ``probes/<name>...``."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from scenarios.schema.quantity_fields import Point2, Section, Vector
 
 @dataclass(frozen=True, kw_only=True)
 class PressureProbe(Section):
-    """Pressure [Pa] at a point, as by a transducer in a wall."""
+    """Pressure [Pa] at a point, as a transducer in a wall measures it."""
 
     TAG: ClassVar[tuple[str, str]] = ("kind", "pressure")
     point: Vector = quantity("m")

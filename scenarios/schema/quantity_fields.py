@@ -23,10 +23,10 @@ def field_kinds(section: type) -> Mapping[str, Any]:
 
 @dataclass(frozen=True, kw_only=True)
 class Section:
-    """A part of a scenario that refuses impossible values when it is made.
+    """A part of a scenario that refuses impossible values when it is created.
 
-    A subclass is a frozen keyword-only dataclass; it may yield further problems, of several fields together, from
-    `problems`. A subclass with ``TAG = ("shape", "box")`` is chosen in a file by ``shape = "box"``.
+    A subclass is a frozen keyword-only dataclass. Its `problems` may yield further problems, which concern several fields together. A file
+    chooses a subclass with ``TAG = ("shape", "box")`` by ``shape = "box"``. Raises ScenarioError with every problem of the section.
     """
 
     TAG: ClassVar[tuple[str, str] | None] = None
@@ -56,28 +56,28 @@ class Section:
             yield Problem(name, fault)
 
     def problems(self) -> Iterable[Problem]:
-        """Problems that concern several fields together; called only when each field is sound by itself."""
+        """Yield the problems that concern several fields together; called only if each field is valid by itself."""
         return ()
 
 
 def directed(name: str, vector: Vector) -> Iterator[Problem]:
-    """A problem of a vector that is to give a direction but has none."""
+    """Yield a problem if a vector (3,) is too short to give a direction."""
     if math.hypot(*vector) < SHORTEST_DIRECTION:
         yield Problem(name, f"is {vector}, allowed: a direction, not all zero")
 
 
 def above_lower(lower: Iterable[float], upper: Iterable[float]) -> Iterator[Problem]:
-    """Problems of a box whose upper corner is not above its lower one [m]."""
+    """Yield problems of a box whose upper corner is not above its lower one [m]."""
     for axis, low, high in zip("xyz", lower, upper, strict=True):
         if not high > low:
             yield Problem("upper", f"has {axis} = {high:g} m, allowed: above lower {axis} = {low:g} m")
 
 
 def exactly_one(section: Section, *names: str) -> Iterator[Problem]:
-    """A problem unless exactly one of the named fields is given."""
+    """Yield a problem unless exactly one of the named fields is given."""
     given = [name for name in names if getattr(section, name) is not None]
     choices = " or ".join(names)
     if not given:
-        yield Problem(names[0], f"is missing, allowed: give {choices}")
+        yield Problem(names[0], f"is missing, allowed: {choices}")
     elif len(given) > 1:
         yield Problem(given[1], f"is given beside {given[0]}, allowed: one of {choices}")

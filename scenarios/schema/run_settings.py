@@ -1,4 +1,4 @@
-"""How a scenario is run, recorded, looked at and placed on Earth."""
+"""Run, recording, camera and site of a scenario."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from scenarios.schema.quantity_fields import Section, Vector
 
 @dataclass(frozen=True, kw_only=True)
 class RunSettings(Section):
-    """How long and in what steps.
+    """Duration and steps of a run.
 
     duration            [s] simulated
-    communication_step  [s] after which fluid, bodies and controllers meet; the fluid's own steps are not longer where bodies move
-    threads             of the fluid; None: all cores
+    communication_step  [s] after which fluid, bodies and controllers exchange values; where bodies move, the fluid's steps are not longer
+    threads             number of threads of the fluid; the default is all cores
     seed                of everything random: gusts
-    budget              true: the summary says where the liquid's energy and momentum went, cause by cause (`oilsim.accounts.ledger`), with
-                        energy_residual and momentum_residual, the shares that no cause explains; false leaves all three null
+    budget              true: the summary gives the changes of the liquid's energy and momentum by cause (`oilsim.accounts.ledger`), with
+                        energy_residual and momentum_residual, the shares without a cause; false: all three are null
     """
 
     duration: float = quantity("s", above=0.0)
@@ -31,9 +31,11 @@ class RunSettings(Section):
     budget: bool = False
 
     def problems(self) -> Iterator[Problem]:
-        """A run takes one step or more."""
+        """Check that a run has at least one step."""
         if self.communication_step > self.duration:
-            yield Problem("communication_step", f"is {self.communication_step:g}, allowed: up to duration s")
+            yield Problem(
+                "communication_step", f"is {self.communication_step:g} s, allowed: up to duration = {self.duration:g} s"
+            )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,14 +68,14 @@ class CameraSettings(Section):
     target: Vector = quantity("m")
 
     def problems(self) -> Iterator[Problem]:
-        """The camera must look somewhere."""
+        """Check that the camera looks at another point."""
         if self.eye == self.target:
             yield Problem("target", f"is {self.target}, allowed: another point than eye")
 
 
 @dataclass(frozen=True, kw_only=True)
 class SiteSettings(Section):
-    """Where on Earth the exercise is, for far-field models that go on from its recording; the run itself does not use it.
+    """Place of the exercise on Earth, for far-field models that continue from its recording; the run itself does not use it.
 
     latitude, longitude  of the world's origin, WGS 84
     bearing              [rad] of the x axis, clockwise from north
@@ -86,8 +88,8 @@ class SiteSettings(Section):
     start: str = "2000-01-01T00:00:00Z"
 
     def problems(self) -> Iterator[Problem]:
-        """The start must be a date and time."""
+        """Check that the start is a date and time."""
         try:
             datetime.fromisoformat(self.start)
         except ValueError:
-            yield Problem("start", f"is {self.start!r}, allowed: ISO 8601, such as 2026-05-01T08:00:00Z")
+            yield Problem("start", f"is {self.start!r}, allowed: ISO 8601, for example 2026-05-01T08:00:00Z")

@@ -1,7 +1,7 @@
-"""Plain data, as read from a file, becomes the dataclasses of a scenario: strictly, and with every fault at its path.
+"""Structuring: plain data, as read from a file, becomes the dataclasses of a scenario; every fault is reported at its path.
 
-Nothing is guessed: a number in quotes is no number (`scenarios.schema.type_checks`), an unknown key is refused. A key for a speed may end
-in ``_kn`` and one for an angle in ``_deg``; its value is converted to SI here, so that nobody else meets the suffixes.
+Nothing is guessed: a number in quotes is not a number (`scenarios.schema.type_checks`), and an unknown key is refused. A key for a speed
+may end in ``_kn`` and one for an angle in ``_deg``. Their values are converted to SI here, and no other module meets the suffixes.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class Refusal(ValueError):
 
 @dataclass(frozen=True)
 class _Suffixed:
-    """A value that was written with a unit suffix, and the factor that makes it SI."""
+    """A value that was written with a unit suffix, and the factor that converts it to SI."""
 
     value: Any
     key: str
@@ -48,7 +48,7 @@ class _Suffixed:
 
 
 def structure(data: object, kind: Any) -> Any:
-    """`data` as a `kind`; ScenarioError with every problem at once."""
+    """Structure `data` as a `kind`; ScenarioError with every problem at once."""
     try:
         return _CONVERTER.structure(data, kind)
     except Exception as error:
@@ -56,7 +56,7 @@ def structure(data: object, kind: Any) -> Any:
 
 
 def as_data(value: Any) -> Any:
-    """A section as the plain data it is made of, tags included and without what is None: the inverse of `structure`."""
+    """Turn a section into plain data, with tags and without fields that are None: the inverse of `structure`."""
     if isinstance(value, Section):
         tag = {} if value.TAG is None else dict([value.TAG])
         stated = {item.name: getattr(value, item.name) for item in fields(value)}
@@ -69,13 +69,13 @@ def as_data(value: Any) -> Any:
 
 
 def spellings(key: str) -> tuple[str, ...]:
-    """All keys that mean the same field: ``speed_kn`` gives speed, speed_kn and speed_deg."""
+    """List all keys that mean the same field: ``speed_kn`` gives speed, speed_kn and speed_deg."""
     base = next((key.removesuffix(suffix) for suffix in SUFFIXES if key.endswith(suffix)), key)
     return (base, *(base + suffix for suffix in SUFFIXES))
 
 
 def _problems(error: BaseException, path: tuple[str, ...] = ()) -> Iterator[Problem]:
-    """The leaves of cattrs' tree of errors, each with its path."""
+    """Yield the leaves of cattrs' tree of errors, each with its path."""
     if isinstance(error, BaseValidationError):
         for inner in error.exceptions:
             step = next(_steps(inner), None)
@@ -88,7 +88,7 @@ def _problems(error: BaseException, path: tuple[str, ...] = ()) -> Iterator[Prob
             hint = suggestion(key, allowed) or ","
             yield Problem(".".join((*path, key)), f"is unknown{hint} allowed: {', '.join(allowed)}")
     elif isinstance(error, KeyError):
-        yield Problem(".".join(path), "is missing, it must be given")
+        yield Problem(".".join(path), "is missing; it must be given")
     elif isinstance(error, Misfit):
         yield Problem(".".join((*path, *error.path)), error.text)
     elif isinstance(error, Refusal):
@@ -99,7 +99,7 @@ def _problems(error: BaseException, path: tuple[str, ...] = ()) -> Iterator[Prob
 
 
 def _steps(error: BaseException) -> Iterator[str]:
-    """The key or index at which an error arose, from the notes that cattrs leaves on it."""
+    """Yield the key or index at which an error arose, from the notes that cattrs attaches to it."""
     for note in getattr(error, "__notes__", ()):
         if isinstance(note, AttributeValidationNote):
             yield note.name
@@ -108,18 +108,18 @@ def _steps(error: BaseException) -> Iterator[str]:
 
 
 def _written_names(section: type[Section]) -> list[str]:
-    """Keys of a section as they may be written, the tag first."""
+    """List the keys of a section as they may be written, the tag first."""
     names = [item.name for item in fields(section)]
     return [section.TAG[0], *names] if section.TAG else names
 
 
 def _plain(value: Any, kind: Any) -> Any:
-    """A value in which there is no section."""
+    """Convert a value that contains no section."""
     return taken(value, kind)
 
 
 def _tables(value: Any, kind: Any) -> tuple[Any, ...]:
-    """A list of tables of one section."""
+    """Convert a list of tables of one section."""
     if not isinstance(value, list | tuple):
         raise Refusal(f"is {value!r}, allowed: a list of tables")
     section = get_args(kind)[0]
@@ -151,7 +151,7 @@ def _quantity_hook(limits: Quantity) -> Callable[[Any, Any], Any]:
 
 
 def _in_si_units(section: type[Section], data: Mapping[str, Any]) -> dict[str, Any]:
-    """Suffixed keys become their fields, marked with how they were written."""
+    """Rename suffixed keys to their fields, and note how they were written."""
     known = quantities(section)
     result = dict(data)
     for key in data:
@@ -178,7 +178,7 @@ def _section_factory(section: type[Section], converter: Converter) -> Callable[[
 
 
 def _is_plain(kind: Any) -> bool:
-    """Whether there is no section in a type, at any depth."""
+    """Tell whether a type contains no section, at any depth."""
     return not _is_section(kind) and all(part is Ellipsis or _is_plain(part) for part in get_args(kind))
 
 
@@ -196,7 +196,7 @@ def _is_tagged_union(kind: Any) -> bool:
 
 
 def _tagged_factory(union: Any, converter: Converter) -> Callable[[Any, Any], Any]:
-    """A table chooses its class by its tag, as in shape = "box"; a bare word is a table with only the tag."""
+    """Choose a table's class by its tag, as in shape = "box"; a bare word is a table with only the tag."""
     by_tag = {member.TAG[1]: member for member in get_args(union)}
     key = get_args(union)[0].TAG[0]
     allowed = ", ".join(repr(tag) for tag in by_tag)

@@ -1,4 +1,4 @@
-"""Values of the types that fields are declared with: what is taken for one, and what is not, in words."""
+"""Checks of values against the types of fields, with texts for values that do not fit."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from scenarios.problems import suggestion
 
 
 class Misfit(ValueError):
-    """A value that is not of its kind; `path` leads to the entry that is not, in a list or table."""
+    """A value that does not fit its type; `path` leads to the wrong entry in a list or table."""
 
     def __init__(self, text: str, path: tuple[str, ...] = ()) -> None:
         super().__init__(text)
@@ -20,9 +20,9 @@ class Misfit(ValueError):
 
 
 def taken(value: Any, kind: Any) -> Any:
-    """`value` as a `kind`, with numbers as Python's own and lists as tuples; Misfit if it is none.
+    """Convert `value` to a `kind`, with numbers as Python's own and lists as tuples; Misfit if it does not fit.
 
-    Nothing is guessed: a number in quotes is no number, true is not 1, text is no list of letters.
+    Nothing is guessed: a number in quotes is not a number, true is not 1, and text is not a list of letters.
     """
     origin = get_origin(kind)
     if kind is object:
@@ -62,7 +62,7 @@ def shape_of(kind: Any) -> str:
 
 
 def _one_of(value: Any, kinds: tuple[Any, ...]) -> Any:
-    """`value` as the first of the kinds that takes it."""
+    """Convert `value` to the first of the kinds that accepts it."""
     if value is None and types.NoneType in kinds:
         return None
     some = [kind for kind in kinds if kind is not types.NoneType]
@@ -77,7 +77,7 @@ def _one_of(value: Any, kinds: tuple[Any, ...]) -> Any:
 
 
 def _entries(value: Any, kind: Any) -> tuple[Any, ...]:
-    """A list or tuple with every entry of its kind, which is the same for all."""
+    """Convert a list or tuple, whose entries are all of the same kind."""
     parts = get_args(kind)
     if not isinstance(value, list | tuple) or (parts[-1] is not Ellipsis and len(value) != len(parts)):
         raise Misfit(f"is {value!r}, allowed: {shape_of(kind)}")
@@ -85,7 +85,7 @@ def _entries(value: Any, kind: Any) -> tuple[Any, ...]:
 
 
 def _table(value: Any, kind: Any) -> dict[str, Any]:
-    """A mapping from names to values of a kind."""
+    """Convert a mapping from names to values of a kind."""
     if not isinstance(value, Mapping) or not all(isinstance(name, str) for name in value):
         raise Misfit(f"is {value!r}, allowed: a table of names")
     return {name: _below(name, entry, kind) for name, entry in value.items()}

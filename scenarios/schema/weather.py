@@ -22,9 +22,9 @@ class WindSettings(Section):
 
     speed             [m/s] mean, at 10 m height
     direction         [rad] it blows to
-    gustiness         standard deviation of the speed over its mean
-    gust_time         [s] over which a gust is remembered
-    drag_coefficient  stress = rho_air C_D |U - v| (U - v)
+    gustiness         standard deviation of the speed / its mean
+    gust_time         [s] correlation time of the gusts
+    drag_coefficient  C_D in stress = rho_air C_D |U - v| (U - v)
     """
 
     speed: float = quantity_of(Wind, "speed")
@@ -36,14 +36,14 @@ class WindSettings(Section):
 
 @dataclass(frozen=True, kw_only=True)
 class ZoneSettings(Section):
-    """Where a forcing acts and how firmly."""
+    """The zone in which a forcing acts, and how fast it acts."""
 
     lower: Vector | None = quantity_of(Zone, "lower", default=None)
     upper: Vector | None = quantity_of(Zone, "upper", default=None)
     relaxation_time: float = quantity_of(Zone, "relaxation_time", default=0.5)
 
     def problems(self) -> Iterator[Problem]:
-        """A zone has both corners and a volume, or neither corner."""
+        """Check that a zone has both corners and a volume, or no corner."""
         if (self.lower is None) != (self.upper is None):
             missing = "lower" if self.lower is None else "upper"
             yield Problem(missing, "is missing, allowed: both corners of the zone, or neither for the whole tank")
@@ -58,7 +58,7 @@ class WaveSettings(ZoneSettings):
     height     [m] crest to trough
     period     [s] as seen from the water, which a current carries along with its waves
     direction  [rad] it runs to
-    level      [m] height of the still water; None: that of the water at the start
+    level      [m] height of the still water; the default is that of the water at the start
     """
 
     height: float = quantity_of(AiryWaves, "height")
@@ -85,6 +85,6 @@ class ForcingSettings(Section):
 
 
 def horizontal(speed: float, direction: float) -> Vector:
-    """Velocity [m/s] of something that goes to `direction` [rad from +x]."""
+    """Compute the horizontal velocity (3,) [m/s] of something that goes to `direction` [rad from +x]."""
     x, y = heading(direction)
     return speed * x, speed * y, 0.0

@@ -1,1 +1,1 @@
-"""From a scenario to simulators: fluid, bodies, vessels and booms in their places."""
+"""Setup: from a scenario to the simulators, with fluid, bodies, vessels and booms in their places."""

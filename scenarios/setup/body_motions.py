@@ -1,4 +1,4 @@
-"""Prescribed motions that a scenario can name beyond those of `coupling.rigid.prescribed_motion`: towing that rises smoothly."""
+"""Prescribed motions of scenarios beyond those of `coupling.rigid.prescribed_motion`: towing with a smooth rise."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from scenarios.schema.bodies import BodySettings, RampMotion, SineMotion, TableM
 
 @dataclass(frozen=True, kw_only=True)
 class TowingMotion:
-    """From rest to a steady velocity and, at `end`, at once to rest.
+    """A motion from rest to a steady velocity [m/s] and, at `end` [s], to rest at once.
 
-    v(t) = V r(t), r = (1 - cos(pi tau / t_r)) / 2 until tau = t - t_0 = t_r, then 1; x = x_0 + V (tau / 2 - t_r sin(pi tau / t_r)
-    / (2 pi)) while it rises, then x_0 + V (tau - t_r / 2).
+    v(t) = V r(t), r = (1 - cos(pi tau / t_r)) / 2 until tau = t - t_0 = t_r, then 1. While the velocity rises,
+    x = x_0 + V (tau / 2 - t_r sin(pi tau / t_r) / (2 pi)), then x = x_0 + V (tau - t_r / 2).
     """
 
     position: Vector
@@ -35,7 +35,7 @@ class TowingMotion:
     end: float = math.inf
 
     def at(self, time: float) -> Motion:
-        """See `PrescribedMotion.at`."""
+        """Return the motion at `time` [s]; see `PrescribedMotion.at`."""
         elapsed = min(time, self.end) - self.start
         seconds, share = self._travelled(elapsed)
         velocity = np.array(self.velocity)
@@ -43,7 +43,7 @@ class TowingMotion:
         return Motion(np.array(self.position) + seconds * velocity, np.array(self.orientation), moving * velocity)
 
     def _travelled(self, elapsed: float) -> tuple[float, float]:
-        """Distance over V [s] and speed over V after `elapsed` [s] under way."""
+        """Compute distance / V [s] and speed / V after `elapsed` [s] under way."""
         if elapsed <= 0.0:
             return 0.0, 0.0
         if elapsed >= self.rise_time:
@@ -53,7 +53,7 @@ class TowingMotion:
 
 
 def prescribed_motion(body: BodySettings, position: Vector, orientation: Quaternion) -> PrescribedMotion | None:
-    """The motion of a body whose centre of mass starts at `position` [m]; None for one that is free or fixed."""
+    """Create the motion of a body whose centre of mass starts at `position` [m]; None for a free or fixed body."""
     motion = body.motion
     if isinstance(motion, SineMotion):
         return OscillatingMotion(

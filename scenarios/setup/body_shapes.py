@@ -25,10 +25,10 @@ def body_solid(body: Body) -> SolidMesh:
 
 
 def rock(size: tuple[float, float, float], roughness: float, seed: int) -> trimesh.Trimesh:
-    """A boulder: a sphere whose radius varies by random plane waves, stretched to the extents `size` [m].
+    """Build a boulder: a sphere whose radius varies by random plane waves, stretched to the extents `size` [m].
 
-    radius(e) = 1 + roughness s(e) / max |s|, s(e) = sum_k a_k cos(w_k . e + p_k) on directions e, with wave vectors of length
-    2 to 6 and a_k = 1 / |w_k|: long bumps are high, short ones low.
+    radius(e) = 1 + roughness s(e) / max |s| with s(e) = sum_k a_k cos(w_k . e + p_k) for directions e. Wave vectors have lengths of 2 to 6
+    and a_k = 1 / |w_k|: long bumps are high, short ones low.
     """
     random = np.random.default_rng(seed)
     mesh = trimesh.creation.icosphere(subdivisions=4)

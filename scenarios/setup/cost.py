@@ -36,9 +36,11 @@ BOUNDARY_SPACING = 0.64  # of the particle spacing, between wall particles
 
 @dataclass(frozen=True, kw_only=True)
 class Cost:
-    """Particles at the start by phase, particles that pipes add by phase, what bodies take of the liquid in words by region, wall and
-    surface particles; memory [bytes]; fluid steps; wall time [s] on `threads` threads; and what else is told of bodies: of thin ones and
-    of meshes that were mended."""
+    """Particles, memory and time of a run.
+
+    particles, emitted: at the start and from pipes, by phase; left_out: what bodies take of the liquid, in words, by region; wall and
+    surface particles; memory [bytes]; fluid steps; wall time [s] on `threads` threads; warnings of thin bodies and of mended meshes.
+    """
 
     particles: Mapping[str, int]
     emitted: Mapping[str, int]
@@ -52,7 +54,7 @@ class Cost:
 
 
 def estimate(scenario: Scenario) -> Cost:
-    """The cost of a run; ScenarioError with everything that cannot be made or placed."""
+    """Estimate the cost of a run; ScenarioError with everything that cannot be built or placed."""
     positions, left_out, solids = _start(scenario)
     particles = dict.fromkeys(scenario.phases, 0)
     for name, points in positions.items():
@@ -78,7 +80,7 @@ def estimate(scenario: Scenario) -> Cost:
 
 
 def _start(scenario: Scenario) -> tuple[Mapping[str, Array], Mapping[str, str], Sequence[Solid]]:
-    """Particles by region, what bodies take of them in words, and all bodies; what makes these is loaded only where there are any."""
+    """Return particles by region, the liquid that bodies displace in words, and all bodies; code for bodies is imported only if needed."""
     if not (scenario.bodies or scenario.vessels or scenario.booms or scenario.emitters):
         fluid = scenario.fluid
         return starting_positions(scenario.fill, scenario.tank, fluid.particle_spacing, fluid.dimension), {}, ()
@@ -89,7 +91,7 @@ def _start(scenario: Scenario) -> tuple[Mapping[str, Array], Mapping[str, str], 
 
 
 def _told(scenario: Scenario, solids: Sequence[Solid]) -> tuple[str, ...]:
-    """What a run would tell of its bodies as it starts."""
+    """List the warnings of bodies with which a run would start."""
     if not solids:
         return ()
     from scenarios.setup.thin_bodies import thin_bodies, thin_samplings
@@ -100,14 +102,14 @@ def _told(scenario: Scenario, solids: Sequence[Solid]) -> tuple[str, ...]:
 
 
 def _body_seconds(scenario: Scenario) -> float:
-    """Time [s] that moving bodies take: in the fluid's pressure solve, with their joints, and in the rigid solver."""
+    """Estimate the time [s] that moving bodies take: in the fluid's pressure solve, with their joints, and in the rigid solver."""
     moving = sum(not isinstance(body.motion, Fixed) for body in scenario.bodies.values())
     moving += len(scenario.vessels) + sum(boom.segments for boom in scenario.booms.values())
     return SECONDS_PER_BODY_STEP * moving * scenario.run.duration / scenario.run.communication_step
 
 
 def _emitted(scenario: Scenario) -> dict[str, int]:
-    """Particles that pipes let in until the end, by phase: pi r^2 speed for as long as the pipe is open."""
+    """Count the particles that pipes let in until the end, by phase: pi r^2 speed while the pipe is open."""
     d = scenario.fluid.particle_spacing
     emitted: dict[str, int] = {}
     for pipe in scenario.emitters.values():
@@ -118,7 +120,7 @@ def _emitted(scenario: Scenario) -> dict[str, int]:
 
 
 def _boundary(scenario: Scenario, solids: Sequence[Solid]) -> dict[str, int]:
-    """Wall and surface particles: area over the area of each; in a plane, length over the length of each."""
+    """Count wall and surface particles: area / the area of each; in a plane, length / the length of each."""
     pitch = BOUNDARY_SPACING * scenario.fluid.particle_spacing
     plane = scenario.fluid.dimension == 2
     counts = {"tank": round(_wall_measure(scenario.tank, plane) / pitch ** (1 if plane else 2))}
@@ -130,7 +132,7 @@ def _boundary(scenario: Scenario, solids: Sequence[Solid]) -> dict[str, int]:
 
 
 def _wall_measure(tank: Tank, plane: bool) -> float:
-    """Area of the closed sides [m2]; in two dimensions their length in x and z [m]."""
+    """Return the area [m2] of the closed sides; in two dimensions their length in x and z [m]."""
     extent = np.array(tank.upper) - np.array(tank.lower)
     if plane:
         extent[1] = 1.0
@@ -139,10 +141,10 @@ def _wall_measure(tank: Tank, plane: bool) -> float:
 
 
 def _steps(scenario: Scenario, tops: list[float]) -> int:
-    """Steps of the fluid: by the communication step, the largest step, and how far the fastest particle may move.
+    """Estimate the steps of the fluid from the communication step, the largest step, and the motion of the fastest particle.
 
-    Its speed, over the whole run, is taken as `TYPICAL_SPEED` sqrt(g h), h the height from the tank's floor to the highest
-    liquid at the start (`tops` of the regions [m], and pipes): less than what a dam break reaches, more than water at rest.
+    Its speed over the whole run is `TYPICAL_SPEED` sqrt(g h), with h the height from the tank's floor to the highest liquid at the start
+    (`tops` of the regions [m], and pipes). This is less than in a dam break and more than in water at rest.
     """
     settings, run = scenario.fluid, scenario.run
     tops = tops + [pipe.mouth[2] for pipe in scenario.emitters.values()]

@@ -1,9 +1,8 @@
-"""Where the particles of a scenario's regions of liquid start: points of one lattice, so that regions fit together.
+"""The start positions of the particles in a scenario's regions of liquid: points of one lattice, so that regions fit together.
 
-The lattice has the particle spacing as its edge, stands on the tank's floor and is centred sideways. A region takes the
-points inside it; faces of blocks, slabs and upright cylinders snap to the nearest lattice plane and a thin region keeps
-one layer, so that a scenario stays whole when its particle spacing is changed. Only a block with an inset has a
-lattice of its own.
+The lattice has the particle spacing as its edge, stands on the tank's floor and is centred sideways. A region takes the points inside
+it. Faces of blocks, slabs and upright cylinders snap to the nearest lattice plane, and a thin region keeps one layer, so that a scenario
+still works with another particle spacing. Only a block with an inset has a lattice of its own.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ LATTICE_SLACK = 1e-6  # of a spacing
 
 
 class Lattice:
-    """The lattice of a tank: particles that fit on each axis, and where the first one lies."""
+    """The lattice of a tank: the number of particles on each axis, and the position [m] of the first; points are (N, 3)."""
 
     def __init__(self, tank: Tank, spacing: float, dimension: int) -> None:
         lower, upper = np.array(tank.lower), np.array(tank.upper)
@@ -36,31 +35,31 @@ class Lattice:
         self.corner = lower + np.where([True, True, False], 0.5 * slack, 0.0)
 
     def planes(self, axis: int, low: float, high: float) -> Array:
-        """Coordinates of the lattice planes between two faces that snap to the lattice; at least one plane."""
+        """Return the coordinates [m] of the lattice planes between two faces that snap to the lattice; at least one plane."""
         first, last = ((edge - self.corner[axis]) / self.spacing for edge in (low, high))
         begin = int(np.clip(_nearest(first), 0, self.count[axis] - 1))
         end = int(np.clip(_nearest(last), begin + 1, self.count[axis]))
         return self.corner[axis] + (np.arange(begin, end) + 0.5) * self.spacing
 
     def box(self, lower: Vector, upper: Vector) -> Array:
-        """Points (N, 3) of a box."""
+        """Return the points (N, 3) [m] of a box."""
         return _grid([self.planes(axis, lower[axis], upper[axis]) for axis in range(3)], self.dimension)
 
 
 def _nearest(number: float) -> int:
-    """The nearest whole number, halves upwards whatever the rounding error."""
+    """Round to the nearest whole number, halves upwards in spite of rounding errors."""
     return int(np.floor(number + 0.5 + LATTICE_SLACK))
 
 
 def _grid(axes: list[Array], dimension: int) -> Array:
-    """Points of a product of axes; in two dimensions all of them at y = 0."""
+    """Build the points (N, 3) of a product of axes; in two dimensions all of them are at y = 0."""
     if dimension == 2:
         axes = [axes[0], np.zeros(1), axes[2]]
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
 
 
 def region_points(fill: Fill, tank: Tank, spacing: float, dimension: int) -> Array:
-    """Positions (N, 3) [m] of the particles of one region."""
+    """Return the positions (N, 3) [m] of the particles of one region."""
     lattice = Lattice(tank, spacing, dimension)
     if isinstance(fill, BlockFill):
         return _inset_block(fill, spacing, dimension) if fill.inset else lattice.box(fill.lower, fill.upper)
@@ -76,7 +75,7 @@ def region_points(fill: Fill, tank: Tank, spacing: float, dimension: int) -> Arr
 
 
 def _cylinder(fill: CylinderFill, lattice: Lattice, everything: Array) -> Array:
-    """Points of a cylinder; an upright one keeps whole layers."""
+    """Return the points of a cylinder; an upright one keeps whole layers."""
     axis = np.array(fill.axis) / np.linalg.norm(fill.axis)
     if abs(axis[2]) == 1.0:
         low, high = sorted((fill.base[2], fill.base[2] + axis[2] * fill.height))
@@ -93,7 +92,7 @@ def _cylinder(fill: CylinderFill, lattice: Lattice, everything: Array) -> Array:
 
 
 def _inset_block(fill: BlockFill, spacing: float, dimension: int) -> Array:
-    """round(extent / d - 2 inset) points along each axis, centred sideways, standing on the lower face."""
+    """Return round(extent / d - 2 inset) points along each axis, centred sideways, on the lower face."""
     axes: list[Array] = []
     for axis in range(3):
         extent = fill.upper[axis] - fill.lower[axis]
@@ -105,7 +104,7 @@ def _inset_block(fill: BlockFill, spacing: float, dimension: int) -> Array:
 
 
 def starting_positions(regions: Mapping[str, Fill], tank: Tank, spacing: float, dimension: int) -> dict[str, Array]:
-    """Positions (N, 3) [m] by region, as of `placed_regions`; ScenarioError for a region without a single particle."""
+    """Return positions (N, 3) [m] by region, as `placed_regions` does; ScenarioError for a region without a particle."""
     placed = placed_regions(regions, tank, spacing, dimension)
     problems = list(empty_regions(placed, spacing))
     if problems:
@@ -130,6 +129,6 @@ def placed_regions(regions: Mapping[str, Fill], tank: Tank, spacing: float, dime
 
 
 def empty_regions(placed: Mapping[str, Array], spacing: float) -> Iterator[Problem]:
-    """A problem for each region without a single particle."""
-    text = f"holds no particle at fluid.particle_spacing = {spacing:g} m, allowed: a region larger than that"
+    """Yield a problem for each region without a particle, from positions (N, 3) [m] by region; spacing [m]."""
+    text = f"has no particle at fluid.particle_spacing = {spacing:g} m, allowed: a larger region"
     yield from (Problem(f"fill.{name}", text) for name, points in placed.items() if len(points) == 0)

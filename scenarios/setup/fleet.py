@@ -1,4 +1,4 @@
-"""Vessels and booms of a scenario, afloat in their places, with the joints and lines between them."""
+"""The fleet of a scenario: vessels and booms, afloat in their places, with the joints and lines between them."""
 
 from __future__ import annotations
 
@@ -22,22 +22,24 @@ from vessels.vessel import ControlGains, Propulsion, Vessel
 
 Array = NDArray[np.float64]
 
-LINE_MASS = 0.1  # [kg/m] of a tow line
+LINE_MASS = 0.1  # [kg/m], mass of a tow line
 LINE_DIAMETER = 0.02  # [m]
-RAKE = 0.15  # of a barge's length, at each end
+RAKE = 0.15  # length of the slope at each end of a barge, in lengths of the barge
 TOWING_BANDWIDTH = (
-    3.0  # [rad/s] of the speed loop, three times a free vessel's: boom and entrained water outweigh the vessel
+    3.0  # [rad/s], bandwidth of the speed loop; three times a free vessel's: boom and entrained water are heavier
 )
-LINE_RELAXATION_TIME = 0.02  # [s] of an elastic line: damps a boom segment's bounce on it within a swing or two
-SLACK = 1e-3  # of a boom's length, between two points that hold it: straight, it could not give way, at any tension
-TOW_POINT = -0.4  # of the vessel's length from midships, in the waterline
+LINE_RELAXATION_TIME = (
+    0.02  # [s], relaxation time of an elastic line, which damps a segment's oscillation within a period or two
+)
+SLACK = 1e-3  # least slack between two points, in lengths of the boom; a straight boom has an unbounded tension
+TOW_POINT = -0.4  # position from midships in the waterline, in lengths of the vessel
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Fleet:
-    """Vessels, booms and what holds them together.
+    """Vessels, booms, and the joints and lines between them.
 
-    tension_joints: by boom and end, such as ``("main", "port")``, the joint or elastic line whose tension is the tow tension.
+    tension_joints: by boom and end, for example ``("main", "port")``, the joint or elastic line whose tension is the tow tension.
     """
 
     vessels: tuple[Vessel, ...] = ()
@@ -48,12 +50,12 @@ class Fleet:
     tension_joints: Mapping[tuple[str, str], str] = field(default_factory=dict)
 
     def tensions_of(self, boom: str) -> dict[str, str]:
-        """The joints that carry a boom's tow tension, by its ends."""
+        """Return the joints that carry a boom's tow tension, by its ends."""
         return {end: joint for (name, end), joint in self.tension_joints.items() if name == boom}
 
 
 def place_fleet(scenario: Scenario, water_level: float, problems: list[Problem]) -> Fleet:
-    """Sound vessels and booms, afloat at `water_level` [m]; every one that cannot float or be laid is added to `problems`."""
+    """Place vessels and booms, afloat at `water_level` [m]; those that cannot float or be laid are added to `problems`."""
     vessels: dict[str, Vessel] = {}
     for name, settings in scenario.vessels.items():
         try:
@@ -67,7 +69,7 @@ def place_fleet(scenario: Scenario, water_level: float, problems: list[Problem])
     tensions: dict[tuple[str, str], str] = {}
     for name, boom in scenario.booms.items():
         if any(isinstance(end, str) and end not in vessels for end in boom.ends):
-            continue  # its vessel is told
+            continue  # its vessel is already among the problems
         try:
             layout, ends = _laid(name, boom, scenario, vessels, water_level)
         except ValueError as error:
@@ -89,7 +91,7 @@ def place_fleet(scenario: Scenario, water_level: float, problems: list[Problem])
 
 
 def water_density(scenario: Scenario) -> float:
-    """Density [kg/m3] of what vessels and booms float in: the first phase that is not oil, else the first."""
+    """Return the density [kg/m3] of the liquid that vessels and booms float in: the first phase that is not oil, else the first."""
     waters = [phase for phase in scenario.phases.values() if not phase.is_oil]
     return (waters or list(scenario.phases.values()))[0].rest_density
 
@@ -117,7 +119,7 @@ def _vessel(name: str, settings: VesselSettings, scenario: Scenario) -> Vessel:
 
 
 def course_of(settings: VesselSettings, scenario: Scenario) -> Course | None:
-    """A vessel's own legs, or those of the tow: it waits in its place, then keeps to the line that begins there."""
+    """Return a vessel's own course, or that of the tow: it waits in its place, then keeps to the line that begins there."""
     if settings.control == "manual":
         return None
     legs = [
@@ -146,7 +148,7 @@ def _afloat(vessel: Vessel, water_level: float) -> Solid:
 
 @dataclass(kw_only=True, eq=False)
 class _Ends:
-    """How a boom's two ends are held: rigid links, the joints at them, elastic lines, and by end what carries its tension."""
+    """The two ends of a boom: rigid links and their joints, elastic lines, and for each end the part that carries its tension."""
 
     links: list[Solid] = field(default_factory=list)
     joints: list[PlacedJoint] = field(default_factory=list)
@@ -157,7 +159,7 @@ class _Ends:
 def _laid(
     name: str, settings: BoomSettings, scenario: Scenario, vessels: Mapping[str, Vessel], water_level: float
 ) -> tuple[BoomLayout, _Ends]:
-    """Lay a boom between its ends and make it fast there."""
+    """Lay a boom between its ends, and make it fast there."""
     boom = _boom(settings, scenario)
     places = [_boom_end(end, settings, vessels, water_level) for end in settings.ends]
     if not any(isinstance(end, str) for end in settings.ends):
@@ -190,11 +192,12 @@ def _laid(
 
 
 def _require_slack(distance: float, length: float) -> None:
-    """ValueError for a boom of that length [m] that is held straight at both ends: T = q L^2 / (8 sag) has no bound."""
+    """Raise ValueError for a boom of that length [m] that is straight between two fixed ends: T = q L^2 / (8 sag) has no bound."""
     longest = (1.0 - SLACK) * length
     if distance > longest:
         raise ValueError(
-            f"ends are held {distance:g} m apart, allowed: at most {longest:.6g} m for a boom of {length:g} m, which needs"
+            f"the ends are {distance:g} m apart, allowed: at most {longest:.6g} m for a boom of {length:g} m, which needs"
+            " some slack against the water"
             " slack to give way to the water"
         )
 
@@ -214,7 +217,7 @@ def _boom(settings: BoomSettings, scenario: Scenario) -> Boom:
 
 
 def _boom_end(end: str | Point2, settings: BoomSettings, vessels: Mapping[str, Vessel], water_level: float) -> Point2:
-    """Where an end of the boom lies: at its point, or a tow line behind its vessel's tow point [m]."""
+    """Return the place [m] of an end of the boom: its point, or a tow line behind its vessel's tow point."""
     if not isinstance(end, str):
         return end
     vessel = vessels[end]

@@ -1,4 +1,4 @@
-"""A scenario's liquid: tank walls, particles where it starts, pipes and what drives it."""
+"""The liquid of a scenario: tank walls, particles at the start, pipes, and forcings."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ CLEARANCE = 0.5  # spacings between a body's surface and the nearest particle at
 
 
 def fluid_config(scenario: Scenario) -> FluidConfig:
-    """The fluid core's description of a scenario's liquid.
+    """Create the fluid core's configuration for a scenario's liquid.
 
-    Behind a closed side the domain goes on for one spacing, so that a particle pressed onto the wall is not taken for lost.
+    Behind a closed side the domain continues for one spacing, so that a particle that is pressed onto the wall does not count as lost.
     """
     tank, settings = scenario.tank, scenario.fluid
     margin = LEAK_MARGIN * settings.particle_spacing
@@ -57,7 +57,7 @@ def fluid_config(scenario: Scenario) -> FluidConfig:
 
 
 def fill_positions(scenario: Scenario, solids: Iterable[trimesh.Trimesh] = ()) -> dict[str, Array]:
-    """Particles (N, 3) [m] by region, none of them inside a solid (meshes in the world frame) or right at its surface."""
+    """Return particles (N, 3) [m] by region, none of them inside a solid (meshes in the world frame) or at its surface."""
     spacing, dimension = scenario.fluid.particle_spacing, scenario.fluid.dimension
     positions = starting_positions(scenario.fill, scenario.tank, spacing, dimension)
     return clear_of(solids, positions, scenario.tank, spacing)
@@ -91,7 +91,7 @@ def sorted_by_hollow(
 
 
 def _images(solid: trimesh.Trimesh, tank: Tank, clearance: float) -> Iterator[trimesh.Trimesh]:
-    """A closed mesh wherever the liquid of the tank meets it: what reaches through a periodic side comes in at the other one."""
+    """Yield a closed mesh wherever the liquid meets it: a part that reaches through a periodic side enters at the opposite side."""
     shifts = []
     for axis, low, high, bottom, top in zip("xyz", *solid.bounds, tank.lower, tank.upper, strict=True):
         period = top - bottom
@@ -103,7 +103,7 @@ def _images(solid: trimesh.Trimesh, tank: Tank, clearance: float) -> Iterator[tr
 
 
 def _outside(points: Array, solid: trimesh.Trimesh, clearance: float) -> Array:
-    """The points that are further than `clearance` [m] from a closed mesh, on its outside."""
+    """Select the points outside a closed mesh that are farther than `clearance` [m] from it."""
     return points[_is_outside(points, solid, clearance)]
 
 
@@ -127,7 +127,10 @@ def water_level(scenario: Scenario, positions: Mapping[str, Array]) -> float:
 
 
 def build_fluid(scenario: Scenario, positions: Mapping[str, Array]) -> tuple[Fluid, int | None]:
-    """The fluid with its particles, pipes and forcings; and the handle of its tank walls, if it has any."""
+    """Build the fluid with its particles, pipes and forcings; return it with the handle of its tank walls, if there are any.
+
+    positions (N, 3) [m] of the particles, by region.
+    """
     settings, tank = scenario.fluid, scenario.tank
     config = fluid_config(scenario)
     fluid = Fluid(config, threads=scenario.run.threads)
@@ -156,22 +159,22 @@ def build_fluid(scenario: Scenario, positions: Mapping[str, Array]) -> tuple[Flu
 
 
 def starting_velocity(scenario: Scenario) -> Vector:
-    """Velocity [m/s] of liquid that states none: the current's where it runs everywhere, else 0."""
+    """Return the velocity [m/s] of liquid that states none: that of a current through the whole tank, else 0."""
     current = scenario.forcing.current
     everywhere = current is not None and current.lower is None
     return horizontal(current.speed, current.direction) if current is not None and everywhere else (0.0, 0.0, 0.0)
 
 
 def pipe_problems(scenario: Scenario, solids: Mapping[str, trimesh.Trimesh]) -> Iterator[Problem]:
-    """Pipes that reach out of the tank, or into a body as it stands at the start (meshes in the world frame)."""
+    """Yield problems of pipes that reach out of the tank, or into a body at the start (meshes in the world frame)."""
     tank, spacing = scenario.tank, scenario.fluid.particle_spacing
     for name, settings in scenario.emitters.items():
         points = _pipe(settings, spacing).entrance
         for axis in (axis for axis in range(3) if "xyz"[axis] not in tank.periodic):
             low, high = points[:, axis].min(), points[:, axis].max()
             if low < tank.lower[axis] or high > tank.upper[axis]:
-                room = f"{tank.lower[axis]:g} to {tank.upper[axis]:g} m, with the {HOLD:g} spacings that it is long"
-                text = f"has its pipe reach from {'xyz'[axis]} = {low:.3g} to {high:.3g} m, allowed: inside the tank, {room}"
+                room = f"{tank.lower[axis]:g} to {tank.upper[axis]:g} m, with a pipe length of {HOLD:g} spacings"
+                text = f"has a pipe from {'xyz'[axis]} = {low:.3g} to {high:.3g} m, allowed: inside the tank, {room}"
                 yield Problem(f"emitters.{name}.mouth", text)
         for body, mesh in solids.items():
             if any(len(_outside(points, image, 0.0)) < len(points) for image in _images(mesh, tank, 0.0)):
@@ -194,7 +197,7 @@ def _pipe(settings: PipeEmitterSettings, spacing: float) -> PipeEmitter:
 
 
 def _add_forcings(fluid: Fluid, scenario: Scenario, level: float) -> None:
-    """Current first, then waves, whose zone has the last word on velocities, then wind."""
+    """Add the current first, then the waves, which have priority in their zone, then the wind."""
     forcing = scenario.forcing
     if forcing.current is not None:
         velocity = horizontal(forcing.current.speed, forcing.current.direction)
@@ -217,7 +220,7 @@ def _add_forcings(fluid: Fluid, scenario: Scenario, level: float) -> None:
 
 
 def _waves(forcing: ForcingSettings, scenario: Scenario, level: float) -> AiryWaves:
-    """Waves on the still water of the scenario, carried by its current."""
+    """Create waves on the still water of the scenario, carried by its current."""
     waves, current = forcing.waves, forcing.current
     assert waves is not None
     drift = horizontal(current.speed, current.direction) if current is not None else (0.0, 0.0, 0.0)

@@ -31,11 +31,11 @@ QUICK = (
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Layout:
-    """Where everything starts.
+    """Everything in its place at the start.
 
-    level: of the still water [m]; positions: particles (N, 3) [m] by region, outside all bodies; left_out: by region that lies
-    in bodies, what is left out of it, in words; solids: all bodies, those of the fleet too; coupled: names of those that exchange
-    motion and wrench with the fluid; world: None if nothing is coupled.
+    level: of the still water [m]; positions: particles (N, 3) [m] by region, outside all bodies; left_out: for each region that bodies
+    overlap, the liquid that is left out, in words; solids: all bodies, those of the fleet included; coupled: names of the bodies that
+    exchange motion and wrench with the fluid; world: None if nothing is coupled.
     """
 
     level: float
@@ -48,7 +48,7 @@ class Layout:
 
 
 def lay_out(scenario: Scenario) -> Layout:
-    """Place liquid and bodies; ScenarioError with every problem of them."""
+    """Place liquid and bodies; ScenarioError with every problem."""
     fluid, problems = scenario.fluid, list[Problem]()
     regions = placed_regions(scenario.fill, scenario.tank, fluid.particle_spacing, fluid.dimension)
     problems += empty_regions(regions, fluid.particle_spacing)
@@ -81,10 +81,10 @@ def lay_out(scenario: Scenario) -> Layout:
 
 
 def _displaced_regions(regions: Mapping[str, Array], clear: Mapping[str, Array]) -> Iterator[Problem]:
-    """Regions of which the bodies leave nothing."""
+    """Yield the regions that bodies displace completely."""
     for name, points in regions.items():
         if len(points) and not len(clear[name]):
-            text = f"lies in bodies with all its {len(points)} particles, allowed: a region that reaches out of them"
+            text = f"has all its {len(points)} particles inside bodies, allowed: a region that extends beyond them"
             yield Problem(f"fill.{name}", text)
 
 
@@ -94,26 +94,28 @@ def _left_out(regions: Mapping[str, Array], clear: Mapping[str, Array], content:
         missing = len(points) - len(clear[name])
         if missing:
             part, whole = (volume_in_words(count * content) for count in (missing, len(points)))
-            yield name, f"fill.{name}: {part} of its {whole} lie in bodies, or right at them, and are left out"
+            yield name, f"fill.{name}: {part} of its {whole} are inside bodies, or at their surface, and are left out"
 
 
 def _out_of_reach(solids: Sequence[Solid], meshes: Mapping[str, trimesh.Trimesh], tank: Tank) -> Iterator[Problem]:
-    """Fixed bodies that lie outside the tank altogether, where no liquid meets them; others may fall or be led into it."""
+    """Yield problems of fixed bodies that are entirely outside the tank, where no liquid meets them; others may move into it."""
     for name in (solid.name for solid in solids if solid.wetted and solid.motion == "fixed"):
         for axis, low, high, bottom, top in zip("xyz", *meshes[name].bounds, tank.lower, tank.upper, strict=True):
             if high < bottom or low > top:
-                text = f"stands at {axis} = {low:.4g} to {high:.4g} m for good, allowed: in the tank, {bottom:g} to {top:g} m"
+                text = (
+                    f"is fixed at {axis} = {low:.4g} to {high:.4g} m, allowed: inside the tank, {bottom:g} to {top:g} m"
+                )
                 yield Problem(table_entry(name), text)
 
 
 def _coupled(scenario: Scenario, solids: Sequence[Solid]) -> tuple[str, ...]:
-    """Bodies that exchange motion and wrench with the fluid: those that move, and held ones whose force is asked for."""
+    """List the bodies that exchange motion and wrench with the fluid: moving ones, and fixed ones whose force is asked for."""
     probed = {probe.body for probe in scenario.probes.values() if isinstance(probe, BodyProbe)}
     return tuple(solid.name for solid in solids if solid.wetted and (solid.motion != "fixed" or solid.name in probed))
 
 
 def _sampling_problems(solids: Sequence[Solid], spacing: float) -> Iterator[Problem]:
-    """Surfaces that cannot be sampled: too small ones, which are soon tried, and too large ones, which are soon refused."""
+    """Yield problems of surfaces that cannot be sampled: too small ones, which are tried, and too large ones, which are refused."""
     for mesh, name in {
         id(solid.placed.mesh): (solid.placed.mesh, solid.name) for solid in solids if solid.wetted
     }.values():
@@ -125,7 +127,7 @@ def _sampling_problems(solids: Sequence[Solid], spacing: float) -> Iterator[Prob
 
 
 def _world(scenario: Scenario, solids: Sequence[Solid], fleet: Fleet, problems: list[Problem]) -> RigidBodyWorld:
-    """All solids and joints in one rigid body world; the tank's walls too, if anything could run into them."""
+    """Put all solids and joints into one rigid-body world, with the tank's walls if a body could run into them."""
     world = RigidBodyWorld(gravity=scenario.fluid.gravity, communication_step=scenario.run.communication_step)
     for solid in solids:
         placed = solid.placed
@@ -150,7 +152,7 @@ def _world(scenario: Scenario, solids: Sequence[Solid], fleet: Fleet, problems: 
 
 
 def _add_lines(world: RigidBodyWorld, fleet: Fleet, problems: list[Problem]) -> None:
-    """Elastic lines; one too stiff to be stepped is a problem."""
+    """Add the elastic lines; one that is too stiff to be stepped is a problem."""
     for line in fleet.lines:
         try:
             world.add_line(
@@ -167,19 +169,19 @@ def _add_lines(world: RigidBodyWorld, fleet: Fleet, problems: list[Problem]) -> 
 
 
 def _overlaps(world: RigidBodyWorld, spacing: float) -> Iterator[Problem]:
-    """Bodies that lie deep in each other, or in a side of the tank, would be thrown apart at once; of a boom the worst is told."""
+    """Yield problems of bodies that overlap deeply with each other or with a side of the tank; of a boom, only the worst."""
     allowed, worst = DEEPEST_OVERLAP * spacing, dict[tuple[str, str], tuple[str, str, float]]()
     for one, other, depth in sorted(world.overlaps(), key=lambda found: found[2]):
         if depth > allowed:
             worst[table_entry(one), other and table_entry(other)] = one, other, depth
     for (table, _), (one, other, depth) in worst.items():
         where = f"body {other!r}" if other else "a side of the tank"
-        text = f"has body {one!r} lie {depth:.2g} m deep in {where} at the start, allowed: up to {allowed:.2g} m"
+        text = f"has body {one!r} {depth:.2g} m deep inside {where} at the start, allowed: up to {allowed:.2g} m"
         yield Problem(table, text)
 
 
 def _add_tank_sides(world: RigidBodyWorld, tank: Tank) -> None:
-    """Let bodies run into the closed sides of the tank, which go on beyond its other sides."""
+    """Let bodies run into the closed sides of the tank, which continue beyond its other sides."""
     for side in tank.closed_sides:
         inward = 1.0 if side[0] == "-" else -1.0
         normal = inward * np.eye(3)["xyz".index(side[1])]

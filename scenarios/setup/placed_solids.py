@@ -1,4 +1,4 @@
-"""A scenario's own bodies with their places and motions: what is solid, before vessels and booms."""
+"""The bodies of the [bodies] table with their places and motions, without vessels and booms."""
 
 from __future__ import annotations
 
@@ -48,11 +48,11 @@ class Solid:
 
     @property
     def name(self) -> str:
-        """Its name in the run: ``rock``, ``vessels/port``, ``boom/main/segment-03``."""
+        """Name of the body in the run: ``rock``, ``vessels/port``, ``boom/main/segment-03``."""
         return self.placed.name
 
     def world_mesh(self, own: trimesh.Trimesh | None = None) -> trimesh.Trimesh:
-        """The mesh, or another in its frame, where it starts."""
+        """Place the mesh, or another one in its frame, where the body starts."""
         mesh = (self.placed.mesh if own is None else own).copy()
         transform = np.eye(4)
         transform[:3, :3] = Rotation.from_quat(self.placed.orientation).as_matrix()
@@ -62,20 +62,20 @@ class Solid:
 
 
 def vector(array: Array) -> Vector:
-    """An array (3,) as a tuple of floats."""
+    """Convert an array (3,) of any unit [-] to a tuple of floats."""
     x, y, z = (float(part) for part in array)
     return x, y, z
 
 
 def table_entry(body: str) -> str:
-    """Where a body of the run stands in the scenario: ``bodies.rock``, ``vessels.port``, ``booms.main``."""
+    """Return the table of a body in the scenario: ``bodies.rock``, ``vessels.port``, ``booms.main``."""
     group, _, rest = body.partition("/")
     tables = {"vessels": "vessels", "boom": "booms"}
     return f"{tables[group]}.{rest.partition('/')[0]}" if group in tables and rest else f"bodies.{body}"
 
 
 def own_solids(scenario: Scenario, problems: list[Problem]) -> tuple[Solid, ...]:
-    """The sound bodies of the [bodies] table; those of meshes that cannot be used are added to `problems`."""
+    """Build the valid bodies of the [bodies] table; those whose meshes cannot be used are added to `problems`."""
     solids: list[Solid] = []
     filled = {fill.inside: name for name, fill in scenario.fill.items() if fill.inside is not None}
     for name, body in scenario.bodies.items():
@@ -83,7 +83,7 @@ def own_solids(scenario: Scenario, problems: list[Problem]) -> tuple[Solid, ...]
             shape = body_solid(body)
             solids.append(_solid(name, body, shape, is_filled=name in filled))
         except (ValueError, OSError) as error:
-            problems.append(Problem(f"bodies.{name}", f"cannot be made: {error}"))
+            problems.append(Problem(f"bodies.{name}", f"cannot be built: {error}"))
             continue
         if name in filled and not shape.has_hollow:
             text = f"is {name!r}, a body without a sealed hollow, allowed: one that has, and for other liquid no inside"
@@ -120,7 +120,7 @@ def _solid(name: str, body: Body, shape: SolidMesh, *, is_filled: bool) -> Solid
 
 
 def _notes(name: str, body: Body, shape: SolidMesh, *, is_filled: bool) -> tuple[str, ...]:
-    """What was mended of a body's mesh, and whether its hollows hold liquid."""
+    """Say what was mended of a body's mesh, and whether its hollows hold liquid."""
     where = f"bodies.{name}.file {body.file!r}" if isinstance(body, MeshBody) else f"bodies.{name}"
     notes = [f"{where}: {note}" for note in shape.notes]
     if shape.has_hollow and not is_filled:

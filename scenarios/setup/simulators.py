@@ -1,4 +1,4 @@
-"""The simulators of a run: the fluid, the rigid bodies that it meets, and who of them answers to the other."""
+"""The simulators of a run: the fluid, the rigid bodies, and the exchange between them."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Simulators:
     notes: tuple[str, ...]
 
     def wrench(self, body: str) -> NDArray[np.float64]:
-        """The fluid's wrench (6,) [N, N m] on a body; 0 on one that is not coupled."""
+        """Return the fluid's wrench (6,) [N, N m] on a body; 0 on a body that is not coupled."""
         return self.bodies.fluid.get(f"{body}.wrench") if body in self.coupled else np.zeros(6)
 
 
@@ -54,7 +54,7 @@ def build_simulators(scenario: Scenario) -> Simulators:
     """Lay everything out and fill the tank; ScenarioError for what cannot be made."""
     layout = lay_out(scenario)
     solids, coupled = layout.solids, layout.coupled
-    with problems_of("fluid", "cannot be made"):
+    with problems_of("fluid", "cannot be built"):
         fluid, tank = build_fluid(scenario, layout.positions)
     samplings = _sampled(solids, scenario.fluid.particle_spacing)
     handles = _wet(fluid, solids, samplings, coupled)
@@ -75,7 +75,7 @@ def build_simulators(scenario: Scenario) -> Simulators:
 
 
 def _sampled(solids: Sequence[Solid], particle_spacing: float) -> dict[int, SurfaceSampling]:
-    """The surfaces of all wetted solids, by the id of their mesh: bodies of one mesh, such as a boom's segments, share its sampling."""
+    """Sample the surfaces of all wetted solids, by the id of their mesh; bodies with one mesh, as a boom's segments, share its sampling."""
     samplings: dict[int, SurfaceSampling] = {}
     for solid in solids:
         mesh = solid.placed.mesh
@@ -88,9 +88,9 @@ def _sampled(solids: Sequence[Solid], particle_spacing: float) -> dict[int, Surf
 def _wet(
     fluid: Fluid, solids: Sequence[Solid], samplings: Mapping[int, SurfaceSampling], coupled: Sequence[str]
 ) -> dict[str, int]:
-    """Give the fluid the surfaces of all wetted solids; returns their handles by name.
+    """Give the fluid the surfaces of all wetted solids; return their handles by name.
 
-    A coupled one is placed about its centre of mass, another where it stands for good.
+    The surface of a coupled body is placed about its centre of mass, that of another body at its final place.
     """
     handles = {}
     for solid in solids:

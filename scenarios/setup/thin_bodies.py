@@ -21,7 +21,7 @@ def thin_samplings(solids: Sequence[Solid], particle_spacing: float) -> dict[int
 def thin_bodies(
     solids: Sequence[Solid], samplings: Mapping[int, SurfaceSampling], particle_spacing: float
 ) -> dict[str, str]:
-    """What is to be told of bodies whose samplings are given by the id of their mesh; keys are ``thin rock`` or ``leak rock``."""
+    """List the warnings of thin bodies, whose samplings are given by the id of their mesh; keys are ``thin rock`` or ``leak rock``."""
     sampled = {
         solid.name: (samplings[id(solid.placed.mesh)], float(solid.placed.mesh.volume))
         for solid in solids
@@ -36,7 +36,7 @@ def thin_bodies(
 
 
 def swollen_bodies(times: Mapping[str, float], particle_spacing: float) -> dict[str, str]:
-    """What is told of bodies of which the fluid meets so many `times` their volume; a boom's segments are told of together."""
+    """List the warnings of bodies that the fluid meets with `times` their volume; the segments of a boom share one warning."""
     entries: dict[str, dict[str, float]] = {}
     for name, value in times.items():
         if value > 1.0:

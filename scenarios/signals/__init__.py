@@ -1,1 +1,1 @@
-"""Numbers of a run by name, for FMUs and for orders."""
+"""Signals: numbers of a run by name, for FMUs and for orders."""

@@ -1,4 +1,4 @@
-"""FMUs and their connections, checked before anything is built: files, variables, causalities, units."""
+"""Checks of FMUs and their connections before anything is built: files, variables, causalities, units."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ SIGNALS_SHOWN = 12  # signals that an error names
 
 @dataclass(frozen=True)
 class _Declared:
-    """Stands for the signals of a run that has not been built."""
+    """A stand-in for the signals of a run that has not been built."""
 
     name: str
     variables: Mapping[str, Variable]
 
 
 def fmu_problems(fmus: Mapping[str, FmuSettings], signals: Mapping[str, Signal]) -> Iterator[Problem]:
-    """Everything that is wrong with the FMUs of a scenario."""
+    """Yield every problem of a scenario's FMUs."""
     loaded: dict[str, FmuParticipant] = {}
     for name, settings in fmus.items():
         try:
@@ -48,12 +48,12 @@ def fmu_problems(fmus: Mapping[str, FmuSettings], signals: Mapping[str, Signal])
             yield Problem(path, unknown)
             continue
         for text in connection_problems(connection, participants):
-            yield Problem(path, f"does not fit: {text.removeprefix(f'{connection}: ')}")
+            yield Problem(path, f"cannot be made: {text.removeprefix(f'{connection}: ')}")
     yield from _doubly_driven(connections)
 
 
 def _several_of_one(loaded: Mapping[str, FmuParticipant]) -> Iterator[Problem]:
-    """FMUs that a process can run only once, and another runs already."""
+    """Yield problems of FMUs that a process can run only once, if the scenario has them twice."""
     first: dict[str, str] = {}
     for name, fmu in loaded.items():
         other = first.setdefault(fmu.only_one_of, name)
@@ -76,9 +76,9 @@ def _unknown_signal(connection: Connection, signals: Mapping[str, Signal]) -> st
     shown = near[:SIGNALS_SHOWN] + (
         [f"... {len(near) - SIGNALS_SHOWN} more, see oilsim signals"] if len(near) > SIGNALS_SHOWN else []
     )
-    direction = "that a run takes" if takes else "that a run gives"
+    direction = "input of the run" if takes else "output of the run"
     hint = suggestion(name, fitting) or ","
-    return f"is {name!r}, which is no signal {direction}{hint} allowed: {', '.join(shown) or 'none is there'}"
+    return f"is {name!r}, which is no {direction}{hint} allowed: {', '.join(shown) or 'none is there'}"
 
 
 def _unknown_fmu(connection: Connection, fmus: Mapping[str, FmuSettings]) -> str:
@@ -90,18 +90,18 @@ def _unknown_fmu(connection: Connection, fmus: Mapping[str, FmuSettings]) -> str
 
 
 def _doubly_driven(connections: Mapping[str, Connection]) -> Iterator[Problem]:
-    """Signals that more than one output drives."""
+    """Yield problems of signals that several outputs drive."""
     drivers: dict[str, list[str]] = {}
     for path, connection in connections.items():
         if connection.target == ORDER_BOARD:
             drivers.setdefault(connection.target_variable, []).append(path)
     for signal, paths in drivers.items():
         if len(paths) > 1:
-            yield Problem(paths[1], f"drives {signal!r}, which {paths[0]} drives already, allowed: one of them")
+            yield Problem(paths[1], f"drives {signal!r}, which {paths[0]} already drives; allowed: only one of them")
 
 
 def all_are_kept(fmus: Mapping[str, FmuSettings]) -> bool:
-    """Whether the state of every FMU can be kept outside it, and so that of the run; each of them is tried out."""
+    """Tell whether the state of every FMU, and so that of the run, can be saved outside it; this tries each FMU."""
     return not any(_why_not_kept(fmu) for fmu in fmu_participants(fmus))
 
 
@@ -117,7 +117,7 @@ def _why_not_kept(fmu: FmuParticipant) -> str:
 
 
 def fmu_participants(fmus: Mapping[str, FmuSettings]) -> tuple[FmuParticipant, ...]:
-    """The FMUs, each of them tried out; ScenarioError for one that cannot run here, before anything is computed."""
+    """Create the FMUs, each tried before; ScenarioError for one that cannot run here, before anything is computed."""
     participants = []
     for name, settings in fmus.items():
         with problems_of(f"fmus.{name}", "cannot be used"):

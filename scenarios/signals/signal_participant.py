@@ -1,4 +1,4 @@
-"""Signals as a participant: where FMUs of a scenario are plugged in."""
+"""Signals as a participant, to which a scenario's FMUs are connected."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 
 def signal_variables(signals: Mapping[str, Signal]) -> dict[str, Variable]:
-    """Signals as variables of shape (1,)."""
+    """Turn signals into variables of shape (1,)."""
     return variable_table(
         Variable(signal.name, signal.unit, (1,), Causality.INPUT if signal.is_input else Causality.OUTPUT)
         for signal in signals.values()
@@ -41,27 +41,27 @@ class SignalBoard:
 
     @property
     def name(self) -> str:
-        """See `Participant`."""
+        """Name of the participant."""
         return self._name
 
     @property
     def variables(self) -> Mapping[str, Variable]:
-        """Every signal."""
+        """Every signal by its name."""
         return self._variables
 
     def enter_initialization_mode(self, start_time: float) -> None:
-        """Nothing is to be prepared."""
+        """Do nothing: there is nothing to prepare."""
 
     def exit_initialization_mode(self) -> None:
-        """Nothing is left to do."""
+        """Do nothing: no value depends on others yet."""
 
     def get(self, name: str) -> Array:
-        """A signal (1,); of an input, what it was set to last."""
+        """Return a signal (1,), for an input the value last set; ValueError for an output that is not known."""
         if name in self._values:
             return np.array([self._values[name]])
         signal = self._signals.get(name)
         if signal is None or signal.read is None:
-            raise ValueError(f"run has no signal {name!r}, allowed: {', '.join(self._signals)}")
+            raise ValueError(f"the run has no signal {name!r}, allowed: {', '.join(self._signals)}")
         return np.array([signal.read(self._parts)])
 
     def set(self, name: str, value: Array) -> None:
@@ -74,27 +74,27 @@ class SignalBoard:
         self._put_into_effect(name)
 
     def do_step(self, time: float, step_size: float) -> StepResult:
-        """Inputs rule on, whatever a vessel's next leg says."""
+        """Apply all inputs again, because a vessel's next leg may have replaced them."""
         self.renew()
         return StepResult(Status.OK, time + step_size)
 
     def renew(self) -> None:
-        """Put every input that has been set into effect once more."""
+        """Apply every input that has been set once more."""
         for name in sorted(self._given):
             self._put_into_effect(name)
 
     def save_state(self) -> object:
-        """Values of the inputs, and which have been set."""
+        """Return the values of the inputs, and which have been set."""
         return {"values": dict(self._values), "given": sorted(self._given)}
 
     def restore_state(self, state: object) -> None:
-        """Back to what `save_state` returned; wind and current with it."""
+        """Go back to a state that `save_state` returned, with its wind and current."""
         saved = cast(dict[str, dict[str, float]], state)
         self._values, self._given = dict(saved["values"]), set(saved["given"])
         self.renew()
 
     def terminate(self) -> None:
-        """Nothing is held."""
+        """Do nothing: the board holds no resources."""
 
     def _put_into_effect(self, name: str) -> None:
         write = self._signals[name].write

@@ -80,12 +80,12 @@ class Scores(CurrentListener, Protocol):
 
     @property
     def booms(self) -> Sequence[ScoredBoom]:
-        """All booms that are scored."""
+        """The accounts, one for each boom."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RunParts:
-    """The parts of a run that signals reach into; `controls` by vessel, `tension_joints` by boom and end."""
+    """The parts of a run that signals read and change; `controls` by vessel, `tension_joints` by boom and end."""
 
     fluid: Fluid
     world: RigidBodyWorld | None
@@ -94,7 +94,7 @@ class RunParts:
     tension_joints: Mapping[tuple[str, str], str]
 
     def body(self, name: str) -> tuple[Array, Array]:
-        """Pose (7,) and twist (6,) of a body."""
+        """Return pose (7,) [m, 1] and twist (6,) [m/s, rad/s] of a body."""
         assert self.world is not None  # who names a moving body has a world
         return self.world.pose(name), self.world.twist(name)
 
@@ -107,8 +107,8 @@ Write = Callable[[RunParts, Mapping[str, float]], None]
 class Signal:
     """One number of a run.
 
-    An output has `read`. An input has `write`, which puts it into effect, given the values of all inputs by name, and `start`, what
-    the scenario says of it.
+    An output has `read`. An input has `write`, which applies it, given the values of all inputs by name, and `start`, the value in the
+    scenario.
     """
 
     name: str
@@ -119,12 +119,12 @@ class Signal:
 
     @property
     def is_input(self) -> bool:
-        """Whether it is given to the run."""
+        """True for an input of the run."""
         return self.write is not None
 
 
 def signals_of(exercise: SignalTables) -> dict[str, Signal]:
-    """All signals of a scenario by name."""
+    """List all signals of a scenario by name."""
     found = [*_tow(exercise), *_weather(exercise.forcing)]
     for name, vessel in exercise.vessels.items():
         found += [*_orders(name, vessel), *_vessel(name)]
@@ -137,7 +137,7 @@ def signals_of(exercise: SignalTables) -> dict[str, Signal]:
 
 
 def _tow(exercise: SignalTables) -> Iterator[Signal]:
-    """The orders of [tow], to every vessel whose helmsman has none of its own."""
+    """Yield the orders of [tow], to every vessel whose helmsman has no orders of its own."""
     followers = [name for name, v in exercise.vessels.items() if v.control == "helmsman" and not v.legs]
     tow = exercise.tow
     if tow is None or not followers:
@@ -162,13 +162,13 @@ def _orders(name: str, vessel: VesselSettings) -> Iterator[Signal]:
 
 
 def _order(told: list[tuple[str, str]], signal: str, parts: RunParts, values: Mapping[str, float]) -> None:
-    """Give vessels an order, each by its name and the order's."""
+    """Give vessels an order; `told` has the names of vessel and order."""
     for vessel, order in told:
         parts.controls[vessel].set(f"{vessel}.{order}", np.array(values[signal]))
 
 
 def _vessel(name: str) -> Iterator[Signal]:
-    """Where a vessel is, how it moves, and how it pushes."""
+    """Yield the pose, motion and thrust of a vessel."""
     yield from _pose(f"vessels.{name}", body_of(name))
     for index, (what, unit) in enumerate((("speed", "m/s"), ("drift", "m/s"), ("turn_rate", "rad/s"))):
         yield Signal(name=f"vessels.{name}.{what}", unit=unit, read=partial(_planar, body_of(name), index))
@@ -177,7 +177,7 @@ def _vessel(name: str) -> Iterator[Signal]:
 
 
 def _planar(body: str, index: int, parts: RunParts) -> float:
-    """Speed along a body's heading, to port of it [m/s], and rate of turn [rad/s]."""
+    """Return speed along a body's heading and to port of it [m/s], or rate of turn [rad/s]."""
     pose, twist = parts.body(body)
     yaw = attitude(pose)[2]
     c, s = math.cos(yaw), math.sin(yaw)
@@ -189,7 +189,7 @@ def _push(vessel: str, what: str, parts: RunParts) -> float:
 
 
 def _boom(name: str, boom: BoomSettings) -> Iterator[Signal]:
-    """Tensions and winches at a boom's ends, and where its segments are."""
+    """Yield tensions and winches at a boom's ends, and the poses of its segments."""
     for end, label in zip(boom.ends, boom.end_labels, strict=True):
         prefix = f"booms.{name}.{label}"
         yield Signal(name=f"{prefix}.tension", unit="N", read=partial(_tension, name, label))
@@ -200,13 +200,13 @@ def _boom(name: str, boom: BoomSettings) -> Iterator[Signal]:
 
 
 def _tension(boom: str, end: str, parts: RunParts) -> float:
-    """Tow tension [N], mean over the last step."""
+    """Return the tow tension [N], the mean over the last step."""
     assert parts.world is not None
     return parts.world.tension(parts.tension_joints[boom, end])
 
 
 def _pay_out(boom: str, end: str, signal: str, parts: RunParts, values: Mapping[str, float]) -> None:
-    """Line [m] beyond what was laid out, by the end of the coming step."""
+    """Set the length [m] of line that is paid out beyond the laid length by the end of the coming step."""
     assert parts.world is not None
     line = parts.tension_joints[boom, end]
     parts.world.lines.order_length(line, parts.world.lines.laid_length(line) + values[signal])
@@ -223,7 +223,7 @@ def _coordinate(body: str, index: int, parts: RunParts) -> float:
 
 
 def attitude(pose: Array) -> tuple[float, float, float]:
-    """Roll, pitch and yaw [rad] of a pose (7,)."""
+    """Return roll, pitch and yaw [rad] of a pose (7,) [m, 1]."""
     x, y, z, w = (float(part) for part in pose[3:])
     roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
     pitch = math.asin(min(max(2.0 * (w * y - z * x), -1.0), 1.0))
@@ -231,7 +231,7 @@ def attitude(pose: Array) -> tuple[float, float, float]:
 
 
 def _weather(forcing: ForcingSettings | None) -> Iterator[Signal]:
-    """Wind and current, where the scenario has them."""
+    """Yield wind and current, if the scenario has them."""
     if forcing is None:
         return
     for kind, settings, write in (("wind", forcing.wind, _blow), ("current", forcing.current, _flow)):

@@ -1,4 +1,4 @@
-"""Wind and current that change while a run goes on: every part that feels them is told."""
+"""Wind and current that change during a run: every part that uses them is informed."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 
 
 class CurrentListener(Protocol):
-    """Whoever reckons speeds through the water."""
+    """A part that uses speeds through the water."""
 
     def take_current(self, velocity: NDArray[np.float64]) -> None:
-        """The velocity of the current is `velocity` (3,) [m/s] from now on."""
+        """Use `velocity` (3,) [m/s] as the velocity of the current from now on."""
 
 
 def set_wind(fluid: Fluid, controls: Iterable[VesselControl | ManualControl], speed: float, direction: float) -> None:
-    """The mean wind [m/s], [rad], for the liquid and for vessels; gusts are felt by the liquid only."""
+    """Set the mean wind [m/s], [rad], for the liquid and for vessels; only the liquid has gusts."""
     for forcing in fluid.forcings:
         if isinstance(forcing, Wind):
             forcing.speed, forcing.direction = speed, direction
@@ -34,7 +34,7 @@ def set_wind(fluid: Fluid, controls: Iterable[VesselControl | ManualControl], sp
 
 
 def set_current(fluid: Fluid, listener: CurrentListener, speed: float, direction: float) -> None:
-    """The current [m/s], [rad], what waves are carried by, and what speeds through the water are reckoned against."""
+    """Set the current [m/s], [rad], for the liquid, for its waves, and for speeds through the water."""
     velocity = horizontal(speed, direction)
     for forcing in fluid.forcings:
         if isinstance(forcing, Current):

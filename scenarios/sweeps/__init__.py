@@ -1,1 +1,1 @@
-"""Many runs of one scenario, and their results side by side."""
+"""Sweeps: many runs of one scenario, and their results in one table."""

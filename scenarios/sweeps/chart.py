@@ -1,4 +1,4 @@
-"""The picture of a sweep: each figure that differs between the runs, over the values of the entry that varies first."""
+"""The picture of a sweep: each figure that differs between the runs, over the values of the first varied entry."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _COLUMNS, _PANEL = 3, (4.6, 3.1)  # inches
 
 
 def draw_sweep(outcomes: Sequence[Outcome], picture: Path) -> None:
-    """Draw it to a PNG file, of runs that came to different figures."""
+    """Draw the figures that differ between the runs to a PNG file."""
     keys = differing([outcome.figures() for outcome in outcomes])
     rows, columns = math.ceil(len(keys) / _COLUMNS), min(len(keys), _COLUMNS)
     with mpl.rc_context(STYLE):
@@ -36,7 +36,7 @@ def draw_sweep(outcomes: Sequence[Outcome], picture: Path) -> None:
 
 
 def _draw(axes: Axes, key: str, outcomes: Sequence[Outcome]) -> None:
-    """One figure: a line for each combination of what else varies."""
+    """Draw one figure, with a line for each combination of the other varied entries."""
     varied = next(iter(outcomes[0].variant.values))
     lines: dict[str, list[tuple[str, float]]] = {}
     for outcome in outcomes:

@@ -18,7 +18,7 @@ RUN = ("ended", "simulated_s", "wall_s", "density_error")  # what its table on d
 
 @dataclass(frozen=True)
 class Outcome:
-    """A variant and the summary of its run."""
+    """A variant of the scenario and the summary of its run."""
 
     variant: Variant
     summary: Mapping[str, Any]
@@ -36,9 +36,9 @@ class Outcome:
 
 
 def table(outcomes: Sequence[Outcome]) -> Table:
-    """A column a run: what was varied, and the figures that differ."""
+    """Build the table of the runs, one column each: the varied entries, and the figures that differ."""
     figures = [outcome.figures() for outcome in outcomes]
-    shown = Table("run", title="what differs between the runs", title_justify="left")
+    shown = Table("run", title="figures that differ between the runs", title_justify="left")
     shown.columns[0].no_wrap = True
     for number in range(len(outcomes)):
         shown.add_column(f"{number + 1}", justify="right")
@@ -50,13 +50,13 @@ def table(outcomes: Sequence[Outcome]) -> Table:
 
 
 def differing(figures: Sequence[Mapping[str, float]]) -> list[str]:
-    """The keys of figures that are not the same in all runs, in the order of the summaries."""
+    """List the keys of figures that are not equal in all runs, in the order of the summaries."""
     keys = dict.fromkeys(key for own in figures for key in own)
     return [key for key in keys if len({own.get(key) for own in figures}) > 1]
 
 
 def write_table(outcomes: Sequence[Outcome], path: Path) -> None:
-    """One row a run: what was varied, how it ended, every figure."""
+    """Write one row for each run: the varied entries, how the run ended, and every figure."""
     rows = [
         {"run": outcome.variant.name}
         | outcome.variant.values

@@ -1,4 +1,4 @@
-"""Runs a scenario once for every combination of some of its entries' values, and lays out side by side what came of it."""
+"""A sweep runs a scenario once for every combination of some entries' values, and compares the results."""
 
 from __future__ import annotations
 
@@ -21,10 +21,11 @@ from scenarios.watch.progress import clock
 def run_sweep(
     chosen: Sequence[Variant], folder: Path, *, recorded: bool = False, console: Console | None = None
 ) -> int:
-    """Run what has not been run yet, with a summary and, if `recorded`, a recording each, and write sweep.csv and sweep.png.
+    """Run the variants that are not complete yet, with a summary and, if `recorded`, a recording each.
 
-    Returns the exit code of the `oilsim` command: that of the first failed run, or of the signal that stopped the sweep. A later
-    call with the same folder goes on: complete runs of the same scenario are not repeated.
+    Writes sweep.csv and sweep.png into the folder. Returns the exit code of the `oilsim` command: that of the first failed run, or of the
+    signal that stopped the sweep. A later call with the same folder continues: it does not repeat complete runs of the same scenario.
+    Raises ScenarioError if the folder cannot be created.
     """
     console = console or terminal(stderr=True)
     _make(folder)
@@ -35,7 +36,7 @@ def run_sweep(
     for number, variant in enumerate(chosen, 1):
         head = f"{number} of {len(chosen)}: {variant.title}"
         if variant.name not in waiting:
-            console.print(f"{head}, is there already", highlight=False)
+            console.print(f"{head}: already complete", highlight=False)
         else:
             left = f", about {clock(sum(spent) / len(spent) * len(waiting))} left" if spent else ""
             console.print(f"{head}{left}", style="bold", highlight=False)
@@ -64,11 +65,11 @@ def _run(variant: Variant, folder: Path, recorded: bool, console: Console) -> in
 
 
 def _leave(outcomes: Sequence[Outcome], folder: Path, console: Console) -> None:
-    """Print and write what the runs came to."""
+    """Print and write the results of the runs."""
     if not outcomes:
         return
     write_table(outcomes, folder / "sweep.csv")
-    told = f"all figures: {folder / 'sweep.csv'}"
+    told = f"table of all figures: {folder / 'sweep.csv'}"
     if differing([outcome.figures() for outcome in outcomes]):
         from scenarios.sweeps.chart import draw_sweep
 
@@ -79,10 +80,10 @@ def _leave(outcomes: Sequence[Outcome], folder: Path, console: Console) -> None:
 
 
 def _is_complete(variant: Variant, folder: Path, recorded: bool) -> bool:
-    """Whether the variant has been run to its end, and recorded if that is asked for."""
+    """Tell whether the variant has been run to its end, and recorded if that is asked for."""
     try:
         content = json.loads((folder / f"{variant.name}.json").read_text(encoding="utf-8"))
-    except (FileNotFoundError, ValueError):  # of a program that was killed while it wrote half is there
+    except (FileNotFoundError, ValueError):  # missing, or half written by a program that was killed
         return False
     is_whole = content["ended"] == "completed" and content["simulated_s"] >= variant.plan.scenario.run.duration - 1e-9
     return is_whole and (not recorded or (folder / f"{variant.name}.rrd").is_file())
@@ -92,5 +93,5 @@ def _make(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        text = f"is {str(folder)!r}, which cannot be made: {error.strerror or error}, allowed: a new folder, or that of an earlier sweep"
+        text = f"is {str(folder)!r}, which cannot be created: {error.strerror or error}; allowed: a new folder, or that of an earlier sweep"
         raise ScenarioError([Problem("--to", text)], "oilsim") from error

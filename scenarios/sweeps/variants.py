@@ -16,13 +16,13 @@ from scenarios.load import load_scenario
 from scenarios.problems import Problem, ScenarioError
 from scenarios.running.plan import Plan
 
-_ALLOWED = "key=value,value,... as in tow.speed_kn=0.3,0.5,0.7"
+_ALLOWED = "key=value,value,... for example tow.speed_kn=0.3,0.5,0.7"
 _NAME_LETTERS = 80  # of a combination in a file's name
 
 
 @dataclass(frozen=True, kw_only=True)
 class Variation:
-    """An entry of a scenario and the values it takes, as ``--set`` texts have them."""
+    """An entry of a scenario and its values, written as in ``--set``."""
 
     key: str
     values: tuple[str, ...]
@@ -32,7 +32,7 @@ class Variation:
 class Variant:
     """One run of a sweep.
 
-    values: what each varied entry is, by key; plan: what is run; source: the scenario's file.
+    values: the value of each varied entry, by key; plan: the run to make; source: the scenario's file.
     """
 
     values: dict[str, str]
@@ -41,7 +41,7 @@ class Variant:
 
     @property
     def title(self) -> str:
-        """``tow.speed_kn=0.5, phases.oil.density=900``."""
+        """The varied entries in words: ``tow.speed_kn=0.5, phases.oil.density=900``."""
         return ", ".join(f"{key}={value}" for key, value in self.values.items())
 
     @property
@@ -53,7 +53,10 @@ class Variant:
 
 
 def parse_variation(text: str) -> Variation:
-    """``tow.speed_kn=0.3,0.5``; values are TOML, bare words are text. ScenarioError if there are none, or one twice."""
+    """Read ``tow.speed_kn=0.3,0.5``; values are TOML, and bare words are text.
+
+    Raises ScenarioError if there is no value, or one value twice.
+    """
     key, equals, listed = text.partition("=")
     values = _values(listed)
     if not (equals and key.strip() and values and all(values)):
@@ -61,7 +64,7 @@ def parse_variation(text: str) -> Variation:
     twice = sorted({value for value in values if values.count(value) > 1})
     if twice:
         raise ScenarioError(
-            [Problem(f"--vary {key}", f"has {', '.join(twice)} twice, allowed: each value once")], "oilsim"
+            [Problem(f"--vary {key}", f"has the value {', '.join(twice)} twice, allowed: each value once")], "oilsim"
         )
     return Variation(key=key.strip(), values=values)
 
@@ -69,12 +72,15 @@ def parse_variation(text: str) -> Variation:
 def variants(
     source: str | Path, variations: Sequence[Variation], *, overrides: tuple[str, ...] = (), demo: bool = False
 ) -> list[Variant]:
-    """All combinations, the last entry varying fastest; ScenarioError with what is wrong with any of them, before anything is run."""
+    """Build all combinations; the last entry varies fastest.
+
+    Raises ScenarioError with everything that is wrong in any combination, before anything is run.
+    """
     keys = [variation.key for variation in variations]
     twice = sorted({key for key in keys if keys.count(key) > 1})
     if twice:
         raise ScenarioError(
-            [Problem(f"--vary {key}", "is given twice, allowed: once, with all values") for key in twice], "oilsim"
+            [Problem(f"--vary {key}", "is given twice, allowed: once, with all its values") for key in twice], "oilsim"
         )
     found: list[Variant] = []
     problems: list[Problem] = []
@@ -96,7 +102,7 @@ def variants(
 
 
 def _values(listed: str) -> tuple[str, ...]:
-    """Values between commas as TOML texts; if they are not TOML, as they stand."""
+    """Split the values at their commas and write them as TOML; values that are not TOML stay as they are."""
     try:
         values: list[Any] = tomllib.loads(f"values = [{listed}]")["values"]
         return tuple(json.dumps(value) for value in values)  # which TOML reads alike

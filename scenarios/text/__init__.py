@@ -1,1 +1,1 @@
-"""Quantities in words, and the terminal."""
+"""Quantities as text, and the terminal."""

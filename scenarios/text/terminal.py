@@ -1,4 +1,4 @@
-"""The terminal as all commands write to it."""
+"""The terminal to which all commands write."""
 
 from __future__ import annotations
 
@@ -6,5 +6,5 @@ from rich.console import Console
 
 
 def terminal(*, stderr: bool = False) -> Console:
-    """A console that shows titles, names and messages as they are: rich would read ``[/red]`` and ``:sun:`` in them as its own."""
+    """Create a console that shows texts as they are; rich would read ``[/red]`` and ``:sun:`` in titles as its own markup."""
     return Console(stderr=stderr, markup=False, emoji=False)

@@ -43,7 +43,7 @@ class BoomScore:
     """Keeps one boom's account from communication point to communication point; only `advance` changes it."""
 
     def __init__(self, name: str, scenario: Scenario, layout: BoomLayout, tensions: Mapping[str, str]) -> None:
-        """`tensions`: by end, the joint that carries the tow tension."""
+        """Prepare the account; `tensions` has, for each end, the joint that carries the tow tension."""
         settings = scenario.booms[name]
         self.name = name
         self.report: ContainmentReport | None = None
@@ -105,18 +105,18 @@ class BoomScore:
         return notices
 
     def _announce(self, report: ContainmentReport, speed: float, held: float) -> None:
-        """Say what happens for the first time."""
+        """Announce what happens for the first time."""
         through = f"at {speed / knot:.2f} kn through the water"
         share = 100.0 * self._losses.first_share
-        normal = f"water has met it faster than 0.7 kn along its normal for {self._held.window:.2g} s"
+        normal = f"water has run against the boom at more than 0.7 kn (normal to it) for {self._held.window:.2g} s"
         self._tell_once("too fast", held > PRACTICE_SPEED, normal)
         self._tell_once(
-            "first loss", self._losses.first_loss is not None, f"has lost over {share:g} % of its oil, {through}"
+            "first loss", self._losses.first_loss is not None, f"has lost more than {share:g} % of its oil, {through}"
         )
         for cause, volume in report.lost_by_cause.items():
             self._tell_once(cause, volume > 0.0, f"first oil lost by {cause.replace('_', ' ')}, {through}")
         self._tell_once(
-            "gross loss", self._losses.gross_loss is not None, f"loses over 2 % of its oil a second, {through}"
+            "gross loss", self._losses.gross_loss is not None, f"loses more than 2 % of its oil per second, {through}"
         )
 
     def _tell_once(self, key: str, happens: bool, text: str) -> None:
@@ -136,12 +136,12 @@ class BoomScore:
         )
 
     def _tow_speed(self, world: RigidBodyWorld, current: Array) -> float:
-        """Speed of the towing vessels through the water [m/s], their mean."""
+        """Compute the mean speed [m/s] of the towing vessels through the water."""
         speeds = [float(np.linalg.norm(world.twist(name)[:2] - current[:2])) for name in self._vessels]
         return float(np.mean(speeds)) if speeds else float(np.linalg.norm(current[:2]))
 
     def _pull(self, world: RigidBodyWorld, duration: float) -> dict[str, float]:
-        """The tow tension [N] at each end, which acted for `duration` [s], and its peak."""
+        """Return the tow tension [N] at each end, which acted for `duration` [s], and its peak."""
         scalars: dict[str, float] = {}
         for end, joint in self._tension_joints.items():
             tension, record = world.tension(joint), self._tensions[end]
@@ -150,7 +150,7 @@ class BoomScore:
         return scalars
 
     def _remember(self, report: ContainmentReport, held: float) -> dict[str, float]:
-        """The worst of what the summary tells, for recordings, which do not hold every communication point."""
+        """Keep the extreme values of the summary's scores for recordings, which do not hold every communication point."""
         for key, value in (("normal_speed_held", held), ("skirt_angle", report.skirt_angle)):
             self._worst[key] = max(self._worst.get(key, 0.0), value)
         draft = report.effective_draft
@@ -158,11 +158,11 @@ class BoomScore:
         return {f"metrics/{WORST}{key}": value for key, value in self._worst.items()}
 
     def first_loss_speed(self) -> float | None:
-        """Tow speed [m/s] at the first loss, None before it."""
+        """Return the tow speed [m/s] at the first loss; None before it."""
         return self._losses.first_loss
 
     def gross_loss_speed(self) -> float | None:
-        """Tow speed [m/s] at the gross loss, None before it."""
+        """Return the tow speed [m/s] at the gross loss; None before it."""
         return self._losses.gross_loss
 
     def save_state(self) -> dict[str, Any]:
@@ -189,7 +189,7 @@ class BoomScore:
         self._told, self._notices = set(saved["told"]), []
 
     def summary(self) -> dict[str, Any]:
-        """The boom's scores; speeds in knots and angles in degrees where the key says so."""
+        """Return the boom's scores; speeds are in knots and angles in degrees if the key says so."""
         report = self.report
         if report is None:
             return {}
@@ -220,7 +220,7 @@ class Scoring:
     def __init__(
         self, scenario: Scenario, fluid: Fluid, world: RigidBodyWorld | None, fleet: Fleet, level: float
     ) -> None:
-        """`level` [m] is that of the still water."""
+        """Prepare the accounts; `level` [m] is that of the still water."""
         self._fluid = fluid
         self._world = world
         self._level = level
@@ -260,11 +260,11 @@ class Scoring:
         return [*notices, *(found for boom in self.booms for found in boom.take_notices())]
 
     def lost_ids(self) -> dict[str, NDArray[np.uint32]]:
-        """Ids, increasing, of the oil particles that booms have lost and none holds, by cause, each particle once."""
+        """Return the ids (N,), increasing, of oil particles that booms have lost and none holds, by cause; each particle once."""
         return lost_ids([boom.tracker for boom in self.booms])
 
     def _announce_orders(self, time: float) -> None:
-        """Say which orders hold from now on."""
+        """Announce the orders that hold from now on."""
         for start, text in self._orders:
             if self._announced_until < start <= time:
                 self._notices.append(Notice(text, level="info", source="orders"))
@@ -309,7 +309,7 @@ class Scoring:
 
 
 def _orders(vessels: Iterable[Vessel]) -> Iterator[tuple[float, str]]:
-    """When vessels on a course get orders [s], and which; vessels that get the same at once share a line."""
+    """Yield the times [s] and texts of orders to vessels on a course; vessels with the same orders at the same time share a line."""
     together: dict[tuple[float, float, float], list[str]] = {}
     for vessel in vessels:
         for leg in vessel.course.legs if vessel.course else ():
@@ -318,10 +318,10 @@ def _orders(vessels: Iterable[Vessel]) -> Iterator[tuple[float, str]]:
         if speed == 0.0:
             yield start, f"{' and '.join(names)}: hold your places"
         else:
-            course = f"heading {math.degrees(heading):.0f} deg from x"
+            course = f"heading {math.degrees(heading):.0f} degrees from the x axis"
             yield start, f"{' and '.join(names)}: make {speed / knot:.2f} kn over the ground, {course}"
 
 
 def _of_boom(key: str, boom: str) -> str:
-    """``metrics/oil_inside`` of one boom of several: ``metrics/main/oil_inside``."""
+    """Name a series of one of several booms: ``metrics/oil_inside`` becomes ``metrics/main/oil_inside``."""
     return key.replace("metrics/", f"metrics/{boom}/", 1)

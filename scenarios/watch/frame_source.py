@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 
 
 def _pulls(fleet: Fleet) -> dict[str, tuple[str, ...]]:
-    """By boom segment and tow line, the joints at its ends."""
+    """Return, for each boom segment and tow line, the joints at its ends."""
     found: dict[str, tuple[str, ...]] = {}
     for joint in fleet.joints:
         for body in (joint.body_a, joint.body_b):
@@ -42,7 +42,7 @@ class FrameReader:
     """
 
     def __init__(self, simulators: Simulators, accounts: RunAccounts, fmus: Sequence[Participant] = ()) -> None:
-        """The outputs of `fmus` are shown too."""
+        """Read frames of the simulators, of the accounts, and of the outputs of `fmus`."""
         self._simulators = simulators
         self._pulls = _pulls(simulators.fleet)
         self._accounts = accounts

@@ -39,7 +39,7 @@ def _reading(path: str, probe: Probe, fluid: Fluid, body: BodyReading) -> Readin
 
 
 def _body_components(path: str, pose: Array, wrench: Array) -> dict[str, float]:
-    """Place [m], roll, pitch and yaw [deg], force [N] and torque [N m]."""
+    """Return position [m], roll, pitch and yaw [deg], force [N] and torque [N m]."""
     angles = Rotation.from_quat(pose[3:]).as_euler("xyz", degrees=True)
     return (
         _components(path, AXES, pose[:3])

@@ -1,4 +1,4 @@
-"""How a run is doing, for whoever waits for it: a bar on a terminal, a line every few seconds elsewhere."""
+"""The progress of a run: a bar on a terminal, a line every few seconds elsewhere."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ MEMORY = 30.0  # [s] of wall time over which the speed is averaged
 
 
 class ProgressDisplay:
-    """Watches a run and shows simulated time, real-time factor and the time left; the Observer protocol by shape."""
+    """An observer that shows simulated time, real-time factor and the time left."""
 
     def __init__(self, name: str, duration: float, console: Console) -> None:
-        """`duration` [s] is the simulated time at which the run is done."""
+        """Prepare the display; `duration` [s] is the simulated time at which the run ends."""
         self._name = name
         self._duration = duration
         self._console = console
@@ -47,11 +47,11 @@ class ProgressDisplay:
             self._bar.stop()
 
     def initialized(self, run: RunDescription) -> None:
-        """The run begins."""
+        """Start the clock."""
         self._marks = []
 
     def step_completed(self, frame: Frame) -> None:
-        """Move the bar, or write a line if the last one is long enough ago."""
+        """Move the bar, or write a line if the last one is old enough."""
         now = wall_clock.monotonic()
         self._marks.append((now, frame.time))
         while len(self._marks) > 2 and now - self._marks[0][0] > MEMORY:
@@ -66,15 +66,15 @@ class ProgressDisplay:
             )
 
     def event(self, event: Event) -> None:
-        """Show it above the bar."""
+        """Show the event above the bar."""
         line = f"{event.time:.2f} s  {event.level}: {event.text}"
         self._console.print(line, highlight=False, markup=False, soft_wrap=True)
 
     def terminated(self, reason: str) -> None:
-        """Nothing more to show."""
+        """Do nothing: the display ends with its block."""
 
     def _state(self, time: float) -> str:
-        """Simulated time, real-time factor and time left."""
+        """Write simulated time, real-time factor and time left."""
         (first_wall, first_time), (last_wall, last_time) = self._marks[0], self._marks[-1]
         text = f"{time:.2f} of {self._duration:g} s simulated"
         if last_wall - first_wall < 0.5 or last_time <= first_time:
@@ -85,7 +85,7 @@ class ProgressDisplay:
 
 
 def clock(seconds: float) -> str:
-    """Minutes and seconds, or hours and minutes."""
+    """Write a time [s] as minutes and seconds, or hours and minutes."""
     whole = round(seconds)
     if whole < 3600:
         return f"{whole // 60}:{whole % 60:02d}"

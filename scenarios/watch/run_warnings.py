@@ -1,5 +1,8 @@
-"""Warnings of a run, each said once and by name: solves that end before their tolerance is met, bodies that leave the tank, are too
-thin for their particles or lie where liquid was to start."""
+"""Warnings of a run, each said once and by name.
+
+They are of solves that end before their tolerance is met, and of bodies that leave the tank, are too thin for their particles, or lie
+where liquid was to start.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +19,7 @@ TOLD = 2.0  # times a tolerance that a solve may leave before it is said: less i
 
 
 class Remarks:
-    """Looks at a run after every communication step."""
+    """The warnings of a run, checked after every communication step."""
 
     def __init__(
         self,
@@ -26,8 +29,11 @@ class Remarks:
         thin: Mapping[str, str],
         notes: Sequence[str] = (),
     ) -> None:
-        """`left_out`: what bodies take of the liquid at the start, by region; `thin`: what is to be told of bodies too thin for their
-        particles, as `thin_bodies` says it; `notes`: what was mended of bodies' meshes."""
+        """Watch a run of `scenario`.
+
+        left_out: what bodies take of the liquid at the start, in words, by region; thin: warnings of `thin_bodies`; notes: what was mended
+        of bodies' meshes.
+        """
         self._fluid, self._tank, self._world = scenario.fluid, scenario.tank, world
         self._left_out = left_out
         self._oil = {name for name, fill in scenario.fill.items() if scenario.phases[fill.phase].is_oil}
@@ -50,7 +56,7 @@ class Remarks:
         return {"made": sorted(self._made)}
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
-        """Go on with what `save_state` returned."""
+        """Go back to a state that `save_state` returned."""
         self._made = set(saved["made"])
 
     def _fills(self) -> Iterator[tuple[str, Notice]]:
@@ -68,9 +74,9 @@ class Remarks:
         }
         for name, (error, tolerance, unit) in solves.items():
             if error > TOLD * tolerance:
-                text = f"stopped after {report.iterations[name]:.0f} {unit} a step with a mean compression of {error:.2g} left"
+                text = f"stopped after {report.iterations[name]:.0f} {unit} per step with a mean compression of {error:.2g}"
                 keys = f"fluid.{name}_tolerance is {tolerance:.2g}, fluid.{name}_iterations {getattr(self._fluid, f'{name}_iterations')}"
-                yield f"fluid {name}", f"{text}; {keys} (said once)"
+                yield f"fluid {name}", f"{text}; {keys} (reported once)"
 
     def _bodies(self) -> Iterator[tuple[str, str]]:
         if self._world is None:

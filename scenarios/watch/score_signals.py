@@ -14,12 +14,12 @@ SHAPE = (("gap_ratio", "1"), ("normal_speed", "m/s"), ("effective_draft", "m"), 
 
 
 def scores_of(scenario: Scenario) -> dict[str, Signal]:
-    """The scores of all booms by name; 0 before the first communication point."""
+    """List the scores of all booms by name; 0 before the first communication point."""
     return {signal.name: signal for boom in scenario.booms for signal in _scores(boom)}
 
 
 def _scores(boom: str) -> Iterator[Signal]:
-    """Volumes of oil, of those lost by cause; the boom's shape; speeds at first and gross loss, 0 until they happen."""
+    """Yield volumes of oil, also of lost oil by cause; the boom's shape; speeds at first and gross loss, 0 until they happen."""
     prefix = f"booms.{boom}"
     for name in VOLUMES:
         yield Signal(name=f"{prefix}.oil_{name}", unit="m3", read=partial(_reported, boom, partial(_field, name)))

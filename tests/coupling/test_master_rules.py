@@ -135,12 +135,14 @@ def test_mean_over_a_part_that_is_not_finite_is_found_with_its_owner(sub_rate: i
     pump.on_step = early
     run = CoSimulation([pump], [], 0.1, sub_rates={"pump": sub_rate})
     run.initialize()
-    with pytest.raises(CoSimulationError, match=r"'pump' failed at 0\.1 s: output 'mean' is nan, allowed: finite"):
+    with pytest.raises(CoSimulationError, match=r"'pump' failed at 0\.1 s: the output 'mean' is nan, allowed: finite"):
         run.step()
 
 
 def test_wrong_sub_rates_are_refused() -> None:
-    with pytest.raises(CouplingSetupError, match=r"names participant 'c', allowed: a; sub-rate of 'a' is 0, allowed"):
+    with pytest.raises(
+        CouplingSetupError, match=r"sub_rates has the participant 'c', allowed: a; the sub-rate of 'a' is 0, allowed"
+    ):
         CoSimulation([Accumulator("a", [])], [], 0.1, sub_rates={"c": 2, "a": 0})
     with pytest.raises(CouplingSetupError, match="sub-rate of 'a' is True, allowed: a whole number"):
         CoSimulation([Accumulator("a", [])], [], 0.1, sub_rates={"a": True})
@@ -176,7 +178,10 @@ def test_event_that_never_settles_and_one_that_nobody_handles() -> None:
         def update_discrete_states(self) -> bool:
             return True
 
-    for kind, message in ((Chatter, "do not settle in 100 rounds"), (Accumulator, "has no update_discrete_states")):
+    for kind, message in (
+        (Chatter, "discrete states still change after 100 rounds"),
+        (Accumulator, "without update_discrete_states"),
+    ):
         relay = kind("relay", [])
         relay.on_step = lambda time, step: StepResult(Status.OK, time + step, event_handling_needed=True)
         run = CoSimulation([relay], [], 0.1)
@@ -307,10 +312,10 @@ def test_rollback_is_tested_withheld_and_named() -> None:
     run, watcher = watched([good, bad, none], [], rolls_back=True)
     run.initialize()
     assert run.rollback_faults == {
-        "bad": "state cannot be restored: no disk",
+        "bad": "its state cannot be restored: no disk",
         "none": "it cannot save its state",
     }
-    assert watcher.events[0].text == "participant 'bad' cannot be taken back: state cannot be restored: no disk"
+    assert watcher.events[0].text == "participant 'bad' cannot be rolled back: its state cannot be restored: no disk"
     assert watcher.events[0].level == "warning"
     good.on_step = refusing(0.06)
     log.clear()
@@ -334,7 +339,7 @@ def test_one_that_does_not_come_back_ends_the_run() -> None:
     log: Log = []
     run = CoSimulation([Accumulator("good", log), Forgetful("bad", log)], [], 0.1, rolls_back=True)
     message = (
-        "restore_state leaves something out: output 'y' of a repeated step differs by up to 0.1, allowed: the same"
+        "restore_state leaves something out: the output 'y' of a repeated step differs by up to 0.1, allowed: equality"
     )
     with pytest.raises(CoSimulationError, match=f"'bad' failed at 0 s: {message}"):
         run.initialize()
@@ -359,7 +364,7 @@ def test_numbers_of_every_kind_are_compared(number: Callable[[int], object]) -> 
             super().restore_state(state["own"])  # type: ignore[index]
 
     run = CoSimulation([Forgetful("bad", [])], [], 0.1, rolls_back=True)
-    with pytest.raises(CoSimulationError, match="saved states after a step and after the same step repeated differ"):
+    with pytest.raises(CoSimulationError, match="the saved states after a step and after its repetition differ"):
         run.initialize()
 
 
@@ -374,7 +379,7 @@ def test_state_that_is_not_given_or_taken_later_is_named(call: str) -> None:
     run.initialize()
     setattr(first, call, refuse)
     verb = {"save_state": "saved", "restore_state": "restored"}[call]
-    with pytest.raises(CoSimulationError, match=f"'first' failed at 0 s: state cannot be {verb}: no disk"):
+    with pytest.raises(CoSimulationError, match=f"'first' failed at 0 s: its state cannot be {verb}: no disk"):
         run.step()
 
 
@@ -432,7 +437,7 @@ def test_nonlinear_loop_is_solved() -> None:
 def test_loop_without_a_solution_is_named() -> None:
     parts = [Function("up", lambda u: u + 1.0), Function("wire", lambda u: u)]
     run = CoSimulation(parts, [Connection("up", "y", "wire", "u"), Connection("wire", "y", "up", "u")], 0.1)
-    with pytest.raises(CoSimulationError, match="loop that does not settle: up:y -> wire:u, wire:y -> up:u"):
+    with pytest.raises(CoSimulationError, match="loop that does not converge: up:y -> wire:u, wire:y -> up:u"):
         run.initialize()
 
 
@@ -493,7 +498,9 @@ def test_initial_value_that_is_not_finite_is_found_with_its_owner(value: float) 
     parts = [Function("last", lambda u: u), Function("next", lambda u: u), Function("source", lambda u: value)]
     connections = [Connection("source", "y", "next", "u"), Connection("next", "y", "last", "u")]
     run = CoSimulation(parts, connections, 0.1)
-    with pytest.raises(CoSimulationError, match=rf"'source' failed at 0 s: output 'y' is \[{value}\], allowed: finite"):
+    with pytest.raises(
+        CoSimulationError, match=rf"'source' failed at 0 s: the output 'y' is \[{value}\], allowed: finite"
+    ):
         run.initialize()
 
 

@@ -45,7 +45,7 @@ def test_steps_of_the_engine_beside_those_of_the_world_are_told_once(client: int
     told = told_in(client, body, 60, between)
     assert len(told) == (more > 0)
     if told:
-        assert f"body {body} moves on between the steps" in told[0] and "world.step() takes the place" in told[0]
+        assert f"body {body} moves between the steps" in told[0] and "call world.step() instead" in told[0]
 
 
 def test_water_does_no_work_on_a_loose_body_that_is_set_back_in_every_step(client: int) -> None:
@@ -85,7 +85,7 @@ def test_a_body_that_lies_in_liquid_or_is_set_into_it_is_told_of(client: int) ->
     told = told_in(client, body, 10, between)
     # 0.3 m of water in layers of 0.1 m: of 3 x 3 x 3 particles or more all but the outermost lie half a spacing deep
     assert len(told) == 1
-    assert f"body {body}, link -1 lies where liquid is: " in told[0] and "particles" in told[0]
+    assert f"body {body}, link -1 is placed in liquid: " in told[0] and "particles" in told[0]
     sunk = cube(client, 0.15)
     assert len(told_in(client, sunk, 2, lambda _: None)) == 1
 

@@ -168,7 +168,7 @@ def test_meshes_of_links_that_are_not_there_are_refused(client: int) -> None:
 
 def test_what_is_no_body_of_links_is_named(client: int) -> None:
     world = attach_fluid(client, puddle(), [])
-    with pytest.raises(ValueError, match="body 5 is not in the client, allowed: none, for it is empty"):
+    with pytest.raises(ValueError, match="body 5 is not in the client, allowed: none, because the client is empty"):
         world.add_body(5)
     body = cube(client, maximal=True)
     with pytest.raises(
@@ -228,7 +228,8 @@ def test_two_gravities_are_told_once(client: int) -> None:
     told = told_in(world, 3)
     assert len(told) == 1
     assert (
-        "gravity is [0.0, 0.0, 0.0] m/s2 in the client and [0.0, 0.0, -9.81] m/s2 in the fluid; setGravity(" in told[0]
+        "gravity is [0.0, 0.0, 0.0] m/s2 in the client and [0.0, 0.0, -9.81] m/s2 in the fluid; make them equal with setGravity("
+        in told[0]
     )
     pybullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=client)
     assert not told_in(attach_fluid(client, puddle(), []), 2)

@@ -495,7 +495,7 @@ def test_force_that_somebody_else_left_pending_is_found(space: RigidBodyWorld) -
     bullet, world_frame = space._bodies["hull"].bullet.unique_id, pybullet.WORLD_FRAME
     where = space.pose("hull")[:3].tolist()
     space._client._call(pybullet.applyExternalForce, bullet, -1, (0.0, 0.0, 5.0), where, world_frame)
-    with pytest.raises(RuntimeError, match=r"body 'hull' receives an impulse of \[.*\] N s and N m s that no wrench"):
+    with pytest.raises(RuntimeError, match=r"body 'hull' gets an impulse of \[.*\] N s and N m s that no wrench"):
         space.advance(0.05)
 
 

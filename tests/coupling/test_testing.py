@@ -185,7 +185,7 @@ def test_faults_that_a_master_mends(fault: Fault) -> None:
     [
         (Fault.ERROR, r"failed at 0\.2 s: error: error injected at 0\.25 s"),
         (Fault.EXCEPTION, r"failed at 0\.2 s: exception injected at 0\.25 s"),
-        (Fault.NAN, r"failed at 0\.3 s: output 'y' is nan"),
+        (Fault.NAN, r"failed at 0\.3 s: the output 'y' is nan"),
         (Fault.LATE, r"failed at 0\.2 s: reached 0\.4"),
     ],
 )

@@ -103,7 +103,7 @@ def test_one_bit_changes_the_state_hash() -> None:
 
 def test_another_scenario_is_refused(tmp_path: Path) -> None:
     save_checkpoint(tmp_path / "run.npz", _checkpoint({}))
-    with pytest.raises(CheckpointError, match=f"belongs to scenario {HASH[:12]}, this one is {OTHER_HASH[:12]}"):
+    with pytest.raises(CheckpointError, match=f"its hash is {HASH[:12]}, that of this scenario {OTHER_HASH[:12]}"):
         load_checkpoint(tmp_path / "run.npz", scenario_hash=OTHER_HASH)
 
 
@@ -111,14 +111,16 @@ def test_another_format_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(module, "FORMAT_VERSION", 99)
     save_checkpoint(tmp_path / "run.npz", _checkpoint({}))
     monkeypatch.undo()
-    with pytest.raises(CheckpointError, match=f"has format version 99, this program reads {module.FORMAT_VERSION}"):
+    with pytest.raises(
+        CheckpointError, match=f"has format version 99, allowed: version {module.FORMAT_VERSION}, which"
+    ):
         load_checkpoint(tmp_path / "run.npz")
 
 
 @pytest.mark.parametrize("content", [b"", b"dear trainer", b"PK\x03\x04"])
 def test_what_is_no_checkpoint_is_refused(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "run.npz").write_bytes(content)
-    with pytest.raises(CheckpointError, match=r"run.npz: is no checkpoint, or was cut off"):
+    with pytest.raises(CheckpointError, match=r"run.npz: is not a checkpoint, or was cut off"):
         load_checkpoint(tmp_path / "run.npz")
 
 
@@ -135,14 +137,14 @@ def test_a_checkpoint_that_lacks_something_is_refused(tmp_path: Path, name: str)
         del structure[name]
         arrays["structure"] = np.frombuffer(json.dumps(structure).encode(), dtype=np.uint8)
     np.savez(path, **arrays)
-    with pytest.raises(CheckpointError, match=f"is no checkpoint, or was cut off: .*{name}"):
+    with pytest.raises(CheckpointError, match=f"is not a checkpoint, or was cut off: .*{name}"):
         load_checkpoint(path)
 
 
 def test_a_bare_array_is_no_checkpoint(tmp_path: Path) -> None:
     with (tmp_path / "run.npz").open("wb") as file:
         np.save(file, np.arange(3.0))
-    with pytest.raises(CheckpointError, match="is no checkpoint"):
+    with pytest.raises(CheckpointError, match="is not a checkpoint"):
         load_checkpoint(tmp_path / "run.npz")
 
 
@@ -150,7 +152,7 @@ def test_a_cut_checkpoint_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "run.npz"
     save_checkpoint(path, _checkpoint({"position": np.arange(3000.0)}))
     os.truncate(path, path.stat().st_size // 2)
-    with pytest.raises(CheckpointError, match="is no checkpoint, or was cut off"):
+    with pytest.raises(CheckpointError, match="is not a checkpoint, or was cut off"):
         load_checkpoint(path)
 
 

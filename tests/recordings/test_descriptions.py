@@ -39,11 +39,11 @@ def test_phases_are_read_once_and_only_when_asked_for() -> None:
         (lambda: PhaseFrame(np.zeros((2, 3), np.float32), np.zeros(3, np.uint32)), r"phase id has shape \(3,\)"),
         (
             lambda: BodyFrame(position=np.zeros(3), orientation=np.zeros(3)),
-            r"orientation has shape \(3,\), expected \(4,\)",
+            r"orientation has shape \(3,\), allowed: \(4,\)",
         ),
-        (lambda: MeshDescription(vertices=np.zeros((3, 3)), faces=np.array([[0, 1, 3]])), "face refers to vertex 3"),
-        (lambda: RunDescription(name="x", particle_spacing=0.0), "particle_spacing is 0.0 m, expected more than 0"),
-        (lambda: Event(0.0, "x", "fatal"), "event level is 'fatal', expected one of info, warning, error"),  # type: ignore[arg-type]
+        (lambda: MeshDescription(vertices=np.zeros((3, 3)), faces=np.array([[0, 1, 3]])), "face has the vertex 3"),
+        (lambda: RunDescription(name="x", particle_spacing=0.0), "particle_spacing is 0.0 m, allowed: above 0"),
+        (lambda: Event(0.0, "x", "fatal"), "event level is 'fatal', allowed: info, warning, error"),  # type: ignore[arg-type]
     ],
 )
 def test_impossible_descriptions_are_refused(make: object, message: str) -> None:

@@ -248,7 +248,7 @@ def test_oil_is_what_the_run_called_oil_whatever_its_name(tmp_path: Path) -> Non
     assert last.id.tolist() == list(range(30)) and last.id[last.cause > 0].tolist() == LOST.tolist()
     sea, brent = replay.run.phases
     assert palette.phase_color(brent, 1) == palette.OIL and palette.phase_color(sea, 0) == palette.WATER
-    assert "**Oil** is dark. **Water** is drawn thin." in legend(replay.run)
+    assert "**Oil** is dark. **Water** is drawn as small dots." in legend(replay.run)
 
 
 def test_a_planes_particles_are_a_metre_wide(tmp_path: Path) -> None:

@@ -29,7 +29,7 @@ def test_what_compare_has_written_is_no_run(
     path = record(3)
     write_side_by_side(path, path, Path("both.rrd"))
     assert main(command.format("both.rrd", "both.rrd").split()) == 2
-    assert "recording both.rrd: holds no run of oilsim" in capsys.readouterr().err
+    assert "recording both.rrd: has no run of oilsim" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("command", [*COMMANDS, "repair {}"])
@@ -38,7 +38,7 @@ def test_a_recording_cut_off_at_its_head_is_no_run(
 ) -> None:
     Path("cut.rrd").write_bytes(record(3).read_bytes()[:HEAD])
     assert main(command.format("cut.rrd", "cut.rrd").split()) == 2
-    assert "holds no run of oilsim, or was cut off before one began" in capsys.readouterr().err
+    assert "has no run of oilsim, or was cut off before a run began" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("command", ["debrief {}", "export {} --vtk film", "export {} --netcdf oil.nc --site 0,0"])
@@ -47,12 +47,14 @@ def test_a_run_without_a_frame_is_said(
 ) -> None:
     path = record(0)
     assert main(command.format(path).split()) == 2
-    assert f"recording {path}: holds no frame" in capsys.readouterr().err
+    assert f"recording {path}: has no frames" in capsys.readouterr().err
 
 
 def test_another_format_is_refused(record: Callable[..., Path], monkeypatch: pytest.MonkeyPatch) -> None:
     with monkeypatch.context() as changed:
         changed.setattr(rerun_sink, "FORMAT_VERSION", 99)
         path = record(1)
-    with pytest.raises(RecordingError, match=f"has format version 99, this program reads {rerun_sink.FORMAT_VERSION}"):
+    with pytest.raises(
+        RecordingError, match=f"has format version 99, allowed: version {rerun_sink.FORMAT_VERSION}, which"
+    ):
         Replay(path)

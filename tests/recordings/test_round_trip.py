@@ -136,9 +136,9 @@ def test_the_grid_is_the_next_power_of_two_that_is_not_coarser() -> None:
 @pytest.mark.parametrize(
     ("terms", "message"),
     [
-        ({"frame_rate": 0.0}, "frame_rate is 0.0 1/s, expected more than 0"),
-        ({"precision": 0.001}, "recording precision is 0.001 m, expected a power of two"),
-        ({"every": {"ocean": 0}}, r"every\['ocean'\] is 0, expected 1 or more"),
+        ({"frame_rate": 0.0}, "frame_rate is 0.0 1/s, allowed: above 0"),
+        ({"precision": 0.001}, "recording's precision is 0.001 m, allowed: a power of two"),
+        ({"every": {"ocean": 0}}, r"every\['ocean'\] is 0, allowed: 1 or more"),
     ],
 )
 def test_impossible_terms_are_refused(tmp_path: Path, terms: dict[str, object], message: str) -> None:
@@ -154,5 +154,5 @@ def test_unwritable_path_is_one_clear_error(tmp_path: Path) -> None:
 
 
 def test_missing_recording_is_one_clear_error(tmp_path: Path) -> None:
-    with pytest.raises(RecordingError, match=r"nothing.rrd: no such file"):
+    with pytest.raises(RecordingError, match=r"nothing.rrd: does not exist"):
         Replay(tmp_path / "nothing.rrd")

@@ -73,7 +73,7 @@ def test_bad_input_ends_with_2_and_says_what_is_allowed(
 ) -> None:
     assert main(arguments) == 2
     said = capsys.readouterr().err
-    assert "allowed" in said or "no such file" in said
+    assert "allowed" in said or "does not exist" in said
 
 
 def test_unknown_option_ends_with_2() -> None:
@@ -96,7 +96,10 @@ def test_a_demo_that_a_scenario_does_not_have_is_refused(tmp_path: Path, capsys:
     file.write_text(library_paths()["two-layer"].read_text().partition("[demo]")[0])
     assert main(["check", str(file)]) == 0
     assert main(["check", str(file), "--demo"]) == 2
-    assert "demo is asked for and missing, allowed: a table [demo], or no --demo" in capsys.readouterr().err
+    assert (
+        "demo is missing, but --demo asks for it; allowed: a table [demo], or a call without --demo"
+        in capsys.readouterr().err
+    )
 
 
 def test_run_leaves_recording_and_summary_and_asks_for_the_picture(
@@ -123,7 +126,7 @@ def test_a_summary_that_cannot_be_written_after_all_is_told_after_the_table(caps
     """/dev/full takes no byte, and nobody knows before one is written: as a disk that fills during the run."""
     assert main(["run", "two-layer", *QUICK, "--no-record", "--summary", "/dev/full"]) == 1
     said = capsys.readouterr().err
-    assert said.index("simulated") < said.index("summary /dev/full: cannot be written: No space left on device")
+    assert said.index("simulated") < said.index("the summary /dev/full cannot be written: No space left on device")
 
 
 def test_a_picture_that_cannot_be_drawn_is_told_after_the_table(

@@ -202,9 +202,9 @@ def test_a_trainers_own_limits(history: BoomHistory, tmp_path: Path) -> None:
         ("[hold]\ngood = 1", "hold is unknown, allowed: draft"),
         ("[held]\nbest = 1", "held.best is unknown, allowed: good"),
         ("[held]\ngood = 'high'", "held.good is 'high', allowed: a finite number"),
-        ("[held]\ngood = 80", "held has good equal to acceptable"),
+        ("[held]\ngood = 80", "held has equal limits `good` and `acceptable`"),
         ("held = 3", "held is 3, allowed: a table"),
-        ("[held", "is no TOML"),
+        ("[held", "is not valid TOML"),
     ],
 )
 def test_wrong_criteria_are_refused(text: str, said: str, tmp_path: Path) -> None:
@@ -265,10 +265,10 @@ def test_a_boom_that_met_no_oil_is_debriefed_without_a_word_on_what_it_held(free
     page = write_debrief(write_exercise(tmp_path / "dry.rrd", lambda index: nothing), tmp_path / "out").read_text(
         encoding="utf-8"
     )
-    assert re.search(r'<td class="n">–</td>.*?<td class="v none">not told</td>', page, re.DOTALL)
+    assert re.search(r'<td class="n">–</td>.*?<td class="v none">not measured</td>', page, re.DOTALL)
     saved = json.loads((tmp_path / "out" / "grade.json").read_text())
     assert saved["main"]["findings"]["held"]["verdict"] is None
-    assert "Left the simulated water without being lost" in page
+    assert "Left the simulated area without being lost" in page
 
 
 def test_a_run_without_booms_is_debriefed_without_a_grade(tmp_path: Path) -> None:
@@ -323,4 +323,4 @@ def test_bad_input_is_one_clear_error(
     monkeypatch.chdir(recording.parent)
     assert main(arguments) == 2
     said = capsys.readouterr().err
-    assert "allowed" in said or "no such file" in said or "cannot be written" in said
+    assert "allowed" in said or "does not exist" in said or "cannot be written" in said

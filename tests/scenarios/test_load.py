@@ -299,7 +299,7 @@ def test_override_replaces_the_other_spellings(tmp_path: Path) -> None:
         ("fluid.particle_spacing", "allowed: key=value"),
         ("=3", "allowed: key=value"),
         ("tank.upper.7=3", "allowed: 0 to 2"),
-        ("tank.upper.0.1=3", "holds no entry"),
+        ("tank.upper.0.1=3", "has no entry"),
         ("fluid.particle_spacng=3", "did you mean 'particle_spacing'?"),
     ],
 )

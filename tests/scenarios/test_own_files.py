@@ -38,7 +38,7 @@ position = [0.4, 0.4, 0.6]
 density = 500.0
 """
 
-REFUSALS = "the same as .* allowed|the recording to repair, allowed|allowed: a name that ends in .rrd|nothing to go on with, allowed"
+REFUSALS = "the same as .* allowed|recording to repair itself, allowed|allowed: a name that ends with .rrd|not a run to continue, allowed"
 
 
 @pytest.fixture(scope="module")

@@ -232,7 +232,9 @@ def test_after_a_fatal_error_an_fmu_is_not_called_again(
     for call in ("terminate", "freeInstance"):
         for kind in (FMU2Slave, FMU3Slave):
             monkeypatch.setattr(kind, call, lambda fmu, call=call: called.append(call))
-    with pytest.raises(CoSimulationError, match=r"'tank' failed at 0 s: output 'pull' cannot be read: .*rope is taut"):
+    with pytest.raises(
+        CoSimulationError, match=r"'tank' failed at 0 s: the output 'pull' cannot be read: .*rope is taut"
+    ):
         run.initialize()
     assert called == []
 

@@ -53,7 +53,7 @@ def test_lagged_exchange_blows_up() -> None:
         assert found[0, 2] == pytest.approx(9.0, rel=0.1)
         # the ledger sees it at once: the exchange makes energy
         with pytest.raises(
-            CoSimulationError, match=r"'bodies' failed at .*: body 'raft': the exchange has made .* unstable"
+            CoSimulationError, match=r"'bodies' failed at .*: body 'raft': the exchange has created .* unstable"
         ):
             accelerations(scene, 20)
     with raft_under_water(0.1 * WATER, Scheme.EXPLICIT, energy_limit=math.inf) as scene:
@@ -182,7 +182,7 @@ def test_step_that_does_not_settle_stands_and_is_told_once(monkeypatch: pytest.M
     monkeypatch.setattr("coupling.master.body_exchange.LARGEST_NUMBER_OF_ITERATIONS", 1)
     with raft_under_water(0.1 * WATER, Scheme.ITERATED) as scene:
         with pytest.warns(
-            UserWarning, match=r"does not settle in 1 rounds at 0 s, .* error of acceleration .* allowed: "
+            UserWarning, match=r"does not converge in 1 rounds at 0 s, .* acceleration error .* allowed: "
         ):
             scene.step()
         assert scene.exchange is not None and scene.exchange.unsettled == 1
@@ -227,7 +227,7 @@ def test_what_cannot_be_coupled_is_refused() -> None:
     exchange = BodyExchange([interface(None)])
     exchange.prepare({}, [])
     with pytest.raises(
-        CoSimulationError, match=r"'raft' cannot be coupled .*: 'bodies' cannot be taken back \(no state\), allowed: "
+        CoSimulationError, match=r"'raft' cannot be coupled .*: 'bodies' cannot be rolled back \(no state\), allowed: "
     ):
         exchange.begin({"bodies": "no state"})
 
@@ -236,7 +236,7 @@ def test_a_body_that_does_not_answer_is_not_solved_for_inside_the_pressure_solve
     wished = replace(interface(3.0), scheme=Scheme.MONOLITHIC)
     with pytest.raises(
         CoSimulationError,
-        match=r"'raft' cannot be coupled \(inside .*\): 'fluid' is not told how it answers, allowed: ",
+        match=r"'raft' cannot be coupled \(inside .*\): 'fluid' does not get its inverse mass, allowed: ",
     ):
         BodyExchange([wished]).prepare({}, [])
 

@@ -80,7 +80,7 @@ def test_gauss_seidel_and_jacobi_give_their_own_closed_forms() -> None:
 
 
 def test_a_run_of_nobody_and_one_without_an_end_are_refused() -> None:
-    with pytest.raises(CouplingSetupError, match="participants are none, allowed: one or more"):
+    with pytest.raises(CouplingSetupError, match="there are no participants, allowed: one or more"):
         CoSimulation([], [], 0.1)
     run = CoSimulation([Accumulator("pump", [])], [], 0.1)
     run.initialize()
@@ -131,7 +131,7 @@ def test_every_setup_problem_is_reported_at_once() -> None:
         "target is an output, allowed: input",
         "shape () feeds shape (3,)",
         "unit 'm' feeds unit 'N'",
-        "input b:u is fed 2 times, allowed: once",
+        "the input b:u is fed by 2 connections, allowed: one",
         "communication_step_size is 0.0 s, allowed: above 0",
     ):
         assert part in text
@@ -172,8 +172,8 @@ def test_failing_participant_is_named_and_all_end_in_order() -> None:
 @pytest.mark.parametrize(
     ("call", "owner", "message"),
     [
-        ("set", "second", r"input 'u' does not take 1\.?\d*: no such quay"),
-        ("get", "first", r"output '\w+' cannot be read: no such"),
+        ("set", "second", r"the input 'u' does not accept 1\.?\d*: no such quay"),
+        ("get", "first", r"the output '\w+' cannot be read: no such"),
     ],
 )
 def test_value_that_is_not_taken_or_given_is_named_with_its_participant(
@@ -196,8 +196,8 @@ def test_value_that_is_not_taken_or_given_is_named_with_its_participant(
 @pytest.mark.parametrize(
     ("value", "message"),
     [
-        (3.0, r"output 'y' is a float, allowed: an array of shape \(1,\)"),
-        (np.zeros(5), r"output 'y' has shape \(5,\), allowed: \(1,\)"),
+        (3.0, r"the output 'y' is a float, allowed: an array of shape \(1,\)"),
+        (np.zeros(5), r"the output 'y' has shape \(5,\), allowed: \(1,\)"),
     ],
 )
 @pytest.mark.parametrize("connected", [True, False])
@@ -225,7 +225,7 @@ def test_text_for_a_number_is_told_of_its_participant() -> None:
     pump.get = lambda name: np.array("fast")  # type: ignore[method-assign]
     run = CoSimulation([pump], [], 0.1)
     with pytest.raises(
-        CoSimulationError, match="'pump' failed at 0 s: output 'y' is of type <U4, allowed: real numbers"
+        CoSimulationError, match="'pump' failed at 0 s: the output 'y' is of type <U4, allowed: real numbers"
     ):
         run.initialize()
 
@@ -279,7 +279,7 @@ def test_output_that_is_not_finite_is_found_with_its_owner(value: float) -> None
     run.initialize()
     run.step()
     participants[1].output = np.array(value)
-    with pytest.raises(CoSimulationError, match=r"'bodies' failed at 0\.2 s: output 'y' is (nan|inf)"):
+    with pytest.raises(CoSimulationError, match=r"'bodies' failed at 0\.2 s: the output 'y' is (nan|inf)"):
         run.step()
 
 
@@ -311,7 +311,7 @@ def test_observer_that_fails_at_the_start_leaves_the_others_out_of_a_run_they_ne
     run = watched(participants, connections, before, Unready(), after)
     with pytest.raises(OSError, match="no disk"):
         run.initialize()
-    assert before.told == [("initialized", "ring"), ("terminated", "observer Unready failed: no disk")]
+    assert before.told == [("initialized", "ring"), ("terminated", "the observer Unready failed: no disk")]
     assert after.told == []
 
 
@@ -350,7 +350,7 @@ def test_failing_observer_ends_the_run_in_order() -> None:
     with pytest.raises(OSError, match="no space left"):
         run.step()
     assert log[-2:] == [("first", "terminate"), ("second", "terminate")]
-    assert watcher.told[-1] == ("terminated", "observer FullDisk failed: no space left")
+    assert watcher.told[-1] == ("terminated", "the observer FullDisk failed: no space left")
 
 
 def test_frames_are_not_made_for_nobody() -> None:
@@ -477,7 +477,7 @@ def test_interrupted_run_ends_in_order(where: str) -> None:
         run.run(1.0)
     assert not run.is_running
     assert log[-2:] == [("first", "terminate"), ("second", "terminate")]
-    cause = {"participant": "interrupted by", "observer": "observer Interrupted failed:"}[where]
+    cause = {"participant": "interrupted by", "observer": "the observer Interrupted failed:"}[where]
     assert watcher.told[-1] == ("terminated", f"{cause} KeyboardInterrupt")
 
 
@@ -589,5 +589,7 @@ def test_run_goes_on_where_a_state_cannot_be_saved() -> None:
 
 def test_start_at_which_a_step_is_lost_in_rounding_is_refused() -> None:
     CoSimulation([Accumulator("pump", [])], [], 0.01, start_time=1.7e9)
-    with pytest.raises(CouplingSetupError, match=r"start_time is 1e\+17 s, allowed: a time that steps of 0.01 s tell"):
+    with pytest.raises(
+        CouplingSetupError, match=r"start_time is 1e\+17 s, allowed: a time small enough that steps of 0.01 s change it"
+    ):
         CoSimulation([Accumulator("pump", [])], [], 0.01, start_time=1e17)

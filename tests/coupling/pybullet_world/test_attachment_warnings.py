@@ -59,7 +59,7 @@ def test_parts_thinner_than_a_particle_are_told_with_what_they_are_taken_for(cli
     assert leak.startswith(
         "body 0, link -1 has plates 0.02 m thin, 0.2 particle spacings: liquid that stands more than two"
     )
-    assert "body 0, link -1 has parts thinner than a particle, and the fluid meets and lifts" in told
+    assert "body 0, link -1 has parts thinner than a particle: the fluid sees and lifts" in told
     factor = float(told.split("lifts ")[1].split()[0])
     assert 4.0 < factor < 6.0
     assert "times its volume of 0.0032 m3; a particle_spacing below 0.1 m resolves them" in told
@@ -74,7 +74,7 @@ def test_bodies_that_lie_in_each_other_are_told_once_and_those_that_touch_are_no
     told = told_of(client, bodies)
     assert len(told) == expected
     if told:
-        assert "solids lie in each other, body 1, link -1 in body 0, link -1 with" in told[0]
+        assert "solids overlap: body 1, link -1 in body 0, link -1 with" in told[0]
 
 
 def test_ground_under_a_tank_with_a_floor_is_told(client: int) -> None:
@@ -92,7 +92,7 @@ def test_a_mesh_file_that_is_not_where_it_was_is_refused_by_its_path(
     assert mesh is not None and mesh.volume == pytest.approx(RING, rel=0.02)
     monkeypatch.chdir(tmp_path.parent)
     with pytest.raises(
-        ValueError, match=r"body 0 \(ring\), link -1 \(ring\) has a mesh from the file 'ring.obj', which is not"
+        ValueError, match=r"body 0 \(ring\), link -1 \(ring\) has a mesh from the file 'ring.obj', which does not exist"
     ):
         link_mesh(client, body, -1)
 
@@ -101,7 +101,8 @@ def test_a_mesh_of_which_pybullet_tells_no_file_is_met_as_its_hull_and_that_is_t
     shape = pybullet.createCollisionShape(pybullet.GEOM_MESH, fileName=str(ring), physicsClientId=client)
     body = made(client, shape)
     with pytest.warns(
-        UserWarning, match="pybullet tells no file: fluid and pybullet meet its convex hull; add_body with"
+        UserWarning,
+        match="a mesh without a file known to pybullet: fluid and pybullet use its convex hull; .* with add_body",
     ):
         mesh = link_mesh(client, body, -1)
     assert mesh is not None and mesh.volume == pytest.approx(CYLINDER, rel=0.02)

@@ -148,5 +148,5 @@ def test_impossible_lines_are_refused(world: RigidBodyWorld) -> None:
         world.add_line("line", "load", None, ends, length=1.0, stiffness=10.0)
     with pytest.raises(ValueError, match=r"length is 0\.0, allowed: above 0"):
         world.add_line("short", "load", None, ends, length=0.0, stiffness=10.0)
-    with pytest.raises(ValueError, match=r"length of line 'line' is -1.0 m"):
+    with pytest.raises(ValueError, match=r"the length of line 'line' is -1.0 m"):
         world.lines.order_length("line", -1.0)

@@ -100,7 +100,7 @@ def test_a_viewer_that_is_closed_costs_only_its_own_frames_and_is_told_of(
 
     _record(made_up, tmp_path / "file.rrd", live, close_after_five)
     assert live.shown_frames >= 5
-    assert "live view ended: the viewer was closed; the recording goes on" in caplog.text
+    assert "the live view has ended: the viewer was closed; the recording continues" in caplog.text
     frames = [index for index, _, _ in Replay(tmp_path / "file.rrd").phase_frames("ocean")]
     assert frames == list(range(FRAMES))
 
@@ -112,14 +112,14 @@ def test_a_viewer_that_cannot_start_is_a_note_and_not_the_end(
     live = LiveView()
     _record(made_up, tmp_path / "file.rrd", live, lambda index: _wait_until(lambda: live.problem != ""))
     assert "ended at once" in live.problem
-    assert "the recording goes on" in caplog.text
+    assert "the recording continues" in caplog.text
     assert live.shown_frames == 0
     assert len(Replay(tmp_path / "file.rrd").phase_times("ocean").index) == FRAMES
 
 
 @pytest.mark.parametrize("address", ["rerun+http://192.168.0.7:9876/proxy", "rerun+http://0.0.0.0:9876/proxy"])
 def test_a_viewer_elsewhere_is_refused(address: str) -> None:
-    with pytest.raises(ValueError, match="expected a viewer on this machine"):
+    with pytest.raises(ValueError, match="allowed: a viewer on this machine"):
         LiveView(address)
 
 

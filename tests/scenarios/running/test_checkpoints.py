@@ -137,8 +137,8 @@ def test_too_many_checkpoints_are_thinned_out_and_every_time_can_still_be_gone_b
     assert kept == [0, 4, 8, 12]
     told = [event["text"] for event in whole["events"] if "checkpoints" in event["text"]]
     assert told == [
-        "over 4 checkpoints: from now on one every 0.04 s is kept, and the first",
-        "over 4 checkpoints: from now on one every 0.08 s is kept, and the first",
+        "more than 4 checkpoints: from now on the first and one every 0.04 s are kept",
+        "more than 4 checkpoints: from now on the first and one every 0.08 s are kept",
     ]
     assert go_on(tmp_path, at=3 * STEP)["state_hash"] == whole["state_hash"]
     assert find_restart(tmp_path / "whole.rrd", 3 * STEP).index == 0
@@ -156,7 +156,7 @@ def test_orders_on_the_way_are_the_same_whether_given_before_or_after_a_restart(
     branch = go_on(tmp_path, at=7 * STEP - 1e-3, settings=orders)
     assert branch["state_hash"] != whole["state_hash"]
     events = [event["text"] for event in branch["events"] if event["source"] == "instructor"]
-    assert events == [f"ordered: {' '.join(orders)}"]
+    assert events == [f"orders {' '.join(orders)}"]
     plan = plan_from(json.loads(str(Replay(tmp_path / "second.rrd").run.properties["plan"])))
     assert plan == Plan(scenario=scenario).changed(orders, 7)
     third = find_restart(tmp_path / "second.rrd", 10 * STEP)
@@ -238,7 +238,7 @@ def test_terms_may_change_and_the_rest_is_refused_by_name(tmp_path: Path) -> Non
         "--set run.budget",
     ]  # fmt: skip
     assert "cannot be changed during a run, allowed: tow.speed" in str(caught.value)
-    assert "changes tow, which the run was begun without" in str(caught.value)
+    assert "changes tow, but the run was started without it" in str(caught.value)
 
 
 def test_of_two_orders_of_one_key_the_last_rules_and_one_that_changes_nothing_is_an_order_too(tmp_path: Path) -> None:
@@ -271,13 +271,13 @@ def test_a_run_goes_on_before_its_end_only(tmp_path: Path, capsys: pytest.Captur
         (["--at", "0.12", *order], "--at is 0.12 s, allowed: before the run's end, 0.12 s"),
         (["--at", "50", *order], "--at is 50 s, allowed: before the run's end, 0.12 s"),
         (["--at", "0.08", "--until", "0.04"], "--at is 0.08 s, allowed: before the run's end, 0.04 s"),
-        ([*order], "run.duration is 0.12 s, the end of a run that goes on from 0.12 s, allowed: later, by --until"),
-        (["--until", "0.06"], "run.duration is 0.06 s, the end of a run that goes on from 0.12 s, allowed: later"),
+        ([*order], "run.duration is 0.12 s, but the run continues from 0.12 s; allowed: a later end, set with --until"),
+        (["--until", "0.06"], "run.duration is 0.06 s, but the run continues from 0.12 s; allowed: a later end"),
     ):
         assert main([*recording, *arguments]) == 2
         assert told in capsys.readouterr().err
     assert main([*recording, "--at", "0.1", "--until", "0.12", *order]) == 0
-    assert "ordered: forcing.wind.speed=9" in capsys.readouterr().err
+    assert "orders forcing.wind.speed=9" in capsys.readouterr().err
 
 
 def test_what_cannot_be_gone_on_with_is_one_clear_error(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -288,7 +288,7 @@ def test_what_cannot_be_gone_on_with_is_one_clear_error(tmp_path: Path, capsys: 
     with pytest.raises(CheckpointError, match="belongs to another scenario"):
         find_restart(recording, None, other)
     assert find_restart(recording, None, Plan(scenario=scenario).fingerprint(0)).index == 6
-    with pytest.raises(CheckpointError, match=r"allowed: --at 0.06 s or later"):
+    with pytest.raises(CheckpointError, match=r"allowed: --at 0.06 or later"):
         find_restart(tmp_path / "whole.checkpoints" / "step-000000003.npz", 0.02)
     (tmp_path / "whole.checkpoints" / "step-foo.npz").touch()  # somebody else's
     assert find_restart(recording).index == 6
@@ -319,7 +319,7 @@ def test_signal_writes_a_checkpoint_and_a_stop_leaves_one(tmp_path: Path) -> Non
     assert len(files) == 2
     assert find_restart(record).source == files[-1]
     said = [event.text for event in Replay(record).events]
-    assert said == [f"checkpoint {file}" for file in files]
+    assert said == [f"checkpoint written: {file}" for file in files]
 
 
 def test_branches_are_compared_in_a_table_and_in_one_recording(
@@ -335,5 +335,5 @@ def test_branches_are_compared_in_a_table_and_in_one_recording(
     assert main(["compare", second, second, "--to", both]) == 0
     said = capsys.readouterr().out
     assert "level at the end" in said
-    assert "ordered: forcing.wind.speed=9" in said
+    assert "orders forcing.wind.speed=9" in said
     assert Path(both).is_file()

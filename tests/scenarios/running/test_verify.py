@@ -30,10 +30,13 @@ def record(path: Path, *settings: str) -> Path:
 
 def test_a_recording_is_made_again_bit_for_bit(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """By other threads too; particles as finely as they were recorded."""
-    for settings, told in (((), ", particles on the recorded grid of 1/512 m"), (("recording.precision=0",), "")):
+    for settings, told in (
+        ((), "; particle positions are compared on the recorded grid of 1/512 m"),
+        (("recording.precision=0",), ""),
+    ):
         path = record(tmp_path / "run.rrd", *settings)
         assert main(["verify", str(path), "--threads", "2"]) == 0
-        assert capsys.readouterr().out == f"0 frames differ, 11 are equal bit for bit{told}\n"
+        assert capsys.readouterr().out == f"0 frames differ: all 11 are equal bit for bit{told}\n"
 
 
 def test_the_first_frame_that_differs_is_named(
@@ -53,18 +56,20 @@ def test_the_first_frame_that_differs_is_named(
         path = record(tmp_path / "run.rrd", "recording.precision=0")
     assert main(["verify", str(path)]) == 1
     said = capsys.readouterr().out
-    assert said.startswith("differs after 5 equal frames: frame 5 at 0.1 s: 1 of 50 particles of oil lie elsewhere")
+    assert said.startswith(
+        "the runs differ after 5 equal frames: frame 5 at 0.1 s: 1 of 50 particles of oil have moved"
+    )
     assert main(["verify", str(path), "--until", "0.08"]) == 0
 
 
 def test_a_cut_recording_is_repaired_and_verified(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = record(tmp_path / "run.rrd")
     assert main(["repair", str(path)]) == 0
-    assert "is whole" in capsys.readouterr().out
+    assert "is complete; there is nothing to repair" in capsys.readouterr().out
     os.truncate(path, int(0.9 * path.stat().st_size))
     assert main(["repair", str(path), "--to", str(tmp_path / "copy.rrd")]) == 0
     said = capsys.readouterr().out
-    assert "was cut off; saved in" in said and "frames of water" in said
+    assert "was cut off; " in said and "frames of water" in said
     assert main(["verify", str(tmp_path / "copy.rrd")]) == 0
     assert capsys.readouterr().out.startswith("0 frames differ")
 

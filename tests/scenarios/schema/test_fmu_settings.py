@@ -210,7 +210,7 @@ def test_a_run_with_an_fmu_that_cannot_be_kept_writes_no_checkpoints_and_says_so
     settings = [part for setting in (*QUICK, "run.duration=0.06") for part in ("--set", setting)]
     files = ["--record", str(tmp_path / "tow.rrd"), "--summary", str(tmp_path / "tow.json")]
     assert main(["run", str(scenario), *settings, *files]) == 0
-    told = f"no checkpoints: state of fmus.winch (it lacks {lacking}) cannot be saved as bytes"
+    told = f"no checkpoints: the state of fmus.winch (it lacks {lacking}) cannot be saved as bytes"
     assert capsys.readouterr().err.count(told) == 1
     summary = json.loads((tmp_path / "tow.json").read_text())
     assert summary["state_hash"] is None
@@ -226,7 +226,7 @@ def test_an_exercise_with_an_fmu_that_cannot_be_kept_does_not_promise_its_state(
     exercise.enter_initialization_mode(0.0)
     exercise.exit_initialization_mode()
     with pytest.raises(
-        NotImplementedError, match=r"'tow': state of fmus\.winch \(it lacks canGetAndSetFMUState\) cannot be saved"
+        NotImplementedError, match=r"'tow': the state of fmus\.winch \(it lacks canGetAndSetFMUState\) cannot be saved"
     ):
         exercise.save_state()
     assert exercise.do_step(0.0, scenario.run.communication_step).status is Status.OK
@@ -241,7 +241,7 @@ def test_what_an_fmu_says_it_can_and_cannot_is_found_out_and_the_run_goes_on(
     settings = [part for setting in (*QUICK, "run.duration=0.06") for part in ("--set", setting)]
     files = ["--record", str(tmp_path / "tow.rrd"), "--summary", str(tmp_path / "tow.json")]
     assert main(["run", str(folder / "winch-tow.toml"), *settings, *files]) == 0
-    told = f"state of fmus.winch (fmi3{failing} failed with status 3 (error)) cannot be saved as bytes"
+    told = f"the state of fmus.winch (fmi3{failing} failed with status 3 (error)) cannot be saved as bytes"
     assert capsys.readouterr().err.count(f"no checkpoints: {told}") == 1
     assert json.loads((tmp_path / "tow.json").read_text())["state_hash"] is None
     assert list((tmp_path / "tow.checkpoints").iterdir()) == []
@@ -275,15 +275,15 @@ def _here() -> dict[str, str]:
 def test_units_are_compared_and_ends_checked(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Each fault is one line with its place; the exit code is 2 and nothing was built."""
     faults = {
-        'fmus.winch.inputs.tension="booms.main.tug.tensoin"': "is 'booms.main.tug.tensoin', which is no signal that a run"
-        " gives, did you mean 'booms.main.tug.tension'? allowed: booms.main.tug.tension",
+        'fmus.winch.inputs.tension="booms.main.tug.tensoin"': "is 'booms.main.tug.tensoin', which is no"
+        " output of the run, did you mean 'booms.main.tug.tension'? allowed: booms.main.tug.tension",
         'fmus.winch.inputs.tesnion="booms.main.tug.tension"': "target variable 'tesnion' does not exist, allowed: tension",
         'fmus.winch.inputs.tension="vessels.tug.x"': "unit 'm' feeds unit 'N'",
         'fmus.winch.inputs.paid_out="vessels.tug.x"': "target is an output, allowed: input",
         'fmus.winch.outputs.paid_out="vessels.tug.x"': "target is an output, allowed: input",
-        'fmus.winch.outputs.paid_out="booms.main.tug.payuot"': "which is no signal that a run takes, did you mean 'booms.main.tug.payout'?",
+        'fmus.winch.outputs.paid_out="booms.main.tug.payuot"': "which is no input of the run, did you mean 'booms.main.tug.payout'?",
         'fmus.winch.inputs.tension="fmus.wind.speed"': "is from 'fmus.wind', which does not exist, allowed: fmus.winch, a signal",
-        'fmus.winch.outputs.speed="booms.main.tug.payout"': "which fmus.winch.outputs.paid_out drives already",
+        'fmus.winch.outputs.speed="booms.main.tug.payout"': "which fmus.winch.outputs.paid_out already drives",
         'fmus.winch.units.tension="kN"': "unit of 'tension' is given as 'kN', but the FMU itself says 'N'",
         "fmus.winch.start.capacity=3": "has no parameter or input 'capacity', allowed: tension, speed_order",
         'fmus.winch.start.brake="on"': "fmus.winch.start.brake is 'on', allowed: a number or true or false",

@@ -65,7 +65,7 @@ def test_thin_region_keeps_one_layer_and_an_empty_one_is_refused() -> None:
     thin = CylinderFill(phase="oil", base=(0.5, 0.5, 0.5), radius=0.3, height=0.01)
     assert len(np.unique(region_points(thin, TANK, 0.1, 3)[:, 2])) == 1
     dot = SphereFill(phase="oil", center=(0.5, 0.5, 0.5), radius=0.01)
-    with pytest.raises(ScenarioError, match=r"fill\.dot holds no particle"):
+    with pytest.raises(ScenarioError, match=r"fill\.dot has no particle"):
         starting_positions({"dot": dot}, TANK, 0.1, 3)
 
 

@@ -67,9 +67,7 @@ def problems_of(scenario: Scenario) -> dict[str, str]:
 
 def test_oil_that_lies_in_a_body_altogether_is_refused() -> None:
     found = problems_of(scenario_of(ball(0.38, (0.4, 0.4, 0.5))))
-    assert found == {
-        "fill.slick": "lies in bodies with all its 32 particles, allowed: a region that reaches out of them"
-    }
+    assert found == {"fill.slick": "has all its 32 particles inside bodies, allowed: a region that extends beyond them"}
 
 
 def test_liquid_that_bodies_take_the_place_of_is_told_once_and_not_counted() -> None:
@@ -82,9 +80,12 @@ def test_liquid_that_bodies_take_the_place_of_is_told_once_and_not_counted() -> 
     assert cost.particles["water"] < 400
     water, oil = assembly.remarks.look(None)
     taken = 32 - counts["brent"]
-    assert oil.text == f"fill.slick: {taken} l of its 32 l lie in bodies, or right at them, and are left out"
+    assert (
+        oil.text
+        == f"fill.slick: {taken} litres of its 32 litres are inside bodies, or at their surface, and are left out"
+    )
     assert (water.level, oil.level) == ("info", "warning")
-    assert water.text.startswith(f"fill.pool: {400 - counts['water']} l of its 400 l")
+    assert water.text.startswith(f"fill.pool: {400 - counts['water']} litres of its 400 litres")
     assert assembly.remarks.look(None) == []
 
 
@@ -96,10 +97,10 @@ def test_check_says_what_bodies_take_and_refuses_what_run_does(
     assert main(["check", str(file)]) == 0
     said = " ".join(capsys.readouterr().out.split())
     assert "fill.slick: " in said
-    assert "l of its 32 l lie in bodies, or right at them, and are left out" in said
+    assert "litres of its 32 litres are inside bodies, or at their surface, and are left out" in said
     file.write_text(TANK + ball(0.15, (0.5, 0.5, 0.05), "free"))
     assert main(["check", str(file)]) == 2
-    assert "bodies.ball has body 'ball' lie 0.1 m deep in a side of the tank" in capsys.readouterr().err
+    assert "bodies.ball has body 'ball' 0.1 m deep inside a side of the tank" in capsys.readouterr().err
 
 
 def test_liquid_beside_bodies_is_not_remarked_on() -> None:
@@ -127,19 +128,19 @@ def test_everything_that_cannot_be_placed_is_told_at_once(tmp_path: Path) -> Non
         )
     )
     assert "cannot be laid: buoyancy_to_weight 500" in bad["booms.b"]
-    assert "cannot be made" in bad["bodies.hull"]
+    assert "cannot be built" in bad["bodies.hull"]
     assert "is too small for particles of 0.1 m" in bad["bodies.speck"]
-    assert "has body 'one' lie 0.15 m deep in body 'two'" in bad["bodies.one"]
-    assert "has its pipe reach from z = 0.85 to 1.15 m" in bad["emitters.out.mouth"]
+    assert "has body 'one' 0.15 m deep inside body 'two'" in bad["bodies.one"]
+    assert "has a pipe from z = 0.85 to 1.15 m" in bad["emitters.out.mouth"]
     assert "lies in body 'two' at the start" in bad["emitters.in.mouth"]
-    assert "holds no particle" in bad["fill.drop"]
+    assert "has no particle" in bad["fill.drop"]
     assert len(bad) == 7
 
 
 def test_a_fixed_body_out_of_the_tank_is_refused() -> None:
     """Such as one with lengths in millimetres; one that a motion leads in is not, nor one that falls in from above."""
     found = problems_of(scenario_of(ball(0.1, (500.0, 0.5, 0.5))))
-    assert found == {"bodies.ball": "stands at x = 499.9 to 500.1 m for good, allowed: in the tank, 0 to 1 m"}
+    assert found == {"bodies.ball": "is fixed at x = 499.9 to 500.1 m, allowed: inside the tank, 0 to 1 m"}
     above = ball(0.1, (0.5, 0.5, 1.5), "free", name="above")
     led = '[bodies.led]\nshape = "sphere"\nradius = 0.1\nposition = [0.5, 0.5, 2.5]\n'
     ramp = 'motion = {kind = "ramp", velocity = [0.0, 0.0, -1.0]}\n'
@@ -166,7 +167,7 @@ def test_a_boom_that_is_held_straight_is_refused() -> None:
     """Its tension would have no bound: with a thousandth of its length to give it runs, between vessels it needs none."""
     taut = "[booms.b]\nends = [[0.2, 0.1], [0.2, 0.9]]\nlength = 0.8\n" + BOOM
     told = problems_of(scenario_of(taut))["booms.b"]
-    assert "ends are held 0.8 m apart, allowed: at most 0.7992 m for a boom of 0.8 m" in told
+    assert "the ends are 0.8 m apart, allowed: at most 0.7992 m for a boom of 0.8 m" in told
     assert "booms.b" not in str(estimate(scenario_of(taut.replace("0.9]", "0.8992]"))))
 
 
@@ -174,7 +175,7 @@ def test_of_a_boom_that_reaches_far_out_of_the_tank_one_segment_is_told() -> Non
     with pytest.raises(ScenarioError) as caught:
         estimate(scenario_of("[booms.b]\nends = [[0.6, 0.2], [0.6, 0.8]]\nlength = 1.6\n" + BOOM))
     (problem,) = caught.value.problems
-    assert problem.path == "booms.b" and "m deep in a side of the tank" in problem.text
+    assert problem.path == "booms.b" and "m deep inside a side of the tank" in problem.text
 
 
 def test_a_body_that_reaches_through_a_periodic_side_takes_the_place_of_liquid_on_both() -> None:

@@ -81,10 +81,10 @@ def test_runs_stand_side_by_side_and_are_not_repeated(tmp_path: Path, capsys: py
     capsys.readouterr()
     summaries[0].write_bytes(first[: len(first) // 2])
     assert main(asked) == 0
-    assert capsys.readouterr().err.count("is there already") == 1
+    assert capsys.readouterr().err.count("already complete") == 1
     assert json.loads(summaries[0].read_text())["state_hash"] == json.loads(first)["state_hash"]
     assert summaries[1].read_bytes() == second
-    assert main([*asked, "--record"]) == 0  # of what is there already nothing was recorded
+    assert main([*asked, "--record"]) == 0  # complete runs without a recording run again
     assert len(list(tmp_path.glob("*.rrd"))) == 2
 
 

@@ -44,7 +44,7 @@ def said(assembly: Assembly, steps: int) -> list[tuple[str, str]]:
 def test_solves_that_miss_their_tolerance_and_bodies_that_leave_are_told_once() -> None:
     found = dict(told := said(build(scenario_from(SHELF)), 20))
     assert len(told) == len(found) == 2
-    assert "products a step with a mean compression of" in found["fluid divergence"]
+    assert "products per step with a mean compression of" in found["fluid divergence"]
     assert "fluid.divergence_tolerance is 1e-07, fluid.divergence_iterations 2" in found["fluid divergence"]
     assert found["body ball"] == "has left the tank through its open side +x"
 
@@ -63,7 +63,7 @@ def test_a_body_too_thin_for_its_particles_is_told() -> None:
     assert way.startswith(
         "sheet has plates 0.02 m thin, 0.4 particle spacings: liquid that stands more than two spacings higher"
     )
-    assert text.startswith("sheet has parts thinner than a particle: the fluid meets and lifts 2 times its volume;")
+    assert text.startswith("sheet has parts thinner than a particle: the fluid sees and lifts 2 times its volume;")
     assert text.endswith("fluid.particle_spacing below 0.05 m resolves them")
 
 
