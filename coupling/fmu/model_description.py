@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zipfile
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from xml.etree import ElementTree
@@ -51,6 +52,18 @@ def _missing(root: ElementTree.Element) -> Iterator[str]:
             if not root.findall(f"ModelVariables/*[@valueReference='{dimension.get('valueReference')}'][@start]"):
                 yield f"has no start value of a dimension of variable {variable.get('name')!r}"
     yield from _dangling(root)
+    yield from _same_names(root)
+
+
+def _same_names(root: ElementTree.Element) -> Iterator[str]:
+    """Names that more than one variable has, those of aliases included, and aliases without one."""
+    aliases = root.findall("ModelVariables/*/Alias")
+    names = Counter(one.get("name") for one in (*root.findall("ModelVariables/*[@name]"), *aliases))
+    if names.pop(None, 0):
+        yield "has an Alias without a name"
+    yield from (
+        f"has {count} variables of the name {name!r}, allowed: one" for name, count in names.items() if count > 1
+    )
 
 
 def _dangling(root: ElementTree.Element) -> Iterator[str]:
@@ -76,8 +89,15 @@ def _problems(path: Path, description: ModelDescription) -> list[str]:
 
 
 def _take_relative_quantities(root: ElementTree.Element, description: ModelDescription) -> None:
-    """Put `relativeQuantity` into the description's variables: FMPy (0.3.32) looks for it among their children."""
-    for variable, element in zip(description.modelVariables, root.iterfind("ModelVariables/*[@name]"), strict=True):
+    """Put `relativeQuantity` into the description's variables: FMPy (0.3.32) looks for it among their children.
+
+    FMPy appends the further names of FMI 3's variables (section 2.4.7) as variables of their own, which have no element.
+    """
+    own = [variable for variable in description.modelVariables if variable.alias is None]
+    for variable, element in zip(own, root.iterfind("ModelVariables/*[@name]"), strict=True):
         said = [part.get("relativeQuantity") for part in (element, *element)]
         of_type = variable.declaredType is not None and variable.declaredType.relativeQuantity
         variable.relativeQuantity = bool({"true", "1"} & set(said)) or bool(of_type and not any(said))
+    for variable in description.modelVariables:
+        if variable.alias is not None:
+            variable.relativeQuantity = variable.alias.relativeQuantity

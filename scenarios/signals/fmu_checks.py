@@ -50,6 +50,7 @@ def fmu_problems(fmus: Mapping[str, FmuSettings], signals: Mapping[str, Signal])
         for text in connection_problems(connection, participants):
             yield Problem(path, f"does not fit: {text.removeprefix(f'{connection}: ')}")
     yield from _doubly_driven(connections)
+    yield from _doubly_fed(connections, loaded)
 
 
 def _several_of_one(loaded: Mapping[str, FmuParticipant]) -> Iterator[Problem]:
@@ -96,6 +97,17 @@ def _doubly_driven(connections: Mapping[str, Connection]) -> Iterator[Problem]:
     for signal, paths in drivers.items():
         if len(paths) > 1:
             yield Problem(paths[1], f"drives {signal!r}, which {paths[0]} drives already, allowed: one of them")
+
+
+def _doubly_fed(connections: Mapping[str, Connection], loaded: Mapping[str, FmuParticipant]) -> Iterator[Problem]:
+    """Inputs of an FMU that are fed by two of their names."""
+    fed: dict[tuple[str, str], str] = {}
+    for path, connection in connections.items():
+        if connection.target in loaded:
+            name = connection.target_variable
+            first = fed.setdefault((connection.target, loaded[connection.target].other_names.get(name, name)), path)
+            if first != path:
+                yield Problem(path, f"feeds another name of what {first} feeds already, allowed: one of them")
 
 
 def all_are_kept(fmus: Mapping[str, FmuSettings]) -> bool:
