@@ -16,6 +16,7 @@ from recordings.export import antimeridian
 from recordings.export.chosen import causes, oil_frames
 from recordings.export.geography import date_at, longitude_latitude
 from recordings.export.outline import slick_outlines
+from recordings.files import write_whole
 from recordings.replay.recording import Replay
 
 Points = npt.NDArray[np.floating]
@@ -41,7 +42,7 @@ def write_geojson(
             geometry = antimeridian.polygons([[_degrees(site, ring) for ring in polygon] for polygon in outlines])
             features.append(_feature(geometry, facts | {"kind": "slick"}))
     collection = {"type": "FeatureCollection", "features": features}
-    path.write_text(json.dumps(collection), encoding="utf-8")
+    write_whole(path, json.dumps(collection))
     return len(features)
 
 

@@ -12,7 +12,7 @@ from rerun.chunk import RrdReader
 
 from recordings.errors import RecordingError
 from recordings.files import is_same_file
-from recordings.replay.messages import Damage, damage
+from recordings.messages import Damage, damage
 from recordings.sink.viewer import viewer_environment, viewer_executable
 
 _REPAIR_SECONDS = 600.0

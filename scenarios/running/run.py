@@ -105,6 +105,8 @@ def _run(plan: Plan, restart: Restart | None, options: RunOptions, console: Cons
             )
             error = course.run(restart)
     summary.state_hash = course.state_hash
+    if error is not None and not summary.reason.startswith("failed"):
+        summary.reason = f"failed: {error}"  # it was told of the end before what failed there
     result = summary.summary(course.simulation.communication_point.time, plan.changes)
     _print_result(console, result, options)
     failures = [*([] if error is None else [str(error)]), *_leave(result, options, drawn=error is None)]

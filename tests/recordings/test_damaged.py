@@ -5,13 +5,15 @@ from __future__ import annotations
 import random
 from collections.abc import Callable
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
 from recordings.errors import RecordingError
-from recordings.replay.messages import damage
+from recordings.messages import damage
 from recordings.replay.recording import Replay
 from recordings.replay.repair import is_whole, repair
+from recordings.sink.recorder import Recorder
 from scenarios.cli import main
 
 COMMANDS = (
@@ -65,7 +67,16 @@ def test_damage_of_any_kind_anywhere_ends_in_order(
         if code == 2:
             assert "bad" in said.err, command
     left = {path.name for path in Path().iterdir()}
-    allowed = {"bad.rrd", "bad.repaired.rrd", "bad-debrief", "bad.repaired-debrief", "tables", "film", "oil.nc", "oil.json"}
+    allowed = {
+        "bad.rrd",
+        "bad.repaired.rrd",
+        "bad-debrief",
+        "bad.repaired-debrief",
+        "tables",
+        "film",
+        "oil.nc",
+        "oil.json",
+    }
     assert left <= allowed
     if not is_whole(bad):
         repaired = Path("bad.repaired.rrd")
@@ -125,3 +136,30 @@ def test_what_cannot_be_written_is_said(record: Callable[..., Path], capsys: pyt
     with pytest.raises(RecordingError, match="cannot be repaired"):
         repair("cut.rrd", Path("no") / "folder" / "copy.rrd")
     assert {path.name for path in Path().iterdir()} == {"cut.rrd"}
+
+
+def test_values_that_a_disk_has_lost_are_noticed_where_they_decode(record: Callable[..., Path]) -> None:
+    """Zeros in the middle of positions are positions too; the checksums tell, and whoever reads gets the other frames."""
+    path = record(200)
+    data = path.read_bytes()
+    for at in range(10):
+        bad = Path("bad.rrd")
+        bad.write_bytes(zeroed(bytearray(data), (2 * at + 1) * len(data) // 20, 64))
+        assert not is_whole(bad) or data == bad.read_bytes()
+
+
+@pytest.mark.parametrize("loss", ["deleted", "replaced", "folder"])
+def test_a_file_that_is_lost_while_it_is_written_is_an_error(loss: str, made_up: ModuleType, tmp_path: Path) -> None:
+    """Rerun goes on writing to a file without a name."""
+    folder = tmp_path / "disk"
+    folder.mkdir()
+    recorder = Recorder(folder / "lost.rrd", frame_rate=1.0 / made_up.STEP)
+    recorder.initialized(made_up.describe())
+    recorder.step_completed(made_up.make_frame(0))
+    (folder / "lost.rrd").unlink()
+    if loss == "replaced":
+        (folder / "lost.rrd").write_bytes(b"")
+    elif loss == "folder":
+        folder.rmdir()
+    with pytest.raises(RecordingError, match=r"lost\.rrd: (is no longer there|was replaced by another file)"):
+        recorder.terminated("completed")

@@ -1,17 +1,21 @@
 """The messages of a Rerun file, looked at one by one: which can be decoded, and where the next one is after one that cannot.
 
 A file of Rerun 0.41 is a head of 12 bytes and messages: kind and length, 8 bytes each, and the content, by protobuf. Rerun gives up at
-the first message that it cannot decode, and keeps no checksums; what decodes to other values is not noticed here either.
+the first message that it cannot decode, and keeps no checksums: positions that a disk has lost are read as zeros. So the recorder's last
+chunk holds the checksums of all messages before it. A run that was killed has none; there only what cannot be decoded is noticed.
 """
 
 from __future__ import annotations
 
 import struct
+import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
+import numpy as np
+import numpy.typing as npt
 import pyarrow as pa
 import pyarrow.ipc
 
@@ -23,6 +27,9 @@ _LARGEST = 2**32  # bytes of a message; those of a run have less than a thousand
 _UNCOMPRESSED, _LZ4 = (0, 1), 2
 _SEARCHED = 2**20  # bytes looked through at a time
 _CHUNK_KIND = CHUNK.to_bytes(8, "little")
+_LAST = 8  # chunks from the end, among which the one with the checksums is
+SUMS = "crc32"  # its component
+_UNDECODABLE = (ValueError, LookupError, TypeError, OSError, MemoryError, struct.error, pa.ArrowException)
 
 
 @dataclass(frozen=True)
@@ -52,7 +59,7 @@ class Damage:
 
 
 def damage(path: Path, copy: BinaryIO | None = None) -> Damage:
-    """What is wrong with a file; what is sound of it goes into ``copy``, if given, without an end."""
+    """What is wrong with a file; what is sound of it goes into ``copy``, if given, without checksums and without an end."""
     lost_bytes = tail = broken = sound = 0
     is_ended = False
     with path.open("rb") as file:
@@ -62,22 +69,49 @@ def damage(path: Path, copy: BinaryIO | None = None) -> Damage:
             lost_bytes += len(head)
         if copy is not None:
             copy.write(head if head.startswith(HEAD) else _head_of_this_version())
+        known, place_of_sums = _known_sums(file, size)
         for start, end, kind in _frames(file, size):
             lost_bytes, tail = lost_bytes + tail, 0
             if kind is None:
                 tail = end - start  # at the file's end this is the message in which it was cut off
                 continue
-            file.seek(start)
-            message = file.read(end - start)
-            if not _is_sound(kind, message[_FRAME.size :]):
+            message = _read(file, start, end)
+            is_known = known is None or kind != CHUNK or start == place_of_sums or zlib.crc32(message) in known
+            if not (is_known and _is_sound(kind, message[_FRAME.size :])):
                 broken += 1
             elif kind == END:
                 is_ended = True  # what follows only says where the end is
             else:
                 sound += 1
-                if copy is not None:
+                if copy is not None and start != place_of_sums:
                     copy.write(message)
     return Damage(lost_bytes, broken, sound, tail, is_ended)
+
+
+def checksums(path: Path) -> npt.NDArray[np.uint32]:
+    """The checksum (CRC-32) of each chunk that the file holds so far."""
+    size = path.stat().st_size
+    with path.open("rb") as file:
+        sums = [zlib.crc32(_read(file, start, end)) for start, end, kind in _frames(file, size) if kind == CHUNK]
+    return np.array(sums, dtype=np.uint32)
+
+
+def _known_sums(file: BinaryIO, size: int) -> tuple[frozenset[int] | None, int]:
+    """The checksums that a file holds, and where the message with them begins; None if it holds none."""
+    chunks = [(start, end) for start, end, kind in _frames(file, size) if kind == CHUNK]
+    for start, end in reversed(chunks[-_LAST:]):
+        try:
+            (batch,) = _batches(dict(_fields(_read(file, start, end)[_FRAME.size :])))
+            if SUMS in batch.schema.names:
+                return frozenset(batch.column(SUMS).flatten().to_pylist()), start
+        except _UNDECODABLE:
+            continue
+    return None, -1
+
+
+def _read(file: BinaryIO, start: int, end: int) -> bytes:
+    file.seek(start)
+    return file.read(end - start)
 
 
 def _frames(file: BinaryIO, size: int) -> Iterator[tuple[int, int, int | None]]:
@@ -120,14 +154,15 @@ def _is_sound(kind: int, content: bytes) -> bool:
     try:
         fields = dict(_fields(content))
         if kind == CHUNK:
-            _decode(fields)
-    except (ValueError, LookupError, TypeError, OSError, MemoryError, struct.error, pa.ArrowException):
+            for batch in _batches(fields):
+                batch.validate(full=True)
+    except _UNDECODABLE:
         return False
     return True
 
 
-def _decode(fields: dict[int, int | bytes]) -> None:
-    """Decode a chunk's rows: compression (2), size (3), payload (5); an error for one that cannot be."""
+def _batches(fields: dict[int, int | bytes]) -> list[pa.RecordBatch]:
+    """The rows of a chunk, by compression (2), size (3) and payload (5); an error for one that cannot be decoded."""
     compression, size, payload = fields.get(2, 0), fields.get(3, 0), fields[5]
     if not (isinstance(compression, int) and isinstance(size, int) and isinstance(payload, bytes)):
         raise ValueError("fields of other types")
@@ -137,8 +172,7 @@ def _decode(fields: dict[int, int | bytes]) -> None:
         payload = pa.decompress(payload, decompressed_size=size, codec="lz4_raw", asbytes=True)
     elif compression not in _UNCOMPRESSED:
         raise ValueError(f"compression {compression}")
-    for batch in pa.ipc.open_stream(payload):
-        batch.validate(full=True)
+    return list(pa.ipc.open_stream(payload))
 
 
 def _fields(content: bytes) -> Iterator[tuple[int, int | bytes]]:
