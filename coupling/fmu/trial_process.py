@@ -7,10 +7,14 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 from collections.abc import Sequence
 
 from recordings.own_programs import module_command, module_environment
 
+STOPPING = (
+    threading.Event()
+)  # set by whoever takes signals: the run was asked to stop, and nothing is waited for any more
 PATIENCE = 120.0  # s until a program counts as hanging: far above what an exercise takes to be built
 
 

@@ -40,7 +40,7 @@ from vessels.control import VesselControl
 from vessels.manual import ManualControl
 
 if TYPE_CHECKING:
-    from coupling.fmu.fmu_participant import FmuParticipant
+    from coupling.fmu.isolated_fmu import Fmu
 
 BODIES = "bodies"
 TO_FLUID = ("pose", "twist", "free_acceleration")
@@ -72,7 +72,7 @@ class Assembly:
     frame_source: FrameSource
     exchange: BodyExchange
     ledger: ExchangeLedger
-    fmus: tuple[FmuParticipant, ...]
+    fmus: tuple[Fmu, ...]
 
     @property
     def controls(self) -> tuple[VesselControl, ...]:
@@ -173,7 +173,7 @@ def _parts(scene: Scene, controls: Sequence[VesselControl | ManualControl], scor
     )
 
 
-def _fmus(scenario: Scenario) -> tuple[FmuParticipant, ...]:
+def _fmus(scenario: Scenario) -> tuple[Fmu, ...]:
     """The FMUs; what runs them is loaded only where there are some."""
     if not scenario.fmus:
         return ()

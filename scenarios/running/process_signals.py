@@ -8,6 +8,7 @@ from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
+from coupling.fmu.trial_process import STOPPING
 from scenarios.exit_codes import DONE
 
 STOP = (int(signal.SIGINT), int(signal.SIGTERM), int(signal.SIGHUP))
@@ -37,6 +38,7 @@ class Requests:
             self._checkpoint = True
         else:
             self.stop = number
+            STOPPING.set()
 
 
 @contextmanager
@@ -48,6 +50,7 @@ def requests_by_signal() -> Iterator[Requests]:
     there.
     """
     requests = Requests()
+    STOPPING.clear()
     if threading.current_thread() is not threading.main_thread():
         yield requests
         return
@@ -70,3 +73,4 @@ def requests_by_signal() -> Iterator[Requests]:
         yield requests
     finally:
         restore(heeded)
+        STOPPING.clear()

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from coupling.fmu.fmu_participant import FmuParticipant
+from coupling.fmu.isolated_fmu import Fmu, fmu
 from coupling.master.connection import Connection, connection_problems
 from coupling.participant import Variable
 from scenarios.problems import Problem, problems_of, suggestion
@@ -56,9 +57,9 @@ def fmu_problems(fmus: Mapping[str, FmuSettings], signals: Mapping[str, Signal])
 def _several_of_one(loaded: Mapping[str, FmuParticipant]) -> Iterator[Problem]:
     """FMUs that a process can run only once, and another runs already."""
     first: dict[str, str] = {}
-    for name, fmu in loaded.items():
-        other = first.setdefault(fmu.only_one_of, name)
-        if fmu.only_one_of and other != name:
+    for name, one in loaded.items():
+        other = first.setdefault(one.only_one_of, name)
+        if one.only_one_of and other != name:
             text = (
                 f"is the same FMU as {other}, which runs only once in a process (canBeInstantiatedOnlyOncePerProcess)"
             )
@@ -112,25 +113,25 @@ def _doubly_fed(connections: Mapping[str, Connection], loaded: Mapping[str, FmuP
 
 def all_are_kept(fmus: Mapping[str, FmuSettings]) -> bool:
     """Whether the state of every FMU can be kept outside it, and so that of the run; each of them is tried out."""
-    return not any(_why_not_kept(fmu) for fmu in fmu_participants(fmus))
+    return not any(_why_not_kept(one) for one in fmu_participants(fmus))
 
 
-def _why_not_kept(fmu: FmuParticipant) -> str:
+def _why_not_kept(one: Fmu) -> str:
     """What is found by initializing it; of one that cannot be initialized by itself, what it says."""
     with suppress(RuntimeError):
-        fmu.enter_initialization_mode(0.0)
-        fmu.exit_initialization_mode()
-    why = fmu.why_not_kept
+        one.enter_initialization_mode(0.0)
+        one.exit_initialization_mode()
+    why = one.why_not_kept
     with suppress(Exception):  # nothing is lost with it
-        fmu.terminate()
+        one.terminate()
     return why
 
 
-def fmu_participants(fmus: Mapping[str, FmuSettings]) -> tuple[FmuParticipant, ...]:
+def fmu_participants(fmus: Mapping[str, FmuSettings]) -> tuple[Fmu, ...]:
     """The FMUs, each of them tried out; ScenarioError for one that cannot run here, before anything is computed."""
     participants = []
     for name, settings in fmus.items():
         with problems_of(f"fmus.{name}", "cannot be used"):
-            participants.append(FmuParticipant(PREFIX + name, settings.file, settings.start, settings.units))
+            participants.append(fmu(PREFIX + name, settings.file, settings.start, settings.units))
             participants[-1].rehearse()
     return tuple(participants)
