@@ -6,7 +6,6 @@ the grade is the weighted mean. A trainer's own limits and weights come from a f
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -17,6 +16,7 @@ import numpy as np
 from booms.containment import PRACTICE_SPEED
 from scenarios.debrief.account import BoomAccount
 from scenarios.problems import Problem, ScenarioError
+from scenarios.text.toml import read_toml
 
 Verdict = Literal["met", "partly met", "missed"]
 _POINTS: Mapping[Verdict, float] = {"met": 1.0, "partly met": 0.5, "missed": 0.0}
@@ -178,10 +178,10 @@ def grade(account: BoomAccount, criteria: tuple[Criterion, ...] = CRITERIA) -> G
 def read_criteria(path: Path) -> tuple[Criterion, ...]:
     """The criteria with limits and weights from a TOML file, a table each: [held] good = 90, acceptable = 70, weight = 2."""
     try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8"))
+        tables = read_toml(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise ScenarioError([Problem("file", f"cannot be read: {error.strerror or error}")], str(path)) from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (ValueError, UnicodeDecodeError) as error:
         raise ScenarioError([Problem("file", f"is no TOML: {error}")], str(path)) from error
     known = {criterion.key for criterion in CRITERIA}
     problems = [Problem(key, f"is unknown, allowed: {', '.join(sorted(known))}") for key in tables if key not in known]

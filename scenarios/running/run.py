@@ -25,6 +25,7 @@ from scenarios.running.recorder_options import grid, thinning
 from scenarios.running.run_loop import Course
 from scenarios.running.summary import SummaryObserver, write_summary
 from scenarios.scenario import Scenario
+from scenarios.setup.cost import require_memory
 from scenarios.text.terminal import terminal
 from scenarios.watch.progress import ProgressDisplay
 
@@ -83,6 +84,7 @@ def resume(restart: Restart, *, options: RunOptions | None = None, console: Cons
 
 def _run(plan: Plan, restart: Restart | None, options: RunOptions, console: Console) -> int:
     scenario = plan.scenario
+    require_memory(scenario)
     _require_writable(options)
     _require_own_files(plan, restart, options)
     with ExitStack() as stack, requests_by_signal() as requests:
