@@ -25,9 +25,7 @@ SPACING = 0.1
     [
         SphereFill(phase="water", center=(1.0, 1.1, 0.9), radius=0.33),
         SphereFill(phase="water", center=(0.1, 1.1, 1.9), radius=0.5),
-        CylinderFill(
-            shape="cylinder", phase="water", base=(0.5, 0.5, 0.5), axis=(1.0, 1.0, 0.5), radius=0.3, height=0.8
-        ),
+        CylinderFill(phase="water", base=(0.5, 0.5, 0.5), axis=(1.0, 1.0, 0.5), radius=0.3, height=0.8),
     ],
 )
 def test_a_small_region_of_a_large_tank_takes_its_own_memory(fill: SphereFill | CylinderFill) -> None:
