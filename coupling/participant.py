@@ -28,6 +28,19 @@ class Causality(Enum):
     PARAMETER = "parameter"
 
 
+class Numbers(Enum):
+    """Which numbers a variable holds, from the most to the fewest: each kind can be given where an earlier one is taken."""
+
+    REAL = "real"
+    WHOLE = "whole"
+    BOOLEAN = "boolean"
+
+    def fits(self, taken: Numbers) -> bool:
+        """Whether all numbers of this kind are of the kind `taken`."""
+        kinds = list(Numbers)
+        return kinds.index(self) >= kinds.index(taken)
+
+
 @dataclass(frozen=True)
 class Variable:
     """One quantity a participant takes or gives.
@@ -40,6 +53,7 @@ class Variable:
         is_mean: an output that is a mean over the step that was taken, as an impulse over its duration; where a step is
             made of parts, the master gives the mean over all of them, so that no impulse is lost.
         si: how the unit stands to SI, where the participant knows it better than its text tells.
+        numbers: which numbers it holds; they travel as floats all the same.
     """
 
     name: str
@@ -48,6 +62,7 @@ class Variable:
     causality: Causality
     is_mean: bool = False
     si: Unit | None = None
+    numbers: Numbers = Numbers.REAL
 
     @property
     def known_unit(self) -> Unit | None:
@@ -151,6 +166,14 @@ class SharedParticipant(Participant, Protocol):
 
     def observe(self) -> None:
         """Take in what others did since the last step, before outputs are read and the step is made."""
+
+
+@runtime_checkable
+class EvenStepParticipant(Participant, Protocol):
+    """A participant that may want one and the same step size, to the last bit, which differences of times are not."""
+
+    def expect_step(self, step_size: float) -> None:
+        """Whole steps will be of `step_size` [s]; called once, before the run."""
 
 
 def variable_table(variables: Iterable[Variable]) -> dict[str, Variable]:

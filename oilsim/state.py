@@ -121,7 +121,23 @@ class FluidState:
         return {name: value.copy() if isinstance(value, np.ndarray) else value for name, value in values.items()}
 
     def restore(self, saved: dict[str, Any]) -> None:
-        """Back to what `save` returned."""
+        """Back to what `save` returned; ValueError for arrays that do not fit each other, which no kernel looks for."""
+        count = np.size(saved["phase"])
+        for name, value in self.save().items():
+            if isinstance(value, np.ndarray):
+                shape = value.shape if name == "viscous_time" else (*value.shape[:-1], count)
+                given = saved[name]
+                if not (isinstance(given, np.ndarray) and given.dtype == value.dtype and given.shape == shape):
+                    raise ValueError(
+                        f"saved state has {name} of shape {np.shape(given)}, allowed: {shape}, {value.dtype}"
+                    )
+                if not np.isfinite(given).all():
+                    raise ValueError(f"saved state has {name} that is not finite, allowed: finite numbers")
+        if (saved["phase"] >= self.viscous_time.size).any():
+            raise ValueError(f"saved state has phase {saved['phase'].max()}, allowed: below {self.viscous_time.size}")
+        if not 0 <= saved["bordering"] <= saved["asleep"] <= count:
+            told = f"{saved['asleep']} particles asleep, {saved['bordering']} of them at a border"
+            raise ValueError(f"saved state has {told}, allowed: up to {count}")
         for name, value in saved.items():
             setattr(self, name, value.copy() if isinstance(value, np.ndarray) else value)
         self.confinement = Confinement(self.confinement)

@@ -11,6 +11,7 @@ import io
 import json
 import os
 import zipfile
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -118,7 +119,10 @@ def load_checkpoint(path: str | Path, *, scenario_hash: str | None = None) -> Ch
         checkpoint = _read(source)
     except OSError as error:
         raise CheckpointError(source, f"cannot be read: {error.strerror or error}") from error
-    except (ValueError, TypeError, KeyError, EOFError, AttributeError, zipfile.BadZipFile) as error:
+    except (
+        ValueError, TypeError, LookupError, EOFError, AttributeError, ArithmeticError, RecursionError, MemoryError,
+        NotImplementedError, zipfile.BadZipFile, zlib.error,
+    ) as error:  # fmt: skip
         raise CheckpointError(source, f"is not a checkpoint, or was cut off: {error}") from error
     stored = checkpoint.scenario_hash
     if scenario_hash is not None and stored != scenario_hash:

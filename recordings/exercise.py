@@ -36,6 +36,9 @@ class BoomDescription:
     full_tension: float
 
 
+FIRST_YEAR, LAST_YEAR = 1583, 9000  # of the Gregorian calendar, and far from the end of Python's
+
+
 @dataclass(frozen=True, kw_only=True)
 class Site:
     """The place of the world's origin on Earth and the date of the start, for far-field models.
@@ -58,11 +61,13 @@ class Site:
             if not low <= value <= high:
                 raise ValueError(f"site {name} is {value:g}, allowed: {low:g} to {high:g} degrees")
         try:
-            datetime.fromisoformat(self.start)
+            year = datetime.fromisoformat(self.start).year
         except ValueError:
             raise ValueError(
                 f"site start is {self.start!r}, allowed: ISO 8601, for example 2026-05-01T08:00:00Z"
             ) from None
+        if not FIRST_YEAR <= year <= LAST_YEAR:
+            raise ValueError(f"site start is {self.start!r}, allowed: years {FIRST_YEAR} to {LAST_YEAR}")
 
 
 @dataclass(frozen=True, kw_only=True)

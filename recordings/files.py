@@ -35,6 +35,28 @@ def why_unwritable(path: Path) -> str:
     return ""
 
 
+def write_whole(path: Path, text: str) -> None:
+    """Write a text file whole or not at all: whoever reads it meanwhile, or after the power failed, finds the old one or the new.
+
+    What is no plain file, a pipe or a terminal, is written to as it is. OSError if it cannot be written.
+    """
+    target = path.resolve()
+    if target.exists() and not target.is_file():
+        path.write_text(text, encoding="utf-8")
+        return
+    unfinished = target.with_name(f".{os.getpid()}-{target.name}")
+    try:
+        with unfinished.open("w", encoding="utf-8") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        unfinished.replace(target)
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(path)) from error
+    finally:
+        unfinished.unlink(missing_ok=True)
+
+
 @contextmanager
 def held(path: Path) -> Iterator[None]:
     """Reserve `path`, a recording or a folder of checkpoints, for this run; RecordingError if another run writes it.

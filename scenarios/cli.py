@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import sys
-from collections.abc import Sequence
+from collections.abc import MutableSequence, Sequence
 
 from recordings.errors import RecordingError
 from scenarios.commands import (
@@ -41,7 +42,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for library in ("OPENBLAS", "OMP", "MKL"):
         # The matrices here are small; threads of a linear algebra library would only take cores from the fluid.
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
-    options = command_parser().parse_args(arguments)
+    options = command_parser().parse_args(_with_negative_values(sys.argv[1:] if arguments is None else arguments))
     try:
         return int(options.command(options))
     except ScenarioError as error:
@@ -52,6 +53,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return BAD_INPUT
     except KeyboardInterrupt:
         return INTERRUPTED
+
+
+def _with_negative_values(arguments: Sequence[str]) -> Sequence[str]:
+    """Tie values such as -36.9,174.8 to their option, since argparse takes them for options of their own."""
+    tied: MutableSequence[str] = []
+    for argument in arguments:
+        if tied and re.match(r"-[\d.]", argument) and re.fullmatch(r"--[a-z][a-z-]*", tied[-1]):
+            tied[-1] += f"={argument}"
+        else:
+            tied.append(argument)
+    return tied
 
 
 def command_parser() -> argparse.ArgumentParser:

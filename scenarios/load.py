@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import MISSING, dataclass, fields
 from importlib import resources
@@ -15,6 +14,7 @@ from scenarios.scenario import Scenario
 from scenarios.schema.overrides import merged, parse_override, with_override
 from scenarios.schema.quantity_fields import field_kinds
 from scenarios.schema.structuring import structure
+from scenarios.text.toml import read_toml
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,8 +54,8 @@ def load_scenario(source: str | Path, *, overrides: Iterable[str] = (), demo: bo
     path = find_scenario(source)
     try:
         text = path.read_text(encoding="utf-8")
-        data = tomllib.loads(text)
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as cause:
+        data = read_toml(text)
+    except (OSError, ValueError) as cause:
         raise ScenarioError([Problem("", f"cannot be read: {cause}")], str(path)) from cause
     if demo and "demo" not in data:
         raise ScenarioError(

@@ -7,7 +7,6 @@ any case; so no compiler is needed, and small models and whole exercises are bui
 
 from __future__ import annotations
 
-import os
 import shutil
 import subprocess
 import sys
@@ -22,6 +21,8 @@ from typing import Literal
 
 import fmpy
 from fmpy.validation import validate_fmu
+
+from recordings.own_programs import module_command, module_environment
 
 Version = Literal[2, 3]
 
@@ -101,9 +102,11 @@ def _build(content: FmuContent, version: Version, folder: Path) -> Path:
     state = ["--handle-state", "--serialize-state"] if content.saves_state else []
     options = [*state, *([] if content.any_step else ["--no-variable-step"])]
     target = folder / "built"
-    command = [sys.executable, "-m", PACKAGES[version], "build", "-f", str(script), "-d", str(target), *options]
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(_own_module_path())}
-    done = subprocess.run([*command, *map(str, files)], capture_output=True, text=True, check=False, env=environment)
+    command = module_command(
+        PACKAGES[version], "build", "-f", str(script), "-d", str(target), *options, *map(str, files)
+    )
+    environment = module_environment(_own_module_path())
+    done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
     if done.returncode != 0:
         said = (done.stderr.strip() or "nothing").splitlines()[-1]
         raise FmuExportError(f"{PACKAGES[version]} cannot build the FMU of {content.identifier}: {said}")

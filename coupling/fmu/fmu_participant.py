@@ -8,6 +8,7 @@ Integers, enumerations and booleans travel as numbers; what is set must be whole
 
 from __future__ import annotations
 
+import math
 import os
 import sys
 import tempfile
@@ -35,6 +36,7 @@ from coupling.participant import Causality, Status, StepResult, Variable, checke
 Array = npt.NDArray[np.float64]
 
 DISCARD_STATUS, FATAL_STATUS = 2, 4  # of FMI 2 and 3
+ROUNDING = 1e-6  # relative, of a step that is the difference of two times
 
 
 class _Held:
@@ -80,6 +82,7 @@ class FmuParticipant:
         self._held: list[tuple[weakref.ref[_Held], object]] = []  # states, with what the FMU holds of each
         self._messages = FmuMessages()
         interface = self._description.coSimulation
+        self._even_step: float | None = None  # of an FMU that wants one number, to the last bit (FMI 2.0.4, 4.2.1)
         self._why_not_saved = "" if interface.canGetAndSetFMUstate else "it lacks canGetAndSetFMUState"
         self._why_not_serialised = "" if interface.canSerializeFMUstate else "it lacks canSerializeFMUState"
 
@@ -106,6 +109,16 @@ class FmuParticipant:
         """What is to be instantiated only once in a process, for all participants that run it; empty where there may be several."""
         description = self._description
         return str(description.guid) if description.coSimulation.canBeInstantiatedOnlyOncePerProcess else ""
+
+    @property
+    def other_names(self) -> Mapping[str, str]:
+        """Further names of variables (FMI 3, section 2.4.7), with the name that each stands for."""
+        return {one.name: one.alias.name for one in self._description.modelVariables if one.alias is not None}
+
+    def expect_step(self, step_size: float) -> None:
+        """Whole steps will be of `step_size` [s], and an FMU that cannot vary its step is given that number."""
+        if not self._description.coSimulation.canHandleVariableCommunicationStepSize:
+            self._even_step = step_size
 
     def rehearse(self) -> None:
         """Load the FMU, make an instance and let it go, to find out before a run that it can; ValueError if it cannot.
@@ -210,7 +223,9 @@ class FmuParticipant:
 
         After a discard FMI 2 allows no step but from an earlier state, so such an FMU is saved before each one, and taken back.
         """
-        fmu = self._running()
+        fmu, end = self._running(), time + step_size
+        if self._even_step is not None and math.isclose(step_size, self._even_step, rel_tol=ROUNDING):
+            step_size = self._even_step
         before = fmu.getFMUState() if isinstance(fmu, FMU2Slave) and not self._why_not_saved else None
         try:
             result = fmu.doStep(time, step_size, False)  # whoever drives it may go back to before this step
@@ -223,11 +238,11 @@ class FmuParticipant:
             if before is not None and self._fmu is not None:
                 fmu.freeFMUState(before)
         if result is None:
-            return StepResult(Status.OK, time + step_size)
+            return StepResult(Status.OK, end)
         _, wants_end, is_early, reached = result
         if wants_end:
             return self._ended(reached)
-        return StepResult(Status.EARLY_RETURN if is_early else Status.OK, reached if is_early else time + step_size)
+        return StepResult(Status.EARLY_RETURN if is_early else Status.OK, reached if is_early else end)
 
     def _discarded(self, time: float, step_size: float, message: str, before: object | None) -> StepResult:
         """What follows a discard; the FMU is in the state `before`, or as far as it says that it could come."""

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-import os
 import re
 import signal
 import subprocess
 import sys
 import tempfile
+import threading
 from collections.abc import Sequence
 
+from recordings.own_programs import module_command, module_environment
+
+STOPPING = (
+    threading.Event()
+)  # set by whoever takes signals: the run was asked to stop, and nothing is waited for any more
 PATIENCE = 120.0  # s until a program counts as hanging: far above what an exercise takes to be built
 
 
@@ -19,21 +24,24 @@ def is_own_process() -> bool:
 
 
 def try_out(module: str, arguments: Sequence[str]) -> str:
-    """Run `python -m module arguments`; what is wrong, in the last line that it said, or nothing."""
-    search = os.pathsep.join(path for path in sys.path if path)
-    try:
-        done = subprocess.run(
-            [sys.executable, "-m", module, *arguments],
-            env=os.environ | {"PYTHONPATH": search},
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            text=True,
-            errors="replace",
-            timeout=PATIENCE,
-        )
-    except subprocess.TimeoutExpired as late:
-        said = late.stderr.decode("utf-8", "replace") if isinstance(late.stderr, bytes) else late.stderr or ""
-        return f"it does not come back within {PATIENCE:g} s{_last_words(said)}"
+    """Run `python -m module arguments`; what is wrong, in the last line that it said, or nothing.
+
+    Its temporary files go with it, however it ends.
+    """
+    with tempfile.TemporaryDirectory(prefix="oilsim-trial-", ignore_cleanup_errors=True) as folder:
+        try:
+            done = subprocess.run(
+                module_command(module, *arguments),
+                env=module_environment() | {"TMPDIR": folder},
+                stdin=subprocess.DEVNULL,
+                capture_output=True,
+                text=True,
+                errors="replace",
+                timeout=PATIENCE,
+            )
+        except subprocess.TimeoutExpired as late:
+            said = late.stderr.decode("utf-8", "replace") if isinstance(late.stderr, bytes) else late.stderr or ""
+            return f"it does not come back within {PATIENCE:g} s{_last_words(said)}"
     if done.returncode < 0:
         return f"it crashes ({signal.Signals(-done.returncode).name}){_last_words(done.stderr)}"
     return "" if done.returncode == 0 else _last_words(done.stderr).removeprefix(": ")

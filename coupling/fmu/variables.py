@@ -14,7 +14,7 @@ from dataclasses import replace
 
 from fmpy.model_description import ModelDescription, ModelVariable
 
-from coupling.participant import Causality, Variable, variable_table
+from coupling.participant import Causality, Numbers, Variable, variable_table
 from coupling.units import BASE, Unit, read_unit
 
 ELEMENT = re.compile(r"^(?P<name>.+)\[(?P<index>\d+)\]$")
@@ -89,7 +89,13 @@ def _declare(name: str, members: list[ModelVariable], unit_names: list[str], def
     shape = tuple(members[0].shape) or (len(members),)
     units = {_unit(member, unit, defined) for member, unit in zip(members, unit_names, strict=True)}
     si = units.pop() if len(units) == 1 else None
-    return Variable(name, ", ".join(distinct).replace(".", " "), shape, Causality(members[0].causality), si=si)
+    unit, causality = ", ".join(distinct).replace(".", " "), Causality(members[0].causality)
+    return Variable(name, unit, shape, causality, si=si, numbers=_numbers(members[0].type))
+
+
+def _numbers(kind: str) -> Numbers:
+    """Which numbers a variable of this type holds; an enumeration's are whole."""
+    return Numbers.REAL if kind in FLOATS else Numbers.BOOLEAN if kind == "Boolean" else Numbers.WHOLE
 
 
 def _unit(member: ModelVariable, name: str, defined: Mapping[str, Unit]) -> Unit | None:

@@ -25,7 +25,7 @@ from coupling.master.initialization import exchange_initial_values
 from coupling.master.observer_dispatch import NOBODY, Audience, CommunicationPoint, Watching, tried
 from coupling.master.rollback_test import rollback_fault
 from coupling.master.stepper import HALVINGS, TIME_TOLERANCE, Discarded, NotExchanged, Snapshot, Stepper
-from coupling.participant import Array, Participant
+from coupling.participant import Array, EvenStepParticipant, Participant
 from recordings.frame import Event, EventLevel
 
 FINEST = 1e-3  # of a step, that times must tell apart
@@ -82,6 +82,9 @@ class CoSimulation:
             raise CouplingSetupError(problems)
         by_name = {participant.name: participant for participant in participants}
         self._steppers = {name: Stepper(by_name[name], sub_rates.get(name, 1)) for name in by_name}
+        for name, participant in by_name.items():
+            if isinstance(participant, EvenStepParticipant):
+                participant.expect_step(communication_step_size / sub_rates.get(name, 1))
         self._links = tuple(link(connection, by_name) for connection in connections)
         self._step_size = communication_step_size
         self._start_time = start_time

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.participant import Array, Causality, Participant, Variable
+from coupling.participant import Array, Causality, Numbers, Participant, Variable
 from coupling.units import Conversion, conversion
 
 _KINDS = {Causality.INPUT: "an input", Causality.OUTPUT: "an output", Causality.PARAMETER: "a parameter"}
@@ -62,7 +62,7 @@ def setup_problems(participants: Sequence[Participant], connections: Sequence[Co
 
 
 def connection_problems(connection: Connection, participants: Mapping[str, Participant]) -> list[str]:
-    """List the problems of one connection: existence first, then causality, shape and unit."""
+    """What is wrong with one connection: existence first, then causality, shape, kind of numbers and unit."""
     problems: list[str] = []
     source = _find(connection, "source", connection.source, connection.source_variable, participants, problems)
     target = _find(connection, "target", connection.target, connection.target_variable, participants, problems)
@@ -73,10 +73,23 @@ def connection_problems(connection: Connection, participants: Mapping[str, Parti
     if source is not None and target is not None:
         if source.shape != target.shape:
             problems.append(f"{connection}: shape {source.shape} feeds shape {target.shape}, allowed: equal shapes")
-        if _unit_conversion(source, target) is None:
+        converted = _unit_conversion(source, target)
+        if not source.numbers.fits(target.numbers):
+            kinds = f"{source.numbers.value} numbers feed {target.numbers.value} ones"
+            problems.append(f"{connection}: {kinds}, allowed: {_fitting(target.numbers)}")
+        elif converted is not None and not converted.is_identity and target.numbers is not Numbers.REAL:
+            units = f"{source.unit!r} to {target.unit!r}"
+            problems.append(
+                f"{connection}: {target.numbers.value} numbers are converted from {units}, allowed: one unit"
+            )
+        if converted is None:
             allowed = "equal units, or known units of the same dimension"
             problems.append(f"{connection}: unit {source.unit!r} feeds unit {target.unit!r}, allowed: {allowed}")
     return problems
+
+
+def _fitting(taken: Numbers) -> str:
+    return " or ".join(kind.value for kind in Numbers if kind.fits(taken))
 
 
 def _unit_conversion(source: Variable, target: Variable) -> Conversion | None:

@@ -20,6 +20,7 @@ from scipy.spatial.transform import Rotation
 
 from coupling.pybullet_import import pybullet
 from coupling.pybullet_world.joint_tree import ArticulatedTree, TreeLink, no_axes
+from coupling.pybullet_world.shape_trial import require_askable
 from coupling.rigid.joint_constraints import Articulation, Joints, PointJoint
 
 Array = npt.NDArray[np.float64]
@@ -67,7 +68,8 @@ class LinkedBody:
         self._refuse_planar()
         self._rates = np.full((count, 3), np.nan)
         self._torques = np.full((count, 3), np.nan)
-        self._shapes = self._told_shapes()
+        require_askable(client, body)
+        self._names, self._shapes = self._told_names(), self._told_shapes()
         self._given = np.full((count, 3), np.inf)  # torques [N, N m] of motors that were overcome
         self._way = np.zeros((count, 3))  # changes of rate in the last step, of joints that turned against their motors
         self._yielded = np.zeros(count)  # how often a joint that was held was overcome since its motor is on
@@ -165,25 +167,29 @@ class LinkedBody:
 
     def _refuse_another(self) -> None:
         try:
-            shapes = self._told_shapes()
+            is_known = self._told_names() == self._names and self._told_shapes() == self._shapes
         except pybullet.error as cause:
             raise ValueError(
                 f"body {self.unique_id} is no longer in the client, allowed: remove_body({self.unique_id}), which takes it out of the fluid"
             ) from cause
-        if shapes != self._shapes:
+        if not is_known:
             raise ValueError(
                 f"body {self.unique_id} is not the one that was added to the fluid, but has its unique id, allowed: "
                 f"remove_body({self.unique_id}), then add_body({self.unique_id})"
             )
 
-    def _told_shapes(self) -> tuple[object, ...]:
-        """Return what identifies a body: its names and its links' collision shapes; pybullet.error if it is not there."""
+    def _told_names(self) -> tuple[object, ...]:
+        """The body's names and the number of its joints; pybullet.error if it is not there."""
         client, body = self._client, self.unique_id
-        names = pybullet.getBodyInfo(body, physicsClientId=client)
+        return pybullet.getBodyInfo(body, physicsClientId=client), pybullet.getNumJoints(body, physicsClientId=client)
+
+    def _told_shapes(self) -> list[list[tuple]]:
+        """The collision shapes of its links, by which a body is known; asked only of a body that has the names of one that was tried."""
+        client, body = self._client, self.unique_id
         links = range(-1, pybullet.getNumJoints(body, physicsClientId=client))
         told = [pybullet.getCollisionShapeData(body, link, physicsClientId=client) for link in links]
         # the numbers of body and link, which come first, pybullet leaves unset for all but a link's first shape
-        return names, [[shape[2:] for shape in shapes] for shapes in told]
+        return [[shape[2:] for shape in shapes] for shapes in told]
 
     def _states(self) -> tuple[Sequence[float], Sequence[float], Sequence[tuple]]:
         """Return position and orientation of the base, and pybullet's states of the other links."""

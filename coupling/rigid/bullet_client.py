@@ -19,6 +19,7 @@ from scipy.spatial.transform import Rotation
 
 from coupling.bodies import MassProperties, convex_vertices
 from coupling.pybullet_import import pybullet
+from coupling.rigid.engine_state import rebuilt
 from coupling.rigid.prescribed_motion import Motion, Vector
 from coupling.rigid.rotations import turned
 
@@ -44,6 +45,7 @@ class BulletClient:
 
     def __init__(self, gravity: Vector, solver_iterations: int) -> None:
         self._client: int = pybullet.connect(pybullet.DIRECT)
+        self._own: bytes | None = None  # a file of the bodies as they are now, for `restore`
         self._release = weakref.finalize(self, _disconnect, self._client)  # with this object at the latest, and once
         self._call(pybullet.setGravity, *gravity)
         self._call(
@@ -62,6 +64,7 @@ class BulletClient:
         shape = self._collision_shape(mesh, axes, is_free=is_free) if contact else -1
         mass = properties.mass if is_free else UNYIELDING_MASS if is_guided else 0.0
         turn = Rotation.from_matrix(axes)
+        self._own = None
         body = BulletBody(self._call(pybullet.createMultiBody, mass, shape), turn, turn.inv().as_quat())
         self._call(
             pybullet.changeDynamics,
@@ -82,6 +85,7 @@ class BulletClient:
 
     def add_half_space(self, point: Vector, normal: Vector, friction: float) -> None:
         """Fill the space behind a plane through `point` [m]; `normal` points out of it. It stops bodies of any speed."""
+        self._own = None
         shape = self._call(pybullet.createCollisionShape, pybullet.GEOM_PLANE, planeNormal=normal)
         unique_id = self._call(pybullet.createMultiBody, 0.0, shape, -1, point)
         self._call(pybullet.changeDynamics, unique_id, -1, lateralFriction=friction)
@@ -154,7 +158,10 @@ class BulletClient:
             return path.read_bytes()
 
     def restore(self, content: bytes) -> None:
-        """Go back to a state that `save` returned."""
+        """Back to what `save` returned; ValueError for a content that is damaged or of other bodies, see `engine_state`."""
+        if self._own is None:
+            self._own = self.save()
+        content = rebuilt(content, self._own)
         with tempfile.TemporaryDirectory(prefix="oilsim-") as folder:
             path = Path(folder) / "state.bullet"
             path.write_bytes(content)

@@ -21,7 +21,7 @@ from coupling.rigid.engine_step import Body, EngineStep
 from coupling.rigid.joint_constraints import Articulation, Joints, PointJoint
 from coupling.rigid.lines import ElasticLine, Lines
 from coupling.rigid.prescribed_motion import AT_REST, STILL, UPRIGHT, Motion, PrescribedMotion, Quaternion, Vector
-from coupling.rigid.rigid_state import MOVING, RigidBodyState, pose_of, twist_of
+from coupling.rigid.rigid_state import RigidBodyState, pose_of, twist_of
 from coupling.rigid.step_length import SHORTEST, step_rate
 from oilsim.checks import finite
 from oilsim.physical_constants import GRAVITY
@@ -305,24 +305,24 @@ class RigidBodyWorld:
 
     def save_state(self) -> dict[str, object]:
         """Return everything that moves, as plain data that can be pickled."""
-        arrays = {key: getattr(self._state, key).copy() for key in MOVING}
         return {
             "bullet": self._client.save(),
             "time": self.time,
             "last_duration": self._last_duration,
-            "arrays": arrays,
+            "arrays": self._state.save(),
             "tensions": dict(self._tensions),
             "lines": self.lines.save_state(),
         }
 
     def restore_state(self, state: Mapping[str, object]) -> None:
-        """Go back to a state that `save_state` returned, bit for bit, in a world of the same bodies; TypeError for anything else."""
+        """Back to what `save_state` returned, bit for bit; ValueError unless it is of a world of the same bodies and joints."""
         content, arrays, tensions, time = (state[key] for key in ("bullet", "arrays", "tensions", "time"))
         if not (isinstance(content, bytes) and isinstance(arrays, dict) and isinstance(tensions, dict)):
             raise TypeError("rigid bodies: restore_state got another object, allowed: a state that save_state returned")
+        if set(tensions) != set(self._joints):
+            raise ValueError(f"rigid bodies: state has joints {sorted(tensions)}, allowed: {sorted(self._joints)}")
         self._client.restore(content)
-        for key, value in arrays.items():
-            setattr(self._state, key, value.copy())
+        self._state.restore(arrays)
         self._tensions = dict(tensions)
         self.lines.restore_state(state["lines"])  # type: ignore[arg-type]
         self._articulation = None

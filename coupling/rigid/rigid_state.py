@@ -5,6 +5,7 @@ Frames and reference points as in `coupling.participant`: centre of mass, world 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from copy import copy
 
 import numpy as np
@@ -64,6 +65,23 @@ class RigidBodyState:
         self.is_free = np.append(self.is_free, is_free)
         self._inverse_inertia[~self.is_free] = 0.0
         self._ease = np.where(self.is_free, 1.0 / self.mass, 0.0)
+
+    def save(self) -> dict[str, Array]:
+        """A copy of all that moves, by name."""
+        return {key: getattr(self, key).copy() for key in MOVING}
+
+    def restore(self, saved: Mapping[str, Array]) -> None:
+        """Back to what `save` returned; ValueError for arrays that are not those of these bodies."""
+        if set(saved) != set(MOVING):
+            raise ValueError(f"rigid bodies: state has {sorted(saved)}, allowed: {sorted(MOVING)}")
+        for key, value in saved.items():
+            shape = getattr(self, key).shape
+            if not (isinstance(value, np.ndarray) and value.dtype == np.float64 and value.shape == shape):
+                raise ValueError(f"rigid bodies: state has {key} of shape {np.shape(value)}, allowed: {shape}")
+            if not np.isfinite(value).all():
+                raise ValueError(f"rigid bodies: state has {key} that is not finite, allowed: finite numbers")
+        for key, value in saved.items():
+            setattr(self, key, value.copy())
 
     def _at_pose(self) -> tuple[Array, Array]:
         """Return `world_inertia` and `inverse_inertia`, which are kept until a body moves."""

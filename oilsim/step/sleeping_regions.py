@@ -150,6 +150,9 @@ class SleepingRegions:
         }  # fmt: skip
 
     def restore(self, saved: dict[str, Any]) -> None:
-        """Back to what `save` returned."""
+        """Back to what `save` returned; ValueError for what other regions have been saved of."""
+        for name, own in (("quiet", self._quiet), ("asleep", self._asleep), ("parted", self._parted)):
+            if saved[name].shape != own.shape or saved[name].dtype != own.dtype:
+                raise ValueError(f"saved state has {name} regions of shape {saved[name].shape}, allowed: {own.shape}")
         self._quiet, self._layout = saved["quiet"].copy(), saved["layout"]
         self._asleep, self._parted = saved["asleep"].copy(), saved["parted"].copy()

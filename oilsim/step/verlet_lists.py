@@ -119,7 +119,9 @@ class Build:
 
     def matches(self, state: FluidState, walls: Walls) -> bool:
         """Whether the same particles, in the same order, meet the same walls."""
-        return self.layout == walls.layout and np.array_equal(self.id, state.id[: state.awake])
+        moving = walls.position.shape[1] - walls.resting
+        alike = self.layout == walls.layout and self.wall_position.shape[1] == moving
+        return alike and np.array_equal(self.id, state.id[: state.awake])
 
 
 @dataclass
@@ -175,6 +177,9 @@ class VerletLists:
         """Back to what `save` returned; the candidates are listed again from the positions they were listed from."""
         self.forget()
         self._build = None if saved is None else Build(**saved)
+        if self._build is not None and self._build.position.shape != (3, self._build.id.size):
+            shapes = f"{self._build.position.shape} for {self._build.id.size} particles"
+            raise ValueError(f"saved state has list positions of shape {shapes}, allowed: (3, N)")
 
     def _motion(self, state: FluidState, walls: Walls, before: Real, walls_before: Real) -> float:
         """Bound on the relative motion [m] of any two particles since the positions `before`."""

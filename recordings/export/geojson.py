@@ -12,12 +12,12 @@ import numpy.typing as npt
 
 from recordings.entity_paths import VESSELS, body_group
 from recordings.exercise import Site
+from recordings.export import antimeridian
 from recordings.export.chosen import causes, oil_frames
 from recordings.export.geography import date_at, longitude_latitude
 from recordings.export.outline import slick_outlines
+from recordings.files import write_whole
 from recordings.replay.recording import Replay
-
-_DIGITS = 8  # decimals of a degree: a millimetre
 
 Points = npt.NDArray[np.floating]
 
@@ -36,13 +36,13 @@ def write_geojson(
                 continue
             facts = stamp | {"cause": names[cause], "volume_m3": len(of_cause) * replay.run.particle_volume}
             if particles:
-                geometry = {"type": "MultiPoint", "coordinates": _coordinates(site, of_cause)}
+                geometry = antimeridian.points(_degrees(site, of_cause))
                 features.append(_feature(geometry, facts | {"kind": "particles"}))
             outlines = slick_outlines(of_cause[:, :2], replay.run.particle_spacing)
-            polygons = [[_coordinates(site, ring) for ring in polygon] for polygon in outlines]
-            features.append(_feature({"type": "MultiPolygon", "coordinates": polygons}, facts | {"kind": "slick"}))
+            geometry = antimeridian.polygons([[_degrees(site, ring) for ring in polygon] for polygon in outlines])
+            features.append(_feature(geometry, facts | {"kind": "slick"}))
     collection = {"type": "FeatureCollection", "features": features}
-    path.write_text(json.dumps(collection), encoding="utf-8")
+    write_whole(path, json.dumps(collection))
     return len(features)
 
 
@@ -50,12 +50,12 @@ def _tracks(replay: Replay, site: Site) -> Iterator[dict[str, Any]]:
     """Yield the tracks of the vessels, and the lines of the booms at the last frame."""
     for name, series in replay.bodies.items():
         if body_group(name) == VESSELS and len(series.time) > 1:
-            geometry = {"type": "LineString", "coordinates": _coordinates(site, series.pose[:, :2])}
+            geometry = antimeridian.line(_degrees(site, series.pose[:, :2]))
             yield _feature(geometry, {"kind": "track", "vessel": name.partition("/")[2]})
     for boom in replay.run.exercise.booms if replay.run.exercise else ():
         places = [replay.bodies[name].pose[-1, :2] for name in boom.segments if name in replay.bodies]
         if len(places) > 1:
-            geometry = {"type": "LineString", "coordinates": _coordinates(site, np.array(places))}
+            geometry = antimeridian.line(_degrees(site, np.array(places)))
             yield _feature(geometry, {"kind": "boom", "boom": boom.name})
 
 
@@ -63,7 +63,6 @@ def _feature(geometry: dict[str, Any], properties: dict[str, Any]) -> dict[str, 
     return {"type": "Feature", "geometry": geometry, "properties": properties}
 
 
-def _coordinates(site: Site, points: Points) -> list[list[float]]:
-    """Convert points (N, 2 or more) [m] to longitude and latitude [degrees]."""
-    both = np.column_stack(longitude_latitude(site, points))
-    return [[round(longitude, _DIGITS), round(latitude, _DIGITS)] for longitude, latitude in both.tolist()]
+def _degrees(site: Site, points: Points) -> npt.NDArray[np.float64]:
+    """Longitude, latitude (N, 2) of points (N, 2 or more) [m]."""
+    return np.column_stack(longitude_latitude(site, points))

@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 from bisect import bisect_right
 from collections import defaultdict
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, wraps
 from pathlib import Path
-from typing import Any
+from typing import Any, Concatenate, ParamSpec, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -34,8 +35,57 @@ from recordings.replay.repair import is_whole, open_reader, repair
 from recordings.sample import ids_of_ranges
 from recordings.sink.rerun_sink import FORMAT_VERSION
 
+Terms = ParamSpec("Terms")
+Result = TypeVar("Result")
+
 _PROPERTIES = "__properties"
 _LEVELS: dict[str, EventLevel] = {"INFO": "info", "WARN": "warning", "ERROR": "error"}
+
+
+# of values that no recorder has written: a damaged message may decode to others, since there are no checksums
+_UNREADABLE = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, RuntimeError, MemoryError)
+
+
+def _told(read: Callable[Concatenate[Replay, Terms], Result]) -> Callable[Concatenate[Replay, Terms], Result]:
+    """Wrap a method so that its errors become a RecordingError: the recording does not hold what it should."""
+
+    @wraps(read)
+    def told(self: Replay, *arguments: Terms.args, **keywords: Terms.kwargs) -> Result:
+        with _telling(self.path):
+            return read(self, *arguments, **keywords)
+
+    return told
+
+
+def _told_on_the_way(
+    read: Callable[Concatenate[Replay, Terms], Iterator[Result]],
+) -> Callable[Concatenate[Replay, Terms], Iterator[Result]]:
+    """Wrap a method that yields in the same way."""
+
+    @wraps(read)
+    def told(self: Replay, *arguments: Terms.args, **keywords: Terms.kwargs) -> Iterator[Result]:
+        found = read(self, *arguments, **keywords)
+        while True:
+            with _telling(self.path):
+                try:
+                    one = next(found)
+                except StopIteration:
+                    return
+            yield one
+
+    return told
+
+
+@contextmanager
+def _telling(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except RecordingError:
+        raise
+    except _UNREADABLE as error:
+        raise RecordingError(
+            path, f"is damaged, {' '.join(str(error).split())[:300] or type(error).__name__}"
+        ) from error
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -83,10 +133,11 @@ class Replay:
     """One recording; particles are read from the file on request, everything else is small and kept."""
 
     def __init__(self, path: str | Path, *, mend: bool = True) -> None:
-        """Open a recording; RecordingError if it cannot be read or holds no run.
+        """Open a recording.
 
         Args:
-            path: the file. A file that was cut off is read from a repaired copy beside it, and ``repaired_from`` names the original.
+            path: the file. One that was cut off in the middle of a write, or damaged, is read from a repaired copy beside it,
+                and ``repaired_from`` says so. A copy that turns out to hold no run is deleted.
             mend: allow that; otherwise such a file is an error.
         """
         source = Path(path)
@@ -97,11 +148,18 @@ class Replay:
             self.repaired_from = source
             source = repair(source)
         self.path = source
-        self._reader = open_reader(source)
-        self._store = _lazy_store(self._reader)
-        _require_run(source, self.properties.get("recording", {}))
+        try:
+            self._reader = open_reader(source)
+            self._store = _lazy_store(self._reader)
+            _require_run(source, self.properties.get("recording", {}))
+        except RecordingError as error:
+            if self.repaired_from is None:
+                raise
+            source.unlink(missing_ok=True)
+            raise RecordingError(self.repaired_from, error.reason) from error
 
     @cached_property
+    @_told
     def properties(self) -> Mapping[str, Mapping[str, Any]]:
         """Properties of the file by group: "scenario", "recording" (its settings), "run" (versions and more), "end"."""
         groups: dict[str, dict[str, Any]] = defaultdict(dict)
@@ -128,6 +186,7 @@ class Replay:
         return str(self.properties.get("end", {}).get("reason", ""))
 
     @cached_property
+    @_told
     def run(self) -> RunDescription:
         """Description of the run, as the recorder got it."""
         scenario = self.properties.get("scenario", {})
@@ -149,12 +208,14 @@ class Replay:
         )
 
     @cached_property
+    @_told
     def scalars(self) -> Mapping[str, Series]:
         """Every scalar series by its name."""
         rows = self._rows((f"/{entity_paths.METRICS}/**", f"/{entity_paths.PROBES}/**"), "Scalars:scalars")
         return {entity_paths.scalar_name(path): _series(parts) for path, parts in rows.items()}
 
     @cached_property
+    @_told
     def bodies(self) -> Mapping[str, BodySeries]:
         """Every body's motion by its name."""
         tensions = self._rows(_body_paths(), "tension")
@@ -172,6 +233,7 @@ class Replay:
         return bodies
 
     @cached_property
+    @_told
     def events(self) -> tuple[Event, ...]:
         """The events of the log, in order of time."""
         found = []
@@ -199,11 +261,13 @@ class Replay:
         return self.particles(entity_paths.lost(cause), indices)
 
     @cached_property
+    @_told
     def lost_causes(self) -> tuple[str, ...]:
         """Every cause by which booms have lost oil during the run."""
         paths = self._rows((f"/{entity_paths.LOST}/**",), "Points3D:positions")
         return tuple(sorted(path.removeprefix(f"{entity_paths.LOST}/") for path in paths))
 
+    @_told_on_the_way
     def particles(self, path: str, indices: Collection[int] | None = None) -> Iterator[tuple[int, float, PhaseFrame]]:
         """Yield step, time [s] and particles at an entity path, frame by frame; only at ``indices``, if given."""
         ids = self._ids(path)
@@ -221,6 +285,7 @@ class Replay:
         """Return the steps and times at which a phase's particles were recorded, with their number as value."""
         return self.particle_times(entity_paths.phase(name))
 
+    @_told
     def particle_times(self, path: str) -> Series:
         """Return the steps and times at which the particles at an entity path were recorded, with their number as value."""
         parts = self._rows((f"/{path}",), "Points3D:positions").get(path, [])

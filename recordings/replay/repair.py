@@ -1,9 +1,10 @@
-"""Repair of recordings that were cut off while they were written."""
+"""Mends recordings that were cut off in the middle of a write, or damaged: what can be read of them goes into a whole copy."""
 
 from __future__ import annotations
 
 import os
 import subprocess
+import tempfile
 import warnings
 from pathlib import Path
 
@@ -11,10 +12,10 @@ from rerun.chunk import RrdReader
 
 from recordings.errors import RecordingError
 from recordings.files import is_same_file
+from recordings.messages import Damage, damage
 from recordings.sink.viewer import viewer_environment, viewer_executable
 
 _REPAIR_SECONDS = 600.0
-_HEAD = b"RRF2"
 
 
 def open_reader(path: Path) -> RrdReader:
@@ -24,20 +25,22 @@ def open_reader(path: Path) -> RrdReader:
             warnings.simplefilter("ignore")  # a killed run leaves no footer, and the user knows that
             reader = RrdReader(path)
             recordings = reader.recordings()
-    except RuntimeError as error:
+    except (RuntimeError, ValueError, OSError) as error:
         raise RecordingError(path, f"cannot be read: {error}") from error
     if not recordings:
-        raise RecordingError(path, "has no run")
+        raise RecordingError(path, "holds no run of oilsim, or was cut off before one began")
     return reader
 
 
-def is_whole(path: Path) -> bool:
-    """Tell whether the file can be read to its end."""
+def damage_of(path: Path) -> Damage:
+    """Find the damage of a recording; RecordingError for one that cannot be opened, or in which nothing can be read."""
     try:
-        open_reader(path)
-    except RecordingError:
-        return False
-    return True
+        found = damage(path)
+    except OSError as error:
+        raise RecordingError(path, f"cannot be read: {error.strerror or error}") from error
+    if not found.sound:
+        raise RecordingError(path, "is not a Rerun recording, or was cut off before anything was written")
+    return found
 
 
 def has_footer(path: Path) -> bool:
@@ -49,16 +52,21 @@ def has_footer(path: Path) -> bool:
     return True
 
 
+def is_whole(path: Path) -> bool:
+    """Tell whether the file can be read to its end."""
+    found = damage_of(path)
+    return not found.keeps_from_reading and (has_footer(path) or not found.is_ended)
+
+
 def repaired_path(path: Path) -> Path:
     """Return the path for the repaired copy of a recording."""
     return path.with_name(f"{path.stem}.repaired{path.suffix}")
 
 
 def repair(path: str | Path, target: str | Path | None = None) -> Path:
-    """Write a complete copy, with a footer, of a recording that was cut off; the original is not changed.
+    """Write a whole copy of a recording that was cut off or damaged, with a footer; the original stays as it is.
 
-    Everything up to the last complete chunk is kept, so at most the last second before the run was killed is lost. Raises RecordingError if
-    the file is not a recording or cannot be repaired.
+    Every message that can be decoded is kept. Of a file that was cut off at most a second is lost, that in which the run was killed.
 
     Returns:
         The copy: ``target``, or the original's name with ".repaired" before its ending.
@@ -66,19 +74,33 @@ def repair(path: str | Path, target: str | Path | None = None) -> Path:
     source = Path(path)
     if not source.is_file():
         raise RecordingError(source, "does not exist")
-    with source.open("rb") as file:
-        if file.read(len(_HEAD)) != _HEAD:
-            raise RecordingError(source, "is not a Rerun recording, or was cut off before anything was written")
+    damage_of(source)
     copy = repaired_path(source) if target is None else Path(target)
     if is_same_file(source, copy):
         raise RecordingError(source, "is the recording to repair itself, allowed: another file for the copy")
     unfinished = copy.with_name(f".{os.getpid()}-{copy.name}")
-    command = [viewer_executable(), "rrd", "optimize", str(source), "-o", str(unfinished)]
-    done = subprocess.run(
-        command, env=viewer_environment(), capture_output=True, text=True, timeout=_REPAIR_SECONDS, check=False
-    )
-    if done.returncode != 0 or not unfinished.is_file():
+    try:
+        with tempfile.TemporaryDirectory(prefix="oilsim-") as folder:
+            sound = Path(folder) / "sound.rrd"
+            with sound.open("wb") as file:
+                damage(source, file)
+            _optimize(source, sound, unfinished)
+        unfinished.replace(copy)
+    except OSError as error:
+        raise RecordingError(source, f"cannot be repaired: {error.strerror or error}") from error
+    finally:
         unfinished.unlink(missing_ok=True)
-        raise RecordingError(source, f"cannot be repaired: {done.stderr.strip()[-300:]}")
-    unfinished.replace(copy)
     return copy
+
+
+def _optimize(source: Path, sound: Path, target: Path) -> None:
+    """Let Rerun write the sound messages of ``source`` in order, with a footer."""
+    command = [viewer_executable(), "rrd", "optimize", str(sound), "-o", str(target)]
+    try:
+        done = subprocess.run(
+            command, env=viewer_environment(), capture_output=True, text=True, timeout=_REPAIR_SECONDS, check=False
+        )
+    except subprocess.TimeoutExpired as error:
+        raise RecordingError(source, f"cannot be repaired within {_REPAIR_SECONDS:g} s") from error
+    if done.returncode != 0 or not target.is_file():
+        raise RecordingError(source, f"cannot be repaired: {done.stderr.strip()[-300:]}")

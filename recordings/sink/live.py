@@ -11,13 +11,13 @@ import logging
 import pickle
 import queue
 import subprocess
-import sys
 import threading
 from collections import deque
 from typing import IO
 from urllib.parse import urlsplit
 
 from recordings.frame import Event, RunDescription
+from recordings.own_programs import module_command, module_environment
 from recordings.sample import Sample
 from recordings.sink.viewer import LOOPBACK, ViewerError, free_port, start_viewer, viewer_executable, wait_for_port
 
@@ -88,10 +88,14 @@ class LiveView:
         """Run the thread; if the viewer fails, the log says so and the run continues."""
         try:
             address = self._address or self._start_viewer()
-            command = [sys.executable, "-m", "recordings.sink.live_feed", address, recording_id]
             quiet = subprocess.DEVNULL
             self._feed = subprocess.Popen(
-                command, stdin=subprocess.PIPE, stdout=quiet, stderr=quiet, start_new_session=True
+                module_command("recordings.sink.live_feed", address, recording_id),
+                env=module_environment(),
+                stdin=subprocess.PIPE,
+                stdout=quiet,
+                stderr=quiet,
+                start_new_session=True,
             )
             assert self._feed.stdin is not None  # Popen was asked for a pipe
             with self._feed.stdin as pipe:

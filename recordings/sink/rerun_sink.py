@@ -18,6 +18,7 @@ import uuid
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
+from typing import NoReturn
 
 import numpy as np
 import numpy.typing as npt
@@ -27,6 +28,7 @@ from recordings import appearance, entity_paths, palette
 from recordings.errors import RecordingError
 from recordings.exercise import to_json
 from recordings.frame import NO_PARTICLES, Event, MeshDescription, PhaseFrame, RunDescription
+from recordings.messages import SUMS, checksums
 from recordings.sample import Block, Sample, id_ranges
 from recordings.sink.blueprint import run_blueprint
 from recordings.sink.force_arrows import ForceArrows
@@ -106,6 +108,10 @@ class RerunWriter:
     def write_end(self, reason: str) -> None:
         """Write why the run ended."""
         self._stream.send_property("end", rr.AnyValues(reason=reason))
+
+    def write_checksums(self, sums: npt.NDArray[np.uint32]) -> None:
+        """Write the checksums of all that the file holds; what comes after them is not looked at."""
+        self._stream.send_property("checksums", rr.AnyValues(**{SUMS: sums}))
 
     def _lay_out(self, scalars: set[str], sample: Sample) -> None:
         """Send the viewer its layout as soon as the series are known."""
@@ -244,6 +250,8 @@ class RerunFile:
         self._writer = RerunWriter(self._stream)
         self._writer.write_run(run, terms)
         self._flush()
+        there = path.stat()
+        self._identity = there.st_dev, there.st_ino
 
     def add(self, sample: Sample) -> None:
         """Add one sample; it reaches the disk with its block."""
@@ -277,10 +285,31 @@ class RerunFile:
         self.closed = True
         self.write()
         self._flush()
+        self._require_file()
+        self._writer.write_checksums(checksums(self.path))
+        self._flush()
         self._stream.disconnect()
+        self._require_file()
+
+    def _require_file(self) -> None:
+        """RecordingError unless what is written still is the file that has the name: Rerun goes on writing to one without."""
+        try:
+            there = self.path.stat()
+        except OSError as error:
+            self._lose(f"is no longer there: {error.strerror or error}")
+        if (there.st_dev, there.st_ino) != self._identity:
+            self._lose("was replaced by another file while it was written")
+
+    def _lose(self, why: str) -> NoReturn:
+        """Give up a file that nobody will find."""
+        self.closed = True
+        self._block.take()
+        self._stream.disconnect()
+        raise RecordingError(self.path, why)
 
     def _require_space(self, wanted: int) -> None:
         """Stop the recording while there is still room for a footer."""
+        self._require_file()
         free = shutil.disk_usage(self.path.parent).free
         if free < wanted + RESERVED_BYTES:
             self.closed = True

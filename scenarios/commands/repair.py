@@ -1,4 +1,4 @@
-"""`oilsim repair`: repair a recording that was cut off."""
+"""`oilsim repair`: mend a recording that was cut off or damaged."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from scenarios.exit_codes import DONE
 
 def register(commands: argparse._SubParsersAction) -> None:
     """Add the subcommand's parser to `commands`."""
-    parser = commands.add_parser("repair", help="repair a recording that was cut off: write a complete copy")
+    parser = commands.add_parser("repair", help="write a whole copy of a recording that was cut off or damaged")
     parser.add_argument("recording", type=Path, metavar="FILE", help="a recording (.rrd); it is not changed")
     parser.add_argument(
         "--to", type=Path, metavar="COPY", help="copy to write (default: FILE with .repaired before its ending)"
@@ -19,16 +19,26 @@ def register(commands: argparse._SubParsersAction) -> None:
 
 
 def _repair(options: argparse.Namespace) -> int:
+    from recordings.errors import RecordingError
     from recordings.replay.recording import Replay
-    from recordings.replay.repair import has_footer, repair
+    from recordings.replay.repair import damage_of, has_footer, repair
 
-    if options.recording.is_file() and has_footer(options.recording):
-        print(f"{options.recording} is complete; there is nothing to repair")
+    source: Path = options.recording
+    if not source.is_file():
+        raise RecordingError(source, "no such file")
+    found = damage_of(source)
+    if not found.keeps_from_reading and has_footer(source):
+        Replay(source)  # it may be whole and no run
+        print(f"{source} is whole, there is nothing to repair")
         return DONE
-    copy = repair(options.recording, options.to)
-    replay = Replay(copy)
-    counts = {phase.name: len(replay.phase_times(phase.name).index) for phase in replay.run.phases}
-    last = max((float(series.time[-1]) for series in replay.scalars.values() if len(series.time)), default=0.0)
+    copy = repair(source, options.to)
+    try:
+        replay = Replay(copy)
+        counts = {phase.name: len(replay.phase_times(phase.name).index) for phase in replay.run.phases}
+        last = max((float(series.time[-1]) for series in replay.scalars.values() if len(series.time)), default=0.0)
+    except RecordingError as error:
+        copy.unlink(missing_ok=True)
+        raise RecordingError(source, f"cannot be repaired: {error.reason}") from error
     frames = ", ".join(f"{count} frames of {name}" for name, count in counts.items())
-    print(f"{options.recording} was cut off; {copy} has {frames}, up to {last:g} s")
+    print(f"{source} {found or 'was damaged at its end'}; saved in {copy}: {frames}, up to {last:g} s")
     return DONE

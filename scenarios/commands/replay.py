@@ -17,15 +17,14 @@ def register(commands: argparse._SubParsersAction) -> None:
 
 
 def _replay(options: argparse.Namespace) -> int:
-    from recordings.replay.repair import is_whole, repair
+    from recordings.replay.repair import damage_of, is_whole, repair
     from recordings.sink.viewer import ViewerError, open_viewer
 
     recording: Path = options.recording
     if recording.is_file() and not is_whole(recording):
         recording = repair(recording)
-        print(
-            f"oilsim: {options.recording} was cut off; the frames that are complete are in {recording}", file=sys.stderr
-        )
+        told = f"{options.recording} {damage_of(options.recording) or 'was damaged at its end'}"
+        print(f"oilsim: {told}; what could be saved is in {recording}", file=sys.stderr)
     try:
         open_viewer(recording)
     except ViewerError as error:

@@ -6,7 +6,6 @@ The page shows everything that enters the grade. Each criterion has two limits a
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -17,6 +16,7 @@ import numpy as np
 from booms.containment import PRACTICE_SPEED
 from scenarios.debrief.boom_history import BoomHistory
 from scenarios.problems import Problem, ScenarioError
+from scenarios.text.toml import read_toml
 
 Verdict = Literal["met", "partly met", "missed"]
 _POINTS: Mapping[Verdict, float] = {"met": 1.0, "partly met": 0.5, "missed": 0.0}
@@ -190,10 +190,10 @@ def read_criteria(path: Path) -> tuple[Criterion, ...]:
     Raises ScenarioError with everything that is wrong in the file.
     """
     try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8"))
+        tables = read_toml(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise ScenarioError([Problem("file", f"cannot be read: {error.strerror or error}")], str(path)) from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (ValueError, UnicodeDecodeError) as error:
         raise ScenarioError([Problem("file", f"is not valid TOML: {error}")], str(path)) from error
     known = {criterion.key for criterion in CRITERIA}
     problems = [Problem(key, f"is unknown, allowed: {', '.join(sorted(known))}") for key in tables if key not in known]

@@ -43,7 +43,7 @@ from vessels.control import VesselControl
 from vessels.manual import ManualControl
 
 if TYPE_CHECKING:
-    from coupling.fmu.fmu_participant import FmuParticipant
+    from coupling.fmu.isolated_fmu import Fmu
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -71,7 +71,7 @@ class Assembly:
     frame_source: FrameSource
     exchange: BodyExchange
     ledger: ExchangeLedger
-    fmus: tuple[FmuParticipant, ...]
+    fmus: tuple[Fmu, ...]
 
     @property
     def scoring(self) -> Scoring:
@@ -176,7 +176,7 @@ def _parts(simulators: Simulators, controls: Sequence[VesselControl | ManualCont
     )
 
 
-def _fmus(scenario: Scenario) -> tuple[FmuParticipant, ...]:
+def _fmus(scenario: Scenario) -> tuple[Fmu, ...]:
     """Create the FMUs; code for FMUs is imported only if there are some."""
     if not scenario.fmus:
         return ()

@@ -8,10 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from coupling.master.co_simulation import CoSimulation
 from recordings.checkpoint import Checkpoint, CheckpointError, load_checkpoint, save_checkpoint, state_hash
@@ -39,9 +41,37 @@ def run_state(simulation: CoSimulation, assembly: Assembly) -> dict[str, Any]:
 
 def begin_from(state: Mapping[str, Any], simulation: CoSimulation, assembly: Assembly) -> None:
     """Initialize a run that has not begun at a state from `run_state`."""
+    for name, account in {**assembly.accounts.save_state(), "remarks": assembly.remarks.save_state()}.items():
+        require_alike(name, state[name], account)
     assembly.accounts.restore_state(state)
     assembly.remarks.restore_state(state["remarks"])
     simulation.initialize(state["simulation"])
+
+
+@contextmanager
+def fitting(source: Path) -> Iterator[None]:
+    """Turn what goes wrong where a state is taken that no such run has saved into the error of its checkpoint."""
+    try:
+        yield
+    except (ValueError, TypeError, LookupError, AttributeError, ArithmeticError) as error:
+        told = f"it has no entry {error}" if isinstance(error, KeyError) else str(error)
+        raise CheckpointError(source, f"does not fit the run that it names: {told}") from error
+
+
+def require_alike(where: str, saved: Any, own: Any) -> None:
+    """ValueError unless a saved account has what a new one has, and texts, numbers and lists in the same places."""
+    if own is None or saved is None:
+        return  # it may be there in one of them only
+    if _kind(saved) != _kind(own):
+        raise ValueError(f"{where} is a {type(saved).__name__}, allowed: a {type(own).__name__}")
+    if isinstance(own, Mapping):
+        for key, value in own.items():
+            require_alike(f"{where}/{key}", saved[key], value)
+
+
+def _kind(value: Any) -> str:
+    kinds = (("number", (bool, int, float, np.generic)), ("text", str), ("list", (list, tuple)), ("table", Mapping))
+    return next((name for name, types in kinds if isinstance(value, types)), type(value).__name__)
 
 
 def run_state_hash(simulation: CoSimulation, assembly: Assembly) -> str:
@@ -111,8 +141,12 @@ def checkpoint_writer(folder: Path, plan: Plan) -> Iterator[CheckpointWriter]:
         folder.mkdir(exist_ok=True)
     except OSError as error:
         raise CheckpointError(folder, f"cannot be written: {error.strerror or error}") from error
-    with held(folder):
-        yield CheckpointWriter(folder, plan)
+    try:
+        with held(folder):
+            yield CheckpointWriter(folder, plan)
+    finally:
+        with suppress(OSError):  # one that holds something stays
+            folder.rmdir()
 
 
 def _steps_between(plan: Plan) -> int:

@@ -25,6 +25,7 @@ from scenarios.running.run_loop import RunLoop
 from scenarios.running.run_requests import requests_by_posix_signal
 from scenarios.running.summary import SummaryObserver, write_summary
 from scenarios.scenario import Scenario
+from scenarios.setup.cost import require_memory
 from scenarios.text.terminal import terminal
 from scenarios.watch.progress import ProgressDisplay
 
@@ -83,6 +84,7 @@ def resume(restart: Restart, *, options: RunOptions | None = None, console: Cons
 
 def _run(plan: Plan, restart: Restart | None, options: RunOptions, console: Console) -> int:
     scenario = plan.scenario
+    require_memory(scenario)
     _require_writable(options)
     _require_own_files(plan, restart, options)
     with ExitStack() as stack, requests_by_posix_signal() as requests:
@@ -105,6 +107,8 @@ def _run(plan: Plan, restart: Restart | None, options: RunOptions, console: Cons
             )
             error = loop.run(restart)
     summary.state_hash = loop.state_hash
+    if error is not None and not summary.reason.startswith("failed"):
+        summary.reason = f"failed: {error}"  # it was told of the end before what failed there
     result = summary.summary(loop.simulation.communication_point.time, plan.changes)
     _print_result(console, result, options)
     failures = [*([] if error is None else [str(error)]), *_leave(result, options, drawn=error is None)]

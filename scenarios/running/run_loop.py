@@ -12,7 +12,15 @@ from coupling.master.co_simulation import CoSimulation
 from recordings.errors import RecordingError
 from scenarios.running.apply_orders import give_orders
 from scenarios.running.assembly import Assembly
-from scenarios.running.checkpoints import CheckpointWriter, Restart, begin_from, run_state, run_state_hash
+from scenarios.running.checkpoints import (
+    CheckpointWriter,
+    Restart,
+    begin_from,
+    fitting,
+    require_alike,
+    run_state,
+    run_state_hash,
+)
 from scenarios.running.plan import Plan
 from scenarios.running.run_requests import RunRequests
 
@@ -87,10 +95,12 @@ class RunLoop:
             self._tell()
         else:
             give_orders(self._assembly, self._plan.scenario_at(restart.index - 1))
-            begin_from(restart.state, self.simulation, self._assembly)
-            for name, keeper in self._keepers.items():
-                if name in restart.state:
-                    keeper.restore_state(restart.state[name])
+            with fitting(restart.source):
+                begin_from(restart.state, self.simulation, self._assembly)
+                for name, keeper in self._keepers.items():
+                    if name in restart.state:
+                        require_alike(name, restart.state[name], keeper.save_state())
+                        keeper.restore_state(restart.state[name])
             self.simulation.emit(f"continues from {restart.source.name}", source="oilsim")
         if self._assembly.why_not_kept:
             self._checkpoints = None

@@ -11,6 +11,7 @@ from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
+from coupling.fmu.trial_process import STOPPING
 from scenarios.exit_codes import DONE
 
 STOP = (int(signal.SIGINT), int(signal.SIGTERM), int(signal.SIGHUP))
@@ -40,6 +41,7 @@ class RunRequests:
             self._checkpoint = True
         else:
             self.stop = number
+            STOPPING.set()
 
 
 @contextmanager
@@ -51,6 +53,7 @@ def requests_by_posix_signal() -> Iterator[RunRequests]:
     there.
     """
     requests = RunRequests()
+    STOPPING.clear()
     if threading.current_thread() is not threading.main_thread():
         yield requests
         return
@@ -73,3 +76,4 @@ def requests_by_posix_signal() -> Iterator[RunRequests]:
         yield requests
     finally:
         restore(heeded)
+        STOPPING.clear()

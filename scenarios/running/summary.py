@@ -13,6 +13,7 @@ import numpy as np
 
 from booms.balance import OilBalance
 from oilsim.accounts.ledger import Ledger
+from recordings.files import write_whole
 from recordings.frame import Event, Frame, RunDescription
 from scenarios.running.assembly import Assembly
 from scenarios.running.decimated_series import EvenSample
@@ -192,5 +193,5 @@ def budget_entries(budget: Ledger) -> dict[str, Any]:
 
 
 def write_summary(summary: Mapping[str, Any], path: Path) -> None:
-    """Write the summary as indented JSON; ValueError for numbers that are not finite, which JSON does not allow."""
-    path.write_text(json.dumps(summary, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    """Write it as indented JSON, whole or not at all; numbers that are not finite would be no JSON and are refused."""
+    write_whole(path, json.dumps(summary, indent=1, allow_nan=False) + "\n")

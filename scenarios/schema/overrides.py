@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from typing import Any
 
 from scenarios.problems import Problem, ScenarioError, suggestion
 from scenarios.schema.structuring import spellings
+from scenarios.text.toml import read_toml
 
 # Keys that give the same quantity in another way: an override with one of them replaces the others.
 RIVALS: Mapping[str, tuple[str, ...]] = {
@@ -26,8 +26,8 @@ def parse_override(text: str) -> tuple[tuple[str, ...], Any]:
             [Problem("--set", f"is {text!r}, allowed: key=value, for example fluid.particle_spacing=0.06")]
         )
     try:
-        return keys, tomllib.loads(f"value = {value}")["value"]
-    except tomllib.TOMLDecodeError:
+        return keys, read_toml(f"value = {value}")["value"]
+    except ValueError:
         return keys, value.strip()
 
 

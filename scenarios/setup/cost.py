@@ -10,13 +10,15 @@ import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from scenarios.problems import Problem, ScenarioError
 from scenarios.scenario import Scenario
 from scenarios.schema.bodies import Fixed
-from scenarios.schema.liquid import Tank
+from scenarios.schema.liquid import BlockFill, Fill, SlabFill, SphereFill, Tank
 from scenarios.setup.fill_lattice import Array, starting_positions
 
 if TYPE_CHECKING:
@@ -53,8 +55,52 @@ class Cost:
     told: tuple[str, ...] = ()
 
 
+def require_memory(scenario: Scenario) -> None:
+    """ScenarioError for a scene that this machine's memory cannot hold, by volumes and areas alone, before anything is made of it."""
+    fluid = scenario.fluid
+    plane = fluid.dimension == 2
+    counts = {f"fill.{name}": _filled(fill, scenario.tank, plane) for name, fill in scenario.fill.items()}
+    needs = {
+        key: BYTES_PER_PARTICLE * measure / fluid.particle_spacing**fluid.dimension for key, measure in counts.items()
+    }
+    pitch = BOUNDARY_SPACING * fluid.particle_spacing
+    needs["tank"] = BYTES_PER_BOUNDARY_PARTICLE * _wall_measure(scenario.tank, plane) / pitch ** (fluid.dimension - 1)
+    needs |= {"emitters": BYTES_PER_PARTICLE * sum(_emitted(scenario).values())}
+    there = memory_there()
+    if sum(needs.values()) > there:
+        key = max(needs, key=lambda key: needs[key])
+        text = f"needs about {needs[key] / 1e9:,.0f} GB at fluid.particle_spacing = {fluid.particle_spacing:g} m"
+        allowed = f"a larger spacing or less to fill, up to the {there / 1e9:,.0f} GB of this machine"
+        raise ScenarioError([Problem(key, f"{text}, allowed: {allowed}")])
+
+
+def memory_there() -> float:
+    """Memory [bytes] of this machine, or what the container that it is leaves of it."""
+    whole = float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+    try:
+        limit = Path("/sys/fs/cgroup/memory.max").read_text(encoding="ascii").strip()
+    except OSError:
+        return whole
+    return min(whole, float(limit)) if limit.isdecimal() else whole
+
+
+def _filled(fill: Fill, tank: Tank, plane: bool) -> float:
+    """Volume [m3] of a region, in two dimensions its area; at most the tank's."""
+    extent = np.array(tank.upper) - np.array(tank.lower)
+    if isinstance(fill, BlockFill):
+        extent = np.minimum(extent, np.array(fill.upper) - np.array(fill.lower))
+    elif isinstance(fill, SlabFill):
+        extent[2] = min(extent[2], fill.top - fill.bottom)
+    elif isinstance(fill, SphereFill):
+        extent = np.minimum(extent, 2.0 * fill.radius)
+    else:
+        extent = np.minimum(extent, 2.0 * fill.radius + fill.height)
+    return float(extent[0] * extent[2] if plane else extent.prod())
+
+
 def estimate(scenario: Scenario) -> Cost:
     """Estimate the cost of a run; ScenarioError with everything that cannot be built or placed."""
+    require_memory(scenario)
     positions, left_out, solids = _start(scenario)
     particles = dict.fromkeys(scenario.phases, 0)
     for name, points in positions.items():

@@ -45,6 +45,11 @@ class Lattice:
         """Return the points (N, 3) [m] of a box."""
         return _grid([self.planes(axis, lower[axis], upper[axis]) for axis in range(3)], self.dimension)
 
+    def around(self, lower: Array, upper: Array) -> Array:
+        """Points (N, 3) of the lattice that hold all in a box, and few others: the tank may be far larger."""
+        low, high = lower - self.spacing, upper + self.spacing
+        return _grid([self.planes(axis, float(low[axis]), float(high[axis])) for axis in range(3)], self.dimension)
+
 
 def _nearest(number: float) -> int:
     """Round to the nearest whole number, halves upwards in spite of rounding errors."""
@@ -65,16 +70,16 @@ def region_points(fill: Fill, tank: Tank, spacing: float, dimension: int) -> Arr
         return _inset_block(fill, spacing, dimension) if fill.inset else lattice.box(fill.lower, fill.upper)
     if isinstance(fill, SlabFill):
         return lattice.box((*tank.lower[:2], fill.bottom), (*tank.upper[:2], fill.top))
-    everything = lattice.box(tank.lower, tank.upper)
     if isinstance(fill, SphereFill):
+        everything = lattice.around(np.array(fill.center) - fill.radius, np.array(fill.center) + fill.radius)
         offset = everything - fill.center
         if dimension == 2:
             offset[:, 1] = 0.0
         return everything[np.linalg.norm(offset, axis=1) <= fill.radius]
-    return _cylinder(fill, lattice, everything)
+    return _cylinder(fill, lattice)
 
 
-def _cylinder(fill: CylinderFill, lattice: Lattice, everything: Array) -> Array:
+def _cylinder(fill: CylinderFill, lattice: Lattice) -> Array:
     """Return the points of a cylinder; an upright one keeps whole layers."""
     axis = np.array(fill.axis) / np.linalg.norm(fill.axis)
     if abs(axis[2]) == 1.0:
@@ -85,6 +90,8 @@ def _cylinder(fill: CylinderFill, lattice: Lattice, everything: Array) -> Array:
         )
         across = everything[:, :2] - fill.base[:2]
         return everything[np.linalg.norm(across, axis=1) <= fill.radius]
+    ends = np.array([fill.base, np.array(fill.base) + fill.height * axis])
+    everything = lattice.around(ends.min(axis=0) - fill.radius, ends.max(axis=0) + fill.radius)
     offset = everything - fill.base
     along = offset @ axis
     across = np.linalg.norm(offset - along[:, None] * axis, axis=1)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from coupling.fmu.fmu_participant import FmuParticipant
+from coupling.fmu.isolated_fmu import Fmu, fmu
 from coupling.master.connection import Connection, connection_problems
 from coupling.participant import Variable
 from scenarios.problems import Problem, problems_of, suggestion
@@ -50,14 +51,15 @@ def fmu_problems(fmus: Mapping[str, FmuSettings], signals: Mapping[str, Signal])
         for text in connection_problems(connection, participants):
             yield Problem(path, f"cannot be made: {text.removeprefix(f'{connection}: ')}")
     yield from _doubly_driven(connections)
+    yield from _doubly_fed(connections, loaded)
 
 
 def _several_of_one(loaded: Mapping[str, FmuParticipant]) -> Iterator[Problem]:
     """Yield problems of FMUs that a process can run only once, if the scenario has them twice."""
     first: dict[str, str] = {}
-    for name, fmu in loaded.items():
-        other = first.setdefault(fmu.only_one_of, name)
-        if fmu.only_one_of and other != name:
+    for name, one in loaded.items():
+        other = first.setdefault(one.only_one_of, name)
+        if one.only_one_of and other != name:
             text = (
                 f"is the same FMU as {other}, which runs only once in a process (canBeInstantiatedOnlyOncePerProcess)"
             )
@@ -100,27 +102,38 @@ def _doubly_driven(connections: Mapping[str, Connection]) -> Iterator[Problem]:
             yield Problem(paths[1], f"drives {signal!r}, which {paths[0]} already drives; allowed: only one of them")
 
 
+def _doubly_fed(connections: Mapping[str, Connection], loaded: Mapping[str, FmuParticipant]) -> Iterator[Problem]:
+    """Yield inputs of an FMU that are fed by two of their names."""
+    fed: dict[tuple[str, str], str] = {}
+    for path, connection in connections.items():
+        if connection.target in loaded:
+            name = connection.target_variable
+            first = fed.setdefault((connection.target, loaded[connection.target].other_names.get(name, name)), path)
+            if first != path:
+                yield Problem(path, f"feeds another name of what {first} feeds already, allowed: one of them")
+
+
 def all_are_kept(fmus: Mapping[str, FmuSettings]) -> bool:
     """Tell whether the state of every FMU, and so that of the run, can be saved outside it; this tries each FMU."""
-    return not any(_why_not_kept(fmu) for fmu in fmu_participants(fmus))
+    return not any(_why_not_kept(one) for one in fmu_participants(fmus))
 
 
-def _why_not_kept(fmu: FmuParticipant) -> str:
+def _why_not_kept(one: Fmu) -> str:
     """Say why, found by initializing it; of one that cannot be initialized by itself, its own words."""
     with suppress(RuntimeError):
-        fmu.enter_initialization_mode(0.0)
-        fmu.exit_initialization_mode()
-    why = fmu.why_not_kept
+        one.enter_initialization_mode(0.0)
+        one.exit_initialization_mode()
+    why = one.why_not_kept
     with suppress(Exception):  # nothing is lost with it
-        fmu.terminate()
+        one.terminate()
     return why
 
 
-def fmu_participants(fmus: Mapping[str, FmuSettings]) -> tuple[FmuParticipant, ...]:
+def fmu_participants(fmus: Mapping[str, FmuSettings]) -> tuple[Fmu, ...]:
     """Create the FMUs, each tried before; ScenarioError for one that cannot run here, before anything is computed."""
     participants = []
     for name, settings in fmus.items():
         with problems_of(f"fmus.{name}", "cannot be used"):
-            participants.append(FmuParticipant(PREFIX + name, settings.file, settings.start, settings.units))
+            participants.append(fmu(PREFIX + name, settings.file, settings.start, settings.units))
             participants[-1].rehearse()
     return tuple(participants)

@@ -6,7 +6,6 @@ import hashlib
 import itertools
 import json
 import re
-import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +14,7 @@ from typing import Any
 from scenarios.load import load_scenario
 from scenarios.problems import Problem, ScenarioError
 from scenarios.running.plan import Plan
+from scenarios.text.toml import read_toml
 
 _ALLOWED = "key=value,value,... for example tow.speed_kn=0.3,0.5,0.7"
 _NAME_LETTERS = 80  # of a combination in a file's name
@@ -104,7 +104,7 @@ def variants(
 def _values(listed: str) -> tuple[str, ...]:
     """Split the values at their commas and write them as TOML; values that are not TOML stay as they are."""
     try:
-        values: list[Any] = tomllib.loads(f"values = [{listed}]")["values"]
+        values: list[Any] = read_toml(f"values = [{listed}]")["values"]
         return tuple(json.dumps(value) for value in values)  # which TOML reads alike
-    except (tomllib.TOMLDecodeError, TypeError):
+    except (ValueError, TypeError):
         return tuple(value.strip() for value in listed.split(","))

@@ -12,6 +12,7 @@ import pyarrow.csv
 import pyarrow.parquet
 import pytest
 import xarray
+from shapely.geometry import shape
 
 from recordings import palette
 from recordings.errors import RecordingError
@@ -180,6 +181,47 @@ def test_geojson_has_outlines_by_cause_with_their_volume(replay: Replay, tmp_pat
     np.testing.assert_allclose(track["geometry"]["coordinates"][-1], [longitude[0], latitude[0]], atol=1e-8)
     dots = [f for f in features if f["geometry"]["type"] == "MultiPoint"]
     assert sum(len(f["geometry"]["coordinates"]) for f in dots) == 144 + 144 + 140
+
+
+def _longitudes(coordinates: list) -> list[float]:
+    if isinstance(coordinates[0], float):
+        return [coordinates[0]]
+    return [one for part in coordinates for one in _longitudes(part)]
+
+
+@pytest.mark.parametrize(
+    ("longitude", "crosses"),
+    [(179.99998, True), (-179.99998, False), (179.9999999, True), (359.99999, False), (200.0, False)],
+)
+def test_geojson_is_cut_at_the_180th_meridian_and_loses_nothing(
+    longitude: float, crosses: bool, replay: Replay, tmp_path: Path
+) -> None:
+    """The film drifts from 0 to 5 m east: over the meridian, along it, or in degrees beyond it. RFC 7946, section 3.1.9."""
+    site = Site(latitude=17.0, longitude=longitude)
+    write_geojson(replay, tmp_path / "cut.geojson", site, particles=True)
+    write_geojson(replay, tmp_path / "plain.geojson", Site(latitude=17.0, longitude=0.0), particles=True)
+    cut, plain = (json.loads((tmp_path / f"{name}.geojson").read_text())["features"] for name in ("cut", "plain"))
+    assert len(cut) == len(plain)
+    crossing = False
+    for one, other in zip(cut, plain, strict=True):
+        found = _longitudes(one["geometry"]["coordinates"])
+        assert max(map(abs, found)) <= 180.0
+        east, west = [x for x in found if x > 100.0], [x for x in found if x < -100.0]
+        crossing |= bool(east and west)
+        if one["geometry"]["type"] != "MultiPoint":
+            geometry, whole = shape(one["geometry"]), shape(other["geometry"])
+            assert geometry.is_valid
+            assert geometry.area == pytest.approx(whole.area, rel=1e-2, abs=1e-16)  # of 1e-8 degrees
+            assert geometry.length >= whole.length * (1.0 - 1e-2)
+            for part in getattr(geometry, "geoms", [geometry]):
+                assert part.bounds[2] - part.bounds[0] < 1e-3  # no piece reaches round the Earth
+    assert crossing is crosses
+
+
+@pytest.mark.parametrize("start", ["0001-01-01T00:00:00+14:00", "9999-12-31T23:59:59Z"])
+def test_dates_at_the_end_of_the_calendar_are_refused(start: str) -> None:
+    with pytest.raises(ValueError, match="allowed: years 1583 to 9000"):
+        Site(latitude=0.0, longitude=0.0, start=start)
 
 
 def test_vtk_reads_back_with_points_ids_and_times(replay: Replay, tmp_path: Path) -> None:

@@ -13,11 +13,11 @@ import pytest
 from fmpy.fmi3 import FMU3Slave
 
 from coupling.errors import CoSimulationError, CouplingSetupError
+from coupling.fmu import trial_process
 from coupling.fmu.fmu_participant import FmuParticipant
 from coupling.master.co_simulation import CoSimulation
 from coupling.master.connection import Connection
 from coupling.participant import Causality
-from coupling.participants import fmu_rehearsal
 
 # A tow winch: it reels in at a commanded speed, and its brake slips in proportion to the pull beyond what it holds.
 # length' = -speed + max(tension - holding, 0) / slip
@@ -227,7 +227,7 @@ def test_fmus_that_crash_or_hang_do_no_harm(
         for item in whole.namelist():
             bad.writestr(item, source if item == "resources/winch_3.py" else whole.read(item))
     if "sleep" in source:
-        monkeypatch.setattr(fmu_rehearsal, "PATIENCE", 4.0)
+        monkeypatch.setattr(trial_process, "PATIENCE", 4.0)
     with pytest.raises(ValueError, match=rf"FMU .*bad\.fmu cannot be loaded: {told}"):
         FmuParticipant("winch", tmp_path / "bad.fmu").rehearse()
 

@@ -127,9 +127,15 @@ def test_stop_ends_the_sweep_and_the_next_one_goes_on(tmp_path: Path, monkeypatc
         return healthy(self, time, step_size)
 
     asked = [*TWO, "--to", str(tmp_path)]
-    with monkeypatch.context() as patched:
-        patched.setattr(FluidParticipant, "do_step", stopped)
-        assert main(asked) == 130
+    before = signal.signal(
+        signal.SIGINT, signal.default_int_handler
+    )  # a shell starts its background jobs with SIGINT ignored
+    try:
+        with monkeypatch.context() as patched:
+            patched.setattr(FluidParticipant, "do_step", stopped)
+            assert main(asked) == 130
+    finally:
+        signal.signal(signal.SIGINT, before)
     assert len(list(tmp_path.glob("*.json"))) == 1 and not (tmp_path / "sweep.csv").exists()
     assert main(asked) == 0
     assert [row["ended"] for row in rows(tmp_path)] == ["completed", "completed"]

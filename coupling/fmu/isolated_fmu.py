@@ -1,0 +1,251 @@
+"""An FMU in a process of its own, as a participant: one that crashes or never comes back ends its run in order, and is named.
+
+Parent and child speak by pickled messages over pipes: a verb of `FmuParticipant` and its arguments one way, what came of it the other.
+What the child says is trusted as far as the FMU is, whose binary could do in this process what it likes.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import select
+import signal
+import subprocess
+import sys
+import tempfile
+import time as wall_clock
+import weakref
+from collections.abc import Mapping
+from pathlib import Path
+from typing import IO, Any
+
+from coupling.fmu.fmu_participant import Array, FmuParticipant
+from coupling.fmu.trial_process import STOPPING, is_own_process
+from coupling.participant import StepResult, Variable
+from recordings.own_programs import module_command, module_environment
+
+STEP_PATIENCE = 60.0  # s that one call may take: far above a step of any model, and short enough to be waited for
+START_PATIENCE = 120.0  # s for what comes before the first step, in which an exercise builds its fluid
+GRACE = 5.0  # s that a call has left once the run was asked to stop
+_SLICE = 0.05  # s between looks at whether it was
+_KINDS = (ValueError, TypeError, NotImplementedError)
+_ONE_THREAD = {f"{library}_NUM_THREADS": "1" for library in ("OPENBLAS", "OMP", "MKL")}
+
+
+class _Held:
+    """Stands for a state that only the FMU's process can hold."""
+
+    def __init__(self, number: int) -> None:
+        self.number = number
+
+
+class IsolatedFmu:
+    """Runs one FMU in a process that is started when the run begins; otherwise as `FmuParticipant`."""
+
+    def __init__(
+        self,
+        name: str,
+        path: str | Path,
+        start_values: Mapping[str, float | bool] | None = None,
+        units: Mapping[str, str] | None = None,
+    ) -> None:
+        """As `FmuParticipant`, whose checks are made here."""
+        self._here = FmuParticipant(name, path, start_values, units)  # for what is known without running it
+        self._file = Path(path).name
+        self._arguments = (name, str(Path(path).resolve()), dict(start_values or {}), dict(units or {}))
+        self._why_not_kept = self._here.why_not_kept
+        self._step_size: float | None = None
+        self._child: subprocess.Popen[bytes] | None = None
+        self._folder: tempfile.TemporaryDirectory[str] | None = None
+        self._dropped: list[int] = []  # states that nobody can restore any more
+        self.name = name
+        self.variables: Mapping[str, Variable] = self._here.variables
+        self.only_one_of = ""  # each has a process of its own
+        self.other_names = self._here.other_names
+        self.rehearse = self._here.rehearse
+
+    @property
+    def why_not_kept(self) -> str:
+        """See `FmuParticipant`."""
+        return self._why_not_kept
+
+    def expect_step(self, step_size: float) -> None:
+        """See `FmuParticipant`."""
+        self._step_size = step_size
+
+    def enter_initialization_mode(self, start_time: float) -> None:
+        """Start the process, and in it the FMU."""
+        self._start()
+        self._ask("enter_initialization_mode", start_time, patience=START_PATIENCE)
+
+    def exit_initialization_mode(self) -> None:
+        """Initial inputs are set."""
+        self._ask("exit_initialization_mode", patience=START_PATIENCE)
+
+    def get(self, name: str) -> Array:
+        """A fresh copy of a variable."""
+        value: Array = self._ask("get", name)
+        return value
+
+    def set(self, name: str, value: Array) -> None:
+        """Set an input, or a parameter before the run."""
+        self._ask("set", name, value)
+
+    def do_step(self, time: float, step_size: float) -> StepResult:
+        """One step; RuntimeError for an FMU that crashes or does not come back in it."""
+        result: StepResult = self._ask("do_step", time, step_size)
+        return result
+
+    def save_state(self) -> object:
+        """As `FmuParticipant.save_state`; what cannot be serialised stays in the process until it is dropped."""
+        state = self._ask("save_state")
+        if isinstance(state, _Held):
+            weakref.finalize(state, self._dropped.append, state.number)
+        return state
+
+    def restore_state(self, state: object) -> None:
+        """Back to what `save_state` returned."""
+        self._ask("restore_state", state)
+
+    def terminate(self) -> None:
+        """End the FMU and its process, whatever becomes of either."""
+        if self._child is None:
+            return
+        try:
+            self._ask("terminate")
+        finally:
+            self._end()
+
+    def _start(self) -> None:
+        self._folder = tempfile.TemporaryDirectory(prefix="oilsim-fmu-", ignore_cleanup_errors=True)
+        self._child = subprocess.Popen(
+            module_command(__name__),
+            env=module_environment() | _ONE_THREAD | {"TMPDIR": self._folder.name},
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            start_new_session=True,  # Ctrl-C is for the run
+        )
+        self._release = weakref.finalize(self, _kill, self._child)
+        self._say((self._arguments, self._step_size))
+
+    def _ask(self, verb: str, *arguments: object, patience: float = STEP_PATIENCE) -> Any:
+        """Have the process do something; RuntimeError if it crashes or does not come back, else what the FMU's own call raised."""
+        if self._child is None:
+            allowed = "between enter_initialization_mode and terminate"
+            raise RuntimeError(f"{self.name!r} is not running, allowed: {allowed}")
+        dropped, self._dropped[:] = list(self._dropped), []
+        self._say((verb, arguments, dropped))
+        self._wait(verb, patience)
+        assert self._child.stdout is not None  # a pipe was asked for
+        try:
+            failure, value, self._why_not_kept = pickle.load(self._child.stdout)
+        except (EOFError, pickle.UnpicklingError) as error:
+            raise self._crashed(verb) from error
+        if failure is not None:
+            raise next((kind for kind in _KINDS if kind.__name__ == failure), RuntimeError)(value)
+        return value
+
+    def _say(self, message: object) -> None:
+        assert self._child is not None and self._child.stdin is not None
+        try:
+            pickle.dump(message, self._child.stdin, protocol=pickle.HIGHEST_PROTOCOL)
+            self._child.stdin.flush()
+        except BrokenPipeError as error:
+            raise self._crashed("call") from error
+
+    def _wait(self, verb: str, patience: float) -> None:
+        """Until there is an answer, or the end of patience; that is short once the run was asked to stop."""
+        assert self._child is not None and self._child.stdout is not None
+        deadline = wall_clock.monotonic() + patience
+        is_hurried = False
+        while not select.select([self._child.stdout], [], [], _SLICE)[0]:
+            if STOPPING.is_set() and not is_hurried:
+                is_hurried, deadline = True, min(deadline, wall_clock.monotonic() + GRACE)
+            if wall_clock.monotonic() > deadline:
+                self._end()
+                why = f"{GRACE:g} s after the run was asked to stop" if is_hurried else f"{patience:g} s"
+                raise RuntimeError(f"{self._file} does not come back from {verb} within {why}")
+
+    def _crashed(self, verb: str) -> RuntimeError:
+        child = self._child
+        self._end()
+        code = 0 if child is None or child.returncode is None else child.returncode
+        how = f"crashes in {verb} ({signal.Signals(-code).name})" if code < 0 else f"ends its process in {verb}"
+        return RuntimeError(f"{self._file} {how}")
+
+    def _end(self) -> None:
+        """Let the process end by itself if it does so at once, and remove what it has unpacked."""
+        child, self._child = self._child, None
+        if child is not None:
+            for pipe in (child.stdin, child.stdout):
+                if pipe is not None:
+                    _close(pipe)
+            try:
+                child.wait(GRACE if child.poll() is None and not STOPPING.is_set() else 0.1)
+            except subprocess.TimeoutExpired:
+                self._release()
+        if self._folder is not None:
+            self._folder.cleanup()
+
+
+def _close(pipe: IO[bytes]) -> None:
+    try:
+        pipe.close()
+    except BrokenPipeError:
+        return
+
+
+def _kill(child: subprocess.Popen[bytes]) -> None:
+    child.kill()
+    child.wait()
+
+
+Fmu = IsolatedFmu | FmuParticipant
+
+
+def fmu(
+    name: str,
+    path: str | Path,
+    start_values: Mapping[str, float | bool] | None = None,
+    units: Mapping[str, str] | None = None,
+) -> Fmu:
+    """The FMU in a process of its own if there may be one; a host that embeds Python runs it itself."""
+    kind = IsolatedFmu if is_own_process() else FmuParticipant
+    return kind(name, path, start_values, units)
+
+
+def _serve(questions: IO[bytes], answers: IO[bytes]) -> None:
+    """The child: one FMU, and one question after another until there are no more."""
+    arguments, step_size = pickle.load(questions)
+    own = FmuParticipant(*arguments)
+    if step_size is not None:
+        own.expect_step(step_size)
+    held: dict[int, object] = {}
+    number = 0
+    while True:
+        try:
+            verb, given, dropped = pickle.load(questions)
+        except EOFError:
+            break
+        for one in dropped:
+            held.pop(one, None)
+        failure = None
+        try:
+            value = getattr(own, verb)(*(held[one.number] if isinstance(one, _Held) else one for one in given))
+        except Exception as error:
+            failure, value = type(error).__name__, str(error)
+        if verb == "save_state" and failure is None and not isinstance(value, bytes):
+            number += 1
+            held[number], value = value, _Held(number)
+        pickle.dump((failure, value, own.why_not_kept), answers, protocol=pickle.HIGHEST_PROTOCOL)
+        answers.flush()
+
+
+if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    private = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # what an FMU prints is no answer
+    from coupling.fmu import isolated_fmu  # whose classes the parent knows by this name, not by __main__
+
+    isolated_fmu._serve(sys.stdin.buffer, private)
+    os._exit(0)  # without Python's end, in which binaries of Python FMUs now and then find the heap corrupted

@@ -1,0 +1,139 @@
+"""Checkpoints from elsewhere, damaged or made up, end in one clear error: no crash, no traceback, nothing left behind."""
+
+from __future__ import annotations
+
+import json
+import random
+import zipfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from scenarios.cli import main
+from scenarios.load import load_scenario
+from scenarios.running.run import RunOptions, run_scenario
+
+ODD: tuple[Any, ...] = (
+    None, True, -1, 0, 10**30, "", "x", [], {}, [1, 2], {"__float__": "nan"}, {"__float__": "0x1p+900"}, {"__bytes__": "00"},
+    {"__bytes__": "zz"}, {"__array__": "array-0", "scalar": False}, {"__array__": "nowhere", "scalar": True},
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def checkpoint(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The state of a floating box after two steps, of a run of four."""
+    folder = tmp_path_factory.mktemp("run")
+    terms = ["fluid.particle_spacing=0.15", "run.communication_step=0.02", "run.duration=0.08", "run.threads=1"]
+    scenario = load_scenario("floating-box", overrides=[*terms, "recording.checkpoint_interval=0.04"]).scenario
+    assert run_scenario(scenario, options=RunOptions(record=folder / "whole.rrd")) == 0
+    return folder / "whole.checkpoints" / "step-000000002.npz"
+
+
+def resumed(file: Path, capsys: pytest.CaptureFixture[str], folder: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    """What is said of a checkpoint that is gone on with; an error leaves no file, and no more than a few lines."""
+    monkeypatch.chdir(folder)
+    before = {path.name for path in folder.iterdir()}
+    code = main(["run", "--resume", str(file), "--no-record"])
+    said = capsys.readouterr().err
+    assert code in (0, 1, 2)
+    assert "Traceback" not in said
+    if code:
+        assert {path.name for path in folder.iterdir()} == before
+        assert str(file) in said.replace("\n", "") or "oilsim: " in said
+    return said if code else ""
+
+
+def changed(source: Path, target: Path, change: Callable[[dict[str, Any], dict[str, np.ndarray]], None]) -> Path:
+    """A copy of a checkpoint with its structure and its arrays changed."""
+    with np.load(source) as file:
+        arrays = {name: file[name] for name in file.files}
+    structure = json.loads(arrays.pop("structure").tobytes())
+    change(structure, arrays)
+    arrays["structure"] = np.frombuffer(json.dumps(structure).encode(), dtype=np.uint8)
+    np.savez(target, **arrays)  # type: ignore[arg-type]
+    return target
+
+
+def places(value: Any) -> Iterator[tuple[Any, Any]]:
+    """Every place in a structure, as what holds it and the key there."""
+    keys = value.keys() if isinstance(value, dict) else range(len(value)) if isinstance(value, list) else ()
+    for key in keys:
+        yield value, key
+        yield from places(value[key])
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_made_up_values_are_refused_in_words(
+    seed: int, checkpoint: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    chance = random.Random(seed)
+
+    def change(structure: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:
+        holder, key = chance.choice(list(places(structure if chance.random() < 0.2 else structure["state"])))
+        holder[key] = chance.choice(ODD)
+
+    resumed(changed(checkpoint, tmp_path / "odd.npz", change), capsys, tmp_path, monkeypatch)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_made_up_arrays_are_refused_in_words(
+    seed: int, checkpoint: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of another length, another kind of number, or with numbers that no run has: kernels never look whether an index is there."""
+    chance = random.Random(seed)
+
+    def change(structure: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:
+        name = chance.choice([name for name, values in arrays.items() if values.size])
+        values = arrays[name]
+        arrays[name] = chance.choice(
+            (
+                values.ravel()[: values.size // 2],
+                np.concatenate([values, values], axis=-1) if values.ndim else values,
+                values.astype(np.float16),
+                np.full_like(values, 255 if values.dtype == np.uint8 else np.iinfo(np.uint32).max)
+                if values.dtype.kind == "u"
+                else np.full(values.shape, np.nan),
+            )
+        )
+
+    resumed(changed(checkpoint, tmp_path / "odd.npz", change), capsys, tmp_path, monkeypatch)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_damaged_engine_states_are_refused_in_words(
+    seed: int, checkpoint: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Ten of 256 such files once ended the process in the engine's own reader."""
+    chance = random.Random(seed)
+
+    def change(structure: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:
+        holder = next(holder for holder, key in places(structure["state"]) if key == "__bytes__")
+        content = bytearray.fromhex(holder["__bytes__"])
+        for _ in range(chance.choice((1, 16, 256))):
+            content[chance.randrange(len(content))] = chance.randrange(256)
+        holder["__bytes__"] = content.hex()
+
+    resumed(changed(checkpoint, tmp_path / "odd.npz", change), capsys, tmp_path, monkeypatch)
+
+
+@pytest.mark.parametrize("kept", [0.0, 0.3, 0.9, 0.999])
+def test_files_cut_off_or_of_another_kind_are_refused(
+    kept: float, checkpoint: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    content = checkpoint.read_bytes()
+    (tmp_path / "cut.npz").write_bytes(content[: int(kept * len(content))])
+    assert "is no checkpoint, or was cut off" in resumed(tmp_path / "cut.npz", capsys, tmp_path, monkeypatch)
+    with zipfile.ZipFile(tmp_path / "other.npz", "w") as archive:
+        archive.writestr("structure.npy", b"no array")
+    assert "is no checkpoint" in resumed(tmp_path / "other.npz", capsys, tmp_path, monkeypatch)
+
+
+def test_a_checkpoint_nested_without_end_is_refused(
+    checkpoint: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = b'{"format_version": 10, "state": ' + b"[" * 100_000 + b"]" * 100_000 + b"}"
+    np.savez(tmp_path / "deep.npz", structure=np.frombuffer(text, dtype=np.uint8))
+    assert "is no checkpoint" in resumed(tmp_path / "deep.npz", capsys, tmp_path, monkeypatch)

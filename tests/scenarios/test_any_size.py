@@ -1,0 +1,89 @@
+"""Scenes and files of any size and depth are told in words before anything is taken for them."""
+
+from __future__ import annotations
+
+import tracemalloc
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from coupling.fmu.model_description import FILE, read_description
+from scenarios.cli import main
+from scenarios.load import load_scenario
+from scenarios.problems import ScenarioError
+from scenarios.schema.liquid import CylinderFill, SphereFill, Tank
+from scenarios.setup import cost
+from scenarios.setup.fill_lattice import Lattice, region_points
+
+SPACING = 0.1
+
+
+@pytest.mark.parametrize(
+    "fill",
+    [
+        SphereFill(phase="water", center=(1.0, 1.1, 0.9), radius=0.33),
+        SphereFill(phase="water", center=(0.1, 1.1, 1.9), radius=0.5),
+        CylinderFill(phase="water", base=(0.5, 0.5, 0.5), axis=(1.0, 1.0, 0.5), radius=0.3, height=0.8),
+    ],
+)
+def test_a_small_region_of_a_large_tank_takes_its_own_memory(fill: SphereFill | CylinderFill) -> None:
+    """The same points as picked from the whole tank, from which a sphere in 150 m took 25 GiB."""
+    small = Tank(lower=(0.0, 0.0, 0.0), upper=(2.0, 2.0, 2.0))
+    everything = Lattice(small, SPACING, 3).box(small.lower, small.upper)
+    points = region_points(fill, small, SPACING, 3)
+    assert {tuple(point) for point in points} <= {tuple(point) for point in everything}
+    tracemalloc.start()
+    again = region_points(fill, Tank(lower=(0.0, 0.0, 0.0), upper=(150.0, 150.0, 150.0)), SPACING, 3)
+    assert tracemalloc.get_traced_memory()[1] < 10e6
+    tracemalloc.stop()
+    assert len(again) >= len(points) > 50
+
+
+def test_a_sphere_holds_every_point_of_the_lattice_within_it() -> None:
+    tank = Tank(lower=(0.0, 0.0, 0.0), upper=(2.0, 2.0, 2.0))
+    fill = SphereFill(phase="water", center=(1.0, 1.1, 0.9), radius=0.33)
+    everything = Lattice(tank, SPACING, 3).box(tank.lower, tank.upper)
+    expected = everything[np.linalg.norm(everything - fill.center, axis=1) <= fill.radius]
+    np.testing.assert_array_equal(region_points(fill, tank, SPACING, 3), expected)
+
+
+@pytest.mark.parametrize("command", ["check", "run"])
+def test_a_scene_that_memory_cannot_hold_is_refused(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(cost, "memory_there", lambda: 1e9)
+    assert main([command, "still-column", "--set", "fluid.particle_spacing=0.005"]) == 2
+    assert "GB at fluid.particle_spacing = 0.005 m, allowed: a larger spacing" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("entry", ["x = " + "[" * 5000 + "]" * 5000, "x = 1" + "0" * 5000, "x = " + '{"a" = ' * 3000])
+def test_toml_of_any_depth_and_numbers_of_any_length_are_refused(entry: str, tmp_path: Path) -> None:
+    (tmp_path / "odd.toml").write_text(entry)
+    with pytest.raises(ScenarioError, match="cannot be read"):
+        load_scenario(tmp_path / "odd.toml")
+    for value in ("[" * 4000, "1" + "0" * 5000):
+        with pytest.raises(ScenarioError):
+            load_scenario("still-column", overrides=[f"fluid.particle_spacing={value}"])
+
+
+def test_fmus_that_unpack_to_more_than_there_is_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "bomb.fmu"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive, archive.open(FILE, "w") as entry:
+        for _ in range(300):
+            entry.write(b" " * 1_000_000)
+    with pytest.raises(ValueError, match="has 300 MB, allowed: up to 256 MB"):
+        read_description(path)
+
+
+@pytest.mark.parametrize(("name", "told"), [("n" * 256, "allowed: up to 255 bytes"), ("../../evil", "leads out of it")])
+def test_names_that_no_folder_takes_are_refused(name: str, told: str, tmp_path: Path) -> None:
+    path = tmp_path / "odd.fmu"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr(FILE, "<fmiModelDescription/>")
+        archive.writestr(f"resources/{name}", "")
+    with pytest.raises(ValueError, match=told):
+        read_description(path)
