@@ -27,7 +27,8 @@ from rich.table import Table
 
 from oilsim.advance_report import AdvanceReport
 from oilsim.solver import Fluid
-from oilsim.step import step_arrays, verlet_lists
+from oilsim.step import verlet_lists
+from oilsim.step.stages import viscosity
 from scenarios.load import load_scenario
 from scenarios.setup.fluid import build_fluid, fill_positions
 
@@ -171,7 +172,7 @@ def skips_table(console: Console, steps: int) -> None:
     for column in ("skipped", "ms a step, skipped", "not skipped", "ratio", "apart at the end, m and m/s"):
         table.add_column(column, justify="right")
     cases = (
-        ("viscosity below nu t / d^2 = 0.001", step_arrays, "NEGLIGIBLE", 0.0),
+        ("viscosity below nu t / d^2 = 0.001", viscosity, "NEGLIGIBLE", 0.0),
         ("search: lists kept while little moves", verlet_lists, "SKINS", ()),
     )
     for label, module, name, value in cases:
