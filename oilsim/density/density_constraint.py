@@ -20,7 +20,7 @@ from numba import njit
 from oilsim.backend.jit import FAST, inlined
 from oilsim.backend.simd import LANES, below, gather, load, only, root, spread, summed
 from oilsim.backend.thread_team import BLOCK
-from oilsim.boundaries.walls import add_wrench
+from oilsim.boundaries.contacts import add_wrench
 from oilsim.neighborhood.neighbor_search import nearest_images, separations
 from oilsim.neighborhood.smoothing_kernels import kernel, kernel_slope_over_q
 
@@ -146,21 +146,28 @@ def density_push(begin, end, points, wall, multiplier, period, fluid, walls, sig
 
 
 @njit(**FAST)
-def push_reaction(
-    particles, points, wall, multiplier, period, fluid, walls, sigma, support, volume, reference_density,
-    resting, owner, arm, reaction,
-):  # fmt: skip
-    """Add to `reaction` (bodies, 6) the opposite of mass times push that moving bodies give to `particles` [kg m, kg m2]."""
-    inverse_support = np.float32(1.0) / support
-    for i in particles:
-        for k in range(walls.start[i], walls.start[i] + np.int64(walls.number[i])):
-            b = walls.neighbor[k]
-            if b < resting:
-                continue
-            dx, dy, dz = nearest_images(
-                points[i, 0] - wall[b, 0], points[i, 1] - wall[b, 1], points[i, 2] - wall[b, 2], period
-            )
-            r = math.sqrt(dx * dx + dy * dy + dz * dz + TINY)
-            slope = wall[b, 3] * kernel_slope_over_q(r * inverse_support, sigma) * inverse_support * inverse_support
-            slope *= -volume * reference_density * multiplier[i]
-            add_wrench(reaction, owner[b - resting], arm, b - resting, slope * dx, slope * dy, slope * dz)
+def push_reaction(pairs, points, wall, multiplier, neighborhood, reference_density, reaction):
+    """Add to `reaction` (bodies, 6) the opposite of mass times push that moving bodies give to particles [kg m, kg m2] (Eq. 22).
+
+    pairs              the step's `BodyPairs`
+    points             (N, 4) place [m] and weight of the particles
+    wall               (M, 4) place [m] and volume [m3] of the wall particles
+    multiplier         (N,) L_i [m2]
+    neighborhood       constants of the step (see `Neighborhood`)
+    reference_density  rho_ref [kg/m3]
+    """
+    inverse_support, volume = np.float32(1.0) / neighborhood.support, neighborhood.volume
+    for n in range(pairs.particle.size):
+        i, b = pairs.particle[n], pairs.point[n]
+        dx, dy, dz = nearest_images(
+            points[i, 0] - wall[b, 0], points[i, 1] - wall[b, 1], points[i, 2] - wall[b, 2], neighborhood.period
+        )
+        r = math.sqrt(dx * dx + dy * dy + dz * dz + TINY)
+        slope = (
+            wall[b, 3]
+            * kernel_slope_over_q(r * inverse_support, neighborhood.sigma)
+            * inverse_support
+            * inverse_support
+        )
+        slope *= -volume * reference_density * multiplier[i]
+        add_wrench(reaction, pairs.body[n], pairs.arm, n, slope * dx, slope * dy, slope * dz)

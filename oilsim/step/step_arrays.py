@@ -7,32 +7,18 @@ fluid and wall neighbours, with their padding. All are float32 unless said other
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from oilsim.boundaries.walls import NO_CONTACTS
+from oilsim.boundaries.contacts import NO_BODY_PAIRS, NO_CONTACTS
 from oilsim.neighborhood.neighbor_search import Pairs
+from oilsim.neighborhood.neighborhood import Neighborhood
 from oilsim.pressure.pressure_gradient import PairVectors
 
 Real = NDArray[np.float32]
 Index = NDArray[np.uint32]
-
-
-class Neighborhood(NamedTuple):
-    """Everything that a sum over neighbours needs beside the particles' places.
-
-    period: lengths of the axes that repeat [m], 0 of the others, or None; fluid, walls: lists of neighbours; sigma: constant of the kernel
-    [1/m3; 1/m2 in a plane]; support: its radius [m]; volume: that of a particle at rest [m3; m2].
-    """
-
-    period: tuple[np.float32, np.float32, np.float32] | None
-    fluid: Pairs
-    walls: Pairs
-    sigma: np.float32
-    support: np.float32
-    volume: np.float32
 
 
 @dataclass(frozen=True)
@@ -52,7 +38,8 @@ class StepArrays:
         weight (N,)              rho_ref / rho_0 of the particle's phase [1]
         rest_density (N,)        rho_0 [kg/m3]
         points (N, 4)            place [m] and weight side by side, for kernels that gather them
-        touching (K,)            uint32, particles with a moving wall particle within reach
+        body_pairs               pairs of particles and points of moving bodies (see `contacts`)
+        touching (T,)            uint32, particles that have such a pair
         by_body (N,)             bool, whether a particle is one of them
     relaxation
         flow (N, 16)             velocity [m/s], weight [1], velocity gradient [1/s] (see `particle_sums`)
@@ -79,7 +66,7 @@ class StepArrays:
         """Start without particles; gradient_quantum [1/m] is the unit of the rounded pair vectors."""
         self.gradient = PairVectors(np.empty((3, 0), np.int16), gradient_quantum)
         self.wall_gradient: Real = np.empty((3, 0), np.float32)
-        self.contacts = NO_CONTACTS
+        self.body_pairs, self.contacts = NO_BODY_PAIRS, NO_CONTACTS
         self.touching: Index = np.empty(0, np.uint32)
         self.weight: Real = np.empty(0, np.float32)
         self.rest_density: Real = np.empty(0, np.float32)

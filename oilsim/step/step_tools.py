@@ -23,12 +23,13 @@ from oilsim.gradients.gradient_correction import largest_stretch
 from oilsim.gradients.relaxation_time import LONGEST, froude_unit
 from oilsim.gradients.shear_correction import STRETCH
 from oilsim.neighborhood.neighbor_search import NeighborSearch, Pairs, make_grid
+from oilsim.neighborhood.neighborhood import Neighborhood
 from oilsim.neighborhood.smoothing_kernels import lattice_moment, normalisation, steepest_slope
 from oilsim.pressure.coarse_grid import CoarsePressure
 from oilsim.step.sleeping_regions import SleepingRegions
-from oilsim.step.step_arrays import Needs, Neighborhood, StepArrays
+from oilsim.step.step_arrays import Needs, StepArrays
 from oilsim.step.verlet_lists import VerletLists
-from oilsim.viscosity.viscous_system import viscosity_matrix
+from oilsim.viscosity.pair_stiffness import viscosity_matrix
 
 Real = NDArray[np.float32]
 Double = NDArray[np.float64]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from oilsim.boundaries.contacts import gather_contacts
 from oilsim.gradients.shear_correction import mend_moments
 from oilsim.pressure.pressure_gradient import cache_gradients
 from oilsim.state import FluidState
@@ -27,4 +28,4 @@ def cache_pair_gradients(tools: StepTools, arrays: StepArrays, state: FluidState
             arrays.by_body, constants.plane, constants.gravity, arrays.gradient, arrays.wall_gradient, arrays.own,
             arrays.extrapolation, arrays.waterline, arrays.lever, arrays.diagonal, arrays.coverage, arrays.wall_slope, arrays.openness,
         )  # fmt: skip
-        arrays.contacts = walls.contacts(arrays.touching, hood.walls, arrays.wall_gradient)
+        arrays.contacts = gather_contacts(arrays.body_pairs, arrays.wall_gradient)

@@ -7,9 +7,9 @@ import pytest
 
 from oilsim.initial_conditions import block
 from oilsim.phases import Phase
-from oilsim.step import step_arrays
+from oilsim.step.stages import viscosity
 from oilsim.viscosity.deferred_viscosity import viscosity_due
-from oilsim.viscosity.viscous_system import viscosity_matrix
+from oilsim.viscosity.pair_stiffness import viscosity_matrix
 
 SPACING, STEP = 1.0 / 24.0, 0.01
 WATER, OIL = 1e-2, 100.0  # [Pa s]: in a step nu t / d^2 is 6e-5 and 0.6
@@ -44,8 +44,8 @@ def test_thin_liquid_beside_a_thick_one_waits_for_its_own_time(make_fluid):
 
 def test_what_is_owed_comes_to_the_same_and_loses_no_momentum(make_fluid, monkeypatch):
     flows = []
-    for least in (step_arrays.NEGLIGIBLE, 0.0):
-        monkeypatch.setattr(step_arrays, "NEGLIGIBLE", least)
+    for least in (viscosity.NEGLIGIBLE, 0.0):
+        monkeypatch.setattr(viscosity, "NEGLIGIBLE", least)
         fluid = sheared(make_fluid)
         before = fluid.momentum()
         fluid.advance(50 * STEP)
