@@ -1,14 +1,14 @@
-"""Energy and momentum accounts of a fluid that is watched: the change over every stage of every step goes to the stage's cause.
+"""Energy and momentum accounts of a watched fluid: every change by a stage of a step is booked under the stage's cause.
 
-Sums are taken in float64 before and after each stage. Potential energy and momenta are linear in what a stage changes, so their
-differences are its share. Kinetic energy is not: with the kicks dv_k of one step and its first and last velocity
+Sums are taken in float64 before and after each stage. Potential energy and momentum are linear in the quantities that a stage changes, so
+that differences are the stage's own changes. Kinetic energy is not linear. With the kicks dv_k of one step and its first and last velocity
 
     change of sum m v^2 / 2 = sum_k W_k,   W_k = sum m (v_first + v_last) / 2 . dv_k,
 
-each W_k being the work of k's force along the mean velocity. It shares m dv_k . dv_l equally between k and l and does not depend on
-their order: gravity's kick and the pressure that stops it do no work on water at rest, where differences of kinetic energy would
-report m (g dt)^2 / 2 a step for each. In the same way a body of twists V_first and V_last receives P_k . (V_first + V_last) / 2 with
-the impulse P_k, which is the change of its own kinetic energy. See `ledger` for the causes.
+each W_k being the work of k's force along the mean velocity. This shares m dv_k . dv_l equally between k and l and does not depend on their
+order: gravity's kick and the pressure that stops it do no work on water at rest, where differences of kinetic energy would report
+m (g dt)^2 / 2 a step for each. In the same way a body of twists V_first and V_last receives the work P_k . (V_first + V_last) / 2 with the
+impulse P_k, which is the change of its own kinetic energy. See `ledger` for the causes.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from oilsim.accounts.diagnostics import Energy
-from oilsim.accounts.ledger import CAUSES, Compression, Ledger, Part
+from oilsim.accounts.ledger import CAUSES, Change, Compression, Ledger
 from oilsim.backend.jit import FAST
 from oilsim.backend.thread_team import BLOCK, Team, block_count
 from oilsim.boundaries.walls import Walls
@@ -31,8 +31,10 @@ from oilsim.state import FluidState
 Real = NDArray[np.float32]
 Double = NDArray[np.float64]
 
-MOVES = {"flight": "gravity", "wrap": "periodic"}  # stages that change positions alone, by cause
-EXCHANGES = {"emitters": "emitters", "outflow": "outflow"}  # that change the particles; a step lies between them
+# Causes by stage: stages that change positions alone, stages that add or remove particles (a step lies between them), and stages that
+# change velocities.
+MOVES = {"flight": "gravity", "wrap": "periodic"}
+EXCHANGES = {"emitters": "emitters", "outflow": "outflow"}
 KICKS = {
     "gravity": "gravity", "density": "positions", "forcing": "forcing", "adhesion": "adhesion", "viscosity": "viscosity",
     "divergence": "pressure", "contact": "contact", "rotation": "rotation", "sleep": "sleep",
@@ -42,9 +44,9 @@ STAGES = MOVES | EXCHANGES | KICKS
 
 @njit(**FAST)
 def sum_totals(begin, end, position, velocity, phase, mass, gravity, sums):
-    """Block sums (blocks, 8) of m v^2 / 2 and -m g . x [J], m v [N s] and m x cross v [N m s], in float64.
+    """Fill block sums (blocks, 8) of m v^2 / 2 and -m g . x [J], m v [N s] and m x cross v [N m s], in float64.
 
-    position, velocity (3, N) [m, m/s]; mass [kg] per phase; gravity (3,) [m/s2].
+    position, velocity (3, N) [m, m/s]; phase (N,) uint8; mass (phases,) of a particle [kg]; gravity (3,) [m/s2].
     """
     for block in range(begin // BLOCK, (end + BLOCK - 1) // BLOCK):
         kinetic = potential = px = py = pz = lx = ly = lz = 0.0
@@ -66,7 +68,10 @@ def sum_totals(begin, end, position, velocity, phase, mass, gravity, sums):
 
 @njit(**FAST)
 def sum_work(begin, end, first, last, before, after, phase, mass, sums):
-    """Block sums (blocks,) of m (v_first + v_last) / 2 . (v_after - v_before) [J], in float64; velocities (3, N) [m/s]."""
+    """Fill block sums (blocks,) of m (v_first + v_last) / 2 . (v_after - v_before) [J], in float64 (see the module's docstring).
+
+    first, last, before, after (3, N): velocities [m/s]; phase (N,) uint8; mass (phases,) of a particle [kg].
+    """
     for block in range(begin // BLOCK, (end + BLOCK - 1) // BLOCK):
         work = 0.0
         for i in range(block * BLOCK, min((block + 1) * BLOCK, end)):
@@ -80,7 +85,10 @@ def sum_work(begin, end, first, last, before, after, phase, mass, sums):
 
 @njit(**FAST)
 def sum_strain(begin, end, field, phase, mass, sums):
-    """Block sums (blocks,) of m 2 S:S [kg/s2], S = (G + G^T) / 2; `field` as from `particle_sums`."""
+    """Fill block sums (blocks,) of m 2 S:S [kg/s2], S = (G + G^T) / 2, in float64.
+
+    field (N, 16) as from `particle_sums`; phase (N,) uint8; mass (phases,) of a particle [kg].
+    """
     for block in range(begin // BLOCK, (end + BLOCK - 1) // BLOCK):
         strain = 0.0
         for i in range(block * BLOCK, min((block + 1) * BLOCK, end)):
@@ -89,7 +97,7 @@ def sum_strain(begin, end, field, phase, mass, sums):
 
 
 class Kick(NamedTuple):
-    """Velocities (3, N) [m/s] before and after a stage, and the impulses (bodies, 6) that bodies received in it."""
+    """Velocities (3, N) [m/s] before and after a stage, and the impulses (bodies, 6) [N s, N m s] that bodies received in it."""
 
     cause: str
     before: Real
@@ -100,9 +108,9 @@ class Kick(NamedTuple):
 class Budget:
     """Accounts of the latest advance, `last`, and of all advances since the fluid is watched, `total`; None before the first.
 
-    The fluid calls `open`, for every stage `enter` and `leave`, within the split scheme's density stage `add_strain`, and at last
-    `close`. What it ends between two advances lies between `open` and `suspend`, and counts for the later one. The state is only
-    read. Within a step the velocities around every kick are kept, 24 bytes a particle each.
+    The fluid calls `open`, for every stage `enter` and `leave`, within the split scheme's density stage `add_strain`, and at last `close`.
+    A step that ends between two advances lies between `open` and `suspend`, and counts for the later one. The state is only read. Within a
+    step the velocities around every kick are kept, 24 bytes a particle each.
     """
 
     def __init__(self, config: FluidConfig, team: Team, state: FluidState, walls: Walls) -> None:
@@ -115,25 +123,25 @@ class Budget:
         self.begin_anew()
 
     def begin_anew(self) -> None:
-        """The state is another from now on, between steps or in flight."""
+        """Start from the present state, after it was replaced by another one."""
         self._kicks: list[Kick] = []
         self._first, self._twist = self._state.velocity.copy(), self._twists()
         self._clear()
 
     def _clear(self) -> None:
-        self._parts: dict[str, Part] = {}
+        self._parts: dict[str, Change] = {}
         self._strain, self._earlier = 0.0, np.zeros(8)
 
     def open(self) -> None:
-        """An advance begins, or what is ended before one does."""
+        """Begin to account: an advance begins, or a step that ends before it does."""
         self._start = self._totals() - self._earlier
 
     def suspend(self) -> None:
-        """What others do to the fluid until it is opened again is not accounted for."""
+        """Ignore all changes of the fluid until `open`."""
         self._earlier = self._totals() - self._start
 
     def enter(self, stage: str) -> None:
-        """A stage begins."""
+        """Take the sums at the beginning of a stage."""
         if stage in STAGES:
             if stage == "outflow":
                 self._settle()
@@ -144,14 +152,14 @@ class Budget:
             self._id = self._state.id
 
     def leave(self, stage: str) -> None:
-        """A stage has ended: its changes go to its cause."""
+        """Book the changes of a stage that has ended under its cause."""
         if stage == "search":
             self._follow_order()
         if stage not in STAGES:
             return
         change = self._totals() - self._before
         impulse = self._impulses() - self._received
-        part = Part(
+        part = Change(
             kinetic=0.0 if stage in KICKS else float(change[0]),
             potential=float(change[1]),
             momentum=change[2:],
@@ -164,21 +172,24 @@ class Budget:
             self._first, self._twist = self._state.velocity.copy(), self._twists()
 
     def add_strain(self, field: Real, time_step: float) -> None:
-        """The velocity gradients of this step, as `particle_sums` leaves them in `field` (N, 16)."""
+        """Add the strain of a step of `time_step` [s], by the velocity gradients that `particle_sums` leaves in `field` (N, 16)."""
         count = self._state.awake
         sums = np.zeros(block_count(count))
         self._team.run(sum_strain, count, field, self._state.phase, self._mass, sums)
         self._strain += time_step * float(np.add.reduce(sums))
 
     def close(self, duration: float, compression: Real, near: NDArray[np.uint8] | None) -> Ledger:
-        """The advance of `duration` [s] has ended; compression (N,) and near (N,) as the density stage leaves them."""
+        """Return the ledger of an advance of `duration` [s] that has ended.
+
+        compression (N,) [1] and near (N,) uint8 as the density stage leaves them; near is None in the paper's scheme.
+        """
         totals = self._totals()
         change = totals - self._start
         ledger = Ledger(
             duration=duration,
             energy=Energy(float(totals[0]), float(totals[1])),
             momentum=totals[2:],
-            change=Part(kinetic=float(change[0]), potential=float(change[1]), momentum=change[2:]),
+            change=Change(kinetic=float(change[0]), potential=float(change[1]), momentum=change[2:]),
             parts={cause: self._parts[cause] for cause in CAUSES if cause in self._parts},
             strain=self._strain,
             compression=Compression(
@@ -193,22 +204,22 @@ class Budget:
         self._clear()
         return ledger
 
-    def _add(self, cause: str, part: Part) -> None:
-        self._parts[cause] = self._parts.get(cause, Part()) + part
+    def _add(self, cause: str, part: Change) -> None:
+        self._parts[cause] = self._parts.get(cause, Change()) + part
 
-    def _keep(self, stage: str, impulse: Double) -> Part:
-        """Keep a stage's kick. What the split scheme's density stage does to velocities counts as the filter's, and is returned."""
+    def _keep(self, stage: str, impulse: Double) -> Change:
+        """Keep a stage's kick, and return the change that counts as the filter's: velocities in the split scheme's density stage."""
         after = self._state.velocity.copy()
         filters = self._filters and stage == "density"
         self._kicks.append(Kick("filter" if filters else KICKS[stage], self._velocity, after, impulse))
         if not filters:
-            return Part()
-        filtered = Part(momentum=self._totals(after - self._velocity)[2:])
+            return Change()
+        filtered = Change(momentum=self._totals(after - self._velocity)[2:])
         self._add("filter", filtered)
         return filtered
 
     def _totals(self, velocity: Real | None = None) -> Double:
-        """See `sum_totals`; over all particles (8,), with their own velocities or others (3, N) [m/s]."""
+        """Return the sums of `sum_totals` over all particles (8,), with their own velocities or others (3, N) [m/s]."""
         state = self._state
         sums = np.zeros((block_count(state.count), 8))
         velocity = state.velocity if velocity is None else velocity
@@ -216,7 +227,7 @@ class Budget:
         return np.asarray(np.add.reduce(sums, axis=0))
 
     def _settle(self) -> None:
-        """Share out the kinetic energy of a step whose last velocities the state holds now."""
+        """Book the work of all kicks of a step whose last velocities the state holds now."""
         state = self._state
         twist = 0.5 * (self._twist + self._twists())
         sums = np.zeros(block_count(state.count))
@@ -234,12 +245,12 @@ class Budget:
             )
             self._add(
                 kick.cause,
-                Part(kinetic=float(np.add.reduce(sums)), work_on_bodies=float((kick.impulse * twist).sum())),
+                Change(kinetic=float(np.add.reduce(sums)), work_on_bodies=float((kick.impulse * twist).sum())),
             )
         self._kicks.clear()
 
     def _follow_order(self) -> None:
-        """Bring what is kept of this step into the order in which the search has put the particles."""
+        """Bring the velocities kept of this step into the order in which the search has put the particles."""
         if self._id is self._state.id:
             return
         sorter = np.argsort(self._id, kind="stable")
@@ -248,14 +259,14 @@ class Budget:
         self._kicks = [kick._replace(before=kick.before[:, order], after=kick.after[:, order]) for kick in self._kicks]
 
     def _impulses(self) -> Double:
-        """Impulses (bodies, 6) about the bodies' centres of mass since the advance began."""
+        """Return the impulses (bodies, 6) [N s, N m s] about the bodies' centres of mass since the advance began."""
         return np.array([body.impulse for body in self._walls.moving.values()], np.float64).reshape(-1, 6)
 
     def _twists(self) -> Double:
         return self._walls.twists()
 
     def _about_origin(self, impulse: Double) -> Double:
-        """Sum over the bodies of impulses (bodies, 6), their moments taken about the origin (6,)."""
+        """Return the sum (6,) over the bodies of impulses (bodies, 6) [N s, N m s], their moments taken about the origin."""
         result = impulse.sum(axis=0)
         for body, received in zip(self._walls.moving.values(), impulse, strict=True):
             result[3:] += np.cross(body.position, received[:3])

@@ -1,4 +1,4 @@
-"""Sums over the fluid that a physicist watches; computed only when asked for."""
+"""Energy, momentum and other sums over the fluid, computed on demand."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from oilsim.state import FluidState
 
 
 class Energy(NamedTuple):
-    """Energy of the fluid [J]; the potential one is 0 at the origin."""
+    """Energy of the fluid [J]; potential energy is 0 at the origin."""
 
     kinetic: float
     potential: float
 
 
 def masses(state: FluidState, config: FluidConfig) -> NDArray[np.float64]:
-    """Mass of each particle (N,) [kg; kg/m in two dimensions]."""
+    """Return the mass of each particle (N,) [kg; kg/m in two dimensions]."""
     return config.rest_volume * np.array([phase.rest_density for phase in config.phases])[state.phase]
 
 
 def energy(state: FluidState, config: FluidConfig) -> Energy:
-    """Kinetic sum m v^2 / 2 and potential -sum m g . x."""
+    """Return the kinetic energy sum m v^2 / 2 and the potential energy -sum m g . x [J; J/m in two dimensions]."""
     mass = masses(state, config)
     velocity, position = state.velocity.astype(np.float64), state.position.astype(np.float64)
     kinetic = 0.5 * float(mass @ (velocity**2).sum(axis=0))
@@ -32,23 +32,23 @@ def energy(state: FluidState, config: FluidConfig) -> Energy:
 
 
 def momentum(state: FluidState, config: FluidConfig) -> NDArray[np.float64]:
-    """Linear momentum sum m v (3,) [kg m/s]."""
+    """Return the linear momentum sum m v (3,) [N s]."""
     return state.velocity.astype(np.float64) @ masses(state, config)
 
 
 def angular_momentum(state: FluidState, config: FluidConfig) -> NDArray[np.float64]:
-    """Angular momentum sum m x cross v about the origin (3,) [kg m2/s]."""
+    """Return the angular momentum sum m x cross v about the origin (3,) [N m s]."""
     position, velocity = state.position.astype(np.float64), state.velocity.astype(np.float64)
     return np.cross(position.T, velocity.T).T @ masses(state, config)
 
 
 def largest_speed(state: FluidState) -> float:
-    """Largest speed of a particle [m/s]; 0 without particles."""
+    """Return the largest speed of a particle [m/s]; 0 without particles."""
     return float(np.sqrt(np.einsum("ij,ij->j", state.velocity, state.velocity).max(initial=0.0)))
 
 
 def outside(position: NDArray[np.float32], config: FluidConfig) -> NDArray[np.bool_]:
-    """Which particles (N,) have left the domain through a side that does not repeat."""
+    """Return which particles (N,) have left the domain through a side that does not repeat; position (3, N) [m]."""
     result = np.zeros(position.shape[1], bool)
     for axis in range(3):
         if not config.periodic[axis]:

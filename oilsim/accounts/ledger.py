@@ -1,22 +1,22 @@
-"""What a budget comes to: where the liquid's energy and momentum went, cause by cause, and how viscous the scheme acted.
+"""The result of a budget: changes of the liquid's energy and momentum cause by cause, and how viscous the scheme acted.
 
 The cause of every change is a stage of the time step:
 
 emitters   liquid that pipes pour in, and hold at their speed
 gravity    kick and fall; see below
 periodic   change of m g . x where particles come back in at the other side
-positions  position corrections; in the paper's scheme the velocities too that they become: numerical
+positions  position corrections; in the paper's scheme also the velocities that they become: numerical
 filter     velocity filter, and the flow's velocity where position corrections put particles: numerical
-forcing    current, waves, wind
-adhesion   pull of walls
-viscosity  minus what is dissipated, plus what moving no-slip walls do
-pressure   the projection: minus its loss and minus the work on moving bodies
+forcing    currents, waves, wind
+adhesion   attraction of walls
+viscosity  minus the dissipation, plus the work of moving no-slip walls on the liquid
+pressure   the projection: minus its dissipation and minus the work on moving bodies
 contact    of single particles with walls
-rotation   of free liquid, which gives back the angular momentum that other causes took: numerical
+rotation   of free liquid, which gets back the momentum that other causes took: numerical
 sleep      regions that fall asleep: minus the motion that they still had
 outflow    liquid that leaves the domain
 
-Gravity turns potential into kinetic energy, so its potential part is minus its work, and the sum of both parts, round-off in the
+Gravity turns potential into kinetic energy, so its potential change is minus its work. The sum of both changes, round-off in the
 continuum, is the error of time stepping: dt g . change of momentum / 2, which does not grow by itself.
 """
 
@@ -47,10 +47,13 @@ def _nothing() -> Double:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Part:
-    """What the liquid gained by one cause, and what moving bodies gained from the liquid by it.
+class Change:
+    """Change of the liquid by one cause, and work and impulse that moving bodies received from the liquid by it.
 
-    kinetic, potential, work_on_bodies [J]; momentum, impulse_on_bodies (6,): linear [N s], angular about the origin [N m s].
+    kinetic, potential   change of the liquid's energy [J]
+    momentum             (6,) change of the liquid's momentum: linear [N s], angular about the origin [N m s]
+    work_on_bodies       [J]
+    impulse_on_bodies    (6,) linear [N s], angular about the origin [N m s]
     """
 
     kinetic: float = 0.0
@@ -61,21 +64,21 @@ class Part:
 
     @property
     def energy(self) -> float:
-        """What the liquid gained [J]."""
+        """Return the change of the liquid's energy [J]."""
         return self.kinetic + self.potential
 
-    def __add__(self, other: Part) -> Part:
-        return Part(**{name: value + getattr(other, name) for name, value in vars(self).items()})
+    def __add__(self, other: Change) -> Change:
+        return Change(**{name: value + getattr(other, name) for name, value in vars(self).items()})
 
-    def __sub__(self, other: Part) -> Part:
-        return Part(**{name: value - getattr(other, name) for name, value in vars(self).items()})
+    def __sub__(self, other: Change) -> Change:
+        return Change(**{name: value - getattr(other, name) for name, value in vars(self).items()})
 
 
 @dataclass(frozen=True, kw_only=True)
 class Compression:
-    """How far the liquid is from its rest density: rho / rho_0 - 1 as the last density stage saw it.
+    """Deviation of the liquid from its rest density, rho / rho_0 - 1 [1], as the last density stage saw it.
 
-    near_surface: particles within reach of a free surface; None in the paper's scheme, which does not ask.
+    near_surface: number of particles within reach of a free surface; None in the paper's scheme, which does not compute it.
     """
 
     mean: float
@@ -88,9 +91,9 @@ class Compression:
 class Ledger:
     """Energy [J] and momentum [N s, N m s] of the liquid over `duration` [s] (per metre in two dimensions).
 
-    energy, momentum   at the end; momentum (6,) with the angular one about the origin, which means nothing in a periodic domain
-    change             of both over the duration, `Part` without bodies
-    parts              by cause, those that took part
+    energy, momentum   at the end; momentum (6,) with the angular one about the origin, which has no meaning in a periodic domain
+    change             of both over the duration, without bodies
+    parts              changes by cause, of the causes that took part
     strain             rho V 2 S:S, S = (G + G^T) / 2, summed over particles and time [J s / m2]; 0 in the paper's scheme
     compression        at the end
     """
@@ -98,20 +101,20 @@ class Ledger:
     duration: float
     energy: Energy
     momentum: Double
-    change: Part
-    parts: Mapping[str, Part]
+    change: Change
+    parts: Mapping[str, Change]
     strain: float
     compression: Compression
 
-    def part(self, *causes: str) -> Part:
-        """The sum of some causes; 0 for those that took no part."""
+    def part(self, *causes: str) -> Change:
+        """Return the sum of the changes by some causes; 0 for causes that took no part."""
         return _sum(self.parts[cause] for cause in causes if cause in self.parts)
 
     @property
-    def rest(self) -> Part:
-        """What no cause explains: round-off, or a stage that was forgotten."""
+    def unexplained(self) -> Change:
+        """Return the change for which no cause accounts: round-off, or a stage that was forgotten."""
         explained = self.part(*self.parts)
-        return Part(
+        return Change(
             kinetic=self.change.kinetic - explained.kinetic,
             potential=self.change.potential - explained.potential,
             momentum=self.change.momentum - explained.momentum,
@@ -119,56 +122,56 @@ class Ledger:
 
     @property
     def energy_residual(self) -> float:
-        """|rest| over the sum of |parts|, of kinetic and potential energy; 0 where nothing happened."""
+        """Return |unexplained| over the turnover of kinetic and potential energy [1]; 0 where nothing happened."""
         turnover = sum(abs(part.kinetic) + abs(part.potential) for part in self.parts.values())
-        rest = self.rest
-        return (abs(rest.kinetic) + abs(rest.potential)) / turnover if turnover else 0.0
+        unexplained = self.unexplained
+        return (abs(unexplained.kinetic) + abs(unexplained.potential)) / turnover if turnover else 0.0
 
     @property
     def momentum_residual(self) -> float:
-        """|rest| over the sum of |parts|, of linear momentum; 0 where nothing happened."""
+        """Return |unexplained| over the turnover of linear momentum [1]; 0 where nothing happened."""
         turnover = sum(float(np.abs(part.momentum[:3]).sum()) for part in self.parts.values())
-        return float(np.abs(self.rest.momentum[:3]).sum()) / turnover if turnover else 0.0
+        return float(np.abs(self.unexplained.momentum[:3]).sum()) / turnover if turnover else 0.0
 
     @property
     def gravity_work(self) -> float:
-        """Work of gravity on the liquid [J]: the potential energy it fell through, sum m g . dt v."""
+        """Return the work of gravity on the liquid [J]: the potential energy through which it fell, sum m g . dt v."""
         return -self.part("gravity").potential
 
     @property
     def wall_impulse(self) -> Double:
-        """Impulse of walls at rest on the liquid (6,) [N s, N m s]: what liquid and bodies did not give each other.
+        """Return the impulse of walls at rest on the liquid (6,) [N s, N m s]: its change by TOUCHING that bodies did not cause.
 
-        In the paper's scheme without the walls' part in its density constraint, which comes under positions.
+        In the paper's scheme the walls' part in the density constraint is missing; it counts as a change by positions.
         """
         touched = self.part(*TOUCHING)
         return touched.momentum + touched.impulse_on_bodies
 
     @property
     def viscous_dissipation(self) -> float:
-        """Heat made by viscosity [J]: kinetic energy lost less the work done on moving no-slip walls."""
+        """Return the dissipation by viscosity [J]: the loss of kinetic energy less the work on moving no-slip walls."""
         viscous = self.part("viscosity")
         return -viscous.kinetic - viscous.work_on_bodies
 
     @property
     def numerical_dissipation(self) -> float:
-        """Kinetic energy [J] lost to the velocity filter and in the projection, less the work on moving bodies."""
+        """Return the dissipation by the scheme [J]: loss of kinetic energy in filter and projection, less the work on moving bodies."""
         pressure = self.part("pressure")
         return -self.part("filter").kinetic - pressure.kinetic - pressure.work_on_bodies
 
     @property
     def numerical_viscosity(self) -> float | None:
-        """nu_num [m2/s] = numerical dissipation / sum over time of rho V 2 S:S; None where nothing was strained.
+        """Return nu_num [m2/s] = numerical dissipation / sum over time of rho V 2 S:S; None where nothing was strained.
 
-        Limits: an estimate for flows that are resolved. S holds the particles' noise, which makes nu_num too small where noise
-        outweighs the strain; inelastic impacts on walls and of liquid on itself count as numerical, as does what swells or settles
-        under the pressure's return to rest density, and may give a large or negative figure for splashing or resting liquid. The
-        potential energy that position corrections add is not taken off.
+        This is an estimate for resolved flows. S contains the particles' noise, which makes nu_num too small where noise outweighs the
+        strain. Inelastic impacts on walls and of liquid on itself count as numerical, and so does liquid that swells or settles on its
+        return to rest density; so splashing or resting liquid may have a large or negative figure. The potential energy that position
+        corrections add is not subtracted.
         """
         return self.numerical_dissipation / self.strain if self.strain > 0.0 else None
 
     def __add__(self, later: Ledger) -> Ledger:
-        """Both, one after the other."""
+        """Return the ledger of both durations, one after the other."""
         causes = [cause for cause in CAUSES if cause in self.parts or cause in later.parts]
         return Ledger(
             duration=self.duration + later.duration,
@@ -182,14 +185,14 @@ class Ledger:
 
 
 def ledger_from(saved: Mapping[str, Any]) -> Ledger:
-    """The ledger of which `dataclasses.asdict` made `saved`."""
+    """Return the ledger of which `dataclasses.asdict` made `saved`."""
     values = dict(saved)
     values["energy"] = Energy(*saved["energy"])
-    values["change"] = Part(**saved["change"])
-    values["parts"] = {cause: Part(**part) for cause, part in saved["parts"].items()}
+    values["change"] = Change(**saved["change"])
+    values["parts"] = {cause: Change(**part) for cause, part in saved["parts"].items()}
     values["compression"] = Compression(**saved["compression"])
     return Ledger(**values)
 
 
-def _sum(parts: Iterable[Part]) -> Part:
-    return reduce(add, parts, Part())
+def _sum(parts: Iterable[Change]) -> Change:
+    return reduce(add, parts, Change())

@@ -1,13 +1,13 @@
 """A team of threads that runs compiled kernels over ranges of particles.
 
-A kernel is a plain `@njit(nogil=True)` function `kernel(begin, end, *arguments)` that writes rows begin to end only, so
-results do not depend on how the range is cut. Threads around serial kernels compile three times faster than numba's own
-parallel loops. Sums are kept per block of particles and added in order: bit for bit equal on any number of threads.
+A kernel is a plain `@njit(nogil=True)` function `kernel(begin, end, *arguments)` that writes rows begin to end only, so that results do not
+depend on how the range is cut. Threads around serial kernels compile three times faster than numba's own parallel loops. Each block of
+particles has its own partial sum, and partial sums are added in order: results are equal bit for bit on any number of threads.
 
-A step runs some 70 kernels, and a thread that slept in between is late by 0.1 to 0.4 ms where a virtual machine must first be given its
-processor back: as long as a kernel takes. So threads wait for each other awake, outside Python's lock and letting others go first, and
-sleep only after a while without work. Who hands out work stays out of the lock for a moment too, that the others may take theirs. On
-two processors a step of 40,000 particles takes 0.8 of the time it takes with threads that sleep, one of 10,000 a half.
+A step runs some 70 kernels. A thread that slept in between would be late by 0.1 to 0.4 ms where a virtual machine must first be given its
+processor back, as long as a kernel takes. So threads wait for each other awake, outside Python's lock and letting others go first, and
+sleep only after a while without work. The caller stays out of the lock for a moment too, so that the others can take their work. On two
+processors a step of 40,000 particles takes 0.8 of the time that it takes with threads that sleep, one of 10,000 particles a half.
 """
 
 from __future__ import annotations
@@ -25,23 +25,29 @@ from numba.extending import intrinsic
 from numba.np.arrayobj import make_array
 from numpy.typing import NDArray
 
-BLOCK = 1024  # particles that share one partial sum
-SERIAL_BELOW = 8 * BLOCK  # particles under which handing work over costs more than it saves
-HEAD_START = 4000  # looks, some microseconds, in which others take their work before the caller begins its own
-PATIENCE = 300_000  # looks, a millisecond or so, for which a thread waits awake
-POLITE = 64  # looks after which a waiting thread lets others have its processor
-APART = 8  # cells between those of two threads: each has a line of the cache
+# [particles] that share one partial sum; numerical; not on record
+BLOCK = 1024
+# [particles] under which one thread works; measured; handing work over costs more than it saves
+SERIAL_BELOW = 8 * BLOCK
+# [looks] in which others take their work before the caller begins its own; measured; some microseconds
+HEAD_START = 4000
+# [looks] for which a thread waits awake; measured; a millisecond or so, longer than between two kernels
+PATIENCE = 300_000
+# [looks] after which a waiting thread lets others have its processor; measured; a microsecond or so
+POLITE = 64
+# [cells] of 8 bytes between those of two threads; theory; each has its own line of the cache
+APART = 8
 yield_processor = types.ExternalFunction("sched_yield" if os.name == "posix" else "SwitchToThread", types.int32())
 
 
 def block_count(count: int) -> int:
-    """Number of partial sums that `count` particles need."""
+    """Return the number of partial sums that `count` particles need."""
     return (count + BLOCK - 1) // BLOCK
 
 
 @intrinsic
 def look(typing_context, cells, place):
-    """cells[place] as it is now in memory."""
+    """Return cells[place] as it is now in memory; cells (n,) int64."""
 
     def generate(context, builder, signature, arguments):
         data = make_array(signature.args[0])(context, builder, arguments[0]).data
@@ -52,7 +58,7 @@ def look(typing_context, cells, place):
 
 @intrinsic
 def show(typing_context, cells, place, value):
-    """cells[place] = value, after all that was written before."""
+    """Set cells[place] = value once all earlier writes are visible; cells (n,) int64."""
 
     def generate(context, builder, signature, arguments):
         data = make_array(signature.args[0])(context, builder, arguments[0]).data
@@ -64,9 +70,9 @@ def show(typing_context, cells, place, value):
 
 @njit(nogil=True, cache=True)
 def meet(cells, own, value, other, expected, looks, polite=POLITE):
-    """Show `value` at place `own`, and wait for `expected` or more at `other` during so many looks; whether it came.
+    """Show `value` at place `own` of cells (n,) int64, wait for `expected` or more at place `other`, and return whether it came.
 
-    After each `polite` looks others may have the processor.
+    The wait lasts so many `looks`; after each `polite` of them others may have the processor.
     """
     show(cells, np.int64(own), np.int64(value))
     for n in range(looks):
@@ -78,7 +84,7 @@ def meet(cells, own, value, other, expected, looks, polite=POLITE):
 
 
 def meet_uncompiled(cells, own, value, other, expected, looks, polite=POLITE):
-    """`meet` in plain Python, for runs with the compiler switched off."""
+    """Do as `meet` does in plain Python, for runs with the compiler switched off."""
     cells[own] = value
     return bool(cells[other] >= expected)
 
@@ -88,7 +94,10 @@ if config.DISABLE_JIT:
 
 
 class Crew:
-    """Threads that work beside the caller's, and how they hear of work; nothing of who hands it out, who may be forgotten."""
+    """Threads that work beside the caller's, and the cells by which they hear of work.
+
+    A crew knows nothing of the `Team` that hands out work, so that Python can delete the team.
+    """
 
     def __init__(self, threads: int) -> None:
         self.threads = threads
@@ -151,7 +160,7 @@ class Crew:
         self.threads = 1
 
     def lose(self) -> None:
-        """The other threads are gone: this is the child of a fork."""
+        """Forget the other threads, which do not exist in the child of a fork."""
         self.threads = 1
 
 
@@ -168,9 +177,9 @@ if hasattr(os, "register_at_fork"):
 
 
 class Team:
-    """Threads that run one kernel at a time; the caller's thread is one of them. They end with the team.
+    """Threads that run one kernel at a time and end with the team; the caller's thread is one of them.
 
-    In the child of a fork, which has the caller's thread alone, that one does all the work.
+    In the child of a fork, which has the caller's thread alone, that thread does all the work. ValueError for fewer than 1 thread.
     """
 
     def __init__(self, threads: int | None = None) -> None:
@@ -184,7 +193,7 @@ class Team:
 
     @property
     def threads(self) -> int:
-        """How many threads work, the caller's with them."""
+        """Return how many threads work, the caller's included."""
         return self._crew.threads
 
     def run(self, kernel: Callable[..., Any], count: int, *arguments: Any) -> None:
@@ -197,7 +206,7 @@ class Team:
         self._crew.share(kernel, [blocks * t // threads * BLOCK for t in range(threads)] + [count], arguments)
 
     def run_parts(self, kernel: Callable[..., Any], parts: int, *arguments: Any) -> None:
-        """Run `kernel(begin, end, *arguments)` over all of range(parts), each of which is a good deal of work."""
+        """Run `kernel(begin, end, *arguments)` over all of range(parts), each part of which is much work."""
         threads = self._crew.threads
         if parts < threads or threads == 1:
             kernel(0, parts, *arguments)
@@ -205,10 +214,10 @@ class Team:
         self._crew.share(kernel, [parts * t // threads for t in range(threads + 1)], arguments)
 
     def close(self) -> None:
-        """End the other threads; after that the caller's does all the work."""
+        """End the other threads; after that the caller's thread does all the work."""
         self._end()
 
 
 def total(partial: NDArray[Any]) -> float:
-    """Sum of block sums, always in the same order, in float64."""
+    """Return the sum of `partial` (blocks,), always in the same order, in float64."""
     return float(np.add.reduce(partial, dtype=np.float64))

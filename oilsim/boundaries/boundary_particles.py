@@ -1,13 +1,13 @@
-"""Walls and solid surfaces as particles whose volumes make their surface act where the geometry has it.
+"""Walls and solid surfaces as particles, whose volumes put the wall's surface where the geometry has it.
 
-Two layers continue a lattice of liquid into the wall, half a spacing and one and a half behind it: as far as the kernel reaches, so that
-liquid at a wall has what it has inside. Each particle has the volume of the wall that it stands for. (Akinci et al. 2012 take one
-layer on the surface and volumes from the points' own spacing, which puts the wall 0.1 to 0.6 spacings too far out.) In front
-of a flat wall
+Two layers continue a lattice of liquid into the wall, half a spacing and one and a half behind its surface. That is as far as the kernel
+reaches, so that liquid at a wall has a full kernel. Each particle has the volume of the wall that it stands for. (Akinci et al. 2012 take
+one layer on the surface and volumes from the points' own spacing, which puts the wall 0.1 to 0.6 spacings too far out.) In front of a flat
+wall
 
     sum_b V_b W = c gamma,    gamma = integral of W over the solid,
 
-c being the ratio of a lattice sum to the integral for a half space. Bodies follow from their meshes in `coupling.solids.surface_sampling`.
+c being the ratio of a lattice sum to the integral for a half space. `coupling.solids.surface_sampling` makes the particles of meshes.
 """
 
 from __future__ import annotations
@@ -22,17 +22,20 @@ from numpy.typing import ArrayLike, NDArray
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, kernel, lattice, normalisation
 
 SIDES = ("-x", "+x", "-y", "+y", "-z", "+z")
-LAYERS = 2  # of walls
+# [1] layers of wall particles; theory; they fill the support of 2.75 spacings
+LAYERS = 2
 
 
 @dataclass(frozen=True, kw_only=True)
 class BoundaryParticles:
     """The sampled surface of one solid.
 
-    position  (M, 3) [m]  in the body's frame about its centre of mass; in the world frame for what never moves
-    volume    (M,)  [m3; m2 in two dimensions]
-    area      (M,)  wall that a particle stands for [m2; m in two dimensions]: what liquids adhere and stick to
-    no_slip   viscous liquids stick to this surface; otherwise they slide along it without friction
+    position  (M, 3) [m], in the body's frame about its centre of mass; in the world frame for solids that never move
+    volume    (M,) [m3; m2 in two dimensions]
+    area      (M,) wall to which liquids adhere and stick, that a particle stands for [m2; m in two dimensions]
+    no_slip   whether viscous liquids stick to this surface; otherwise they slide along it without friction
+
+    ValueError for arrays of other shapes, and for numbers that are not finite or, of volume and area, negative.
     """
 
     name: str
@@ -54,7 +57,7 @@ class BoundaryParticles:
             raise ValueError(f"boundary {self.name!r}: position must be finite")
 
     def part(self, name: str, chosen: NDArray[np.bool_]) -> BoundaryParticles:
-        """The `chosen` (M,) of these particles as a boundary of its own."""
+        """Return the `chosen` (M,) bool of these particles as a boundary of its own."""
         return BoundaryParticles(
             name=name,
             position=self.position[chosen],
@@ -66,7 +69,7 @@ class BoundaryParticles:
 
 @lru_cache
 def lattice_wall_factor(dimension: int) -> float:
-    """c: lattice sum over integral of the kernel beyond a plane half a spacing away."""
+    """Return c [1]: lattice sum over integral of the kernel beyond a plane half a spacing away."""
     points = lattice(1.0, dimension)
     return _kernel_sum(points[points[:, 2] < -0.5], dimension) / half_space_integral(0.5, dimension)
 
@@ -78,7 +81,7 @@ def _kernel_sum(points: NDArray[np.float64], dimension: int) -> float:
 
 @lru_cache
 def half_space_integral(distance: float, dimension: int) -> float:
-    """Integral of the kernel (spacing 1) beyond a plane `distance` spacings away."""
+    """Return the integral of the kernel (spacing 1) beyond a plane `distance` [d] away [1]."""
     step = 1.0 / 16.0
     points = lattice(step, dimension) + np.array([0.5, 0.5 if dimension == 3 else 0.0, 0.5]) * step
     return _kernel_sum(points[points[:, 2] < -distance], dimension) * step**dimension
@@ -86,12 +89,12 @@ def half_space_integral(distance: float, dimension: int) -> float:
 
 @lru_cache
 def wall_coverage(distance: float, dimension: int) -> float:
-    """sum_b V_b W of a flat wall at `distance` spacings from it."""
+    """Return sum_b V_b W [1] of a flat wall at `distance` [d] from it."""
     return sum(plane_integral(distance + layer + 0.5, dimension) for layer in range(LAYERS))
 
 
 def plane_integral(distance: float, dimension: int) -> float:
-    """Integral of the kernel (spacing 1) over a plane `distance` away; over a line in two dimensions."""
+    """Return the integral of the kernel (spacing 1) over a plane `distance` [d] away [1/d]; over a line in two dimensions."""
     across = np.linspace(0.0, SUPPORT, 601)
     around = 2.0 * np.pi * across if dimension == 3 else np.full_like(across, 2.0)
     sigma = normalisation(1.0, dimension)
@@ -102,7 +105,7 @@ def plane_integral(distance: float, dimension: int) -> float:
 def _axis_places(
     low: float, high: float, spacing: float, closed: tuple[bool, bool]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Coordinates across a tank from low to high and the length each stands for, LAYERS more beyond each closed end."""
+    """Return coordinates across a tank from low to high [m], LAYERS more beyond each closed end, and the length of each [m]."""
     if low == high:
         return np.array([low]), np.ones(1)
     count = max(1, round((high - low) / spacing))
@@ -127,7 +130,7 @@ def tank_walls(
     name: str = "tank",
     no_slip: bool = False,
 ) -> BoundaryParticles:
-    """Wall particles of a box tank whose inside is lower to upper [m]; `sides` are the closed ones.
+    """Return the wall particles of a box tank whose inside reaches from lower to upper (3,) [m]; `sides` are the closed ones.
 
     ValueError for an unknown side or one across a periodic axis.
     """
@@ -159,9 +162,9 @@ def tank_walls(
 def solid_box(
     size: ArrayLike, spacing: float, *, dimension: int = 3, name: str = "box", no_slip: bool = False
 ) -> BoundaryParticles:
-    """Wall particles of a box of `size` (3,) [m] about its centre: the outer layers of the lattice that fills it.
+    """Return the wall particles of a box of `size` (3,) [m] about its centre: the outer layers of the lattice that fills it.
 
-    Sides that are no multiple of the spacing stretch the lattice a little. In two dimensions y counts for nothing.
+    Sides that are no multiple of the spacing [m] stretch the lattice a little. In two dimensions the length along y is ignored.
     """
     extent = np.asarray(size, np.float64)
     axes = [
@@ -185,7 +188,7 @@ def solid_box(
 
 
 def sides_of(periodic: tuple[bool, bool, bool], dimension: int = 3) -> tuple[str, ...]:
-    """Every side that can be closed."""
+    """Return every side that can be closed."""
     return tuple(
         sign + axis
         for (axis, repeats), sign in itertools.product(zip("xyz", periodic, strict=True), "-+")

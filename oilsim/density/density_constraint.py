@@ -21,7 +21,7 @@ from oilsim.backend.float32 import ONE, ZERO
 from oilsim.backend.jit import FAST
 from oilsim.backend.simd import LANES, below, gather, load, only, root, spread, summed
 from oilsim.backend.thread_team import BLOCK
-from oilsim.boundaries.walls import add_wrench
+from oilsim.boundaries.contacts import add_wrench
 from oilsim.gradients.particle_sums import coverage_and_slope
 from oilsim.neighborhood.neighbor_search import nearest_images, separations
 from oilsim.neighborhood.smoothing_kernels import kernel, kernel_slope_over_q
@@ -138,34 +138,22 @@ def density_push(begin, end, hood, multiplier, push):
 
 
 @njit(**FAST)
-def push_reaction(particles, hood, multiplier, reference_density, resting, owner, arm, reaction):
+def push_reaction(pairs, hood, multiplier, reference_density, reaction):
     """Add to `reaction` the opposite of mass times the push of Eq. 22 that moving bodies give to particles.
 
-    particles (K,)           particles with a moving wall particle within reach
-    hood                     the `Neighborhood`
-    multiplier (N,)          L_i [m2]
-    reference_density        rho_ref [kg/m3]
-    resting                  number of wall particles at rest, which come first
-    owner (M - resting,)     body of each moving wall particle
-    arm (3, M - resting)     way from the body's centre of mass to the wall particle [m]
-    reaction (bodies, 6)     mass times displacement [kg m] and its moment [kg m2]
+    pairs                 the step's `BodyPairs`
+    hood                  the `Neighborhood`
+    multiplier (N,)       L_i [m2]
+    reference_density     rho_ref [kg/m3]
+    reaction (bodies, 6)  mass times displacement [kg m] and its moment [kg m2]
     """
-    wall, walls = hood.wall_points, hood.walls
-    inverse_support = ONE / hood.support
-    for i in particles:
-        for k in range(walls.start[i], walls.start[i] + np.int64(walls.number[i])):
-            b = walls.neighbor[k]
-            if b < resting:
-                continue
-            dx, dy, dz = nearest_images(
-                hood.points[i, 0] - wall[b, 0],
-                hood.points[i, 1] - wall[b, 1],
-                hood.points[i, 2] - wall[b, 2],
-                hood.period,
-            )
-            r = math.sqrt(dx * dx + dy * dy + dz * dz + TINY)
-            slope = (
-                wall[b, 3] * kernel_slope_over_q(r * inverse_support, hood.sigma) * inverse_support * inverse_support
-            )
-            slope *= -hood.volume * reference_density * multiplier[i]
-            add_wrench(reaction, owner[b - resting], arm, b - resting, slope * dx, slope * dy, slope * dz)
+    points, wall, inverse_support = hood.points, hood.wall_points, ONE / hood.support
+    for n in range(pairs.particle.size):
+        i, b = pairs.particle[n], pairs.point[n]
+        dx, dy, dz = nearest_images(
+            points[i, 0] - wall[b, 0], points[i, 1] - wall[b, 1], points[i, 2] - wall[b, 2], hood.period
+        )
+        r = math.sqrt(dx * dx + dy * dy + dz * dz + TINY)
+        slope = wall[b, 3] * kernel_slope_over_q(r * inverse_support, hood.sigma) * inverse_support * inverse_support
+        slope *= -hood.volume * reference_density * multiplier[i]
+        add_wrench(reaction, pairs.body[n], pairs.arm, n, slope * dx, slope * dy, slope * dz)

@@ -1,12 +1,12 @@
-"""Regular cells over the domain: which particles lie in which, and which cells can be reached from which.
+"""Regular cells over the domain: in which cell a particle lies, and which cells it can reach.
 
-Cells are a support radius wide across and half of it along z, the fastest axis, so that the candidates of a row of cells
-are one contiguous range and few of them miss. Rows are counted over strips of STRIP cells in y, in each strip along x: whatever the
-domain's extent, a particle's neighbours are near it in memory too. Seas are shallow, so columns of z are short. Counted in layers of
-z, the neighbours of a sea ten particles deep lay half of all particles apart, and every look at them cost twice as much.
+A cell is one support radius wide in x and y and half of it along z, the fastest axis, so that the candidates of a row of cells are one
+contiguous range and few of them miss. Rows are counted over strips of STRIP cells in y, in each strip along x. So a particle's neighbours
+are near it in memory too, whatever the domain's extent. Seas are shallow, so columns of z are short. When cells were counted in layers
+of z, neighbours in a sea ten particles deep lay half of all particles apart, and every look at them cost twice as much.
 
-Of a domain much larger than its liquid only a part is counted, `part_around` what the liquid may reach. What lies elsewhere counts as in a
-border cell of it. The order of cells is that of the domain, whatever the part.
+In a domain much larger than its liquid only the cells around the liquid are counted (`part_around`). Particles elsewhere count as in a
+border cell of that part. The order of cells is that of the domain, whatever the part.
 """
 
 from __future__ import annotations
@@ -20,18 +20,29 @@ from numba import njit
 
 from oilsim.backend.jit import FAST, inlined
 
-CELLS_ACROSS = 1  # cells per support radius in x and y
-CELLS_ALONG = 2  # cells per support radius in z
-STRIP = 8  # cells in y
-MARGIN = 4  # cells around the liquid that must be counted, so that no list looks into border cells: skins reach three along z
-SPARE = 8  # cells beyond that, in which it may move
+# [1] cells for each support radius in x and y; numerical; few candidates miss, in few ranges
+CELLS_ACROSS = 1
+# [1] cells for each support radius in z; numerical; ranges along z are contiguous whatever the number
+CELLS_ALONG = 2
+# [cells] in y that are counted together; measured; see the module's docstring
+STRIP = 8
+# [cells] around the liquid that must be counted; theory; lists with a skin reach three cells along z
+MARGIN = 4
+# [cells] beyond that, in which the liquid may move; numerical; not on record
+SPARE = 8
 
 
 class Grid(NamedTuple):
-    """Regular cells over the domain, or a part of them: its lower corner [m], inverse widths [1/m], counts, and which axes repeat.
+    """Regular cells over the domain, of which a part is counted.
 
-    first: the domain's cells before those that are counted, along each axis, in y a multiple of `strip`.
-    strip: cells in y that are counted together before x moves on.
+    lower           lower corner of the domain [m]
+    inverse_width   of a cell along each axis [1/m]
+    first           cells of the domain before the counted ones along each axis, in y a multiple of `strip`
+    cells           counted cells along each axis
+    periodic        whether each axis repeats
+    reach           cells within the support radius along each axis
+    strip           cells in y that are counted together before x moves on
+    support_radius  H, or more with a skin [m]
     """
 
     lower: tuple[float, float, float]
@@ -45,7 +56,7 @@ class Grid(NamedTuple):
 
     @property
     def cell_count(self) -> int:
-        """Cells that are counted, those of the last strip beyond them included."""
+        """Return the number of counted cells, with those that fill up the last strip."""
         return self.cells[0] * -(-self.cells[1] // self.strip) * self.strip * self.cells[2]
 
 
@@ -56,7 +67,7 @@ def make_grid(
     support_radius: float,
     dimension: int,
 ) -> Grid:
-    """Cells that cover the domain; a periodic axis must be at least three support radii long (ValueError)."""
+    """Return cells that cover the domain from lower to upper [m]; ValueError for a periodic axis shorter than three support radii."""
     counts, inverse, reach = [], [], []
     for axis, (low, high, repeats) in enumerate(zip(lower, upper, periodic, strict=True)):
         per_radius = CELLS_ALONG if axis == 2 else CELLS_ACROSS
@@ -84,7 +95,7 @@ def make_grid(
 
 
 def part_around(whole: Grid, low: Sequence[int], high: Sequence[int], around: int) -> Grid:
-    """The part of a whole grid from cell `low` to cell `high` (3,) with so many `around`, of axes that repeat all."""
+    """Return the part of a `whole` grid from cell `low` to cell `high` (3,) and so many cells `around` it; periodic axes stay whole."""
     begin, count = [], []
     for axis, (one, other) in enumerate(zip(low, high, strict=True)):
         step, cells = whole.strip if axis == 1 else 1, whole.cells[axis]
@@ -95,7 +106,7 @@ def part_around(whole: Grid, low: Sequence[int], high: Sequence[int], around: in
 
 
 def holds(grid: Grid, part: Grid) -> bool:
-    """Whether all cells of `part` are counted in `grid`, another part of the same whole."""
+    """Return whether all cells of `part` are counted in `grid`, another part of the same whole."""
     return all(
         here <= there and there + wanted <= here + count
         for here, count, there, wanted in zip(grid.first, grid.cells, part.first, part.cells, strict=True)
@@ -103,7 +114,7 @@ def holds(grid: Grid, part: Grid) -> bool:
 
 
 def widened(grid: Grid, skin: float) -> Grid | None:
-    """The same cells, with a support radius longer by `skin` [m]; None if a periodic axis is too short for it."""
+    """Return the same cells with a support radius longer by `skin` [m]; None if a periodic axis is too short for it."""
     radius = grid.support_radius + skin
     reach = [math.ceil(radius * w) if r else 0 for w, r in zip(grid.inverse_width, grid.reach, strict=True)]
     for count, around, repeats in zip(grid.cells, reach, grid.periodic, strict=True):
@@ -114,16 +125,17 @@ def widened(grid: Grid, skin: float) -> Grid | None:
 
 @inlined
 def cell_coordinate(value, axis, grid):
-    """Cell along one axis; what lies outside counts as the border cell."""
+    """Return the cell along one axis of a coordinate `value` [m]; places outside count as in the border cell."""
     cell = np.int64(math.floor((value - grid.lower[axis]) * grid.inverse_width[axis])) - grid.first[axis]
     return min(max(cell, 0), grid.cells[axis] - 1)
 
 
 @njit(**FAST)
 def find_extent(position, count, lower, inverse_width, cells, low, high):
-    """Set `low` and `high` (3,) to the first and the last cell along each axis that holds one of the first `count` of `position` (3, N).
+    """Set `low` and `high` (3,) to the first and last cell along each axis that holds one of the first `count` of `position` (3, N) [m].
 
-    The cells of a grid from `lower` [m] on, inverse_width [1/m], as many as `cells` (3,); what lies outside counts as in a border cell.
+    lower (3,) corner of the cells [m]; inverse_width (3,) of a cell [1/m]; cells (3,) along each axis. Places outside count as in a border
+    cell.
     """
     for axis in range(3):
         first, last = np.int64(cells[axis] - 1), np.int64(0)
@@ -136,14 +148,14 @@ def find_extent(position, count, lower, inverse_width, cells, low, high):
 
 @inlined
 def first_of_row(cx, cy, grid):
-    """The lowest of the cells above each other at (cx, cy)."""
+    """Return the index of the lowest cell at (cx, cy)."""
     strip = np.int64(grid.strip)
     return (((cy // strip) * grid.cells[0] + cx) * strip + cy % strip) * grid.cells[2]
 
 
 @njit(**FAST)
 def assign_cells(begin, end, position, grid, cell):
-    """Fill `cell` with the cell of each particle."""
+    """Fill `cell` (N,) uint32 with the cell of each particle; position (3, N) [m]."""
     for i in range(begin, end):
         cx = cell_coordinate(position[0, i], 0, grid)
         cy = cell_coordinate(position[1, i], 1, grid)
@@ -153,7 +165,10 @@ def assign_cells(begin, end, position, grid, cell):
 
 @njit(**FAST)
 def count_sort(cell, cell_start, order):
-    """Stable counting sort: `order` lists particles by cell, `cell_start` (cells + 1) where each cell begins."""
+    """Sort stably by counting: fill `order` (N,) with particles by cell and `cell_start` (cells + 1,) with the place where each begins.
+
+    cell (N,) uint32 of each particle.
+    """
     cell_start[:] = 0
     for i in range(cell.size):
         cell_start[cell[i] + 1] += 1
@@ -169,13 +184,13 @@ def count_sort(cell, cell_start, order):
 
 @inlined
 def wrapped(c, count):
-    """Cell c of an axis that repeats after `count` cells; c lies less than `count` outside."""
+    """Return cell c of an axis that repeats after `count` cells; c lies less than `count` cells outside."""
     return c + count if c < 0 else (c - count if c >= count else c)
 
 
 @inlined
 def ranges_along(cz, reach, count, periodic):
-    """The cells within reach of cell cz of its row as two half-open ranges, the second empty unless the axis wraps."""
+    """Return the cells within reach of cell cz of its row as two half-open ranges; the second is empty unless the axis wraps."""
     if periodic and (cz - reach < 0 or cz + reach >= count):
         return ((cz - reach) % count, count), (0, (cz + reach) % count + 1)
     return (max(cz - reach, 0), min(cz + reach + 1, count)), (0, 0)
@@ -183,7 +198,7 @@ def ranges_along(cz, reach, count, periodic):
 
 @njit(**FAST)
 def mark_surroundings(position, grid, near):
-    """Set `near` (cells,) to 1 in every cell from which a particle could reach one of `position` (3, M)."""
+    """Set `near` (cells,) uint8 to 1 in every cell from which a particle could reach one of `position` (3, M) [m]."""
     nx, ny, nz = grid.cells
     rx, ry, rz = grid.reach
     for b in range(position.shape[1]):
@@ -204,9 +219,9 @@ def mark_surroundings(position, grid, near):
 
 @njit(**FAST)
 def find_ranges(cx, cy, cz, grid, cell_start, ranges):
-    """Fill `ranges` (R, 2) with the particles begin to end, by `cell_start`, of the rows of cells around a cell; their number.
+    """Fill `ranges` (R, 2) with the half-open ranges of particles in the rows of cells around a cell, and return their number.
 
-    Only rows that hold something are listed.
+    (cx, cy, cz): the cell; cell_start (cells + 1,): place where each cell begins. Empty rows are left out.
     """
     nx, ny, nz = grid.cells
     rx, ry, rz = grid.reach

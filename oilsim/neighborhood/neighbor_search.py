@@ -1,7 +1,8 @@
-"""Neighbour search: particles in cell order, full lists of fluid and boundary neighbours.
+"""Neighbour search: sort particles by cell, and list the fluid and wall neighbours of each.
 
-The ranges of candidates around a cell are found once for all its particles. Lists are compact within each block of particles:
-one pass, no atomics; a block that overflows its share says so, and the lists are built again with a larger share.
+The ranges of candidates around a cell are found once for all particles of the cell. Lists are compact within each block of particles, so
+that one pass without atomic operations fills them. A block that needs more places than its share says so, and all lists are built again
+with a larger share. Neighbours j of particle i satisfy |x_i - x_j| < H, H being the support radius, under the nearest periodic image.
 """
 
 from __future__ import annotations
@@ -13,9 +14,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 from oilsim.backend import simd
-from oilsim.backend.compaction import LANES, append_near
 from oilsim.backend.jit import ALLOCATING, FAST, inlined
 from oilsim.backend.simd import floor, gather_four
+from oilsim.backend.simd.compaction import LANES, Ball, append_near
 from oilsim.backend.thread_team import BLOCK, Team, block_count
 from oilsim.neighborhood.cell_grid import (
     MARGIN,
@@ -34,26 +35,77 @@ from oilsim.neighborhood.cell_grid import (
     widened,
 )
 
-__all__ = ["NeighborSearch", "Pairs", "make_grid", "nearest_image", "nearest_images"]
+__all__ = ["CellOrder", "NeighborSearch", "Pairs", "Sorted", "make_grid", "nearest_image", "nearest_images"]
 
 Index = NDArray[np.uint32]
 Real = NDArray[np.float32]
 
-FEW = 2**14  # cells, counted as soon as it is found out where the liquid is
-LAVISH = 4  # times the cells that would be counted anew: more are too many
+# [cells] up to which the whole domain is counted; numerical; counting them is as quick as finding the extent of the liquid
+FEW = 2**14
+# [1] ratio of counted to needed cells beyond which the part is chosen anew; numerical; not on record
+LAVISH = 4
+# [1] places a particle for fluid and wall neighbours at first; numerical; shares grow where they do not suffice
+INITIAL_SHARES = 48, 16
 
 
 class Pairs(NamedTuple):
-    """Neighbour lists: neighbours of particle i are neighbor[start[i] : start[i] + number[i]]; lists begin at multiples of simd.LANES."""
+    """Neighbour lists: the neighbours of particle i are neighbor[start[i] : start[i] + number[i]].
+
+    start     (N,) int64, first place of each list, a multiple of simd.LANES
+    number    (N,) uint32, length of each list
+    neighbor  (places,) uint32, indices of neighbours; the padding behind a list holds indices too (see `end_list`)
+    """
 
     start: NDArray[np.int64]
     number: Index
     neighbor: Index
 
 
+class CellOrder(NamedTuple):
+    """Particles by cell: those of cell c are order[cell_start[c] : cell_start[c + 1]].
+
+    order (M,) uint32; cell_start (cells + 1,) uint32.
+    """
+
+    order: Index
+    cell_start: Index
+
+
+class Sorted(NamedTuple):
+    """Particles of which the first lie in cell order: those of cell c are cell_start[c] to cell_start[c + 1].
+
+    position (3, M) [m]; cell_start (cells + 1,) uint32. Particles beyond cell_start[-1] need a `CellOrder`.
+    """
+
+    position: Real
+    cell_start: Index
+
+
+class Space(NamedTuple):
+    """Where the search looks: the counted cells, and the lengths of periodic axes [m] (0 where space is open; None if all is)."""
+
+    grid: Grid
+    period: tuple[np.float32, ...] | None
+
+
+class ListRoom(NamedTuple):
+    """Room for neighbour lists.
+
+    pairs    the lists that are filled
+    share    places a particle; a block of particles takes BLOCK * share of them
+    padding  every list begins at a multiple of it
+    full     (1,) uint8, becomes 1 where a block ran out of places
+    """
+
+    pairs: Pairs
+    share: int
+    padding: int
+    full: NDArray[np.uint8]
+
+
 @inlined
 def nearest_image(delta, period):
-    """Separation along one axis under the shortest of the periodic images; period 0 leaves it as it is."""
+    """Return the separation `delta` [m] along one axis under the nearest periodic image; a period of 0 leaves it as it is."""
     if period > np.float32(0.0):
         return delta - period * floor(delta / period + np.float32(0.5))
     return delta
@@ -61,7 +113,7 @@ def nearest_image(delta, period):
 
 @inlined
 def nearest_images(dx, dy, dz, period):
-    """Separation under the shortest of the periodic images; a scene without period compiles to nothing."""
+    """Return the separation (dx, dy, dz) [m] under the nearest periodic image; a period of None compiles to nothing."""
     if period is None:
         return dx, dy, dz
     return nearest_image(dx, period[0]), nearest_image(dy, period[1]), nearest_image(dz, period[2])
@@ -69,13 +121,16 @@ def nearest_images(dx, dy, dz, period):
 
 @inlined
 def rows(vectors):
-    """The three components (N,) of vectors (3, N)."""
+    """Return the three components (N,) of vectors (3, N)."""
     return vectors[0], vectors[1], vectors[2]
 
 
 @inlined
 def end_list(neighbor, cursor):
-    """Let the places from `cursor` to the next multiple of simd.LANES, which are read with the list's last, hold an index."""
+    """Write an index into the places of `neighbor` from `cursor` to the next multiple of simd.LANES.
+
+    Kernels read them together with the list's last neighbours, and must find an index that exists.
+    """
     while cursor % simd.LANES:
         neighbor[cursor] = 0
         cursor += 1
@@ -90,20 +145,26 @@ def fill_rows(begin, end, vectors, scalar, result):
 
 @inlined
 def separations(i, points, others, j, period):
-    """x_i - x_j for lanes of indices j, and the fourth number of j; `points` and `others` (N, 4) begin with places [m]."""
+    """Return x_i - x_j [m] for lanes of indices j, and the fourth number of j.
+
+    points (N, 4), others (M, 4): place [m] and another number (weight or volume); period as for `nearest_images`.
+    """
     x, y, z, content = gather_four(others, j, 0)
     dx, dy, dz = nearest_images(points[i, 0] - x, points[i, 1] - y, points[i, 2] - z, period)
     return dx, dy, dz, content
 
 
 def indices(flags: NDArray[np.bool_]) -> NDArray[np.uint32]:
-    """Where flags (N,) are set, as kernels want it."""
+    """Return the indices (K,) at which `flags` (N,) are set, as kernels take them."""
     return np.flatnonzero(flags).astype(np.uint32)
 
 
 @njit(**FAST)
 def mark_around(begin, end, chosen, fluid, near):
-    """Set `near` (N,) to 1 for the i `chosen` and their neighbours; a scatter, but threads that meet write the same."""
+    """Set `near` (N,) uint8 to 1 for the particles `chosen` (K,) and all their neighbours in the lists `fluid`.
+
+    This scatters; threads that meet write the same value.
+    """
     for n in range(begin, end):
         i = chosen[n]
         near[i] = 1
@@ -113,89 +174,71 @@ def mark_around(begin, end, chosen, fluid, near):
 
 
 @inlined
-def append_ranges(other, order, ranges, found, me, place, period, reach_squared, limit, neighbor, cursor, full):
-    """Append those of the first `found` ranges of candidates that are near `place`, up to `limit`; returns the cursor after the last.
+def append_ranges(ball, other, order, ranges, found, room, cursor, limit):
+    """Append the candidates within the `ball` from the first `found` ranges, and return the cursor after the last one.
 
-    Sets full[0] where there was no room for all (see `append_near`).
+    ranges (R, 2) int64: half-open ranges of candidates, of `order` or, if that is None, of the columns of other (3, M) [m] themselves;
+    room: the `ListRoom`, in which places below `limit` may be used; its `full` becomes 1 where they do not suffice.
     """
-    xi, yi, zi = place
     for n in range(found):
         first, last = ranges[n, 0], ranges[n, 1]
         if cursor + (last - first) + 2 * LANES > limit:
-            full[0] = 1
+            room.full[0] = 1
             break
-        cursor, _ = append_near(other, order, first, last, me, xi, yi, zi, period, reach_squared, neighbor, cursor)
+        cursor, _ = append_near(ball, other, order, first, last, room.pairs.neighbor, cursor)
     return cursor
 
 
 @njit(**ALLOCATING)
-def build_lists(
-    begin,
-    end,
-    position,
-    other,
-    near,
-    cell_start,
-    moving_order,
-    moving_start,
-    grid,
-    period,
-    same,
-    padding,
-    share,
-    start,
-    number,
-    neighbor,
-    full,
-):
-    """List the neighbours in `other` of the particles begin to end.
+def build_lists(begin, end, position, other, near, moving, space, same, room):
+    """List the neighbours of the particles begin to end, which lie in cell order, within the grid's support radius.
 
-    near          1 in the cells from which `other` can be reached, None to look from all
-    cell_start    where each cell of `other` begins; these particles lie in cell order
-    moving_order  indices in `other` of the particles that do not, by cell as moving_start tells; None if there are none
-    same          `other` is `position` itself: a particle is not its own neighbour
-    padding       every list begins at a multiple of it
-    share         places in `neighbor` per particle; a block takes BLOCK * share of them
-    full          set to 1 where a block ran out of places
+    position  (3, N) of the particles [m]
+    other     `Sorted` particles among which neighbours are looked for
+    near      (cells,) uint8, 1 in the cells from which others can be reached; None to look from all
+    moving    `CellOrder` of those others that do not lie in cell order; None if there are none
+    space     the `Space` in which to search
+    same      whether others are the particles themselves: none is its own neighbour
+    room      the `ListRoom` to fill
     """
+    grid, pairs = space.grid, room.pairs
     reach_squared = np.float32(grid.support_radius * grid.support_radius)
     rows = 2 * (2 * grid.reach[0] + 1) * (2 * grid.reach[1] + 1)
     ranges, moving_ranges = np.empty((rows + 1, 2), np.int64), np.empty((rows + 1, 2), np.int64)
     found, moving_found, present_cell = 0, 0, np.int64(-1)
     for i in range(begin, end):
         if i % BLOCK == 0 or i == begin:
-            cursor = np.int64(i // BLOCK * BLOCK) * share
-            limit = np.int64((i // BLOCK + 1) * BLOCK) * share
-        cursor = (cursor + padding - 1) // padding * padding
-        start[i] = cursor
-        number[i] = 0
-        xi, yi, zi = position[0, i], position[1, i], position[2, i]
-        me = i if same else -1
-        cx = cell_coordinate(xi, 0, grid)
-        cy = cell_coordinate(yi, 1, grid)
-        cz = cell_coordinate(zi, 2, grid)
+            cursor = np.int64(i // BLOCK * BLOCK) * room.share
+            limit = np.int64((i // BLOCK + 1) * BLOCK) * room.share
+        cursor = (cursor + room.padding - 1) // room.padding * room.padding
+        pairs.start[i], pairs.number[i] = cursor, 0
+        place = position[0, i], position[1, i], position[2, i]
+        cx, cy, cz = (
+            cell_coordinate(place[0], 0, grid),
+            cell_coordinate(place[1], 1, grid),
+            cell_coordinate(place[2], 2, grid),
+        )
         cell = first_of_row(cx, cy, grid) + cz
         if near is not None and near[cell] == 0:
             continue
         if cell != present_cell:
             present_cell = cell
-            found = find_ranges(cx, cy, cz, grid, cell_start, ranges)
-            if moving_order is not None:
-                moving_found = find_ranges(cx, cy, cz, grid, moving_start, moving_ranges)
-        place = xi, yi, zi
-        cursor = append_ranges(
-            other, None, ranges, found, me, place, period, reach_squared, limit, neighbor, cursor, full
-        )
-        if moving_order is not None:
-            cursor = append_ranges(
-                other, moving_order, moving_ranges, moving_found, me, place, period, reach_squared, limit, neighbor, cursor, full
-            )  # fmt: skip
-        number[i] = cursor - start[i]
-        end_list(neighbor, cursor)
+            found = find_ranges(cx, cy, cz, grid, other.cell_start, ranges)
+            if moving is not None:
+                moving_found = find_ranges(cx, cy, cz, grid, moving.cell_start, moving_ranges)
+        ball = Ball(place, i if same else -1, reach_squared, space.period)
+        cursor = append_ranges(ball, other.position, None, ranges, found, room, cursor, limit)
+        if moving is not None:
+            cursor = append_ranges(ball, other.position, moving.order, moving_ranges, moving_found, room, cursor, limit)
+        pairs.number[i] = cursor - pairs.start[i]
+        end_list(pairs.neighbor, cursor)
 
 
 class NeighborSearch:
-    """Keeps the grid and the lists' storage; `order_by_cell` sorts, `list_neighbors` lists, in the part of the grid that `cover` chose."""
+    """Keeps the grid and the storage of neighbour lists.
+
+    `cover` chooses the part of the domain whose cells are counted; `order_by_cell` sorts and `list_neighbors` lists in that part.
+    """
 
     def __init__(self, grid: Grid, team: Team, period: tuple[float, float, float] | None) -> None:
         self._whole = self.grid = grid
@@ -205,9 +248,9 @@ class NeighborSearch:
         self._storage: dict[str, Pairs] = {}
 
     def cover(self, position: Real, count: int) -> bool:
-        """Count the cells around the first `count` of (3, N) positions and no others, if one of them is not counted or far too many are.
+        """Choose the counted cells around the first `count` of the positions (3, N) [m], and return whether the choice has changed.
 
-        Whether other cells are counted now.
+        It changes if a needed cell is not counted, or if far more cells are counted than needed.
         """
         whole, (low, high) = self._whole, np.empty((2, 3), np.int64)
         if whole.cell_count <= FEW:
@@ -220,60 +263,61 @@ class NeighborSearch:
         self.grid = wide
         return True
 
-    def order_by_cell(self, position: Real, count: int | None = None) -> tuple[Index, Index]:
-        """Order (n,) that sorts the first n = `count`, or all, of (3, N) positions by cell, and where each cell starts (cells + 1,)."""
+    def order_by_cell(self, position: Real, count: int | None = None) -> CellOrder:
+        """Sort the first `count`, or all, of the positions (3, N) [m] by cell; the order is stable."""
         count = position.shape[1] if count is None else count
         cell = np.empty(count, np.uint32)
         order = np.empty(count, np.uint32)
         cell_start = np.empty(self.grid.cell_count + 1, np.uint32)
         self._team.run(assign_cells, count, position, self.grid, cell)
         count_sort(cell, cell_start, order)
-        return order, cell_start
+        return CellOrder(order, cell_start)
 
     def surroundings(self, position: Real, base: NDArray[np.uint8] | None = None) -> NDArray[np.uint8]:
-        """Cells (cells,) from which one of `position` (3, M) can be reached are 1, as are those of `base`."""
+        """Return (cells,) uint8, 1 in the cells from which one of `position` (3, M) [m] can be reached and in those of `base`."""
         near = np.zeros(self.grid.cell_count, np.uint8) if base is None else base.copy()
         mark_surroundings(position, self.grid, near)
         return near
 
     def allows(self, skin: float) -> bool:
-        """Whether the domain is long enough for lists that reach `skin` [m] beyond the support."""
+        """Return whether periodic axes are long enough for lists that reach `skin` [m] beyond the support."""
         return widened(self.grid, skin) is not None
 
     def list_neighbors(
         self,
         name: str,
         position: Real,
-        other: Real,
-        cell_start: Index,
+        other: Sorted,
         near: NDArray[np.uint8] | None = None,
-        moving_order: Index | None = None,
-        moving_start: Index | None = None,
+        moving: CellOrder | None = None,
         skin: float = 0.0,
         count: int | None = None,
     ) -> Pairs:
-        """Lists of the neighbours in `other` of every particle, or of the first `count` (see `build_lists`).
+        """List the neighbours among `other` of the particles at `position` (3, N) [m], or of the first `count` of them.
 
-        `name` keeps storage apart over the steps; `near` as from `surroundings` spares the particles far from `other`. With a
-        `skin` [m] the lists reach that much further and begin at multiples of LANES, so that they can be filtered in place.
+        `name` keeps storage apart over the steps; near (cells,) as from `surroundings` spares the particles far from all others; `moving`
+        are those others that do not lie in cell order. With a `skin` [m] the lists reach that much beyond the support and begin at
+        multiples of compaction.LANES, so that they can be filtered in place.
         """
-        count = position.shape[1] if count is None else count
-        share = self._shares.setdefault(name, 48 if other is position else 16)
-        grid, padding = (widened(self.grid, skin), LANES) if skin > 0.0 else (self.grid, simd.LANES)
-        room, full = block_count(max(count, 1)) * BLOCK, np.zeros(1, np.uint8)
+        count, same = position.shape[1] if count is None else count, other.position is position
+        share = self._shares.setdefault(name, INITIAL_SHARES[0] if same else INITIAL_SHARES[1])
+        grid, padding = self.grid if skin == 0.0 else widened(self.grid, skin), simd.LANES if skin == 0.0 else LANES
+        if grid is None:
+            raise ValueError(
+                f"skin is {skin} m, allowed: less, for which the periodic axes of the domain are long enough"
+            )
+        space, room, full = Space(grid, self.period), block_count(max(count, 1)) * BLOCK, np.zeros(1, np.uint8)
         while True:
             pairs = self.reserve(name, room, room * share)
             full[0] = 0
-            self._team.run(
-                build_lists, count, position, other, near, cell_start, moving_order, moving_start, grid, self.period,
-                other is position, padding, share, pairs.start, pairs.number, pairs.neighbor, full,
-            )  # fmt: skip
+            lists = ListRoom(pairs, share, padding, full)
+            self._team.run(build_lists, count, position, other, near, moving, space, same, lists)
             if not full[0]:
                 return pairs
             share = self._shares[name] = share + max(share // 4, 4)
 
     def reserve(self, name: str, room: int, places: int) -> Pairs:
-        """Storage for lists of `room` particles with `places` neighbours in all."""
+        """Return storage for the lists of `room` particles with `places` neighbours in all; its contents are undefined."""
         kept = self._storage.get(name)
         if kept is None or kept.start.size < room or kept.neighbor.size < places:
             kept = Pairs(np.empty(room, np.int64), np.empty(room, np.uint32), np.empty(places, np.uint32))

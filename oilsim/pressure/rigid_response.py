@@ -1,17 +1,18 @@
-"""Bodies that answer inside the pressure solve: one system for fluid and bodies, stable for the lightest boom.
+"""Bodies that answer inside the pressure solve: one system for fluid and bodies, which keeps the lightest boom stable.
 
-A body of free twist V* and inverse mass M^-1 that receives the impulse P moves with V = V* + M^-1 P. The impulse is what the walls'
-part of H (see `divergence`) takes from the liquid,
+A body of free twist V* and inverse mass M^-1 that receives the impulse P moves with V = V* + M^-1 P. The walls' part of H (see
+`pressure_gradient`) takes this impulse from the liquid:
 
     P = V rho_ref sum_i [J_i kappa_i + N_i sum_j G_ij kappa_j],
     J_i = w sum_b (G_ib, r_b x G_ib) - N_i sum_j G_ij,     N_i = sum_b (G_ib, r_b x G_ib) x_ib^T (c B)_i,
 
-N being the wrench that the extrapolated pressure adds. By the transpose of the same terms the liquid sees the body move:
+N being the wrench that the extrapolated pressure adds (see `wall_extrapolation`). By the transpose of the same terms the liquid sees the
+body move:
 
     (H^T v)_i -= J_i . V,   and neighbours see (1 + K_j)^T v_j - N_j^T V instead of (1 + K_j)^T v_j.
 
-The system stays symmetric; bodies tied by joints share one M^-1. Lagged forces diverge once the added mass exceeds the body's; this has
-no such limit.
+The system stays symmetric, and bodies tied by joints share one M^-1. Forces that lag by a step diverge once the added mass exceeds the
+body's; this has no such limit.
 """
 
 from __future__ import annotations
@@ -21,7 +22,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from oilsim.backend.jit import ALLOCATING, FAST
-from oilsim.boundaries.walls import Contacts, Walls, add_wrench
+from oilsim.boundaries.contacts import Contacts, add_wrench
+from oilsim.boundaries.walls import Walls
 from oilsim.gradients.gradient_correction import times_symmetric
 from oilsim.neighborhood.neighbor_search import nearest_images
 
@@ -30,30 +32,40 @@ Double = NDArray[np.float64]
 
 
 @njit(**ALLOCATING)
-def extend_contacts(
-    contacts, points, wall, period, walls, wall_gradient, wall_weight, resting, owner, arm, lever, jacobian, reach
-):
-    """Fill J (K, 6) and N (K, 6, 3) of the module's docstring from contacts whose jacobian is sum_b (G_ib, r_b x G_ib).
+def sum_reach(contacts, pairs, points, wall, period, wall_gradient, lever, reach):
+    """Fill `reach` (K, 6, 3) with N of the module's docstring, one for each contact [1/m, 1].
 
-    lever (N, 9): c_i B_i, as six, and sum_j G_ij of the particles that bodies touch (see `wall_extrapolation`).
+    contacts       the step's `Contacts`, which name the contact of each pair
+    pairs          the step's `BodyPairs`
+    points         (N, 4) place [m] and weight of the particles
+    wall           (M, 4) place [m] and volume of the wall particles
+    period         lengths of periodic axes [m], None if there are none
+    wall_gradient  (3, Q) G_ib, pair vectors of wall neighbours [1/m]
+    lever          (N, 9) c_i B_i as six numbers, and sum_j G_ij, of the particles that bodies touch (see `wall_extrapolation`)
     """
     single = np.zeros((1, 6), np.float32)
+    reach[:] = 0.0
+    for n in range(pairs.particle.size):
+        i, k, b, c = pairs.particle[n], pairs.pair[n], pairs.point[n], contacts.of_pair[n]
+        dx, dy, dz = nearest_images(
+            wall[b, 0] - points[i, 0], wall[b, 1] - points[i, 1], wall[b, 2] - points[i, 2], period
+        )
+        along = times_symmetric(dx, dy, dz, lever[i])
+        single[0] = 0.0
+        add_wrench(single, 0, pairs.arm, n, wall_gradient[0, k], wall_gradient[1, k], wall_gradient[2, k])
+        for row in range(6):
+            for axis in range(3):
+                reach[c, row, axis] += single[0, row] * along[axis]
+
+
+@njit(**FAST)
+def extend_jacobians(contacts, lever, wall_weight, reach, jacobian):
+    """Fill `jacobian` (K, 6) with J of the module's docstring [1/m, 1], from contacts whose own is sum_b (G_ib, r_b x G_ib).
+
+    lever (N, 9), reach (K, 6, 3) as for `sum_reach`; wall_weight w [1].
+    """
     for c in range(contacts.particle.size):
         i = contacts.particle[c]
-        reach[c] = 0.0
-        for k in range(walls.start[i], walls.start[i] + np.int64(walls.number[i])):
-            b = walls.neighbor[k]
-            if b < resting or owner[b - resting] != contacts.body[c]:
-                continue
-            dx, dy, dz = nearest_images(
-                wall[b, 0] - points[i, 0], wall[b, 1] - points[i, 1], wall[b, 2] - points[i, 2], period
-            )
-            along = times_symmetric(dx, dy, dz, lever[i])
-            single[0] = 0.0
-            add_wrench(single, 0, arm, b - resting, wall_gradient[0, k], wall_gradient[1, k], wall_gradient[2, k])
-            for row in range(6):
-                for axis in range(3):
-                    reach[c, row, axis] += single[0, row] * along[axis]
         for row in range(6):
             n = reach[c, row]
             extrapolated = n[0] * lever[i, 6] + n[1] * lever[i, 7] + n[2] * lever[i, 8]
@@ -62,7 +74,11 @@ def extend_contacts(
 
 @njit(**FAST)
 def gather_impulses(contacts, push, kappa, scale, impulse):
-    """impulse (bodies, 6) = scale sum over contacts of kappa_i J_i + N_i push_i, in float64; `push` as from `pressure_velocity`."""
+    """Fill `impulse` (bodies, 6) with scale times the sum over contacts of kappa_i J_i + N_i push_i [N s, N m s], in float64.
+
+    contacts: the step's `Contacts`; push (N, 3) as from `pressure_velocity` [m/s], None where walls do not extrapolate; kappa (N,) [m2/s];
+    scale V rho_ref [kg].
+    """
     impulse[:] = 0.0
     for c in range(contacts.particle.size):
         i = contacts.particle[c]
@@ -78,7 +94,10 @@ def gather_impulses(contacts, push, kappa, scale, impulse):
 
 @njit(**FAST)
 def answer_impulses(inverse_mass, impulse, twist):
-    """twist (6 bodies,) = M^-1 impulse; too small for a linear algebra library, whose threads would take the fluid's cores."""
+    """Fill `twist` (6 bodies,) [m/s, rad/s] with M^-1 (6 bodies, 6 bodies) times `impulse` (6 bodies,) [N s, N m s].
+
+    The product is too small for a linear algebra library, whose threads would take the fluid's cores.
+    """
     for row in range(impulse.size):
         value = 0.0
         for column in range(impulse.size):
@@ -88,7 +107,7 @@ def answer_impulses(inverse_mass, impulse, twist):
 
 @njit(**FAST)
 def scatter_twists(contacts, twist, sign, rate):
-    """rate_i += sign J_i . twist of the body, over all contacts."""
+    """Add sign J_i . twist of the body to `rate` (N,) [1/s], over all contacts; twist (bodies, 6) [m/s, rad/s]."""
     for c in range(contacts.particle.size):
         value = 0.0
         for axis in range(6):
@@ -98,7 +117,10 @@ def scatter_twists(contacts, twist, sign, rate):
 
 @njit(**FAST)
 def scatter_seen(contacts, twist, sign, seen):
-    """seen_i += sign N_i^T twist of the body, over all contacts; nothing where walls do not extrapolate."""
+    """Add sign N_i^T twist of the body to `seen` (N, 4) [m/s], over all contacts; twist (bodies, 6) [m/s, rad/s].
+
+    Nothing is added where walls do not extrapolate.
+    """
     for c in range(contacts.reach.shape[0]):
         for axis in range(3):
             value = 0.0
@@ -109,7 +131,10 @@ def scatter_seen(contacts, twist, sign, seen):
 
 @njit(**FAST)
 def add_compliance(contacts, inverse_mass, scale, diagonal):
-    """diagonal_i += scale J_i . M^-1 J_i, over all contacts."""
+    """Add scale J_i . M^-1 J_i to `diagonal` (N,) [1/m2], over all contacts.
+
+    inverse_mass (bodies, 6, 6): the bodies' own blocks of M^-1 [1/kg, 1/(kg m2)]; scale V rho_ref [kg].
+    """
     for c in range(contacts.particle.size):
         body = contacts.body[c]
         value = 0.0
@@ -120,11 +145,14 @@ def add_compliance(contacts, inverse_mass, scale, diagonal):
 
 
 class RigidResponse:
-    """The bodies' part of one pressure solve. Twists stay as they are until impulses are handed over."""
+    """The bodies' part of one pressure solve; their twists stay as they are until impulses are handed over."""
 
     def __init__(self, walls: Walls, contacts: Contacts, push: Real | None, scale: float) -> None:
-        """push: as from `pressure_velocity`, None where walls do not extrapolate; scale: V rho_ref [kg], what turns kappa times J into an
-        impulse."""
+        """Start with bodies at their present twists.
+
+        push (N, 3) as from `pressure_velocity` [m/s], None where walls do not extrapolate; scale V rho_ref [kg] turns kappa times J into an
+        impulse.
+        """
         self._walls, self._contacts, self._push, self._scale = walls, contacts, push, scale
         count = len(walls.moving)
         self._inverse_mass = walls.inverse_mass()
@@ -133,53 +161,53 @@ class RigidResponse:
 
     @property
     def present(self) -> bool:
-        """Whether any particle touches a moving body."""
+        """Return whether any particle touches a moving body."""
         return bool(self._contacts.particle.size)
 
     def show_motion(self, seen: Real) -> None:
-        """What neighbours of touching particles see of the bodies' present motion; before the divergence is taken."""
+        """Add the bodies' present motion to what neighbours of touching particles see, `seen` (N, 4) [m/s]; before the divergence."""
         scatter_seen(self._contacts, self._walls.twists(), -1.0, seen)
 
     def add_motion(self, rate: Real) -> None:
-        """rate -= J . V, the part of C_i that the bodies' present motion makes."""
+        """Subtract J . V, the bodies' present motion, from the compression rate (N,) [1/s]."""
         scatter_twists(self._contacts, self._walls.twists(), -1.0, rate)
 
     def add_compliance(self, diagonal: Real) -> None:
-        """Add the bodies' part to the diagonal."""
+        """Add the bodies' part to the operator's diagonal (N,) [1/m2]."""
         count = len(self._impulse)
         blocks = self._inverse_mass.reshape(count, 6, count, 6)[np.arange(count), :, np.arange(count), :]
         add_compliance(self._contacts, np.ascontiguousarray(blocks), self._scale, diagonal)
 
     def answer(self, kappa: Real) -> None:
-        """Let the bodies answer the impulses of `kappa` and its push; `show_answer` and `add_answer` tell the liquid."""
+        """Let the bodies answer the impulses of kappa (N,) [m2/s] and its push; `show_answer` and `add_answer` tell the liquid."""
         self._gather(kappa)
         answer_impulses(self._inverse_mass, self._impulse.reshape(-1), self._answer.reshape(-1))
 
     def show_answer(self, seen: Real) -> None:
-        """What neighbours of touching particles see of the answer; before the divergence is taken."""
+        """Add the answer to what neighbours of touching particles see, `seen` (N, 4) [m/s]; before the divergence."""
         scatter_seen(self._contacts, self._answer, 1.0, seen)
 
     def add_answer(self, rate: Real) -> None:
-        """Add the answer's part to the operator's product."""
+        """Add the answer's part to the operator's product (N,) [1/s]."""
         scatter_twists(self._contacts, self._answer, 1.0, rate)
 
     def accept(self, kappa: Real) -> None:
-        """Hand the impulses of `kappa` to the bodies."""
+        """Hand the impulses of kappa (N,) [m2/s] to the bodies."""
         self.answer(kappa)
         self.turn(0.0)
         self.collect(1.0)
         self.hand_over()
 
     def turn(self, share: float) -> None:
-        """The way to collect along becomes the last answer, and `share` of the way so far."""
+        """Make the last answer, plus `share` of the way so far, the way along which `collect` goes."""
         self._way = share * self._way + np.stack([self._impulse, self._answer])
 
     def collect(self, length: float) -> None:
-        """Keep `length` times the way for the bodies."""
+        """Keep `length` times the way for the bodies until `hand_over`."""
         self._collected += length * self._way
 
     def hand_over(self) -> None:
-        """Hand the bodies what was collected for them."""
+        """Hand the bodies the impulses that were collected for them, and their answers."""
         for body, impulse, answer in zip(self._walls.moving.values(), *self._collected, strict=True):
             body.impulse = body.impulse + impulse
             body.twist = body.twist + answer

@@ -1,8 +1,8 @@
-"""Which liquid hangs together: particles within each other's reach, directly or by others or by a body that both touch.
+"""Connected parts of the liquid: particles within each other's reach, directly, through others, or through a body that both touch.
 
-Union-find after Sutton, Ben-Nun and Barak 2018 ("Afforest"): two neighbours of each particle join nearly everything into its final
-part, and only what lies outside the largest one looks at all its neighbours. Lists are symmetric, so what joins the largest
-part to others is seen from there.
+Union-find after Sutton, Ben-Nun and Barak 2018 ("Afforest"): joining each particle to two of its neighbours puts nearly all particles into
+their final part. Only particles outside the largest part then look at all their neighbours. Lists are symmetric, so a link between the
+largest part and another one is seen from the other side.
 """
 
 from __future__ import annotations
@@ -12,17 +12,18 @@ from numba import njit
 from numpy.typing import NDArray
 
 from oilsim.backend.jit import ALLOCATING, FAST, inlined
-from oilsim.boundaries.walls import Walls
+from oilsim.boundaries.contacts import BodyPairs
 from oilsim.neighborhood.neighbor_search import Pairs
 
 Part = NDArray[np.int32]
 
-SAMPLED = 2  # neighbours of each particle that are joined first
+# [1] neighbours of each particle that are joined first; paper (Sutton et al. 2018); their two rounds
+SAMPLED = 2
 
 
 @inlined
 def find(parent, node):
-    """The root of a node; the way there is halved."""
+    """Return the root of a node in `parent` (nodes,) int32, halving the way there."""
     while parent[node] != node:
         parent[node] = parent[parent[node]]
         node = parent[node]
@@ -31,23 +32,24 @@ def find(parent, node):
 
 @inlined
 def join(parent, a, b):
-    """Put two nodes under one root, the smaller of both."""
+    """Put the nodes a and b of `parent` (nodes,) int32 under one root, the smaller of both roots."""
     a, b = find(parent, a), find(parent, b)
     parent[max(a, b)] = min(a, b)
 
 
 @njit(**FAST)
-def join_bodies(walls, touching, resting, owner, bodies, parent):
-    """Join particles to the bodies that they touch."""
-    for i in touching:
-        for k in range(walls.start[i], walls.start[i] + np.int64(walls.number[i])):
-            if walls.neighbor[k] >= resting:
-                join(parent, np.int64(owner[walls.neighbor[k] - resting]), bodies + i)
+def join_bodies(pairs, bodies, parent):
+    """Join particles to the bodies that they touch.
+
+    pairs: the step's `BodyPairs`; bodies: their number; parent (bodies + N,) int32, a node above each body and particle in its tree.
+    """
+    for n in range(pairs.particle.size):
+        join(parent, np.int64(pairs.body[n]), bodies + pairs.particle[n])
 
 
 @njit(**ALLOCATING)
 def join_neighbors(fluid, bodies, parent):
-    """Join particles to their neighbours; `parent` (bodies + N,) ends with every node at its root."""
+    """Join particles to their neighbours in the lists `fluid`; `parent` (bodies + N,) int32 ends with every node at its root."""
     size = np.zeros(parent.size, np.int64)
     for node in range(bodies, parent.size):
         begin, number = fluid.start[node - bodies], np.int64(fluid.number[node - bodies])
@@ -69,7 +71,10 @@ def join_neighbors(fluid, bodies, parent):
 
 @njit(**ALLOCATING)
 def number_parts(bodies, parent, part):
-    """Fill `part` with the parts of all nodes, numbered in the order of their first particles; returns how many there are."""
+    """Fill `part` (bodies + N,) int32 with the part of every node, in the order of their first particles, and return their number.
+
+    parent (bodies + N,) int32: the root of every node. A dry body gets -1.
+    """
     count = 0
     of_root = np.full(parent.size, np.int32(-1))
     for node in range(bodies, parent.size):
@@ -82,17 +87,14 @@ def number_parts(bodies, parent, part):
     return count
 
 
-def connected_parts(
-    fluid: Pairs, wall_pairs: Pairs, walls: Walls, touching: NDArray[np.uint32], count: int
-) -> tuple[Part, Part, int]:
-    """The part of each particle (N,) and of each moving body (B,), -1 for one that is dry; and the number of parts.
+def connected_parts(fluid: Pairs, pairs: BodyPairs, bodies: int, count: int) -> tuple[Part, Part, int]:
+    """Return the part of each particle (N,) and of each moving body (B,), -1 for one that is dry, and the number of parts.
 
-    touching: indices of the particles that have a moving body within reach. Walls at rest join nothing.
+    fluid: lists of fluid neighbours; pairs: the step's `BodyPairs`; bodies: B; count: N. Walls at rest join nothing.
     """
-    bodies = len(walls.moving)
     parent = np.arange(bodies + count, dtype=np.int32)
     part = np.empty_like(parent)
-    join_bodies(wall_pairs, touching, walls.resting, walls.owner, bodies, parent)
+    join_bodies(pairs, bodies, parent)
     join_neighbors(fluid, bodies, parent)
     parts = number_parts(bodies, parent, part)
     return part[bodies:], part[:bodies], parts

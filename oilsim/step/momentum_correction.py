@@ -1,27 +1,28 @@
-"""Liquid off all walls at rest gets back the momentum, linear and angular, that the scheme takes from it.
+"""Give liquid that touches no wall at rest the momentum back, linear and angular, that the scheme takes from it.
 
-Relaxation moves particles and keeps the sum of their momenta, and pairs of the filter, of viscosity and of pressure do not act along their
-line of centres: so a connected part of the liquid, with the bodies that it touches, loses dL. Velocities are rounded at every kick, which
-takes dP, some 1e-9 of the momenta of its particles a step. Of all changes of its velocity that restore both, a rigid motion takes the
-least kinetic energy:
+Relaxation moves particles and keeps the sum of their momenta, and the forces of filter, viscosity and pressure between two particles do not
+act along their line of centres. So a connected part of the liquid, with the bodies that it touches, loses the angular momentum dL.
+Velocities are rounded at every kick, which takes the linear momentum dP, some 1e-9 of the particles' own a step. Among all changes of
+velocity that restore both, a rigid motion takes the least kinetic energy:
 
     v_i += dP / M + w x (x_i - X),    I w = dL,    I = sum m (r^2 1 - r r^T),   r = x_i - X,  X the part's centre of mass.
 
-Most of these changes are smaller than what a velocity in single precision can be changed by. What rounding takes from one particle is
-therefore given to the next one of its part, like the error that a printer spreads over neighbouring dots (Floyd and Steinberg 1976).
+Most of these changes are smaller than the least change of a velocity in single precision. So momentum that rounding takes from one particle
+goes to the next one of its part, like the error that a printer spreads over neighbouring dots (Floyd and Steinberg 1976).
 
-Parts that do not hang together do not turn each other. Real torques, of gravity and of what drives the sea, act between what is
-watched and stay. Where a part cannot turn (a single particle; a row of them, about itself) nothing is given.
+Parts that are not connected do not turn each other. Real torques, of gravity and of forcings, act outside the watched blocks and stay.
+Where a part cannot turn (a single particle; a row of particles, about itself) nothing is given.
 
-Where space repeats angular momentum has no meaning, and dL is taken for 0. Nothing is computed while any liquid touches a wall at rest,
-which exchanges momentum with all that hangs together with it: to tell what does not would cost one per cent of every step in a tank. What
-sleeps holds the rest like a wall.
+In a periodic domain angular momentum has no meaning, and dL counts as 0. Nothing is computed while any liquid touches a wall at rest, which
+exchanges momentum with all liquid connected to it: finding the liquid that is not connected would cost one per cent of every step in a
+tank. Sleeping liquid holds the rest like a wall.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -36,12 +37,16 @@ from oilsim.step.step_tools import StepTools
 Double = NDArray[np.float64]
 
 EXACT = FAST | {"fastmath": False}  # a compiler that may take (a - b) + b for a leaves no errors to share out
-ROW = 1e-3  # of m d^2, added to moments of inertia: what lies nearly in a row is hardly spun about itself
+# [m d^2] added to moments of inertia; numerical; particles nearly in a row are hardly spun about it
+ROW = 1e-3
 
 
 @njit(**FAST)
 def sum_momenta(part, position, velocity, phase, mass, sums):
-    """Add m, m x, m v, m x cross v of every particle to its part's row of `sums` (parts, 10); mass [kg] per phase."""
+    """Add m, m x, m v, m x cross v of every particle to its part's row of `sums` (parts, 10) [kg, kg m, N s, N m s], in float64.
+
+    part (N,) int32; position, velocity (3, N) [m, m/s]; phase (N,) uint8; mass (phases,) of a particle [kg].
+    """
     for i in range(part.size):
         c, m = part[i], mass[phase[i]]
         x, y, z = np.float64(position[0, i]), np.float64(position[1, i]), np.float64(position[2, i])
@@ -60,11 +65,15 @@ def sum_momenta(part, position, velocity, phase, mass, sums):
 
 @njit(**FAST)
 def momenta(sums, owner, place, impulse, result):
-    """Fill `result` (parts, 6) with linear and angular momentum of parts and of what their bodies have received; `sums` as above.
+    """Fill `result` (parts, 6) with the momentum of each part and the impulses that its bodies have received [N s, N m s].
 
-    owner (B,) part of a body or -1; place (B, 3) [m] and impulse (B, 6) [N s, N m s] of its centre of mass. Of liquid that touches no body
-    the angular one is that about its own centre: its orbital part is kept but for the rounding of positions, for which small drops far from
-    the origin would have to spin.
+    sums     (parts, 10) as from `sum_momenta`
+    owner    (B,) int32, part to which a body belongs, or -1
+    place    (B, 3) of the body's centre of mass [m]
+    impulse  (B, 6) that the body has received [N s, N m s]
+
+    Angular momentum is that about the origin. For liquid that touches no body it is that about the part's own centre: the scheme keeps the
+    orbital rest but for the rounding of positions, for which small drops far from the origin would have to spin.
     """
     for c in range(sums.shape[0]):
         m, x, y, z = sums[c, 0], sums[c, 1], sums[c, 2], sums[c, 3]
@@ -89,7 +98,10 @@ def momenta(sums, owner, place, impulse, result):
 
 @njit(**FAST)
 def sum_inertia(part, position, phase, mass, center, inertia):
-    """Add m (r^2 1 - r r^T) of every particle to its part's `inertia` (parts, 3, 3) about `center` (parts, 3)."""
+    """Add m (r^2 1 - r r^T) of every particle to its part's `inertia` (parts, 3, 3) [kg m2] about `center` (parts, 3) [m].
+
+    part (N,) int32; position (3, N) [m]; phase (N,) uint8; mass (phases,) of a particle [kg].
+    """
     for i in range(part.size):
         c, m = part[i], mass[phase[i]]
         x, y, z = position[0, i] - center[c, 0], position[1, i] - center[c, 1], position[2, i] - center[c, 2]
@@ -103,12 +115,26 @@ def sum_inertia(part, position, phase, mass, center, inertia):
         inertia[c, 0, 1], inertia[c, 0, 2], inertia[c, 1, 2] = inertia[c, 1, 0], inertia[c, 2, 0], inertia[c, 2, 1]
 
 
-@njit(**EXACT)
-def give(part, position, phase, mass, center, speed, rate, left, velocity):
-    """velocity (3, N) += u + w cross (x - X) of the part; speed u [m/s], rate w [1/s], center X [m] (parts, 3); mass [kg] per phase.
+class RigidMotion(NamedTuple):
+    """Motion of each part of the liquid: center X [m], speed u [m/s] and rate w [1/s], all (parts, 3) float64."""
 
-    Momentum that rounding leaves over goes to the next particle of the part; `left` (parts, 3) [N s], 0 at first, is what the last leaves.
+    center: Double
+    speed: Double
+    rate: Double
+
+
+@njit(**EXACT)
+def add_rigid_motion(part, position, phase, mass, motion, left, velocity):
+    """Add u + w cross (x - X) of its part to each particle's velocity (3, N) [m/s].
+
+    part      (N,) int32, part of each particle
+    position  (3, N) [m]
+    phase     (N,) uint8, index of each particle's liquid
+    mass      (phases,) of a particle [kg]
+    motion    the parts' `RigidMotion`
+    left      (parts, 3) momentum that rounding leaves over [N s], 0 at first; it goes to the next particle of the part
     """
+    center, speed, rate = motion.center, motion.speed, motion.rate
     for i in range(part.size):
         c, m = part[i], mass[phase[i]]
         x, y, z = position[0, i] - center[c, 0], position[1, i] - center[c, 1], position[2, i] - center[c, 2]
@@ -124,7 +150,7 @@ def give(part, position, phase, mass, center, speed, rate, left, velocity):
 
 
 class MomentumCorrection:
-    """That of the liquid's parts over one step, from the search on: `watch` what may lose it, then `give_back`."""
+    """Correction of the momentum of the liquid's parts over one step: `watch` the blocks that may lose it, then `give_back`."""
 
     def __init__(self, tools: StepTools, arrays: StepArrays, state: FluidState) -> None:
         self._tools, self._state, self._count = tools, state, 0
@@ -134,14 +160,14 @@ class MomentumCorrection:
             return
         with tools.stage("rotation"):
             self._part, self._owner, self._count = connected_parts(
-                hood.fluid, hood.walls, tools.walls, arrays.touching, state.count
+                hood.fluid, arrays.body_pairs, len(tools.walls.moving), state.count
             )
         self._mass = tools.config.rest_volume * tools.constants.densities
         self._lost = np.zeros((self._count, 6))
 
     @contextmanager
     def watch(self) -> Iterator[None]:
-        """What a block takes from the parts and does not give to their bodies is lost."""
+        """Count as lost the momentum that a block takes from the parts and does not give to their bodies."""
         if not self._count:
             yield
             return
@@ -150,7 +176,7 @@ class MomentumCorrection:
         self._lost += before - self._present()
 
     def give_back(self) -> None:
-        """Move every part by what it has lost."""
+        """Give every part the momentum back that it has lost, as a rigid motion."""
         if not self._count:
             return
         tools, state = self._tools, self._state
@@ -166,10 +192,11 @@ class MomentumCorrection:
                 rate[:] = np.linalg.solve(inertia, turn[:, :, None])[:, :, 0]
                 rate += np.linalg.solve(inertia, (row * rate)[:, :, None])[:, :, 0]  # what ROW has kept back
             left = np.zeros_like(speed)
-            give(self._part, state.position, state.phase, self._mass, center, speed, rate, left, state.velocity)
+            motion = RigidMotion(center, speed, rate)
+            add_rigid_motion(self._part, state.position, state.phase, self._mass, motion, left, state.velocity)
 
     def _present(self) -> Double:
-        """See `momenta`."""
+        """Return the present momenta (parts, 6) (see `momenta`)."""
         tools, state = self._tools, self._state
         with tools.stage("rotation"):
             self._sums = sums = np.zeros((self._count, 10))

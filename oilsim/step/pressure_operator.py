@@ -8,11 +8,10 @@ from numpy.typing import NDArray
 
 from oilsim.backend.jit import FAST
 from oilsim.backend.simd import LANES, below, load, store
-from oilsim.boundaries.walls import Contacts
 from oilsim.neighborhood.neighbor_search import indices, mark_around
 from oilsim.pressure.bounded_solver import Index, System
 from oilsim.pressure.pressure_gradient import pressure_velocity, seen_velocity, velocity_divergence
-from oilsim.pressure.rigid_response import RigidResponse, extend_contacts
+from oilsim.pressure.rigid_response import RigidResponse, extend_jacobians, sum_reach
 from oilsim.state import Confinement, FluidState
 from oilsim.step.step_arrays import StepArrays
 from oilsim.step.step_tools import StepTools
@@ -51,11 +50,11 @@ def pressure_response(tools: StepTools, arrays: StepArrays, push: Real | None) -
     if arrays.lever is not None and contacts.particle.size:
         jacobian = np.empty_like(contacts.jacobian)
         reach = np.empty((*jacobian.shape, 3), np.float32)
-        extend_contacts(
-            contacts, arrays.points, walls.points, hood.period, hood.walls, arrays.wall_gradient, constants.wall_weight, walls.resting,
-            walls.owner, walls.arm, arrays.lever, jacobian, reach,
+        sum_reach(
+            contacts, arrays.body_pairs, arrays.points, walls.points, hood.period, arrays.wall_gradient, arrays.lever, reach
         )  # fmt: skip
-        contacts = Contacts(contacts.particle, contacts.body, jacobian, reach)
+        extend_jacobians(contacts, arrays.lever, constants.wall_weight, reach, jacobian)
+        contacts = contacts._replace(jacobian=jacobian, reach=reach)
     return RigidResponse(walls, contacts, push, float(constants.volume) * constants.reference_density)
 
 

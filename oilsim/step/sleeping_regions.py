@@ -1,14 +1,14 @@
-"""Regions of still water fall asleep: what lies there keeps its place and its pressure, and costs nothing.
+"""Regions of still water fall asleep: their particles keep place and pressure, and cost nothing.
 
-The domain is cut into regions two supports wide. A region is loud while the particles that are awake in it move at more than the
-sleep speed, root mean square, while a moving body is in it, or right after liquid was added. It falls asleep once it and all
-regions around it have been quiet for SETTLED units of time, and wakes when one of those around it is loud: between what sleeps and what
-moves there is at least one region of water that is awake and still, and whose motion would tell of a wave before it arrives.
+The domain is cut into regions two supports wide. A region is loud while the particles awake in it move at more than the sleep speed (root
+mean square), while a moving body is in it, or right after liquid was added. It falls asleep once it and all regions around it have been
+quiet for SETTLED units of time, and wakes when a region around it is loud. So at least one region of water that is awake and still lies
+between sleeping and moving water, and its motion announces a wave before it arrives.
 
-Particles that are asleep lie behind the others in the state. To the water beside them they are water at rest under the pressure that
-they had: density, gradients and the pressure solve count them, and none of them moves. So a motion slower than the sleep
-speed may be stopped, and a wave that makes no faster one is taken up where the sleeping water begins; nothing else is changed. With gravity
-alone: forcings, and pipes while they run, keep all the liquid awake.
+Sleeping particles lie behind the others in the state. Water beside them sees water at rest under the pressure that they had: density,
+gradients and the pressure solve count them, and none of them moves. So a motion slower than the sleep speed may be stopped, and a wave that
+makes no faster motion is absorbed where the sleeping water begins; nothing else changes. Forcings, and pipes while they run, keep all the
+liquid awake.
 """
 
 from __future__ import annotations
@@ -29,13 +29,19 @@ from oilsim.state import FluidState
 
 Flags = NDArray[np.bool_]
 
-WIDTH = 2.0  # supports across a region: wider than any step and any neighbourhood
-SETTLED = 10.0  # units of time for which a region and those around it must be quiet before it falls asleep
+# [supports] across a region; theory; wider than any step and any neighbourhood
+WIDTH = 2.0
+# [time_unit] for which a region and those around it must be quiet before it sleeps; numerical; not on record
+SETTLED = 10.0
 
 
 @njit(**FAST)
 def assign_regions(begin, end, position, lower, inverse_width, cells, region):
-    """Fill `region` (N,) with the index of the region in which each of `position` (3, N) lies; those outside count as at the border."""
+    """Fill `region` (N,) uint32 with the index of the region in which each of `position` (3, N) [m] lies.
+
+    lower (3,) corner of the domain [m]; inverse_width (3,) of a region [1/m]; cells (3,) regions along each axis. Particles outside
+    count as in a border region.
+    """
     for i in range(begin, end):
         place = np.int64(0)
         for axis in range(3):
@@ -46,7 +52,10 @@ def assign_regions(begin, end, position, lower, inverse_width, cells, region):
 
 @njit(**FAST)
 def sum_squares(region, velocity, number, square):
-    """Add to `number` and `square` [m2/s2] (regions,) the particles of each region and their v^2, those of `region` (n,)."""
+    """Add the particles of each region to `number` (regions,) and their v^2 to `square` (regions,) [m2/s2], in float64.
+
+    region (n,) uint32 of the first n particles; velocity (3, N) [m/s].
+    """
     for i in range(region.size):
         u, v, w = np.float64(velocity[0, i]), np.float64(velocity[1, i]), np.float64(velocity[2, i])
         number[region[i]] += 1
@@ -54,7 +63,7 @@ def sum_squares(region, velocity, number, square):
 
 
 def with_surroundings(marked: Flags, periodic: tuple[bool, bool, bool]) -> Flags:
-    """The marked regions (nx, ny, nz) and all that share a face, an edge or a corner with one."""
+    """Return the marked regions (nx, ny, nz) and all that share a face, an edge or a corner with one."""
     for axis, repeats in enumerate(periodic):
         lower, upper = np.roll(marked, 1, axis), np.roll(marked, -1, axis)
         if not repeats:
@@ -64,7 +73,7 @@ def with_surroundings(marked: Flags, periodic: tuple[bool, bool, bool]) -> Flags
 
 
 class Parting(NamedTuple):
-    """An order (N,) of the particles, of which the last `asleep` sleep and the first `bordering` of those lie beside what is awake."""
+    """An order (N,) uint32 of the particles: the last `asleep` sleep, and the first `bordering` of these lie beside awake ones."""
 
     order: NDArray[np.uint32]
     asleep: int
@@ -72,7 +81,7 @@ class Parting(NamedTuple):
 
 
 class SleepingRegions:
-    """Which regions sleep, and how long each has been quiet."""
+    """Knows which regions sleep, and how long each has been quiet."""
 
     def __init__(self, config: FluidConfig, team: Team) -> None:
         self._team, self._periodic = team, config.periodic
@@ -89,7 +98,7 @@ class SleepingRegions:
         self._asleep = self._parted = np.zeros(self._cells, bool)  # the second: as particles lie in the state
 
     def regions(self, position: NDArray[np.float32], count: int | None = None) -> NDArray[np.uint32]:
-        """Region (n,) of each of the positions (3, N) [m], or of the first n = `count`."""
+        """Return the region (n,) uint32 of each of the positions (3, N) [m], or of the first n = `count`."""
         region = np.empty(position.shape[1] if count is None else count, np.uint32)
         self._team.run(assign_regions, region.size, position, self._lower, self._inverse_width, self._cells, region)
         return region
@@ -99,9 +108,9 @@ class SleepingRegions:
         self._wake_around(self._flagged(self.regions(position)))
 
     def update(self, state: FluidState, walls: Walls, elapsed: float, driven: bool) -> Parting | None:
-        """Let regions fall asleep or wake, and stop the particles that sleep; how the state is to be sorted, None if as it is.
+        """Let regions fall asleep or wake, stop sleeping particles, and return how to sort the state, None if it is sorted.
 
-        elapsed: the time since the last update in units of `time_unit`; driven: something else than gravity moves the liquid.
+        elapsed: the time since the last update [time_unit]; driven: something else than gravity moves the liquid.
         """
         region = self.regions(state.position, state.awake)
         number, square = np.zeros((2, self._asleep.size))
@@ -122,7 +131,7 @@ class SleepingRegions:
         return self._part(state)
 
     def _wake_around(self, loud: Flags) -> None:
-        """Loud regions wake, and those around them."""
+        """Wake the `loud` regions (nx, ny, nz) and those around them."""
         self._quiet[loud] = 0.0
         self._asleep = self._asleep & ~with_surroundings(loud, self._periodic)
 
@@ -132,7 +141,7 @@ class SleepingRegions:
         return flags.reshape(self._cells)
 
     def _part(self, state: FluidState) -> Parting:
-        """Part the particles into those awake, those asleep beside regions that are awake, and the others; what sleeps stops."""
+        """Part the particles into awake ones, sleeping ones beside awake regions, and the others, and stop those that sleep."""
         bordering = self._asleep & with_surroundings(~self._asleep, self._periodic)
         rank = (2 * self._asleep - bordering).astype(np.uint32).ravel()
         self._parted = self._asleep
@@ -144,13 +153,13 @@ class SleepingRegions:
         return Parting(order, state.count - awake, listed - awake)
 
     def save(self) -> dict[str, Any]:
-        """How long each region has been quiet, and which sleep, beside what walls."""
+        """Return how long each region has been quiet, which regions sleep, and the layout of the walls."""
         return {
             "quiet": self._quiet.copy(), "asleep": self._asleep.copy(), "parted": self._parted.copy(), "layout": self._layout,
         }  # fmt: skip
 
     def restore(self, saved: dict[str, Any]) -> None:
-        """Back to what `save` returned; ValueError for what other regions have been saved of."""
+        """Go back to what `save` returned; ValueError for what other regions have been saved of."""
         for name, own in (("quiet", self._quiet), ("asleep", self._asleep), ("parted", self._parted)):
             if saved[name].shape != own.shape or saved[name].dtype != own.dtype:
                 raise ValueError(f"saved state has {name} regions of shape {saved[name].shape}, allowed: {own.shape}")

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from oilsim.boundaries.walls import NO_CONTACTS
+from oilsim.boundaries.contacts import NO_BODY_PAIRS, NO_CONTACTS
 from oilsim.gradients.free_surface import FreeSurface
 from oilsim.neighborhood.neighbor_search import Pairs
 from oilsim.neighborhood.neighborhood import Neighborhood
@@ -36,18 +36,19 @@ class StepArrays:
     """Arrays by the stage that fills them. None: the step does not need it.
 
     search
-        neighborhood             places, lists of neighbours, and constants of sums over them
+        neighborhood             lists of neighbours, and constants of sums over them
         weight (N,)              rho_ref / rho_0 of the particle's phase [1]
         rest_density (N,)        rho_0 [kg/m3]
-        points (N, 4)            place [m] and weight side by side, those of the neighbourhood
-        touching (K,)            uint32, particles with a moving wall particle within reach
+        points (N, 4)            place [m] and weight side by side, for kernels that gather them
+        body_pairs               pairs of particles and points of moving bodies (see `contacts`)
+        touching (T,)            uint32, particles that have such a pair
         by_body (N,)             bool, whether a particle is one of them
     relaxation
-        flow (N, 16)             velocity [m/s], weight [1], velocity gradient [1/s], strength of the shift [m2] (columns as in `flow`)
+        flow (N, 16)             velocity [m/s], weight [1], velocity gradient [1/s] (see `particle_sums`)
         compression (N,)         sum V W - 1 [1]
         gradient_sum (3, N)      sum V grad W [1/m]
         matrix (N, 8)            Y of `gradient_correction` [1]
-        surface (N,)             uint8, `FreeSurface`; particles that sleep count as near a surface
+        near (N,)                uint8, 1 within reach of a free surface
     gradients
         mended (N, 8)            Y after `shear_correction` [1]
         gradient                 pair vectors (3, P) of fluid neighbours [1/m]
@@ -67,7 +68,7 @@ class StepArrays:
         """Start without particles; gradient_quantum [1/m] is the unit of the rounded pair vectors."""
         self.gradient = PairVectors(np.empty((3, 0), np.int16), gradient_quantum)
         self.wall_gradient: Real = np.empty((3, 0), np.float32)
-        self.contacts = NO_CONTACTS
+        self.body_pairs, self.contacts = NO_BODY_PAIRS, NO_CONTACTS
         self.touching: Index = np.empty(0, np.uint32)
         self.weight: Real = np.empty(0, np.float32)
         self.rest_density: Real = np.empty(0, np.float32)

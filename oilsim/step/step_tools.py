@@ -30,7 +30,7 @@ from oilsim.pressure.pressure_gradient import PressureConstants
 from oilsim.step.sleeping_regions import SleepingRegions
 from oilsim.step.step_arrays import Needs, StepArrays
 from oilsim.step.verlet_lists import VerletLists
-from oilsim.viscosity.viscous_system import viscosity_matrix
+from oilsim.viscosity.pair_stiffness import viscosity_matrix
 
 Real = NDArray[np.float32]
 Double = NDArray[np.float64]

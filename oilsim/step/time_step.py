@@ -1,7 +1,7 @@
-"""Adaptive time step: Eq. 30 and 31 of Qiu et al. 2021, and how far it may be exceeded where liquid moves without deforming.
+"""Adaptive time step: Eq. 30 and 31 of Qiu et al. 2021, and longer steps where liquid moves without deforming.
 
-Eq. 30 bounds every displacement, dt <= lambda d / v_max, though a block in free fall or a stream loses nothing in a longer step.
-What must be resolved is motion relative to the neighbourhood,
+Eq. 30 bounds every displacement, dt <= lambda d / v_max, though a block in free fall or a stream loses nothing in a longer step. A step
+must resolve the motion relative to the neighbourhood,
 
     u_i^2 = sum_j w_ij |v_i - v_j|^2 / sum_j w_ij,   w = (1 - r / H)+,   for particles with enough neighbours,
 
@@ -9,23 +9,23 @@ and the approach to walls, -n_i . (v_i - v_b) with the normal n_i by the same we
 
     dt = max(lambda d / v_max,  min(lambda d / u_most,  REACH d / v_max)),
 
-u_most being what all but OUTLIERS of the particles keep below: torn off drops collide at speeds that the rest does not know. Of many
-particles a sample is asked.
+u_most being the number below which u_i lies for all but OUTLIERS of the particles: torn off drops collide at speeds far above those of the
+rest. A sample stands for a large number of particles.
 
 However calm, particles swing about their places under the pressure that presses them together, at omega^2 = c p / (rho d^2) or less
 (`lattice_stiffness`). Positions and velocities are stepped in turn, which is stable up to omega dt = 2:
 
     dt <= STABLE 2 d / sqrt(c p / rho)
 
-with the p / rho that all but OUTLIERS keep below. Beyond it water boils, and the pressure solve has its hands full: a pool of ten layers
-costs twice as much a second at twice this step.
+with the p / rho below which all but OUTLIERS of the particles lie. Beyond this limit particles in calm water jump about, and the pressure
+solve needs more iterations: a pool of ten layers costs twice as much a second at twice this step.
 
-Bodies take part in a fluid's steps, and so a whole number of equal ones fills what it is asked to advance by. Without moving bodies
-nothing has to happen there: a step goes on into the next advance, and particles are seen on their flight. Else a fifth of all steps of
-`calm-spread` would be owed to its 30 frames a second.
+Bodies take part in a fluid's steps, so with moving bodies a whole number of equal steps fills each advance. Without moving bodies nothing
+has to happen at its end: a step goes on into the next advance, and particles are seen on their flight. Otherwise the 30 frames a second of
+`calm-spread` would cause a fifth of all its steps.
 
-No step goes further than REACH d: what had no neighbour within the support before meets it at d or more, and no wall is crossed unseen
-(see `wall_contact`).
+No particle goes further than REACH d in a step. A particle that had no neighbour within the support then meets the next one at d or more,
+and crosses no wall unseen (see `wall_contact`).
 """
 
 from __future__ import annotations
@@ -44,17 +44,27 @@ from oilsim.state import FluidState
 from oilsim.step.step_arrays import StepArrays
 from oilsim.step.step_tools import StepTools
 
-OUTLIERS = 5e-3  # share of the particles whose relative speed is not asked
-SAMPLE = 10_000  # particles, at least, that are asked of a larger number: enough to know their outliers by a sixth
-STABLE = 0.9  # share of the lattice's limit that is used: disorder makes some particles swing faster
-REACH = SUPPORT - 1.0  # spacings that a particle may go in a step
-SPRAY = 8  # neighbours below which a particle is a drop that flies for itself
+# [1] share of the particles whose relative speed is ignored; numerical; torn off drops collide at speeds far above the rest
+OUTLIERS = 5e-3
+# [particles] at least that stand for a larger number; theory; their outliers are known within a sixth
+SAMPLE = 10_000
+# [1] share of the lattice's limit that is used; measured; disorder makes some particles swing faster
+STABLE = 0.9
+# [d] that a particle may go in a step; theory; unseen before, it meets others at d or more
+REACH = SUPPORT - 1.0
+# [1] neighbours below which a particle is a drop that flies by itself; numerical; not on record
+SPRAY = 8
+# [m2; 1] keeps divisors from being 0; numerical; far below any square
 TINY, ZERO, ONE = np.float32(1e-20), np.float32(0.0), np.float32(1.0)
 
 
 @inlined
-def squared_deformation(i, position, velocity, period, fluid, inverse_range):
-    """u_i^2 [m2/s2]; 0 for spray. inverse_range 1 / H [1/m]."""
+def squared_deformation(i, position, velocity, neighborhood, inverse_range):
+    """Return u_i^2 of the module's docstring [m2/s2]; 0 for spray.
+
+    position, velocity (3, N) [m, m/s]; inverse_range 1 / H [1/m].
+    """
+    fluid = neighborhood.fluid
     xi, yi, zi = position[0, i], position[1, i], position[2, i]
     ui, vi, wi = velocity[0, i], velocity[1, i], velocity[2, i]
     points, velocities = rows(position), rows(velocity)
@@ -64,7 +74,7 @@ def squared_deformation(i, position, velocity, period, fluid, inverse_range):
         present = below(last, k)
         j = load(fluid.neighbor, k, present)
         dx, dy, dz = nearest_images(
-            xi - gather(points[0], j), yi - gather(points[1], j), zi - gather(points[2], j), period
+            xi - gather(points[0], j), yi - gather(points[1], j), zi - gather(points[2], j), neighborhood.period
         )
         du, dv, dw = ui - gather(velocities[0], j), vi - gather(velocities[1], j), wi - gather(velocities[2], j)
         weight = only(present, positive(ONE - root(dx * dx + dy * dy + dz * dz) * inverse_range), ZERO)
@@ -74,25 +84,39 @@ def squared_deformation(i, position, velocity, period, fluid, inverse_range):
 
 
 @inlined
-def squared_approach(i, position, velocity, wall, resting, owner, arm, twist, period, walls, inverse_range):
-    """(n_i . (v_i - v_b))^2 [m2/s2] with the weighted means of the walls' normal and velocity; 0 if it moves away."""
+def point_velocity(c, wall, twist):
+    """Return the velocity [m/s] of moving wall particle c (counted from the first that moves) as three; twist (bodies, 6)."""
+    o, arm = wall.owner[c], wall.arm
+    return (
+        twist[o, 0] + twist[o, 4] * arm[2, c] - twist[o, 5] * arm[1, c],
+        twist[o, 1] + twist[o, 5] * arm[0, c] - twist[o, 3] * arm[2, c],
+        twist[o, 2] + twist[o, 3] * arm[1, c] - twist[o, 4] * arm[0, c],
+    )
+
+
+@inlined
+def squared_approach(i, position, velocity, wall, twist, neighborhood, inverse_range):
+    """Return (n_i . (v_i - v_b))^2 [m2/s2] by weighted means of the walls' normal and velocity; 0 where the particle moves away.
+
+    position, velocity (3, N) [m, m/s]; wall: the `WallParticles`; twist (bodies, 6) [m/s, rad/s]; inverse_range 1 / H [1/m].
+    """
+    walls, places = neighborhood.walls, wall.position
     xi, yi, zi = position[0, i], position[1, i], position[2, i]
     weights = nx = ny = nz = ub = vb = wb = np.float32(0.0)
     for k in range(walls.start[i], walls.start[i] + np.int64(walls.number[i])):
         b = np.int64(walls.neighbor[k])
-        dx, dy, dz = nearest_images(xi - wall[0, b], yi - wall[1, b], zi - wall[2, b], period)
+        dx, dy, dz = nearest_images(xi - places[0, b], yi - places[1, b], zi - places[2, b], neighborhood.period)
         r = math.sqrt(dx * dx + dy * dy + dz * dz + TINY)
         weight = max(np.float32(1.0) - r * inverse_range, np.float32(0.0))
         weights += weight
         nx += weight * dx / r
         ny += weight * dy / r
         nz += weight * dz / r
-        if b >= resting:
-            c = b - resting
-            o = owner[c]
-            ub += weight * (twist[o, 0] + twist[o, 4] * arm[2, c] - twist[o, 5] * arm[1, c])
-            vb += weight * (twist[o, 1] + twist[o, 5] * arm[0, c] - twist[o, 3] * arm[2, c])
-            wb += weight * (twist[o, 2] + twist[o, 3] * arm[1, c] - twist[o, 4] * arm[0, c])
+        if b >= wall.resting:
+            u, v, w = point_velocity(b - wall.resting, wall, twist)
+            ub += weight * u
+            vb += weight * v
+            wb += weight * w
     share = np.float32(1.0) / (weights + TINY)
     along = nx * (velocity[0, i] - ub * share) + ny * (velocity[1, i] - vb * share) + nz * (velocity[2, i] - wb * share)
     along = min(along, np.float32(0.0))
@@ -100,51 +124,34 @@ def squared_approach(i, position, velocity, wall, resting, owner, arm, twist, pe
 
 
 @njit(**FAST)
-def relative_speeds(
-    begin,
-    end,
-    position,
-    velocity,
-    wall,
-    resting,
-    owner,
-    arm,
-    twist,
-    period,
-    fluid,
-    walls,
-    slow,
-    support,
-    stride,
-    square,
-):
-    """Fill `square` with u_i^2 or the squared approach to a wall [m2/s2], whichever is larger, of every stride-th particle.
+def relative_speeds(begin, end, position, velocity, wall, twist, neighborhood, slow, stride, square):
+    """Fill `square` (samples,) with u_i^2 or the squared approach to a wall [m2/s2], whichever is larger, of each stride-th particle.
 
-    position, velocity (3, N) [m, m/s]; wall (3, M) [m], of which those from `resting` on move with `twist` (bodies, 6) of their
-    `owner` at `arm` (3, M - resting) [m]. Particles no faster than `slow` [m/s] are passed over where no body moves.
+    position, velocity (3, N) of the particles [m, m/s]
+    wall                the `WallParticles`
+    twist               (bodies, 6) of the moving bodies [m/s, rad/s]
+    neighborhood        lists and constants of the step
+    slow                [m/s], particles no faster than which are passed over where no body moves
     """
-    inverse_range = np.float32(1.0) / support
+    inverse_range = np.float32(1.0) / neighborhood.support
     for sample in range(begin, end):
         i, greatest = sample * stride, ZERO
         ui, vi, wi = velocity[0, i], velocity[1, i], velocity[2, i]
         fast = ui * ui + vi * vi + wi * wi > slow * slow
         if fast:
-            greatest = squared_deformation(i, position, velocity, period, fluid, inverse_range)
+            greatest = squared_deformation(i, position, velocity, neighborhood, inverse_range)
         if fast or twist.shape[0] > 0:
-            approach = squared_approach(
-                i, position, velocity, wall, resting, owner, arm, twist, period, walls, inverse_range
-            )
-            greatest = max(greatest, approach)
+            greatest = max(greatest, squared_approach(i, position, velocity, wall, twist, neighborhood, inverse_range))
         square[sample] = greatest
 
 
 def sampling_stride(count: int) -> int:
-    """Of `count` particles, in cell order, every which one is asked."""
+    """Return n such that every n-th of `count` particles, in cell order, makes a sample of SAMPLE or more."""
     return max(1, count // SAMPLE)
 
 
 def most(values: NDArray[np.float32]) -> float:
-    """What all but OUTLIERS of the `values` (N,), none of them negative, keep below; 0 for none."""
+    """Return the number below which all but OUTLIERS of the `values` (N,) lie, none of them negative; 0 for no values."""
     if values.size == 0:
         return 0.0
     rank = values.size - 1 - math.floor(OUTLIERS * values.size)
@@ -152,13 +159,16 @@ def most(values: NDArray[np.float32]) -> float:
 
 
 def stable_time_step(spacing: float, dimension: int, head: NDArray[np.float32]) -> float:
-    """The longest stable step [s] under pressures over densities `head` (N,) [m2/s2]; spacing d [m]."""
+    """Return the longest stable step [s] under pressures over densities `head` (N,) [m2/s2]; spacing d [m]."""
     highest = most(np.maximum(head, np.float32(0.0)))
     return STABLE * 2.0 * spacing / math.sqrt(lattice_stiffness(dimension) * highest) if highest > 0.0 else math.inf
 
 
 def cfl_time_step(spacing: float, largest_speed: float, cfl: float, minimum: float, maximum: float) -> float:
-    """max(t_min, min(cfl d / v_max, t_max)) [s]; spacing d [m], largest_speed v_max [m/s], cfl the lambda of Eq. 30."""
+    """Return max(t_min, min(cfl d / v_max, t_max)) [s] (Qiu et al. 2021, Eq. 30 and 31).
+
+    spacing d [m]; largest_speed v_max [m/s]; cfl the lambda of Eq. 30 [1]; minimum and maximum t_min and t_max [s].
+    """
     limit = math.inf if largest_speed == 0.0 else cfl * spacing / largest_speed
     return max(minimum, min(limit, maximum))
 
@@ -166,7 +176,7 @@ def cfl_time_step(spacing: float, largest_speed: float, cfl: float, minimum: flo
 def relative_time_step(
     spacing: float, largest_speed: float, relative_speed: float, cfl: float, minimum: float, maximum: float
 ) -> float:
-    """The step [s] of the module's docstring; relative_speed u_most [m/s], the rest as for `cfl_time_step`."""
+    """Return the split scheme's step [s] (see the module's docstring); relative_speed u_most [m/s], the rest as for `cfl_time_step`."""
     longest = math.inf if largest_speed == 0.0 else REACH * spacing / largest_speed
     deforming = math.inf if relative_speed == 0.0 else cfl * spacing / relative_speed
     shortest = cfl_time_step(spacing, largest_speed, cfl, minimum, maximum)
@@ -174,16 +184,16 @@ def relative_time_step(
 
 
 def equal_steps(remaining: float, time_step: float) -> float:
-    """The longest step, at most `time_step`, of which a whole number fills `remaining` [s]."""
+    """Return the longest step [s], at most `time_step` [s], of which a whole number fills `remaining` [s]."""
     return remaining / max(1, math.ceil(remaining / time_step * (1.0 - 1e-9)))
 
 
 def largest_relative_speed(tools: StepTools, arrays: StepArrays, state: FluidState, fastest: float) -> float:
-    """Speed [m/s] relative to the neighbourhood that all but OUTLIERS keep below, 0 where it could not shorten a step.
+    """Return the speed u_most [m/s] relative to the neighbourhood that all but OUTLIERS keep below, 0 where it cannot shorten a step.
 
-    `fastest` [m/s]: largest speed of all. Of a pair that matters one is faster than half their relative speed.
+    fastest: largest speed of all [m/s]. Slow particles are passed over: of two that part at some speed, one is faster than half of it.
     """
-    config, walls, hood, spacing = tools.config, tools.walls, arrays.neighborhood, tools.config.particle_spacing
+    config, walls, spacing = tools.config, tools.walls, tools.config.particle_spacing
     if fastest * config.maximum_time_step <= config.cfl * spacing:
         return 0.0
     slow = 0.5 * config.cfl * max(fastest, spacing / config.maximum_time_step)
@@ -192,14 +202,14 @@ def largest_relative_speed(tools: StepTools, arrays: StepArrays, state: FluidSta
     square = np.empty(-(-state.awake // stride), np.float32)
     with tools.stage("time step"):
         tools.team.run(
-            relative_speeds, square.size, state.position, state.velocity, walls.position, walls.resting, walls.owner, walls.arm, twist,
-            hood.period, hood.fluid, hood.walls, np.float32(slow), hood.support, stride, square,
+            relative_speeds, square.size, state.position, state.velocity, walls.particles, twist, arrays.neighborhood, np.float32(slow),
+            stride, square,
         )  # fmt: skip
         return math.sqrt(most(square))
 
 
 def pressure_head(tools: StepTools, state: FluidState) -> NDArray[np.float32]:
-    """p / rho [m2/s2] of the last pressure solve in a sample of the particles; 0 before the first."""
+    """Return p / rho (samples,) [m2/s2] of the last pressure solve in a sample of the particles; 0 before the first."""
     if state.time_step == 0.0:
         return np.zeros(1, np.float32)
     chosen = slice(0, state.awake, sampling_stride(state.awake))

@@ -1,48 +1,66 @@
-"""Neighbour lists kept over steps while particles hardly move.
+"""Neighbour lists that are kept over steps while particles hardly move (Verlet 1967).
 
-On the grid, candidates are listed: the pairs nearer than support + skin. As long as no two particles can have approached by more
-than the skin since, by the sum of the two largest displacements, no other pair has come within the support, and the
-particles keep their order. Each step's lists hold the pairs within the support, exactly as a new search would find them. They
-are filtered from the candidates, and a particle's list only once its candidates may have crossed the support: every filtering
-notes the least distance that one of them has to go. Water that lies almost still costs one look at the displacements.
+A search on the grid lists candidates: the pairs nearer than support + skin. While no two particles can have approached by more than the
+skin since, by the sum of the two largest displacements, no other pair has come within the support, and particles keep their order. Each
+step's lists hold exactly the pairs within the support, as a new search would find them. They are filtered from the candidates, and a
+particle's list only once one of its candidates may have crossed the support: every filtering notes the least distance that one has to go.
+Water that lies almost still costs one look at the displacements.
 
-A skin pays where motion a step is small and costs where it is not, so it is chosen at every build from the motion a step since
-the build before. Motion that no skin pays for lists the neighbours on the grid each step.
+A skin pays where particles move little in a step, and costs where they do not. So it is chosen at every build from the motion a step
+since the build before. Where no skin pays, neighbours are listed on the grid in each step.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from oilsim.backend.compaction import PACKS, append_near
 from oilsim.backend.jit import FAST
+from oilsim.backend.simd.compaction import PACKS, Ball, append_near
 from oilsim.backend.thread_team import BLOCK, Team, block_count
 from oilsim.boundaries.walls import Walls
-from oilsim.neighborhood.neighbor_search import NeighborSearch, Pairs, end_list, nearest_images
+from oilsim.neighborhood.neighbor_search import CellOrder, NeighborSearch, Pairs, Sorted, end_list, nearest_images
 from oilsim.state import FluidState
 
 Real = NDArray[np.float32]
-Index = NDArray[np.uint32]
 
-SKINS = (0.02, 0.05, 0.1, 0.2, 0.3, 0.4)  # that are considered [d]
-BUILD_COST = 2.2  # of listing the candidates, in searches without skin (measured 1.6 to 2.7: a wider ring of cells)
-FILTER_COST = (
-    0.8 if PACKS else 0.4
-)  # of filtering all lists, in searches without skin (measured 0.45 to 0.9; 0.3 to 0.4)
-WORTH = 0.9  # cost in searches without skin below which lists are kept
+# [d] skins that are considered; numerical; not on record
+SKINS = (0.02, 0.05, 0.1, 0.2, 0.3, 0.4)
+# [searches] cost of listing candidates, without the pairs that a skin adds; measured; 1.6 to 2.7, for the wider ring of cells
+BUILD_COST = 2.2
+# [searches] cost of filtering all lists; measured; 0.45 to 0.9 where the processor packs, else 0.3 to 0.4
+FILTER_COST = 0.8 if PACKS else 0.4
+# [searches] cost a step below which lists are kept; numerical; not on record
+WORTH = 0.9
+# [supports] within which a candidate's way to the support is taken from its distance; numerical; not on record
+NEARBY = np.float32(1.1)
 _NOWHERE: Real = np.empty((3, 0), np.float32)
-NEARBY = np.float32(1.1)  # supports within which a candidate's way to the support is looked at closely
+
+
+class Kept(NamedTuple):
+    """Neighbour lists of one kind that are filtered from candidates.
+
+    candidates  lists of the pairs nearer than support + skin
+    pairs       lists of those nearer than the support
+    expiry      (N,) float64, way of relative motion [m] from which on a list must be filtered again
+    """
+
+    candidates: Pairs
+    pairs: Pairs
+    expiry: NDArray[np.float64]
 
 
 @njit(**FAST)
 def largest_displacements(begin, end, position, before, period, largest):
-    """Fill `largest` (blocks, 2) with the two largest squared displacements [m2] of each block since `before` (3, N)."""
+    """Fill `largest` (blocks, 2) with the two largest squared displacements [m2] of each block of particles.
+
+    position, before (3, N): places now and then [m]; period: lengths of periodic axes [m], None if there are none.
+    """
     for i in range(begin, end):
         if i % BLOCK == 0 or i == begin:
             first = second = np.float32(0.0)
@@ -57,34 +75,34 @@ def largest_displacements(begin, end, position, before, period, largest):
 
 
 @njit(**FAST)
-def filter_lists(
-    begin, end, position, other, candidates, period, support, rounding, travelled, expiry, number, neighbor
-):
-    """List those of the candidates of particles begin to end that lie within the support [m], for every list that has expired.
+def filter_lists(begin, end, position, other, kept, period, support, travelled, rounding):
+    """Filter the lists of the particles begin to end that have expired: candidates within the support are neighbours.
 
+    position   (3, N) of the particles [m]
+    other      (3, M) of those among which the lists are [m]
+    kept       the lists, see `Kept`
+    period     lengths of periodic axes [m], None if there are none
+    support    radius H [m]
     travelled  sum over the steps of the largest relative motion of two particles [m]
-    expiry     (N,) value of `travelled` from which on a list may have changed [m]
-    rounding   by how much a computed distance may be wrong [m]
+    rounding   largest error of a computed distance [m]
     """
     reach_squared = np.float32(support * support)
     for i in range(begin, end):
-        if travelled < expiry[i]:
+        if travelled < kept.expiry[i]:
             continue
-        first = candidates.start[i]
-        last = first + np.int64(candidates.number[i])
-        cursor, margin = append_near(
-            other, candidates.neighbor, first, last, -1, position[0, i], position[1, i], position[2, i], period,
-            reach_squared, neighbor, first,
-        )  # fmt: skip
-        number[i] = cursor - first
-        end_list(neighbor, cursor)
+        first = kept.candidates.start[i]
+        last = first + np.int64(kept.candidates.number[i])
+        ball = Ball((position[0, i], position[1, i], position[2, i]), -1, reach_squared, period)
+        cursor, margin = append_near(ball, other, kept.candidates.neighbor, first, last, kept.pairs.neighbor, first)
+        kept.pairs.number[i] = cursor - first
+        end_list(kept.pairs.neighbor, cursor)
         # | r - H | = | r^2 - H^2 | / (r + H), at least this for a candidate nearby, and more than (NEARBY - 1) H for others
         distance = min(margin / ((np.float32(1.0) + NEARBY) * support), (NEARBY - np.float32(1.0)) * support)
-        expiry[i] = travelled + distance - rounding
+        kept.expiry[i] = travelled + distance - rounding
 
 
 def choose_skin(motion: float, support: float, dimension: int) -> float:
-    """The skin in spacings d that makes search cheapest, 0 if none pays.
+    """Return the skin [d] that makes the search cheapest, 0 if none pays.
 
     motion     largest relative motion of two particles a step [d]
     support    support radius H [d]
@@ -104,10 +122,14 @@ def choose_skin(motion: float, support: float, dimension: int) -> float:
 
 @dataclass
 class Build:
-    """What lists are kept from: particles and their order, walls, positions, and for how many steps.
+    """State of the fluid and its walls when candidates were listed.
 
-    id (A,), position (3, A) [m] of the particles awake, wall_position (3, M) of the moving walls [m], layout of the walls, skin [m] (0:
-    none kept).
+    id             (A,) uint32 of the A particles awake, in their order
+    position       (3, A) of these particles [m]
+    wall_position  (3, M) of the moving wall particles [m]
+    layout         handles of the resting and of the moving boundaries
+    skin           way beyond the support that candidates reach [m]; 0: no lists are kept
+    steps          steps since
     """
 
     id: NDArray[np.uint32]
@@ -118,23 +140,14 @@ class Build:
     steps: int = 0
 
     def matches(self, state: FluidState, walls: Walls) -> bool:
-        """Whether the same particles, in the same order, meet the same walls."""
+        """Return whether the same particles, in the same order, meet the same walls."""
         moving = walls.position.shape[1] - walls.resting
         alike = self.layout == walls.layout and self.wall_position.shape[1] == moving
         return alike and np.array_equal(self.id, state.id[: state.awake])
 
 
-@dataclass
-class Kept:
-    """Lists of one kind: candidates, those of them within the support, and when each must be filtered again [m]."""
-
-    candidates: Pairs
-    pairs: Pairs
-    expiry: NDArray[np.float64]
-
-
 class VerletLists:
-    """Brings the lists of fluid and wall neighbours up to date, by the cheaper of two ways."""
+    """Brings the lists of fluid and wall neighbours up to date: filters kept lists, or searches anew, whichever is cheaper."""
 
     def __init__(self, search: NeighborSearch, team: Team, spacing: float, dimension: int) -> None:
         self._search, self._team, self._spacing, self._dimension = search, team, spacing, dimension
@@ -145,10 +158,10 @@ class VerletLists:
         self._kept: dict[str, Kept] = {}
         self._previous: tuple[Real, Real] = (_NOWHERE, _NOWHERE)
         self._travelled = 0.0
-        self._sleepers: tuple[Index, Index] | None = None
+        self._sleepers: CellOrder | None = None
 
     def update(self, state: FluidState, walls: Walls) -> tuple[Pairs, Pairs]:
-        """Lists at the present positions; where they are not kept the state is sorted by cell."""
+        """Return fluid and wall neighbours at the present positions; the state is sorted by cell where lists are not kept."""
         if self._search.cover(state.position, state.awake):
             self._sleepers = None
         walls.place()
@@ -162,19 +175,19 @@ class VerletLists:
         return self._renew(state, walls, motion)
 
     def forget(self) -> None:
-        """Other particles sleep than did: what is kept is of no use."""
+        """Drop all that is kept, after other particles fell asleep or woke."""
         self._build = self._sleepers = None
         self._kept.clear()
 
     def save(self, state: FluidState, walls: Walls) -> dict[str, Any] | None:
-        """What decides when and from where lists are built next; None where the next step builds them anyway."""
+        """Return what decides when and from where lists are built next; None where the next step builds them anyway."""
         build = self._build
         if build is None or not build.matches(state, walls):
             return None
         return {name: np.copy(v) if isinstance(v, np.ndarray) else v for name, v in vars(build).items()}
 
     def restore(self, saved: dict[str, Any] | None) -> None:
-        """Back to what `save` returned; the candidates are listed again from the positions they were listed from."""
+        """Go back to what `save` returned; candidates are listed again from the positions they were listed from."""
         self.forget()
         self._build = None if saved is None else Build(**saved)
         if self._build is not None and self._build.position.shape != (3, self._build.id.size):
@@ -182,13 +195,13 @@ class VerletLists:
             raise ValueError(f"saved state has list positions of shape {shapes}, allowed: (3, N)")
 
     def _motion(self, state: FluidState, walls: Walls, before: Real, walls_before: Real) -> float:
-        """Bound on the relative motion [m] of any two particles since the positions `before`."""
+        """Return a bound on the relative motion [m] of any two particles since the positions `before` and `walls_before` (3, ...) [m]."""
         first, second = self._largest(state.position, before)
         wall, _ = self._largest(walls.moving_position, walls_before)
         return first + max(second, wall)
 
     def _largest(self, position: Real, before: Real) -> tuple[float, float]:
-        """The two largest displacements [m] of the first of `position`, as many as there are in `before`."""
+        """Return the two largest displacements [m] since `before` (3, n) of the first n of `position` (3, N) [m]."""
         count = before.shape[1]
         largest = np.zeros((block_count(count) + 1, 2), np.float32)
         self._team.run(largest_displacements, count, position, before, self._search.period, largest)
@@ -196,7 +209,7 @@ class VerletLists:
         return math.sqrt(first), math.sqrt(second)
 
     def _renew(self, state: FluidState, walls: Walls, motion: float) -> tuple[Pairs, Pairs]:
-        """Sort the state and list anew; `motion` [m] a step decides how."""
+        """Sort the state and list its neighbours anew; the `motion` [m] a step decides whether with a skin."""
         skin = 0.0
         if math.isfinite(motion):
             skin = self._spacing * choose_skin(motion / self._spacing, self._support / self._spacing, self._dimension)
@@ -209,28 +222,27 @@ class VerletLists:
         self._kept.clear()
         if skin > 0.0:
             return self._keep(self._build, state, walls)
-        near, moving_order, moving_start = walls.order_moving(moving)
-        position, asleep = state.position, self._order_asleep(state)
-        fluid = search.list_neighbors("fluid", position, position, cell_start, None, *asleep, count=state.listed)
-        wall = search.list_neighbors(
-            "walls", position, walls.position, walls.cell_start, near, moving_order, moving_start, count=state.listed
-        )  # fmt: skip
+        near, by_cell = walls.order_moving(moving)
+        position, asleep, count = state.position, self._order_asleep(state), state.listed
+        fluid = search.list_neighbors("fluid", position, Sorted(position, cell_start), moving=asleep, count=count)
+        still = Sorted(walls.position, walls.cell_start)
+        wall = search.list_neighbors("walls", position, still, near, by_cell, count=count)
         return fluid, wall
 
-    def _order_asleep(self, state: FluidState) -> tuple[Index | None, Index | None]:
-        """Particles that sleep beside others, by cell, and where each cell starts; None where none sleeps.
+    def _order_asleep(self, state: FluidState) -> CellOrder | None:
+        """Return the particles that sleep beside others, by cell; None where none sleeps.
 
-        Those behind them have no row in what a step computes, and belong in no list.
+        Particles behind them have no row in the arrays of a step, and belong in no list.
         """
         if not state.asleep:
-            return None, None
+            return None
         if self._sleepers is None:
             self._sleepers = self._search.order_by_cell(state.position[:, state.awake : state.listed].copy())
         order, start = self._sleepers
-        return order + np.uint32(state.awake), start
+        return CellOrder(order + np.uint32(state.awake), start)
 
     def _keep(self, build: Build, state: FluidState, walls: Walls) -> tuple[Pairs, Pairs]:
-        """Filter the lists that have expired."""
+        """Filter the lists that have expired, after listing candidates if there are none yet."""
         fresh = not self._kept
         if fresh:
             self._list_candidates(build, state, walls)
@@ -242,27 +254,25 @@ class VerletLists:
             self._previous = (state.position[:, : state.awake].copy(), walls.moving_position)
             for kept, other in ((fluid, state.position), (wall, walls.position)):
                 self._team.run(
-                    filter_lists, state.listed, state.position, other, kept.candidates, self._search.period,
-                    np.float32(self._support), self._rounding, self._travelled, kept.expiry, kept.pairs.number,
-                    kept.pairs.neighbor,
+                    filter_lists, state.listed, state.position, other, kept, self._search.period, np.float32(self._support),
+                    self._travelled, self._rounding,
                 )  # fmt: skip
         return fluid.pairs, wall.pairs
 
     def _list_candidates(self, build: Build, state: FluidState, walls: Walls) -> None:
-        """List the pairs nearer than support + skin at the positions of the build, whose particles lie in cell order."""
+        """List the pairs nearer than support + skin at the positions of the `build`, whose particles lie in cell order."""
         search, position, count = self._search, build.position, state.listed
         _, cell_start = search.order_by_cell(position)
         asleep = self._order_asleep(state)
         if state.asleep:
             position = np.concatenate([position, state.position[:, state.awake : state.listed]], axis=1)
         everywhere = np.concatenate([walls.position[:, : walls.resting], build.wall_position], axis=1)
-        _, moving_order, moving_start = walls.order_moving(build.wall_position)
+        _, by_cell = walls.order_moving(build.wall_position)
         fluid = search.list_neighbors(
-            "fluid candidates", position, position, cell_start, None, *asleep, build.skin, count
+            "fluid candidates", position, Sorted(position, cell_start), None, asleep, build.skin, count
         )
-        wall = search.list_neighbors(
-            "wall candidates", position, everywhere, walls.cell_start, None, moving_order, moving_start, build.skin, count
-        )  # fmt: skip
+        still = Sorted(everywhere, walls.cell_start)
+        wall = search.list_neighbors("wall candidates", position, still, None, by_cell, build.skin, count)
         for name, listed in (("fluid", fluid), ("walls", wall)):
             room = search.reserve(name, listed.start.size, listed.neighbor.size)
             pairs = Pairs(listed.start, room.number, room.neighbor)

@@ -1,1 +1,1 @@
-"""Viscosity: the implicit system, the bodies' response, and viscosity that is deferred."""
+"""Viscosity: stiffness of pairs, the implicit system, the response of bodies, and viscosity that is deferred."""

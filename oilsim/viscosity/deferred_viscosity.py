@@ -1,7 +1,7 @@
-"""Which viscosity is due in a step: liquids so thin that a step changes nothing are owed it, and get it for all that time at once.
+"""Viscosity that is deferred: a liquid so thin that one step changes nothing gets the viscosity of many steps at once.
 
-Each liquid has a time t of its own, so that sea water beside thick oil costs no more than alone. The shear between two liquids goes with
-the thinner one: their harmonic mean is its viscosity, or up to twice that.
+Each liquid has its own deferred time t, so that sea water beside thick oil costs no more than alone. The shear between two liquids goes
+with the thinner one: their harmonic mean is its viscosity, or up to twice that.
 """
 
 from __future__ import annotations
@@ -13,13 +13,17 @@ from numpy.typing import NDArray
 
 Double = NDArray[np.float64]
 
-NEGLIGIBLE = 1e-3  # nu t / d^2 that a liquid may be owed: what decays on the finest wave, one of 2 d, is off by (10 of this)^2 / 2
+# [1] nu t / d^2 up to which viscosity waits; theory; decay of the finest wave, of 2 d, is off by (10 of this)^2 / 2
+NEGLIGIBLE = 1e-3
 
 
 class Due(NamedTuple):
-    """What a step must do: for `span` [s] with the viscosities `matrix` (P, P) [Pa s], of viscous number `number` at most.
+    """The viscosity that is due in a step.
 
-    owed (P,) [s]: for which time viscosity is owed after it.
+    span    time for which it acts [s], 0 if none is due
+    matrix  (P, P) float32, viscosities of pairs of the P liquids [Pa s]
+    number  largest viscous number nu t / d^2 [1]
+    owed    (P,) time for which each liquid's viscosity is deferred after the step [s]
     """
 
     span: float
@@ -31,9 +35,13 @@ class Due(NamedTuple):
 def viscosity_due(
     owed: Double, viscosity: Double, matrix: NDArray[np.float32], per_number: Double, least: float
 ) -> Due:
-    """Of liquids owed their `viscosity` (P,) [Pa s], 0 of those that are not there, for the times `owed` (P,) [s].
+    """Return the viscosity that is due of P liquids.
 
-    matrix (P, P): of pairs [Pa s]; per_number (P,): rho d^2 [kg/m]; least: viscous number from which on a liquid's is due.
+    owed        (P,) time for which each liquid's viscosity is deferred [s]
+    viscosity   (P,) [Pa s], 0 of liquids that are absent
+    matrix      (P, P) float32, viscosities of pairs [Pa s]
+    per_number  (P,) rho d^2 [kg/m]
+    least       viscous number from which on a liquid's viscosity is due [1]
     """
     number = viscosity * owed / per_number
     due = (viscosity > 0.0) & (number >= least)

@@ -1,189 +1,65 @@
-"""Viscosity: explicit (Qiu et al. 2021, Eq. 25) and implicit (Eq. 26-29, the sign of A mended) by conjugate gradients.
+"""The viscous step: explicit (Qiu et al. 2021, Eq. 25), or implicit by conjugate gradients (Eq. 26-29, with the sign of A corrected).
 
-    rho_i0 (dv/dt)_i = sum_j K_ij v_ji,   K_ij = f(r) mu_ij V_j x_ij x_ij^T
-    paper   f = 2 (dim + 2) (-W'(r) / r) / r^2                                               Eq. 25 but for its 0.01 h^2 (see REGULAR)
-    split   f = dim (dim + 2) w(r) (1 / S_i + 1 / S_j),    S_i = sum_j V w r^4,    w = (1 + LEVEL q^2) W(r)
-
-Any f whose fourth moment has this value is consistent. That of Eq. 25 rests on the nearest neighbours, of which some directions have more:
-on a square lattice it gives 0.84 of the viscosity along the axes and 1.12 along the diagonals, 0.95 among disordered particles. w spreads
-the weight: a square lattice has the same viscosity in every direction (0.3 % more along its axes without LEVEL), a cubic one within 2 %.
-S is the lattice's within reach of free surfaces and walls; inside it is the particle's own, 3 to 5 % more than the lattice's where flow
-disorders it, which would be that of viscosity.
-
-K_ij is symmetric and positive semi-definite and acts along the line of centres, or nearly so where pair vectors are corrected (`faces`).
-mu_ij is the harmonic mean of the two liquids, the value that keeps the shear stress continuous across an interface; the paper couples
-particles of one phase only, which is mu_ij = 0 elsewhere. Walls with no slip take part as particles of given velocity. Implicitly,
-with dv_i = v_i - v*_i,
+With dv_i = v_i - v*_i and the stiffness K_ij of `pair_stiffness` the implicit step is
 
     (rho_i0 + theta dt sum_j K_ij) dv_i - theta dt sum_j K_ij dv_j = dt sum_j K_ij v*_ji,
     paper   theta = 1, backward Euler
-    split   theta = max(1/2, 1 - 2 / z),   z = FINEST nu dt / d^2
+    split   theta = max(1/2, 1 - 2 / z),   z = FINEST nu dt / d^2,
 
-solved matrix-free with 3x3 block Jacobi, for the particles of viscous phases only. Backward Euler takes nu k^2 dt / 2 off every decay,
-0.4 % of a vortex of 64 spacings at a Reynolds number of 100; the trapezoidal rule, 1/2, errs by the square of that. z is the share of
-itself that the finest wave would lose in a step. Beyond 4 the trapezoidal rule would let it swing for long; with theta a step leaves
--1 / (z - 1) of it at most.
-
-A no-slip wall of rest velocity stands half a spacing behind its surface; its k is scaled so that the first layer of liquid, half a
-spacing before the surface, feels the stress mu v / (d / 2) of a linear profile.
+and is solved matrix-free with 3x3 block Jacobi, for the particles of viscous phases only. Backward Euler takes nu k^2 dt / 2 off every
+decay, 0.4 % of a vortex of 64 spacings at a Reynolds number of 100; the trapezoidal rule, theta = 1/2, errs by the square of that. The
+number z is the share of itself that the finest wave would lose in a step. Beyond z = 4 the trapezoidal rule would let that wave swing for
+long; with this theta a step leaves at most -1 / (z - 1) of it.
 """
 
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from oilsim.backend.jit import FAST, inlined
-from oilsim.backend.simd import LANES, below, gather, gather_four, load, only, positive, root, spread, store, summed
+from oilsim.backend.jit import FAST
+from oilsim.backend.simd import LANES, below, gather_four, load, spread, summed
 from oilsim.backend.thread_team import Team, block_count, total
-from oilsim.neighborhood.neighbor_search import Pairs, fill_rows, separations
-from oilsim.neighborhood.smoothing_kernels import SUPPORT, kernel, kernel_slope_over_q, lattice, normalisation
+from oilsim.neighborhood.neighbor_search import fill_rows
+from oilsim.neighborhood.neighborhood import Neighborhood
 from oilsim.pressure.bounded_solver import dot
-from oilsim.pressure.pressure_gradient import PairVectors, load_vector
+from oilsim.pressure.pressure_gradient import load_vector
+from oilsim.viscosity.pair_stiffness import (
+    REGULAR,
+    PairGradients,
+    Profile,
+    Stiffness,
+    ViscousLiquid,
+    fourth_moment_share,
+    lattice_fourth_moment,
+    profile_factor,
+    viscous_coefficients,
+)
 from oilsim.viscosity.viscous_response import ViscousResponse
 
 Real = NDArray[np.float32]
 
-ZERO, ONE, HALF = np.float32(0.0), np.float32(1.0), np.float32(0.5)
-LEVEL = np.float32(0.6)  # for which sum w x^2 y^2 = sum w r^4 / 8 on a square lattice
-REGULAR = 1e-4  # of d^2, beside r^2 of a pair: the 0.01 h^2 of Eq. 25 takes 1 % off the viscosity, and nothing needs it
-FINEST = 10.0  # nu / d^2 at which waves decay at most: 6.6 on a square lattice, 7.4 on a cubic one, more beside walls that hold
-EXPLICIT_BELOW = 1e-2  # nu dt / d^2 under which one explicit step equals the implicit one to the square of this
-
-
-@inlined
-def viscous_weight(q, sigma):
-    """w at q = r / H, [1/m3; 1/m2 in two dimensions]; sigma that of W."""
-    return (ONE + LEVEL * q * q) * kernel(q, sigma)
-
-
-@lru_cache
-def lattice_fourth_moment(dimension: int) -> float:
-    """S of a lattice of spacing 1."""
-    squares = (lattice(1.0, dimension) ** 2).sum(axis=1)
-    weight = viscous_weight(np.sqrt(squares) / SUPPORT, normalisation(1.0, dimension))
-    return float((weight * squares**2).sum())
-
-
-@lru_cache
-def wall_factor(dimension: int, eq_25: bool) -> float:
-    """Scale of k for no-slip walls: stress of a linear profile over that of a sheet of wall points, spacing 1."""
-    sigma = normalisation(1.0, dimension)
-    across = np.linspace(0.0, SUPPORT, 601)
-    r = np.hypot(1.0, across)
-    # mean of x^2 over directions in the plane, times the measure of a ring; both sides of a line in two dimensions
-    ring = np.pi * across**3 if dimension == 3 else 2.0 * across**2
-    q = r / SUPPORT
-    weight = -kernel_slope_over_q(q, sigma) / SUPPORT**2 / (r**2 + REGULAR) if eq_25 else viscous_weight(q, sigma)
-    return 2.0 / (profile_factor(1.0, dimension, eq_25) * float(np.trapezoid(weight * ring, across)))
-
-
-def profile_factor(spacing: float, dimension: int, eq_25: bool) -> float:
-    """What f(r) has before its profile, (-W'(r) / r) / r^2 [1] or w(r) [1/m4]."""
-    return 2.0 * (dimension + 2.0) * (1.0 if eq_25 else dimension / (lattice_fourth_moment(dimension) * spacing**4))
+ZERO = np.float32(0.0)
+# [1] rate of the finest wave over nu / d^2, at most; theory; 6.6 on a square lattice, 7.4 on a cubic one, more beside no-slip walls
+FINEST = 10.0
+# [1] nu dt / d^2 under which a step is explicit; theory; it equals the implicit one to the square of this
+EXPLICIT_BELOW = 1e-2
 
 
 @njit(**FAST)
-def fourth_moment_share(begin, end, points, near, period, fluid, walls, sigma, support, factor, share):
-    """Fill `share` (N,) with the lattice's S over that of each particle, 1 where `near` (N,) a free surface or by walls.
+def viscous_force(begin, end, active, fluid, gradient, stiffness, velocity, force):
+    """Fill `force` (3, N) with sum_j K_ij (v_j - v_i) [N/m3] of active particles, walls as if at rest (Eq. 25).
 
-    factor: V over the lattice's S [1/m4].
+    active    (A,) uint32, their indices
+    fluid     lists of fluid neighbours
+    gradient  `PairVectors` of these
+    stiffness the `Stiffness`
+    velocity  (N, 4) velocity [m/s], and another number
     """
-    inverse_support = ONE / support
-    for i in range(begin, end):
-        if near[i] or walls.number[i] > 0:
-            share[i] = ONE
-            continue
-        content = spread(ZERO)
-        first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
-        for k in range(first, last, LANES):
-            present = below(last, k)
-            j = load(fluid.neighbor, k, present)
-            dx, dy, dz, _ = separations(i, points, points, j, period)
-            squared = dx * dx + dy * dy + dz * dz
-            q = only(present, root(squared) * inverse_support, ONE)
-            content += viscous_weight(q, sigma) * squared * squared
-        share[i] = ONE / (factor * summed(content))
-
-
-@inlined
-def stiffness(ax, ay, az, dx, dy, dz, volume, sigma, inverse_support, regular, factor):
-    """k with K_ij = k a a^T for the cached gradient a = V grad W, or nearly: factor mu times the profile of f, volume V, over (a / x)^2.
-
-    sigma that of w, None for Eq. 25.
-    """
-    squared = dx * dx + dy * dy + dz * dz
-    slope = positive(-(ax * dx + ay * dy + az * dz)) + np.float32(1e-12)
-    if sigma is None:
-        return factor * squared / ((squared + regular) * slope)
-    ratio = squared / slope
-    return factor * volume * viscous_weight(root(squared) * inverse_support, sigma) * ratio * ratio
-
-
-@inlined
-def add_outer(block, s, ax, ay, az):
-    """block + s a a^T, as xx, xy, xz, yy, yz, zz."""
-    sx, sy, sz = s * ax, s * ay, s * az
-    return (
-        block[0] + sx * ax, block[1] + sx * ay, block[2] + sx * az,
-        block[3] + sy * ay, block[4] + sy * az, block[5] + sz * az,
-    )  # fmt: skip
-
-
-@njit(**FAST)
-def viscous_coefficients(
-    begin, end, active, points, wall, phase, viscosity, wall_viscosity, period, fluid, walls, gradient, wall_gradient, volume, sigma,
-    support, regular, factor, share, pair_stiffness, wall_stiffness, block,
-):  # fmt: skip
-    """Fill k of every pair of an active particle and `block` (6, N), sum_j K_ij as xx, xy, xz, yy, yz, zz [kg/(m3 s)].
-
-    active (A,): particle indices; viscosity (phases, phases): mu_ij [Pa s]; wall_viscosity (M,): 1 where the wall holds
-    the liquid, 0 where it slips, None where none holds; sigma that of W and share (N,) as above, None for Eq. 25.
-    """
-    inverse_support = ONE / support
-    for n in range(begin, end):
-        i = active[n]
-        own = viscosity[phase[i]]
-        nothing = spread(ZERO)
-        sums = (nothing, nothing, nothing, nothing, nothing, nothing)
-        first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
-        for k in range(first, last, LANES):
-            present = below(last, k)
-            j = load(fluid.neighbor, k, present)
-            ax, ay, az = load_vector(gradient, k, present)
-            dx, dy, dz, _ = separations(i, points, points, j, period)
-            mu = spread(own[0]) if own.size == 1 else gather(own, gather(phase, j))
-            k_ij = stiffness(ax, ay, az, dx, dy, dz, volume, sigma, inverse_support, regular, factor)
-            if share is not None:
-                k_ij *= HALF * (share[i] + gather(share, j))
-            s = only(present, mu * k_ij, ZERO)
-            store(pair_stiffness, k, present, s)
-            sums = add_outer(sums, s, ax, ay, az)
-        if wall_viscosity is not None:
-            first, last = walls.start[i], walls.start[i] + np.int64(walls.number[i])
-            for k in range(first, last, LANES):
-                present = below(last, k)
-                b = load(walls.neighbor, k, present)
-                ax = load(wall_gradient[0], k, present)
-                ay = load(wall_gradient[1], k, present)
-                az = load(wall_gradient[2], k, present)
-                dx, dy, dz, content = separations(i, points, wall, b, period)
-                mu = own[phase[i]] * gather(wall_viscosity, b)
-                k_ib = stiffness(ax, ay, az, dx, dy, dz, content, sigma, inverse_support, regular, factor)
-                s = only(present, mu * k_ib, ZERO)
-                store(wall_stiffness, k, present, s)
-                sums = add_outer(sums, s, ax, ay, az)
-        block[0, i], block[1, i], block[2, i] = summed(sums[0]), summed(sums[1]), summed(sums[2])
-        block[3, i], block[4, i], block[5, i] = summed(sums[3]), summed(sums[4]), summed(sums[5])
-
-
-@njit(**FAST)
-def viscous_force(begin, end, active, fluid, gradient, pair_stiffness, block, velocity, force):
-    """Fill `force` (3, N) with sum_j K_ij (v_j - v_i) [N/m3] of active particles; velocity (N, 4), wall velocities count as 0."""
+    block = stiffness.block
     for n in range(begin, end):
         i = active[n]
         fx = fy = fz = spread(ZERO)
@@ -193,7 +69,7 @@ def viscous_force(begin, end, active, fluid, gradient, pair_stiffness, block, ve
             j = load(fluid.neighbor, k, present)
             ax, ay, az = load_vector(gradient, k, present)
             uj, vj, wj, _ = gather_four(velocity, j, 0)
-            s = load(pair_stiffness, k, present) * (ax * uj + ay * vj + az * wj)
+            s = load(stiffness.pairs, k, present) * (ax * uj + ay * vj + az * wj)
             fx += s * ax
             fy += s * ay
             fz += s * az
@@ -205,7 +81,14 @@ def viscous_force(begin, end, active, fluid, gradient, pair_stiffness, block, ve
 
 @njit(**FAST)
 def wall_drag(begin, end, active, walls, wall_gradient, wall_stiffness, wall_velocity, force):
-    """Add sum_b K_ib v_b [N/m3], what moving no-slip walls pull, to `force` (3, N) of active particles."""
+    """Add sum_b K_ib v_b [N/m3], the pull of moving no-slip walls, to `force` (3, N) of active particles.
+
+    active          (A,) uint32, their indices
+    walls           lists of wall neighbours
+    wall_gradient   (3, Q) pair vectors of these [1/m]
+    wall_stiffness  (Q,) k of these [kg/(m s)]
+    wall_velocity   (3, M) of the wall particles [m/s]
+    """
     for n in range(begin, end):
         i = active[n]
         for k in range(walls.start[i], walls.start[i] + np.int64(walls.number[i])):
@@ -219,7 +102,10 @@ def wall_drag(begin, end, active, walls, wall_gradient, wall_stiffness, wall_vel
 
 @njit(**FAST)
 def precondition(begin, end, active, block, rest_density, time_step, residual, result):
-    """result = (rho_0 + dt sum_j K_ij)^-1 residual, the 3x3 block Jacobi preconditioner, for active particles."""
+    """Fill `result` (3, N) with (rho_0 + dt sum_j K_ij)^-1 residual, the 3x3 block Jacobi preconditioner, for active particles.
+
+    active (A,) uint32; block (6, N) of `Stiffness` [kg/(m3 s)]; rest_density (N,) [kg/m3]; time_step theta dt [s]; residual (3, N).
+    """
     for n in range(begin, end):
         i = active[n]
         rho = rest_density[i]
@@ -233,70 +119,56 @@ def precondition(begin, end, active, block, rest_density, time_step, residual, r
         result[2, i] = cxz * rx + (xy * xz - xx * yz) * ry + (xx * yy - xy * xy) * rz
 
 
-def viscosity_matrix(viscosities: list[float], same_phase_only: bool) -> Real:
-    """mu_ij [Pa s] (phases, phases): harmonic means, or only the diagonal."""
-    mu = np.asarray(viscosities, np.float64)
-    sums = mu[:, None] + mu[None, :]
-    mean = np.divide(2.0 * mu[:, None] * mu[None, :], sums, out=np.zeros_like(sums), where=sums > 0.0)
-    return (np.diag(mu) if same_phase_only else mean).astype(np.float32)
-
-
 class ViscousSystem:
     """The linear system of one step; `solve` makes a velocity implicit, `explicit` steps it forward."""
 
-    def __init__(self, team: Team, active: NDArray[np.uint32], fluid: Pairs, gradient: PairVectors) -> None:
-        self._team, self.active, self._fluid, self._gradient = team, active, fluid, gradient
-        self.pair_stiffness = np.empty(gradient.whole.shape[1], np.float32)
-        self.block: Real = np.empty((6, 0), np.float32)
+    def __init__(self, team: Team, liquid: ViscousLiquid, neighborhood: Neighborhood, gradients: PairGradients) -> None:
+        self._team, self._liquid, self._neighborhood, self._gradients = team, liquid, neighborhood, gradients
+        self._seen = np.empty((len(liquid.points), 4), np.float32)
 
     def assemble(
-        self, points: Real, wall: Real, phase: NDArray[np.uint8], viscosity: Real, wall_viscosity: Real | None,
-        period: tuple[np.float32, ...] | None, walls: Pairs, wall_gradient: Real, spacing: float, dimension: int,
-        near: NDArray[np.uint8] | None,
-    ) -> None:  # fmt: skip
-        """Compute the coefficients of every pair at the present positions; near (N,) a free surface, None for Eq. 25."""
-        self._walls, self._wall_gradient = walls, wall_gradient
-        self.wall_stiffness = np.zeros(wall_gradient.shape[1] if wall_viscosity is not None else 0, np.float32)
-        self.block, self._seen = np.zeros((6, len(points)), np.float32), np.empty((len(points), 4), np.float32)
-        volume, support, sigma, share = np.float32(spacing**dimension), np.float32(SUPPORT * spacing), None, None
+        self, wall: Real, wall_viscosity: Real | None, spacing: float, dimension: int, near: NDArray[np.uint8] | None
+    ) -> None:
+        """Compute the coefficients of every pair at the present positions.
+
+        wall, wall_viscosity as for `viscous_coefficients`; spacing d [m]; near (N,) uint8: 1 within reach of a free surface, None for
+        Eq. 25.
+        """
+        points, gradients, hood, share = self._liquid.points, self._gradients, self._neighborhood, None
         if near is not None:
-            sigma, share = np.float32(normalisation(spacing, dimension)), np.empty(near.size, np.float32)
-            factor = volume / np.float32(lattice_fourth_moment(dimension) * spacing**4)
-            self._team.run(
-                fourth_moment_share,
-                near.size,
-                points,
-                near,
-                period,
-                self._fluid,
-                walls,
-                sigma,
-                support,
-                factor,
-                share,
-            )
+            share = np.empty(near.size, np.float32)
+            factor = hood.volume / np.float32(lattice_fourth_moment(dimension) * spacing**4)
+            self._team.run(fourth_moment_share, near.size, points, near, hood, factor, share)
+        self.stiffness = Stiffness(
+            np.empty(gradients.fluid.whole.shape[1], np.float32),
+            np.zeros(gradients.walls.shape[1] if wall_viscosity is not None else 0, np.float32),
+            np.zeros((6, len(points)), np.float32),
+        )
+        profile = Profile(
+            np.float32(REGULAR * spacing**2), np.float32(profile_factor(spacing, dimension, near is None))
+        )
         self._team.run(
-            viscous_coefficients, self.active.size, self.active, points, wall, phase, viscosity, wall_viscosity,
-            period, self._fluid, walls, self._gradient, wall_gradient, volume, sigma, support,
-            np.float32(REGULAR * spacing**2), np.float32(profile_factor(spacing, dimension, near is None)), share,
-            self.pair_stiffness, self.wall_stiffness, self.block,
+            viscous_coefficients, self._liquid.active.size, self._liquid, wall, wall_viscosity, hood, gradients, profile, share,
+            self.stiffness,
         )  # fmt: skip
 
     def force(self, velocity: Real, wall_velocity: Real | None) -> Real:
-        """Viscous force density (3, N) [N/m3]; wall_velocity (3, M) [m/s], None for 0."""
+        """Return the viscous force density (3, N) [N/m3] at velocity (3, N) [m/s]; wall_velocity (3, M) [m/s], None for 0."""
+        active, hood, gradients = self._liquid.active, self._neighborhood, self._gradients
         result = np.zeros_like(velocity)
         self._team.run(fill_rows, len(self._seen), velocity, velocity[0], self._seen)
-        arguments = (self._fluid, self._gradient, self.pair_stiffness, self.block, self._seen, result)
-        self._team.run(viscous_force, self.active.size, self.active, *arguments)
-        if wall_velocity is not None and self.wall_stiffness.size:
-            self._team.run(
-                wall_drag, self.active.size, self.active, self._walls, self._wall_gradient,
-                self.wall_stiffness, wall_velocity, result,
-            )  # fmt: skip
+        arguments = (active, hood.fluid, gradients.fluid, self.stiffness, self._seen, result)
+        self._team.run(viscous_force, active.size, *arguments)
+        if wall_velocity is not None and self.stiffness.walls.size:
+            pairs = hood.walls, gradients.walls, self.stiffness.walls
+            self._team.run(wall_drag, active.size, active, *pairs, wall_velocity, result)
         return result
 
     def explicit(self, velocity: Real, rest_density: Real, time_step: float, bodies: ViscousResponse | None) -> None:
-        """velocity += dt force / rho_0 (Eq. 25), in place; bodies answer implicitly all the same."""
+        """Add dt force / rho_0 (Eq. 25) to velocity (3, N) [m/s] in place; bodies answer implicitly all the same.
+
+        rest_density (N,) [kg/m3]; time_step [s].
+        """
         velocity += (
             np.float32(time_step)
             / rest_density
@@ -304,16 +176,13 @@ class ViscousSystem:
         )
 
     def solve(
-        self,
-        velocity: Real,
-        rest_density: Real,
-        time_step: float,
-        theta: float,
-        bodies: ViscousResponse | None,
-        tolerance: float,
+        self, velocity: Real, rest_density: Real, time_step: float, theta: float, bodies: ViscousResponse | None, tolerance: float,
         iterations: int,
-    ) -> int:
-        """The implicit step (Eq. 26, 27 with theta 1), in place; stops at `tolerance` times the explicit change; returns iterations."""
+    ) -> int:  # fmt: skip
+        """Make velocity (3, N) [m/s] implicit in place (Eq. 26, 27 with theta 1), and return the iterations used.
+
+        rest_density (N,) [kg/m3]; time_step [s]; stops at `tolerance` [1] times the explicit change.
+        """
         dt = np.float32(theta * time_step)
         residual = np.float32(time_step) * self.force(velocity, None if bodies is None else bodies.lead(velocity))
         scaled = np.zeros_like(velocity)
@@ -340,8 +209,8 @@ class ViscousSystem:
         return used
 
     def _precondition(self, residual: Real, rest_density: Real, time_step: np.float32, result: Real) -> None:
-        arguments = (self.active, self.block, rest_density, time_step, residual, result)
-        self._team.run(precondition, self.active.size, *arguments)
+        arguments = (self.stiffness.block, rest_density, time_step, residual, result)
+        self._team.run(precondition, self._liquid.active.size, self._liquid.active, *arguments)
 
     def _dot(self, left: Real, right: Real) -> float:
         left, right = left.reshape(-1), right.reshape(-1)
@@ -351,10 +220,10 @@ class ViscousSystem:
 
 
 def implicit_share(number: float) -> float:
-    """The theta of the split scheme at a viscous number."""
+    """Return the theta of the split scheme at a viscous number nu dt / d^2 [1]."""
     return max(0.5, 1.0 - 2.0 / (FINEST * number))
 
 
 def is_mild(number: float) -> bool:
-    """Whether one explicit step is as good as the implicit one at this viscous number."""
+    """Return whether one explicit step is as good as the implicit one at a viscous number nu dt / d^2 [1]."""
     return math.isfinite(number) and number < EXPLICIT_BELOW

@@ -61,7 +61,6 @@ def _react(tools: StepTools, arrays: StepArrays, multiplier: Real, reaction_time
     if arrays.touching.size:
         impulse = walls.zero_forces()
         push_reaction(
-            arrays.touching, arrays.neighborhood, multiplier, np.float32(tools.constants.reference_density), walls.resting, walls.owner,
-            walls.arm, impulse,
+            arrays.body_pairs, arrays.neighborhood, multiplier, np.float32(tools.constants.reference_density), impulse,
         )  # fmt: skip
         walls.receive(impulse / reaction_time)

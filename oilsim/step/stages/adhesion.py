@@ -18,15 +18,12 @@ def apply_adhesion(tools: StepTools, arrays: StepArrays, state: FluidState, time
     walls, hood = tools.walls, arrays.neighborhood
     with tools.stage("adhesion"):
         pull = np.zeros_like(state.velocity)
-        tools.team.run(
-            adhesion_acceleration, state.awake, state.position, walls.position, walls.area, state.phase, strength, hood.period,
-            hood.walls, hood.support, pull,
-        )  # fmt: skip
+        wall = walls.particles
+        tools.team.run(adhesion_acceleration, state.awake, state.position, state.phase, strength, wall, hood, pull)
         state.velocity += np.float32(time_step) * pull
         if arrays.touching.size:
             force = walls.zero_forces()
             adhesion_reaction(
-                arrays.touching, state.position, walls.position, walls.area, state.phase, strength, arrays.rest_density, hood.period,
-                hood.walls, hood.support, hood.volume, walls.resting, walls.owner, walls.arm, force,
-            )  # fmt: skip
+                arrays.body_pairs, state.position, state.phase, strength, arrays.rest_density, wall, hood, force
+            )
             walls.receive(time_step * force)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from oilsim.boundaries.wall_contact import wall_approach, wall_contact, wall_push
+from oilsim.boundaries.wall_contact import ContactRule, WallSums, wall_approach, wall_contact, wall_push
 from oilsim.pressure.rigid_response import RigidResponse
 from oilsim.state import FluidState
 from oilsim.step.step_arrays import StepArrays
@@ -17,19 +17,16 @@ def apply_wall_contact(tools: StepTools, arrays: StepArrays, state: FluidState, 
     if not walls.count:
         return
     count, spacing = state.awake, np.float32(tools.config.particle_spacing)
-    slope, (rate, strength) = arrays.wall_slope, np.empty((2, count), np.float32)
+    sums = WallSums(arrays.coverage, arrays.wall_slope, arrays.compression)
+    rule = ContactRule(constants.drop, constants.wall_coverages, constants.nearest_wall, spacing)
+    rate, strength = np.empty((2, count), np.float32)
     with tools.stage("contact"):
-        run(wall_approach, count, slope, state.velocity, rate)
+        run(wall_approach, count, sums.slope, state.velocity, rate)
         response = RigidResponse(walls, arrays.contacts, None, float(constants.volume))
         if response.present:
             response.add_motion(rate)
-        run(
-            wall_contact, count, arrays.coverage, arrays.compression, constants.drop, slope, rate, constants.wall_coverages, spacing,
-            np.float32(tools.config.particle_spacing / time_step), state.velocity, strength,
-        )  # fmt: skip
-        run(
-            wall_push, count, arrays.coverage, arrays.compression, constants.drop, slope, constants.nearest_wall,
-            constants.wall_coverages, spacing, state.position,
-        )  # fmt: skip
+        reach = np.float32(tools.config.particle_spacing / time_step)
+        run(wall_contact, count, sums, rule, rate, reach, state.velocity, strength)
+        run(wall_push, count, sums, rule, state.position)
         if response.present:
             response.accept(strength * arrays.rest_density[:count])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from oilsim.boundaries.contact_film import film_wrenches
+from oilsim.boundaries.contact_film import RimLiquid, film_wrenches
 from oilsim.state import FluidState
 from oilsim.step.step_arrays import StepArrays
 from oilsim.step.step_tools import StepTools
@@ -15,10 +15,9 @@ def press_films(tools: StepTools, arrays: StepArrays, state: FluidState, time_st
     constants, hood = tools.constants, arrays.neighborhood
     with tools.stage("films"):
         per_kappa = constants.reference_density / state.time_step
-        liquid = state.pressure_impulse, per_kappa, arrays.rest_density, state.position
+        liquid = RimLiquid(state.position, arrays.rest_density, state.pressure_impulse, per_kappa)
         wrench = film_wrenches(
-            tools.walls, hood.walls, arrays.contacts, arrays.touching, arrays.points, liquid, constants.gravity, hood.period,
-            (hood.sigma, hood.support, hood.volume, constants.moment),
+            tools.walls, hood, arrays.contacts, arrays.body_pairs, liquid, constants.gravity, constants.moment
         )  # fmt: skip
         if wrench.any():
             tools.walls.receive(time_step * wrench)

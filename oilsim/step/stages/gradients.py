@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from oilsim.boundaries.contacts import gather_contacts
 from oilsim.gradients.shear_correction import correct_for_shear
 from oilsim.pressure.pressure_gradient import cache_gradients
 from oilsim.state import FluidState
@@ -14,7 +15,7 @@ from oilsim.step.step_tools import StepTools
 
 def cache_pair_gradients(tools: StepTools, arrays: StepArrays, state: FluidState) -> None:
     """Fill the arrays of the gradients' stage (see `StepArrays`) at the present positions."""
-    walls, constants, hood = tools.walls, tools.constants, arrays.neighborhood
+    constants, hood = tools.constants, arrays.neighborhood
     with tools.stage("gradients"):
         place_points(tools, arrays, state)
         if arrays.mended is not None:
@@ -26,4 +27,4 @@ def cache_pair_gradients(tools: StepTools, arrays: StepArrays, state: FluidState
             cache_gradients, state.awake, hood, arrays.mended, constants.pressure, arrays.by_body, arrays.vectors, arrays.sums,
             arrays.wall_pressure, arrays.lever,
         )  # fmt: skip
-        arrays.contacts = walls.contacts(arrays.touching, hood.walls, arrays.wall_gradient)
+        arrays.contacts = gather_contacts(arrays.body_pairs, arrays.wall_gradient)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from oilsim.boundaries.contacts import list_body_pairs
 from oilsim.neighborhood.neighbor_search import fill_rows
 from oilsim.state import FluidState
 from oilsim.step.step_arrays import StepArrays
@@ -19,7 +20,7 @@ def search_neighbors(tools: StepTools, arrays: StepArrays, state: FluidState) ->
         arrays.weight = constants.weights.take(state.phase)
         arrays.rest_density = constants.densities.astype(np.float32).take(state.phase)
         place_points(tools, arrays, state)
-        arrays.touching = walls.touching(solid, state.awake)
+        arrays.body_pairs, arrays.touching = list_body_pairs(walls.particles, solid, state.awake)
         arrays.by_body[arrays.touching] = True
 
 

@@ -9,8 +9,9 @@ from oilsim.state import FluidState
 from oilsim.step.step_arrays import StepArrays
 from oilsim.step.step_tools import StepTools
 from oilsim.viscosity.deferred_viscosity import NEGLIGIBLE, viscosity_due
+from oilsim.viscosity.pair_stiffness import PairGradients, ViscousLiquid, wall_factor
 from oilsim.viscosity.viscous_response import ViscousResponse
-from oilsim.viscosity.viscous_system import ViscousSystem, implicit_share, is_mild, wall_factor
+from oilsim.viscosity.viscous_system import ViscousSystem, implicit_share, is_mild
 
 Real = NDArray[np.float32]
 
@@ -61,7 +62,7 @@ def _viscous_response(
     if not walls.bodies_hold or not arrays.touching.size:
         return None
     return ViscousResponse(
-        walls, arrays.touching, hood.walls, arrays.wall_gradient, system.wall_stiffness, hood.volume, time_step, theta
+        walls, arrays.body_pairs, arrays.wall_gradient, system.stiffness.walls, hood.volume, time_step, theta
     )
 
 
@@ -71,14 +72,14 @@ def viscous_system(tools: StepTools, arrays: StepArrays, state: FluidState, visc
     corrected = tools.constants.corrected
     viscous = viscosity.max(axis=1) > 0.0
     chosen = np.arange(state.awake) if viscous.all() else np.flatnonzero(viscous[state.phase[: state.awake]])
-    system = ViscousSystem(tools.team, chosen.astype(np.uint32), hood.fluid, arrays.gradient)
+    liquid = ViscousLiquid(chosen.astype(np.uint32), arrays.points, state.phase, viscosity)
+    gradients = PairGradients(arrays.gradient, arrays.wall_gradient)
+    system = ViscousSystem(tools.team, liquid, hood, gradients)
     no_slip = walls.no_slip
     if no_slip is not None:
         # one sheet of walls, of whatever volume, holds the liquid; points without any are no walls
         held = walls.area * np.float32(wall_factor(config.dimension, not corrected) * config.particle_spacing)
         no_slip = np.divide(no_slip * held, walls.volume, out=np.zeros_like(held), where=walls.volume > 0.0)
-    system.assemble(
-        arrays.points, walls.points, state.phase, viscosity, no_slip, hood.period, hood.walls, arrays.wall_gradient,
-        config.particle_spacing, config.dimension, arrays.surface if corrected else None,
-    )  # fmt: skip
+    surface = arrays.surface if corrected else None
+    system.assemble(walls.points, no_slip, config.particle_spacing, config.dimension, surface)
     return system

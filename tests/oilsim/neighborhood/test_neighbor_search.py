@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from numba import njit
 
-from oilsim.backend.compaction import append_near, append_one_by_one
+from oilsim.backend.simd.compaction import Ball, append_near, append_one_by_one
 from oilsim.backend.thread_team import Team
-from oilsim.neighborhood.neighbor_search import NeighborSearch, make_grid
+from oilsim.neighborhood.neighbor_search import CellOrder, NeighborSearch, Sorted, make_grid
 
 SUPPORT = 0.2
 
@@ -38,7 +38,7 @@ def test_lists_equal_brute_force(periodic, threads):
     search = NeighborSearch(grid, Team(threads), period if any(periodic) else None)
     order, start = search.order_by_cell(points)
     points = np.ascontiguousarray(points[:, order])
-    pairs = search.list_neighbors("all", points, points, start)
+    pairs = search.list_neighbors("all", points, Sorted(position=points, cell_start=start))
     near = brute_force(points[:, :500], points, period)
     for i in range(500):
         expected = set(np.flatnonzero(near[i])) - {i}
@@ -57,7 +57,8 @@ def test_moving_particles_are_found_beside_sorted_ones():
     moving_order, moving_start = search.order_by_cell(moving)
     walls = np.concatenate([resting[:, order], moving], axis=1)
     points = rng.random((3, 50)).astype(np.float32)
-    pairs = search.list_neighbors("walls", points, walls, start, None, moving_order + np.uint32(200), moving_start)
+    behind = CellOrder(order=moving_order + np.uint32(200), cell_start=moving_start)
+    pairs = search.list_neighbors("walls", points, Sorted(position=walls, cell_start=start), moving=behind)
     near = brute_force(points, walls, (0, 0, 0))
     for i in range(50):
         assert set(pairs.neighbor[pairs.start[i] : pairs.start[i] + pairs.number[i]]) == set(np.flatnonzero(near[i]))
@@ -68,8 +69,9 @@ def listed_in(search, points, walls):
     order, start = search.order_by_cell(points)
     wall_order, wall_start = search.order_by_cell(walls)
     points, walls = points[:, order].copy(), walls[:, wall_order].copy()
-    fluid = search.list_neighbors("fluid", points, points, start)
-    wall = search.list_neighbors("walls", points, walls, wall_start, search.surroundings(walls))
+    fluid = search.list_neighbors("fluid", points, Sorted(position=points, cell_start=start))
+    others = Sorted(position=walls, cell_start=wall_start)
+    wall = search.list_neighbors("walls", points, others, near=search.surroundings(walls))
     rows = [[(pairs.start[i], pairs.number[i]) for i in range(len(order))] for pairs in (fluid, wall)]
     beside = [fluid.neighbor[first : first + number].tolist() for first, number in rows[0]]
     return (
@@ -98,7 +100,7 @@ def test_crowded_block_grows_its_lists():
     search = NeighborSearch(grid, Team(1), None)
     points = (0.5 + 0.01 * np.random.default_rng(0).random((3, 300))).astype(np.float32)
     _, start = search.order_by_cell(points)
-    pairs = search.list_neighbors("all", points, points, start)
+    pairs = search.list_neighbors("all", points, Sorted(position=points, cell_start=start))
     assert (pairs.number[:300] == 299).all()
 
 
@@ -108,8 +110,8 @@ def test_compiled_append_equals_plain_python(period, listed):
     rng = np.random.default_rng(2)
     points = rng.random((3, 90)).astype(np.float32)
     candidate = rng.permutation(90).astype(np.uint32) if listed else None
-    own, reach_squared = 40, np.float32(0.09)
-    arguments = (points, candidate, 3, 87, own, *points[:, own], period, reach_squared)
+    ball = Ball(place=tuple(points[:, 40]), own=40, reach_squared=np.float32(0.09), period=period)
+    arguments = (ball, points, candidate, 3, 87)
     compiled = np.full(128, 999, np.uint32)
     plain = compiled.copy()
     cursor, margin = appended(*arguments, compiled, 5)

@@ -161,7 +161,7 @@ def test_parts_are_those_of_the_graph_of_neighbours(make_fluid):
     tools, arrays, state = fluid.tools, fluid.arrays, fluid.state
     search_neighbors(tools, arrays, state)
     part, owner, count = connected_parts(
-        arrays.neighborhood.fluid, arrays.neighborhood.walls, tools.walls, arrays.touching, state.count
+        arrays.neighborhood.fluid, arrays.body_pairs, len(tools.walls.moving), state.count
     )
     position = state.position.T.astype(np.float64)
     linked = np.linalg.norm(position[:, None] - position, axis=2) < fluid.config.support_radius

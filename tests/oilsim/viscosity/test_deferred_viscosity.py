@@ -9,7 +9,7 @@ from oilsim.initial_conditions import block
 from oilsim.phases import Phase
 from oilsim.step.stages import viscosity as viscosity_stage
 from oilsim.viscosity.deferred_viscosity import viscosity_due
-from oilsim.viscosity.viscous_system import viscosity_matrix
+from oilsim.viscosity.pair_stiffness import viscosity_matrix
 
 SPACING, STEP = 1.0 / 24.0, 0.01
 WATER, OIL = 1e-2, 100.0  # [Pa s]: in a step nu t / d^2 is 6e-5 and 0.6

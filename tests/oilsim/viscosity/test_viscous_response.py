@@ -57,8 +57,8 @@ def response_of(fluid, theta=1.0):
     """The bodies' part of a step, with the system it belongs to."""
     tools, arrays = fluid.tools, fluid.arrays
     system = viscous_system(tools, arrays, fluid.state, tools.constants.pair_viscosity)
-    walls = (arrays.neighborhood.walls, arrays.wall_gradient, system.wall_stiffness)
-    return system, ViscousResponse(tools.walls, arrays.touching, *walls, tools.constants.volume, STEP, theta)
+    gradients = arrays.wall_gradient, system.stiffness.walls
+    return system, ViscousResponse(tools.walls, arrays.body_pairs, *gradients, tools.constants.volume, STEP, theta)
 
 
 @pytest.mark.parametrize("tied", [False, True])

@@ -12,7 +12,8 @@ from oilsim.phases import Phase
 from oilsim.step.stages.gradients import cache_pair_gradients
 from oilsim.step.stages.search import search_neighbors
 from oilsim.step.stages.viscosity import apply_viscosity
-from oilsim.viscosity.viscous_system import REGULAR, implicit_share, viscosity_matrix, viscous_weight
+from oilsim.viscosity.pair_stiffness import REGULAR, viscosity_matrix, viscous_weight
+from oilsim.viscosity.viscous_system import implicit_share
 from tests.oilsim.conftest import prepare
 
 ALONG, ACROSS = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 2.0 * np.pi])
