@@ -1,4 +1,4 @@
-"""What became of all oil where one or more booms tend it: each particle counted once, whatever the booms' own accounts say.
+"""The balance of all oil that one or more booms tend: each particle counts once, whatever the booms' own accounts say.
 
 Booms in series lose the same oil one after another, nested ones hold it together; their accounts must not be added up.
 """
@@ -56,7 +56,7 @@ def _settled(
 ) -> tuple[NDArray[np.int64], NDArray[np.int8], NDArray[np.bool_]]:
     """Ids (N,), increasing, of the particles that a boom holds or has lost, by what they are lost to all booms, and whether any holds them.
 
-    Of booms that lost a particle at the same time the first one's cause is taken.
+    Where booms lost a particle at the same time, the first one's cause is taken.
     """
     standings = [tracker.standing() for tracker in trackers]
     seen = np.unique(np.concatenate([np.zeros(0, np.int64), *(standing.ids for standing in standings)]))

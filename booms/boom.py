@@ -7,18 +7,20 @@ Section, in the design frame of a segment (x along the boom, z up from the desig
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from oilsim.physical_constants import SEA_WATER_DENSITY
+from oilsim.quantity import quantity, quantity_of, require
+
 Array = NDArray[np.float64]
 FloatShape = Literal["cylinder", "box"]
 
 END_TAPER = 0.01  # of a segment's length
-BALLAST_FRACTION = 0.35  # of a boom's mass, where nothing else is said
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,47 +36,29 @@ class Boom:
     maximum_turn [rad]: largest angle between neighbours at which a boom is laid.
     """
 
-    length: float
-    segment_count: int
-    skirt_depth: float
-    freeboard: float
-    float_width: float
-    float_draft: float
-    skirt_thickness: float
-    design_skirt_thickness: float
+    length: float = quantity("m", above=0.0)
+    segment_count: int = quantity("", at_least=1, at_most=500, whole=True)
+    skirt_depth: float = quantity("m", above=0.0)
+    freeboard: float = quantity("m", above=0.0)
+    float_width: float = quantity("m", above=0.0)
+    float_draft: float = quantity("m", above=0.0)
+    skirt_thickness: float = quantity("m", above=0.0)
+    design_skirt_thickness: float = quantity("m", above=0.0)
     float_shape: FloatShape = "cylinder"
-    ballast_fraction: float = BALLAST_FRACTION
-    joint_height: float | None = None
-    maximum_turn: float = math.radians(75.0)
-    water_density: float = 1027.0
+    ballast_fraction: float = quantity("", default=0.35, at_least=0.0, below=1.0)
+    joint_height: float | None = quantity("m", default=None)
+    maximum_turn: float = quantity("rad", default=math.radians(75.0), above=0.0, below=math.pi)
+    water_density: float = quantity("kg/m3", default=SEA_WATER_DENSITY, above=0.0)
 
     def __post_init__(self) -> None:
-        lengths = (
-            "length",
-            "skirt_depth",
-            "freeboard",
-            "float_width",
-            "float_draft",
-            "skirt_thickness",
-            "water_density",
-        )
-        problems = [
-            f"{name} {getattr(self, name):g} must be above 0" for name in lengths if not getattr(self, name) > 0.0
-        ]
-        if self.segment_count < 1:
-            problems.append(f"segment_count {self.segment_count} must be 1 or more")
+        require("boom", Boom, vars(self), self._problems())
+
+    def _problems(self) -> Iterator[str]:
+        """Say which dimensions do not go together."""
         if self.float_draft >= self.skirt_depth:
-            problems.append(f"float_draft {self.float_draft:g} m must be less than skirt_depth {self.skirt_depth:g} m")
+            yield f"float_draft is {self.float_draft:g} m, allowed: below skirt_depth = {self.skirt_depth:g} m"
         if self.skirt_thickness > self.float_width:
-            problems.append(
-                f"skirt_thickness {self.skirt_thickness:g} m must not exceed float_width {self.float_width:g} m"
-            )
-        if not 0.0 <= self.ballast_fraction < 1.0:
-            problems.append(f"ballast_fraction {self.ballast_fraction:g} must be at least 0 and less than 1")
-        if not 0.0 < self.maximum_turn < math.pi:
-            problems.append(f"maximum_turn {self.maximum_turn:g} rad must lie between 0 and pi")
-        if problems:
-            raise ValueError("boom: " + "; ".join(problems))
+            yield f"skirt_thickness is {self.skirt_thickness:g} m, allowed: up to float_width = {self.float_width:g} m"
 
     @property
     def segment_length(self) -> float:
@@ -150,52 +134,64 @@ def section_buoyancy_to_weight(boom: Boom) -> float:
     return section_area(boom, boom.freeboard) / section_area(boom, 0.0)
 
 
-def boom_of_ratio(
-    *,
-    length: float,
-    segment_count: int,
-    skirt_depth: float,
-    freeboard: float,
-    buoyancy_to_weight: float,
-    skirt_thickness: float,
-    float_shape: FloatShape = "cylinder",
-    ballast_fraction: float = BALLAST_FRACTION,
-    water_density: float = 1027.0,
-) -> Boom:
-    """Boom whose float is sized so that gross buoyancy / weight comes out as asked; the float is as wide as high.
+@dataclass(frozen=True, kw_only=True)
+class BoomDesign:
+    """A boom as it is ordered: its size and its reserve buoyancy, from which `boom` sizes the float.
 
-    The float's draft e solves A(all) / A(below the waterline) = buoyancy_to_weight, with the float's height and width
-    freeboard + e. The ratio falls from a largest value, at which the skirt alone displaces the weight, as e grows.
+    length, segment_count, skirt_depth, freeboard, float_shape, ballast_fraction, water_density: see `Boom`;
+    buoyancy_to_weight: gross, volume of the whole boom over the volume that displaces its weight; skirt_thickness [m]: as built.
     """
 
-    def boom_with(float_draft: float) -> Boom:
-        return Boom(
-            length=100.0 * (freeboard + skirt_depth),  # long enough for any float that is tried on the way
-            segment_count=1,
-            skirt_depth=skirt_depth,
-            freeboard=freeboard,
-            float_width=freeboard + float_draft,
-            float_draft=float_draft,
-            skirt_thickness=skirt_thickness,
-            design_skirt_thickness=skirt_thickness,
-            float_shape=float_shape,
-            ballast_fraction=ballast_fraction,
-            water_density=water_density,
-        )
+    length: float = quantity_of(Boom, "length")
+    segment_count: int = quantity_of(Boom, "segment_count")
+    skirt_depth: float = quantity_of(Boom, "skirt_depth")
+    freeboard: float = quantity_of(Boom, "freeboard")
+    buoyancy_to_weight: float = quantity("", above=1.0)
+    skirt_thickness: float = quantity_of(Boom, "design_skirt_thickness")
+    float_shape: FloatShape = "cylinder"
+    ballast_fraction: float = quantity_of(Boom, "ballast_fraction")
+    water_density: float = quantity_of(Boom, "water_density")
 
-    smallest, largest = 1e-3 * freeboard, 0.95 * skirt_depth
-    highest, lowest = (section_buoyancy_to_weight(boom_with(e)) for e in (smallest, largest))
-    if not lowest <= buoyancy_to_weight <= highest:
-        raise ValueError(
-            f"buoyancy_to_weight {buoyancy_to_weight:g} must lie between {lowest:.3g} and {highest:.3g} for this"
-            f" freeboard ({freeboard:g} m), skirt depth ({skirt_depth:g} m) and skirt thickness ({skirt_thickness:g} m)"
+    def __post_init__(self) -> None:
+        require("boom", BoomDesign, vars(self))
+
+    def boom(self) -> Boom:
+        """Return the boom whose float, as wide as high, gives it the buoyancy that is asked for.
+
+        The float's draft e solves A(all) / A(below the waterline) = buoyancy_to_weight, with the float's height and width
+        freeboard + e. The ratio falls from a largest value, at which the skirt alone displaces the weight, as e grows.
+        ValueError for a ratio that no float of this freeboard and skirt has.
+        """
+        smallest, largest = 1e-3 * self.freeboard, 0.95 * self.skirt_depth
+        highest, lowest = (section_buoyancy_to_weight(self._with_draft(e)) for e in (smallest, largest))
+        wanted = self.buoyancy_to_weight
+        if not lowest <= wanted <= highest:
+            raise ValueError(
+                f"buoyancy_to_weight is {wanted:g}, allowed: {lowest:.3g} to {highest:.3g} for this freeboard"
+                f" ({self.freeboard:g} m), skirt depth ({self.skirt_depth:g} m) and skirt thickness ({self.skirt_thickness:g} m)"
+            )
+        draft = _bisect(lambda e: wanted - section_buoyancy_to_weight(self._with_draft(e)), smallest, largest)
+        return replace(self._with_draft(draft), length=self.length, segment_count=self.segment_count)
+
+    def _with_draft(self, float_draft: float) -> Boom:
+        """Return a boom of this section with a float of that draft [m], long enough for any that is tried."""
+        return Boom(
+            length=100.0 * (self.freeboard + self.skirt_depth),
+            segment_count=1,
+            skirt_depth=self.skirt_depth,
+            freeboard=self.freeboard,
+            float_width=self.freeboard + float_draft,
+            float_draft=float_draft,
+            skirt_thickness=self.skirt_thickness,
+            design_skirt_thickness=self.skirt_thickness,
+            float_shape=self.float_shape,
+            ballast_fraction=self.ballast_fraction,
+            water_density=self.water_density,
         )
-    float_draft = _bisect(lambda e: buoyancy_to_weight - section_buoyancy_to_weight(boom_with(e)), smallest, largest)
-    return replace(boom_with(float_draft), length=length, segment_count=segment_count)
 
 
 def _bisect(function: Callable[[float], float], low: float, high: float) -> float:
-    """Root of an increasing function between low and high."""
+    """Return the root of an increasing function between low and high."""
     for _ in range(60):
         middle = 0.5 * (low + high)
         if function(middle) < 0.0:

@@ -11,12 +11,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from booms.boom import Boom, boom_of_ratio
+from scipy.constants import inch, knot
 
-INCH = 0.0254
-"""[m]"""
-KNOT = 1852.0 / 3600.0
-"""[m/s]"""
+from booms.boom import Boom, BoomDesign
+from oilsim.physical_constants import SEA_WATER_DENSITY
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,9 +28,11 @@ class BoomClass:
     maximum_speed: float
     skirt_thickness: float = 0.005
 
-    def boom(self, length: float, segment_count: int, *, scale: float = 1.0, water_density: float = 1027.0) -> Boom:
+    def boom(
+        self, length: float, segment_count: int, *, scale: float = 1.0, water_density: float = SEA_WATER_DENSITY
+    ) -> Boom:
         """A boom of this class, `length` [m] long; `scale` multiplies the section (1 / 4 for a quarter-scale model)."""
-        return boom_of_ratio(
+        return BoomDesign(
             length=length,
             segment_count=segment_count,
             skirt_depth=scale * self.skirt_depth,
@@ -40,7 +40,7 @@ class BoomClass:
             buoyancy_to_weight=self.buoyancy_to_weight,
             skirt_thickness=scale * self.skirt_thickness,
             water_density=water_density,
-        )
+        ).boom()
 
     def maximum_speed_at(self, scale: float) -> float:
         """Highest speed [m/s] at a model scale: V / sqrt(g depth) is kept (Froude), so V goes with sqrt(scale)."""
@@ -53,37 +53,37 @@ BOOM_CLASSES: Mapping[str, BoomClass] = MappingProxyType(
         for entry in (
             BoomClass(
                 name="harbour-light",
-                skirt_depth=8 * INCH,
-                freeboard=4 * INCH,
+                skirt_depth=8 * inch,
+                freeboard=4 * inch,
                 buoyancy_to_weight=5.0,
-                maximum_speed=1.0 * KNOT,
+                maximum_speed=1.0 * knot,
             ),
             BoomClass(
                 name="harbour",
-                skirt_depth=16 * INCH,
-                freeboard=8 * INCH,
+                skirt_depth=16 * inch,
+                freeboard=8 * inch,
                 buoyancy_to_weight=7.0,
-                maximum_speed=1.5 * KNOT,
+                maximum_speed=1.5 * knot,
             ),
             BoomClass(
                 name="harbour-heavy",
-                skirt_depth=24 * INCH,
-                freeboard=12 * INCH,
+                skirt_depth=24 * inch,
+                freeboard=12 * inch,
                 buoyancy_to_weight=8.0,
-                maximum_speed=2.0 * KNOT,
+                maximum_speed=2.0 * knot,
             ),
             BoomClass(
-                name="coastal", skirt_depth=0.6, freeboard=0.4, buoyancy_to_weight=10.0, maximum_speed=2.0 * KNOT
+                name="coastal", skirt_depth=0.6, freeboard=0.4, buoyancy_to_weight=10.0, maximum_speed=2.0 * knot
             ),
             BoomClass(
-                name="sea-going", skirt_depth=1.1, freeboard=0.8, buoyancy_to_weight=12.0, maximum_speed=3.0 * KNOT
+                name="sea-going", skirt_depth=1.1, freeboard=0.8, buoyancy_to_weight=12.0, maximum_speed=3.0 * knot
             ),
             BoomClass(
                 name="sea-going-heavy",
                 skirt_depth=1.5,
                 freeboard=1.2,
                 buoyancy_to_weight=15.0,
-                maximum_speed=3.0 * KNOT,
+                maximum_speed=3.0 * knot,
             ),
         )
     }

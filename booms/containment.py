@@ -1,4 +1,4 @@
-"""Which oil a towed boom holds, and by which way the rest was lost.
+"""The oil that a towed boom holds, and the ways by which the rest was lost.
 
 Resolved by the particles, and only classified here: what flows under the skirt, over the top, around the ends or
 through the line of the boom, for parcels of at least one particle. Modelled, and given as numbers only: droplets torn
@@ -14,12 +14,14 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+from scipy.constants import hour, nautical_mile
+
+from booms.boom_state import BoomState, signed_distance
 
 Array = NDArray[np.float64]
 
-PRACTICE_SPEED = 0.7 * 1852.0 / 3600.0
+PRACTICE_SPEED = 0.7 * nautical_mile / hour
 """Speed normal to a boom, 0.7 knots [m/s], above which oil is lost in practice."""
 
 
@@ -43,7 +45,7 @@ MODELLED = "droplet entrainment: onset speed only, no volume"
 
 
 class _Fate(IntEnum):
-    """Where a particle stands in the account."""
+    """Standing of a particle in the account."""
 
     FREE = 0
     RETAINED = 1
@@ -52,7 +54,7 @@ class _Fate(IntEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class ContainmentOptions:
-    """What the account goes by.
+    """Rules and sizes that the account goes by.
 
     skirt_depth, freeboard [m] of the boom at its design waterline; particle_volume [m3]; hysteresis [m]: how far past
     the boom's line a particle must be to count as lost, or as back inside; one particle spacing is sensible.
@@ -74,62 +76,6 @@ class ContainmentOptions:
         for name in ("skirt_depth", "freeboard", "particle_volume", "hysteresis", "entrainment_speed"):
             if not getattr(self, name) > 0.0:
                 raise ValueError(f"containment: {name} is {getattr(self, name):g}, allowed: above 0")
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class BoomState:
-    """Where the boom is: S segments from the first end to the second.
-
-    position (S, 3) of the centres of mass [m], orientation (S, 4) xyzw, velocity (S, 3) [m/s]; joint_points (2, 3):
-    ends of a segment in its body frame [m]; waterline [m]: of the design waterplane above the centre of mass.
-    """
-
-    position: Array
-    orientation: Array
-    velocity: Array
-    joint_points: Array
-    waterline: float
-
-    def line(self) -> Array:
-        """The boom's line in plan, (S + 1, 2): its ends and its joints, each the mean of the two that meet there."""
-        first, last = (_rotate(self.orientation, point) + self.position for point in self.joint_points)
-        inner = 0.5 * (last[:-1] + first[1:])
-        return np.concatenate([first[:1], inner, last[-1:]])[:, :2]
-
-    def normal(self) -> Array:
-        """Horizontal unit normals (S, 2) of the segments, to the right of their direction: out of the U."""
-        along = np.diff(self.line(), axis=0)
-        along /= np.linalg.norm(along, axis=1)[:, None]
-        return np.stack([along[:, 1], -along[:, 0]], axis=1)
-
-    def normal_flow(self, current: Array) -> Array:
-        """Velocity (S,) [m/s] of each segment through the water along its normal: (v - current) . n; current (2,)."""
-        relative = self.velocity[:, :2] - np.asarray(current)[:2]
-        return np.asarray((relative * self.normal()).sum(axis=1))
-
-    def normal_speed(self, current: Array) -> Array:
-        """Speed (S,) [m/s] at which water meets each segment along its normal, now."""
-        return np.abs(self.normal_flow(current))
-
-    def skirt_angle(self) -> Array:
-        """Lean (S,) [rad] of the skirt from the vertical: angle between the body's z axis and the world's."""
-        x, y = self.orientation[:, 0], self.orientation[:, 1]
-        return np.arccos(np.clip(1.0 - 2.0 * (x * x + y * y), -1.0, 1.0))
-
-    def heights(self, freeboard: float, skirt_depth: float) -> tuple[Array, Array]:
-        """Heights (S,) [m] in the world of the top of the float and of the skirt's foot, at the segments' middles."""
-        up = np.cos(self.skirt_angle())
-        return (
-            self.position[:, 2] + up * (self.waterline + freeboard),
-            self.position[:, 2] + up * (self.waterline - skirt_depth),
-        )
-
-    @property
-    def gap_ratio(self) -> float:
-        """Distance of the ends / length of the boom."""
-        line = self.line()
-        length = np.linalg.norm(np.diff(line, axis=0), axis=1).sum()
-        return float(np.linalg.norm(line[-1] - line[0]) / length)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -157,7 +103,7 @@ class ContainmentReport:
     skirt_angle: float
 
     def scalars(self) -> dict[str, float]:
-        """The account by name, for a recording."""
+        """Return the account by the names of its series in a recording."""
         names = ("retained", "free", "lost", "removed", "recovered", "inside", "outside")
         values = {f"metrics/oil_{name}": float(getattr(self, name)) for name in names}
         values |= {f"metrics/oil_lost/{cause}": volume for cause, volume in self.lost_by_cause.items()}
@@ -167,7 +113,7 @@ class ContainmentReport:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Standing:
-    """Where the particles stand that are held or lost: ids (N,), increasing; retained (N,); lost_at (N,) [s], -inf unless lost; cause (N,)
+    """Standing of the particles that are held or lost: ids (N,), increasing; retained (N,); lost_at (N,) [s], -inf unless lost; cause (N,)
     of those lost."""
 
     ids: NDArray[np.int64]
@@ -227,7 +173,7 @@ class ContainmentTracker:
         return self._report(time, index, inside, boom, water_level, np.array(current))
 
     def standing(self) -> Standing:
-        """Where the particles stand that are held or lost: of those in a sea few are."""
+        """Return the standing of the particles that are held or lost, which are few in a sea."""
         ids = np.flatnonzero(self._fate != _Fate.FREE)
         fate, lost_at = self._fate[ids], self._lost_at[ids]
         return Standing(
@@ -238,7 +184,7 @@ class ContainmentTracker:
         )
 
     def save_state(self) -> dict[str, object]:
-        """Everything needed to go on from here."""
+        """Return everything that is needed to go on from here."""
         arrays = {name: getattr(self, name).copy() for name in _BY_PARTICLE}
         return {**arrays, "_recovered": self._recovered}
 
@@ -364,44 +310,3 @@ def _causes(
     ]
     choice = np.select([rule for rule, _ in rules], [int(cause) for _, cause in rules], int(Cause.THROUGH))
     return choice.astype(np.int8)
-
-
-def signed_distance(points: Array, line: Array) -> tuple[Array, NDArray[np.int64]]:
-    """Distance (N,) [m] of points (N, 2) to the polygon of `line` (K, 2), closed; positive inside; and nearest edge.
-
-    Edge k runs from vertex k to k + 1; the last, K - 1, closes the polygon across the gap. Inside by the crossing
-    number. Of two edges at the same distance (a corner) the later one is taken, so that ends belong to the gap.
-    """
-    distance = np.empty(len(points))
-    edge = np.empty(len(points), dtype=np.int64)
-    _signed_distance(np.ascontiguousarray(points), np.ascontiguousarray(line), distance, edge)
-    return distance, edge
-
-
-@njit(nogil=True, cache=True, fastmath=True, error_model="numpy")
-def _signed_distance(points: Array, line: Array, distance: Array, edge: NDArray[np.int64]) -> None:
-    """Fill distance (N,) and edge (N,); see `signed_distance`."""
-    count = len(line)
-    for i in range(len(points)):
-        x, y = points[i, 0], points[i, 1]
-        nearest, which, inside = 1e300, 0, False
-        for k in range(count):
-            ax, ay = line[k, 0], line[k, 1]
-            bx, by = line[(k + 1) % count, 0], line[(k + 1) % count, 1]
-            dx, dy = bx - ax, by - ay
-            t = ((x - ax) * dx + (y - ay) * dy) / max(dx * dx + dy * dy, 1e-30)
-            t = min(max(t, 0.0), 1.0)
-            gap_x, gap_y = x - ax - t * dx, y - ay - t * dy
-            squared = gap_x * gap_x + gap_y * gap_y
-            if squared <= nearest * (1.0 + 1e-9):
-                nearest, which = min(squared, nearest), k
-            if (ay > y) != (by > y) and x < ax + (y - ay) * dx / dy:
-                inside = not inside
-        distance[i] = math.sqrt(nearest) if inside else -math.sqrt(nearest)
-        edge[i] = which
-
-
-def _rotate(orientation: Array, vector: Array) -> Array:
-    """A body vector (3,) in the world for orientations (S, 4): v + 2 q x (q x v + w v)."""
-    axis, w = orientation[:, :3], orientation[:, 3:]
-    return vector + 2.0 * np.cross(axis, np.cross(axis, vector) + w * vector)

@@ -7,8 +7,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.constants import g as STANDARD_GRAVITY
+from scipy.constants import knot
+
+from oilsim.physical_constants import GRAVITY
 
 Array = NDArray[np.float64]
+
+RULE_DENSITY = 1025.0  # [kg/m3] of sea water in the rule of thumb for the drag of a skirt
 
 
 def encounter_rate(boom_length: float, gap_ratio: float, speed: float, slick_thickness: float) -> float:
@@ -25,8 +31,7 @@ def skirt_drag_coefficient() -> float:
 
     The rule is the one responders are taught; g0 = 9.80665 m/s2, sea water of 1025 kg/m3.
     """
-    knot = 1852.0 / 3600.0
-    return 2.0 * 26.0 * 9.80665 / (1025.0 * knot**2)
+    return 2.0 * 26.0 * STANDARD_GRAVITY / (RULE_DENSITY * knot**2)
 
 
 def catenary_parameter(boom_length: float, gap_ratio: float) -> float:
@@ -68,7 +73,7 @@ def droplet_onset_speed(oil_density: float, water_density: float, interfacial_te
     """
     if not 0.0 < oil_density < water_density:
         raise ValueError(f"oil density {oil_density:g} kg/m3 must lie between 0 and that of water, {water_density:g}")
-    stiffness = math.sqrt(interfacial_tension * 9.81 * (water_density - oil_density))
+    stiffness = math.sqrt(interfacial_tension * GRAVITY * (water_density - oil_density))
     return math.sqrt(2.0 * (water_density + oil_density) / (water_density * oil_density) * stiffness)
 
 
@@ -77,7 +82,7 @@ def drainage_speed(oil_density: float, water_density: float, depth: float, criti
 
     depth [m]: of the skirt. Densimetric Froude number of containment in flumes.
     """
-    return critical_froude * math.sqrt(9.81 * (1.0 - oil_density / water_density) * depth)
+    return critical_froude * math.sqrt(GRAVITY * (1.0 - oil_density / water_density) * depth)
 
 
 @dataclass

@@ -1,11 +1,13 @@
 """Shapes and masses of rigid bodies: meshes from files or primitives, mass, centre of mass and inertia from a mesh.
 
-All meshes are closed, with triangles counter-clockwise seen from outside, in metres.
+All meshes that come from here are closed, with triangles counter-clockwise seen from outside, in metres. Files and other foreign meshes are
+read as `coupling.solids.solid_mesh` says.
 """
 
 from __future__ import annotations
 
 import math
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,9 +15,14 @@ import numpy as np
 import numpy.typing as npt
 import trimesh
 
+from coupling.solids.closed_shells import UnitFrame
+from coupling.solids.mesh_files import read_mesh_file
+from coupling.solids.solid_mesh import SolidMesh, read_objects, told_solid
+
 Array = npt.NDArray[np.float64]
 
-MESH_SUFFIXES = (".stl", ".obj", ".ply", ".glb")
+FAR = 10.0  # sizes of a mesh from the origin, beyond which its integrals lose digits
+TINY = 1e-2  # [m] of a mesh, below which trimesh takes volumes for 0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -69,27 +76,38 @@ def _inertia_problem(inertia: Array) -> str:
 
 
 def mass_properties(
-    mesh: trimesh.Trimesh, *, density: float | None = None, mass: float | None = None
+    mesh: trimesh.Trimesh | SolidMesh, *, density: float | None = None, mass: float | None = None
 ) -> MassProperties:
-    """Those of a body that fills `mesh` evenly, by its `density` [kg/m3] or its `mass` [kg]: exactly one of them.
+    """Return those of matter that fills `mesh` evenly, of a `density` [kg/m3] or a `mass` [kg]: exactly one of them.
 
-    m = rho V, c = (1 / V) int x dV, I = rho int (|x - c|^2 1 - (x - c)(x - c)^T) dV, exact for flat triangles
-    (divergence theorem).
+    m = rho V, c = (1 / V) int x dV, I = rho int (|x - c|^2 1 - (x - c)(x - c)^T) dV, exact for flat triangles (divergence theorem). The
+    mesh is read as `coupling.solids.solid_mesh` says: sealed hollows hold no matter, and parts that overlap count once. ValueError for
+    another density or mass, and for a mesh that is no solid.
     """
     if (density is None) == (mass is None):
         raise ValueError(f"density is {density} and mass is {mass}, allowed: exactly one of them")
     for name, value in (("density", density), ("mass", mass)):
         if value is not None and not (math.isfinite(value) and value > 0.0):
             raise ValueError(f"{name} is {value}, allowed: above 0")
-    require_closed(mesh, "mesh")
-    volume = float(mesh.volume)
+    solid = mesh if isinstance(mesh, SolidMesh) else told_solid(mesh)
+    volume, center, moments = _moments(solid.mesh)
     rho = density if density is not None else float(mass or 0.0) / volume
-    tensor = np.asarray(mesh.moment_inertia, dtype=np.float64) * (rho / float(mesh.density))
-    return MassProperties(
-        mass=rho * volume,
-        center_of_mass=np.asarray(mesh.center_mass, dtype=np.float64),
-        inertia=0.5 * (tensor + tensor.T),
-    )
+    tensor = moments * rho
+    return MassProperties(mass=rho * volume, center_of_mass=center, inertia=0.5 * (tensor + tensor.T))
+
+
+def _moments(mesh: trimesh.Trimesh) -> tuple[float, Array, Array]:
+    """Volume [m3], its centre (3,) [m] and second moments about it (3, 3) [m5].
+
+    Far from the origin, or of a tiny body, rounding would eat the digits: then a copy of size 1 about the origin is integrated.
+    """
+    frame = UnitFrame.of(np.asarray(mesh.vertices))
+    if np.abs(frame.middle).max() < FAR * frame.size and TINY < frame.size < 1.0 / TINY:
+        tensor = np.asarray(mesh.moment_inertia, dtype=np.float64) / float(mesh.density)
+        return float(mesh.volume), np.asarray(mesh.center_mass, dtype=np.float64), tensor
+    unit = trimesh.Trimesh(frame.unit(np.asarray(mesh.vertices)), mesh.faces, process=False)
+    volume, center, tensor = _moments(unit)
+    return volume * frame.size**3, frame.back(center), tensor * frame.size**5
 
 
 def about_center_of_mass(mesh: trimesh.Trimesh, properties: MassProperties) -> trimesh.Trimesh:
@@ -112,46 +130,40 @@ def convex_vertices(points: Array, count: int = 200) -> Array:
 
 
 def load_mesh(path: str | Path, scale: float = 1.0) -> trimesh.Trimesh:
-    """The closed mesh in an STL, OBJ, PLY or GLB file, in metres after `scale`; parts of a scene are joined.
+    """Return the surface of the solid in a mesh file, as of `load_solid`; what was mended is told as a warning."""
+    solid = load_solid(path, scale)
+    if solid.notes:
+        warnings.warn(f"mesh {path}: {'; '.join(solid.notes)}", stacklevel=2)
+    return solid.mesh
 
-    Raises FileNotFoundError for a missing file and ValueError for one that holds no closed mesh.
+
+def load_solid(path: str | Path, scale: float = 1.0) -> SolidMesh:
+    """Return the solid in an STL, OBJ, PLY or GLB file, in metres after `scale` [m per unit]; all objects of a scene are one solid.
+
+    Raises FileNotFoundError for a missing file and ValueError for one that holds no solid.
     """
     path = Path(path)
     if not (math.isfinite(scale) and scale > 0.0):
         raise ValueError(f"scale of mesh {path} is {scale}, allowed: above 0")
-    if path.suffix.lower() not in MESH_SUFFIXES:
-        raise ValueError(f"mesh {path} is of the kind {path.suffix!r}, allowed: {', '.join(MESH_SUFFIXES)}")
-    if not path.is_file():
-        raise FileNotFoundError(f"mesh {path} does not exist")
-    try:
-        mesh = trimesh.load(path, force="mesh")
-    except Exception as cause:
-        raise ValueError(f"mesh {path} cannot be read: {cause}") from cause
-    if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0:
-        raise ValueError(f"mesh {path} holds no triangles")
-    mesh.merge_vertices(merge_tex=True, merge_norm=True)
-    if not mesh.is_watertight:
-        parts = mesh_parts(path)
-        if len(parts) > 1 and all(part.is_watertight for part in parts):  # closed ones that share corners
-            mesh = trimesh.util.concatenate(parts)
-    mesh.apply_scale(scale)
-    if mesh.is_watertight and mesh.volume < 0.0:
-        mesh.invert()
-    require_closed(mesh, f"mesh {path}")
-    return mesh
+    objects = read_mesh_file(path)
+    for part in objects:
+        part.vertices = np.asarray(part.vertices, dtype=np.float64) * scale
+    return read_objects(objects, f"mesh {path}")
 
 
 def mesh_parts(path: Path) -> list[trimesh.Trimesh]:
-    """What a mesh file holds, object by object, as pybullet tells them apart; the corners of each are joined."""
-    parts = trimesh.load_scene(path, split_objects=True, group_material=False).dump()
-    solids = [part for part in parts if isinstance(part, trimesh.Trimesh) and len(part.faces)]
-    for part in solids:
+    """Return the objects of a mesh file, as pybullet tells them apart; the corners of each are joined."""
+    parts = read_mesh_file(path)
+    for part in parts:
         part.merge_vertices(merge_tex=True, merge_norm=True)
-    return solids
+    return parts
 
 
 def require_closed(mesh: trimesh.Trimesh, what: str) -> None:
-    """Refuse, as `what`, anything but a closed surface whose normals point outwards: TypeError for no mesh, else ValueError."""
+    """Refuse, as `what`, anything but a closed surface whose normals point outwards: TypeError for no mesh, else ValueError.
+
+    It mends nothing and sees no crossings: for meshes that have been read as solids.
+    """
     if not isinstance(mesh, trimesh.Trimesh):
         raise TypeError(f"{what} is of the type {type(mesh).__name__}, allowed: trimesh.Trimesh")
     if not mesh.is_watertight:

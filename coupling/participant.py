@@ -1,4 +1,4 @@
-"""What every partner of a coupled run promises: the FMI 3 co-simulation interface in snake case.
+"""The interface of every partner of a coupled run: that of FMI 3 co-simulation, in snake case.
 
 Conventions, for every participant: SI units; world frame with z up; quaternions xyzw; a pose is [x y z qx qy qz qw] of
 the centre of mass and the body's axes; a twist is [vx vy vz wx wy wz] and a wrench [fx fy fz tx ty tz], both in the
@@ -21,7 +21,7 @@ Array = npt.NDArray[np.float64]
 
 
 class Causality(Enum):
-    """Who sets a variable: the master before a step, the participant in a step, or the user before the run."""
+    """The one who sets a variable: the master before a step, the participant in a step, or the user before the run."""
 
     INPUT = "input"
     OUTPUT = "output"
@@ -70,6 +70,7 @@ class StepResult:
 
     event_handling_needed: discrete states change at that time, see `EventParticipant`; `message` tells what happened.
     terminate_simulation: the participant has come to its end, and with it the run; no failure.
+    cause: the exception that an error comes from, if it comes from one.
     """
 
     status: Status
@@ -77,6 +78,7 @@ class StepResult:
     message: str = ""
     event_handling_needed: bool = False
     terminate_simulation: bool = False
+    cause: Exception | None = None
 
 
 class Participant(Protocol):
@@ -141,6 +143,14 @@ class EventParticipant(Participant, Protocol):
 
     def update_discrete_states(self) -> bool:
         """Event iteration at the present time; True as long as another call is needed."""
+
+
+@runtime_checkable
+class SharedParticipant(Participant, Protocol):
+    """A participant whose simulator others move as well, between steps: as each step begins, its outputs are read anew."""
+
+    def observe(self) -> None:
+        """Take in what others did since the last step, before outputs are read and the step is made."""
 
 
 def variable_table(variables: Iterable[Variable]) -> dict[str, Variable]:

@@ -6,10 +6,10 @@
     while ...:
         world.step()                      # instead of pybullet.stepSimulation()
 
-Every link with a collision shape is sampled as it is. One step: the fluid takes poses, velocities and inverse masses of the
-links, joints and constraints included (`links`), and advances by the client's own time step; the wrenches go to the
-links as external forces; pybullet steps. Nothing of the client is changed: not its gravity, damping, time step or sub-steps.
-Where pybullet's defaults spoil physics, a warning says so once, with the call that mends it.
+Every link with a collision shape is sampled as it is. Fluid and client step under the master of all coupled runs (`coupling.assembly`):
+the fluid takes poses, velocities and inverse masses of the links, joints and constraints included, and advances by the client's own
+time step; the wrenches go to the links as external forces; pybullet steps. Nothing of the client is changed: not its gravity, damping,
+time step or sub-steps. Where pybullet's defaults spoil physics, a warning says so once, with the call that mends it.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ import itertools
 import warnings
 import weakref
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -26,36 +25,26 @@ import numpy.typing as npt
 import trimesh
 from scipy.spatial.transform import Rotation
 
+from coupling.assembly import CoupledBodies, couple_client
 from coupling.blas_threads import one_blas_thread
-from coupling.bodies import require_closed
-from coupling.errors import UnresolvedSolidError
+from coupling.errors import CoSimulationError, UnresolvedSolidError
+from coupling.master.co_simulation import CoSimulation
+from coupling.participants.client_links import link_name
 from coupling.pybullet_import import pybullet
 from coupling.pybullet_world.attachment_warnings import PlacedWalls, tell_liquid_within, tell_overlaps, tell_thin_parts
+from coupling.pybullet_world.client_links import ClientLinks
 from coupling.pybullet_world.default_warnings import DefaultsWatch, tell_inertia
-from coupling.pybullet_world.links import LinkedBody, LinkKey, LinkSystem, read_links
-from coupling.pybullet_world.shapes import link_mesh, link_pose
-from coupling.rigid.rigid_state import steady
+from coupling.pybullet_world.links import LinkedBody, LinkKey, LinkSystem
+from coupling.pybullet_world.shapes import given_solid, link_mesh, link_pose
 from coupling.solids.signed_distance import Box
 from coupling.solids.surface_sampling import SurfaceSampling, particles_of, sample_surface
 from oilsim.advance_report import AdvanceReport
-from oilsim.boundaries.walls import chosen_blocks
 from oilsim.solver import Fluid
 
 Array = npt.NDArray[np.float64]
 
 NOWHERE = np.full(3, np.inf)
 JUMP = 0.5  # spacings that a link comes further in a step than its velocity takes it, to have been set elsewhere
-
-
-@dataclass(frozen=True)
-class _Residual:
-    """What of a link's acceleration (6,) neither fluid, gravity nor joints explain, in the last step and in the one before, and its twist
-    (6,) as the last step left it.
-    """
-
-    earlier: Array
-    later: Array
-    twist: Array
 
 
 class FluidWorld:
@@ -68,10 +57,10 @@ class FluidWorld:
             raise ValueError(f"fluid has {fluid.config.dimension} dimensions, allowed: 3, as the bodies of pybullet")
         self.fluid = fluid
         self._client = client
-        self._bodies: dict[int, LinkedBody] = {}
+        self._links = ClientLinks(client)
         self._handles: dict[LinkKey, int] = {}  # of sampled links
-        self._wrenches: dict[LinkKey, Array] = {}
-        self._residuals: dict[LinkKey, _Residual] = {}
+        self._coupled: CoupledBodies | None = None  # with the bodies as they are, once they have stepped
+        self._run: CoSimulation | None = None
         self._cut: dict[int, Array] = {}  # poses of bodies that are sampled in part
         self._solids: dict[LinkKey, trimesh.Trimesh] = {}  # of sampled links that may be set elsewhere
         self._places: dict[LinkKey, Array] = {}  # (3,) [m] of all links at the last step
@@ -79,6 +68,11 @@ class FluidWorld:
         self._watch = DefaultsWatch(client, fluid.config.gravity)
         self._has_stepped = self._is_told = False
         self._require_client()
+
+    @property
+    def client(self) -> int:
+        """The pybullet client, as `pybullet.connect` returned it."""
+        return self._client
 
     def add_body(
         self, body: int, *, no_slip: bool = False, meshes: Mapping[int, trimesh.Trimesh] | None = None
@@ -90,21 +84,23 @@ class FluidWorld:
         meshes that were made from indices in memory, which it keeps to itself.
         """
         self._require_client()
-        if body in self._bodies:
+        if body in self._links.bodies:
             raise ValueError(f"body {body} meets the fluid already, allowed: to add it once")
         if not isinstance(no_slip, bool):
             raise TypeError(f"no_slip is {no_slip!r}, allowed: True or False")
         if not isinstance(meshes or {}, Mapping):
             raise TypeError(f"meshes is a {type(meshes).__name__}, allowed: solids by the index of their link")
-        linked, given = LinkedBody(self._client, body), meshes or {}
+        linked, given, liquid = LinkedBody(self._client, body), dict(meshes or {}), self.fluid.state.position.T
         for link, mesh in given.items():
             if (body, link) not in linked.keys:
                 raise ValueError(f"meshes of body {body} has the link {link}, allowed: -1 to {len(linked.keys) - 2}")
-            require_closed(mesh, f"meshes[{link}] of body {body}")
+            given[link] = given_solid(
+                mesh, f"meshes[{link}] of body {body}", link_pose(self._client, body, link), liquid
+            )
         sampled: dict[LinkKey, SurfaceSampling] = {}
         solids: dict[LinkKey, trimesh.Trimesh] = {}
         for key in linked.keys:
-            mesh = given[key[1]] if key[1] in given else link_mesh(self._client, *key)
+            mesh = given[key[1]] if key[1] in given else link_mesh(self._client, *key, liquid)
             sampling = None if mesh is None else self._sampled(key, mesh)
             if mesh is not None and sampling is not None:
                 self._tell_inertia(key, mesh)
@@ -115,76 +111,81 @@ class FluidWorld:
         self._tell_overlaps(sampled)
         for key, sampling in sampled.items():
             particles = particles_of(f"{body}/{key[1]}", sampling, no_slip=no_slip)
-            self._handles[key], self._wrenches[key] = self.fluid.add_boundary(particles), np.zeros(6)
-        self._bodies[body] = linked
+            self._handles[key] = self.fluid.add_boundary(particles)
+        self._links.add(linked, sampled)
+        self._run = None
         self._solids |= {} if body in self._cut else solids
 
     def remove_body(self, body: int) -> None:
         """Take a body out of the fluid; call it before or after it is removed from the client."""
-        if body not in self._bodies:
-            raise ValueError(
-                f"body {body} does not meet the fluid, allowed: {', '.join(map(str, self._bodies)) or 'none'}"
-            )
+        bodies = self._links.bodies
+        if body not in bodies:
+            raise ValueError(f"body {body} does not meet the fluid, allowed: {', '.join(map(str, bodies)) or 'none'}")
         self._cut.pop(body, None)
         self._watch.forget(body)
-        for key in self._bodies.pop(body).keys:
-            self._residuals.pop(key, None)
+        for key in bodies[body].keys:
             self._solids.pop(key, None)
             self._places.pop(key, None)
             if key in self._handles:
-                del self._wrenches[key]
                 self.fluid.remove_boundary(self._handles.pop(key))
+        self._links.remove(body)
+        self._run = None
 
     def detach(self) -> None:
         """Take every body out of the fluid."""
-        for body in list(self._bodies):
+        for body in list(self._links.bodies):
             self.remove_body(body)
 
     def wrench(self, body: int, link: int = -1) -> Array:
         """(6,) of the fluid on a link, mean over the last step: force [N], torque about its centre of mass [N m]."""
-        if (body, link) not in self._wrenches:
-            met = ", ".join(f"{key[0]}/{key[1]}" for key in self._wrenches) or "none"
+        if (body, link) not in self._handles:
+            met = ", ".join(map(link_name, self._handles)) or "none"
             raise ValueError(f"link {link} of body {body} does not meet the fluid, allowed (body/link): {met}")
-        return self._wrenches[body, link].copy()
+        return self._links.wrench((body, link))
 
     @one_blas_thread()
     def step(self) -> AdvanceReport:
         """One step of the client's own time step, fluid first; replaces `pybullet.stepSimulation`."""
         self._require_client()
         self._require_alone()
-        duration, gravity = self._settings()
-        system = read_links(self._client, self._bodies.values(), gravity, duration)
-        self._tell_liquid_within(system, duration)
-        self._place(system, duration)
-        report = self.fluid.advance(duration)
-        for key, handle in self._handles.items():
-            self._wrenches[key] = self.fluid.boundary_wrench(handle)
-        self._push(system)
-        pybullet.stepSimulation(physicsClientId=self._client)
-        self._learn(system, gravity, duration)
+        self._require_only_mover()
+        observed = self._links.observe()
+        self._refuse_cut_that_moved(observed.system)
+        self._tell_liquid_within(observed.system, observed.duration)
+        report = self._step_coupled(observed.duration)
+        assert self._links.outcome is not None
+        self._watch.look(self._links.bodies, self._links.outcome)
         return report
+
+    def _step_coupled(self, duration: float) -> AdvanceReport:
+        """One step of the master; its run begins anew where bodies or the time step changed, or the last one failed."""
+        run = self._run
+        if run is None or not run.is_running or run.communication_point.step_size != duration:
+            self._coupled = couple_client(self.fluid, self._handles, self._links, duration)
+            run = self._run = self._coupled.co_simulation(duration)
+            run.initialize()
+        try:
+            run.step()
+        except CoSimulationError as error:
+            failure = error.__cause__ or error  # as if nobody stood between the user and what failed
+        else:
+            assert self._coupled is not None and self._coupled.fluid.report is not None
+            return self._coupled.fluid.report
+        raise failure
 
     def save_state(self) -> dict[str, Any]:
         """The fluid, and what has been learnt of the bodies' own forces; of the bodies themselves `pybullet.saveState` takes care."""
-        bodies = {body: linked.save_state() for body, linked in self._bodies.items()}
-        known = {"residuals": dict(self._residuals), "wrenches": dict(self._wrenches)}
-        return {"fluid": self.fluid.save_state(), "bodies": bodies, **known}
+        return {"fluid": self.fluid.save_state(), "links": self._links.save_state()}
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
         """As it was when `save_state` returned this, with `pybullet.restoreState` of the same moment. ValueError for other bodies."""
-        if saved["bodies"].keys() != self._bodies.keys():
-            raise ValueError(
-                f"state is of the bodies {', '.join(map(str, saved['bodies'])) or 'none'}, allowed: "
-                f"{', '.join(map(str, self._bodies)) or 'none'}, which meet the fluid"
-            )
+        self._links.require_same_bodies(saved["links"])
         self.fluid.restore_state(saved["fluid"])
-        for body, state in saved["bodies"].items():
-            self._bodies[body].restore_state(state)
-        self._residuals, self._wrenches = dict(saved["residuals"]), dict(saved["wrenches"])
+        self._links.restore_state(saved["links"])
 
     def _tell_overlaps(self, sampled: Mapping[LinkKey, SurfaceSampling]) -> None:
-        """Of links about to be added, with each other and with all that the fluid meets."""
-        walls, handles = self.fluid.tools.walls.boundaries, set(self._handles.values())
+        """Warn of links about to be added that lie in each other, or in anything that the fluid meets."""
+        walls, handles = self.fluid.boundaries, set(self._handles.values())
         others = {
             f"boundary {handle} ({one.name})": PlacedWalls(one.position, one.volume)
             for handle, one in walls.items()
@@ -196,7 +197,7 @@ class FluidWorld:
         tell_overlaps(solids, others, self.fluid.config.particle_spacing)
 
     def _tell_liquid_within(self, system: LinkSystem, duration: float) -> None:
-        """Of links that have just been added, or that somebody has set elsewhere since the last step."""
+        """Warn of liquid in links that have just been added, or that somebody has set elsewhere since the last step."""
         spacing, places = self.fluid.config.particle_spacing, system.pose[:, :3]
         reach = JUMP * spacing + duration * np.linalg.norm(system.twist[:, :3], axis=1)
         before = np.array([self._places.get(key, NOWHERE) for key in system.keys]).reshape(-1, 3)
@@ -204,7 +205,7 @@ class FluidWorld:
         for row in np.flatnonzero(np.linalg.norm(places - before, axis=1) > reach):
             key, turn = system.keys[row], Rotation.from_quat(system.pose[row, 3:])
             if key in self._solids:
-                liquid = turn.inv().apply(self.fluid.state.position.T - places[row])
+                liquid = turn.inv().apply(self.fluid.particles.position.T - places[row])
                 tell_liquid_within(_label(key), self._solids[key], liquid, spacing)
 
     def _placed(self, key: LinkKey, position: Array, volume: Array) -> PlacedWalls:
@@ -222,6 +223,22 @@ class FluidWorld:
                 f"client {self._client} is not connected, allowed: what pybullet.connect returned, until it is disconnected"
             )
 
+    def _require_only_mover(self) -> None:
+        strange = set(self.fluid.moving_boundaries) - set(self._handles.values())
+        if strange:
+            raise ValueError(
+                f"boundaries {sorted(strange)} of the fluid are moved by somebody else, allowed: bodies of one world, which detach() ends"
+            )
+
+    def _refuse_cut_that_moved(self, system: LinkSystem) -> None:
+        """Bodies larger than the domain are sampled where they lie."""
+        for row, key in enumerate(system.keys):
+            if key in self._handles and key[0] in self._cut and not np.allclose(system.pose[row], self._cut[key[0]]):
+                raise ValueError(
+                    f"body {key[0]} is larger than the fluid's domain and was sampled where it lay, allowed: to move it after "
+                    f"remove_body({key[0]}), and add it again"
+                )
+
     def _require_alone(self) -> None:
         """It is said if another world steps the client's bodies in turn."""
         last = _LAST_STEPPED.get(self._client)
@@ -235,7 +252,7 @@ class FluidWorld:
         _LAST_STEPPED[self._client], self._has_stepped = self, True
 
     def _sampled(self, key: LinkKey, mesh: trimesh.Trimesh) -> SurfaceSampling | None:
-        """Of a link's solid; None, with a warning, if it is too small for the fluid."""
+        """Sample a link's solid; None, with a warning, if it is too small for the fluid."""
         try:
             return self._sampling(key, mesh)
         except UnresolvedSolidError as cause:
@@ -245,7 +262,7 @@ class FluidWorld:
         return None
 
     def _sampling(self, key: LinkKey, mesh: trimesh.Trimesh) -> SurfaceSampling:
-        """Of a link's solid; links and bodies of one shape share it."""
+        """Sample a link's solid; links and bodies of one shape share the sampling."""
         spacing, within = self.fluid.config.particle_spacing, self._reach(key, mesh)
         if within is not None:
             if (within[0] > mesh.bounds[1]).any() or (within[1] < mesh.bounds[0]).any():
@@ -260,7 +277,7 @@ class FluidWorld:
         return self._samplings[shape]
 
     def _reach(self, key: LinkKey, mesh: trimesh.Trimesh) -> Box | None:
-        """What of a held base that is larger than the sea can be met, along its own axes: it is sampled there, as it lies now."""
+        """The box, along its own axes, in which a held base larger than the sea is sampled as it lies now; None for any other link."""
         config, (body, link) = self.fluid.config, key
         lower, upper = np.array(config.lower), np.array(config.upper)
         is_held = link < 0 and pybullet.getDynamicsInfo(body, link, physicsClientId=self._client)[0] == 0.0
@@ -277,79 +294,6 @@ class FluidWorld:
         own = Rotation.from_quat(orientation).inv().apply(corners)
         margin = 2.0 * config.support_radius
         return own.min(axis=0) - margin, own.max(axis=0) + margin
-
-    def _settings(self) -> tuple[float, Array]:
-        """The client's own time step [s] and gravity (3,) [m/s2]; ValueError for what no step can be made with."""
-        parameters = pybullet.getPhysicsEngineParameters(physicsClientId=self._client)
-        gravity = np.array([parameters[f"gravityAcceleration{axis}"] for axis in "XYZ"])
-        duration = float(parameters["fixedTimeStep"])
-        if not 0.0 < duration < np.inf:
-            raise ValueError(f"the client's time step is {duration} s, allowed: setTimeStep above 0")
-        if not np.isfinite(gravity).all():
-            raise ValueError(f"the client's gravity is {gravity.tolist()} m/s2, allowed: setGravity of finite numbers")
-        return duration, gravity
-
-    def _place(self, system: LinkSystem, duration: float) -> None:
-        """Tell the fluid where the links are and how they answer."""
-        strange = self.fluid.tools.walls.moving.keys() - self._handles.values()
-        if strange:
-            raise ValueError(
-                f"boundaries {sorted(strange)} of the fluid are moved by somebody else, allowed: bodies of one world, which detach() ends"
-            )
-        rows = [row for row, key in enumerate(system.keys) if key in self._handles]
-        for row in rows:
-            key, pose, twist = system.keys[row], system.pose[row], system.twist[row]
-            if key[0] in self._cut and not np.allclose(pose, self._cut[key[0]]):
-                raise ValueError(
-                    f"body {key[0]} is larger than the fluid's domain and was sampled where it lay, allowed: to move it after "
-                    f"remove_body({key[0]}), and add it again"
-                )
-            acceleration = system.acceleration[row] + self._lasting(key, twist, duration)
-            self.fluid.set_boundary_motion(
-                self._handles[key], pose[:3], pose[3:], twist[:3], twist[3:], free_acceleration=acceleration
-            )
-        if rows:
-            handles = [self._handles[system.keys[row]] for row in rows]
-            self.fluid.set_joint_inverse_mass(handles, chosen_blocks(system.inverse_mass, rows))
-
-    def _lasting(self, key: LinkKey, twist: Array, duration: float) -> Array:
-        """What a link's acceleration (6,) owes to nothing known; who sets its velocity between the steps has it as well."""
-        if key not in self._residuals:
-            return np.zeros(6)
-        known = self._residuals[key]
-        later = known.later + (twist - known.twist) / duration
-        self._residuals[key] = _Residual(known.earlier, later, twist)
-        return steady(known.earlier, later)
-
-    def _push(self, system: LinkSystem) -> None:
-        """Let the wrenches act over the coming step and all its sub-steps."""
-        client, frame = self._client, pybullet.WORLD_FRAME
-        moving = {system.keys[row][0] for row in np.flatnonzero(system.twist.any(axis=1))}
-        for row in np.flatnonzero(system.is_free):
-            wrench = self._wrenches.get(system.keys[row])
-            if wrench is None or not wrench.any():
-                continue
-            body, link = system.keys[row]
-            # what lies still may sleep, which nobody can ask for, and would feel nothing; waking it changes no setting of the body
-            if body not in moving:
-                moving.add(body)
-                awake = pybullet.ACTIVATION_STATE_WAKE_UP
-                pybullet.changeDynamics(body, -1, activationState=awake, physicsClientId=client)
-            place = system.pose[row, :3].tolist()
-            pybullet.applyExternalForce(body, link, wrench[:3].tolist(), place, frame, physicsClientId=client)
-            pybullet.applyExternalTorque(body, link, wrench[3:].tolist(), frame, physicsClientId=client)
-
-    def _learn(self, system: LinkSystem, gravity: Array, duration: float) -> None:
-        """What of the last accelerations nothing known explains: contacts, motors, damping, the user's own forces."""
-        wrenches = np.array([self._wrenches.get(key, np.zeros(6)) for key in system.keys])
-        twists = np.concatenate([np.zeros((0, 6)), *(body.twists() for body in self._bodies.values())])
-        known = system.acceleration + (system.inverse_mass @ wrenches.ravel()).reshape(-1, 6)
-        unexplained = (twists - system.twist) / duration - known
-        for row in np.flatnonzero(system.is_free):
-            key = system.keys[row]
-            before = self._residuals.get(key)
-            self._residuals[key] = _Residual(before.later if before else np.zeros(6), unexplained[row], twists[row])
-        self._watch.look(self._bodies, system, wrenches, twists, unexplained, gravity, duration)
 
     def _tell_inertia(self, key: LinkKey, mesh: trimesh.Trimesh) -> None:
         information = pybullet.getDynamicsInfo(*key, physicsClientId=self._client)

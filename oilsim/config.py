@@ -1,47 +1,64 @@
-"""What a fluid is made of and how it is solved: one frozen description, refused at construction if impossible."""
+"""The description of a fluid and of its solver: one frozen dataclass, which refuses impossible values at construction."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from numbers import Integral, Real
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
 from oilsim.neighborhood.smoothing_kernels import SUPPORT
 from oilsim.phases import EXPLICIT_UP_TO, Phase
+from oilsim.physical_constants import GRAVITY
+from oilsim.quantity import is_number, quantities, quantity
 
 Vector = tuple[float, float, float]
 Scheme = Literal["split", "paper"]
-Rule = tuple[str, Callable[[float], bool], str]
 
 ROUNDING = 2.0**-24  # relative, of a number of 32 bits
 COARSEST = 1e-3  # spacings by which rounding may move a particle
+FURTHEST = math.floor(COARSEST / ROUNDING)  # spacings from the origin, beyond which 32 bits move particles by more
 VECTORS = ("gravity", "lower", "upper")
-
-RULES: tuple[Rule, ...] = (
-    ("particle_spacing", lambda v: v > 0.0, "above 0 m"),
-    ("density_tolerance", lambda v: 0.0 < v < 0.1, "above 0 and below 0.1"),
-    ("divergence_tolerance", lambda v: 0.0 < v < 0.1, "above 0 and below 0.1"),
-    ("viscosity_tolerance", lambda v: 0.0 < v < 0.1, "above 0 and below 0.1"),
-    ("density_iterations", lambda v: v >= 1, "whole numbers from 1 on"),
-    ("divergence_iterations", lambda v: v >= 1, "whole numbers from 1 on"),
-    ("viscosity_iterations", lambda v: v >= 1, "whole numbers from 1 on"),
-    ("relaxation", lambda v: 0.0 <= v <= 1.0, "0 to 1"),
-    ("viscosity_correction", lambda v: v > 0.0, "above 0"),
-    ("minimum_time_step", lambda v: v > 0.0, "above 0 s"),
-    ("maximum_time_step", lambda v: v > 0.0, "above 0 s"),
-    ("cfl", lambda v: 0.0 < v <= 1.0, "above 0 to 1"),
-    ("sleep_speed", lambda v: v >= 0.0, "0 m/s or more"),
-)
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, Real) and not isinstance(value, bool)
 
 
 def _are_three(values: Any, fit: Callable[[Any], bool]) -> bool:
     return isinstance(values, Iterable) and len(members := tuple(values)) == 3 and all(fit(value) for value in members)
+
+
+class SolverSettings(Protocol):
+    """The settings that must go together, whoever holds them."""
+
+    @property
+    def minimum_time_step(self) -> float:
+        """Shortest time step [s]."""
+
+    @property
+    def maximum_time_step(self) -> float:
+        """Longest time step [s]."""
+
+    @property
+    def sleep_speed(self) -> float:
+        """Speed [m/s] below which regions fall asleep; 0: none does."""
+
+    @property
+    def scheme(self) -> str:
+        """Name of the scheme."""
+
+    @property
+    def gravity(self) -> Vector:
+        """Acceleration of free fall (3,) [m/s2]."""
+
+
+def contradictions(settings: SolverSettings) -> Iterator[tuple[str, str]]:
+    """Say which settings do not go together, each by its name and what is wrong with it."""
+    if settings.sleep_speed > 0.0 and (settings.scheme == "paper" or not any(settings.gravity)):
+        yield "sleep_speed", f"is {settings.sleep_speed:g} m/s, allowed: 0 in the paper's scheme and without gravity"
+    if settings.minimum_time_step > settings.maximum_time_step:
+        longest = settings.maximum_time_step
+        yield (
+            "minimum_time_step",
+            f"is {settings.minimum_time_step:g} s, allowed: up to maximum_time_step = {longest:g} s",
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,27 +83,27 @@ class FluidConfig:
     sleep_speed            speed [m/s] below which whole regions fall asleep (`sleeping_regions`); 0: none ever does
     """
 
-    particle_spacing: float
+    particle_spacing: float = quantity("m", above=0.0)
     phases: tuple[Phase, ...]
-    lower: Vector
-    upper: Vector
+    lower: Vector = quantity("m")
+    upper: Vector = quantity("m")
     periodic: tuple[bool, bool, bool] = (False, False, False)
-    gravity: Vector = (0.0, 0.0, -9.81)
-    dimension: int = 3
+    gravity: Vector = quantity("m/s2", default=(0.0, 0.0, -GRAVITY))
+    dimension: int = quantity("", default=3, at_least=2, at_most=3, whole=True)
     scheme: Scheme = "split"
-    density_tolerance: float = 1e-3
-    divergence_tolerance: float = 1e-4
-    viscosity_tolerance: float = 1e-4
-    density_iterations: int = 50
-    divergence_iterations: int = 100
-    viscosity_iterations: int = 200
-    relaxation: float = 0.1
-    viscosity_correction: float = 1.0
+    density_tolerance: float = quantity("", default=1e-3, above=0.0, below=0.1)
+    divergence_tolerance: float = quantity("", default=1e-4, above=0.0, below=0.1)
+    viscosity_tolerance: float = quantity("", default=1e-4, above=0.0, below=0.1)
+    density_iterations: int = quantity("", default=50, at_least=1, whole=True)
+    divergence_iterations: int = quantity("", default=100, at_least=1, whole=True)
+    viscosity_iterations: int = quantity("", default=200, at_least=1, whole=True)
+    relaxation: float = quantity("", default=0.1, at_least=0.0, at_most=1.0)
+    viscosity_correction: float = quantity("", default=1.0, above=0.0)
     explicit_viscosity: bool = False
-    minimum_time_step: float = 1e-4
-    maximum_time_step: float = 1e-2
-    cfl: float = 0.4
-    sleep_speed: float = 0.0
+    minimum_time_step: float = quantity("s", default=1e-4, above=0.0)
+    maximum_time_step: float = quantity("s", default=1e-2, above=0.0)
+    cfl: float = quantity("", default=0.4, above=0.0, at_most=1.0)
+    sleep_speed: float = quantity("m/s", default=0.0, at_least=0.0)
 
     def __post_init__(self) -> None:
         problems = list(self._of_another_kind()) or [*self._out_of_range(), *self._at_odds()]
@@ -97,14 +114,14 @@ class FluidConfig:
         object.__setattr__(self, "periodic", tuple(bool(repeats) for repeats in self.periodic))
 
     def _of_another_kind(self) -> Iterator[str]:
-        """What cannot be compared with anything, so that nothing else can be said."""
-        for key, _, allowed in RULES:
+        """Say what is of another type than declared, so that nothing else can be said of it."""
+        for key, declared in quantities(FluidConfig).items():
             value = getattr(self, key)
-            if not _is_number(value) or (key.endswith("iterations") and not isinstance(value, Integral)):
-                yield f"{key} is {value!r}, allowed: {allowed}"
-        for key in VECTORS:
-            value = getattr(self, key)
-            if not _are_three(value, lambda number: _is_number(number) and math.isfinite(number)):
+            if key not in VECTORS:
+                misfit = declared.misfit(value)
+                if misfit:
+                    yield f"{key} {misfit}"
+            elif not _are_three(value, lambda number: is_number(number) and math.isfinite(number)):
                 yield f"{key} is {value}, allowed: three finite numbers"
         if not _are_three(self.periodic, lambda repeats: repeats in (True, False)):
             yield f"periodic is {self.periodic!r}, allowed: True or False for each of x, y and z"
@@ -114,12 +131,12 @@ class FluidConfig:
             yield f"phases is {self.phases!r}, allowed: a tuple of Phase"
 
     def _out_of_range(self) -> Iterator[str]:
-        """What is wrong whatever the rest is."""
-        for key, valid, allowed in RULES:
-            if not (math.isfinite(getattr(self, key)) and valid(getattr(self, key))):
-                yield f"{key} is {getattr(self, key)}, allowed: {allowed}"
-        if self.dimension not in (2, 3):
-            yield f"dimension is {self.dimension}, allowed: 2 or 3"
+        """Say what is wrong whatever the rest is."""
+        for key, declared in quantities(FluidConfig).items():
+            value = getattr(self, key)
+            fault = declared.fault(tuple(value) if key in VECTORS else value)
+            if fault:
+                yield f"{key} {fault}"
         if self.scheme not in ("split", "paper"):
             yield f"scheme is {self.scheme!r}, allowed: 'split', 'paper'"
         if not 1 <= len(self.phases) <= 255:
@@ -131,25 +148,22 @@ class FluidConfig:
                 yield f"upper.{axis} is {high} m, allowed: above lower.{axis} = {low} m"
 
     def _at_odds(self) -> Iterator[str]:
-        """What does not go together."""
-        axes = (0, 2) if self.dimension == 2 else (0, 1, 2)  # a plane's particles have no y
-        furthest = max(abs(corner[axis]) for corner in (self.lower, self.upper) for axis in axes)
-        if not furthest * ROUNDING <= COARSEST * self.particle_spacing:
-            yield (
-                f"lower and upper reach {furthest} m from the origin, allowed: {COARSEST / ROUNDING:.0f} particle spacings; "
-                "beyond that 32 bits tell places of particles apart too coarsely"
-            )
+        """Say what does not go together."""
+        yield from (f"{key} {text}" for key, text in contradictions(self))
         if self.dimension == 2 and self.gravity[1] != 0.0:
             yield f"gravity.y is {self.gravity[1]} m/s2, allowed: 0 in two dimensions"
-        if self.sleep_speed > 0.0 and (self.scheme == "paper" or not any(self.gravity)):
-            yield f"sleep_speed is {self.sleep_speed} m/s, allowed: 0 in the paper's scheme and without gravity"
-        if self.minimum_time_step > self.maximum_time_step:
-            yield f"minimum_time_step is {self.minimum_time_step} s, allowed: maximum_time_step or less"
-        thickest = max((phase.dynamic_viscosity / phase.rest_density for phase in self.phases), default=0.0)
-        number = self.viscosity_correction * thickest * self.maximum_time_step / self.particle_spacing**2
-        if self.explicit_viscosity and number > EXPLICIT_UP_TO:
+        axes = (0, 2) if self.dimension == 2 else (0, 1, 2)  # a plane's particles have no y
+        furthest = max(abs(corner[axis]) for corner in (self.lower, self.upper) for axis in axes)
+        if not furthest <= FURTHEST * self.particle_spacing:
             yield (
-                f"explicit_viscosity is True with a viscous number nu maximum_time_step / particle_spacing^2 of {number:.3g}, "
+                f"lower and upper reach {furthest} m from the origin, allowed: {FURTHEST} particle spacings; "
+                "beyond that 32 bits tell places of particles apart too coarsely"
+            )
+        thickest = max((phase.dynamic_viscosity / phase.rest_density for phase in self.phases), default=0.0)
+        spread, square = self.viscosity_correction * thickest * self.maximum_time_step, self.particle_spacing**2
+        if self.explicit_viscosity and spread > EXPLICIT_UP_TO * square > 0.0:
+            yield (
+                f"explicit_viscosity is True with a viscous number nu maximum_time_step / particle_spacing^2 of {spread / square:.3g}, "
                 f"allowed: up to {EXPLICIT_UP_TO}, beyond which it swings ever wider"
             )
 

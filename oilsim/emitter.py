@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections.abc import Iterator, Mapping
+from types import MappingProxyType
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from oilsim.initial_conditions import cylinder
+from oilsim.quantity import SHORTEST_DIRECTION, Quantity, require
 
 Real = NDArray[np.float32]
 Vector = tuple[float, float, float]
@@ -25,18 +28,28 @@ class PipeEmitter:
     `speed` may be changed at any time; at 0 the pipe is shut where layers enter, and what is in front of that is free to run out.
     """
 
+    QUANTITIES: ClassVar[Mapping[str, Quantity]] = MappingProxyType(
+        {
+            "mouth": Quantity(unit="m"),
+            "direction": Quantity(),
+            "radius": Quantity(unit="m", above=0.0),
+            "speed": Quantity(unit="m/s", at_least=0.0),
+            "spacing": Quantity(unit="m", above=0.0),
+            "start": Quantity(unit="s", at_least=0.0),
+            "volume": Quantity(unit="m3", above=0.0),
+        }
+    )
+
     def __init__(
         self, *, phase: str, mouth: Vector, direction: Vector, radius: float, speed: float, spacing: float,
         start: float = 0.0, volume: float | None = None,
     ) -> None:  # fmt: skip
+        given = {
+            "mouth": mouth, "direction": direction, "radius": radius, "speed": speed, "spacing": spacing, "start": start,
+            "volume": volume,
+        }  # fmt: skip
+        require("pipe", PipeEmitter, given, self._problems(mouth, direction, radius, spacing))
         length = math.sqrt(sum(c * c for c in direction))
-        whole = all(math.isfinite(number) for number in (*mouth, length, radius, speed, start, volume or 0.0))
-        if not (whole and radius >= 0.5 * spacing > 0.0 and speed >= 0.0 and length > 0.0 and (volume or 0.0) >= 0.0):
-            raise ValueError(
-                f"pipe: mouth {mouth} m, direction {direction}, radius {radius} m, speed {speed} m/s, spacing {spacing} m, "
-                f"start {start} s, volume {volume} m3, allowed: finite numbers, direction not 0, radius half a spacing or more, "
-                "speed and volume 0 or more"
-            )
         self.phase, self.radius, self.speed, self.spacing, self.start = phase, radius, speed, spacing, start
         self.mouth = np.asarray(mouth, np.float64)
         self.direction = np.asarray(direction, np.float64) / length
@@ -44,6 +57,15 @@ class PipeEmitter:
         self.particles_left = None if volume is None else round(volume / spacing**3)
         self._travelled = spacing
         self._inside = np.empty(0, np.uint32)  # ids of what has entered and not come out
+
+    @staticmethod
+    def _problems(mouth: Vector, direction: Vector, radius: float, spacing: float) -> Iterator[str]:
+        if not np.shape(mouth) == np.shape(direction) == (3,):
+            yield f"mouth is {mouth}, direction {direction}, allowed: three numbers each"
+        elif math.hypot(*direction) < SHORTEST_DIRECTION:
+            yield f"direction is {direction}, allowed: a direction, not all zero"
+        if radius < 0.5 * spacing:
+            yield f"radius is {radius:g} m, allowed: {0.5 * spacing:g} m or more, half the particle spacing"
 
     def is_running(self, time: float) -> bool:
         """Whether liquid moves through the pipe: it is open, and the last layer has not come out of the mouth."""
@@ -83,7 +105,7 @@ class PipeEmitter:
     def hold(self, time: float, ids: NDArray[np.uint32], position: Real, velocity: Real) -> None:
         """Give the jet's velocity to what has entered a running pipe and is still inside, of particles `ids` (N,), (3, N), in place.
 
-        What else is there is left alone: the pipe is no wall, and water around a mouth that lies under water is not pumped.
+        Other particles there are left alone: the pipe is no wall, and water around a mouth that lies under water is not pumped.
         """
         if not self.is_running(time):
             self._inside = self._inside[:0]

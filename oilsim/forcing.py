@@ -1,4 +1,4 @@
-"""What drives the sea from outside: current, waves and wind. Each object turns the velocities of one time step.
+"""Forces that drive the sea from outside: current, waves and wind. Each object turns the velocities of one time step.
 
 A forcing has `apply(view)`; it changes `view.velocity` in place and reads the rest. Its own random state, if any, is part of
 `save()` and `restore(saved)`, so that a run continued from a saved state is the same run.
@@ -8,11 +8,16 @@ from __future__ import annotations
 
 import math
 import operator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol
+from types import MappingProxyType
+from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+
+from oilsim.physical_constants import AIR_DENSITY, GRAVITY
+from oilsim.quantity import Quantity, quantity, require
 
 Real = NDArray[np.float32]
 Vector = tuple[float, float, float]
@@ -21,7 +26,7 @@ ALONG = 1e-9  # of a component of a direction, below which it counts as none
 
 
 class ForcingView(NamedTuple):
-    """What a forcing sees of a time step.
+    """The view that a forcing has of a time step.
 
     time, time_step [s]; position, velocity, gradient_sum g_i = sum V grad W (3, N) [m, m/s, 1/m]; phase (N,);
     rest_density per phase [kg/m3]; volume of a particle [m3].
@@ -44,7 +49,7 @@ class Forcing(Protocol):
         """Change view.velocity in place."""
 
     def save(self) -> dict[str, Any]:
-        """What `restore` needs to continue exactly."""
+        """Return what `restore` needs to continue exactly."""
 
     def restore(self, saved: dict[str, Any]) -> None:
         """Back to what `save` returned."""
@@ -60,17 +65,18 @@ def heading(direction: float) -> tuple[float, float]:
 class Zone:
     """A box of the domain [m] in which velocities relax to a target with a time constant [s]; ValueError for one that cannot."""
 
-    lower: Vector
-    upper: Vector
-    relaxation_time: float
+    lower: Vector = quantity("m")
+    upper: Vector = quantity("m")
+    relaxation_time: float = quantity("s", above=0.0)
 
     def __post_init__(self) -> None:
-        corners = len(self.lower) == len(self.upper) == 3
-        if not (corners and all(map(operator.lt, self.lower, self.upper)) and self.relaxation_time > 0.0):
-            raise ValueError(
-                f"zone: lower {self.lower} m, upper {self.upper} m, relaxation_time {self.relaxation_time} s, "
-                "allowed: three numbers each, lower below upper along every axis, relaxation_time above 0"
-            )
+        require("zone", Zone, vars(self), self._problems())
+
+    def _problems(self) -> Iterator[str]:
+        if not np.shape(self.lower) == np.shape(self.upper) == (3,):
+            yield f"lower is {self.lower}, upper {self.upper}, allowed: three numbers each"
+        elif not all(map(operator.lt, self.lower, self.upper)):
+            yield f"lower is {self.lower} m, allowed: below upper = {self.upper} m along every axis"
 
     def members(self, position: Real) -> NDArray[np.int64]:
         """Indices of the particles inside."""
@@ -85,11 +91,19 @@ class Zone:
 
 
 class Current:
-    """Relaxes the velocity in a zone to `velocity` [m/s]; the vertical component is left free."""
+    """Relaxes the velocity in a zone to `velocity` [m/s]; the vertical component is left free.
+
+    speed, direction: those of its horizontal part, as `heading` has them.
+    """
+
+    QUANTITIES: ClassVar[Mapping[str, Quantity]] = MappingProxyType(
+        {"speed": Quantity(unit="m/s", at_least=0.0, at_most=20.0), "direction": Quantity(unit="rad")}
+    )
 
     def __init__(self, velocity: Vector, zone: Zone) -> None:
-        if len(velocity) != 3 or not all(math.isfinite(number) for number in velocity):
+        if np.shape(velocity) != (3,) or not all(math.isfinite(number) for number in velocity):
             raise ValueError(f"current: velocity is {velocity} m/s, allowed: three finite numbers")
+        require("current", Current, {"speed": round(math.hypot(*velocity[:2]), 9)})  # whose components are rounded
         self.velocity, self.zone = velocity, zone
 
     def apply(self, view: ForcingView) -> None:
@@ -108,7 +122,7 @@ class Current:
         self.velocity = saved["velocity"]
 
 
-def wave_number(period: float, depth: float, gravity: float = 9.81) -> float:
+def wave_number(period: float, depth: float, gravity: float = GRAVITY) -> float:
     """k [1/m] of the linear dispersion relation omega^2 = g k tanh(k h), by Newton's method (Airy waves)."""
     omega = 2.0 * math.pi / period
     k = omega * omega / gravity / math.sqrt(math.tanh(omega * omega * depth / gravity))
@@ -129,21 +143,38 @@ class AiryWaves:
     that seen from the moving water: who stands still sees the frequency omega + k . drift (Doppler).
     """
 
+    QUANTITIES: ClassVar[Mapping[str, Quantity]] = MappingProxyType(
+        {
+            "height": Quantity(unit="m", at_least=0.0),
+            "period": Quantity(unit="s", above=0.0),
+            "direction": Quantity(unit="rad"),
+            "bottom": Quantity(unit="m"),
+            "level": Quantity(unit="m"),
+            "drift": Quantity(unit="m/s"),
+            "gravity": Quantity(unit="m/s2", above=0.0),
+        }
+    )
+
     def __init__(
         self, *, height: float, period: float, direction: float, bottom: float, level: float, zone: Zone,
-        drift: tuple[float, float] = (0.0, 0.0), gravity: float = 9.81,
+        drift: tuple[float, float] = (0.0, 0.0), gravity: float = GRAVITY,
     ) -> None:  # fmt: skip
-        whole = all(math.isfinite(number) for number in (height, period, direction, bottom, level, *drift, gravity))
-        if not (whole and len(drift) == 2 and height >= 0.0 and period > 0.0 and level > bottom and gravity > 0.0):
-            raise ValueError(
-                f"waves: height {height} m, period {period} s, direction {direction} rad, bottom {bottom} m, level {level} m, drift "
-                f"{drift} m/s, gravity {gravity} m/s2, allowed: finite numbers, two of drift, height 0 or more, period and gravity "
-                "above 0, level above bottom"
-            )
+        given = {
+            "height": height, "period": period, "direction": direction, "bottom": bottom, "level": level, "drift": drift,
+            "gravity": gravity,
+        }  # fmt: skip
+        require("waves", AiryWaves, given, self._problems(bottom, level, drift))
         self.height, self.period, self.direction = height, period, direction
         self.bottom, self.level, self.zone, self.drift = bottom, level, zone, drift
         self._carried = (0.0, 0.0)  # [m] by the current so far
         self.wave_number = wave_number(period, level - bottom, gravity)
+
+    @staticmethod
+    def _problems(bottom: float, level: float, drift: tuple[float, ...]) -> Iterator[str]:
+        if np.shape(drift) != (2,):
+            yield f"drift is {drift}, allowed: two numbers, in m/s"
+        if not level > bottom:
+            yield f"level is {level} m, allowed: above bottom = {bottom} m"
 
     def velocity(self, x: Real, y: Real, z: Real, time: float) -> tuple[NDArray[Any], NDArray[Any]]:
         """Speed along the direction and upwards [m/s]: a omega cosh|sinh(k (z - bottom)) / sinh(k h) cos|sin(theta).
@@ -192,7 +223,16 @@ class Wind:
     areas of a column add up to its cross-section.
     """
 
-    AIR_DENSITY = 1.225  # kg/m3, ISA sea level
+    QUANTITIES: ClassVar[Mapping[str, Quantity]] = MappingProxyType(
+        {
+            "speed": Quantity(unit="m/s", at_least=0.0, at_most=100.0),
+            "direction": Quantity(unit="rad"),
+            "spacing": Quantity(unit="m", above=0.0),
+            "gustiness": Quantity(at_least=0.0, at_most=1.0),
+            "gust_time": Quantity(unit="s", above=0.0),
+            "drag_coefficient": Quantity(at_least=0.0),
+        }
+    )
     SURFACE = 0.1  # |g_i| d from which a particle belongs to the surface; noise inside the water lies below
 
     def __init__(
@@ -200,13 +240,11 @@ class Wind:
         drag_coefficient: float = 1.3e-3,
     ) -> None:  # fmt: skip
         """speed [m/s] at 10 m towards `direction` [rad from +x]; drag coefficient 1.3e-3 as at 5-10 m/s (Large & Pond 1981)."""
-        whole = all(math.isfinite(number) for number in (speed, direction, spacing, gustiness, drag_coefficient))
-        if not (whole and spacing > 0.0 and gustiness >= 0.0 and gust_time > 0.0 and drag_coefficient >= 0.0):
-            raise ValueError(
-                f"wind: speed {speed} m/s, direction {direction} rad, spacing {spacing} m, gustiness {gustiness}, gust_time {gust_time} s, "
-                f"drag_coefficient {drag_coefficient}, allowed: finite numbers, spacing and gust_time above 0, gustiness and "
-                "drag_coefficient 0 or more"
-            )
+        given = {
+            "speed": speed, "direction": direction, "spacing": spacing, "gustiness": gustiness, "gust_time": gust_time,
+            "drag_coefficient": drag_coefficient,
+        }  # fmt: skip
+        require("wind", Wind, given)
         self.speed, self.direction, self.spacing = speed, direction, spacing
         self.gustiness, self.gust_time, self.drag_coefficient = gustiness, gust_time, drag_coefficient
         self._random = np.random.default_rng(seed)
@@ -226,7 +264,7 @@ class Wind:
         u = speed * to_x - view.velocity[0, chosen]
         v = speed * to_y - view.velocity[1, chosen]
         density = view.rest_density[view.phase[chosen]]
-        per_speed = self.AIR_DENSITY * self.drag_coefficient * np.hypot(u, v) * 2.0 * size[chosen] / density
+        per_speed = AIR_DENSITY * self.drag_coefficient * np.hypot(u, v) * 2.0 * size[chosen] / density
         rate = view.time_step * per_speed
         view.velocity[0, chosen] += (rate * u).astype(np.float32)
         view.velocity[1, chosen] += (rate * v).astype(np.float32)

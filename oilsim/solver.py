@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from oilsim import checks, probes
+from oilsim import checks
 from oilsim.accounts import diagnostics
 from oilsim.accounts.budget import Budget
 from oilsim.accounts.ledger import Ledger
@@ -35,6 +35,7 @@ from oilsim.step.time_step import (
     relative_time_step,
     stable_time_step,
 )  # fmt: skip
+from oilsim.views import FluidView
 
 Real = NDArray[np.float32]
 Double = NDArray[np.float64]
@@ -44,11 +45,12 @@ class FluidError(RuntimeError):
     """The fluid's state has become unusable; the message tells what, where and when."""
 
 
-class Fluid:
+class Fluid(FluidView):
     """Liquids, walls and what drives them.
 
     Order of use: add particles, boundaries, emitters and forcings (in any order, at any time between advances); before each
-    `advance`, `set_boundary_motion` for every body that moves; after it, `boundary_wrench`. Units SI, world frame z up.
+    `advance`, `set_boundary_motion` for every body that moves; after it, `boundary_wrench`. What can be read of it is in `FluidView`;
+    `state` and `work` are the solver's own. Units SI, world frame z up.
     """
 
     def __init__(self, config: FluidConfig, threads: int | None = None) -> None:
@@ -81,6 +83,29 @@ class Fluid:
         self.state.append(points, velocity, phase)
         if self.tools.regions is not None:
             self.tools.regions.wake(points.T.astype(np.float32))
+        self._relative_speed = None
+
+    def set_velocities(self, velocity: ArrayLike) -> None:
+        """Give all particles velocities (3, N) [m/s] from now on, in the order of `particles`.
+
+        ValueError for another shape, and for numbers that are not finite.
+        """
+        self.state.velocity[:] = checks.finite("velocity", velocity, 3, self.state.count)
+        self._disturbed()
+
+    def remove_particles(self, chosen: NDArray[np.bool_]) -> None:
+        """Take out the particles that are True in `chosen` (N,), in the order of `particles`; ValueError for another shape or type."""
+        marks = np.asarray(chosen)
+        if marks.dtype != np.bool_ or marks.shape != (self.state.count,):
+            raise ValueError(f"chosen is {marks.dtype} {marks.shape}, allowed: bool ({self.state.count},)")
+        if self.state.remove(marks, self.tools.team):
+            self.tools.lists.forget()
+        self._disturbed()
+
+    def _disturbed(self) -> None:
+        """Wake all that sleeps, and forget how the liquid was last seen to deform."""
+        if self.tools.regions is not None:
+            self.tools.regions.wake(self.state.position)
         self._relative_speed = None
 
     def add_boundary(self, boundary: BoundaryParticles) -> int:
@@ -278,77 +303,13 @@ class Fluid:
         budget, arrays = self.tools.budget, self.arrays
         if budget is None:
             return None
-        return budget.close(self._duration, arrays.compression, arrays.near if self.tools.constants.corrected else None)
+        return budget.close(
+            self._duration, arrays.compression, arrays.surface if self.tools.constants.corrected else None
+        )
 
     def close(self) -> None:
         """End the fluid's threads; what it tells stays available."""
         self.tools.team.close()
-
-    # what it tells
-
-    def boundary_wrench(self, handle: int) -> Double:
-        """Force [N] and torque about the centre of mass [N m], world frame (6,): the mean over the last advance."""
-        return self._moving(handle).impulse / self._duration if self._duration else np.zeros(6)
-
-    def boundary_twist(self, handle: int) -> Double:
-        """Linear and angular velocity (6,) [m/s, rad/s] that the body has come to by its answers inside the last advance."""
-        return self._moving(handle).twist.copy()
-
-    def _moving(self, handle: int) -> MovingBody:
-        body = self.tools.walls.moving.get(handle)
-        if body is None:
-            raise ValueError(f"boundary {handle} does not move, allowed: a boundary given to set_boundary_motion")
-        return body
-
-    @property
-    def particle_count(self) -> int:
-        """Number of fluid particles."""
-        return self.state.count
-
-    @property
-    def boundary_count(self) -> int:
-        """Number of wall particles."""
-        return self.tools.walls.count
-
-    def _ordered(self, phase: str) -> NDArray[np.int64]:
-        members = np.flatnonzero(self.state.phase == self.config.phase_index(phase))
-        return members[np.argsort(self.state.id[members], kind="stable")]
-
-    def phase_positions(self, phase: str) -> Real:
-        """A copy of a phase's positions (n, 3) [m], ordered by particle id."""
-        return np.ascontiguousarray(self.state.position[:, self._ordered(phase)].T)
-
-    def phase_velocities(self, phase: str) -> Real:
-        """A copy of a phase's velocities (n, 3) [m/s], ordered by particle id."""
-        return np.ascontiguousarray(self.state.velocity[:, self._ordered(phase)].T)
-
-    def phase_ids(self, phase: str) -> NDArray[np.uint32]:
-        """Particle ids of a phase (n,), ascending."""
-        return self.state.id[self._ordered(phase)]
-
-    def boundary_positions(self, handle: int) -> Real:
-        """World positions (M, 3) [m] of a boundary's particles."""
-        return self.tools.walls.positions(handle)
-
-    def energy(self) -> diagnostics.Energy:
-        """Kinetic and potential energy [J]."""
-        return diagnostics.energy(self.state, self.config)
-
-    def momentum(self) -> Double:
-        """Linear momentum (3,) [kg m/s]."""
-        return diagnostics.momentum(self.state, self.config)
-
-    def pressure_at(self, points: ArrayLike) -> Double:
-        """Pressure (K,) [Pa] interpolated at points (K, 3) [m]; 0 where there is no liquid."""
-        return probes.pressure_at(self.state, self.tools, checks.finite("points", points, None, 3))
-
-    def velocity_at(self, points: ArrayLike) -> Double:
-        """Velocity (K, 3) [m/s] interpolated at points (K, 3) [m]; 0 where there is no liquid."""
-        return probes.velocity_at(self.state, self.tools, checks.finite("points", points, None, 3))
-
-    def surface_height_at(self, points: ArrayLike) -> Double:
-        """Height z (K,) [m] of the free surface above points (K, 2) x, y [m]; the domain's bottom where there is no liquid."""
-        return probes.surface_height_at(self.state, self.tools, checks.finite("points", points, None, 2))
 
     # saved and restored
 

@@ -40,7 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for library in ("OPENBLAS", "OMP", "MKL"):
         # The matrices here are small; a linear algebra library that spins threads of its own takes the cores from the fluid.
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
-    options = _parser().parse_args(arguments)
+    options = command_parser().parse_args(arguments)
     try:
         return int(options.command(options))
     except ScenarioError as error:
@@ -53,7 +53,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return INTERRUPTED
 
 
-def _parser() -> argparse.ArgumentParser:
+def command_parser() -> argparse.ArgumentParser:
+    """The parser of the command, with one subparser for each subcommand."""
     parser = argparse.ArgumentParser(
         prog="oilsim",
         description="Oil and sea water around rocks, booms and vessels: scenario files in, recordings out.",

@@ -13,12 +13,15 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from oilsim.config import FURTHEST
 from oilsim.phases import EXPLICIT_UP_TO
+from oilsim.quantity import SHORTEST_DIRECTION
 from scenarios.problems import Problem, unknown
 from scenarios.schema.bodies import Body, MeshBody
 from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings, body_of, segment_names
 from scenarios.schema.fmu_settings import FmuSettings
 from scenarios.schema.liquid import (
+    LEAK_MARGIN,
     BlockFill,
     CylinderFill,
     Fill,
@@ -30,15 +33,14 @@ from scenarios.schema.liquid import (
     Tank,
 )
 from scenarios.schema.probe_settings import BodyProbe, Probe
-from scenarios.schema.quantity_fields import SHORTEST, Vector
+from scenarios.schema.quantity_fields import Vector
 from scenarios.schema.run_settings import RunSettings
 from scenarios.schema.weather import CurrentSettings, ForcingSettings, WaveSettings, WindSettings, ZoneSettings
 
-NAME = r"[A-Za-z0-9][A-Za-z0-9_-]*"
+NAME_PATTERN = r"[A-Za-z0-9][A-Za-z0-9_-]*"
 NAME_ALLOWED = "letters, digits, '-' and '_', beginning with a letter or digit"
-MESH_SUFFIXES = (".stl", ".obj", ".ply", ".glb")
+MESH_SUFFIXES = (".stl", ".obj", ".ply", ".glb")  # as of coupling.solids.mesh_files, which takes a second to import
 MOST_PARTICLES = 1e8  # some 300 GB of memory
-FURTHEST = 16_000.0  # spacings from the origin, within which 32 bits tell particles apart (`oilsim.config`)
 NAMED_TABLES = ("phases", "fill", "emitters", "bodies", "vessels", "booms", "probes", "fmus")
 
 
@@ -84,7 +86,7 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
 
 
 def body_names(parts: Parts) -> tuple[str, ...]:
-    """What a probe may call a body: ``rock``, ``vessels/port``, ``boom/main/segment-03``."""
+    """Return the names by which a probe may call a body: ``rock``, ``vessels/port``, ``boom/main/segment-03``."""
     vessels = tuple(body_of(name) for name in parts.names["vessels"])
     segments = tuple(segment for name, boom in parts.booms.items() for segment in segment_names(name, boom.segments))
     return (*parts.names["bodies"], *vessels, *segments)
@@ -93,7 +95,7 @@ def body_names(parts: Parts) -> tuple[str, ...]:
 def _names(parts: Parts) -> Iterator[Problem]:
     for table, names in parts.names.items():
         for name in names:
-            if not re.fullmatch(NAME, name):
+            if not re.fullmatch(NAME_PATTERN, name):
                 yield Problem(table, f"has an entry {name!r}, allowed: {NAME_ALLOWED}")
     if not parts.names["phases"]:
         yield Problem("phases", "is empty, allowed: one phase or more")
@@ -107,6 +109,10 @@ def _references(parts: Parts) -> Iterator[Problem]:
             if entry.phase not in parts.names["phases"]:
                 text = unknown(entry.phase, parts.names["phases"], "phase")
                 yield Problem(f"{table}.{name}.phase", f"is {entry.phase!r}, which {text}")
+    for name, fill in parts.fill.items():
+        if fill.inside is not None and fill.inside not in parts.names["bodies"]:
+            text = unknown(fill.inside, parts.names["bodies"], "body")
+            yield Problem(f"fill.{name}.inside", f"is {fill.inside!r}, which {text}")
     bodies = body_names(parts)
     for name, probe in parts.probes.items():
         if isinstance(probe, BodyProbe) and probe.body not in bodies:
@@ -155,7 +161,7 @@ def _explicit(fluid: FluidSettings, phases: Iterable[PhaseSettings]) -> Iterator
 
 def _waves(waves: WaveSettings, fluid: FluidSettings | None, tank: Tank | None) -> Iterator[Problem]:
     """Waves run by gravity, in water of some depth."""
-    if fluid is not None and math.hypot(*fluid.gravity) < SHORTEST:
+    if fluid is not None and math.hypot(*fluid.gravity) < SHORTEST_DIRECTION:
         yield Problem("forcing.waves", "is given, allowed: only with fluid.gravity, by which waves run")
     if tank is not None and waves.level is not None and waves.level <= tank.lower[2]:
         yield Problem(
@@ -257,8 +263,9 @@ def _numbers(fluid: FluidSettings, tank: Tank, fills: Iterable[Fill]) -> Iterato
         text = f"is {d:g} m, with which the liquid takes {liquid:.2g} particles and the tank {walls:.2g}"
         yield Problem("fluid.particle_spacing", f"{text}, allowed: {MOST_PARTICLES:.0e} together")
     furthest = max(abs(corner[axis]) for corner in (tank.lower, tank.upper) for axis in axes)
-    if furthest > FURTHEST * d:
-        text = f"reaches {furthest:g} m from the origin, allowed: {FURTHEST * d:g} m, {FURTHEST:.0f} fluid.particle_spacing"
+    spacings = FURTHEST - LEAK_MARGIN
+    if furthest > spacings * d:
+        text = f"reaches {furthest:g} m from the origin, allowed: {spacings * d:g} m, {spacings:.0f} fluid.particle_spacing"
         yield Problem("tank", text)
 
 

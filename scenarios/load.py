@@ -97,7 +97,7 @@ def _changed(data: dict[str, Any], overrides: Iterable[str], demo: bool) -> dict
 
 
 def _demo_problems(data: Mapping[str, Any], path: Path, applied: bool) -> list[Problem]:
-    """What would be wrong with the scenario after its [demo] table but is right without it."""
+    """Find what the [demo] table makes wrong of a scenario that is right without it."""
     demo = data.get("demo")
     if applied or not isinstance(demo, Mapping):
         return []

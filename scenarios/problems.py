@@ -1,4 +1,4 @@
-"""What is wrong with a scenario: each problem with its path, all of them in one error."""
+"""The problems of a scenario: each with its path, all of them in one error."""
 
 from __future__ import annotations
 

@@ -7,22 +7,23 @@ from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, Field, fields
 from typing import Any, Literal, get_args, get_origin
 
+from oilsim.quantity import quantities
 from scenarios.schema import bodies, exercise, fmu_settings, liquid, probe_settings, run_settings, weather
-from scenarios.schema.quantity_fields import Section, field_kinds, quantities
+from scenarios.schema.quantity_fields import Section, field_kinds
 from scenarios.schema.structuring import SUFFIXES
 from scenarios.schema.type_checks import shape_of
 
 INTRODUCTION = """# Scenario files
 
-A scenario is a TOML file of tables; the same can be said in Python with the dataclasses of `scenarios`, key by key. Units are SI,
-z points up, angles are counter-clockwise. A key in m/s may be written with the suffix `_kn` (knots), a key in rad with `_deg`.
-Named things stand in tables of their own, such as `[phases.oil]` or `[bodies.rock]`; the name is yours.
+A scenario is a TOML file of tables. The dataclasses of `scenarios` say the same in Python, key by key. Units are SI, z points up,
+angles are counter-clockwise. A key in m/s may carry the suffix `_kn` (knots), a key in rad the suffix `_deg`. Named things have tables
+of their own, such as `[phases.oil]` or `[bodies.rock]`; the name is yours.
 
-`oilsim check FILE` reads a file, tells every problem at once, and says what a run would cost. `--set KEY=VALUE` changes an entry for one
-run: `--set phases.oil.dynamic_viscosity=0.1`, `--set tank.upper.2=2.0`, `--set vessels.port.legs.1.speed_kn=0.5`.
-The `[demo]` table holds such changes for `--demo`.
+`oilsim check FILE` reads a file, reports every problem at once, and estimates the cost of a run. `--set KEY=VALUE` changes an entry for
+one run: `--set phases.oil.dynamic_viscosity=0.1`, `--set tank.upper.2=2.0`, `--set vessels.port.legs.1.speed_kn=0.5`. The `[demo]` table
+holds such changes for `--demo`.
 
-A key without a default must be given. This page is written by `python -m scenarios.reference`.
+A key without a default must be given. `python -m scenarios.reference` writes this page.
 
 ## A first scenario
 ```toml
@@ -56,7 +57,7 @@ radius = 0.15
 density = 600.0
 position = [0.5, 0.5, 0.7]
 
-[probe_settings.ball]
+[probes.ball]
 kind = "body"
 body = "ball"
 ```
@@ -84,7 +85,7 @@ scenario = Scenario(
 if __name__ == "__main__":
     run_scenario(scenario, options=RunOptions(record=Path("my-tank.rrd"), summary=Path("my-tank.json")))
 ```
-For a loop of your own, `scenarios.running.assembly.build(scenario)` gives the parts: `assembly.fluid`, `assembly.world`, and
+For a loop of your own, `scenarios.running.assembly.build(scenario)` makes the parts: `assembly.fluid`, `assembly.world`, and
 `assembly.co_simulation(observers)` with `initialize()`, `step()` and `terminate()`.
 """
 
@@ -138,7 +139,7 @@ def _shared(sections: tuple[type[Section], ...]) -> type[Section] | None:
 
 
 def _section(section: type[Section], known: set[str]) -> Iterator[str]:
-    """What a section is, and a row for each key that is not known from above."""
+    """Describe a section, with a row for each key that is not known from above."""
     yield "```text"
     yield inspect.cleandoc(section.__doc__ or "")
     yield "```"

@@ -57,7 +57,7 @@ class Scenario(Section):
 
     def problems(self) -> Iterator[Problem]:
         """Problems between the tables: references, places, sizes."""
-        if not re.fullmatch(cross_checks.NAME, self.name):
+        if not re.fullmatch(cross_checks.NAME_PATTERN, self.name):
             yield Problem("name", f"is {self.name!r}, allowed: {cross_checks.NAME_ALLOWED}")
         yield from cross_checks.problems_between(self._parts())
 

@@ -41,10 +41,6 @@ def test_plugin_example_runs():
     pybullet.disconnect(client)
 
 
-def test_kit_example_passes():
-    exec(code_block("py"), {})
-
-
 def test_scenario_example_is_sound_and_floats(tmp_path):
     text = code_block("toml")
     assert tomllib.loads(text)["name"] == "floating-crate"

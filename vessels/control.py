@@ -20,13 +20,13 @@ from vessels.course import Course, wrap_angle
 from vessels.vessel import Vessel, planar_motion, planar_wrench
 
 Array = NDArray[np.float64]
-ORDERS = {"speed_order": "m/s", "heading_order": "rad"}
+HELM_ORDERS = {"speed_order": "m/s", "heading_order": "rad"}
 _SavedState = tuple[dict[str, Any], dict[str, Array]]
 
 
 @dataclass
 class _ControlState:
-    """What the controller remembers from step to step."""
+    """Memory of the controller from step to step."""
 
     leg: int = -1
     speed_order: float = 0.0
@@ -61,7 +61,7 @@ class VesselControl:
         self._course = vessel.course
         self.name = f"{vessel.name}-control"
         self.vessel = vessel
-        self._variables = variable_table(control_variables(vessel.name, ORDERS))
+        self._variables = variable_table(control_variables(vessel.name, HELM_ORDERS))
         self._values = {name: np.zeros(variable.shape) for name, variable in self._variables.items()}
         self._values[f"{vessel.name}.pose"][6] = 1.0
         self._state = _ControlState()
@@ -153,7 +153,7 @@ class VesselControl:
     def _thrust(self, surge: float, step_size: float) -> float:
         """Thrust ahead [N] from the speed error."""
         state, gains, mass = self._state, self.vessel.gains, self.vessel.hull.mass_properties.mass
-        change = gains.acceleration * step_size
+        change = math.inf if gains.acceleration is None else gains.acceleration * step_size
         state.ramped_speed += min(max(state.speed_order - state.ramped_speed, -change), change)
         error, w = state.ramped_speed - surge, gains.speed_bandwidth
         wanted = mass * (2.0 * w * error + w**2 * state.speed_integral)

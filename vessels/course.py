@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
+from oilsim.quantity import quantity, require
+
 
 @dataclass(frozen=True, kw_only=True)
 class CourseLeg:
@@ -17,10 +19,13 @@ class CourseLeg:
     it the vessel only keeps its heading and is set down by current, wind and tow.
     """
 
-    start_time: float
-    speed: float
-    heading: float
-    through: tuple[float, float] | None = None
+    start_time: float = quantity("s", at_least=0.0)
+    speed: float = quantity("m/s", at_least=-20.0, at_most=20.0)
+    heading: float = quantity("rad")
+    through: tuple[float, float] | None = quantity("m", default=None)
+
+    def __post_init__(self) -> None:
+        require("leg of a course", CourseLeg, vars(self))
 
 
 @dataclass(frozen=True, kw_only=True)

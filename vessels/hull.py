@@ -6,6 +6,7 @@ A `Hull` holds the mesh in the body frame, whose origin is the centre of mass.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,8 +15,26 @@ from numpy.typing import NDArray
 
 from coupling.bodies import MassProperties
 from coupling.solids.hydrostatics import Hydrostatics, hydrostatics
+from oilsim.quantity import quantity, require
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class HullSize:
+    """Size of a hull [m]; draft: keel below the design waterline; depth: keel to deck. ValueError for one that has no freeboard."""
+
+    length: float = quantity("m", above=0.0)
+    beam: float = quantity("m", above=0.0)
+    draft: float = quantity("m", above=0.0)
+    depth: float = quantity("m", above=0.0)
+
+    def __post_init__(self) -> None:
+        require("hull", HullSize, vars(self), self._problems())
+
+    def _problems(self) -> Iterator[str]:
+        if not self.depth > self.draft:
+            yield f"depth is {self.depth:g} m, allowed: above draft = {self.draft:g} m, so that there is freeboard"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,7 +97,7 @@ def wigley_hull(
     2 / 3 L B, its second moment 4 / 105 L B^3, centre of buoyancy 3 / 8 T down. The mesh is inscribed: its volume is
     short by O(1 / stations^2 + 1 / levels^2). Wigley (1942); all arguments in m.
     """
-    _require_positive(length=length, beam=beam, draft=draft, freeboard=depth - draft)
+    HullSize(length=length, beam=beam, draft=draft, depth=depth)
     x = 0.5 * length * np.linspace(-1.0, 1.0, station_count + 1)
     z = np.append(draft * (np.linspace(0.0, 1.0, level_count + 1) - 1.0), depth - draft)
     fullness = 1.0 - (np.minimum(z, 0.0) / draft) ** 2
@@ -96,7 +115,7 @@ def raked_barge(length: float, beam: float, draft: float, depth: float, *, rake:
     `rake` [m]: horizontal extent of each slope, 0 <= rake < L / 2. Waterline length L_w = L - 2 rake (1 - T / D);
     displaced volume B T (L_w + L - 2 rake) / 2. All arguments in m.
     """
-    _require_positive(length=length, beam=beam, draft=draft, freeboard=depth - draft)
+    HullSize(length=length, beam=beam, draft=draft, depth=depth)
     if not 0.0 <= rake < 0.5 * length:
         raise ValueError(f"rake {rake:g} m must be at least 0 and less than half the length {length:g} m")
     x = np.array([-0.5 * length, rake - 0.5 * length, 0.5 * length - rake, 0.5 * length])
@@ -156,13 +175,6 @@ def _check_stable(form: Hydrostatics, keel: float, center_of_gravity_height: flo
             f"centre of gravity height {center_of_gravity_height:g} m above the keel must lie between 0 and the "
             f"metacentre at {highest:g} m: above it the hull capsizes"
         )
-
-
-def _require_positive(**lengths: float) -> None:
-    """Refuse lengths that are not positive, by name."""
-    for name, value in lengths.items():
-        if not value > 0.0:
-            raise ValueError(f"{name} {value:g} m must be greater than 0")
 
 
 def _closed_tube(vertices: Array) -> trimesh.Trimesh:

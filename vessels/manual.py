@@ -14,7 +14,7 @@ from vessels.vessel import Vessel, planar_motion, planar_wrench
 
 Array = NDArray[np.float64]
 
-ORDERS = {"thrust_order": "N", "side_thrust_order": "N", "yaw_moment_order": "N m"}
+MACHINERY_ORDERS = {"thrust_order": "N", "side_thrust_order": "N", "yaw_moment_order": "N m"}
 
 
 class ManualControl:
@@ -29,7 +29,7 @@ class ManualControl:
     def __init__(self, vessel: Vessel) -> None:
         self.name = f"{vessel.name}-control"
         self.vessel = vessel
-        self._variables = variable_table(control_variables(vessel.name, ORDERS))
+        self._variables = variable_table(control_variables(vessel.name, MACHINERY_ORDERS))
         self._values = {name: np.zeros(variable.shape) for name, variable in self._variables.items()}
         self._values[f"{vessel.name}.pose"][6] = 1.0
 

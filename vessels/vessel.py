@@ -8,13 +8,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from oilsim.physical_constants import AIR_DENSITY
+from oilsim.quantity import quantity, require
 from vessels.course import Course
 from vessels.hull import Hull
 
 Array = NDArray[np.float64]
-
-AIR_DENSITY = 1.225
-"""Density of air at 15 C and sea level [kg/m3] (International Standard Atmosphere)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,20 +24,18 @@ class Propulsion:
     moment, of rudder or azimuth drives; side_thrust [N]: largest thrust of transverse thrusters, 0 without any.
     """
 
-    bollard_pull: float
-    astern_pull: float
-    yaw_moment: float
-    side_thrust: float = 0.0
+    bollard_pull: float = quantity("N", at_least=0.0)
+    astern_pull: float = quantity("N", at_least=0.0)
+    yaw_moment: float = quantity("N m", at_least=0.0)
+    side_thrust: float = quantity("N", default=0.0, at_least=0.0)
 
     def __post_init__(self) -> None:
-        for name in ("bollard_pull", "astern_pull", "yaw_moment", "side_thrust"):
-            if not getattr(self, name) >= 0.0:
-                raise ValueError(f"{name} {getattr(self, name):g} must be at least 0")
+        require("propulsion", Propulsion, vars(self))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Superstructure:
-    """What stands in the wind: F = 0.5 rho_air Cd A V |V|, at `center` (3,) [m] in the body frame.
+    """The part that stands in the wind: F = 0.5 rho_air Cd A V |V|, at `center` (3,) [m] in the body frame.
 
     area [m2]: projected on the wind, taken the same from every side; drag_coefficient Cd [-].
     """
@@ -60,19 +57,17 @@ class ControlGains:
     speed_bandwidth, heading_bandwidth, lane_bandwidth [rad/s]: natural frequencies of the loops of thrust, steering and
     side thrusters, each critically damped; lookahead [m]: distance ahead on the line at which a vessel without side
     thrusters points its bow to come back to it, 0 meaning twice the hull's length; acceleration [m/s2]: at which an
-    ordered speed is approached.
+    ordered speed is approached; None: at once.
     """
 
-    speed_bandwidth: float = 1.0
-    heading_bandwidth: float = 1.0
-    lane_bandwidth: float = 0.5
-    lookahead: float = 0.0
-    acceleration: float = math.inf
+    speed_bandwidth: float = quantity("rad/s", default=1.0, above=0.0)
+    heading_bandwidth: float = quantity("rad/s", default=1.0, above=0.0)
+    lane_bandwidth: float = quantity("rad/s", default=0.5, above=0.0)
+    lookahead: float = quantity("m", default=0.0, at_least=0.0)
+    acceleration: float | None = quantity("m/s2", default=None, above=0.0)
 
     def __post_init__(self) -> None:
-        for name in ("speed_bandwidth", "heading_bandwidth", "lane_bandwidth", "acceleration"):
-            if not getattr(self, name) > 0.0:
-                raise ValueError(f"{name} {getattr(self, name):g} must be greater than 0")
+        require("control gains", ControlGains, vars(self))
 
 
 @dataclass(frozen=True, kw_only=True)

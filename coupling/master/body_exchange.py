@@ -37,6 +37,7 @@ from coupling.master.algorithms import Steppers, transfer
 from coupling.master.connection import Link
 from coupling.master.fixed_point import Aitken, Iteration, QuasiNewton
 from coupling.solids.added_mass import stability_number
+from oilsim.physical_constants import GRAVITY
 
 __all__ = ["Aitken", "BodyExchange", "BodyInterface", "QuasiNewton", "Scheme"]
 
@@ -44,8 +45,7 @@ Array = npt.NDArray[np.float64]
 
 EXPLICIT_LIMIT = 0.1  # where a lagged exchange diverges it is 1
 LARGEST_NUMBER_OF_ITERATIONS = 40
-ACCELERATION_TOLERANCE = 1e-2  # error of an acceleration, of the largest one or of STANDARD_GRAVITY if that is more
-STANDARD_GRAVITY = 9.81
+ACCELERATION_TOLERANCE = 1e-2  # error of an acceleration, of the largest one or of GRAVITY if that is more
 PROBE = 0.05  # of gravity, and of a radian in a step: what W is measured with
 LEAST_PROBE = 1e-6  # of the weight of the liquid moved along, in N and in N m
 TINY = 1e-30
@@ -139,7 +139,7 @@ class BodyExchange:
             mass = interface.mass_matrix
             added = interface.added_mass()
             self._numbers[body] = stability_number(added, mass()) if mass is not None else np.nan
-            self._liquid_weights[body], self._wrenches[body] = STANDARD_GRAVITY * added[:3, :3].trace(), np.zeros(6)
+            self._liquid_weights[body], self._wrenches[body] = GRAVITY * added[:3, :3].trace(), np.zeros(6)
             self._free[body] = np.tile((*interface.gravity, 0.0, 0.0, 0.0), (2, 1))
             if {(interface.fluid, "inverse_mass"), (interface.fluid, f"{body}.inverse_mass")} & fed:
                 self._answering.add(body)
@@ -197,7 +197,7 @@ class BodyExchange:
         if body not in self._probes:
             least = np.full(6, LEAST_PROBE * self._liquid_weights[body])
             answer = _differences(interface, wrench, least, step)
-            wanted = np.repeat([PROBE * STANDARD_GRAVITY, PROBE / step.duration**2], 3)
+            wanted = np.repeat([PROBE * GRAVITY, PROBE / step.duration**2], 3)
             self._probes[body] = np.clip(wanted / np.maximum(answer.diagonal(), TINY), least, least / LEAST_PROBE)
         return _differences(interface, wrench, self._probes[body], step)
 
@@ -226,7 +226,7 @@ class BodyExchange:
             shown = np.concatenate([answer.free_acceleration() for answer in answers])
             proposal = iteration.proposal(assumed, shown - assumed, 1.0 / weights)
             error = float((weights * np.abs(proposal - assumed)).max())
-            allowed = ACCELERATION_TOLERANCE * max(float((weights * np.abs(assumed)).max()), STANDARD_GRAVITY)
+            allowed = ACCELERATION_TOLERANCE * max(float((weights * np.abs(assumed)).max()), GRAVITY)
             tried.append((error, assumed))
             if error <= allowed or len(tried) > LARGEST_NUMBER_OF_ITERATIONS:
                 break

@@ -14,7 +14,6 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from enum import Enum
 from functools import partial
 from types import MappingProxyType
@@ -22,31 +21,19 @@ from typing import Any, NoReturn, TypeVar
 
 from coupling.blas_threads import one_blas_thread
 from coupling.errors import CoSimulationError, CouplingSetupError, reason
-from coupling.master.algorithms import Algorithm, GaussSeidel
 from coupling.master.connection import Connection, link, setup_problems
-from coupling.master.exchange_ledger import ExchangeLedger
+from coupling.master.exchange_ledger import GAUSS_SEIDEL, Exchange
 from coupling.master.initialization import exchange_initial_values
-from coupling.master.observer_dispatch import Audience, tried
+from coupling.master.observer_dispatch import NOBODY, Audience, CommunicationPoint, Watching, tried
 from coupling.master.rollback_test import rollback_fault
 from coupling.master.stepper import HALVINGS, TIME_TOLERANCE, Discarded, NotExchanged, Snapshot, Stepper
-from coupling.observer import Observer
 from coupling.participant import Array, Participant
-from recordings.frame import Event, EventLevel, Frame, RunDescription
+from recordings.frame import Event, EventLevel
 
 FINEST = 1e-3  # of a step, that times must tell apart
 ALL_AT_ONE_RATE: Mapping[str, int] = MappingProxyType({})
 
 
-@dataclass(frozen=True)
-class CommunicationPoint:
-    """Where the participants meet: `index` whole steps of `step_size` [s] since the start, at `time` [s]."""
-
-    index: int
-    time: float
-    step_size: float
-
-
-FrameSource = Callable[[CommunicationPoint], Frame]
 Result = TypeVar("Result")
 
 
@@ -61,7 +48,7 @@ class CoSimulation:
 
     Call order: `initialize()`, then `step()` or `run(until)` as often as wanted, then `terminate(reason)`. After a
     failure, or once a participant has asked for the end, the run has been terminated already: `is_running` tells.
-    Frames are made by `frame_source`, and only if somebody watches.
+    At every communication point the accounts advance; then `frame_source`, which only reads, makes a frame if somebody watches.
     """
 
     def __init__(
@@ -71,19 +58,15 @@ class CoSimulation:
         communication_step_size: float,
         *,
         start_time: float = 0.0,
-        observers: Sequence[Observer] = (),
-        algorithm: Algorithm | None = None,
         sub_rates: Mapping[str, int] = ALL_AT_ONE_RATE,
         rolls_back: bool = False,
-        ledger: ExchangeLedger | None = None,
-        frame_source: FrameSource | None = None,
-        run_description: RunDescription | None = None,
+        exchange: Exchange = GAUSS_SEIDEL,
+        watching: Watching = NOBODY,
     ) -> None:
         """Check everything that can be checked before a run; CouplingSetupError lists every problem at once.
 
         `sub_rates`: steps a participant makes in a communication step, 1 where it is not named. `rolls_back`: keep all
-        states of every communication point, so that a discarded step is repeated by everybody. `ledger`: accounts of what
-        passes between fluid and bodies, which may end the run.
+        states of every communication point, so that a discarded step is repeated by everybody.
         """
         problems = setup_problems(participants, connections) + _sub_rate_problems(participants, sub_rates)
         if not participants:
@@ -96,8 +79,7 @@ class CoSimulation:
             problems.append(
                 f"start_time is {start_time} s, allowed: a time that steps of {communication_step_size} s tell"
             )
-        if observers and (frame_source is None or run_description is None):
-            problems.append("observers watch, but frame_source or run_description is missing")
+        problems += watching.problems
         if problems:
             raise CouplingSetupError(problems)
         by_name = {participant.name: participant for participant in participants}
@@ -105,13 +87,11 @@ class CoSimulation:
         self._links = tuple(link(connection, by_name) for connection in connections)
         self._step_size = communication_step_size
         self._start_time = start_time
-        self._audience = Audience(observers, self._end)
-        self._algorithm: Algorithm = algorithm if algorithm is not None else GaussSeidel()
+        self._audience = Audience(watching.observers, self._end)
+        self._algorithm, self._ledger, self._accounts = exchange
         self._rolls_back = rolls_back
-        self._ledger = ledger
         self._rollback_faults: dict[str, str] = {}
-        self._frame_source = frame_source
-        self._run_description = run_description
+        self._watching = watching
         self._index = 0
         self._phase = _Phase.CREATED
         self._opening: Sequence[str] = ()  # what the algorithm tells as the run begins
@@ -155,7 +135,9 @@ class CoSimulation:
         for name, stepper in self._steppers.items():
             self._in_order(stepper.participant.exit_initialization_mode, name)
         self._in_order(self._begin_exchange)
-        if saved is not None:
+        if saved is None:
+            self._advance_accounts()
+        else:
             self.restore_state(saved)
         self._notify_initialized(first_frame=saved is None)
 
@@ -189,11 +171,12 @@ class CoSimulation:
 
     @one_blas_thread()
     def step(self) -> None:
-        """One communication step, then observers are told; the run ends here if a participant asks for it."""
+        """Make one communication step, advance the accounts, tell observers; the run ends here if a participant asks for it."""
         self._require(_Phase.RUNNING, "step")
         begin, end = self._time_of(self._index), self._time_of(self._index + 1)
         self._in_order(lambda: self._cover(begin, end, 0))
         self._index += 1
+        self._advance_accounts()
         self._tell_events()
         self._notify_frame()
         enders = [stepper for stepper in self._steppers.values() if stepper.wants_end is not None]
@@ -233,7 +216,7 @@ class CoSimulation:
         return self._start_time + index * self._step_size
 
     def _clock(self) -> dict[str, float]:
-        """What the time of a communication point hangs on, beside its index [s]."""
+        """The start time and the step [s], which with its index give a communication point its time."""
         return {"start_time": self._start_time, "step_size": self._step_size}
 
     def _require(self, phase: _Phase, call: str) -> None:
@@ -241,7 +224,7 @@ class CoSimulation:
             raise RuntimeError(f"{call} is called on a run that is {self._phase.value}, allowed: {phase.value}")
 
     def _in_order(self, call: Callable[[], Result], name: str = "master") -> Result:
-        """What a call returns; what it raises ends the run, under the name of the participant that failed, or else under `name`.
+        """Return what a call returns; what it raises ends the run, under the name of the participant that failed, or else under `name`.
 
         An interruption is meant for the process and passed on as it is; participants in the middle of a step are of no more use.
         """
@@ -313,12 +296,18 @@ class CoSimulation:
             self._cover(middle, end, halvings + 1)
 
     def _exchange(self, begin: float, end: float) -> None:
-        """One step of the algorithm, with its accounts."""
+        """One step of the algorithm, with its accounts, from where others may have moved shared participants."""
+        for stepper in self._steppers.values():
+            stepper.observe(begin)
         if self._ledger is not None:
             self._ledger.open(self._steppers)
         self._algorithm.step(self._steppers, self._links, begin, end)
         if self._ledger is not None:
             self._ledger.close(self._steppers, begin, end)
+
+    def _advance_accounts(self) -> None:
+        for account in self._accounts:
+            self._in_order(partial(account, self.communication_point), "accounts")
 
     def _fail(self, error: CoSimulationError, cause: BaseException | None = None) -> NoReturn:
         """End the run in order and raise; what goes wrong in the end itself is not told, the failure comes first."""
@@ -329,7 +318,7 @@ class CoSimulation:
     def _end(self, reason: str, event: Event | None = None) -> tuple[dict[str, BaseException], list[BaseException]]:
         """End all participants in order, then tell observers; returns what went wrong in either.
 
-        What interrupts the end is raised when all have been told.
+        An interruption of the end is raised when all have been told.
         """
         self._phase = _Phase.TERMINATED
         raised = tried([stepper.participant.terminate for stepper in self._steppers.values()])
@@ -353,8 +342,8 @@ class CoSimulation:
             self._audience.event(event)
 
     def _notify_initialized(self, *, first_frame: bool) -> None:
-        if self._run_description is not None:
-            self._audience.begin(self._run_description)
+        if self._watching.run_description is not None:
+            self._audience.begin(self._watching.run_description)
         for name, fault in self._rollback_faults.items():
             self.emit(f"participant {name!r} cannot be taken back: {fault}", level="warning", source=name)
         for text in self._opening:
@@ -364,8 +353,9 @@ class CoSimulation:
             self._notify_frame()
 
     def _notify_frame(self) -> None:
-        if self._audience.is_listening and self._frame_source is not None:
-            self._audience.frame(self._in_order(partial(self._frame_source, self.communication_point), "frame_source"))
+        source = self._watching.frame_source
+        if self._audience.is_listening and source is not None:
+            self._audience.frame(self._in_order(partial(source, self.communication_point), "frame_source"))
 
 
 def _saved(stepper: Stepper, lacking: list[str]) -> object:
@@ -378,7 +368,7 @@ def _saved(stepper: Stepper, lacking: list[str]) -> object:
 
 
 def _sub_rate_problems(participants: Sequence[Participant], sub_rates: Mapping[str, int]) -> list[str]:
-    """What is wrong with the sub-rates, one sentence each."""
+    """List everything that is wrong with the sub-rates, one sentence each."""
     names = [participant.name for participant in participants]
     unknown = [
         f"sub_rates names participant {name!r}, allowed: {', '.join(names)}" for name in sub_rates if name not in names

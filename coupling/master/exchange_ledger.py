@@ -1,4 +1,4 @@
-"""What passed between fluid and bodies in a step: impulse and energy, as each side counts them.
+"""Accounts of a step between fluid and bodies: impulse and energy, as each side counts them.
 
 The fluid gives a body the impulse H F, F its mean wrench, and foresees the twist V_f that the body will have at the end of the
 step; the body is fed the wrench F_s and ends at V_b, both having begun at V_0. Then
@@ -16,12 +16,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from coupling.errors import CoSimulationError
-from coupling.master.algorithms import Steppers
+from coupling.master.algorithms import Algorithm, GaussSeidel, Steppers
+from coupling.master.observer_dispatch import CommunicationPoint
 
 Array = npt.NDArray[np.float64]
 
@@ -120,7 +122,7 @@ class ExchangeLedger:
         return np.array(values).reshape(-1, 6)
 
     def _check_momentum(self, given: Array, taken: Array, time: float) -> None:
-        """Of impulses (B, 6): forces by forces, torques by torques and by what moving the force by a particle makes of it."""
+        """Compare impulses (B, 6): forces with forces, torques with torques and with what moving the force by a particle makes."""
         lost, passed = (np.linalg.norm(part.reshape(-1, 2, 3), axis=2) for part in (given - taken, given))
         self._lost_sum += float(lost[:, 0].sum())
         self._impulse_sum += float(passed[:, 0].sum())
@@ -145,3 +147,22 @@ class ExchangeLedger:
                 f"body {bond.body!r}: the exchange has made {made:.3g} J of {turned:.3g} J turned over, "
                 f"allowed: {self._limits[1]:g} of it; its coupling is unstable, or steps of {step:.3g} s are too long for its motion",
             )
+
+
+Account = Callable[[CommunicationPoint], None]
+
+
+class Exchange(NamedTuple):
+    """How values pass in a run: the order of steps and exchanges, and the accounts that are kept.
+
+    ledger: accounts of the exchange between fluid and bodies, which may end the run; None keeps none. accounts: called once at each
+    communication point, the initial one included, whether or not anybody watches; in a restored run, at each point after the one it
+    goes on from.
+    """
+
+    algorithm: Algorithm
+    ledger: ExchangeLedger | None = None
+    accounts: Sequence[Account] = ()
+
+
+GAUSS_SEIDEL = Exchange(GaussSeidel())  # which remembers nothing, so that all runs may share it

@@ -1,4 +1,4 @@
-"""Who watches a run: each observer is told of its beginning, of events and frames, and of its end once.
+"""Observers of a run: each one is told of its beginning, of events and frames, and of its end once.
 
 An observer that raises, or is interrupted, is told nothing more and ends the run; the others are told why. None is told of the end of a
 run whose beginning it has not been told.
@@ -7,11 +7,45 @@ run whose beginning it has not been told.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 from functools import partial
+from typing import NamedTuple
 
 from coupling.errors import reason
 from coupling.observer import Observer
 from recordings.frame import Event, Frame, RunDescription
+
+
+@dataclass(frozen=True)
+class CommunicationPoint:
+    """Where the participants meet: `index` whole steps of `step_size` [s] since the start, at `time` [s]."""
+
+    index: int
+    time: float
+    step_size: float
+
+
+FrameSource = Callable[[CommunicationPoint], Frame]
+
+
+class Watching(NamedTuple):
+    """The observers of a run, the source of the frames they are shown, and what they are told at its beginning.
+
+    With observers both others are needed.
+    """
+
+    observers: Sequence[Observer] = ()
+    frame_source: FrameSource | None = None
+    run_description: RunDescription | None = None
+
+    @property
+    def problems(self) -> list[str]:
+        """List everything that is missing, one sentence each."""
+        lacks = self.observers and (self.frame_source is None or self.run_description is None)
+        return ["observers watch, but frame_source or run_description is missing"] if lacks else []
+
+
+NOBODY = Watching()
 
 
 class Audience:

@@ -23,7 +23,15 @@ from typing import NoReturn
 import numpy as np
 
 from coupling.errors import CoSimulationError, reason
-from coupling.participant import Array, Causality, EventParticipant, Participant, Status, StepResult
+from coupling.participant import (
+    Array,
+    Causality,
+    EventParticipant,
+    Participant,
+    SharedParticipant,
+    Status,
+    StepResult,
+)
 
 TIME_TOLERANCE = 1e-9  # of a step: far above rounding, far below anything that moves
 HALVINGS = 10  # of a step that is discarded: a thousandth of it
@@ -52,7 +60,7 @@ class NotExchanged(Exception):
 
 @dataclass(frozen=True)
 class Snapshot:
-    """What a participant goes back to, with its outputs, its wish to end, and events that nobody has been told of."""
+    """A state that a participant can go back to, with its outputs, its wish to end, and events that nobody has been told of."""
 
     state: object
     outputs: dict[str, Array]
@@ -72,6 +80,7 @@ class Stepper:
         self.wants_end: str | None = None  # why, once the participant has asked for the run's end
         self.events: list[tuple[float, str]] = []  # time [s] and text of those since the master took them
         self.passes_discards_on = False  # to the master, which takes back everybody's step
+        self._shared = participant if isinstance(participant, SharedParticipant) else None
         self._given = [v for v in participant.variables.values() if v.causality is Causality.OUTPUT]
         self._shapes = {variable.name: variable.shape for variable in self._given}
         self._means = [v for v in self._given if v.is_mean]
@@ -124,6 +133,16 @@ class Stepper:
         self.outputs |= {name: total / (end - begin) for name, total in self._sums.items()}
         self._require_finite(end)
         self.wall_seconds += wall_clock.perf_counter() - started
+
+    def observe(self, time: float) -> None:
+        """Read a participant anew that others move between steps; CoSimulationError if it cannot be."""
+        if self._shared is None:
+            return
+        try:
+            self._shared.observe()
+        except Exception as cause:
+            self.fail(time, reason(cause), cause)
+        self.read_outputs(time)
 
     def read_outputs(self, time: float) -> None:
         """Take every output from the participant; CoSimulationError for one that is not finite."""
@@ -207,7 +226,7 @@ class Stepper:
         """Raise for an error and for a time that does not fit."""
         now = result.last_successful_time
         if result.status is Status.ERROR:
-            self.fail(begin, f"error: {result.message or 'no reason given'}")
+            self.fail(begin, f"error: {result.message or 'no reason given'}", result.cause)
         if not reached - tolerance <= now <= asked + tolerance:
             self.fail(begin, f"reached {now} s, allowed: {reached} to {asked} s")
         if result.status is Status.OK and now < asked - tolerance:

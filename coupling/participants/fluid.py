@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from coupling.participant import Causality, Status, StepResult, Variable, checked_value, variable_table
+from coupling.participants.step_size import same_step
 from coupling.solids.added_mass import added_mass
 from oilsim.advance_report import AdvanceReport
 from oilsim.boundaries.walls import rotation_matrix
@@ -33,10 +34,17 @@ OUTPUTS = ("wrench", "foreseen_twist")
 
 
 class FluidParticipant:
-    """Steps a `Fluid`; `boundaries` names the moving bodies it exchanges motion and wrench with, by their handles."""
+    """Steps a `Fluid`; `boundaries` names the moving bodies it exchanges motion and wrench with, by their handles.
 
-    def __init__(self, name: str, fluid: Fluid, boundaries: Mapping[str, int]) -> None:
+    own_step: where clock and threads of the fluid are somebody else's, the step [s] that it makes together with that one's bodies, to the
+    last bit; None for a fluid that is the participant's own.
+    """
+
+    def __init__(
+        self, name: str, fluid: Fluid, boundaries: Mapping[str, int], *, own_step: float | None = None
+    ) -> None:
         self._name = name
+        self._own_step = own_step
         self._fluid = fluid
         self._boundaries = dict(boundaries)
         self._inputs = {
@@ -76,8 +84,13 @@ class FluidParticipant:
         return self._variables
 
     def enter_initialization_mode(self, start_time: float) -> None:
-        """The fluid's clock starts here."""
-        self._fluid.time = start_time
+        """Start the fluid's clock, unless it is somebody else's; boundaries that moved before have their last wrench."""
+        if self._own_step is None:
+            self._fluid.time = start_time
+        moved = self._fluid.moving_boundaries
+        for body, handle in self._boundaries.items():
+            if handle in moved:
+                self._take_outputs(body, handle)
 
     def exit_initialization_mode(self) -> None:
         """Nothing is left to do."""
@@ -97,8 +110,11 @@ class FluidParticipant:
             self._inputs[name] = checked
 
     def do_step(self, time: float, step_size: float) -> StepResult:
-        """CFL sub-steps up to `time + step_size`; ERROR when the fluid's state has become unusable."""
-        self._fluid.time = time
+        """CFL sub-steps up to `time + step_size`; ERROR when the fluid's state has become unusable.
+
+        ValueError for another step than `own_step`, if there is one.
+        """
+        duration = self._duration(time, step_size)
         for body, handle in self._boundaries.items():
             pose, twist = self._inputs[f"{body}.pose"], self._inputs[f"{body}.twist"]
             self._fluid.set_boundary_motion(
@@ -113,13 +129,25 @@ class FluidParticipant:
         if self._joint_inverse_mass is not None:
             self._fluid.set_joint_inverse_mass(tuple(self._boundaries.values()), self._joint_inverse_mass)
         try:
-            self.report = self._fluid.advance(step_size)
+            self.report = self._fluid.advance(duration)
         except FluidError as error:
-            return StepResult(Status.ERROR, time, str(error))
+            return StepResult(Status.ERROR, time, str(error), cause=error)
         for body, handle in self._boundaries.items():
-            self._outputs[f"{body}.wrench"] = self._fluid.boundary_wrench(handle)
-            self._outputs[f"{body}.foreseen_twist"] = self._fluid.boundary_twist(handle)
+            self._take_outputs(body, handle)
         return StepResult(Status.OK, time + step_size)
+
+    def _duration(self, time: float, step_size: float) -> float:
+        """How long to advance [s], after the clock was set if it is the participant's to set."""
+        if self._own_step is None:
+            self._fluid.time = time
+            return step_size
+        if not same_step(step_size, self._own_step):
+            raise ValueError(f"{self._name!r}: step is {step_size} s, allowed: {self._own_step} s, that of its bodies")
+        return self._own_step
+
+    def _take_outputs(self, body: str, handle: int) -> None:
+        self._outputs[f"{body}.wrench"] = self._fluid.boundary_wrench(handle)
+        self._outputs[f"{body}.foreseen_twist"] = self._fluid.boundary_twist(handle)
 
     def expected_twist(self, body: str) -> Array:
         """Twist (6,) [m/s, rad/s] that the fluid expects a body to have now, after the wrench it was given."""
@@ -128,7 +156,7 @@ class FluidParticipant:
     def added_mass(self, body: str) -> Array:
         """(6, 6) [kg, kg m, kg m2] of the densest liquid that a body would set moving if it were all under, world frame."""
         config = self._fluid.config
-        boundary = self._fluid.tools.walls.boundaries[self._boundaries[body]]
+        boundary = self._fluid.boundaries[self._boundaries[body]]
         density = max(phase.rest_density for phase in config.phases)
         turn = np.kron(np.eye(2), rotation_matrix(self._inputs[f"{body}.pose"][3:]))
         added = added_mass(boundary, config.particle_spacing, config.dimension, density)
@@ -151,5 +179,6 @@ class FluidParticipant:
         self._outputs = {name: value.copy() for name, value in state["outputs"].items()}
 
     def terminate(self) -> None:
-        """End the fluid's threads."""
-        self._fluid.close()
+        """End the fluid's threads, unless they are somebody else's."""
+        if self._own_step is None:
+            self._fluid.close()

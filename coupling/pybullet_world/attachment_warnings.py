@@ -15,6 +15,7 @@ from scipy.spatial import cKDTree
 
 from coupling.solids.signed_distance import SignedDistance
 from coupling.solids.surface_sampling import SurfaceSampling
+from coupling.solids.thin_parts import TIGHT
 
 Array = npt.NDArray[np.float64]
 
@@ -40,7 +41,7 @@ def swelling(sampling: SurfaceSampling, volume: float) -> float:
 
 
 def tell_thin_parts(name: str, sampling: SurfaceSampling, volume: float) -> None:
-    """Say it if the fluid meets more than the `volume` [m3] of a solid."""
+    """Say it if the fluid meets more than the `volume` [m3] of a solid, or may leak through it."""
     times = swelling(sampling, volume)
     if times > 1.0:
         warnings.warn(
@@ -48,6 +49,21 @@ def tell_thin_parts(name: str, sampling: SurfaceSampling, volume: float) -> None
             f"particle_spacing below {sampling.particle_spacing:g} m resolves them",
             stacklevel=4,
         )
+    leak = leaking(sampling)
+    if leak:
+        warnings.warn(f"{name} {leak}", stacklevel=4)
+
+
+def leaking(sampling: SurfaceSampling) -> str:
+    """Say how thin plates are through which liquid may leak; "" if none are."""
+    thickness, spacing = sampling.thinnest_plate, sampling.particle_spacing
+    if not np.isfinite(thickness):
+        return ""
+    return (
+        f"has plates {thickness:.2g} m thin, {thickness / spacing:.2g} particle spacings: liquid that stands more than two spacings "
+        f"higher on one side may leak through; a particle_spacing up to {thickness / TIGHT:.2g} m, or plates of {TIGHT * spacing:.2g} m, "
+        "hold it"
+    )
 
 
 def tell_overlaps(

@@ -12,7 +12,8 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from coupling.pybullet_import import pybullet
-from coupling.pybullet_world.links import LinkedBody, LinkSystem
+from coupling.pybullet_world.client_links import StepOutcome
+from coupling.pybullet_world.links import LinkedBody
 
 Array = npt.NDArray[np.float64]
 
@@ -65,18 +66,9 @@ class DefaultsWatch:
         self._braked.pop(body, None)
         self._left.pop(body, None)
 
-    def look(
-        self,
-        bodies: Mapping[int, LinkedBody],
-        system: LinkSystem,
-        wrenches: Array,
-        twists: Array,
-        unexplained: Array,
-        gravity: Array,
-        duration: float,
-    ) -> None:
-        """After a step of `duration` [s] from `system`: the fluid's wrenches [N, N m] and the twists since [m/s, rad/s], both (L, 6), the
-        accelerations (L, 6) [m/s2, rad/s2] that were not expected, and gravity (3,) [m/s2]."""
+    def look(self, bodies: Mapping[int, LinkedBody], outcome: StepOutcome) -> None:
+        """Look at what a step did to the links of these bodies."""
+        (system, _, gravity, duration), wrenches, twists, unexplained = outcome
         self._look_for_gravity(gravity)
         for row in np.flatnonzero(~system.is_free):
             self._look_for_carrying(system.keys[row][0], system.pose[row], system.twist[row], duration)
@@ -94,7 +86,7 @@ class DefaultsWatch:
 
     def _look_for_gravity(self, gravity: Array) -> None:
         """Bodies and fluid that fall differently."""
-        if not np.allclose(gravity, self._gravity):
+        if not np.array_equal(gravity, self._gravity) and not np.allclose(gravity, self._gravity):
             self._tell(
                 ("gravity", -1),
                 f"gravity is {gravity.tolist()} m/s2 in the client and {self._gravity.tolist()} m/s2 in the fluid; "

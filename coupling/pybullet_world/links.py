@@ -76,7 +76,7 @@ class LinkedBody:
         self._loose: list[TreeLink] = []  # at the last reading, as if no motor held a joint
 
     def save_state(self) -> _Learnt:
-        """What has been learnt of motors and constraints."""
+        """Everything that has been learnt of motors and constraints."""
         return {name: getattr(self, name).copy() for name in OF_MOTORS}, frozenset(self._spent)
 
     def restore_state(self, state: _Learnt) -> None:
@@ -106,7 +106,8 @@ class LinkedBody:
         self._refuse_another()
         position, orientation, states = self._states()
         poses = [(*position, *orientation), *((*state[0], *state[1]) for state in states)]
-        twists = self.twists()
+        base = np.concatenate(pybullet.getBaseVelocity(self.unique_id, physicsClientId=self._client))
+        twists = np.array([base, *(np.concatenate(state[6:8]) for state in states)])
         self._refuse_lost(poses, twists)
         turns = Rotation.from_quat([pose[3:] for pose in poses]).as_matrix()
         no_joint = _axes(pybullet.JOINT_FIXED, np.zeros(3))
@@ -138,10 +139,12 @@ class LinkedBody:
         tree = ArticulatedTree(self._loose, is_fixed=self.is_held)
         return step_size * float(np.abs(tree.rate_changes(gravity, wrenches)).max(initial=0.0))
 
-    def twists(self) -> Array:
-        """(L, 6) of the centres of mass [m/s, rad/s]."""
+    def motion(self) -> tuple[Array, Array]:
+        """Poses (L, 7) and twists (L, 6) of the centres of mass now [m, m/s, rad/s]."""
+        position, orientation, states = self._states()
+        poses = [(*position, *orientation), *((*state[0], *state[1]) for state in states)]
         base = np.concatenate(pybullet.getBaseVelocity(self.unique_id, physicsClientId=self._client))
-        return np.array([base, *(np.concatenate(state[6:8]) for state in self._states()[2])])
+        return np.array(poses), np.array([base, *(np.concatenate(state[6:8]) for state in states)])
 
     def _refuse_planar(self) -> None:
         """pybullet tells 0 for the axis of a planar joint, without which nobody knows how its link gives way."""

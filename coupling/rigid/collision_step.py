@@ -8,6 +8,7 @@ about the other bodies, half-spaces. Bodies that a joint holds together do not t
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +20,24 @@ Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
 
 FURTHEST = 0.0625  # of half its thickness, that a body may go in a step into another one
+
+
+class _Motion(NamedTuple):
+    """Bodies now: position (B, 3) [m], rotation (B, 3, 3) from their axes to the world's, twist (B, 6) [m/s, rad/s]."""
+
+    position: Array
+    turn: Array
+    twist: Array
+
+
+class _Shapes(NamedTuple):
+    """Bodies as `Encounters` knows them: bounds (B, 2, 3) [m], radius (B,) [m], half_thickness (B,) [m], touches (B,), apart (B, B)."""
+
+    bounds: Array
+    radius: Array
+    half_thickness: Array
+    touches: Flags
+    apart: Flags
 
 
 class Encounters:
@@ -54,19 +73,19 @@ class Encounters:
 
     def rate(self, pose: Array, twist: Array, duration: float) -> float:
         """The least steps a second that keep bodies from leaping into others within `duration` [s]; 0 where one step does."""
-        bodies = self._bounds, self._radius, self._half_thickness, self._touches, self._apart
-        return float(_fastest_near(pose[:, :3], rotation_matrices(pose[:, 3:]), twist, *bodies, self._planes, duration))
+        shapes = _Shapes(self._bounds, self._radius, self._half_thickness, self._touches, self._apart)
+        motion = _Motion(pose[:, :3], rotation_matrices(pose[:, 3:]), twist)
+        return float(_fastest_near(motion, shapes, self._planes, duration))
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _fastest_near(
-    position: Array, turn: Array, twist: Array, bounds: Array, radius: Array, half_thickness: Array, touches: Flags, apart: Flags,
-    planes: Array, duration: float,
-) -> float:  # fmt: skip
+def _fastest_near(motion: _Motion, shapes: _Shapes, planes: Array, duration: float) -> float:
     """The largest pace [1/s] of a body towards another one or a half-space that is in reach within `duration` [s], 0 if below 1 / duration.
 
     The pace is that of its fastest point, as seen from the other one, in lengths it may go.
     """
+    position, turn, twist = motion
+    bounds, radius, half_thickness, touches, apart = shapes
     count = len(position)
     furthest = FURTHEST * half_thickness
     way, way_of_corners = np.empty(count), np.empty(count)  # [m] of its centre, of any of its points
@@ -113,7 +132,7 @@ def _corner_speed(rate: Array, turn: Array, bounds: Array) -> float:
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _length(vector: Array) -> float:
-    """Of a vector (3,)."""
+    """Length of a vector (3,)."""
     return math.sqrt((vector**2).sum())
 
 

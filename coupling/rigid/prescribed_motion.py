@@ -7,6 +7,7 @@ the other. Frames and units as in `coupling.participant`.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -17,8 +18,10 @@ from scipy.spatial.transform import Rotation
 Array = npt.NDArray[np.float64]
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
+Twist = Sequence[float] | Array  # (6,) linear [m/s] and angular velocity [rad/s]
 
 STILL: Vector = (0.0, 0.0, 0.0)
+AT_REST: Twist = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 UPRIGHT: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
 

@@ -1,6 +1,6 @@
 """Rigid bodies, joints and contacts on a pybullet client of our own.
 
-What pybullet does wrong by default is put right, in `bullet_client` and `engine_step`.
+Modules `bullet_client` and `engine_step` put right what pybullet does wrong by default.
 """
 
 from __future__ import annotations
@@ -20,13 +20,15 @@ from coupling.rigid.collision_step import Encounters
 from coupling.rigid.engine_step import Body, EngineStep
 from coupling.rigid.joint_constraints import Articulation, Joints, PointJoint
 from coupling.rigid.lines import ElasticLine, Lines
-from coupling.rigid.prescribed_motion import STILL, UPRIGHT, Motion, PrescribedMotion, Quaternion, Vector
+from coupling.rigid.prescribed_motion import AT_REST, STILL, UPRIGHT, Motion, PrescribedMotion, Quaternion, Vector
 from coupling.rigid.rigid_state import MOVING, RigidBodyState, pose_of, twist_of
 from coupling.rigid.step_length import SHORTEST, step_rate
 from oilsim.checks import finite
+from oilsim.physical_constants import GRAVITY
 
 Array = npt.NDArray[np.float64]
 
+FRICTION = 0.5  # coefficient of contacts, where nothing else is said
 CLOSING = 0.2  # of a joint's gap, in a step of the engine: as much as pybullet would
 
 
@@ -35,7 +37,7 @@ class RigidBodyWorld:
 
     def __init__(
         self,
-        gravity: Vector = (0.0, 0.0, -9.81),
+        gravity: Vector = (0.0, 0.0, -GRAVITY),
         sub_step: float = 0.01,
         solver_iterations: int = 50,
         communication_step: float | None = None,
@@ -76,7 +78,7 @@ class RigidBodyWorld:
 
     @property
     def free_body_names(self) -> tuple[str, ...]:
-        """Those that move by their forces."""
+        """Names of the bodies that move by their forces."""
         return tuple(name for name, body in self._bodies.items() if body.motion == "free")
 
     @property
@@ -112,15 +114,14 @@ class RigidBodyWorld:
         orientation: Quaternion = UPRIGHT,
         *,
         motion: Literal["free", "fixed"] | PrescribedMotion = "free",
-        linear_velocity: Vector = STILL,
-        angular_velocity: Vector = STILL,
-        contact: bool = True,
-        friction: float = 0.5,
+        twist: Sequence[float] | Array = AT_REST,
+        friction: float | None = FRICTION,
     ) -> None:
-        """Place a body. `mesh` is about its centre of mass; `position` is where the centre of mass lies.
+        """Place a body. `mesh` [m] is about its centre of mass; `position` [m] is where the centre of mass lies.
 
-        A free body touches others with its convex hull, a held one with its mesh as it is, with `contact=False` it
-        touches nothing. A prescribed motion gives pose and twist itself.
+        twist: (6,) linear and angular velocity at the start [m/s, rad/s]; a prescribed motion gives pose and twist itself. friction:
+        coefficient where it touches others, a free body with its convex hull, a held one with its mesh as it is; None for a body that
+        touches nothing. ValueError for a name that is taken, an open mesh and numbers that are not finite.
         """
         if name in self._bodies:
             raise ValueError(f"rigid bodies: body {name!r} is added twice")
@@ -128,8 +129,7 @@ class RigidBodyWorld:
         start = Motion(
             finite(f"rigid bodies: position of {name!r}", position, 3),
             finite(f"rigid bodies: orientation of {name!r}", orientation, 4),
-            finite(f"rigid bodies: linear_velocity of {name!r}", linear_velocity, 3),
-            finite(f"rigid bodies: angular_velocity of {name!r}", angular_velocity, 3),
+            *np.split(finite(f"rigid bodies: twist of {name!r}", twist, 6), 2),
         )
         if not math.isclose(float(np.linalg.norm(start.orientation)), 1.0, rel_tol=1e-6):
             raise ValueError(f"rigid bodies: orientation of {name!r} is {orientation}, allowed: a unit quaternion")
@@ -144,17 +144,17 @@ class RigidBodyWorld:
             mass_properties,
             is_free=motion == "free",
             is_guided=not isinstance(motion, str),
-            contact=contact,
-            friction=friction,
+            contact=friction is not None,
+            friction=FRICTION if friction is None else friction,
         )
         body = Body(name, len(self._bodies), motion, bullet)
         self._bodies[name] = body
-        self._encounters.add_body(mesh.bounds, is_free=motion == "free", touches=contact)
+        self._encounters.add_body(mesh.bounds, is_free=motion == "free", touches=friction is not None)
         self._state.append(mass_properties, start, is_free=motion == "free")
         self._place(body, start)
         self._held = None
 
-    def add_half_space(self, point: Vector, normal: Vector, friction: float = 0.5) -> None:
+    def add_half_space(self, point: Vector, normal: Vector, friction: float = FRICTION) -> None:
         """Let free bodies run into a plane through `point` [m], such as a tank's side; `normal` (unit) points to where they are."""
         self._client.add_half_space(point, normal, friction)
         self._encounters.add_half_space(np.array(point, np.float64), np.array(normal, np.float64))

@@ -1,1 +1,1 @@
-"""From a mesh to wall particles: sampling, signed distance, hydrostatics and added mass."""
+"""From a mesh to a solid, and from a solid to wall particles: reading, signed distance, sampling, hydrostatics and added mass."""

@@ -26,6 +26,7 @@ ALONE = 10_000  # points of which one processor is asked: fewer are not worth a 
 LATTICE_SHIFT = np.array(
     [0.31, 0.37, 0.43]
 )  # of a step: keeps lattice planes off the planes of meshes in round numbers
+SMALL = 0.01  # [m] of a mesh, below which trimesh takes some of its triangles for lines
 FACE, CORNER_A, CORNER_B, CORNER_C, EDGE_AB, EDGE_BC, EDGE_CA = range(7)
 
 
@@ -66,7 +67,7 @@ class SignedDistance:
         if within is not None:
             self.lower, self.upper = np.maximum(self.lower, within[0]), np.minimum(self.upper, within[1])
         triangle = np.ascontiguousarray(mesh.triangles[keep], dtype=np.float64)
-        normal = _feature_normals(mesh)[keep]
+        normal = _feature_normals(_unit_sized(mesh))[keep]
         self._trees = [_build_tree(triangle[part], normal[part]) for part in _solid_parts(mesh, keep)]
 
     @property
@@ -94,13 +95,13 @@ class SignedDistance:
 
     @staticmethod
     def _nearest_to(tree: _Tree, points: Array) -> Nearest:
-        """Of one closed part; all processors look, each for points of its own."""
+        """Look for the nearest points on one closed part, on all processors, each for points of its own."""
         nearest = Nearest(np.empty(len(points)), np.empty_like(points), np.empty_like(points))
         shares = min(os.cpu_count() or 1, 1 + len(points) // ALONE)
         parts = [slice(len(points) * n // shares, len(points) * (n + 1) // shares) for n in range(shares)]
 
         def look(part: slice) -> None:
-            _query(points[part], *tree, *(found[part] for found in nearest))
+            _query(points[part], tree, Nearest(*(found[part] for found in nearest)))
 
         with ThreadPoolExecutor(shares) as pool:
             list(pool.map(look, parts))  # a list, so that errors come out
@@ -148,12 +149,23 @@ def _solid_parts(mesh: trimesh.Trimesh, keep: npt.NDArray[np.bool_]) -> list[npt
     labels = trimesh.graph.connected_component_labels(mesh.face_adjacency, node_count=len(mesh.faces))
     if labels.max() == 0 or not mesh.is_watertight:
         return everything
-    a, b, c = np.moveaxis(np.asarray(mesh.triangles), 1, 0)
+    a, b, c = np.moveaxis(
+        np.asarray(mesh.triangles) - mesh.bounds.mean(axis=0), 1, 0
+    )  # far away, only rounding would be left
     volumes = np.bincount(labels, weights=np.einsum("fi,fi->f", a, np.cross(b, c)))
     if (volumes <= 0.0).any():
         return everything
     labels = labels[keep]
     return [np.flatnonzero(labels == label) for label in np.unique(labels)]
+
+
+def _unit_sized(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
+    """A mesh with the same angles, so large that trimesh does not take its triangles for degenerate."""
+    size = float(np.max(mesh.extents))
+    if size > SMALL:
+        return mesh
+    vertices = (np.asarray(mesh.vertices) - mesh.bounds.mean(axis=0)) / size
+    return trimesh.Trimesh(vertices, mesh.faces, process=False)
 
 
 def _feature_normals(mesh: trimesh.Trimesh) -> Array:
@@ -264,8 +276,10 @@ def _nearest_in_leaf(px, py, pz, begin, end, triangle, best, closest):
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _query(points, lower, upper, left, right, start, size, triangle, normal, distance, closest, outward):
-    """Fill distance, closest and outward for every point; the nearer child is looked into first."""
+def _query(points, tree, nearest):
+    """Fill `nearest` for every point (K, 3); the nearer child of the tree is looked into first."""
+    lower, upper, left, right, start, size, triangle, normal = tree
+    distance, closest, outward = nearest
     stack, bound = np.empty(128, np.int64), np.empty(128)
     for k in range(len(points)):
         px, py, pz = points[k, 0], points[k, 1], points[k, 2]

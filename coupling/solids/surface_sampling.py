@@ -18,11 +18,12 @@ import numpy.typing as npt
 import trimesh
 from scipy.spatial import cKDTree
 
-from coupling.bodies import require_closed
 from coupling.errors import UnresolvedSolidError
 from coupling.solids.even_points import choose_apart, push_apart, random_distance
 from coupling.solids.feature_edges import inset_ridges, sharp_edges
 from coupling.solids.signed_distance import Box, SignedDistance
+from coupling.solids.solid_mesh import told_solid
+from coupling.solids.thin_parts import middle_plane, thinnest_plate
 from coupling.solids.voronoi_shells import STEP, Shells
 from oilsim.boundaries.boundary_particles import BoundaryParticles
 
@@ -54,6 +55,7 @@ class SurfaceSampling:
         depth: (M,) distance of the points below the surface [m].
         outer: number of points of the outer layer.
         excess_volume: sampled solid minus mesh [m3], to about a tenth; above 0 if there are parts thinner than a particle.
+        thinnest_plate: thickness [m] of the thinnest plate, if liquid may leak through it (`thin_parts`); else infinite.
         particle_spacing: d [m].
     """
 
@@ -63,6 +65,7 @@ class SurfaceSampling:
     depth: Array
     outer: int
     excess_volume: float
+    thinnest_plate: float
     particle_spacing: float
 
 
@@ -107,7 +110,7 @@ def sample_surface(
         raise ValueError(f"particle_spacing is {spacing} m, allowed: above 0")
     if not 0.0 <= thickness <= spacing:
         raise ValueError(f"minimum_thickness is {thickness} m, allowed: 0 to the particle spacing, {spacing} m")
-    require_closed(mesh, "mesh")
+    mesh = told_solid(mesh).mesh
     count = float(mesh.area) / spacing**2
     if within is None and count > LARGEST:
         raise ValueError(
@@ -130,6 +133,7 @@ def sample_surface(
         depth=-solid.phi(position),
         outer=len(outer),
         excess_volume=_excess(solid, swollen, shells, spacing),
+        thinnest_plate=thinnest_plate(solid, spacing),
         particle_spacing=spacing,
     )
 
@@ -211,20 +215,12 @@ def _settle_inset(solid: SignedDistance, points: Array, half: float) -> tuple[Ar
 def _middle_of(solid: SignedDistance, surface: Array, normal: Array, half: float) -> tuple[Array, Flags, Flags]:
     """Middle plane below surface points, at most `half` deep; whether the other side lies opposite, as in a plate; and
     whether the point lies on a face (there is no straight way down from an edge or corner).
-
-    Going inward from s by t, phi = -t until another part of the surface is as near, which is the middle plane.
     """
     if len(surface) == 0:
         return surface, np.zeros(0, dtype=bool), np.zeros(0, dtype=bool)
-    low, high = np.zeros(len(surface)), np.full(len(surface), half)
-    for _ in range(30):
-        depth = 0.5 * (low + high)
-        above = depth + solid.phi(surface - depth[:, None] * normal) <= 0.02 * depth
-        low, high = np.where(above, depth, low), np.where(above, high, depth)
-    middle = surface - low[:, None] * normal
-    beyond = solid.nearest(surface - 1.1 * low[:, None] * normal)
-    is_face = low > 1e-4 * half
-    return middle, is_face & ((beyond.normal * normal).sum(axis=1) < -0.7), is_face
+    depth, middle, beyond = middle_plane(solid, surface, normal, half)
+    is_face = depth > 1e-4 * half
+    return middle, is_face & ((beyond * normal).sum(axis=1) < -0.7), is_face
 
 
 def _spread(solid: SignedDistance, layer: _Layer, spacing: float, depth: float | None = None) -> tuple[Array, Flags]:

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from functools import partial
 from types import TracebackType
 from typing import Literal
 
@@ -13,21 +11,19 @@ import trimesh
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
+from coupling.assembly import MONOLITHIC, ExchangeOptions, couple_world
 from coupling.bodies import MassProperties, mass_properties
-from coupling.master.body_exchange import BodyExchange, BodyInterface, Scheme, require_scheme
+from coupling.master.body_exchange import BodyExchange
 from coupling.master.co_simulation import CoSimulation
-from coupling.master.connection import Connection
-from coupling.master.exchange_ledger import ENERGY_LIMIT, BodyBond, ExchangeLedger
-from coupling.master.fixed_point import Aitken, Iteration
+from coupling.master.exchange_ledger import ExchangeLedger
 from coupling.participant import Array
-from coupling.participants.fluid import FluidParticipant
-from coupling.participants.rigid_bodies import RigidBodyParticipant, RigidBodyWorld
 from coupling.pybullet_world.attachment_warnings import tell_thin_parts
-from coupling.rigid.prescribed_motion import STILL, UPRIGHT, PrescribedMotion, Quaternion, Vector
+from coupling.rigid.prescribed_motion import AT_REST, STILL, UPRIGHT, PrescribedMotion, Quaternion, Twist, Vector
+from coupling.rigid.rigid_body_world import RigidBodyWorld
 from coupling.solids.hydrostatics import hydrostatics
 from coupling.solids.signed_distance import SignedDistance
+from coupling.solids.solid_mesh import told_solid
 from coupling.solids.surface_sampling import particles_of, sample_surface
-from oilsim.accounts.diagnostics import angular_momentum
 from oilsim.boundaries.boundary_particles import tank_walls
 from oilsim.checks import finite
 from oilsim.config import FluidConfig
@@ -46,9 +42,8 @@ class Scene:
     """A fluid and rigid bodies under the master: add bodies, then liquid around them, then run.
 
     fluid, world: the simulators; simulation: the coupled run, made when it is first asked for; exchange, ledger: its coupling
-    and accounts from then on; energy_limit: of the ledger (see `exchange_ledger`), to be set before; bottom: height [m] of the tank's
-    floor, or of the domain's. `scheme` couples all bodies in one way, with `iteration` where it iterates; None: inside the pressure
-    solve. Use it in a `with` block, which ends the run.
+    and accounts from then on, as the options of that name ask for; bottom: height [m] of the tank's floor, or of the domain's. Use it in a
+    `with` block, which ends the run.
     """
 
     def __init__(
@@ -57,21 +52,17 @@ class Scene:
         *,
         threads: int | None = 1,
         communication_step: float = STEP,
-        scheme: Scheme | None = None,
-        iteration: Callable[[float], Iteration] = Aitken,
+        exchange: ExchangeOptions = MONOLITHIC,
     ) -> None:
-        require_scheme("scheme of the scene", scheme)
         self.fluid = Fluid(config, threads)
         self.world = RigidBodyWorld(gravity=config.gravity, communication_step=communication_step)
         self.meshes: dict[str, trimesh.Trimesh] = {}
         self._handles: dict[str, int] = {}
         self._step = communication_step
-        self._scheme = scheme
-        self._iteration = iteration
+        self._options = exchange
         self._simulation: CoSimulation | None = None
         self.exchange: BodyExchange | None = None
         self.ledger: ExchangeLedger | None = None
-        self.energy_limit = ENERGY_LIMIT
         self._level_area: float | None = None
         self.bottom = config.lower[2]
 
@@ -105,18 +96,20 @@ class Scene:
         density: float,
         position: Vector,
         orientation: Quaternion = UPRIGHT,
-        linear_velocity: Vector = STILL,
-        angular_velocity: Vector = STILL,
+        twist: Twist = AT_REST,
         motion: Literal["free", "fixed"] | PrescribedMotion = "free",
         no_slip: bool = False,
     ) -> None:
-        """A body of even `density` [kg/m3]; `mesh` is about its centre of mass, `position` [m] is where that lies.
+        """Add a body of even `density` [kg/m3]; `mesh` is about its centre of mass, `position` [m] is where that lies.
 
-        ValueError for a mesh that is not, and once the run has begun.
+        The mesh is read as a solid (`coupling.solids.solid_mesh`): what is mended is told, sealed hollows stay dry. twist: (6,) linear and
+        angular velocity at the start [m/s, rad/s]; no_slip: thick liquids stick to it. ValueError for a mesh that is no solid or not about
+        its centre of mass, and once the run has begun.
         """
         if self._simulation is not None:
             raise ValueError(f"scene: body {name!r} is added after the run has begun, allowed: before")
-        properties = mass_properties(mesh, density=density)
+        solid = told_solid(mesh, f"scene: mesh of body {name!r}")
+        properties, mesh = mass_properties(solid, density=density), solid.outer
         _require_centered(name, mesh, properties)
         sampling = sample_surface(mesh, self.spacing)
         tell_thin_parts(f"body {name!r}", sampling, float(mesh.volume))
@@ -127,8 +120,7 @@ class Scene:
             position,
             orientation,
             motion=motion,
-            linear_velocity=linear_velocity,
-            angular_velocity=angular_velocity,
+            twist=twist,
         )
         self._handles[name] = self.fluid.add_boundary(particles_of(name, sampling, no_slip=no_slip))
         self.meshes[name] = mesh
@@ -172,9 +164,8 @@ class Scene:
 
     def momentum(self) -> Array:
         """(6,) of fluid and free bodies: linear [kg m/s], angular about the origin [kg m2/s]."""
-        fluid = self.fluid
-        spin = angular_momentum(fluid.state, fluid.config)
-        return np.asarray(np.concatenate([fluid.momentum(), spin]) + self.world.momentum())
+        liquid = np.concatenate([self.fluid.momentum(), self.fluid.angular_momentum()])
+        return np.asarray(liquid + self.world.momentum())
 
     def level(self) -> float:
         """Height [m] at which the water would stand if it lay still in the tank around the bodies as they are.
@@ -204,37 +195,11 @@ class Scene:
         return mesh
 
     def _coupled(self) -> CoSimulation:
-        fluid = FluidParticipant("fluid", self.fluid, self._handles)
-        if not self.meshes:
-            return CoSimulation([fluid], [], self._step)
-        self._refuse_overlaps()
-        bodies = RigidBodyParticipant("bodies", self.world)
-        answers = self._scheme in (None, Scheme.MONOLITHIC)
-        tells = ("pose", "twist", "inverse_mass", "free_acceleration") if answers else ("pose", "twist")
-        there = [
-            Connection("bodies", f"{body}.{what}", "fluid", f"{body}.{what}") for body in self.meshes for what in tells
-        ]
-        back = [Connection("fluid", f"{body}.wrench", "bodies", f"{body}.wrench") for body in self.meshes]
-        interfaces = [
-            BodyInterface(
-                body=body,
-                fluid="fluid",
-                solver="bodies",
-                added_mass=partial(fluid.added_mass, body),
-                mass_matrix=partial(self.world.mass_matrix, body),
-                gravity=self.fluid.config.gravity,
-                scheme=self._scheme,
-            )
-            for body in self.world.free_body_names
-        ]
-        exchange = self.exchange = BodyExchange(interfaces, iteration=self._iteration)
-        self.ledger = ExchangeLedger(
-            [BodyBond(body, "fluid", "bodies") for body in self.world.free_body_names],
-            self.spacing,
-            energy_limit=self.energy_limit,
-            disturbed=lambda: self.world.disturbed,
-        )
-        return CoSimulation([fluid, bodies], [*there, *back], self._step, algorithm=exchange, ledger=self.ledger)
+        if self.meshes:
+            self._refuse_overlaps()
+        coupled = couple_world(self.fluid, self._handles, self.world if self.meshes else None, self._options)
+        self.exchange, self.ledger = coupled.exchange, coupled.ledger
+        return coupled.co_simulation(self._step)
 
     def _refuse_overlaps(self) -> None:
         """Bodies that lie deep in each other or in a side would be thrown apart by the first step."""
@@ -268,8 +233,7 @@ def tank(
     particle_spacing: float,
     phase: Phase = WATER,
     sleep_speed: float = 0.0,
-    scheme: Scheme | None = None,
-    iteration: Callable[[float], Iteration] = Aitken,
+    exchange: ExchangeOptions = MONOLITHIC,
 ) -> TankScene:
     """A tank from the origin to `size` [m], open at the top, to be filled to `depth` [m] around the bodies added to it.
 
@@ -289,7 +253,7 @@ def tank(
         divergence_iterations=400,
         sleep_speed=sleep_speed,
     )
-    return TankScene(config, size, depth, scheme=scheme, iteration=iteration)
+    return TankScene(config, size, depth, exchange)
 
 
 class TankScene(Scene):
@@ -300,11 +264,9 @@ class TankScene(Scene):
         config: FluidConfig,
         size: Vector,
         depth: float,
-        *,
-        scheme: Scheme | None,
-        iteration: Callable[[float], Iteration],
+        exchange: ExchangeOptions = MONOLITHIC,
     ) -> None:
-        super().__init__(config, scheme=scheme, iteration=iteration)
+        super().__init__(config, exchange=exchange)
         self._size, self._depth = size, depth
         self.add_walls((0.0, 0.0, 0.0), size)
         for corner, inward in (((0.0, 0.0, 0.0), np.eye(3)), (size, -np.eye(3)[:2])):
@@ -323,7 +285,7 @@ def empty_space(
     particle_spacing: float,
     phases: tuple[Phase, ...] = (WATER,),
     communication_step: float = STEP,
-    scheme: Scheme | None = None,
+    exchange: ExchangeOptions = MONOLITHIC,
 ) -> Scene:
     """No walls and no gravity within `size` [m] about the origin: momentum is constant whatever happens.
 
@@ -334,4 +296,4 @@ def empty_space(
     config = FluidConfig(
         particle_spacing=particle_spacing, phases=phases, lower=(-x, -y, -z), upper=(x, y, z), gravity=(0.0, 0.0, 0.0)
     )
-    return Scene(config, communication_step=communication_step, scheme=scheme)
+    return Scene(config, communication_step=communication_step, exchange=exchange)

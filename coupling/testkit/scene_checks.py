@@ -47,7 +47,7 @@ def assert_momentum_conserved(
 
 def _turnover(scene: Scene) -> tuple[float, float]:
     """sum m |v| [kg m/s] of particles and free bodies; times their reach about the origin, and with sum |I omega| [kg m2/s]."""
-    state, config = scene.fluid.state, scene.fluid.config
+    state, config = scene.fluid.particles, scene.fluid.config
     mass = config.rest_volume * np.array([phase.rest_density for phase in config.phases])[state.phase]
     moving = float(mass @ np.linalg.norm(state.velocity.astype(np.float64), axis=0))
     reach = float(np.linalg.norm(state.position, axis=0).max(initial=scene.spacing))

@@ -1,127 +1,163 @@
-"""One gentle step towards constant density, even order and quiet velocities; positions never become velocity.
+"""Relaxation: one gentle step towards constant density, even order and quiet velocities. Positions never become velocity.
 
     dx_i = sum_j V c_ij (L_i + L_j - (b_i + b_j) (1 - a q^2)) grad W_ij + 2 L_i sum_b V_b grad W_ib - beta_i d^2 g_i
     v_i -= theta sum_j V W_ij c_ij [v_i - v_j + (G_i + G_j) x_ij / 2],    theta = 1 - exp(-dt / tau)
-    c_ij = 2 rho_j / (rho_i + rho_j)
+    c_ij = 2 rho_j / (rho_i + rho_j),    q = r / H
 
-The density constraint of Qiu et al. 2021 (Eq. 15-22), L_i = -omega e_i / a_0, mends a share omega of the error a pass, with the lattice's
-a_0 = V^2 sum |grad W|^2 for the diagonal of Eq. 13; what is left is carried to the next step. Where that would be too much a pass mends
-half as much again, and further ones follow, with inertia (Polyak 1964). Inside the liquid the error counts with both signs; within reach of
-a free surface only compression counts. The filter takes off what linear flow cannot explain, so that shear and rotation pass. It acts
-in every step: acting in every n-th it would feed the swings of pressed particles (`time_step`) whose half periods are n steps.
+with the particle spacing d, the support radius H, the lattice's a, and e_i, g_i, G_i of `particle_sums`.
 
-Away from free surfaces particle shifting (Lind et al. 2012) keeps neighbours evenly spread, by beta, which grows with the strain of the
-flow. Out of reach of walls pairs share it, b = beta d^2 / 2, so that the liquid's centre of mass stays. A push that only drove neighbours
-apart would drive particles along grad beta, and compress calm water at the edge of a flow; this one draws together those further apart
-than half the support, q = r / H, with the a for which it has no virial on a lattice. Beside walls it keeps
-water moving (0.5 % of sqrt(g H) in a column of 32 particles): there a particle goes down g_i alone, the last term. Shifts compress where
-they end, at free surfaces and walls; a step finds them, and the next one makes them before it looks at densities, so that no pass is
-spent on what they did.
+**Density.** The multipliers L_i = -omega e_i / a_0 are those of the density constraint of Qiu et al. 2021 (Eq. 15-22), with the lattice's
+a_0 = V^2 sum |grad W|^2 for the diagonal of Eq. 13. A pass mends a share omega of the error and leaves the rest to the next step. Where
+that is too little, a pass mends half as much again, and further passes follow, with inertia (Polyak 1964). Inside the liquid the error
+counts with both signs; near a free surface only compression counts.
 
-What is moved is put elsewhere in the same flow, and takes the velocity that the flow has there (Lind et al. 2012): with the sum of a
-step's pushes and shifts
+**Quiet.** The filter takes off what linear flow cannot explain, so that shear and rotation pass. It acts in every step. If it acted in
+every n-th step only, it would feed swings of pressed particles (`time_step`) whose half period is n steps.
+
+**Order.** Away from free surfaces particle shifting (Lind et al. 2012) keeps neighbours evenly spread, by beta, which grows with the
+strain of the flow. Out of reach of walls pairs share the shift, b = beta d^2 / 2, and the centre of mass of the liquid stays. A push that
+only drove neighbours apart would drive particles along grad beta and compress calm water at the edge of a flow. This one draws particles
+together that are further apart than half the support, with the a for which it has no virial on a lattice. Beside walls such a push keeps
+water moving (0.5 % of sqrt(g H) in a column of 32 particles). There a particle goes down g_i alone, by the last term of dx_i. Shifts
+compress the liquid where they end, at free surfaces and walls. A step finds the shifts, and the next step makes them before it looks at
+densities, so that no pass is spent on what they did.
+
+**Velocity of what is moved.** A particle that is put elsewhere in the same flow takes the velocity that the flow has there (Lind et al.
+2012). With the sum dx_i of a step's pushes and shifts
 
     v_i += G_i dx_i - |G_i dx_i| sum_k m_k G_k dx_k / sum_k m_k |G_k dx_k|.
 
-Particles that carry their own velocity along mix momentum: shear loses four times as much so, vortices half as much again. Where density
-is even such sums vanish but for noise; the last term, shared by those who were moved, lets them. (Pairs that take the mean of their G keep
-momentum by themselves, but with strain shifts are no noise, and vortices gain energy.)
+If particles carried their own velocity along, they would mix momentum: shear would lose four times as much, and vortices half as much
+again. Where density is even the sum of G_k dx_k is noise, and the last term, shared by the particles that moved, takes it off. (Pairs
+that take the mean of their G keep momentum by themselves. But shifts follow the strain and are no noise, and vortices would gain energy.)
 
-Pairs keep their centre of mass and their momentum in all else: c gives each its share, 2 at most. (With rho_ref / rho_i in its place, as in
-Eq. 22, liquids of a third of the first one's density were thrown through walls.)
+**Momentum.** c_ij gives each particle of a pair its share, at most 2, so that pairs keep their centre of mass and their momentum in
+everything else. (With rho_ref / rho_i in its place, as in Eq. 22, liquids of a third of the first one's density were thrown through walls.)
 """
 
 from __future__ import annotations
 
 import math
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
+from oilsim.backend.float32 import HALF, ONE, TWO, ZERO
 from oilsim.backend.jit import FAST, inlined
-from oilsim.backend.simd import LANES, above_zero, below, gather, gather_four, load, only, root, spread, store, summed
+from oilsim.backend.simd import LANES, below, gather, gather_four, load, only, root, spread, summed
 from oilsim.backend.thread_team import BLOCK
-from oilsim.density.density_constraint import wall_content
-from oilsim.density.density_feedback import SPRAY
-from oilsim.gradients.particle_sums import GRADIENT, ONE, STRENGTH, WEIGHT, ZERO, velocity_gradient
+from oilsim.gradients.flow import GRADIENT, STRENGTH, WEIGHT, velocity_gradient
+from oilsim.gradients.particle_sums import coverage_and_slope
 from oilsim.neighborhood.neighbor_search import separations
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, kernel, kernel_slope_over_q, lattice
 
-HALF, TWO = np.float32(0.5), np.float32(2.0)
-OMEGA = 0.2  # share of the density error mended a pass
-HURRY = np.float32(1.5)  # times as much where that will not do; with 2 passes overshoot, with 3 they swing
-SURFACE = np.float32(0.3)  # |g_i| d from which a particle lies at a free surface
-LARGEST_SHIFT = np.float32(0.5)  # beta of any flow
-SHIFT_BY_STRAIN = np.float32(10.0)  # beta for each unit of |G| x time step
-INERTIA = np.float32(0.7)  # of a pass's motion, repeated by the step's next one: smooth errors mend in fewer passes
-LEFT = (
-    0.75  # of the mean compression after a pass: in `calm-spread` 0.6 to 0.7 at once, and the step's shift comes after
-)
-SETTLING = 1.5  # tau, in which noise fades, in units of `time_unit`
+Real = NDArray[np.float32]
+
+# [1] omega, share of the density error that a pass mends; tuned; not on record
+OMEGA = 0.2
+# [1] by how much more a pass mends where omega will not do; measured; with 2 passes overshoot, with 3 they swing
+HURRY = np.float32(1.5)
+# [1] beta of any flow at most; tuned; not on record
+LARGEST_SHIFT = np.float32(0.5)
+# [1] beta for each unit of |G| dt; tuned; not on record
+SHIFT_BY_STRAIN = np.float32(10.0)
+# [1] share of a pass's push that the step's next pass repeats; measured (form: Polyak 1964); smooth errors are mended in fewer passes
+INERTIA = np.float32(0.7)
+# [1] share of the mean compression taken to be left after a pass; measured; 0.6 to 0.7 in `calm-spread`, and the step's shift comes after
+LEFT = 0.75
+# [t_u] tau, in which noise fades; tuned; not on record
+SETTLING = 1.5
+
+
+class RelaxationConstants(NamedTuple):
+    """Constants of a step's passes.
+
+    balance      a, for which the shift has no virial on a lattice [1]
+    theta        share of the noise that the filter takes off in this step [1]
+    inertia      share of the last pass's push that is repeated [1]
+    touching     coverage sum_b V_b W_ib of a particle on a flat wall's surface [1]
+    """
+
+    balance: np.float32
+    theta: np.float32
+    inertia: np.float32
+    touching: np.float32
+
+
+class Relaxation(NamedTuple):
+    """Changes that relaxation makes.
+
+    push (3, N)       way by which the last pass mends density [m]
+    shift (3, N)      way by which the step's first pass evens out the order, made by the next step [m]
+    change (3, N)     change of velocity by the filter, in the first pass [m/s]
+    moved (3, N)      sum of the step's pushes and of the shift [m]
+    """
+
+    push: Real
+    shift: Real
+    change: Real
+    moved: Real
+
+
+class ShiftScales(NamedTuple):
+    """Scales of particle shifting in a step: dt [s] and d^2 [m2]."""
+
+    time_step: np.float32
+    area: np.float32
 
 
 @njit(**FAST)
-def mark_surface(begin, end, gradient_sum, compression, spacing, surface):
-    """Set `surface` (N,), float32, to 1 at free surfaces, where the kernel's gradients do not cancel, and in spray."""
-    flat, full = (SURFACE / spacing) ** 2, SPRAY - ONE
-    for k in range(begin, end, LANES):
-        present, square = below(end, k), spread(ZERO)
-        for axis in range(3):
-            slope = load(gradient_sum[axis], k, present)
-            square += slope * slope
-        bare = only(above_zero(square - flat), spread(ONE), ZERO)
-        store(surface, k, present, only(above_zero(full - load(compression, k, present)), spread(ONE), bare))
+def relaxation_multiplier(begin, end, compression, surface, rate, limit, multiplier):
+    """Fill multiplier (N,) with L_i [m2].
 
-
-@njit(**FAST)
-def mark_near_surface(begin, end, fluid, surface, near):
-    """Set `near` (N,) to 1 for surface particles and all that have one among their neighbours."""
-    for i in range(begin, end):
-        found = spread(surface[i])
-        first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
-        for k in range(first, last, LANES):
-            present = below(last, k)
-            found += only(present, gather(surface, load(fluid.neighbor, k, present)), ZERO)
-        near[i] = np.uint8(summed(found) > ZERO)
-
-
-@njit(**FAST)
-def relaxation_multiplier(begin, end, compression, near, rate, limit, multiplier):
-    """Fill `multiplier` with L_i [m2]: rate omega / a [m2], limit the largest |L| [m2]."""
+    compression (N,): e_i [1]; surface (N,): `FreeSurface`, near which only compression counts; rate: omega / a_0 [m2]; limit: largest
+    |L_i| [m2].
+    """
     for i in range(begin, end):
         error = rate * compression[i]
-        least = ZERO if near[i] else -limit
+        least = ZERO if surface[i] else -limit
         multiplier[i] = -max(min(error, limit), least)
 
 
 @inlined
-def shift_coefficient(i, field, time_step):
-    """beta of particle i."""
+def shift_coefficient(i, flow, time_step):
+    """Return beta_i [1] of a step of `time_step` [s]; flow (N, 16) holds velocity gradients [1/s]."""
     strain = ZERO
-    for entry in velocity_gradient(field, i):
+    for entry in velocity_gradient(flow, i):
         strain += entry * entry
     return min(SHIFT_BY_STRAIN * time_step * math.sqrt(strain), LARGEST_SHIFT)
 
 
 @njit(**FAST)
-def shift_strength(begin, end, near, walls, field, time_step, square):
-    """Put b_i [m2] into `field` (N, 16), 0 within reach of free surfaces and walls; square d^2 [m2]."""
+def shift_strength(begin, end, surface, walls, scales, flow):
+    """Fill the column STRENGTH of flow (N, 16) with b_i [m2]: 0 near free surfaces and walls.
+
+    surface (N,): `FreeSurface`; walls: lists of wall neighbours; scales: `ShiftScales`.
+    """
     for i in range(begin, end):
-        alone = near[i] or walls.number[i] > 0
-        field[i, STRENGTH] = ZERO if alone else HALF * shift_coefficient(i, field, time_step) * square
+        alone = surface[i] or walls.number[i] > 0
+        flow[i, STRENGTH] = ZERO if alone else HALF * shift_coefficient(i, flow, scales.time_step) * scales.area
 
 
 @njit(**FAST)
-def end_first_pass(
-    begin, end, push, change, near, walls, gradient_sum, field, time_step, square, position, velocity, shift, moved
-):
-    """Add -beta_i d^2 g_i [m] to `shift` (3, N) beside walls, `push` to `position` and `change` to `velocity`; fill `moved` (3, N) with
-    push and shift together [m]; square d^2 [m2].
+def end_first_pass(begin, end, surface, walls, gradient_sum, flow, scales, relaxation, position, velocity):
+    """Add a step's first push to positions and the filter's change to velocities, and complete the shift beside walls.
+
+    surface (N,)           `FreeSurface`
+    walls                  lists of wall neighbours
+    gradient_sum (3, N)    g_i [1/m]
+    flow (N, 16)           columns as in `flow`
+    scales                 `ShiftScales`
+    relaxation             `Relaxation`: -beta_i d^2 g_i is added to `shift` beside walls, and `moved` becomes push plus shift
+    position (3, N) [m], velocity (3, N) [m/s]
     """
+    push, shift, change, moved = relaxation
     for i in range(begin, end):
-        beside = walls.number[i] > 0 and not near[i]
-        beta = shift_coefficient(i, field, time_step) * square if beside else ZERO
+        beside = walls.number[i] > 0 and not surface[i]
+        beta = shift_coefficient(i, flow, scales.time_step) * scales.area if beside else ZERO
         for axis in range(3):
             position[axis, i] += push[axis, i]
             velocity[axis, i] += change[axis, i]
@@ -131,16 +167,19 @@ def end_first_pass(
 
 
 @njit(**FAST)
-def flow_along(begin, end, field, moved, change, sums):
-    """Fill `change` (4, N) with G_i dx_i and its length [m/s] for the ways `moved` (3, N) [m].
+def flow_along(begin, end, flow, moved, change, sums):
+    """Compute the change of the flow's velocity along the way of each particle, and its sums.
 
-    Block sums `sums` (blocks, 4) over particles [m/s], of which lighter ones count less.
+    flow (N, 16)         columns as in `flow`
+    moved (3, N)         way dx_i [m]
+    change (4, N)        becomes G_i dx_i and its length |G_i dx_i| [m/s]
+    sums (blocks, 4)     become block sums of both over particles, weighted by rho_0 / rho_ref [m/s]
     """
     for block in range(begin, end, BLOCK):
         px = py = pz = length = 0.0
         for i in range(block, min(block + BLOCK, end)):
-            dx, dy, dz, mass = moved[0, i], moved[1, i], moved[2, i], ONE / field[i, WEIGHT]
-            xx, xy, xz, yx, yy, yz, zx, zy, zz = velocity_gradient(field, i)
+            dx, dy, dz, mass = moved[0, i], moved[1, i], moved[2, i], ONE / flow[i, WEIGHT]
+            xx, xy, xz, yx, yy, yz, zx, zy, zz = velocity_gradient(flow, i)
             cx, cy, cz = xx * dx + xy * dy + xz * dz, yx * dx + yy * dy + yz * dz, zx * dx + zy * dy + zz * dz
             size = math.sqrt(cx * cx + cy * cy + cz * cz)
             change[0, i], change[1, i], change[2, i], change[3, i] = cx, cy, cz, size
@@ -154,52 +193,55 @@ def flow_along(begin, end, field, moved, change, sums):
 
 @njit(**FAST)
 def follow_flow(begin, end, change, share, velocity):
-    """velocity (3, N) += `change` (4, N) as from `flow_along`, less its length times `share` (3,)."""
+    """Add the change (4, N) [m/s] of `flow_along` to velocity (3, N) [m/s], less its length times share (3,) [1]."""
     for i in range(begin, end):
         for axis in range(3):
             velocity[axis, i] += change[axis, i] - share[axis] * change[3, i]
 
 
 @inlined
-def linear(field, i, axis, theirs, dx, dy, dz):
-    """(G_i + G_j) dx, one component, from the row of G_j."""
+def linear(flow, i, axis, theirs, dx, dy, dz):
+    """Return one component of (G_i + G_j) dx [m/s] for lanes of neighbours j, whose row of G_j is `theirs` [1/s]."""
     row = GRADIENT + 4 * axis
-    return (
-        (field[i, row] + theirs[0]) * dx + (field[i, row + 1] + theirs[1]) * dy + (field[i, row + 2] + theirs[2]) * dz
-    )
+    return (flow[i, row] + theirs[0]) * dx + (flow[i, row + 1] + theirs[1]) * dy + (flow[i, row + 2] + theirs[2]) * dz
 
 
 @inlined
-def beside_wall(px, py, pz, own, content, slope, touching):
-    """The push (px, py, pz) [m] with the walls' part, 2 L_i sum_b V_b grad W_ib, less what leads on into a wall that is reached.
+def push_beside_wall(px, py, pz, own, coverage, slope, touching):
+    """Return the push (px, py, pz) [m] with the walls' part 2 L_i sum_b V_b grad W_ib, without what leads further into a touched wall.
 
-    own: L_i [m2]; content, slope: sum_b V_b W_ib and sum_b V_b grad W_ib [1/m]; touching: content at a flat wall's surface.
-    Walls answer by the particle's own multiplier, which draws one to the wall that has too few neighbours, while those behind it push.
+    own: L_i [m2]; coverage: sum_b V_b W_ib [1]; slope: sum_b V_b grad W_ib [1/m] (3); touching: coverage at a flat wall's surface [1].
+    Walls answer by the multiplier of the particle. It draws a particle with too few neighbours to the wall, while the particles behind
+    push.
     """
     sx, sy, sz = slope
     px, py, pz = px + TWO * own * sx, py + TWO * own * sy, pz + TWO * own * sz
     along = sx * px + sy * py + sz * pz
-    if content > touching and along > ZERO:
+    if coverage > touching and along > ZERO:
         share = along / (sx * sx + sy * sy + sz * sz)
         px, py, pz = px - share * sx, py - share * sy, pz - share * sz
     return px, py, pz
 
 
 @njit(**FAST)
-def relax(
-    begin, end, points, wall, field, multiplier, balance, first, theta, inertia, touching, period, fluid, walls, sigma, support, volume,
-    push, shift, change,
-):  # fmt: skip
-    """Fill `push` (3, N) with what mends density [m], `inertia` times what it held included; in a step's `first` pass also `shift` (3, N)
-    with what evens the order out [m] and `change` (3, N) with what v_i gains [m/s].
+def relax(begin, end, constants, hood, flow, multiplier, first, relaxation):
+    """Compute the push of a pass, and in a step's first pass also the shift and the filter's change of velocity.
 
-    points (N, 4): place [m] and weight; balance a; theta: share of the filter; touching: a wall's coverage of the kernel at its surface.
+    constants         `RelaxationConstants`
+    hood              the `Neighborhood`
+    flow (N, 16)      columns as in `flow`
+    multiplier (N,)   L_i [m2]
+    first             whether this is the step's first pass
+    relaxation        `Relaxation`: `push` of the last pass becomes that of this one; if `first`, `shift` and `change` are filled
     """
-    inverse_support = ONE / support
+    balance, theta, inertia, touching = constants
+    points, period, fluid, sigma, volume = hood.points, hood.period, hood.fluid, hood.sigma, hood.volume
+    push, shift, change, _ = relaxation
+    inverse_support = ONE / hood.support
     factor = volume * inverse_support * inverse_support
     for i in range(begin, end):
-        ui, vi, wi, weight = field[i, 0], field[i, 1], field[i, 2], field[i, WEIGHT]
-        own, shifted = multiplier[i], field[i, STRENGTH]
+        ui, vi, wi, weight = flow[i, 0], flow[i, 1], flow[i, 2], flow[i, WEIGHT]
+        own, shifted = multiplier[i], flow[i, STRENGTH]
         px = py = pz = ox = oy = oz = sx = sy = sz = spread(ZERO)
         start = fluid.start[i]
         last = start + np.int64(fluid.number[i])
@@ -216,23 +258,23 @@ def relax(
             py += stretch * dy
             pz += stretch * dz
             if first:
-                strength = gather_four(field, j, GRADIENT)[3]
+                strength = gather_four(flow, j, GRADIENT)[3]
                 order = slope * (shifted + strength) * (balance * q * q - ONE)
                 ox += order * dx
                 oy += order * dy
                 oz += order * dz
                 w = kernel(q, sigma) * theta * volume * share
                 hx, hy, hz = HALF * dx, HALF * dy, HALF * dz
-                uj, vj, wj, _ = gather_four(field, j, 0)
-                sx += w * (ui - uj - linear(field, i, 0, gather_four(field, j, GRADIENT), hx, hy, hz))
-                sy += w * (vi - vj - linear(field, i, 1, gather_four(field, j, GRADIENT + 4), hx, hy, hz))
-                sz += w * (wi - wj - linear(field, i, 2, gather_four(field, j, GRADIENT + 8), hx, hy, hz))
+                uj, vj, wj, _ = gather_four(flow, j, 0)
+                sx += w * (ui - uj - linear(flow, i, 0, gather_four(flow, j, GRADIENT), hx, hy, hz))
+                sy += w * (vi - vj - linear(flow, i, 1, gather_four(flow, j, GRADIENT + 4), hx, hy, hz))
+                sz += w * (wi - wj - linear(flow, i, 2, gather_four(flow, j, GRADIENT + 8), hx, hy, hz))
         to_x = inertia * push[0, i] + weight * summed(px)
         to_y = inertia * push[1, i] + weight * summed(py)
         to_z = inertia * push[2, i] + weight * summed(pz)
-        if walls.number[i] > 0:
-            content, towards = wall_content(i, points, wall, period, walls, sigma, inverse_support)
-            to_x, to_y, to_z = beside_wall(to_x, to_y, to_z, own, content, towards, touching)
+        if hood.walls.number[i] > 0:
+            coverage, towards = coverage_and_slope(i, hood)
+            to_x, to_y, to_z = push_beside_wall(to_x, to_y, to_z, own, coverage, towards, touching)
         push[0, i], push[1, i], push[2, i] = to_x, to_y, to_z
         if first:
             shift[0, i], shift[1, i], shift[2, i] = weight * summed(ox), weight * summed(oy), weight * summed(oz)
@@ -241,7 +283,7 @@ def relax(
 
 @lru_cache
 def shift_balance(dimension: int) -> float:
-    """a, for which the lattice's sum of (1 - a q^2) (W' / r) r^2 is 0."""
+    """Return a [1], for which the lattice's sum of (1 - a q^2) (W' / r) r^2 is 0."""
     squares = (lattice(1.0, dimension) ** 2).sum(axis=1) / SUPPORT**2
     virial = kernel_slope_over_q(np.sqrt(squares), 1.0) * squares
     return float(virial.sum() / (virial * squares).sum())

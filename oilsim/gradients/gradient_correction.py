@@ -1,39 +1,49 @@
-"""The matrices Y_i of the pressure's pair vectors, G_ij = (Y_i + Y_j) / 2 V grad W_ij and G_ib = (Y_i + 1 / m_0) / 2 V_b grad W_ib.
+"""The correction matrices Y_i of the pair vectors, by which the pressure acts.
 
-    Y_i = (1 - z) / m_0 + z M_i^-1,   z = EXACT smoothstep(lambda_i; THIN, FULL)
+    G_ij = (Y_i + Y_j) / 2 V grad W_ij,       G_ib = (Y_i + 1 / m_0) / 2 V_b grad W_ib                    pair vectors [1/m]
+    Y_i = (1 - z) / m_0 + z M_i^-1,           z = EXACT smoothstep(lambda_i; THIN, FULL)                  correction matrix [1]
 
-with the smallest eigenvalue lambda of M and the lattice's moment m_0. With Y = M^-1 gradients of linear pressures and divergences of
-linear flows are exact in the mean of the two (Lanson & Vila 2008, Hopkins 2015). With Y = 1 / m_0 the force would be the gradient of an
-energy, and water at rest an elastic solid: its particles, pressed into a crystal, resist shear with a modulus of the order of the
-pressure. Waves of 5 % steepness then run 4 to 5 % too fast at any spacing.
+M_i is the moment matrix of `particle_sums`, lambda_i its smallest eigenvalue, and m_0 the moment of a lattice.
 
-But the force of M^-1 alone is no energy's gradient and does work on particles that come back to where they were: deep water left to
-itself circulates ever faster, a plane column of 32 spacings at 3 % of sqrt(g H) after 100 s. A twentieth of the elastic force holds it
-(0.3 %) and is too weak to change a wave of 64 spacings by more than 0.2 %: that is what EXACT leaves.
-Walls, which are a lattice, have its matrix: with Y_i alone water in a tank moves twice as much at rest. Where M is nearly singular, in
-spray and thin films, Y fades to the lattice's too.
+With Y = M^-1 gradients of linear pressures and divergences of linear flows are exact in the mean of Y_i and Y_j (Lanson and Vila 2008,
+Hopkins 2015). With Y = 1 / m_0 the force is the gradient of an energy, and water at rest is an elastic solid: its particles are pressed
+into a crystal, which resists shear with a modulus of the order of the pressure. Waves of 5 % steepness then run 4 to 5 % too fast at any
+spacing.
+
+The force of M^-1 alone is the gradient of no energy. It does work on particles that come back to where they were, and deep water that is
+left to itself circulates ever faster: a plane column of 32 spacings reaches 3 % of sqrt(g H) after 100 s. A twentieth of the elastic force
+holds it at 0.3 %, and changes a wave of 64 spacings by less than 0.2 %. EXACT leaves that twentieth.
+
+Walls are a lattice and have the lattice's matrix. With Y_i in its place water in a tank moves twice as much at rest. Where M is nearly
+singular, in spray and in thin films, Y fades to the lattice's matrix too.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
+from oilsim.backend.float32 import HALF, ONE, THREE, TWO, ZERO
 from oilsim.backend.jit import inlined
 from oilsim.backend.simd import gather_four
 from oilsim.gradients.symmetric_3x3 import inverse, smallest_eigenvalue
 
-ZERO, ONE, TWO, THREE = np.float32(0.0), np.float32(1.0), np.float32(2.0), np.float32(3.0)
-HALF = np.float32(0.5)
-THIN, FULL = np.float32(0.6), np.float32(0.9)
-EXACT = np.float32(0.95)  # share of M^-1 inside; a half calms plane columns no more, and waves run 2 to 3 % faster
+# [1] smallest eigenvalue of M up to which Y is the lattice's; tuned; not on record
+THIN = np.float32(0.6)
+# [1] smallest eigenvalue of M from which Y has its full share of M^-1; tuned; not on record
+FULL = np.float32(0.9)
+# [1] share of M^-1 inside the liquid; measured; a half calms plane columns no more than this does, and waves run 2 to 3 % faster
+EXACT = np.float32(0.95)
 
 
 @inlined
-def fill_face_matrix(i, moment, lattice, matrix):
-    """Fill row i of `matrix` (N, 8) with Y from the moment matrix M (tuple of 6); lattice m_0."""
+def fill_correction(i, moment, lattice_moment, matrix):
+    """Fill row i of matrix (N, 8) with Y_i [1], as xx, xy, xz, yy, yz, zz.
+
+    moment: M_i [1] as six numbers; lattice_moment: m_0 [1].
+    """
     z = max(min((smallest_eigenvalue(moment) - THIN) / (FULL - THIN), ONE), ZERO)
     z *= EXACT * z * (THREE - TWO * z)
-    plain = (ONE - z) / lattice
+    plain = (ONE - z) / lattice_moment
     if z <= ZERO:
         moment = (ONE, ZERO, ZERO, ONE, ZERO, ONE)
     xx, xy, xz, yy, yz, zz = inverse(moment)
@@ -41,17 +51,17 @@ def fill_face_matrix(i, moment, lattice, matrix):
     matrix[i, 3], matrix[i, 4], matrix[i, 5] = plain + z * yy, z * yz, plain + z * zz
 
 
-def largest_stretch(lattice: float) -> float:
-    """The most that Y, and so a mean of two, lengthens a vector, for the lattice's m_0: the greatest over the fade."""
+def largest_stretch(lattice_moment: float) -> float:
+    """Return the most [1] by which Y, and so the mean of two, lengthens a vector: the greatest over the fade, for m_0."""
     eigenvalue = np.linspace(THIN, FULL, 101)
     z = (eigenvalue - THIN) / (FULL - THIN)
     z *= float(EXACT) * z * (3.0 - 2.0 * z)
-    return max(1.0, float(((1.0 - z) / lattice + z / eigenvalue).max()))
+    return max(1.0, float(((1.0 - z) / lattice_moment + z / eigenvalue).max()))
 
 
 @inlined
 def times_symmetric(vx, vy, vz, m):
-    """m v for symmetric m, which is also the row vector v m."""
+    """Return m v for a symmetric matrix m (six numbers xx, xy, xz, yy, yz, zz), which is the row vector v m too."""
     return (
         vx * m[0] + vy * m[1] + vz * m[2],
         vx * m[1] + vy * m[3] + vz * m[4],
@@ -60,12 +70,12 @@ def times_symmetric(vx, vy, vz, m):
 
 
 @inlined
-def face_between(matrix, i, j, ax, ay, az):
-    """(Y_i + Y_j) / 2 a."""
+def times_mean_correction(matrix, i, j, ax, ay, az):
+    """Return (Y_i + Y_j) / 2 a for lanes of fluid neighbours j; matrix (N, 8) as from `fill_correction`."""
     xx, xy, xz, yy = gather_four(matrix, j, 0)
     yz, zz, _, _ = gather_four(matrix, j, 4)
     ax, ay, az = HALF * ax, HALF * ay, HALF * az
-    own = (
+    both = (
         matrix[i, 0] + xx,
         matrix[i, 1] + xy,
         matrix[i, 2] + xz,
@@ -73,14 +83,14 @@ def face_between(matrix, i, j, ax, ay, az):
         matrix[i, 4] + yz,
         matrix[i, 5] + zz,
     )
-    return times_symmetric(ax, ay, az, own)
+    return times_symmetric(ax, ay, az, both)
 
 
 @inlined
-def face_to_walls(matrix, i, lattice):
-    """(Y_i + 1 / m_0) / 2 as six; lattice m_0."""
-    own = ONE / lattice
+def mean_correction_at_walls(matrix, i, lattice_moment):
+    """Return (Y_i + 1 / m_0) / 2 [1] as six numbers; matrix (N, 8) as from `fill_correction`, lattice_moment: m_0 [1]."""
+    lattice = ONE / lattice_moment
     return (
-        HALF * (matrix[i, 0] + own), HALF * matrix[i, 1], HALF * matrix[i, 2],
-        HALF * (matrix[i, 3] + own), HALF * matrix[i, 4], HALF * (matrix[i, 5] + own),
+        HALF * (matrix[i, 0] + lattice), HALF * matrix[i, 1], HALF * matrix[i, 2],
+        HALF * (matrix[i, 3] + lattice), HALF * matrix[i, 4], HALF * (matrix[i, 5] + lattice),
     )  # fmt: skip

@@ -1,9 +1,15 @@
-"""Everything a particle learns from its neighbourhood in one pass: density, gradients and moments.
+"""Sums over the neighbours of a particle, in one pass: density, gradients and moments.
 
-e_i   = sum_j V W_ij + sum_b V_b W_ib - 1                     compression (Qiu et al. 2021, Eq. 15 and 16)
-g_i   = sum_j V grad W_ij + sum_b V_b grad W_ib               0 inside a liquid, points out of it at a free surface
-M_i   = sum_j V grad W_ij x_ij^T + walls                      moment matrix, the unit matrix where gradients are exact; x_ij = x_j - x_i
-G_i   = sum_j (v_j - v_i) (L_i V grad W_ij)^T                 velocity gradient, exact for linear fields; L from liquid neighbours alone
+    e_i = sum_j V W_ij + sum_b V_b W_ib - 1                     compression [1] (Qiu et al. 2021, Eq. 15 and 16)
+    g_i = sum_j V grad W_ij + sum_b V_b grad W_ib               gradient sum [1/m], 0 inside the liquid, outwards at a free surface
+    M_i = sum_j V grad W_ij x_ij^T + sum_b V_b grad W_ib x_ib^T moment matrix [1], the unit matrix where gradients are exact
+    G_i = sum_j (v_j - v_i) (L_i V grad W_ij)^T                 velocity gradient [1/s], exact for linear flows
+
+j runs over fluid neighbours and b over wall neighbours, x_ij = x_j - x_i, and L_i is the inverse of the fluid's part of M_i (kernel
+gradient correction, Bonet and Lok 1999). Walls have no velocity to differ from, so G takes fluid neighbours alone.
+
+Density, relaxation and these sums share one sum over wall neighbours, `sum_over_walls`. `pressure_gradient.cache_wall_gradients`
+has its own, because a body must receive exactly the vectors that are cached, each corrected and summed in the same order.
 """
 
 from __future__ import annotations
@@ -11,26 +17,31 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from oilsim.backend.float32 import ONE, ZERO
 from oilsim.backend.jit import FAST, inlined
 from oilsim.backend.simd import LANES, below, gather_four, load, only, root, spread, summed
-from oilsim.gradients.gradient_correction import fill_face_matrix
+from oilsim.gradients.flow import GRADIENT, set_velocity_gradient
+from oilsim.gradients.gradient_correction import fill_correction
 from oilsim.gradients.symmetric_3x3 import determinant, inverse
 from oilsim.neighborhood.neighbor_search import separations
 from oilsim.neighborhood.smoothing_kernels import kernel, kernel_slope_over_q
 
-# columns of `field` (N, 16), whose rows neighbours ask for in fours: v and the weight, then the rows of G, the first one with b_i (see
-# `relaxation`)
-WEIGHT, GRADIENT, STRENGTH = 3, 4, 7
-REGULAR = np.float32(0.01)  # determinant of a moment matrix from which a gradient is taken
-ZERO, ONE = np.float32(0.0), np.float32(1.0)
+# [1] determinant of the fluid's moment from which a velocity gradient is taken; theory; neighbours that fill an eighth of space, as in a
+# corner of three walls, have 1 / 8^3
+REGULAR = np.float32(0.01)
 
 
 @inlined
-def add_liquid(i, points, field, period, fluid, sigma, support, volume):
-    """Liquid's part of the particle's density over V, of g and of M, and sum_j V (v_j - v_i) grad W_ij^T: one, 3, 6 and 9 sums."""
-    inverse_support = ONE / support
-    factor = -volume * inverse_support * inverse_support
-    ui, vi, wi = field[i, 0], field[i, 1], field[i, 2]
+def sum_over_fluid(i, hood, flow):
+    """Sum over the fluid neighbours j of particle i: the fluid's parts of density, g_i and M_i, and what G_i is made of.
+
+    Returns sum_j W_ij [1/m3], sum_j V grad W_ij [1/m] (3), sum_j V grad W_ij x_ij^T [1] (6) and sum_j V (v_j - v_i) grad W_ij^T [1/s] (9).
+    flow (N, 16) holds velocities [m/s].
+    """
+    points, period, fluid, sigma = hood.points, hood.period, hood.fluid, hood.sigma
+    inverse_support = ONE / hood.support
+    factor = -hood.volume * inverse_support * inverse_support
+    ui, vi, wi = flow[i, 0], flow[i, 1], flow[i, 2]
     content = gx = gy = gz = mxx = mxy = mxz = myy = myz = mzz = spread(ZERO)
     axx = axy = axz = ayx = ayy = ayz = azx = azy = azz = spread(ZERO)
     first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
@@ -38,7 +49,7 @@ def add_liquid(i, points, field, period, fluid, sigma, support, volume):
         present = below(last, k)
         j = load(fluid.neighbor, k, present)
         dx, dy, dz, _ = separations(i, points, points, j, period)
-        uj, vj, wj, _ = gather_four(field, j, 0)
+        uj, vj, wj, _ = gather_four(flow, j, 0)
         du, dv, dw = ui - uj, vi - vj, wi - wj
         q = only(present, root(dx * dx + dy * dy + dz * dz) * inverse_support, ONE)
         slope = kernel_slope_over_q(q, sigma)
@@ -75,19 +86,24 @@ def add_liquid(i, points, field, period, fluid, sigma, support, volume):
 
 
 @inlined
-def add_walls(i, points, wall, period, walls, sigma, support):
-    """Walls' part of the particle's density, of g and of M: sum_b V_b W_ib, then 3 and 6 sums."""
-    inverse_support = ONE / support
-    scale = inverse_support * inverse_support
-    content = gx = gy = gz = mxx = mxy = mxz = myy = myz = mzz = spread(ZERO)
+def sum_over_walls(i, hood, scale):
+    """Sum over the wall neighbours b of particle i: coverage, slope and moments.
+
+    Returns the coverage sum_b V_b W_ib [1], and times scale H^2 the slope sum_b V_b grad W_ib [1/m] (3) and the moment
+    sum_b V_b grad W_ib x_ib^T [1] (6); scale: 1 / H^2 [1/m2], or 1 where the sums are scaled afterwards. The compiler removes what a caller
+    does not use.
+    """
+    wall, period, walls, sigma = hood.wall_points, hood.period, hood.walls, hood.sigma
+    inverse_support = ONE / hood.support
+    coverage = gx = gy = gz = mxx = mxy = mxz = myy = myz = mzz = spread(ZERO)
     first, last = walls.start[i], walls.start[i] + np.int64(walls.number[i])
     for k in range(first, last, LANES):
         present = below(last, k)
         b = load(walls.neighbor, k, present)
-        dx, dy, dz, volume = separations(i, points, wall, b, period)
+        dx, dy, dz, volume = separations(i, hood.points, wall, b, period)
         q = root(dx * dx + dy * dy + dz * dz) * inverse_support
         share = only(present, volume, ZERO)
-        content += share * kernel(q, sigma)
+        coverage += share * kernel(q, sigma)
         slope = scale * share * kernel_slope_over_q(q, sigma)
         ax, ay, az = slope * dx, slope * dy, slope * dz
         gx += ax
@@ -100,74 +116,49 @@ def add_walls(i, points, wall, period, walls, sigma, support):
         myz -= ay * dz
         mzz -= az * dz
     moment = summed(mxx), summed(mxy), summed(mxz), summed(myy), summed(myz), summed(mzz)
-    return summed(content), (summed(gx), summed(gy), summed(gz)), moment
+    return summed(coverage), (summed(gx), summed(gy), summed(gz)), moment
 
 
 @inlined
-def velocity_gradient(field, i):
-    """G of particle i, row by row, as nine."""
-    return (
-        field[i, 4], field[i, 5], field[i, 6], field[i, 8], field[i, 9], field[i, 10], field[i, 12], field[i, 13], field[i, 14],
-    )  # fmt: skip
-
-
-@inlined
-def fill_gradient(i, gradients, spans, field):
-    """Fill G of `field` from sums over liquid neighbours.
-
-    gradients    factor V times the sums of (v_i - v_j) grad W_ij^T, row by row (9)
-    spans        moment matrix of the liquid neighbours
-    """
-    bxx, bxy, bxz, byy, byz, bzz = inverse(spans)
-    for axis in range(3):
-        ax, ay, az = gradients[3 * axis], gradients[3 * axis + 1], gradients[3 * axis + 2]
-        row = GRADIENT + 4 * axis
-        field[i, row] = ax * bxx + ay * bxy + az * bxz
-        field[i, row + 1] = ax * bxy + ay * byy + az * byz
-        field[i, row + 2] = ax * bxz + ay * byz + az * bzz
+def coverage_and_slope(i, hood):
+    """Return the coverage sum_b V_b W_ib [1] and the slope sum_b V_b grad W_ib [1/m] (3) of particle i; hood: `Neighborhood`."""
+    inverse_support = ONE / hood.support
+    coverage, (gx, gy, gz), _ = sum_over_walls(i, hood, ONE)
+    factor = inverse_support * inverse_support
+    return coverage, (factor * gx, factor * gy, factor * gz)
 
 
 @njit(**FAST)
-def local_fields(
-    begin,
-    end,
-    points,
-    wall,
-    period,
-    fluid,
-    walls,
-    sigma,
-    support,
-    volume,
-    plane,
-    lattice,
-    compression,
-    gradient_sum,
-    field,
-    matrix,
-):
-    """Fill e (N,), g (3, N) [1/m], G in `field` (N, 16) and `matrix` (N, 8), the Y that `faces` makes of M, as xx, xy, xz, yy, yz, zz.
+def sum_over_neighbors(begin, end, hood, plane, lattice_moment, compression, gradient_sum, flow, matrix):
+    """Fill compression, gradient sum, velocity gradient and correction matrix of the particles begin to end.
 
-    points (N, 4): place [m] and weight rho_ref / rho_0; wall (M, 4): place [m] and volume [m3]; `plane`: y is absent. lattice: m_0.
-    `field` holds v [m/s]; G is 0 where the liquid neighbours do not span space.
+    hood                     the `Neighborhood`
+    plane                    whether y is absent
+    lattice_moment           m_0, moment of the lattice [1]
+    compression (N,)         becomes e_i [1]
+    gradient_sum (3, N)      becomes g_i [1/m]
+    flow (N, 16)             holds velocities [m/s], receives G_i [1/s]; G_i is 0 where the fluid neighbours do not span space
+    matrix (N, 8)            becomes Y_i [1] of `gradient_correction`, as xx, xy, xz, yy, yz, zz
     """
+    inverse_support = ONE / hood.support
+    scale = inverse_support * inverse_support
     for i in range(begin, end):
-        content, slope, moment, strain = add_liquid(i, points, field, period, fluid, sigma, support, volume)
+        content, slope, moment, strain = sum_over_fluid(i, hood, flow)
         if plane:
             moment = moment[0], moment[1], moment[2], ONE, moment[4], moment[5]
         if determinant(moment) > REGULAR:
-            fill_gradient(i, strain, moment, field)
+            set_velocity_gradient(i, strain, inverse(moment), flow)
         else:
             for n in range(GRADIENT, 16):
-                field[i, n] = ZERO
+                flow[i, n] = ZERO
         solid, push, more = ZERO, (ZERO, ZERO, ZERO), (ZERO, ZERO, ZERO, ZERO, ZERO, ZERO)
-        if walls.number[i] > 0:
-            solid, push, more = add_walls(i, points, wall, period, walls, sigma, support)
-        compression[i] = volume * (sigma + content) + solid - ONE
+        if hood.walls.number[i] > 0:
+            solid, push, more = sum_over_walls(i, hood, scale)
+        compression[i] = hood.volume * (hood.sigma + content) + solid - ONE
         for axis in range(3):
             gradient_sum[axis, i] = slope[axis] + push[axis]
         whole = (
             moment[0] + more[0], moment[1] + more[1], moment[2] + more[2],
             ONE if plane else moment[3] + more[3], moment[4] + more[4], moment[5] + more[5],
         )  # fmt: skip
-        fill_face_matrix(i, whole, lattice, matrix)
+        fill_correction(i, whole, lattice_moment, matrix)

@@ -1,17 +1,18 @@
-"""The unit of time in which noise fades and density returns: what of the flow tells particles how long they have.
+"""The unit of time in which noise fades and density returns: how long the flow gives particles.
 
-With gravity it is sqrt(d / g), in which a particle falls half its spacing d: scenes that are similar under Froude's law behave alike.
-Without, only the flow itself sets a time, that in which neighbours pass each other:
+With gravity the unit is sqrt(d / g), in which a particle falls half its spacing d: scenes that are similar under Froude's law behave alike.
+Without gravity only the flow itself sets a time, in which neighbours pass each other:
 
     unit = sum gamma_i^2 / sum gamma_i^3,     gamma_i = sqrt(2 S_i : S_i),     S = (G + G^T) / 2
 
-The shear rate gamma is the inverse of the time in which layers a spacing apart pass each other by a spacing. Passing at gamma d,
-particles leave a share e of that speed's energy as noise each time: e gamma^3 d^2 a mass and time. Filtered at 1 / tau, noise comes to
-e tau d^2 sum gamma^3, a fixed share of the energy d^2 sum gamma^2 of passing if tau goes with the unit. So it is the same at any speed;
-liquid that is at rest, moves or turns as one has no say in it.
+with the velocity gradient G of `particle_sums`. The shear rate gamma [1/s] is the inverse of the time in which layers a spacing apart
+pass each other by a spacing. Particles that pass at gamma d leave a share e of that speed's energy as noise each time: e gamma^3 d^2 a
+mass and time. A filter with the rate 1 / tau holds the noise at e tau d^2 sum gamma^3. That is a fixed share of the energy d^2 sum
+gamma^2 of passing if tau is proportional to the unit, and so the same at any speed. Liquid that rests, moves or turns as one body does
+not count.
 
-What passes by more than the lambda of Eq. 30 in a step counts as if it did just that, gamma <= lambda / dt: the step leaves it
-unresolved, as an outlier (`time_step`), and one torn off drop would shorten the unit of all.
+A particle whose neighbours pass by more than the lambda of Eq. 30 (Qiu et al. 2021) in a step counts with gamma = lambda / dt. The step
+does not resolve such outliers (`time_step`), and a single torn off drop would shorten the unit of all.
 """
 
 from __future__ import annotations
@@ -21,42 +22,43 @@ import math
 import numpy as np
 from numba import njit
 
+from oilsim.backend.float32 import TWO
 from oilsim.backend.jit import FAST, inlined
 from oilsim.backend.thread_team import BLOCK
-from oilsim.gradients.particle_sums import velocity_gradient
+from oilsim.gradients.flow import velocity_gradient
 
-LONGEST = 1e20  # s: the unit of liquid at rest, in which nothing fades and nothing returns
-TWO = np.float32(2.0)
+# [s] the unit of weightless liquid at rest; theory; so long that nothing fades and nothing returns
+LONGEST = 1e20
 
 
 def froude_unit(spacing: float, gravity: tuple[float, float, float]) -> float:
-    """sqrt(d / g) [s] with the spacing d [m] and gravity (3,) [m/s2], which must not be 0."""
+    """Return sqrt(d / g) [s] for the spacing d [m] and gravity (3,) [m/s2], which must not be 0."""
     return math.sqrt(spacing / math.hypot(*gravity))
 
 
 def passing_unit(squares: float, cubes: float) -> float:
-    """sum gamma^2 / sum gamma^3 [s], LONGEST at most, from the sums `squares` [1/s2] and `cubes` [1/s3]."""
+    """Return sum gamma^2 / sum gamma^3 [s], at most LONGEST; squares [1/s2] and cubes [1/s3] are the two sums."""
     return squares / cubes if squares < LONGEST * cubes else LONGEST
 
 
 @inlined
-def squared_shear_rate(field, i):
-    """2 S_i : S_i [1/s2]; `field` as from `particle_sums`."""
-    xx, xy, xz, yx, yy, yz, zx, zy, zz = velocity_gradient(field, i)
+def squared_shear_rate(flow, i):
+    """Return gamma_i^2 = 2 S_i : S_i [1/s2]; flow (N, 16) has the columns of `flow`."""
+    xx, xy, xz, yx, yy, yz, zx, zy, zz = velocity_gradient(flow, i)
     sxy, sxz, syz = xy + yx, xz + zx, yz + zy
     return TWO * (xx * xx + yy * yy + zz * zz) + sxy * sxy + sxz * sxz + syz * syz
 
 
 @njit(**FAST)
-def shear_rate_sums(begin, end, field, largest, sums):
-    """Fill `sums` (blocks, 2) with block sums of gamma^2 [1/s2] and gamma^3 [1/s3]; `field` as from `particle_sums`.
+def shear_rate_sums(begin, end, flow, largest, sums):
+    """Fill sums (blocks, 2) with block sums of gamma^2 [1/s2] and gamma^3 [1/s3] over the particles begin to end.
 
-    largest: gamma [1/s] as which greater ones count.
+    flow (N, 16) has the columns of `flow`; a gamma above `largest` [1/s] counts as `largest`.
     """
     for block in range(begin, end, BLOCK):
         squares = cubes = 0.0
         for i in range(block, min(block + BLOCK, end)):
-            rate = np.float64(min(math.sqrt(squared_shear_rate(field, i)), largest))
+            rate = np.float64(min(math.sqrt(squared_shear_rate(flow, i)), largest))
             squares += rate * rate
             cubes += rate * rate * rate
         sums[block // BLOCK, 0], sums[block // BLOCK, 1] = squares, cubes

@@ -1,16 +1,17 @@
-"""Moments of the pressure's pair vectors brought to 1 where particles pass each other.
+"""Correction matrices improved where particles pass each other.
 
-The matrices Y_i of `faces` make sum_j G_ij x_ij^T, for which linear pressures and flows want the unit matrix, right in the mean of Y_i
-and Y_j only. To a change of Y_i the moments answer in full where neighbours change alike, and by a third where changes alternate from one
-particle to the next. Three halves of a Jacobi step, the best of all lengths for these two (Richardson 1911), halve what is left of either,
+Linear pressures and flows want the moments sum_j G_ij x_ij^T of the pair vectors to be the unit matrix. The matrices Y_i of
+`gradient_correction` achieve this only in the mean of Y_i and Y_j. The moments answer a change of Y_i in full where neighbours change
+alike, and by a third where the change alternates from one particle to the next. Three halves of a Jacobi step, the best length for these
+two (Richardson 1911), halve what is left of either:
 
-    Y_i += 3/2 s_i (1 - sum_j G_ij x_ij^T),     s_i = min(1, gamma_i t_u),
+    Y_i += 3/2 s_i (1 - sum_j G_ij x_ij^T),     s_i = min(1, gamma_i t_u).
 
-and shear loses a third of what it lost, vortices a third to a half. Such forces are further from being an energy's gradient and do work
-on particles that come back to where they were: with a whole step and s = 1 water at rest, 32 spacings deep, comes to 0.9 % of sqrt(g H)
-in half a minute. Where layers pass each other particles do not come back. So the share s_i is how far, of a spacing, they pass in the
-unit of time (`time_unit`), with the shear rate gamma_i. Within reach of free surfaces and walls Y_i stays: mended there, pools move twice
-as much.
+Shear then loses a third of the momentum that it lost, and vortices lose a third to a half of the energy. But such forces are further from
+being the gradient of an energy, and do work on particles that come back to where they were: with s = 1 everywhere and a whole Jacobi step,
+water at rest, 32 spacings deep, reaches 0.9 % of sqrt(g H) in half a minute. Particles do not come back where layers pass each other. The
+share s_i is therefore the way, in spacings, by which layers pass in the unit of time t_u of `relaxation_time`, with the shear rate gamma_i.
+Near free surfaces and walls Y_i stays as it is: with this correction there, pools move twice as much.
 """
 
 from __future__ import annotations
@@ -20,40 +21,47 @@ import math
 import numpy as np
 from numba import njit
 
+from oilsim.backend.float32 import HALF, ONE, ZERO
 from oilsim.backend.jit import FAST, inlined
 from oilsim.backend.simd import LANES, below, load, only, root, spread, summed
-from oilsim.gradients.gradient_correction import face_between
+from oilsim.gradients.gradient_correction import times_mean_correction
 from oilsim.gradients.relaxation_time import squared_shear_rate
 from oilsim.neighborhood.neighbor_search import separations
 from oilsim.neighborhood.smoothing_kernels import kernel_slope_over_q
 
-ZERO, ONE, HALF = np.float32(0.0), np.float32(1.0), np.float32(0.5)
-LARGEST = np.float32(0.1)  # change of an entry of Y; in a splash one particle in a hundred would take more
-LENGTH = np.float32(1.5)  # of the step, in Jacobi's
-STRETCH = 3.0 * float(LARGEST)  # by which pair vectors may be longer for it
+# [1] largest change of an entry of Y; measured; one particle in a hundred of a splash would take more
+LARGEST = np.float32(0.1)
+# [1] length of the step in Jacobi steps; theory (Richardson 1911); smooth and alternating changes are mended alike
+LENGTH = np.float32(1.5)
+# [1] by how much of their length pair vectors may grow; theory; three entries of a row change by LARGEST
+STRETCH = 3.0 * float(LARGEST)
 
 
 @inlined
 def limited(change):
-    """A change of an entry of Y, LARGEST at most."""
+    """Return a change of an entry of Y, limited to LARGEST either way."""
     return max(min(change, LARGEST), -LARGEST)
 
 
 @njit(**FAST)
-def mend_moments(
-    begin, end, points, matrix, field, near, unit, plane, period, fluid, walls, sigma, support, volume, mended
-):
-    """Fill `mended` (N, 8) with the Y_i of the module's docstring from those of `matrix` (N, 8).
+def correct_for_shear(begin, end, hood, matrix, flow, surface, unit, plane, mended):
+    """Fill `mended` with the correction matrices of the module's docstring.
 
-    points (N, 4): place [m] and weight; field (N, 16) as from `particle_sums`; near (N,): a free surface is within reach; unit t_u [s];
-    `plane`: y is absent.
+    hood              the `Neighborhood`
+    matrix (N, 8)     Y_i of `gradient_correction` [1]
+    flow (N, 16)      columns as in `flow`, with the velocity gradients [1/s]
+    surface (N,)      uint8, `FreeSurface` of each particle
+    unit              t_u [s]
+    plane             whether y is absent
+    mended (N, 8)     becomes Y_i after the correction [1]
     """
-    inverse_support = ONE / support
-    factor = -volume * inverse_support * inverse_support
+    points, period, fluid, sigma = hood.points, hood.period, hood.fluid, hood.sigma
+    inverse_support = ONE / hood.support
+    factor = -hood.volume * inverse_support * inverse_support
     for i in range(begin, end):
         for entry in range(8):
             mended[i, entry] = matrix[i, entry]
-        if near[i] or walls.number[i] > 0:
+        if surface[i] or hood.walls.number[i] > 0:
             continue
         xx = xy = xz = yy = yz = zz = spread(ZERO)
         first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
@@ -63,14 +71,14 @@ def mend_moments(
             dx, dy, dz, _ = separations(i, points, points, j, period)
             q = only(present, root(dx * dx + dy * dy + dz * dz) * inverse_support, ONE)
             slope = factor * kernel_slope_over_q(q, sigma)
-            gx, gy, gz = face_between(matrix, i, j, slope * dx, slope * dy, slope * dz)
+            gx, gy, gz = times_mean_correction(matrix, i, j, slope * dx, slope * dy, slope * dz)
             xx += gx * dx
             yy += gy * dy
             zz += gz * dz
             xy += gx * dy + gy * dx
             xz += gx * dz + gz * dx
             yz += gy * dz + gz * dy
-        share = LENGTH * min(unit * math.sqrt(squared_shear_rate(field, i)), ONE)
+        share = LENGTH * min(unit * math.sqrt(squared_shear_rate(flow, i)), ONE)
         mended[i, 0] += limited(share * (ONE - summed(xx)))
         mended[i, 1] -= limited(share * HALF * summed(xy))
         mended[i, 2] -= limited(share * HALF * summed(xz))

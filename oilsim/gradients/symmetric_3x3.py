@@ -1,4 +1,4 @@
-"""Symmetric 3x3 matrices as tuples xx, xy, xz, yy, yz, zz: inverse and smallest eigenvalue, for moment matrices of particles."""
+"""Determinant, inverse and smallest eigenvalue of symmetric 3x3 matrices, given as six numbers xx, xy, xz, yy, yz, zz."""
 
 from __future__ import annotations
 
@@ -8,21 +8,22 @@ import numpy as np
 
 from oilsim.backend.jit import inlined
 
+# [1] added to denominators that may vanish; theory; far below what moment matrices of 1 are rounded by
 TINY = np.float32(1e-12)
-# Chebyshev interpolation of cos((2 asin s + 2 pi) / 3) on 0 <= s <= 1
+# [1] coefficients of a polynomial for cos((2 asin s + 2 pi) / 3) on 0 <= s <= 1; theory (Chebyshev interpolation); error below 2e-7
 THIRD = tuple(np.float32(c) for c in (-0.5000002, -0.5773319, 0.1108055, -0.0514748, 0.0263997, -0.0105018, 0.0021035))
 
 
 @inlined
 def determinant(m):
-    """Determinant of m."""
+    """Return the determinant of m."""
     xx, xy, xz, yy, yz, zz = m
     return xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz)
 
 
 @inlined
 def inverse(m):
-    """Inverse of m; grows without bound as m becomes singular."""
+    """Return the inverse of m as six numbers; it grows without bound as m becomes singular."""
     xx, xy, xz, yy, yz, zz = m
     cxx, cxy, cxz = yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy
     factor = np.float32(1.0) / (xx * cxx + xy * cxy + xz * cxz + TINY)
@@ -38,9 +39,9 @@ def inverse(m):
 
 @inlined
 def smallest_eigenvalue(m):
-    """Smallest eigenvalue of m, by the trigonometric solution of its characteristic cubic (Smith 1961).
+    """Return the smallest eigenvalue of m, by the trigonometric solution of its characteristic cubic (Smith 1961).
 
-    cos((acos c + 2 pi) / 3) is smooth in s = sqrt((1 - c) / 2), and so a polynomial (THIRD, within 2e-7) saves the calls.
+    The function cos((acos c + 2 pi) / 3) is smooth in s = sqrt((1 - c) / 2). The polynomial THIRD in s replaces its slow calls.
     """
     xx, xy, xz, yy, yz, zz = m
     mean = (xx + yy + zz) / np.float32(3.0)

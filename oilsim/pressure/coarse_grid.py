@@ -1,43 +1,83 @@
 """Pressure on a coarse grid, for the compression that whole regions of liquid have in common.
 
-Conjugate residuals soon mend what compresses particles each by itself. What they leave is then spread evenly over the liquid: after six
-products of a wave's solve seven tenths of it were the same over eight spacings, and that is what drives waves and lets still water move. On
-nodes CELL spacings apart, with trilinear shares phi_I,
+Conjugate residuals soon mend the compression of single particles. The rest is then spread evenly over the liquid: after six products of a
+wave's solve seven tenths of it are the same over eight spacings. That drives waves and keeps still water moving. On nodes CELL spacings
+apart, with trilinear shares phi_I,
 
     K = P^T A P,     P_iI = phi_I(x_i),     (H P c)_i = grad c + n_i c,     n = H 1, 0 but at free surfaces,
 
-is close to what a grid of resistors has, of which cells conduct along their edges with the sum of rho_ref / rho_0 of their particles, and
-nodes leak the sum of rho_ref / rho_0 |n|^2 phi. In place of D^-1 the solve takes D^-1 + P K^-1 P^T, the additive two-level preconditioner
-(Smith, Bjorstad & Gropp 1996, 2.1). What moving bodies answer is not in it. Liquid that fills a closed box goes without: there it spares
-nothing.
+is close to the matrix of a grid of resistors. Its cells conduct along their edges with the sum of rho_ref / rho_0 of their particles, and
+its nodes leak the sum of rho_ref / rho_0 |n|^2 phi. The solve takes D^-1 + P K^-1 P^T in place of D^-1, the additive two-level
+preconditioner (Smith, Bjorstad and Gropp 1996, 2.1). The answer of moving bodies is not in it. Liquid that fills a closed box goes
+without the grid, which spares nothing there.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from oilsim.backend.float32 import ONE, ZERO
 from oilsim.backend.jit import FAST, inlined
 from oilsim.backend.thread_team import BLOCK, Team
 from oilsim.config import FluidConfig
 from oilsim.neighborhood.cell_grid import find_extent
 
 Real = NDArray[np.float32]
+Index = NDArray[np.uint32]
 Double = NDArray[np.float64]
 
-CELL = 4  # spacings: 2 to 8 do as well
-LEFT = 0.01  # of the residual, by the grid's own solve: with 0.1 long solves, for a tolerance of 1e-6, take three times the products
-ROUNDS = 200  # of it at most
-PARTS = 16  # at most, of the particles, with sums of their own: as many on any number of threads
-ZERO, ONE = np.float32(0.0), np.float32(1.0)
+# [d] edge of a cell; measured; 2 to 8 do as well
+CELL = 4
+# [1] share of the residual that the grid's own solve leaves; measured; with 0.1 a solve for 1e-6 takes three times the products
+LEFT = 0.01
+# [1] iterations of the grid's own solve at most; numerical; not on record
+ROUNDS = 200
+# [1] parts of the particles with sums of their own, at most; numerical; as many on any number of threads, so that bits are the same
+PARTS = 16
+
+
+class GridPlaces(NamedTuple):
+    """Where particles lie on the grid.
+
+    cell (N,)            number of the particle's cell
+    share (3, N)         place in the cell along each axis, as a share of the edge [1]
+    corners (C, 8)       numbers of the nodes at the corners of each cell
+    """
+
+    cell: Index
+    share: Real
+    corners: Index
+
+
+class Resistors(NamedTuple):
+    """The matrix K of the grid.
+
+    other (nodes, 3)     number of the next node along each axis
+    wires (nodes, 3)     conductance to it [1/m2]
+    leak (nodes,)        conductance to earth [1/m2]
+    diagonal (nodes,)    that of K [1/m2]
+    """
+
+    other: Index
+    wires: Double
+    leak: Double
+    diagonal: Double
 
 
 @njit(**FAST)
 def locate(begin, end, position, lower, inverse, first, cells, cell, share):
-    """The cell of each particle and its place there, share (3, N) of an edge; inverse (3,) of the edges [1/m], 0 along none.
+    """Find the cell of each particle and its place there.
 
-    Cells are counted along each axis from `first` on, as many as `cells`.
+    position (3, N)       places [m]
+    lower (3,)            corner of the domain [m]
+    inverse (3,)          inverse of a cell's edges [1/m], 0 along an axis that is absent
+    first, cells (3,)     first cell that is counted along each axis, and number of these cells
+    cell (N,)             becomes the index of the cell among those counted
+    share (3, N)          becomes the place in the cell along each axis, as a share of the edge [1]
     """
     for i in range(begin, end):
         index = np.int64(0)
@@ -52,10 +92,15 @@ def locate(begin, end, position, lower, inverse, first, cells, cell, share):
 
 @njit(**FAST)
 def occupy(points, cells, turns, cell, number, name, content, corners):
-    """Number the cells that hold particles, and their corners, in the order in which they appear; returns how many there are of both.
+    """Number the cells that hold particles and their corners in order of appearance; returns how many cells and nodes there are.
 
-    `cell` (N,) becomes that number, content (cells,) the sum of the particles' weights, points[:, 3], corners (cells, 8) those of nodes;
-    turns (3,): nodes after which an axis begins again; `number` of each cell and `name` of each node there is: -1.
+    points (M, 4)         places [m] and weights rho_ref / rho_0 [1] of the particles
+    cells (3,)            number of cells along each axis
+    turns (3,)            nodes after which an axis begins again
+    cell (N,)             index of each particle's cell, becomes the cell's number
+    number, name          -1 for each cell and each node there is, become their numbers
+    content (cells,)      becomes the sum of the weights of a cell's particles [1]
+    corners (cells, 8)    become the numbers of the nodes at a cell's corners
     """
     found = nodes = 0
     for i in range(cell.size):
@@ -78,8 +123,12 @@ def occupy(points, cells, turns, cell, number, name, content, corners):
 
 
 @njit(**FAST)
-def restrict(begin, end, length, cell, share, corners, values, face, sums):
-    """sums[part] (nodes,) = P^T F values of parts begin to end, `length` particles each."""
+def restrict(begin, end, length, places, values, face, sums):
+    """Fill the rows begin to end of sums (parts, nodes) with P^T F values of the parts, of `length` particles each.
+
+    places: `GridPlaces`; values (N,); face (N,): F, 1 on the face and 0 elsewhere.
+    """
+    cell, share, corners = places
     for part in range(begin, end):
         node = sums[part]
         node[:] = 0.0
@@ -97,8 +146,9 @@ def restrict(begin, end, length, cell, share, corners, values, face, sums):
 
 
 @njit(**FAST)
-def prolong(begin, end, cell, share, corners, node, face, values):
-    """values += F P node."""
+def prolong(begin, end, places, node, face, values):
+    """Add F P node to values (N,); places: `GridPlaces`, node (nodes,): value of each node, face (N,): F, 1 on the face and 0 elsewhere."""
+    cell, share, corners = places
     for i in range(begin, end):
         x, y, z, c = share[0, i], share[1, i], share[2, i], corners[cell[i]]
         left = (ONE - y) * ((ONE - z) * node[c[0]] + z * node[c[1]]) + y * ((ONE - z) * node[c[2]] + z * node[c[3]])
@@ -108,9 +158,13 @@ def prolong(begin, end, cell, share, corners, node, face, values):
 
 @njit(**FAST)
 def wire(corners, content, conductance, other, wires):
-    """Add to wires (nodes, 3) what cells conduct along their edges, to the next node along each axis, other (nodes, 3).
+    """Add up the conductances of the cells' edges.
 
-    conductance (3,) [1/m2] of one edge for a content of 1.
+    corners (cells, 8)    numbers of the nodes at each cell's corners
+    content (cells,)      sum of the weights of each cell's particles [1]
+    conductance (3,)      conductance of one edge along each axis for a content of 1 [1/m2]
+    other (nodes, 3)      becomes the number of the next node along each axis
+    wires (nodes, 3)      conductance to it, to which the cells' parts are added [1/m2]
     """
     for cell in range(corners.shape[0]):
         for axis in range(3):
@@ -123,8 +177,9 @@ def wire(corners, content, conductance, other, wires):
 
 
 @inlined
-def conduct(other, wires, leak, potential, current):
-    """current = K potential."""
+def conduct(resistors, potential, current):
+    """Set current (nodes,) to K potential; resistors: `Resistors`."""
+    other, wires, leak, _ = resistors
     for n in range(leak.size):
         current[n] = leak[n] * potential[n]
     for n in range(leak.size):
@@ -136,8 +191,17 @@ def conduct(other, wires, leak, potential, current):
 
 
 @njit(**FAST)
-def solve_grid(other, wires, leak, diagonal, residual, left, rounds, solution, direction, image):
-    """solution = K^-1 residual by conjugate gradients (Jacobi), until `left` of the residual's norm in D^-1 is left of it."""
+def solve_grid(resistors, residual, left, rounds, solution, direction, image):
+    """Solve K solution = residual by conjugate gradients with the diagonal as preconditioner (Jacobi).
+
+    resistors             `Resistors`
+    residual (nodes,)     right side, becomes the residual that is left
+    left                  share of the residual's norm in D^-1 at which the solve ends [1]
+    rounds                iterations at most
+    solution (nodes,)     becomes the solution
+    direction, image      (nodes,), room for the search direction and its product
+    """
+    leak, diagonal = resistors.leak, resistors.diagonal
     square = 0.0
     for n in range(leak.size):
         solution[n], direction[n] = 0.0, residual[n] / diagonal[n]
@@ -146,7 +210,7 @@ def solve_grid(other, wires, leak, diagonal, residual, left, rounds, solution, d
     for _ in range(rounds):
         if not square > limit:
             break
-        conduct(other, wires, leak, direction, image)
+        conduct(resistors, direction, image)
         curvature = 0.0
         for n in range(leak.size):
             curvature += direction[n] * image[n]
@@ -160,7 +224,7 @@ def solve_grid(other, wires, leak, diagonal, residual, left, rounds, solution, d
 
 
 class CoarsePressure:
-    """A grid over what of a domain a fluid takes up; every pressure solve lays it anew over the cells that hold liquid."""
+    """The coarse grid of a fluid. Every pressure solve lays it anew over the cells that hold liquid."""
 
     def __init__(self, config: FluidConfig, team: Team) -> None:
         self._team = team
@@ -178,42 +242,39 @@ class CoarsePressure:
     def lay(self, position: Real, points: Real, openness: Real) -> None:
         """Lay the grid over particles at `position` (3, N) [m].
 
-        points (M, 4): behind the places the weights rho_ref / rho_0; openness (M,): weight |H 1|^2 [1/m2]; M >= N.
+        points (M, 4), M >= N: places [m] and weights rho_ref / rho_0 [1]; openness (M,): rho_ref / rho_0 |H 1|^2 [1/m2].
         """
         count = position.shape[1]
-        self._cell = np.empty(count, np.uint32)
-        self._share = np.empty((3, count), np.float32)
+        cell, share = np.empty(count, np.uint32), np.empty((3, count), np.float32)
         first, cells = self._taken_up(position)
-        self._team.run(locate, count, position, self._lower, self._inverse, first, cells, self._cell, self._share)
+        self._team.run(locate, count, position, self._lower, self._inverse, first, cells, cell, share)
         turns, most = cells + self._ends, min(count, int(cells.prod()))
         number, name = np.full(int(cells.prod()), -1), np.full(int(turns.prod()), -1)
         content, corners = np.empty(most), np.empty((most, 8), np.uint32)
-        found, nodes = occupy(points, cells, turns, self._cell, number, name, content, corners)
-        self._corners = corners[:found]
+        found, nodes = occupy(points, cells, turns, cell, number, name, content, corners)
+        self._places = GridPlaces(cell, share, corners[:found])
         self._length = BLOCK * max(-(-count // (BLOCK * PARTS)), 1)
         self._sums = np.empty((-(-count // self._length), nodes))
-        self._leak = self._restrict(openness, np.ones(count, np.float32))
-        self._other, self._wires = np.zeros((nodes, 3), np.uint32), np.zeros((nodes, 3))
-        wire(self._corners, content[:found], self._conductance, self._other, self._wires)
-        into = np.bincount(self._other.ravel(), self._wires.ravel(), nodes)
-        self._diagonal = self._leak + self._wires.sum(axis=1) + into
+        leak = self._restrict(openness, np.ones(count, np.float32))
+        other, wires = np.zeros((nodes, 3), np.uint32), np.zeros((nodes, 3))
+        wire(corners[:found], content[:found], self._conductance, other, wires)
+        into = np.bincount(other.ravel(), wires.ravel(), nodes)
+        self._resistors = Resistors(other, wires, leak, leak + wires.sum(axis=1) + into)
 
     def _taken_up(self, position: Real) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """The first cell with a particle along each axis and the number of cells to the last one; of axes that repeat all."""
+        """Return the first cell with a particle along each axis (3,) and the number of cells to the last (3,); all where it repeats."""
         low, high = np.empty((2, 3), np.int64)
         find_extent(position, position.shape[1], self._lower, self._inverse, self._cells, low, high)
         return np.where(self._repeats, 0, low), np.where(self._repeats, self._cells, high - low + 1)
 
     def correct(self, residual: Real, face: Real, correction: Real) -> None:
-        """correction += F P K^-1 P^T F residual; F: `face`, 1 or 0 for each particle."""
+        """Add F P K^-1 P^T F residual to correction (N,) [m2/s]; residual (N,) [1/s], face (N,): F, 1 on the face and 0 elsewhere."""
         right = self._restrict(residual, face)
         node, direction, image = np.empty((3, right.size))
-        solve_grid(self._other, self._wires, self._leak, self._diagonal, right, LEFT, ROUNDS, node, direction, image)
-        self._team.run(prolong, len(self._cell), self._cell, self._share, self._corners, node, face, correction)
+        solve_grid(self._resistors, right, LEFT, ROUNDS, node, direction, image)
+        self._team.run(prolong, len(self._places.cell), self._places, node, face, correction)
 
     def _restrict(self, values: Real, face: Real) -> Double:
-        """P^T F values."""
-        self._team.run_parts(
-            restrict, len(self._sums), self._length, self._cell, self._share, self._corners, values, face, self._sums
-        )
+        """Return P^T F values (nodes,)."""
+        self._team.run_parts(restrict, len(self._sums), self._length, self._places, values, face, self._sums)
         return np.asarray(self._sums.sum(axis=0))

@@ -1,40 +1,69 @@
 """The pressure that walls take, extrapolated from the liquid beside them.
 
-    p_b = p_i + c_i x_ib . grad p_i,      grad p_i = B_i sum_j G_ij (p_j - p_i),      B_i = (sum_j G_ij x_ij^T)^-1      (see `divergence`)
+    p_b = p_i + c_i x_ib . grad p_i,      grad p_i = B_i sum_j G_ij (p_j - p_i),      B_i = (sum_j G_ij x_ij^T)^-1
 
-c fades to 0 where liquid neighbours are too few for a gradient, and at the free surface beside walls at rest: its transpose, which makes
-the divergence, would take water that rises along a wall for water that is compressed, and waves of 64 spacings would run 0.5 % faster.
-Without it walls pull the water's edge down by 0.25 rho g d^2 a metre, which makes the pressure in a pool of 12 spacings' width a tenth
-of a spacing too high. So they hold the edge by the gradient that a free surface must have, across itself and from weight alone,
+with the pair vectors G_ij of `pressure_gradient` and x_ij = x_j - x_i. The factor c_i is 0 where liquid neighbours are too few for a
+gradient, and at the free surface beside walls at rest: its transpose makes the divergence, and would take water that rises along a wall for
+water that is compressed, and waves of 64 spacings would run 0.5 % faster.
 
-    v_i -= dt s_i (1 - o_i) N_i n_i (n_i . g),      N_i = sum_b G_ib x_ib^T,      n_i the surface's normal,      c_i = s_i o_i,
+Without extrapolation walls pull the water's edge down by 0.25 rho g d^2 a metre, and the pressure in a pool of 12 spacings' width is that
+of a tenth of a spacing more. So walls hold the edge by the gradient that a free surface must have, across itself and from weight alone:
 
-s by how the liquid's neighbours span space, o by how covered the particle is, as far as the liquid is under pressure. A sheet that falls
-along a wall has its normal across gravity, and is not held.
-Bodies keep c at the surface: the uppermost particles would press their dry part up, and they would ride high.
+    v_i -= dt s_i (1 - o_i) N_i n_i (n_i . g),      N_i = sum_b G_ib x_ib^T,      n_i: normal of the surface,      c_i = s_i o_i.
+
+s_i tells how well the liquid neighbours span space, and o_i how far the particle is covered. The hold counts as far as the liquid is
+under pressure. The normal of a sheet that falls along a wall is across gravity, and the sheet is not held. Beside bodies c_i stays as it
+is at the surface: the uppermost particles would press on the dry part of bodies, and these would ride high.
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
+from oilsim.backend.float32 import HALF, ONE, THREE, ZERO
 from oilsim.backend.jit import FAST, inlined
 from oilsim.backend.simd import LANES, below, load, spread, summed
 from oilsim.gradients.gradient_correction import times_symmetric
 from oilsim.gradients.symmetric_3x3 import inverse, smallest_eigenvalue
 from oilsim.neighborhood.neighbor_search import rows, separations
 
-ZERO, ONE, THREE, HALF = np.float32(0.0), np.float32(1.0), np.float32(3.0), np.float32(0.5)
-THIN, FULL = np.float32(0.1), np.float32(0.2)  # smallest eigenvalue of the liquid's moment, between which c rises
-OPEN, COVERED = np.float32(0.7), np.float32(0.95)  # of that of liquid and walls: 1 inside, a half at a free surface
-FLAT = np.float32(0.25)  # |S| H that tells a free surface by half, S the sum of G_ij and G_ib: 1.5 at a flat one
-PRESSED = 0.25  # spacings of depth whose pressure makes an edge fully held
+Real = NDArray[np.float32]
+
+# [1] smallest eigenvalue of the liquid's moment up to which c is 0; tuned; not on record
+THIN = np.float32(0.1)
+# [1] smallest eigenvalue of the liquid's moment from which c has its full value; tuned; not on record
+FULL = np.float32(0.2)
+# [1] smallest eigenvalue of the moment of liquid and walls up to which a particle counts as open; measured; a free surface has a half
+OPEN = np.float32(0.7)
+# [1] smallest eigenvalue of the moment of liquid and walls from which a particle counts as covered; measured; inside it is 1
+COVERED = np.float32(0.95)
+# [1] |S| H that tells a free surface by half, S the sum of pair vectors G_ij and G_ib; measured; a flat surface has 1.5
+FLAT = np.float32(0.25)
+# [d] depth whose pressure makes an edge fully held; tuned; not on record
+PRESSED = 0.25
+
+
+class WallPressure(NamedTuple):
+    """How the particles of a step press on the walls beside them.
+
+    extrapolation (N, 9)    K_i of `pressure_gradient`, row by row [1]
+    waterline (3, N)        acceleration by which walls at rest hold the water's edge [m/s2]
+    """
+
+    extrapolation: Real
+    waterline: Real
 
 
 @inlined
 def moment_of(i, points, others, period, pairs, gradient):
-    """sum_k G_ik x_ik^T over the pairs of i, row by row (9), in units of what is cached."""
+    """Return sum_k G_ik x_ik^T over the pairs of particle i, row by row (9), in units of the vectors times metres.
+
+    points, others (rows, 4) begin with the places [m] of the particles and of their neighbours; gradient (3, P): pair vectors.
+    """
     gradient_x, gradient_y, gradient_z = rows(gradient)
     txx = txy = txz = tyx = tyy = tyz = tzx = tzy = tzz = spread(ZERO)
     first, last = pairs.start[i], pairs.start[i] + np.int64(pairs.number[i])
@@ -66,7 +95,7 @@ def moment_of(i, points, others, period, pairs, gradient):
 
 @inlined
 def scaled(factor, m):
-    """factor m for a matrix of nine."""
+    """Return a factor times a matrix of nine numbers."""
     return (
         factor * m[0], factor * m[1], factor * m[2], factor * m[3], factor * m[4], factor * m[5], factor * m[6], factor * m[7],
         factor * m[8],
@@ -75,7 +104,7 @@ def scaled(factor, m):
 
 @inlined
 def symmetric(m, unit):
-    """The symmetric part of nine rows as six, with `unit` added to yy."""
+    """Return the symmetric part of a matrix of nine numbers as six (xx, xy, xz, yy, yz, zz), with `unit` added to yy."""
     return (
         m[0], HALF * (m[1] + m[3]), HALF * (m[2] + m[6]), m[4] + unit, HALF * (m[5] + m[7]), m[8],
     )  # fmt: skip
@@ -83,13 +112,13 @@ def symmetric(m, unit):
 
 @inlined
 def spanned_share(own):
-    """How far the liquid's moment suffices for a gradient, 0 to 1."""
+    """Return s_i, how far the liquid's moment (six numbers) suffices for a gradient, from 0 to 1."""
     return max(min((smallest_eigenvalue(own) - THIN) / (FULL - THIN), ONE), ZERO)
 
 
 @inlined
 def covered_share(own, wall):
-    """How far liquid and walls surround the particle, 0 at a free surface to 1."""
+    """Return o_i, how far liquid and walls surround the particle, from 0 at a free surface to 1, by their moments (six numbers each)."""
     whole = (
         own[0] + wall[0], own[1] + wall[1], own[2] + wall[2], own[3] + wall[3], own[4] + wall[4], own[5] + wall[5],
     )  # fmt: skip
@@ -99,7 +128,7 @@ def covered_share(own, wall):
 
 @inlined
 def extrapolation_matrix(trust, own):
-    """trust B from the liquid's moment (six)."""
+    """Return trust times B_i as six numbers, from the liquid's moment (six numbers)."""
     if trust <= ZERO:
         return ZERO, ZERO, ZERO, ZERO, ZERO, ZERO
     xx, xy, xz, yy, yz, zz = inverse(own)
@@ -107,19 +136,25 @@ def extrapolation_matrix(trust, own):
 
 
 @inlined
-def fill_wall_pressure(
-    i, points, wall, period, fluid, walls, gradient, wall_gradient, by_body, plane, gravity, inside, outside, inverse_support,
-    extrapolation, waterline, lever,
-):  # fmt: skip
-    """Fill row i of `extrapolation` (N, 9) with K_i, row by row, and of `waterline` (3, N) with the acceleration of an edge [m/s2].
+def fill_wall_pressure(i, hood, vectors, sums, constants, by_body, wall_pressure, lever):
+    """Fill row i of `wall_pressure`, and of `lever` beside a moving body.
 
-    inside, outside: sum_j G_ij and sum_b G_ib [1/m], whose sum S points into the liquid at a free surface; `plane`: y is absent; gravity
-    (3) [m/s2]. Where by_body (N,) tells that a moving body is within reach row i of `lever` (N, 9) becomes c_i B_i, as six, and `inside`,
-    for `rigid_response`; None where no body moves.
+    hood              the `Neighborhood`
+    vectors           `PressureVectors`, whose pair vectors of particle i are cached already
+    sums              sum_j G_ij and sum_b G_ib [1/m], three numbers each; together they point into the liquid at a free surface
+    constants         `PressureConstants`
+    by_body (N,)      whether a moving body is within reach
+    wall_pressure     `WallPressure`
+    lever (N, 9)      becomes c_i B_i, as six numbers [1], and sum_j G_ij [1/m], for `rigid_response`; None where no body moves
     """
-    solid = moment_of(i, points, wall, period, walls, wall_gradient)
-    liquid = scaled(gradient.quantum, moment_of(i, points, points, period, fluid, gradient.whole))
-    own = symmetric(liquid, ONE if plane else ZERO)
+    inside, outside = sums
+    gravity = constants.gravity
+    solid = moment_of(i, hood.points, hood.wall_points, hood.period, hood.walls, vectors.wall_gradient)
+    liquid = scaled(
+        vectors.gradient.quantum,
+        moment_of(i, hood.points, hood.points, hood.period, hood.fluid, vectors.gradient.whole),
+    )
+    own = symmetric(liquid, ONE if constants.plane else ZERO)
     spanned = spanned_share(own)
     covered = ONE if by_body[i] else covered_share(own, symmetric(solid, ZERO))
     gain = extrapolation_matrix(spanned * covered, own)
@@ -129,9 +164,10 @@ def fill_wall_pressure(
         for axis in range(3):
             lever[i, 6 + axis] = inside[axis]
     nx, ny, nz = inside[0] + outside[0], inside[1] + outside[1], inside[2] + outside[2]
-    flat = FLAT * inverse_support
+    flat = FLAT * (ONE / hood.support)
     across = (nx * gravity[0] + ny * gravity[1] + nz * gravity[2]) / (nx * nx + ny * ny + nz * nz + flat * flat)
     across *= spanned * (ONE - covered)
+    extrapolation, waterline = wall_pressure
     for row in range(3):
         mx, my, mz = solid[3 * row], solid[3 * row + 1], solid[3 * row + 2]
         kx, ky, kz = times_symmetric(mx, my, mz, gain)
@@ -141,7 +177,11 @@ def fill_wall_pressure(
 
 @njit(**FAST)
 def hold_waterline(begin, end, walls, waterline, kappa, pressed, time_step, velocity):
-    """Add to `velocity` (3, N) what walls at rest give the water's edge, all of it where kappa was `pressed` [m2/s] or more."""
+    """Add to velocity (3, N) [m/s] what walls at rest give the water's edge.
+
+    walls: lists of wall neighbours; waterline (3, N) [m/s2]; kappa (N,): pressure of the last step [m2/s], of which `pressed` [m2/s] or
+    more holds the edge in full; time_step [s].
+    """
     for i in range(begin, end):
         if walls.number[i] > 0:
             share = time_step * min(kappa[i] / pressed, ONE)

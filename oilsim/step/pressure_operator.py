@@ -60,12 +60,12 @@ def pressure_response(tools: StepTools, arrays: StepArrays, push: Real | None) -
 
 
 class PressureOperator(System):
-    """A = H^T (rho_ref / rho_0) H with the answers of moving bodies (see `divergence` and `rigid_response`)."""
+    """A = H^T (rho_ref / rho_0) H with the answers of moving bodies (see `pressure_gradient` and `rigid_response`)."""
 
     def __init__(self, tools: StepTools, arrays: StepArrays, state: FluidState) -> None:
         self._tools, self._arrays, self._state, self._count = tools, arrays, state, state.awake
         self._filled = state.confinement == Confinement.FILLED
-        self._all = np.arange(self._count, dtype=np.uint32)
+        self._all, self._vectors = np.arange(self._count, dtype=np.uint32), arrays.vectors
         self._push = np.empty((self._count, 3), np.float32) if arrays.lever is not None else None
         self._response = pressure_response(tools, arrays, self._push)
         self._change, self._way = np.empty((2, 3, state.listed), np.float32)
@@ -148,17 +148,14 @@ class PressureOperator(System):
 
     def _pressure_velocity(self, kappa: Real, chosen: Index) -> None:
         arrays = self._arrays
-        hood = arrays.neighborhood
         self._tools.team.run(
-            pressure_velocity, chosen.size, chosen, arrays.points, hood.fluid, hood.walls, arrays.gradient, arrays.own,
-            arrays.extrapolation, kappa, self._change, self._seen, self._push,
+            pressure_velocity, chosen.size, chosen, arrays.neighborhood, self._vectors, arrays.extrapolation, kappa, self._change,
+            self._seen, self._push,
         )  # fmt: skip
 
     def _diverge(self, velocity: Real, rate: Real, chosen: Index) -> None:
-        arrays, fluid = self._arrays, self._arrays.neighborhood.fluid
-        self._tools.team.run(
-            velocity_divergence, chosen.size, chosen, fluid, arrays.gradient, arrays.own, velocity, self._seen, rate
-        )
+        fluid = self._arrays.neighborhood.fluid
+        self._tools.team.run(velocity_divergence, chosen.size, chosen, fluid, self._vectors, velocity, self._seen, rate)
 
 
 class PartialOperator(System):

@@ -7,32 +7,20 @@ fluid and wall neighbours, with their padding. All are float32 unless said other
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from oilsim.boundaries.walls import NO_CONTACTS
+from oilsim.gradients.free_surface import FreeSurface
 from oilsim.neighborhood.neighbor_search import Pairs
-from oilsim.pressure.pressure_gradient import PairVectors
+from oilsim.neighborhood.neighborhood import Neighborhood
+from oilsim.pressure.pressure_gradient import PairVectors, PressureSums, PressureVectors
+from oilsim.pressure.wall_extrapolation import WallPressure
 
 Real = NDArray[np.float32]
 Index = NDArray[np.uint32]
-
-
-class Neighborhood(NamedTuple):
-    """Everything that a sum over neighbours needs beside the particles' places.
-
-    period: lengths of the axes that repeat [m], 0 of the others, or None; fluid, walls: lists of neighbours; sigma: constant of the kernel
-    [1/m3; 1/m2 in a plane]; support: its radius [m]; volume: that of a particle at rest [m3; m2].
-    """
-
-    period: tuple[np.float32, np.float32, np.float32] | None
-    fluid: Pairs
-    walls: Pairs
-    sigma: np.float32
-    support: np.float32
-    volume: np.float32
 
 
 @dataclass(frozen=True)
@@ -48,18 +36,18 @@ class StepArrays:
     """Arrays by the stage that fills them. None: the step does not need it.
 
     search
-        neighborhood             lists of neighbours, and constants of sums over them
+        neighborhood             places, lists of neighbours, and constants of sums over them
         weight (N,)              rho_ref / rho_0 of the particle's phase [1]
         rest_density (N,)        rho_0 [kg/m3]
-        points (N, 4)            place [m] and weight side by side, for kernels that gather them
+        points (N, 4)            place [m] and weight side by side, those of the neighbourhood
         touching (K,)            uint32, particles with a moving wall particle within reach
         by_body (N,)             bool, whether a particle is one of them
     relaxation
-        flow (N, 16)             velocity [m/s], weight [1], velocity gradient [1/s] (see `particle_sums`)
+        flow (N, 16)             velocity [m/s], weight [1], velocity gradient [1/s], strength of the shift [m2] (columns as in `flow`)
         compression (N,)         sum V W - 1 [1]
         gradient_sum (3, N)      sum V grad W [1/m]
         matrix (N, 8)            Y of `gradient_correction` [1]
-        near (N,)                uint8, 1 within reach of a free surface
+        surface (N,)             uint8, `FreeSurface`; particles that sleep count as near a surface
     gradients
         mended (N, 8)            Y after `shear_correction` [1]
         gradient                 pair vectors (3, P) of fluid neighbours [1/m]
@@ -84,16 +72,16 @@ class StepArrays:
         self.weight: Real = np.empty(0, np.float32)
         self.rest_density: Real = np.empty(0, np.float32)
         self.flow: Real = np.empty((0, 16), np.float32)
-        self.reserve(0, neighborhood, Needs(False, False, False))
+        self.reserve(neighborhood, Needs(False, False, False))
 
-    def reserve(self, count: int, neighborhood: Neighborhood, needs: Needs) -> None:
-        """Make room for `count` particles with these neighbours; the contents of the arrays are undefined."""
+    def reserve(self, neighborhood: Neighborhood, needs: Needs) -> None:
+        """Make room for the particles of a neighbourhood; the contents of the arrays are undefined."""
+        count = len(neighborhood.points)
         self.neighborhood = neighborhood
-        self.points: Real = np.empty((count, 4), np.float32)
         self.compression, self.coverage, self.diagonal, self.openness = np.empty((4, count), np.float32)
         self.own, self.gradient_sum, self.wall_slope = np.empty((3, 3, count), np.float32)
         self.matrix: Real = np.zeros((count, 8), np.float32)
-        self.near: NDArray[np.uint8] = np.ones(count, np.uint8)
+        self.surface: NDArray[np.uint8] = np.full(count, FreeSurface.NEAR_SURFACE, np.uint8)
         self.by_body: NDArray[np.bool_] = np.zeros(count, bool)
         self.mended = np.empty_like(self.matrix) if needs.corrected else None
         self.extrapolation = np.empty((count, 9), np.float32) if needs.extrapolated else None
@@ -101,6 +89,28 @@ class StepArrays:
         self.lever = np.empty((count, 9), np.float32) if needs.levers else None
         self.gradient = self.gradient._replace(whole=_reserved(self.gradient.whole, neighborhood.fluid))
         self.wall_gradient = _reserved(self.wall_gradient, neighborhood.walls)
+
+    @property
+    def points(self) -> Real:
+        """Places [m] and weights of the particles (N, 4)."""
+        return self.neighborhood.points
+
+    @property
+    def vectors(self) -> PressureVectors:
+        """The vectors of the pressure's force."""
+        return PressureVectors(self.gradient, self.wall_gradient, self.own)
+
+    @property
+    def sums(self) -> PressureSums:
+        """The sums that come with these vectors."""
+        return PressureSums(self.diagonal, self.openness, self.coverage, self.wall_slope)
+
+    @property
+    def wall_pressure(self) -> WallPressure | None:
+        """The pressure that walls take; None where it is not extrapolated."""
+        if self.extrapolation is None or self.waterline is None:
+            return None
+        return WallPressure(self.extrapolation, self.waterline)
 
 
 def _reserved(kept: NDArray[Any], pairs: Pairs) -> NDArray[Any]:

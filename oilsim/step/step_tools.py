@@ -17,16 +17,18 @@ from oilsim.boundaries.boundary_particles import wall_coverage
 from oilsim.boundaries.wall_contact import DISTANCES, NEAREST, PLACES, drop_share
 from oilsim.boundaries.walls import Walls
 from oilsim.config import FluidConfig
-from oilsim.density.density_feedback import surface_shares
+from oilsim.density.density_feedback import surface_table
 from oilsim.density.particle_shifting import shift_balance
 from oilsim.gradients.gradient_correction import largest_stretch
 from oilsim.gradients.relaxation_time import LONGEST, froude_unit
 from oilsim.gradients.shear_correction import STRETCH
 from oilsim.neighborhood.neighbor_search import NeighborSearch, Pairs, make_grid
+from oilsim.neighborhood.neighborhood import Neighborhood
 from oilsim.neighborhood.smoothing_kernels import lattice_moment, normalisation, steepest_slope
 from oilsim.pressure.coarse_grid import CoarsePressure
+from oilsim.pressure.pressure_gradient import PressureConstants
 from oilsim.step.sleeping_regions import SleepingRegions
-from oilsim.step.step_arrays import Needs, Neighborhood, StepArrays
+from oilsim.step.step_arrays import Needs, StepArrays
 from oilsim.step.verlet_lists import VerletLists
 from oilsim.viscosity.viscous_system import viscosity_matrix
 
@@ -46,7 +48,8 @@ class StepConstants:
     corrected                  pair vectors are corrected, walls take extrapolated pressures: our scheme, not the paper's
     wall_weight                w of `pressure_gradient` [1]
     shift_balance              a of `particle_shifting` [1]
-    surface_shares             table of `density_feedback`, and its entries per unit [m]
+    surface_table              table of `density_feedback`
+    pressure                   constants of `pressure_gradient`
     densities, viscosities     of the phases [kg/m3], [Pa s]; reference_density: that of the first
     weights                    rho_ref / rho_0 of the phases [1]
     pair_viscosity             between phases (P, P) [Pa s]
@@ -71,8 +74,8 @@ class StepConstants:
         self.corrected = config.scheme == "split"
         self.wall_weight = np.float32(2.0 if self.corrected else 1.0)
         self.shift_balance = np.float32(shift_balance(dimension))
-        shares, per_slope = surface_shares(dimension)
-        self.surface_shares = shares, np.float32(per_slope * d)
+        self.surface_table = surface_table(d, dimension)
+        self.pressure = PressureConstants(self.moment, self.wall_weight, self.plane, self.gravity)
         self.densities: Double = np.array([phase.rest_density for phase in config.phases])
         self.reference_density = float(self.densities[0])
         self.weights: Real = (self.reference_density / self.densities).astype(np.float32)
@@ -124,12 +127,21 @@ class StepTools:
 
     def empty_arrays(self) -> StepArrays:
         """Arrays of a step without particles."""
-        return StepArrays(self.neighborhood(NO_PAIRS, NO_PAIRS), self.constants.gradient_quantum)
+        return StepArrays(self.neighborhood(0, NO_PAIRS, NO_PAIRS), self.constants.gradient_quantum)
 
-    def neighborhood(self, fluid: Pairs, walls: Pairs) -> Neighborhood:
-        """Lists of neighbours with the constants of sums over them."""
-        constants = self.constants
-        return Neighborhood(constants.period, fluid, walls, constants.sigma, constants.support, constants.volume)
+    def neighborhood(self, count: int, fluid: Pairs, walls: Pairs) -> Neighborhood:
+        """Make a neighbourhood of `count` particles, whose places are still undefined, with these lists of neighbours."""
+        constants, points = self.constants, np.empty((count, 4), np.float32)
+        return Neighborhood(
+            points,
+            self.walls.points,
+            constants.period,
+            fluid,
+            walls,
+            constants.sigma,
+            constants.support,
+            constants.volume,
+        )
 
     def needs(self) -> Needs:
         """Which optional arrays the next step needs."""

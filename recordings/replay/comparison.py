@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 import rerun.blueprint as rrb
 from rerun.chunk import Chunk
+from scipy.constants import knot
 
 from recordings import appearance, entity_paths
 from recordings.errors import RecordingError
@@ -24,7 +25,7 @@ from recordings.sink.rerun_sink import flush, open_stream
 
 SIDES = ("A", "B")
 _BACKGROUND = (224, 233, 240)
-_KNOTS = 3600.0 / 1852.0
+_KNOTS = 1.0 / knot
 
 Values = npt.NDArray[np.float64]
 Reduction = Callable[[Values], float]

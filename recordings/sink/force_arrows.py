@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from recordings.frame import MeshDescription
 
-STANDARD_GRAVITY = 9.81  # [m/s2]
+GRAVITY = 9.81  # [m/s2] of the scale that arrows are drawn in; it takes no part in any computation
 FULL_LENGTH = 3.0  # body lengths: the arrow of a boom, afloat on a sixth of its volume, must reach out of it
 
 
@@ -33,7 +33,7 @@ class ForceArrows:
             volume = enclosed_volume(mesh) if len(mesh.faces) else 0.0
             if volume > 0.0:
                 size = float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
-                self.metres_per_newton[name] = FULL_LENGTH * size / (rest_density * STANDARD_GRAVITY * volume)
+                self.metres_per_newton[name] = FULL_LENGTH * size / (rest_density * GRAVITY * volume)
 
     def vectors(self, name: str, forces: npt.NDArray[np.float64]) -> npt.NDArray[np.float64] | None:
         """Arrows (N, 3) [m] of the forces (N, 3) [N] on one body, or None for a body that has no scale."""

@@ -1,6 +1,6 @@
 """The subcommands of `oilsim`, one a module.
 
 Each module has `register(commands)`, which adds its parser and sets the parser's default `command`: a function of the
-parsed options that returns the exit code. What a subcommand needs is imported when it runs, so that listing and checking
+parsed options that returns the exit code. A subcommand imports its needs when it runs, so that listing and checking
 start fast.
 """

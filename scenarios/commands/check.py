@@ -53,7 +53,7 @@ def _print_cost(console: Console, scenario: Scenario, cost: Cost) -> None:
     table.add_row("memory", f"about {cost.memory / 1e9:.1f} GB")
     table.add_row(f"time on {cost.threads} threads", f"about {_duration(cost.seconds)}")
     console.print(table)
-    for text in cost.left_out.values():
+    for text in (*cost.left_out.values(), *cost.told):
         console.print(text, highlight=False, markup=False)
     console.print(
         "Estimated from the cost per particle and step measured on two x86 cores; splashing takes longer.", style="dim"

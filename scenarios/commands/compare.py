@@ -78,7 +78,7 @@ def _print_scores(first: Replay, second: Replay) -> None:
 
 
 def _print_events(first: Replay, second: Replay) -> None:
-    """What was ordered and what went wrong, in order of time."""
+    """Print the orders and the warnings, in order of time."""
     from rich.table import Table
 
     from scenarios.text.terminal import terminal

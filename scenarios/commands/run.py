@@ -112,7 +112,7 @@ def _run_options(options: argparse.Namespace, record: Path | None, source: Path 
 
 
 def _contradictions(options: argparse.Namespace) -> Iterator[Problem]:
-    """What cannot be asked for together, or at all."""
+    """Find options that cannot be asked for together, or at all."""
     if options.no_record:
         for name, what in (("picture", "is drawn from the recording"), ("live", "shows what is recorded")):
             if getattr(options, name):

@@ -9,12 +9,13 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
+from scipy.constants import knot
 
 from booms.containment import PRACTICE_SPEED
 from recordings import palette
 from recordings.replay.recording import Replay
 from recordings.sink.plots import labels, plots_with_series
-from scenarios.debrief.account import KNOT, BoomAccount
+from scenarios.debrief.boom_history import BoomHistory
 from scenarios.debrief.key_moments import KeyMoment
 
 Array = NDArray[np.float64]
@@ -31,21 +32,21 @@ def empty_figure(height: float) -> Figure:
     return figure
 
 
-def oil_diagram(account: BoomAccount, moments: Sequence[KeyMoment]) -> Figure:
+def oil_diagram(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure:
     """Where the oil was: held, lost by cause, and, under it on a scale of its own, what was lost."""
     figure = empty_figure(4.6)
     whole, lost = figure.subplots(2, 1, sharex=True)
-    factor, unit = _volume_unit(account)
-    parts = {"held": (account.oil["retained"], _HELD), "not met yet": (account.oil["free"], _FREE)}
+    factor, unit = _volume_unit(history)
+    parts = {"held": (history.oil["retained"], _HELD), "not met yet": (history.oil["free"], _FREE)}
     causes = {
-        _words(cause): (volume, palette.css(palette.cause_color(cause))) for cause, volume in account.causes.items()
+        _words(cause): (volume, palette.css(palette.cause_color(cause))) for cause, volume in history.causes.items()
     }
     for axes, shown in ((whole, {**parts, **causes}), (lost, causes)):
         shown = {name: part for name, part in shown.items() if part[0].any()}
         if shown:
             volumes = [factor * volume for volume, _ in shown.values()]
             colors = [color for _, color in shown.values()]
-            axes.stackplot(account.time, volumes, labels=list(shown), colors=colors, edgecolor="#ffffff", linewidth=0.4)
+            axes.stackplot(history.time, volumes, labels=list(shown), colors=colors, edgecolor="#ffffff", linewidth=0.4)
         axes.set_ylabel(unit)
     if not causes:
         lost.text(0.5, 0.5, "nothing was lost", transform=lost.transAxes, ha="center", color="#5c6b76")
@@ -57,28 +58,28 @@ def oil_diagram(account: BoomAccount, moments: Sequence[KeyMoment]) -> Figure:
     return figure
 
 
-def speed_diagram(account: BoomAccount, moments: Sequence[KeyMoment]) -> Figure:
+def speed_diagram(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure:
     """Speeds in knots against the 0.7 knots from which a boom loses oil."""
     figure = empty_figure(2.9)
     axes = figure.subplots()
-    limit, held = PRACTICE_SPEED / KNOT, _held_speed(account).max(axis=1) / KNOT
-    worst = np.abs(account.normal_flow).max(axis=1) / KNOT
+    limit, held = PRACTICE_SPEED / knot, _held_speed(history).max(axis=1) / knot
+    worst = np.abs(history.normal_flow).max(axis=1) / knot
     axes.plot(
-        account.time,
+        history.time,
         held,
         color=_LINES[0],
         linewidth=1.6,
-        label=f"normal to the boom, largest held for {account.hold_time:.2g} s",
+        label=f"normal to the boom, largest held for {history.hold_time:.2g} s",
     )
     axes.plot(
-        account.time, worst, color=_LINES[0], linewidth=1.0, alpha=0.4, label="normal to the boom, at its largest"
+        history.time, worst, color=_LINES[0], linewidth=1.0, alpha=0.4, label="normal to the boom, at its largest"
     )
-    if account.tow_speed.any():
+    if history.tow_speed.any():
         axes.plot(
-            account.time, account.tow_speed / KNOT, color=_LINES[1], linewidth=1.6, label="tow, through the water"
+            history.time, history.tow_speed / knot, color=_LINES[1], linewidth=1.6, label="tow, through the water"
         )
     axes.axhline(limit, color="#c23030", linewidth=1.4, linestyle="--", label=f"{limit:.1f} kn: oil is lost")
-    axes.fill_between(account.time, limit, held, where=held > limit, color="#c23030", alpha=0.18, linewidth=0.0)
+    axes.fill_between(history.time, limit, held, where=held > limit, color="#c23030", alpha=0.18, linewidth=0.0)
     axes.set_ylim(bottom=0.0)
     axes.set_title("Speed of the water against the boom", loc="left")
     axes.set_ylabel("kn")
@@ -87,17 +88,17 @@ def speed_diagram(account: BoomAccount, moments: Sequence[KeyMoment]) -> Figure:
     return figure
 
 
-def tension_diagram(account: BoomAccount, moments: Sequence[KeyMoment]) -> Figure | None:
+def tension_diagram(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure | None:
     """Tow tension at each end; None if it was not recorded."""
-    if not account.tow_tension:
+    if not history.tow_tension:
         return None
     figure = empty_figure(2.9)
     axes = figure.subplots()
-    for color, (end, tension) in zip(_LINES, account.tow_tension.items(), strict=False):
-        mean = tension[account.under_way].mean()
-        label = f"{end}: mean under way {mean:.3g} N, peak {account.tow_peak[end].max():.3g} N"
-        axes.plot(account.time, tension, color=color, linewidth=1.4, label=label)
-    axes.set_ylim(bottom=0.0, top=1.3 * max(float(tension.max()) for tension in account.tow_tension.values()))
+    for color, (end, tension) in zip(_LINES, history.tow_tension.items(), strict=False):
+        mean = tension[history.under_way].mean()
+        label = f"{end}: mean under way {mean:.3g} N, peak {history.tow_peak[end].max():.3g} N"
+        axes.plot(history.time, tension, color=color, linewidth=1.4, label=label)
+    axes.set_ylim(bottom=0.0, top=1.3 * max(float(tension.max()) for tension in history.tow_tension.values()))
     axes.set_title("Tow tension at each end", loc="left")
     axes.set_ylabel("N")
     axes.legend(frameon=False, fontsize=9, loc="upper left")
@@ -105,23 +106,23 @@ def tension_diagram(account: BoomAccount, moments: Sequence[KeyMoment]) -> Figur
     return figure
 
 
-def skirt_diagram(account: BoomAccount, moments: Sequence[KeyMoment]) -> Figure:
+def skirt_diagram(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure:
     """Lean and draft of the skirt, and the gap ratio."""
     figure = empty_figure(5.4)
     lean, draft, gap = figure.subplots(3, 1, sharex=True)
-    angle = np.degrees(account.skirt_angle)
-    lean.plot(account.time, angle.max(axis=1), color=_LINES[0], linewidth=1.4, label="most leaning segment")
-    lean.plot(account.time, np.median(angle, axis=1), color=_LINES[0], alpha=0.5, linewidth=1.2, label="median segment")
+    angle = np.degrees(history.skirt_angle)
+    lean.plot(history.time, angle.max(axis=1), color=_LINES[0], linewidth=1.4, label="most leaning segment")
+    lean.plot(history.time, np.median(angle, axis=1), color=_LINES[0], alpha=0.5, linewidth=1.2, label="median segment")
     lean.set_title("Lean of the skirt from upright", loc="left")
     lean.set_ylabel("deg")
-    share = 100.0 * account.effective_draft / account.boom.skirt_depth
-    draft.plot(account.time, share.min(axis=1), color=_LINES[2], linewidth=1.4, label="shallowest segment")
+    share = 100.0 * history.effective_draft / history.boom.skirt_depth
+    draft.plot(history.time, share.min(axis=1), color=_LINES[2], linewidth=1.4, label="shallowest segment")
     draft.plot(
-        account.time, np.median(share, axis=1), color=_LINES[2], alpha=0.5, linewidth=1.2, label="median segment"
+        history.time, np.median(share, axis=1), color=_LINES[2], alpha=0.5, linewidth=1.2, label="median segment"
     )
-    draft.set_title(f"Draft kept, of the skirt's {account.boom.skirt_depth:g} m", loc="left")
+    draft.set_title(f"Draft kept, of the skirt's {history.boom.skirt_depth:g} m", loc="left")
     draft.set_ylabel("%")
-    gap.plot(account.time, account.gap_ratio, color=_LINES[3], linewidth=1.4)
+    gap.plot(history.time, history.gap_ratio, color=_LINES[3], linewidth=1.4)
     gap.axhline(1.0 / 3.0, color="#7b8791", linewidth=1.0, linestyle="--")
     gap.set_title("Gap ratio (dashed: one third)", loc="left")
     for axes in (lean, draft):
@@ -132,36 +133,36 @@ def skirt_diagram(account: BoomAccount, moments: Sequence[KeyMoment]) -> Figure:
     return figure
 
 
-def along_diagram(account: BoomAccount, moments: Sequence[KeyMoment]) -> Figure:
+def along_diagram(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure:
     """Speed, lean and tension along the boom over time: where it was weak."""
     maps: list[tuple[str, str, Array, str, float | None]] = [
-        ("Speed held normal to the boom; white line: 0.7 kn", "kn", _held_speed(account) / KNOT, "viridis", 0.7),
-        ("Lean of the skirt", "deg", np.degrees(account.skirt_angle), "cividis", None),
+        ("Speed held normal to the boom; white line: 0.7 kn", "kn", _held_speed(history) / knot, "viridis", 0.7),
+        ("Lean of the skirt", "deg", np.degrees(history.skirt_angle), "cividis", None),
     ]
-    if not np.isnan(account.tension).any():
-        maps.append(("Tension", "N", account.tension, "inferno_r", None))
+    if not np.isnan(history.tension).any():
+        maps.append(("Tension", "N", history.tension, "inferno_r", None))
     figure = empty_figure(1.75 * len(maps))
     rows = np.atleast_1d(figure.subplots(len(maps), 1, sharex=True))
-    place = (np.arange(account.tension.shape[1]) + 0.5) * account.boom.length / account.tension.shape[1]
+    place = (np.arange(history.tension.shape[1]) + 0.5) * history.boom.length / history.tension.shape[1]
     for axes, (title, unit, values, colors, level) in zip(rows, maps, strict=True):
-        image = axes.pcolormesh(account.time, place, values.T, cmap=colors, shading="nearest", rasterized=True)
+        image = axes.pcolormesh(history.time, place, values.T, cmap=colors, shading="nearest", rasterized=True)
         if level is not None and np.nanmin(values) < level < np.nanmax(values):
-            axes.contour(account.time, place, values.T, levels=[level], colors="white", linewidths=1.0)
+            axes.contour(history.time, place, values.T, levels=[level], colors="white", linewidths=1.0)
         figure.colorbar(image, ax=axes, label=unit, pad=0.01)
-        axes.set_title(f"{title}, along the boom from {account.boom.ends[0]}", loc="left", fontsize=10.5)
+        axes.set_title(f"{title}, along the boom from {history.boom.ends[0]}", loc="left", fontsize=10.5)
         axes.set_ylabel("m")
     _finish(list(rows), moments, grid=False)
     return figure
 
 
-def _held_speed(account: BoomAccount) -> Array:
+def _held_speed(history: BoomHistory) -> Array:
     """Speeds held (N, S) [m/s], NaN until one can have been held; 0 if the run is too short for that."""
-    begun = account.time - account.time[0] >= account.hold_time
-    return np.where(begun[:, None], account.held_speed, np.nan if begun.any() else 0.0)
+    begun = history.time - history.time[0] >= history.hold_time
+    return np.where(begun[:, None], history.held_speed, np.nan if begun.any() else 0.0)
 
 
 def probe_diagram(replay: Replay, moments: Sequence[KeyMoment]) -> Figure | None:
-    """What the probes read, each quantity on a scale of its own; None without probes."""
+    """Draw the readings of the probes, each quantity on a scale of its own; None without probes."""
     probes = [name for name in sorted(replay.scalars) if name.startswith("probes/")]
     if not probes:
         return None
@@ -197,8 +198,8 @@ def _finish(rows: Sequence[Axes], moments: Sequence[KeyMoment], *, grid: bool = 
     rows[-1].set_xlabel("simulated time [s]; numbers: key moments", labelpad=16.0)
 
 
-def _volume_unit(account: BoomAccount) -> tuple[float, str]:
-    largest = float((account.oil["retained"] + account.oil["lost"] + account.oil["free"]).max())
+def _volume_unit(history: BoomHistory) -> tuple[float, str]:
+    largest = float((history.oil["retained"] + history.oil["lost"] + history.oil["free"]).max())
     return (1.0, "m³") if largest >= _LITRES else (1000.0, "litres")
 
 
@@ -206,7 +207,7 @@ def _words(cause: str) -> str:
     return cause.replace("_", " ")
 
 
-DIAGRAMS: dict[str, Callable[[BoomAccount, Sequence[KeyMoment]], Figure | None]] = {
+DIAGRAMS: dict[str, Callable[[BoomHistory, Sequence[KeyMoment]], Figure | None]] = {
     "oil": oil_diagram,
     "speed": speed_diagram,
     "tension": tension_diagram,

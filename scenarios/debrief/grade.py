@@ -15,7 +15,7 @@ from typing import Any, Literal
 import numpy as np
 
 from booms.containment import PRACTICE_SPEED
-from scenarios.debrief.account import BoomAccount
+from scenarios.debrief.boom_history import BoomHistory
 from scenarios.problems import Problem, ScenarioError
 
 Verdict = Literal["met", "partly met", "missed"]
@@ -27,11 +27,11 @@ _ENTRIES = ("good", "acceptable", "weight")
 
 @dataclass(frozen=True, kw_only=True)
 class Criterion:
-    """What an exercise is judged by.
+    """A measure that an exercise is judged by.
 
     good, acceptable  limits: met up to the first, partly met up to the second; whichever way is better follows from them
     what              is measured, and why it matters
-    measure           of an account, in the unit shown; None: it cannot be told
+    measure           of an history, in the unit shown; None: it cannot be told
     decisive          missed, it caps the grade
     """
 
@@ -42,7 +42,7 @@ class Criterion:
     acceptable: float
     weight: float
     what: str
-    measure: Callable[[BoomAccount], float | None]
+    measure: Callable[[BoomHistory], float | None]
     decisive: bool = False
 
     @property
@@ -51,7 +51,7 @@ class Criterion:
         return self.good > self.acceptable
 
     def verdict(self, value: float) -> Verdict:
-        """What a measured value means."""
+        """Judge a measured value."""
         sign = 1.0 if self.more_is_better else -1.0
         if sign * value >= sign * self.good:
             return "met"
@@ -77,43 +77,43 @@ class Grade:
     findings: tuple[Finding, ...]
 
 
-def _held(account: BoomAccount) -> float | None:
-    taken_in = account.oil["retained"][-1] + account.oil["lost"][-1]
-    return 100.0 * float(account.oil["retained"][-1] / taken_in) if taken_in > 0.0 else None
+def _held(history: BoomHistory) -> float | None:
+    taken_in = history.oil["retained"][-1] + history.oil["lost"][-1]
+    return 100.0 * float(history.oil["retained"][-1] / taken_in) if taken_in > 0.0 else None
 
 
-def _met(account: BoomAccount) -> float | None:
-    taken_in = account.oil["retained"][-1] + account.oil["lost"][-1]
-    there = taken_in + account.oil["free"][-1]
+def _met(history: BoomHistory) -> float | None:
+    taken_in = history.oil["retained"][-1] + history.oil["lost"][-1]
+    there = taken_in + history.oil["free"][-1]
     return 100.0 * float(taken_in / there) if there > 0.0 else None
 
 
-def _time_too_fast(account: BoomAccount) -> float:
-    return 100.0 * float((account.held_speed.max(axis=1) > PRACTICE_SPEED).mean())
+def _time_too_fast(history: BoomHistory) -> float:
+    return 100.0 * float((history.held_speed.max(axis=1) > PRACTICE_SPEED).mean())
 
 
-def _gap(account: BoomAccount) -> float:
-    return 100.0 * abs(float(account.gap_ratio[account.under_way].mean()) - 1.0 / 3.0)
+def _gap(history: BoomHistory) -> float:
+    return 100.0 * abs(float(history.gap_ratio[history.under_way].mean()) - 1.0 / 3.0)
 
 
-def _lean(account: BoomAccount) -> float:
-    return float(np.degrees(np.percentile(account.skirt_angle.max(axis=1), 95.0)))
+def _lean(history: BoomHistory) -> float:
+    return float(np.degrees(np.percentile(history.skirt_angle.max(axis=1), 95.0)))
 
 
-def _draft(account: BoomAccount) -> float:
-    smallest = np.percentile(account.effective_draft.min(axis=1), 5.0)
-    return 100.0 * float(smallest) / account.boom.skirt_depth
+def _draft(history: BoomHistory) -> float:
+    smallest = np.percentile(history.effective_draft.min(axis=1), 5.0)
+    return 100.0 * float(smallest) / history.boom.skirt_depth
 
 
-def _snatch(account: BoomAccount) -> float | None:
-    means = {end: float(tension[account.under_way].mean()) for end, tension in account.tow_tension.items()}
+def _snatch(history: BoomHistory) -> float | None:
+    means = {end: float(tension[history.under_way].mean()) for end, tension in history.tow_tension.items()}
     if not means or not all(means.values()):
         return None
-    return max(float(account.tow_peak[end][account.under_way].max()) / mean for end, mean in means.items())
+    return max(float(history.tow_peak[end][history.under_way].max()) / mean for end, mean in means.items())
 
 
-def _sharing(account: BoomAccount) -> float | None:
-    means = [float(tension[account.under_way].mean()) for tension in account.tow_tension.values()]
+def _sharing(history: BoomHistory) -> float | None:
+    means = [float(tension[history.under_way].mean()) for tension in history.tow_tension.values()]
     return 100.0 * (max(means) - min(means)) / max(means) if len(means) == 2 and max(means) > 0.0 else None
 
 
@@ -154,11 +154,11 @@ CRITERIA = (
 )  # fmt: skip
 
 
-def grade(account: BoomAccount, criteria: tuple[Criterion, ...] = CRITERIA) -> Grade:
+def grade(history: BoomHistory, criteria: tuple[Criterion, ...] = CRITERIA) -> Grade:
     """Judge one boom's exercise; criteria that nothing can be told of are left out."""
     findings = []
     for criterion in criteria:
-        value = criterion.measure(account)
+        value = criterion.measure(history)
         verdict = None if value is None else criterion.verdict(value)
         findings.append(Finding(criterion=criterion, value=value, verdict=verdict))
     judged = [(finding.criterion.weight, finding.verdict) for finding in findings if finding.verdict is not None]

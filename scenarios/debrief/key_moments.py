@@ -11,7 +11,7 @@ import numpy.typing as npt
 from recordings.pictures.scenes import render_moments
 from recordings.replay.moments import Moment, read_moments, recorded_steps
 from recordings.replay.recording import Replay
-from scenarios.debrief.account import BoomAccount
+from scenarios.debrief.boom_history import BoomHistory
 
 _MOST = 6
 _CLOSE = 0.05  # of the run: what happens within shares a picture
@@ -36,14 +36,14 @@ class KeyMoment:
         return self.moment.time
 
 
-def key_moments(replay: Replay, accounts: Sequence[BoomAccount]) -> list[KeyMoment]:
+def key_moments(replay: Replay, histories: Sequence[BoomHistory]) -> list[KeyMoment]:
     """Beginning and end, and up to four things between them: orders, warnings, the highest tension."""
     steps = recorded_steps(replay)
     times = np.array([time for _, time in steps])
-    told = _gathered(replay, accounts, float(times[0]) if len(times) else 0.0, float(times[-1]) if len(times) else 0.0)
+    told = _gathered(replay, histories, float(times[0]) if len(times) else 0.0, float(times[-1]) if len(times) else 0.0)
     chosen = [steps[min(int(np.searchsorted(times, time - 1e-9)), len(steps) - 1)] for time, _ in told]
     moments = read_moments(replay, chosen)
-    images = render_moments(replay.run, moments, _WIDTH, exercise_only=bool(accounts))
+    images = render_moments(replay.run, moments, _WIDTH, exercise_only=bool(histories))
     return [
         KeyMoment(number=number, captions=captions, moment=moment, image=image)
         for number, ((_, captions), moment, image) in enumerate(zip(told, moments, images, strict=True), start=1)
@@ -51,7 +51,7 @@ def key_moments(replay: Replay, accounts: Sequence[BoomAccount]) -> list[KeyMome
 
 
 def _gathered(
-    replay: Replay, accounts: Sequence[BoomAccount], begin: float, end: float
+    replay: Replay, histories: Sequence[BoomHistory], begin: float, end: float
 ) -> list[tuple[float, tuple[str, ...]]]:
     """Times and captions, in order; what happens close together is one moment, the most pressing ones are kept."""
     happenings = [(begin, 1, "the exercise begins"), (end, 0, "the exercise ends")]
@@ -61,8 +61,8 @@ def _gathered(
         text = f"{event.source}: {event.text}" if event.source else event.text
         pressing = event.level != "info" or (event.source in _ORDERS and event.time > begin)
         happenings.append((event.time, 2 if pressing else 1, text))
-    for account in accounts:
-        happenings += _highest_tension(account)
+    for history in histories:
+        happenings += _highest_tension(history)
     groups: list[list[tuple[float, int, str]]] = []
     for happening in sorted(happenings, key=lambda entry: (entry[0], entry[1])):
         at_end = happening[0] >= end > groups[-1][0][0] if groups else False
@@ -82,11 +82,11 @@ def _shown(group: list[tuple[float, int, str]], begin: float) -> tuple[float, tu
     return at, tuple(others)
 
 
-def _highest_tension(account: BoomAccount) -> list[tuple[float, int, str]]:
-    if not account.tow_peak:
+def _highest_tension(history: BoomHistory) -> list[tuple[float, int, str]]:
+    if not history.tow_peak:
         return []
-    end, tension = max(account.tow_peak.items(), key=lambda item: float(item[1].max()))
+    end, tension = max(history.tow_peak.items(), key=lambda item: float(item[1].max()))
     row = int(tension.argmax())
     return [
-        (float(account.time[row]), 1, f"boom {account.boom.name}: highest tow tension, {tension[row]:.0f} N at {end}")
+        (float(history.time[row]), 1, f"boom {history.boom.name}: highest tow tension, {tension[row]:.0f} N at {end}")
     ]

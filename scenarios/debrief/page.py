@@ -16,13 +16,14 @@ import matplotlib.image
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from matplotlib.figure import Figure
+from scipy.constants import knot
 
 from booms.containment import MODELLED, RESOLVED
 from booms.scores import drainage_speed, skirt_drag_coefficient, tow_force
 from recordings import palette
 from recordings.pictures.style import STYLE
 from recordings.replay.recording import Replay
-from scenarios.debrief.account import KNOT, BoomAccount, boom_accounts
+from scenarios.debrief.boom_history import BoomHistory, boom_histories
 from scenarios.debrief.diagrams import DIAGRAMS, probe_diagram
 from scenarios.debrief.grade import CRITERIA, LETTERS, Criterion, Grade, grade
 from scenarios.debrief.key_moments import KeyMoment, key_moments
@@ -35,9 +36,9 @@ _COARSE = 5.0  # particles in a skirt's depth, below which its leakage is coarse
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BoomChapter:
-    """What the page says of one boom: grade, diagrams as SVG text by name, and its table of figures."""
+    """The page's chapter on one boom: grade, diagrams as SVG text by name, and its table of figures."""
 
-    account: BoomAccount
+    history: BoomHistory
     grade: Grade
     diagrams: dict[str, str]
     figures: list[tuple[str, str]]
@@ -46,39 +47,47 @@ class BoomChapter:
 def write_debrief(recording: Path, folder: Path, criteria: tuple[Criterion, ...] = CRITERIA) -> Path:
     """Read a recording and write its debrief into ``folder``, which is made if need be; returns the page's path."""
     replay = Replay(recording)
-    accounts = boom_accounts(replay)
-    moments = key_moments(replay, accounts)
+    histories = boom_histories(replay)
+    moments = key_moments(replay, histories)
     folder.mkdir(parents=True, exist_ok=True)
     with mpl.rc_context({**STYLE, "svg.hashsalt": "oilsim", "font.family": "DejaVu Sans"}):
         pictures = [_write_scene(moment, folder) for moment in moments]
         map_picture = _write_figure(slick_map(replay, moments), folder / "map.png")
         probes = probe_diagram(replay, moments)
         probe_picture = "" if probes is None else _write_figure(probes, folder / "probes.png")
-        chapters = [_chapter(replay, account, moments, criteria, folder, len(accounts) > 1) for account in accounts]
-    page = (
+        chapters = [_chapter(replay, history, moments, criteria, folder, len(histories) > 1) for history in histories]
+    page = _rendered(
+        replay,
+        recording=recording.name,
+        duration=moments[-1].time,
+        moments=list(zip(moments, pictures, strict=True)),
+        map=map_picture,
+        probes=probe_picture,
+        chapters=chapters,
+    )
+    target = folder / PAGE
+    target.write_text(page, encoding="utf-8")
+    (folder / "grade.json").write_text(json.dumps(_grades(chapters), indent=1) + "\n", encoding="utf-8")
+    return target
+
+
+def _rendered(replay: Replay, **parts: object) -> str:
+    """Return the page of a recording, made of its own facts and these parts."""
+    return (
         _environment()
         .get_template("page.html")
         .render(
             run=replay.run,
             end_reason=replay.end_reason,
             repaired_from=replay.repaired_from,
-            recording=recording.name,
             changes=_changes(replay),
-            duration=moments[-1].time,
-            moments=[(moment, picture) for moment, picture in zip(moments, pictures, strict=True)],
-            map=map_picture,
-            probes=probe_picture,
-            chapters=chapters,
             letters=LETTERS,
             events=replay.events,
             causes=[(cause, palette.css(palette.cause_color(cause))) for cause in palette.CAUSES],
             notes=_notes(replay),
+            **parts,
         )
     )
-    target = folder / PAGE
-    target.write_text(page, encoding="utf-8")
-    (folder / "grade.json").write_text(json.dumps(_grades(chapters), indent=1) + "\n", encoding="utf-8")
-    return target
 
 
 def _environment() -> Environment:
@@ -91,20 +100,20 @@ def _environment() -> Environment:
 
 def _chapter(
     replay: Replay,
-    account: BoomAccount,
+    history: BoomHistory,
     moments: Sequence[KeyMoment],
     criteria: tuple[Criterion, ...],
     folder: Path,
     several: bool,
 ) -> BoomChapter:
-    prefix = f"{account.boom.name}-" if several else ""
+    prefix = f"{history.boom.name}-" if several else ""
     diagrams = {}
     for name, draw in DIAGRAMS.items():
-        figure = draw(account, moments)
+        figure = draw(history, moments)
         if figure is not None:
             diagrams[name] = _write_figure(figure, folder / f"{prefix}{name}.png")
     return BoomChapter(
-        account=account, grade=grade(account, criteria), diagrams=diagrams, figures=_figures(replay, account)
+        history=history, grade=grade(history, criteria), diagrams=diagrams, figures=_figures(replay, history)
     )
 
 
@@ -124,43 +133,43 @@ def _write_figure(figure: Figure, path: Path) -> str:
     return svg[svg.index("<svg") :]
 
 
-def _figures(replay: Replay, account: BoomAccount) -> list[tuple[str, str]]:
+def _figures(replay: Replay, history: BoomHistory) -> list[tuple[str, str]]:
     """The table of a boom's figures."""
-    oil = {name: float(volume[-1]) for name, volume in account.oil.items()}
-    losses = account.loss_speeds
+    oil = {name: float(volume[-1]) for name, volume in history.oil.items()}
+    losses = history.loss_speeds
     rows = [
         ("Oil held at the end", _volume(oil["retained"])),
         ("Oil lost at the end", _volume(oil["lost"])),
-        *((f"&nbsp;&nbsp;by {cause.replace('_', ' ')}", _volume(float(v[-1]))) for cause, v in account.causes.items()),
+        *((f"&nbsp;&nbsp;by {cause.replace('_', ' ')}", _volume(float(v[-1]))) for cause, v in history.causes.items()),
         ("Lost once and taken back, in all", _volume(oil["recovered"])),
         ("Not met by the boom", _volume(oil["free"])),
         ("Left the simulated water without being lost", _volume(oil["removed"])),
         ("Tow speed at the first loss (0.5 % of the oil)", _knots(losses.first_loss)),
         ("Tow speed at gross loss (2 % of the oil a second)", _knots(losses.gross_loss)),
         (
-            f"Highest speed normal to the boom, held for {account.hold_time:.2g} s",
-            _knots(account.highest_held_speed),
+            f"Highest speed normal to the boom, held for {history.hold_time:.2g} s",
+            _knots(history.highest_held_speed),
         ),
     ]
-    return rows + _rules_of_thumb(replay, account)
+    return rows + _rules_of_thumb(replay, history)
 
 
-def _rules_of_thumb(replay: Replay, account: BoomAccount) -> list[tuple[str, str]]:
-    """What formulas say of the same tow, beside what was measured."""
-    boom, under_way = account.boom, account.under_way
+def _rules_of_thumb(replay: Replay, history: BoomHistory) -> list[tuple[str, str]]:
+    """Compare the tow with formulas, beside what was measured."""
+    boom, under_way = history.boom, history.under_way
     oils = [phase.rest_density for phase in replay.run.phases if phase.is_oil]
     waters = [phase.rest_density for phase in replay.run.phases if not phase.is_oil]
     rows = []
     if oils and waters and max(oils) < max(waters):
         limit = drainage_speed(max(oils), max(waters), boom.skirt_depth)
         rows.append(("Speed at which this skirt drains, Froude number 0.5", _knots(limit)))
-    speed = float(np.sqrt(np.mean(account.tow_speed[under_way] ** 2)))  # force goes with its square
-    gap = float(account.gap_ratio[under_way].mean())
-    if waters and 0.0 < gap < 1.0 and account.tow_tension:
+    speed = float(np.sqrt(np.mean(history.tow_speed[under_way] ** 2)))  # force goes with its square
+    gap = float(history.gap_ratio[under_way].mean())
+    if waters and 0.0 < gap < 1.0 and history.tow_tension:
         force, _ = tow_force(
             boom.length, gap, boom.skirt_depth, speed, drag_coefficient=skirt_drag_coefficient(), density=max(waters)
         )
-        mean = np.mean([tension[under_way].mean() for tension in account.tow_tension.values()])
+        mean = np.mean([tension[under_way].mean() for tension in history.tow_tension.values()])
         rows.append(("Mean tension at an end by the rule 26 A V²", f"{force:.3g} N"))
         rows.append(("Mean tension at an end, as recorded", f"{mean:.3g} N"))
     return rows
@@ -172,7 +181,7 @@ def _changes(replay: Replay) -> str:
 
 
 def _notes(replay: Replay) -> list[str]:
-    """What to bear in mind when reading the page."""
+    """Return notes to bear in mind when reading the page."""
     spacing = replay.run.particle_spacing
     notes = [f"Particles are {1000.0 * spacing:.3g} mm apart; nothing finer is resolved."]
     if replay.precision is not None:
@@ -194,7 +203,7 @@ def _notes(replay: Replay) -> list[str]:
 
 def _grades(chapters: Sequence[BoomChapter]) -> dict[str, Any]:
     return {
-        chapter.account.boom.name: {
+        chapter.history.boom.name: {
             "grade": chapter.grade.letter,
             "share": chapter.grade.share,
             "capped_by": chapter.grade.capped_by,
@@ -219,4 +228,4 @@ def _volume(volume: float) -> str:
 
 
 def _knots(speed: float | None) -> str:
-    return "not reached" if speed is None else f"{speed / KNOT:.2f} kn"
+    return "not reached" if speed is None else f"{speed / knot:.2f} kn"

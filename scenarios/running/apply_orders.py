@@ -10,7 +10,7 @@ from scenarios.signals.weather_inputs import set_current, set_wind
 
 
 def give_orders(assembly: Assembly, scenario: Scenario) -> None:
-    """Bring every part to what `scenario` says of it; it differs from the assembly's own in `plan.ORDERS` only."""
+    """Bring every part to what `scenario` says of it; it differs from the assembly's own in `plan.ORDER_KEYS` only."""
     for control in assembly.controls:
         course = course_of(scenario.vessels[control.vessel.name], scenario)
         if course is not None and course != control.vessel.course:

@@ -10,31 +10,34 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from coupling.assembly import BODIES, CoupledBodies
 from coupling.master.body_exchange import BodyExchange
-from coupling.master.co_simulation import CoSimulation, FrameSource
+from coupling.master.co_simulation import CoSimulation
 from coupling.master.connection import Connection
-from coupling.master.exchange_ledger import ExchangeLedger
+from coupling.master.exchange_ledger import Exchange, ExchangeLedger
+from coupling.master.observer_dispatch import FrameSource, Watching
 from coupling.observer import Observer
 from coupling.participant import Participant
 from coupling.participants.fluid import FluidParticipant
-from coupling.participants.rigid_bodies import RigidBodyParticipant
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 from oilsim.advance_report import AdvanceReport
 from oilsim.solver import Fluid
 from recordings.frame import RunDescription
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of
-from scenarios.schema.fmu_settings import ORDERS, READINGS, connections_of
-from scenarios.setup.body_exchange import exchange_of
+from scenarios.schema.fmu_settings import ORDER_BOARD, READING_BOARD, connections_of
 from scenarios.setup.fleet import Fleet
 from scenarios.setup.run_description import describe_run
-from scenarios.setup.simulators import FLUID, Scene, build_scene
+from scenarios.setup.simulators import Simulators, build_simulators
 from scenarios.signals.signal_participant import SignalBoard
 from scenarios.signals.signal_table import RunParts, signals_of
 from scenarios.signals.weather_inputs import set_wind
 from scenarios.watch.boom_scoring import Scoring
-from scenarios.watch.coupling_series import CouplingFigures
-from scenarios.watch.frame_source import FramePainter
+from scenarios.watch.coupling_series import CouplingAccount
+from scenarios.watch.frame_source import FrameReader
+from scenarios.watch.run_accounts import RunAccounts
+from scenarios.watch.run_figures import RunFigures
+from scenarios.watch.run_totals import RunTotals
 from scenarios.watch.run_warnings import Remarks
 from vessels.control import VesselControl
 from vessels.manual import ManualControl
@@ -42,18 +45,15 @@ from vessels.manual import ManualControl
 if TYPE_CHECKING:
     from coupling.fmu.fmu_participant import FmuParticipant
 
-BODIES = "bodies"
-TO_FLUID = ("pose", "twist", "free_acceleration")
-
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Assembly:
     """A run that is ready to start: its parts, and what observers are shown.
 
     fluid, world: the simulators themselves, for whoever wants more than the participants' variables; coupled: names of the
-    bodies that exchange motion and wrench with the fluid; fleet: vessels and booms; scoring: their accounts; remarks: what a
-    run falls short of; parts: what signals reach into; exchange, ledger: how bodies meet the fluid, and the accounts of it;
-    coupling_figures: both on record; fmus: those that take part.
+    bodies that exchange motion and wrench with the fluid; fleet: vessels and booms; accounts: scores and sums, advanced by the master;
+    remarks: what a run falls short of; parts: what signals reach into; exchange, ledger: how bodies meet the fluid, and the accounts
+    of it; fmus: those that take part.
     """
 
     scenario: Scenario
@@ -62,10 +62,9 @@ class Assembly:
     fluid_participant: FluidParticipant
     coupled: tuple[str, ...]
     fleet: Fleet
-    scoring: Scoring
+    accounts: RunAccounts
     remarks: Remarks
     parts: RunParts
-    coupling_figures: CouplingFigures
     participants: tuple[Participant, ...]
     connections: tuple[Connection, ...]
     description: RunDescription
@@ -73,6 +72,11 @@ class Assembly:
     exchange: BodyExchange
     ledger: ExchangeLedger
     fmus: tuple[FmuParticipant, ...]
+
+    @property
+    def scoring(self) -> Scoring:
+        """The accounts of the booms."""
+        return self.accounts.scoring
 
     @property
     def controls(self) -> tuple[VesselControl, ...]:
@@ -105,13 +109,10 @@ class Assembly:
             self.participants,
             self.connections,
             self.scenario.run.communication_step,
-            observers=observers,
-            algorithm=self.exchange,
-            ledger=self.ledger,
-            frame_source=self.frame_source,
-            run_description=self.description,
+            exchange=Exchange(self.exchange, self.ledger, [self.accounts.advance]),
+            watching=Watching(observers, self.frame_source, self.description),
         )
-        self.coupling_figures.follow(lambda: simulation.wall_seconds)
+        self.accounts.coupling.follow(lambda: simulation.wall_seconds)
         return simulation
 
 
@@ -121,55 +122,57 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
     `text` is the scenario file's, `overrides` the changes made to it; both only go into the recording.
     """
     fmus = _fmus(scenario)
-    scene = build_scene(scenario)
-    fluid, world, coupled = scene.fluid_participant, scene.world, scene.coupled
-    scoring = Scoring(scenario, scene.fluid, world, scene.fleet, scene.level)
-    controls = _controls(scene)
-    bodies = (RigidBodyParticipant(BODIES, world, coupled),) if world is not None else ()
-    exchange, ledger = exchange_of(fluid, BODIES, world, coupled, scene.fluid.config)
-    figures = CouplingFigures(scene.fluid, fluid, world, coupled, ledger)
-    parts = _parts(scene, controls, scoring)
+    simulators = build_simulators(scenario)
+    bodies, world, coupled = simulators.bodies, simulators.world, simulators.coupled
+    scoring = Scoring(scenario, simulators.fluid, world, simulators.fleet, simulators.level)
+    controls = _controls(simulators)
+    accounts = RunAccounts(
+        scoring=scoring,
+        coupling=CouplingAccount(simulators.fluid, bodies.fluid, world, coupled, bodies.ledger),
+        totals=RunTotals(),
+        figures=RunFigures(simulators.fluid, lambda: bodies.fluid.report),
+    )
+    parts = _parts(simulators, controls, scoring)
     orders, readings = _boards(scenario, parts)
     return Assembly(
         scenario=scenario,
-        fluid=scene.fluid,
+        fluid=simulators.fluid,
         world=world,
-        fluid_participant=fluid,
+        fluid_participant=bodies.fluid,
         coupled=coupled,
-        fleet=scene.fleet,
-        scoring=scoring,
-        remarks=Remarks(scenario, world, scene.left_out, scene.swelling),
+        fleet=simulators.fleet,
+        accounts=accounts,
+        remarks=Remarks(scenario, world, simulators.left_out, simulators.thin, simulators.notes),
         parts=parts,
-        participants=(*fmus, *orders, *controls, fluid, *bodies, *readings),
-        connections=_connections(scenario, coupled, controls),
-        description=describe_run(scene, text=text, overrides=overrides),
-        frame_source=FramePainter(scene, scoring, figures, fmus),
-        coupling_figures=figures,
-        exchange=exchange,
-        ledger=ledger,
+        participants=(*fmus, *orders, *controls, *bodies.participants, *readings),
+        connections=_connections(scenario, bodies, controls),
+        description=describe_run(simulators, text=text, overrides=overrides),
+        frame_source=FrameReader(simulators, accounts, fmus),
+        exchange=bodies.exchange,
+        ledger=bodies.ledger,
         fmus=fmus,
     )
 
 
-def _controls(scene: Scene) -> tuple[VesselControl | ManualControl, ...]:
+def _controls(simulators: Simulators) -> tuple[VesselControl | ManualControl, ...]:
     """The helmsmen; the wind blows on them as on the water."""
     controls = tuple(
-        VesselControl(vessel) if vessel.course else ManualControl(vessel) for vessel in scene.fleet.vessels
+        VesselControl(vessel) if vessel.course else ManualControl(vessel) for vessel in simulators.fleet.vessels
     )
-    wind = scene.scenario.forcing.wind
+    wind = simulators.scenario.forcing.wind
     if wind is not None:
-        set_wind(scene.fluid, controls, wind.speed, wind.direction)
+        set_wind(simulators.fluid, controls, wind.speed, wind.direction)
     return controls
 
 
-def _parts(scene: Scene, controls: Sequence[VesselControl | ManualControl], scoring: Scoring) -> RunParts:
-    """What signals reach into."""
+def _parts(simulators: Simulators, controls: Sequence[VesselControl | ManualControl], scoring: Scoring) -> RunParts:
+    """Return the parts that signals reach into."""
     return RunParts(
-        fluid=scene.fluid,
-        world=scene.world,
+        fluid=simulators.fluid,
+        world=simulators.world,
         controls={control.vessel.name: control for control in controls},
         scoring=scoring,
-        tension_joints=scene.fleet.tension_joints,
+        tension_joints=simulators.fleet.tension_joints,
     )
 
 
@@ -183,37 +186,22 @@ def _fmus(scenario: Scenario) -> tuple[FmuParticipant, ...]:
 
 
 def _boards(scenario: Scenario, parts: RunParts) -> tuple[tuple[SignalBoard, ...], tuple[SignalBoard, ...]]:
-    """What takes the signals that FMUs drive, and what gives those that feed them; none without FMUs."""
+    """Return the board for the signals that FMUs drive, and the one for those that feed them; none without FMUs."""
     if not scenario.fmus:
         return (), ()
     signals = signals_of(scenario)
-    asked = {one.source_variable for one in connections_of(scenario.fmus).values() if one.source == READINGS}
+    asked = {one.source_variable for one in connections_of(scenario.fmus).values() if one.source == READING_BOARD}
     orders = {name: signal for name, signal in signals.items() if signal.is_input}
     readings = {name: signals[name] for name in sorted(asked)}
-    return (SignalBoard(ORDERS, orders, parts),), (SignalBoard(READINGS, readings, parts),)
+    return (SignalBoard(ORDER_BOARD, orders, parts),), (SignalBoard(READING_BOARD, readings, parts),)
 
 
 def _connections(
-    scenario: Scenario, coupled: Sequence[str], controls: Sequence[VesselControl | ManualControl]
+    scenario: Scenario, bodies: CoupledBodies, controls: Sequence[VesselControl | ManualControl]
 ) -> tuple[Connection, ...]:
     """Between FMUs and signals, between bodies and fluid, between helmsmen and vessels."""
     fmus = connections_of(scenario.fmus).values()
-    return (*fmus, *_body_connections(coupled), *_vessel_connections(controls))
-
-
-def _body_connections(coupled: Sequence[str]) -> list[Connection]:
-    """Motion to the fluid, wrench to the bodies."""
-    motion = [
-        Connection(source=BODIES, source_variable=f"{name}.{what}", target=FLUID, target_variable=f"{name}.{what}")
-        for name in coupled
-        for what in TO_FLUID
-    ]
-    wrenches = [
-        Connection(source=FLUID, source_variable=f"{name}.wrench", target=BODIES, target_variable=f"{name}.wrench")
-        for name in coupled
-    ]
-    together = Connection(source=BODIES, source_variable="inverse_mass", target=FLUID, target_variable="inverse_mass")
-    return [*motion, *wrenches, *([together] if coupled else [])]
+    return (*fmus, *bodies.connections, *_vessel_connections(controls))
 
 
 def _vessel_connections(controls: Sequence[VesselControl | ManualControl]) -> list[Connection]:

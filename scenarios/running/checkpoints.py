@@ -32,20 +32,15 @@ def checkpoint_folder(recording: Path) -> Path:
 
 
 def run_state(simulation: CoSimulation, assembly: Assembly) -> dict[str, Any]:
-    """Everything that influences the next step, and the accounts that are kept."""
-    return {
-        "simulation": simulation.save_state(),
-        "scores": assembly.scoring.save_state(),
-        "remarks": assembly.remarks.save_state(),
-        "exchange": assembly.coupling_figures.save_state(),
-    }
+    """Return everything that influences the next step, and the accounts that are kept."""
+    state = {"simulation": simulation.save_state(), "remarks": assembly.remarks.save_state()}
+    return state | assembly.accounts.save_state()
 
 
 def begin_from(state: Mapping[str, Any], simulation: CoSimulation, assembly: Assembly) -> None:
     """Initialize a run that has not begun at what `run_state` told."""
-    assembly.scoring.restore_state(state["scores"])
+    assembly.accounts.restore_state(state)
     assembly.remarks.restore_state(state["remarks"])
-    assembly.coupling_figures.restore_state(state["exchange"])
     simulation.initialize(state["simulation"])
 
 
@@ -141,7 +136,7 @@ class Restart:
 
     @property
     def files(self) -> dict[str, Path]:
-        """What it goes on from and nothing may be written over, by what it is called."""
+        """The files that the run goes on from, over which nothing may be written, by their names in messages."""
         folder = self.source.parent
         files = {"the checkpoint gone on with": self.source, "the checkpoints gone on with": folder}
         if folder.suffix == _FOLDER_ENDING:

@@ -1,4 +1,4 @@
-"""Values of a series that has no end, in a room that has one."""
+"""A bounded sample of an unbounded series."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ MOST = 2000  # values; even, so that the next one is due where every second was 
 
 
 class EvenSample:
-    """All values of a series, or, once they are more than MOST, every second one, every fourth, and so on."""
+    """Keeps all values of a series or, once they are more than MOST, every second one, every fourth, and so on."""
 
     def __init__(self) -> None:
         self.values: list[float] = []
@@ -27,7 +27,7 @@ class EvenSample:
         self._seen += 1
 
     def save_state(self) -> dict[str, Any]:
-        """What is kept, bit for bit."""
+        """Return the values that are kept, bit for bit."""
         return {"values": np.array(self.values, np.float64), "stride": self._stride, "seen": self._seen}
 
     @classmethod

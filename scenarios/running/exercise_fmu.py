@@ -21,11 +21,10 @@ from coupling.errors import CoSimulationError
 from coupling.fmu.export import FmuContent
 from coupling.master.co_simulation import CoSimulation
 from coupling.participant import Status, StepResult, Variable, checked_value
-from recordings.frame import Event, Frame, RunDescription
 from scenarios.load import files_replaced, scenario_from
 from scenarios.running.assembly import Assembly, build
 from scenarios.scenario import Scenario
-from scenarios.schema.fmu_settings import ORDERS, connections_of
+from scenarios.schema.fmu_settings import ORDER_BOARD, connections_of
 from scenarios.schema.structuring import as_data
 from scenarios.signals.fmu_checks import all_are_kept
 from scenarios.signals.signal_participant import SignalBoard, signal_variables
@@ -36,22 +35,6 @@ Array = NDArray[np.float64]
 
 SCENARIO_FILE = "scenario.json"
 WHOLE = 1e-6  # of a communication step that a master's step may be off a whole number of them
-
-
-class _Spectator:
-    """Watches, so that frames are made and the scores are kept; the Observer protocol by shape."""
-
-    def initialized(self, run: RunDescription) -> None:
-        """Nothing to do."""
-
-    def step_completed(self, frame: Frame) -> None:
-        """Nothing to do."""
-
-    def event(self, event: Event) -> None:
-        """Nothing to do."""
-
-    def terminated(self, reason: str) -> None:
-        """Nothing to do."""
 
 
 class ExerciseParticipant:
@@ -85,7 +68,7 @@ class ExerciseParticipant:
         self._board = SignalBoard(self._name, self._signals, self._assembly.parts)
         for name, value in self._given.items():
             self._board.set(name, value)
-        self._simulation = self._assembly.co_simulation([_Spectator()])
+        self._simulation = self._assembly.co_simulation()
 
     def exit_initialization_mode(self) -> None:
         """The first communication point of the run."""
@@ -147,8 +130,8 @@ class ExerciseParticipant:
         return {
             "start_time": self._start_time,
             "simulation": simulation.save_state(),
-            "scores": self._assembly.scoring.save_state(),
             "inputs": self._inputs().save_state(),
+            **self._assembly.accounts.save_state(),
         }
 
     def restore_state(self, state: object) -> None:
@@ -161,7 +144,7 @@ class ExerciseParticipant:
             return
         assert self._assembly is not None
         self._start_time = state["start_time"]
-        self._assembly.scoring.restore_state(state["scores"])
+        self._assembly.accounts.restore_state(state)
         self._inputs().restore_state(state["inputs"])
         self._running().restore_state(state["simulation"])
 
@@ -193,13 +176,13 @@ class ExerciseParticipant:
 
 def exercise_signals(scenario: Scenario) -> dict[str, Signal]:
     """The variables of an exercise: its free signals and its scores."""
-    driven = {one.target_variable for one in connections_of(scenario.fmus).values() if one.target == ORDERS}
+    driven = {one.target_variable for one in connections_of(scenario.fmus).values() if one.target == ORDER_BOARD}
     free = {name: s for name, s in signals_of(scenario).items() if not (s.is_input and name in driven)}
     return free | scores_of(scenario)
 
 
 def exercise_content(scenario: Scenario) -> FmuContent:
-    """What the FMU of a scenario holds: all that the scenario says, and the files of its meshes and FMUs."""
+    """Return the content of a scenario's FMU: all that the scenario says, and the files of its meshes and FMUs."""
     files: dict[str, Path] = {}
 
     def packed(table: str, name: str, file: str) -> str:

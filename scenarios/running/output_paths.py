@@ -1,4 +1,4 @@
-"""What a command writes must be neither what it reads nor anything else that it writes."""
+"""Checks that a command writes over nothing that it reads, and into each file and folder once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is run: a scenario, and the orders given on the way. Enough to run it again, or to go on with it, bit for bit."""
+"""The plan of a run: a scenario, and the orders given on the way. It is enough to run it again, or to go on with it, bit for bit."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from scenarios.schema.overrides import parse_override, with_override
 from scenarios.schema.structuring import as_data, spellings
 
 # Terms of a run that its course does not depend on.
-TERMS = ("run.duration", "run.threads", "recording.*", "camera.*", "title", "text", "demo", "demo.*")
+TERM_KEYS = ("run.duration", "run.threads", "recording.*", "camera.*", "title", "text", "demo", "demo.*")
 # Orders that can be given while a run goes on: what a helmsman, the weather or a valve could do.
-ORDERS = (
+ORDER_KEYS = (
     "tow.speed",
     "tow.heading",
     "vessels.*.legs",
@@ -114,9 +114,9 @@ class Plan:
         return {place: Path(file) for place, file in files.items()}
 
     def fingerprint(self, index: int) -> str:
-        """What tells this run from another up to the communication point `index`: terms left out, files of meshes and FMUs read."""
+        """Return a digest of all that this run depends on up to the communication point `index`; terms are left out, files are read."""
         data = as_data(self.scenario)
-        course = {path: value for path, value in _leaves(data) if not _matches(path, TERMS)}
+        course = {path: value for path, value in _leaves(data) if not _matches(path, TERM_KEYS)}
         actions = [[action.index, action.settings] for action in self.actions if action.index < index]
         digests = [_digest(file) for file in self.files.values()]
         return hashlib.sha256(json.dumps([course, actions, digests], sort_keys=True).encode()).hexdigest()
@@ -134,7 +134,7 @@ def plan_from(data: Mapping[str, Any]) -> Plan:
 
 
 def _last_of_each(settings: Sequence[str]) -> list[str]:
-    """Of settings of one key only the last: it rules."""
+    """Keep only the last of several settings of one key: it rules."""
     last = {setting.partition("=")[0]: place for place, setting in enumerate(settings)}
     return [settings[place] for place in sorted(last.values())]
 
@@ -149,11 +149,11 @@ def _kind(scenario: Scenario, setting: str) -> str:
     if missing:
         raise ScenarioError([Problem(f"--set {'.'.join(keys)}", f"changes {missing}, which the run was begun without")])
     paths = _with_setting(scenario, setting)[1] or _entries_of(keys, scenario)
-    if all(_matches(path, TERMS) for path in paths):
+    if all(_matches(path, TERM_KEYS) for path in paths):
         return "term"
     for path in paths:
-        if not _matches(path, ORDERS):
-            allowed = ", ".join(path for path in (*ORDERS, *TERMS[:2]))
+        if not _matches(path, ORDER_KEYS):
+            allowed = ", ".join(path for path in (*ORDER_KEYS, *TERM_KEYS[:2]))
             raise ScenarioError([Problem(f"--set {path}", f"cannot be changed during a run, allowed: {allowed}")])
     return "order"
 
@@ -198,5 +198,5 @@ def _matches(path: str, patterns: Sequence[str]) -> bool:
 
 
 def _digest(path: Path) -> str:
-    """What tells one file from another; empty if it is gone, which building the scenario will say better."""
+    """Return a digest of a file; empty if it is gone, which building the scenario will say better."""
     return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""

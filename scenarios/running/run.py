@@ -20,9 +20,9 @@ from scenarios.running.assembly import Assembly, build
 from scenarios.running.checkpoints import Restart, checkpoint_folder, checkpoint_writer
 from scenarios.running.output_paths import require_apart
 from scenarios.running.plan import Plan
-from scenarios.running.process_signals import requests_by_signal
 from scenarios.running.recorder_options import grid, thinning
-from scenarios.running.run_loop import Course
+from scenarios.running.run_loop import RunLoop
+from scenarios.running.run_requests import requests_by_posix_signal
 from scenarios.running.summary import SummaryObserver, write_summary
 from scenarios.scenario import Scenario
 from scenarios.text.terminal import terminal
@@ -36,7 +36,7 @@ _PICTURE_ENDINGS = (".png", ".jpg", ".pdf", ".svg")  # of what matplotlib draws,
 
 @dataclass(frozen=True, kw_only=True)
 class RunOptions:
-    """What a run leaves behind: recording, summary and picture files, each or none; and whether it is shown live.
+    """Files that a run leaves behind: recording, summary and picture, each or none; and whether it is shown live.
 
     checkpoints: folder for them; by default that of the recording, and none without a recording.
     source: the scenario's file, which none of them may be.
@@ -85,7 +85,7 @@ def _run(plan: Plan, restart: Restart | None, options: RunOptions, console: Cons
     scenario = plan.scenario
     _require_writable(options)
     _require_own_files(plan, restart, options)
-    with ExitStack() as stack, requests_by_signal() as requests:
+    with ExitStack() as stack, requests_by_posix_signal() as requests:
         if options.record is not None:
             stack.enter_context(held(options.record))
         recorder = _recorder(scenario, options)
@@ -95,7 +95,7 @@ def _run(plan: Plan, restart: Restart | None, options: RunOptions, console: Cons
         folder = options.checkpoint_folder
         checkpoints = None if folder is None else stack.enter_context(checkpoint_writer(folder, plan))
         with ProgressDisplay(scenario.name, scenario.run.duration, console) as progress:
-            course = Course(
+            loop = RunLoop(
                 plan,
                 assembly,
                 assembly.co_simulation([summary, progress, *([recorder] if recorder else [])]),
@@ -103,9 +103,9 @@ def _run(plan: Plan, restart: Restart | None, options: RunOptions, console: Cons
                 keepers={"summary": summary} | ({"recorder": recorder} if recorder else {}),
                 checkpoints=checkpoints,
             )
-            error = course.run(restart)
-    summary.state_hash = course.state_hash
-    result = summary.summary(course.simulation.communication_point.time, plan.changes)
+            error = loop.run(restart)
+    summary.state_hash = loop.state_hash
+    result = summary.summary(loop.simulation.communication_point.time, plan.changes)
     _print_result(console, result, options)
     failures = [*([] if error is None else [str(error)]), *_leave(result, options, drawn=error is None)]
     for failure in failures:

@@ -1,4 +1,4 @@
-"""The course of a run, step by step: orders given when they are due, checkpoints written, and an orderly end whatever happens."""
+"""The loop of a run, step by step: orders given when they are due, checkpoints written, and an orderly end whatever happens."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from scenarios.running.apply_orders import give_orders
 from scenarios.running.assembly import Assembly
 from scenarios.running.checkpoints import CheckpointWriter, Restart, begin_from, run_state, run_state_hash
 from scenarios.running.plan import Plan
-from scenarios.running.process_signals import Requests
+from scenarios.running.run_requests import RunRequests
 
 
 class Keeper(Protocol):
-    """An observer whose account of the run goes on after a restart."""
+    """Keeps an account of the run that goes on after a restart; it is saved in checkpoints beside the run's state."""
 
     def save_state(self) -> dict[str, Any]:
-        """The account so far, as plain data."""
+        """Return the account so far, as plain data."""
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
         """Go on with what `save_state` returned."""
 
 
-class Course:
-    """A run of `plan` under way: from its beginning, or from a checkpoint."""
+class RunLoop:
+    """Steps a run of a plan, from its beginning or from a checkpoint."""
 
     def __init__(
         self,
@@ -36,7 +36,7 @@ class Course:
         assembly: Assembly,
         simulation: CoSimulation,
         *,
-        requests: Requests,
+        requests: RunRequests,
         keepers: Mapping[str, Keeper],
         checkpoints: CheckpointWriter | None,
     ) -> None:
@@ -47,7 +47,7 @@ class Course:
         self.simulation = simulation
         self.state_hash: str | None = None
         self._plan, self._assembly = plan, assembly
-        self._requests, self._keepers = requests, dict(keepers)
+        self._requests, self._keepers = requests, {"totals": assembly.accounts.totals, **keepers}
         self._checkpoints = checkpoints
 
     def run(self, restart: Restart | None = None) -> Exception | None:
@@ -74,14 +74,14 @@ class Course:
         return None
 
     def step(self) -> None:
-        """Orders that are due, one communication step, and what happened in it."""
+        """Give the orders that are due, make one communication step, and tell what happened in it."""
         self._give_orders()
         self.simulation.step()
         if self.simulation.is_running:
             self._tell()
 
     def begin(self, restart: Restart | None = None) -> None:
-        """The first frame, or the state of a checkpoint; it is the first checkpoint of this run too."""
+        """Begin at the start, or at the state of a checkpoint, which is the first checkpoint of this run too."""
         if restart is None:
             self.simulation.initialize()
             self._tell()
@@ -99,17 +99,17 @@ class Course:
             self._save(self._checkpoints, asked=False)
 
     def _tell(self) -> None:
-        """What the last frame showed."""
+        """Tell observers what the accounts and warnings of the last step found."""
         remarks = self._assembly.remarks.look(self._assembly.report())
-        for happening in [*self._assembly.scoring.take_happenings(), *remarks]:
-            self.simulation.emit(happening.text, level=happening.level, source=happening.source)
+        for notice in [*self._assembly.scoring.take_notices(), *remarks]:
+            self.simulation.emit(notice.text, level=notice.level, source=notice.source)
 
     def _is_done(self) -> bool:
         run = self._plan.scenario.run
         return self.simulation.communication_point.time >= run.duration - 1e-6 * run.communication_step
 
     def _give_orders(self) -> None:
-        """What the plan orders at this communication point."""
+        """Give the orders of the plan at this communication point."""
         index = self.simulation.communication_point.index
         settings = self._plan.settings_due(index)
         if settings:
@@ -117,7 +117,7 @@ class Course:
             self.simulation.emit(f"ordered: {' '.join(settings)}", source="instructor")
 
     def _save_if_due(self) -> None:
-        """A checkpoint at its time or when asked for."""
+        """Write a checkpoint at its time or when asked for."""
         index = self.simulation.communication_point.index
         if self._requests.take_checkpoint():
             self._save_and_say()
@@ -128,7 +128,7 @@ class Course:
                 self.simulation.emit(thinned, source="oilsim")
 
     def _save_and_say(self) -> None:
-        """A checkpoint that somebody waits for."""
+        """Write a checkpoint that somebody waits for, and say so."""
         if self._checkpoints is None:
             why = self._assembly.why_not_kept or "--checkpoints names no folder"
             self.simulation.emit(f"no checkpoint is kept: {why}", source="oilsim")

@@ -14,14 +14,14 @@ from recordings.replay.recording import Replay
 from recordings.replay.replay_check import ReplayCheck
 from scenarios.running.assembly import build
 from scenarios.running.plan import Plan, plan_from
-from scenarios.running.process_signals import Requests
-from scenarios.running.run_loop import Course
+from scenarios.running.run_loop import RunLoop
+from scenarios.running.run_requests import RunRequests
 from scenarios.versions import versions
 from scenarios.watch.progress import ProgressDisplay
 
 
 @dataclass(frozen=True, kw_only=True)
-class Verdict:
+class Verification:
     """How many recorded frames came out equal, and the first that did not, in words; empty if there is none.
 
     precision: grid [m] on which particles are recorded and compared; None: all is compared bit for bit, as series and bodies are.
@@ -34,7 +34,9 @@ class Verdict:
     versions: str
 
 
-def verify(recording: Path, *, threads: int | None = None, until: float | None = None, console: Console) -> Verdict:
+def verify(
+    recording: Path, *, threads: int | None = None, until: float | None = None, console: Console
+) -> Verification:
     """Run the recording's scenario again, orders included, up to its last frame, the first difference or `until` [s].
 
     RecordingError if the recording does not hold what was run, or cannot be read.
@@ -47,15 +49,15 @@ def verify(recording: Path, *, threads: int | None = None, until: float | None =
     assembly = build(plan.scenario)
     with ProgressDisplay(f"{plan.scenario.name} again", last * step, console) as progress:
         simulation = assembly.co_simulation([check, progress])
-        course = Course(plan, assembly, simulation, requests=Requests(), keepers={}, checkpoints=None)
+        loop = RunLoop(plan, assembly, simulation, requests=RunRequests(), keepers={}, checkpoints=None)
         try:
-            course.begin()
+            loop.begin()
             while not check.difference and simulation.communication_point.index < last:
-                course.step()
+                loop.step()
             simulation.terminate("verified")
         except CoSimulationError as error:
             check.difference = f"the run fails: {error}"
-    return Verdict(
+    return Verification(
         equal_frames=check.compared,
         difference=check.difference,
         precision=check.precision,
@@ -64,7 +66,7 @@ def verify(recording: Path, *, threads: int | None = None, until: float | None =
 
 
 def _plan_of(replay: Replay, threads: int | None) -> Plan:
-    """What was run, by the recording itself; the number of threads changes nothing but the time it takes."""
+    """Return the plan that the recording holds; the number of threads changes nothing but the time it takes."""
     stored = replay.run.properties.get("plan")
     if stored is None:
         raise RecordingError(replay.path, "does not say what was run; only recordings of scenarios can be run again")

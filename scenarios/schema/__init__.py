@@ -1,1 +1,1 @@
-"""What a scenario file may say, table by table."""
+"""The tables of a scenario file."""

@@ -11,8 +11,10 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import ClassVar
 
+from oilsim.quantity import quantity, quantity_of
 from scenarios.problems import Problem
-from scenarios.schema.quantity_fields import Section, Vector, directed, quantity
+from scenarios.schema.quantity_fields import Section, Vector, directed
+from vessels.hull import HullSize
 
 FASTEST = 90.0  # [m/s] a component of a body at the start: at 100 a run is taken for blown up, and a body may fall
 
@@ -94,7 +96,7 @@ Motion = Free | Fixed | SineMotion | RampMotion | TableMotion
 
 @dataclass(frozen=True, kw_only=True)
 class BodySettings(Section):
-    """What every body has, whatever its shape.
+    """Settings that every body has, whatever its shape.
 
     mass, density     [kg] or [kg/m3]; a free body needs one of them
     velocity          [m/s] and
@@ -131,6 +133,10 @@ class BodySettings(Section):
 @dataclass(frozen=True, kw_only=True)
 class MeshBody(BodySettings):
     """A closed surface from a file (STL, OBJ, PLY, GLB); a relative path starts at the scenario file's folder.
+
+    Parts of the file that overlap or touch are one solid. Parts that are wound inwards are turned, unless they lie in another part: those
+    are sealed hollows, which hold no mass and stay dry, unless a fill says `inside`. Density is that of the matter between the
+    surfaces. `oilsim check` and a run tell what was mended; holes, sheets without thickness and surfaces that cross themselves are refused.
 
     scale  metres per unit of the file
     """
@@ -179,10 +185,10 @@ class WigleyBody(BodySettings):
     """Wigley's parabolic hull, its origin at midships in the design waterline, x forward [m]."""
 
     TAG: ClassVar[tuple[str, str]] = ("shape", "wigley")
-    length: float = quantity("m", above=0.0)
-    beam: float = quantity("m", above=0.0)
-    draft: float = quantity("m", above=0.0)
-    depth: float = quantity("m", above=0.0)
+    length: float = quantity_of(HullSize, "length")
+    beam: float = quantity_of(HullSize, "beam")
+    draft: float = quantity_of(HullSize, "draft")
+    depth: float = quantity_of(HullSize, "depth")
 
     def problems(self) -> Iterator[Problem]:
         """The deck must lie above the waterline."""

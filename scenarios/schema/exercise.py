@@ -10,9 +10,13 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Literal
 
-from booms.boom import BALLAST_FRACTION
+from booms.boom import BoomDesign
+from oilsim.quantity import quantity, quantity_of
 from scenarios.problems import Problem
-from scenarios.schema.quantity_fields import Point2, Section, quantity
+from scenarios.schema.quantity_fields import Point2, Section
+from vessels.course import CourseLeg
+from vessels.hull import HullSize
+from vessels.vessel import ControlGains, Propulsion
 
 
 def body_of(vessel: str) -> str:
@@ -32,10 +36,10 @@ class LegSettings(Section):
     through  a point (x, y) [m] of the line to keep to; None: only the heading is kept
     """
 
-    start: float = quantity("s", default=0.0, at_least=0.0)
-    speed: float = quantity("m/s", at_least=-20.0, at_most=20.0)
-    heading: float = quantity("rad")
-    through: Point2 | None = quantity("m", default=None)
+    start: float = quantity_of(CourseLeg, "start_time", default=0.0)
+    speed: float = quantity_of(CourseLeg, "speed")
+    heading: float = quantity_of(CourseLeg, "heading")
+    through: Point2 | None = quantity_of(CourseLeg, "through")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,18 +74,18 @@ class VesselSettings(Section):
     """
 
     shape: Literal["wigley", "barge"] = "barge"
-    length: float = quantity("m", above=0.0)
-    beam: float = quantity("m", above=0.0)
-    draft: float = quantity("m", above=0.0)
-    depth: float = quantity("m", above=0.0)
+    length: float = quantity_of(HullSize, "length")
+    beam: float = quantity_of(HullSize, "beam")
+    draft: float = quantity_of(HullSize, "draft")
+    depth: float = quantity_of(HullSize, "depth")
     position: Point2 = quantity("m")
     heading: float = quantity("rad", default=0.0)
     control: Literal["helmsman", "manual"] = "helmsman"
     legs: tuple[LegSettings, ...] = ()
-    bollard_pull: float = quantity("N", at_least=0.0)
-    yaw_moment: float = quantity("N m", at_least=0.0)
-    side_thrust: float = quantity("N", default=0.0, at_least=0.0)
-    acceleration: float = quantity("m/s2", default=0.1, above=0.0)
+    bollard_pull: float = quantity_of(Propulsion, "bollard_pull")
+    yaw_moment: float = quantity_of(Propulsion, "yaw_moment")
+    side_thrust: float = quantity_of(Propulsion, "side_thrust")
+    acceleration: float = quantity_of(ControlGains, "acceleration", default=0.1)
 
     def problems(self) -> Iterator[Problem]:
         """The deck must lie above the water, and the legs in order of time."""
@@ -113,19 +117,19 @@ class BoomSettings(Section):
     """
 
     ends: tuple[str | Point2, str | Point2]
-    length: float = quantity("m", above=0.0)
-    segments: int = quantity("", default=20, at_least=2, at_most=500, whole=True)
-    skirt_depth: float = quantity("m", above=0.0)
-    freeboard: float = quantity("m", above=0.0)
-    buoyancy_to_weight: float = quantity("", default=5.0, above=1.0)
-    skirt_thickness: float = quantity("m", default=0.005, above=0.0)
-    ballast_fraction: float = quantity("", default=BALLAST_FRACTION, at_least=0.0, at_most=0.95)
+    length: float = quantity_of(BoomDesign, "length")
+    segments: int = quantity_of(BoomDesign, "segment_count", default=20)
+    skirt_depth: float = quantity_of(BoomDesign, "skirt_depth")
+    freeboard: float = quantity_of(BoomDesign, "freeboard")
+    buoyancy_to_weight: float = quantity_of(BoomDesign, "buoyancy_to_weight", default=5.0)
+    skirt_thickness: float = quantity_of(BoomDesign, "skirt_thickness", default=0.005)
+    ballast_fraction: float = quantity_of(BoomDesign, "ballast_fraction")
     tow_line: float = quantity("m", default=0.0, at_least=0.0)
     line_stiffness: float | None = quantity("N", default=None, above=0.0)
 
     @property
     def end_labels(self) -> tuple[str, ...]:
-        """What the two ends are called: by their vessel, or ``end-0`` and ``end-1`` at fixed points."""
+        """The names of the two ends: their vessels', or ``end-0`` and ``end-1`` at fixed points."""
         return tuple(end if isinstance(end, str) else f"end-{index}" for index, end in enumerate(self.ends))
 
     def problems(self) -> Iterator[Problem]:

@@ -11,7 +11,7 @@ from scenarios.problems import Problem
 from scenarios.schema.quantity_fields import Section
 
 PREFIX = "fmus."  # of an FMU's name as a participant, so that it cannot be taken for another
-ORDERS, READINGS = (
+ORDER_BOARD, READING_BOARD = (
     "orders",
     "readings",
 )  # the participants that FMUs are connected to, see `scenarios.signals.signal_participant`
@@ -53,7 +53,7 @@ def connections_of(fmus: Mapping[str, FmuSettings]) -> dict[str, Connection]:
             participant, output = _end(source)
             connections[f"fmus.{name}.inputs.{variable}"] = Connection(participant, output, PREFIX + name, variable)
         for variable, target in settings.outputs.items():
-            connections[f"fmus.{name}.outputs.{variable}"] = Connection(PREFIX + name, variable, ORDERS, target)
+            connections[f"fmus.{name}.outputs.{variable}"] = Connection(PREFIX + name, variable, ORDER_BOARD, target)
     return connections
 
 
@@ -62,4 +62,4 @@ def _end(source: str) -> tuple[str, str]:
     if source.startswith(PREFIX):
         name, _, variable = source.removeprefix(PREFIX).partition(".")
         return PREFIX + name, variable
-    return READINGS, source
+    return READING_BOARD, source

@@ -1,5 +1,6 @@
 """The liquid of a scenario: how it is solved, its phases, its tank, where it starts and where it flows in.
 
+Settings that the fluid core takes as they are have its limits, units and defaults (`oilsim.quantity.quantity_of`).
 SI units, world frame with z up. A field in m/s may be written with the suffix ``_kn`` in a file, a field in rad with
 ``_deg``; the fields here hold SI values.
 """
@@ -8,16 +9,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, get_args
 
+from oilsim.config import FluidConfig, contradictions
+from oilsim.emitter import PipeEmitter
+from oilsim.phases import Phase
+from oilsim.quantity import quantity, quantity_of
 from scenarios.problems import Problem, unknown
 from scenarios.schema import oils
-from scenarios.schema.quantity_fields import Section, Vector, above_lower, directed, quantity
+from scenarios.schema.quantity_fields import Section, Vector, above_lower, directed
 
 Axis = Literal["x", "y"]
 Side = Literal["-x", "+x", "-y", "+y", "-z", "+z"]
 LIGHTEST_WATER = 990.0  # [kg/m3]; fresh water at 20 C has 998
-SIDES: tuple[Side, ...] = ("-x", "+x", "-y", "+y", "-z", "+z")
+LEAK_MARGIN = 1.0  # spacings behind a closed side after which a particle counts as lost
+SIDES: tuple[Side, ...] = get_args(Side)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,32 +40,27 @@ class FluidSettings(Section):
     sleep_speed           [m/s] regions that move more slowly fall asleep until something comes; 0: none does
     """
 
-    particle_spacing: float = quantity("m", above=0.0)
-    dimension: int = quantity("", default=3, at_least=2, at_most=3, whole=True)
+    particle_spacing: float = quantity_of(FluidConfig, "particle_spacing")
+    dimension: int = quantity_of(FluidConfig, "dimension")
     scheme: Literal["split", "paper"] = "split"
-    gravity: Vector = quantity("m/s2", default=(0.0, 0.0, -9.81))
-    density_tolerance: float = quantity("", default=1e-3, above=0.0, at_most=0.05)
-    divergence_tolerance: float = quantity("", default=1e-4, above=0.0, at_most=0.05)
-    viscosity_tolerance: float = quantity("", default=1e-4, above=0.0, at_most=0.05)
-    density_iterations: int = quantity("", default=50, at_least=1, whole=True)
-    divergence_iterations: int = quantity("", default=100, at_least=1, whole=True)
-    viscosity_iterations: int = quantity("", default=200, at_least=1, whole=True)
-    relaxation: float = quantity("", default=0.1, at_least=0.0, at_most=1.0)
-    viscosity_correction: float = quantity("", default=1.0, above=0.0)
+    gravity: Vector = quantity_of(FluidConfig, "gravity")
+    density_tolerance: float = quantity_of(FluidConfig, "density_tolerance")
+    divergence_tolerance: float = quantity_of(FluidConfig, "divergence_tolerance")
+    viscosity_tolerance: float = quantity_of(FluidConfig, "viscosity_tolerance")
+    density_iterations: int = quantity_of(FluidConfig, "density_iterations")
+    divergence_iterations: int = quantity_of(FluidConfig, "divergence_iterations")
+    viscosity_iterations: int = quantity_of(FluidConfig, "viscosity_iterations")
+    relaxation: float = quantity_of(FluidConfig, "relaxation")
+    viscosity_correction: float = quantity_of(FluidConfig, "viscosity_correction")
     explicit_viscosity: bool = False
-    minimum_time_step: float = quantity("s", default=1e-4, above=0.0)
-    maximum_time_step: float = quantity("s", default=1e-2, above=0.0)
-    cfl: float = quantity("", default=0.4, above=0.0, at_most=1.0)
-    sleep_speed: float = quantity("m/s", default=0.0, at_least=0.0)
+    minimum_time_step: float = quantity_of(FluidConfig, "minimum_time_step")
+    maximum_time_step: float = quantity_of(FluidConfig, "maximum_time_step")
+    cfl: float = quantity_of(FluidConfig, "cfl")
+    sleep_speed: float = quantity_of(FluidConfig, "sleep_speed")
 
     def problems(self) -> Iterator[Problem]:
-        """The bounds of the time step must leave room between them."""
-        if self.minimum_time_step > self.maximum_time_step:
-            yield Problem("minimum_time_step", f"is {self.minimum_time_step:g}, allowed: up to maximum_time_step s")
-        if self.sleep_speed > 0.0 and (self.scheme == "paper" or not any(self.gravity)):
-            yield Problem(
-                "sleep_speed", f"is {self.sleep_speed:g} m/s, allowed: 0 in the paper's scheme and without gravity"
-            )
+        """Find settings that do not go together."""
+        yield from (Problem(key, text) for key, text in contradictions(self))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,9 +76,9 @@ class PhaseSettings(Section):
     """
 
     oil: str | None = None
-    density: float | None = quantity("kg/m3", default=None, above=0.0)
-    dynamic_viscosity: float | None = quantity("Pa s", default=None, at_least=0.0)
-    adhesion: float = quantity("J/m2", default=0.0, at_least=0.0)
+    density: float | None = quantity_of(Phase, "rest_density", default=None)
+    dynamic_viscosity: float | None = quantity_of(Phase, "dynamic_viscosity", default=None)
+    adhesion: float = quantity_of(Phase, "adhesion")
     role: Literal["water", "oil"] | None = None
     color: tuple[int, int, int, int] | None = quantity("", default=None, at_least=0, at_most=255, whole=True)
 
@@ -142,14 +143,16 @@ class Tank(Section):
 class FillSettings(Section):
     """Liquid that is there at the start; a later region replaces earlier ones where they overlap, bodies replace all.
 
-    What bodies take of a region is told by `oilsim check` and as the run starts: of oil as a warning. They must leave some of it.
+    `oilsim check` and the start of a run tell how much of a region the bodies displace, of oil as a warning; some of it must be left.
 
     phase     which liquid
     velocity  [m/s] at the start; None: that of a current that runs through the whole tank, else at rest
+    inside    a body in whose sealed hollows the liquid is; without it no liquid is put into a hollow, which stays dry
     """
 
     phase: str
     velocity: Vector | None = quantity("m/s", default=None)
+    inside: str | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -224,12 +227,12 @@ class PipeEmitterSettings(Section):
     """
 
     phase: str
-    mouth: Vector = quantity("m")
-    direction: Vector = quantity("", default=(0.0, 0.0, -1.0))
-    radius: float = quantity("m", above=0.0)
-    speed: float = quantity("m/s", at_least=0.0)
-    start: float = quantity("s", default=0.0, at_least=0.0)
-    volume: float | None = quantity("m3", default=None, above=0.0)
+    mouth: Vector = quantity_of(PipeEmitter, "mouth")
+    direction: Vector = quantity_of(PipeEmitter, "direction", default=(0.0, 0.0, -1.0))
+    radius: float = quantity_of(PipeEmitter, "radius")
+    speed: float = quantity_of(PipeEmitter, "speed")
+    start: float = quantity_of(PipeEmitter, "start")
+    volume: float | None = quantity_of(PipeEmitter, "volume")
 
     def problems(self) -> Iterator[Problem]:
         """The flow must have a direction."""

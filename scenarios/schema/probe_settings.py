@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from scenarios.schema.quantity_fields import Point2, Section, Vector, quantity
+from oilsim.quantity import quantity
+from scenarios.schema.quantity_fields import Point2, Section, Vector
 
 
 @dataclass(frozen=True, kw_only=True)

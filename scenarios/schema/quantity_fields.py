@@ -1,85 +1,22 @@
-"""How the fields of a scenario are declared: a number with its unit and limits, and a section that checks itself."""
+"""How a scenario's sections are declared: each checks its own fields, numbers by the limits that `oilsim.quantity` declares."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import MISSING, dataclass, field, fields
+from dataclasses import dataclass, fields
 from typing import Any, ClassVar, get_type_hints
 
+from oilsim.quantity import SHORTEST_DIRECTION, quantities
 from scenarios.problems import Problem, ScenarioError
 from scenarios.schema.type_checks import Misfit, shape_of, taken
 
 Vector = tuple[float, float, float]
 Point2 = tuple[float, float]
 
-_QUANTITY = "quantity"
-LARGEST = (
-    1e12  # magnitude of any number: nothing of this world, in SI units, is larger, and single precision squares it yet
-)
-
-SHORTEST = 1e-100  # of a vector that gives a direction: the square of a shorter one may vanish
-
-
-@dataclass(frozen=True, kw_only=True)
-class Quantity:
-    """Unit and limits of a number, or of each number of a vector."""
-
-    unit: str
-    above: float | None = None
-    at_least: float | None = None
-    at_most: float | None = None
-    whole: bool = False
-
-    @property
-    def allowed(self) -> str:
-        """The allowed values in words, with the unit."""
-        low = f"above {self.above:g}" if self.above is not None else ""
-        low = f"{self.at_least:g} or more" if self.at_least is not None else low
-        high = f"at most {self.at_most:g}" if self.at_most is not None else ""
-        limits = " and ".join(filter(None, (low, high)))
-        unit = self.unit if limits or not self.unit else f"in {self.unit}"
-        return " ".join(filter(None, (limits or "finite", unit))).replace("finite in", "finite, in")
-
-    def accepts(self, number: float) -> bool:
-        """Whether ``number`` is finite and within the limits."""
-        return (
-            math.isfinite(number)
-            and (self.above is None or number > self.above)
-            and (self.at_least is None or number >= self.at_least)
-            and (self.at_most is None or number <= self.at_most)
-        )
-
-    def fault(self, value: Any) -> str | None:
-        """What is wrong with ``value`` (a number, or numbers in tuples down to any depth), or None."""
-        if isinstance(value, tuple):
-            return next((fault for fault in map(self.fault, value) if fault), None)
-        if math.isfinite(value) and abs(float(value)) > LARGEST:
-            return f"is {float(value):g}, allowed: magnitudes up to {LARGEST:g}"
-        return None if self.accepts(float(value)) else f"is {value!r}, allowed: {self.allowed}"
-
-
-def quantity(
-    unit: str,
-    *,
-    default: Any = MISSING,
-    above: float | None = None,
-    at_least: float | None = None,
-    at_most: float | None = None,
-    whole: bool = False,
-) -> Any:
-    """A dataclass field that holds a number, a vector or a table of numbers of ``unit`` within the limits."""
-    limits = Quantity(unit=unit, above=above, at_least=at_least, at_most=at_most, whole=whole)
-    return field(default=default, metadata={_QUANTITY: limits})
-
-
-def quantities(section: type) -> dict[str, Quantity]:
-    """The declared quantities of a section by field name."""
-    return {item.name: item.metadata[_QUANTITY] for item in fields(section) if _QUANTITY in item.metadata}
-
 
 def field_kinds(section: type) -> Mapping[str, Any]:
-    """The type of each field of a section, resolved."""
+    """Return the type of each field of a section, resolved."""
     kinds = get_type_hints(section)
     return {item.name: kinds[item.name] for item in fields(section)}
 
@@ -103,7 +40,7 @@ class Section:
             raise ScenarioError(found, type(self).__name__)
 
     def _problems_of(self, name: str, kind: Any) -> Iterator[Problem]:
-        """What is wrong with one field by itself; its value is taken as of its kind."""
+        """Find the problems of one field by itself, and convert its value to its type."""
         given, limits = getattr(self, name), quantities(type(self)).get(name)
         try:
             value = taken(given, kind)
@@ -125,7 +62,7 @@ class Section:
 
 def directed(name: str, vector: Vector) -> Iterator[Problem]:
     """A problem of a vector that is to give a direction but has none."""
-    if math.hypot(*vector) < SHORTEST:
+    if math.hypot(*vector) < SHORTEST_DIRECTION:
         yield Problem(name, f"is {vector}, allowed: a direction, not all zero")
 
 

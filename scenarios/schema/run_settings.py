@@ -7,8 +7,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import datetime
 
+from oilsim.quantity import quantity
 from scenarios.problems import Problem
-from scenarios.schema.quantity_fields import Section, Vector, quantity
+from scenarios.schema.quantity_fields import Section, Vector
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,7 +38,7 @@ class RunSettings(Section):
 
 @dataclass(frozen=True, kw_only=True)
 class RecordingSettings(Section):
-    """What goes into the recording, and how often the whole state is saved beside it.
+    """The contents of the recording, and how often the whole state is saved beside it.
 
     frame_rate           frames a simulated second
     precision            [m] particles are recorded on a grid of the next power of two that is not coarser; 0: with every bit;

@@ -6,7 +6,6 @@ in ``_kn`` and one for an angle in ``_deg``; its value is converted to SI here, 
 
 from __future__ import annotations
 
-import math
 import types
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields
@@ -20,15 +19,17 @@ from cattrs.errors import (
     IterableValidationNote,
 )
 from cattrs.gen import make_dict_structure_fn, override
+from scipy.constants import degree, knot
 
+from oilsim.quantity import Quantity, quantities
 from scenarios.problems import Problem, ScenarioError, suggestion
-from scenarios.schema.quantity_fields import Quantity, Section, quantities
+from scenarios.schema.quantity_fields import Section
 from scenarios.schema.type_checks import Misfit, shape_of, taken
 
-SUFFIXES: Mapping[str, tuple[str, float]] = {"_kn": ("m/s", 1852.0 / 3600.0), "_deg": ("rad", math.pi / 180.0)}
+SUFFIXES: Mapping[str, tuple[str, float]] = {"_kn": ("m/s", knot), "_deg": ("rad", degree)}
 
 
-class Fault(ValueError):
+class Refusal(ValueError):
     """A value that cannot be taken; `key` is how its key was spelled where that is not the field's name."""
 
     def __init__(self, text: str, key: str = "") -> None:
@@ -90,7 +91,7 @@ def _problems(error: BaseException, path: tuple[str, ...] = ()) -> Iterator[Prob
         yield Problem(".".join(path), "is missing, it must be given")
     elif isinstance(error, Misfit):
         yield Problem(".".join((*path, *error.path)), error.text)
-    elif isinstance(error, Fault):
+    elif isinstance(error, Refusal):
         place = (*path[:-1], error.key) if error.key else path
         yield Problem(".".join(place), error.text)
     else:
@@ -120,7 +121,7 @@ def _plain(value: Any, kind: Any) -> Any:
 def _tables(value: Any, kind: Any) -> tuple[Any, ...]:
     """A list of tables of one section."""
     if not isinstance(value, list | tuple):
-        raise Fault(f"is {value!r}, allowed: a list of tables")
+        raise Refusal(f"is {value!r}, allowed: a list of tables")
     section = get_args(kind)[0]
     return tuple(_CONVERTER.structure(list(value), list[section]))  # type: ignore[valid-type]
 
@@ -139,11 +140,11 @@ def _quantity_hook(limits: Quantity) -> Callable[[Any, Any], Any]:
             result = taken(value, kind)
         except Misfit as cause:
             text = f"is {suffixed.value!r}, allowed: {shape_of(kind)}, {limits.allowed}"
-            raise Fault(text, suffixed.key) from cause
+            raise Refusal(text, suffixed.key) from cause
         fault = limits.fault(result)
         if fault:
             given_as = f"is {suffixed.value!r}, that " if suffixed.key else ""
-            raise Fault(given_as + fault, suffixed.key)
+            raise Refusal(given_as + fault, suffixed.key)
         return result
 
     return hook
@@ -170,7 +171,7 @@ def _section_factory(section: type[Section], converter: Converter) -> Callable[[
 
     def hook(data: Any, _: Any) -> Any:
         if not isinstance(data, Mapping):
-            raise Fault(f"is {data!r}, allowed: a table")
+            raise Refusal(f"is {data!r}, allowed: a table")
         return generated(_in_si_units(section, data), section)
 
     return hook
@@ -203,7 +204,7 @@ def _tagged_factory(union: Any, converter: Converter) -> Callable[[Any, Any], An
     def hook(data: Any, _: Any) -> Any:
         table = {key: data} if isinstance(data, str) else data
         if not isinstance(table, Mapping):
-            raise Fault(f"is {data!r}, allowed: a table with {key} = one of {allowed}")
+            raise Refusal(f"is {data!r}, allowed: a table with {key} = one of {allowed}")
         tag = table.get(key)
         if tag is None:
             raise ScenarioError([Problem(key, f"is missing, allowed: {allowed}")])

@@ -43,7 +43,7 @@ def taken(value: Any, kind: Any) -> Any:
 
 
 def shape_of(kind: Any) -> str:
-    """What a value of a kind looks like, in words."""
+    """Say in words what values of a type look like."""
     names = {int: "a whole number", float: "a number", str: "text in quotes", bool: "true or false"}
     origin, parts = get_origin(kind), [part for part in get_args(kind) if part is not types.NoneType]
     if origin in (Union, types.UnionType):

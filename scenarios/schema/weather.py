@@ -1,4 +1,4 @@
-"""Wind, waves and current of a scenario.
+"""Wind, waves and current of a scenario, with the limits, units and defaults of `oilsim.forcing`.
 
 Directions are where wind, waves and current go **to**, counter-clockwise about z from +x: 180 degrees is along -x.
 Waves and current act in a zone, a box between `lower` and `upper` [m]; without one, in the whole tank. In its zone the
@@ -10,9 +10,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from oilsim.forcing import heading
+from oilsim.forcing import AiryWaves, Current, Wind, Zone, heading
+from oilsim.quantity import quantity_of
 from scenarios.problems import Problem
-from scenarios.schema.quantity_fields import Section, Vector, above_lower, quantity
+from scenarios.schema.quantity_fields import Section, Vector, above_lower
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,20 +27,20 @@ class WindSettings(Section):
     drag_coefficient  stress = rho_air C_D |U - v| (U - v)
     """
 
-    speed: float = quantity("m/s", at_least=0.0, at_most=100.0)
-    direction: float = quantity("rad", default=0.0)
-    gustiness: float = quantity("", default=0.0, at_least=0.0, at_most=1.0)
-    gust_time: float = quantity("s", default=3.0, above=0.0)
-    drag_coefficient: float = quantity("", default=1.3e-3, above=0.0)
+    speed: float = quantity_of(Wind, "speed")
+    direction: float = quantity_of(Wind, "direction", default=0.0)
+    gustiness: float = quantity_of(Wind, "gustiness")
+    gust_time: float = quantity_of(Wind, "gust_time")
+    drag_coefficient: float = quantity_of(Wind, "drag_coefficient")
 
 
 @dataclass(frozen=True, kw_only=True)
 class ZoneSettings(Section):
     """Where a forcing acts and how firmly."""
 
-    lower: Vector | None = quantity("m", default=None)
-    upper: Vector | None = quantity("m", default=None)
-    relaxation_time: float = quantity("s", default=0.5, above=0.0)
+    lower: Vector | None = quantity_of(Zone, "lower", default=None)
+    upper: Vector | None = quantity_of(Zone, "upper", default=None)
+    relaxation_time: float = quantity_of(Zone, "relaxation_time", default=0.5)
 
     def problems(self) -> Iterator[Problem]:
         """A zone has both corners and a volume, or neither corner."""
@@ -60,23 +61,23 @@ class WaveSettings(ZoneSettings):
     level      [m] height of the still water; None: that of the water at the start
     """
 
-    height: float = quantity("m", above=0.0)
-    period: float = quantity("s", above=0.0)
-    direction: float = quantity("rad", default=0.0)
-    level: float | None = quantity("m", default=None)
+    height: float = quantity_of(AiryWaves, "height")
+    period: float = quantity_of(AiryWaves, "period")
+    direction: float = quantity_of(AiryWaves, "direction", default=0.0)
+    level: float | None = quantity_of(AiryWaves, "level", default=None)
 
 
 @dataclass(frozen=True, kw_only=True)
 class CurrentSettings(ZoneSettings):
     """A steady, uniform current: speed [m/s] and the direction [rad] it runs to."""
 
-    speed: float = quantity("m/s", at_least=0.0, at_most=20.0)
-    direction: float = quantity("rad", default=0.0)
+    speed: float = quantity_of(Current, "speed")
+    direction: float = quantity_of(Current, "direction", default=0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
 class ForcingSettings(Section):
-    """What drives the liquid beside gravity; what is left out does not act and costs nothing."""
+    """Forces on the liquid beside gravity; one that is left out does not act and costs nothing."""
 
     wind: WindSettings | None = None
     waves: WaveSettings | None = None

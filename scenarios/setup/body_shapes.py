@@ -1,4 +1,4 @@
-"""The closed mesh of each kind of body, in its design frame [m]."""
+"""The solid of each kind of body, in its design frame [m]."""
 
 from __future__ import annotations
 
@@ -9,15 +9,19 @@ import numpy as np
 import trimesh
 
 from coupling import bodies
+from coupling.solids.solid_mesh import SolidMesh
 from scenarios.schema.bodies import Body, BoxBody, CapsuleBody, CylinderBody, MeshBody, RockBody, SphereBody, WigleyBody
 from vessels.hull import wigley_hull
 
 ROCK_BUMPS = 24
 
 
-def body_mesh(body: Body) -> trimesh.Trimesh:
-    """The mesh of a body about the origin of its shape; errors name the file where there is one."""
-    return _MESHES[type(body)](body)
+def body_solid(body: Body) -> SolidMesh:
+    """Return the solid of a body about the origin of its shape; errors name the file where there is one."""
+    if isinstance(body, MeshBody):
+        return bodies.load_solid(body.file, body.scale)
+    mesh = _MESHES[type(body)](body)
+    return SolidMesh(mesh=mesh, outer=mesh)
 
 
 def rock(size: tuple[float, float, float], roughness: float, seed: int) -> trimesh.Trimesh:
@@ -40,7 +44,6 @@ def rock(size: tuple[float, float, float], roughness: float, seed: int) -> trime
 
 
 _MESHES: dict[type, Callable[[Any], trimesh.Trimesh]] = {
-    MeshBody: lambda body: bodies.load_mesh(body.file, body.scale),
     BoxBody: lambda body: bodies.box(body.size),
     CylinderBody: lambda body: bodies.cylinder(body.radius, body.height),
     SphereBody: lambda body: bodies.sphere(body.radius),

@@ -1,4 +1,4 @@
-"""What a scenario would cost before it is run: particles, memory and time.
+"""The cost of a scenario, estimated before it is run: particles, memory and time.
 
 Particles at the start are counted exactly. Time and memory are estimates from constants measured on a 2-core machine
 (`SECONDS_PER_PARTICLE_STEP`, `BYTES_PER_PARTICLE`, ...); splashing liquids take longer and calm ones less.
@@ -37,7 +37,8 @@ BOUNDARY_SPACING = 0.64  # of the particle spacing, between wall particles
 @dataclass(frozen=True, kw_only=True)
 class Cost:
     """Particles at the start by phase, particles that pipes add by phase, what bodies take of the liquid in words by region, wall and
-    surface particles; memory [bytes]; fluid steps; wall time [s] on `threads` threads."""
+    surface particles; memory [bytes]; fluid steps; wall time [s] on `threads` threads; and what else is told of bodies: of thin ones and
+    of meshes that were mended."""
 
     particles: Mapping[str, int]
     emitted: Mapping[str, int]
@@ -47,6 +48,7 @@ class Cost:
     threads: int
     memory: float
     seconds: float
+    told: tuple[str, ...] = ()
 
 
 def estimate(scenario: Scenario) -> Cost:
@@ -70,6 +72,7 @@ def estimate(scenario: Scenario) -> Cost:
         steps=steps,
         threads=threads,
         memory=BYTES_AT_REST + BYTES_PER_PARTICLE * most + BYTES_PER_BOUNDARY_PARTICLE * walls,
+        told=_told(scenario, solids),
         seconds=START_SECONDS + SECONDS_PER_PARTICLE_STEP * share * alive * steps + _body_seconds(scenario),
     )
 
@@ -83,6 +86,17 @@ def _start(scenario: Scenario) -> tuple[Mapping[str, Array], Mapping[str, str], 
 
     layout = lay_out(scenario)
     return layout.positions, layout.left_out, layout.solids
+
+
+def _told(scenario: Scenario, solids: Sequence[Solid]) -> tuple[str, ...]:
+    """What a run would tell of its bodies as it starts."""
+    if not solids:
+        return ()
+    from scenarios.setup.thin_bodies import thin_bodies, thin_samplings
+
+    spacing = scenario.fluid.particle_spacing
+    thin = thin_bodies(solids, thin_samplings(solids, spacing), spacing)
+    return (*(note for solid in solids for note in solid.notes), *thin.values())
 
 
 def _body_seconds(scenario: Scenario) -> float:

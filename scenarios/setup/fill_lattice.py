@@ -21,7 +21,7 @@ from scenarios.schema.quantity_fields import Vector
 Array = NDArray[np.float64]
 
 TOO_NEAR = 0.9  # of a spacing: particles of an earlier region that are nearer to a later one's give way
-ROUNDING = 1e-6  # of a spacing
+LATTICE_SLACK = 1e-6  # of a spacing
 
 
 class Lattice:
@@ -31,7 +31,7 @@ class Lattice:
         lower, upper = np.array(tank.lower), np.array(tank.upper)
         self.spacing = spacing
         self.dimension = dimension
-        self.count = np.maximum(1, np.floor((upper - lower) / spacing + ROUNDING)).astype(int)
+        self.count = np.maximum(1, np.floor((upper - lower) / spacing + LATTICE_SLACK)).astype(int)
         slack = upper - lower - self.count * spacing
         self.corner = lower + np.where([True, True, False], 0.5 * slack, 0.0)
 
@@ -49,7 +49,7 @@ class Lattice:
 
 def _nearest(number: float) -> int:
     """The nearest whole number, halves upwards whatever the rounding error."""
-    return int(np.floor(number + 0.5 + ROUNDING))
+    return int(np.floor(number + 0.5 + LATTICE_SLACK))
 
 
 def _grid(axes: list[Array], dimension: int) -> Array:
@@ -97,7 +97,7 @@ def _inset_block(fill: BlockFill, spacing: float, dimension: int) -> Array:
     axes: list[Array] = []
     for axis in range(3):
         extent = fill.upper[axis] - fill.lower[axis]
-        fitting = np.floor(extent / spacing + ROUNDING)
+        fitting = np.floor(extent / spacing + LATTICE_SLACK)
         count = max(1, min(int(fitting), _nearest(extent / spacing - 2.0 * fill.inset)))
         slack = 0.0 if axis == 2 else 0.5 * (extent - count * spacing)
         axes.append(fill.lower[axis] + slack + (np.arange(count, dtype=np.float64) + 0.5) * spacing)
@@ -114,13 +114,15 @@ def starting_positions(regions: Mapping[str, Fill], tank: Tank, spacing: float, 
 
 
 def placed_regions(regions: Mapping[str, Fill], tank: Tank, spacing: float, dimension: int) -> dict[str, Array]:
-    """Positions (N, 3) [m] by region; particles of earlier regions give way to later ones."""
+    """Positions (N, 3) [m] by region; particles of earlier regions give way to later ones, inside a body's hollow and outside apart."""
     placed: dict[str, Array] = {}
     for name, fill in regions.items():
         points = region_points(fill, tank, spacing, dimension)
         if len(points):
             tree = cKDTree(points)
             for earlier, others in placed.items():
+                if regions[earlier].inside != fill.inside:
+                    continue
                 distance, _ = tree.query(others, distance_upper_bound=TOO_NEAR * spacing)
                 placed[earlier] = others[np.isinf(distance)]
         placed[name] = points

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from booms.boom import Boom, boom_of_ratio
+from booms.boom import Boom, BoomDesign
 from booms.deployment import BoomLayout, PlacedBody, PlacedJoint, PlacedLine, lay_between, tow_line
 from scenarios.problems import Problem
 from scenarios.scenario import Scenario
@@ -200,7 +200,7 @@ def _require_slack(distance: float, length: float) -> None:
 
 
 def _boom(settings: BoomSettings, scenario: Scenario) -> Boom:
-    built = boom_of_ratio(
+    design = BoomDesign(
         length=settings.length,
         segment_count=settings.segments,
         skirt_depth=settings.skirt_depth,
@@ -210,7 +210,7 @@ def _boom(settings: BoomSettings, scenario: Scenario) -> Boom:
         ballast_fraction=settings.ballast_fraction,
         water_density=water_density(scenario),
     )
-    return built.resolved_by(scenario.fluid.particle_spacing)
+    return design.boom().resolved_by(scenario.fluid.particle_spacing)
 
 
 def _boom_end(end: str | Point2, settings: BoomSettings, vessels: Mapping[str, Vessel], water_level: float) -> Point2:

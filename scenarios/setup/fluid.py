@@ -11,6 +11,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
+from coupling.solids.signed_distance import SignedDistance
 from oilsim.boundaries.boundary_particles import tank_walls
 from oilsim.config import FluidConfig
 from oilsim.emitter import HOLD, PipeEmitter
@@ -19,14 +20,13 @@ from oilsim.phases import Phase
 from oilsim.solver import Fluid
 from scenarios.problems import Problem
 from scenarios.scenario import Scenario
-from scenarios.schema.liquid import PipeEmitterSettings, Tank
+from scenarios.schema.liquid import LEAK_MARGIN, PipeEmitterSettings, Tank
 from scenarios.schema.quantity_fields import Vector
 from scenarios.schema.weather import ForcingSettings, ZoneSettings, horizontal
 from scenarios.setup.fill_lattice import starting_positions
 
 Array = NDArray[np.float64]
 
-LEAK_MARGIN = 1.0  # spacings behind a closed side after which a particle counts as lost
 CLEARANCE = 0.5  # spacings between a body's surface and the nearest particle at the start
 
 
@@ -66,11 +66,28 @@ def fill_positions(scenario: Scenario, solids: Iterable[trimesh.Trimesh] = ()) -
 def clear_of(
     solids: Iterable[trimesh.Trimesh], positions: Mapping[str, Array], tank: Tank, spacing: float
 ) -> dict[str, Array]:
-    """Of particles (N, 3) [m] by region those that are neither inside a solid nor right at its surface."""
+    """Return the particles (N, 3) [m], by region, that are neither inside a solid nor right at its surface."""
     clear, clearance = dict(positions), CLEARANCE * spacing
     for image in (image for solid in solids for image in _images(solid, tank, clearance)):
         clear = {name: _outside(points, image, clearance) for name, points in clear.items()}
     return clear
+
+
+def sorted_by_hollow(
+    envelopes: Mapping[str, trimesh.Trimesh], positions: Mapping[str, Array], scenario: Scenario
+) -> dict[str, Array]:
+    """Of particles (N, 3) [m] by region those inside the envelope of the body that the region names, and outside that of any other.
+
+    envelopes: outer surfaces, in the world frame, of bodies whose hollows hold liquid.
+    """
+    kept = dict(positions)
+    for body, envelope in envelopes.items():
+        for image in _images(envelope, scenario.tank, 0.0):
+            outside = {name: _is_outside(points, image, 0.0) for name, points in kept.items()}
+            for name, points in kept.items():
+                within = scenario.fill[name].inside == body
+                kept[name] = points[~outside[name] if within else outside[name]]
+    return kept
 
 
 def _images(solid: trimesh.Trimesh, tank: Tank, clearance: float) -> Iterator[trimesh.Trimesh]:
@@ -87,18 +104,24 @@ def _images(solid: trimesh.Trimesh, tank: Tank, clearance: float) -> Iterator[tr
 
 def _outside(points: Array, solid: trimesh.Trimesh, clearance: float) -> Array:
     """The points that are further than `clearance` [m] from a closed mesh, on its outside."""
+    return points[_is_outside(points, solid, clearance)]
+
+
+def _is_outside(points: Array, solid: trimesh.Trimesh, clearance: float) -> NDArray[np.bool_]:
+    """Which points are further than `clearance` [m] from a closed mesh, on its outside, by the distance that walls are made from."""
     low, high = solid.bounds
-    near = np.flatnonzero(((points > low - clearance) & (points < high + clearance)).all(axis=1))
-    if near.size == 0:
-        return points
-    depth = trimesh.proximity.signed_distance(solid, points[near])  # positive inside
-    return np.delete(points, near[depth > -clearance * (1.0 - 1e-6)], axis=0)
+    outside = ~((points > low - clearance) & (points < high + clearance)).all(axis=1)
+    near = np.flatnonzero(~outside)
+    if near.size:
+        outside[near] = SignedDistance(solid).phi(points[near]) >= clearance * (1.0 - 1e-6)
+    return outside
 
 
 def water_level(scenario: Scenario, positions: Mapping[str, Array]) -> float:
-    """Height [m] of the still water: the top of the liquid that is not oil, at the start; else of any liquid."""
+    """Height [m] of the still water: the top of the liquid that is not oil, at the start; else of any liquid. Hollows do not count."""
     half = 0.5 * scenario.fluid.particle_spacing
-    tops = {name: float(points[:, 2].max()) + half for name, points in positions.items() if len(points)}
+    free = {name: points for name, points in positions.items() if len(points) and scenario.fill[name].inside is None}
+    tops = {name: float(points[:, 2].max()) + half for name, points in free.items()}
     water = [top for name, top in tops.items() if not scenario.phases[scenario.fill[name].phase].is_oil]
     return max(water or tops.values(), default=scenario.tank.lower[2])
 

@@ -1,4 +1,4 @@
-"""What a scenario describes, laid out where it starts, before any of it is simulated; every problem of it is found at once."""
+"""Lays out liquid and bodies of a scenario where they start, before anything is simulated, and finds every problem at once."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from coupling.rigid.rigid_body_world import RigidBodyWorld
+from coupling.rigid.rigid_body_world import FRICTION, RigidBodyWorld
 from coupling.solids.surface_sampling import LARGEST, sample_surface
 from scenarios.problems import Problem, ScenarioError
 from scenarios.scenario import Scenario
@@ -17,13 +17,13 @@ from scenarios.schema.liquid import Tank
 from scenarios.schema.probe_settings import BodyProbe
 from scenarios.setup.fill_lattice import empty_regions, placed_regions
 from scenarios.setup.fleet import LINE_RELAXATION_TIME, Fleet, place_fleet
-from scenarios.setup.fluid import clear_of, pipe_problems, water_level
+from scenarios.setup.fluid import clear_of, pipe_problems, sorted_by_hollow, water_level
 from scenarios.setup.placed_solids import Solid, own_solids, table_entry, vector
 from scenarios.text.quantities import volume_in_words
 
 Array = NDArray[np.float64]
 
-TOUCHING = 0.5  # spacings that bodies may lie in each other at the start: rigid shapes of free bodies are convex
+DEEPEST_OVERLAP = 0.5  # spacings that bodies may lie in each other at the start: rigid shapes of free bodies are convex
 QUICK = (
     200.0  # squares of a spacing on a surface, that are sampled at once; a larger one is not too small for particles
 )
@@ -57,6 +57,8 @@ def lay_out(scenario: Scenario) -> Layout:
     solids = (*own_solids(scenario, problems), *fleet.solids)
     meshes = {solid.name: solid.world_mesh() for solid in solids if solid.wetted}
     positions = clear_of(meshes.values(), regions, scenario.tank, fluid.particle_spacing)
+    envelopes = {solid.name: solid.world_mesh(solid.envelope) for solid in solids if solid.envelope is not None}
+    positions = sorted_by_hollow(envelopes, positions, scenario)
     problems += _displaced_regions(regions, positions)
     problems += pipe_problems(scenario, meshes)
     problems += _out_of_reach(solids, meshes, scenario.tank)
@@ -87,7 +89,7 @@ def _displaced_regions(regions: Mapping[str, Array], clear: Mapping[str, Array])
 
 
 def _left_out(regions: Mapping[str, Array], clear: Mapping[str, Array], content: float) -> Iterator[tuple[str, str]]:
-    """What bodies take of each region, by its name; content [m3] of a particle."""
+    """Say how much of each region the bodies displace, by its name; content [m3] of a particle."""
     for name, points in regions.items():
         missing = len(points) - len(clear[name])
         if missing:
@@ -135,9 +137,8 @@ def _world(scenario: Scenario, solids: Sequence[Solid], fleet: Fleet, problems: 
             vector(placed.position),
             (x, y, z, w),
             motion=solid.motion,
-            linear_velocity=solid.linear_velocity,
-            angular_velocity=solid.angular_velocity,
-            contact=solid.contact,
+            twist=(*solid.linear_velocity, *solid.angular_velocity),
+            friction=FRICTION if solid.contact else None,
         )
     if any(solid.motion == "free" and solid.contact for solid in solids):
         _add_tank_sides(world, scenario.tank)
@@ -167,7 +168,7 @@ def _add_lines(world: RigidBodyWorld, fleet: Fleet, problems: list[Problem]) -> 
 
 def _overlaps(world: RigidBodyWorld, spacing: float) -> Iterator[Problem]:
     """Bodies that lie deep in each other, or in a side of the tank, would be thrown apart at once; of a boom the worst is told."""
-    allowed, worst = TOUCHING * spacing, dict[tuple[str, str], tuple[str, str, float]]()
+    allowed, worst = DEEPEST_OVERLAP * spacing, dict[tuple[str, str], tuple[str, str, float]]()
     for one, other, depth in sorted(world.overlaps(), key=lambda found: found[2]):
         if depth > allowed:
             worst[table_entry(one), other and table_entry(other)] = one, other, depth

@@ -13,13 +13,14 @@ from scipy.spatial.transform import Rotation
 from booms.deployment import PlacedBody
 from coupling.bodies import about_center_of_mass, mass_properties
 from coupling.rigid.prescribed_motion import PrescribedMotion
+from coupling.solids.solid_mesh import SolidMesh
 from recordings.frame import Color
 from scenarios.problems import Problem
 from scenarios.scenario import Scenario
-from scenarios.schema.bodies import Body, Fixed
+from scenarios.schema.bodies import Body, Fixed, MeshBody
 from scenarios.schema.quantity_fields import Vector
 from scenarios.setup.body_motions import prescribed_motion
-from scenarios.setup.body_shapes import body_mesh
+from scenarios.setup.body_shapes import body_solid
 
 Array = NDArray[np.float64]
 
@@ -28,7 +29,11 @@ HELD_DENSITY = 1000.0  # [kg/m3] of a held body, whose mass nobody feels
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Solid:
-    """A body with its place, how it moves, and whether the liquid meets it."""
+    """A body with its place, how it moves, and whether the liquid meets it.
+
+    envelope: its surface without hollows, in the frame of its mesh, of a body whose hollows hold liquid; None of any other, whose mesh has
+    no hollows; notes: what was mended of its mesh, and what hollows it has, in words.
+    """
 
     placed: PlacedBody
     motion: PrescribedMotion | Literal["free", "fixed"] = "free"
@@ -38,15 +43,17 @@ class Solid:
     wetted: bool = True
     no_slip: bool = False
     color: Color | None = None
+    envelope: trimesh.Trimesh | None = None
+    notes: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:
         """Its name in the run: ``rock``, ``vessels/port``, ``boom/main/segment-03``."""
         return self.placed.name
 
-    def world_mesh(self) -> trimesh.Trimesh:
-        """The mesh where it starts."""
-        mesh = self.placed.mesh.copy()
+    def world_mesh(self, own: trimesh.Trimesh | None = None) -> trimesh.Trimesh:
+        """The mesh, or another in its frame, where it starts."""
+        mesh = (self.placed.mesh if own is None else own).copy()
         transform = np.eye(4)
         transform[:3, :3] = Rotation.from_quat(self.placed.orientation).as_matrix()
         transform[:3, 3] = self.placed.position
@@ -70,17 +77,22 @@ def table_entry(body: str) -> str:
 def own_solids(scenario: Scenario, problems: list[Problem]) -> tuple[Solid, ...]:
     """The sound bodies of the [bodies] table; those of meshes that cannot be used are added to `problems`."""
     solids: list[Solid] = []
+    filled = {fill.inside: name for name, fill in scenario.fill.items() if fill.inside is not None}
     for name, body in scenario.bodies.items():
         try:
-            solids.append(_solid(name, body))
+            shape = body_solid(body)
+            solids.append(_solid(name, body, shape, is_filled=name in filled))
         except (ValueError, OSError) as error:
             problems.append(Problem(f"bodies.{name}", f"cannot be made: {error}"))
+            continue
+        if name in filled and not shape.has_hollow:
+            text = f"is {name!r}, a body without a sealed hollow, allowed: one that has, and for other liquid no inside"
+            problems.append(Problem(f"fill.{filled[name]}.inside", text))
     return tuple(solids)
 
 
-def _solid(name: str, body: Body) -> Solid:
-    """Turn the shape about its centre of mass and put it in its place."""
-    shape = body_mesh(body)
+def _solid(name: str, body: Body, shape: SolidMesh, *, is_filled: bool) -> Solid:
+    """Turn the shape about its centre of mass and put it in its place; a hollow that no liquid fills is dry, and no wall."""
     density = HELD_DENSITY if body.mass is None and body.density is None else body.density
     properties = mass_properties(shape, density=density, mass=body.mass)
     rotation = Rotation.from_euler("xyz", body.rotation)
@@ -88,7 +100,7 @@ def _solid(name: str, body: Body) -> Solid:
     x, y, z, w = (float(part) for part in rotation.as_quat())
     placed = PlacedBody(
         name=name,
-        mesh=about_center_of_mass(shape, properties),
+        mesh=about_center_of_mass(shape.mesh if is_filled else shape.outer, properties),
         mass_properties=properties,
         position=position,
         orientation=np.array([x, y, z, w]),
@@ -102,4 +114,18 @@ def _solid(name: str, body: Body) -> Solid:
         contact=body.contact,
         no_slip=body.no_slip,
         color=body.color,
+        envelope=about_center_of_mass(shape.outer, properties) if is_filled and shape.has_hollow else None,
+        notes=_notes(name, body, shape, is_filled=is_filled),
     )
+
+
+def _notes(name: str, body: Body, shape: SolidMesh, *, is_filled: bool) -> tuple[str, ...]:
+    """What was mended of a body's mesh, and whether its hollows hold liquid."""
+    where = f"bodies.{name}.file {body.file!r}" if isinstance(body, MeshBody) else f"bodies.{name}"
+    notes = [f"{where}: {note}" for note in shape.notes]
+    if shape.has_hollow and not is_filled:
+        hollow = shape.displaced_volume - shape.volume
+        notes.append(
+            f"{where}: {hollow:.3g} m3 of sealed hollow stay dry and hold no mass; inside = {name!r} of a fill puts liquid there"
+        )
+    return tuple(notes)

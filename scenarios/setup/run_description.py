@@ -1,4 +1,4 @@
-"""What observers are told of a run before it begins: fluids, bodies, booms, camera, and where on Earth it is."""
+"""The description of a run that observers get before it begins: fluids, bodies, booms, camera, and its place on Earth."""
 
 from __future__ import annotations
 
@@ -14,50 +14,59 @@ from scenarios.scenario import Scenario, SiteSettings
 from scenarios.schema.probe_settings import PressureProbe, WaveGauge
 from scenarios.setup.fleet import Fleet
 from scenarios.setup.fluid import horizontal
-from scenarios.setup.simulators import Scene
+from scenarios.setup.simulators import Simulators
 from scenarios.versions import versions
 
 _QUANTITIES = {PressureProbe: "pressure [Pa]", WaveGauge: "height of the surface [m]"}  # what one number may be
 
 
-def describe_run(scene: Scene, *, text: str, overrides: Sequence[str]) -> RunDescription:
-    """Everything about the run that does not change."""
-    scenario = scene.scenario
+def describe_run(simulators: Simulators, *, text: str, overrides: Sequence[str]) -> RunDescription:
+    """Return everything about the run that does not change."""
+    scenario = simulators.scenario
     properties: dict[str, str | float] = {f"version_{name}": version for name, version in versions().items()}
     properties |= {"title": scenario.title, "seed": float(scenario.run.seed), "overrides": " ".join(overrides)}
-    camera, exercise = scenario.camera, _describe_exercise(scenario, scene.fleet, scene.level)
+    camera, exercise = scenario.camera, _describe_exercise(scenario, simulators.fleet, simulators.level)
     return RunDescription(
         name=scenario.name,
         text=text,
         particle_spacing=scenario.fluid.particle_spacing,
         dimension=scenario.fluid.dimension,
         properties=properties,
-        phases=tuple(
-            PhaseDescription(
-                name=name,
-                rest_density=phase.rest_density,
-                dynamic_viscosity=phase.viscosity,
-                is_oil=phase.is_oil,
-                color=phase.color,
-            )
-            for name, phase in scenario.phases.items()
-        ),
+        phases=_describe_phases(scenario),
         meshes={
             solid.name: MeshDescription(
                 vertices=solid.placed.mesh.vertices, faces=solid.placed.mesh.faces, color=solid.color
             )
-            for solid in scene.solids
+            for solid in simulators.solids
         },
-        boundaries={} if scene.tank is None else {"tank": scene.fluid.boundary_positions(scene.tank)},
+        boundaries={} if simulators.tank is None else {"tank": simulators.fluid.boundary_positions(simulators.tank)},
         camera=None if camera is None else CameraView(eye=camera.eye, target=camera.target),
         exercise=exercise,
         site=None if scenario.site is None else _site(scenario.site),
-        plots={
-            f"Probe {name}: {_QUANTITIES[type(probe)]}": (f"probes/{name}",)
-            for name, probe in scenario.probes.items()
-            if type(probe) in _QUANTITIES
-        },
+        plots=_describe_plots(scenario),
     )
+
+
+def _describe_phases(scenario: Scenario) -> tuple[PhaseDescription, ...]:
+    return tuple(
+        PhaseDescription(
+            name=name,
+            rest_density=phase.rest_density,
+            dynamic_viscosity=phase.viscosity,
+            is_oil=phase.is_oil,
+            color=phase.color,
+        )
+        for name, phase in scenario.phases.items()
+    )
+
+
+def _describe_plots(scenario: Scenario) -> dict[str, tuple[str, ...]]:
+    """Return the series of each plot of a probe that reads one number, by the plot's title."""
+    return {
+        f"Probe {name}: {_QUANTITIES[type(probe)]}": (f"probes/{name}",)
+        for name, probe in scenario.probes.items()
+        if type(probe) in _QUANTITIES
+    }
 
 
 def _site(site: SiteSettings) -> Site:
@@ -65,7 +74,7 @@ def _site(site: SiteSettings) -> Site:
 
 
 def _describe_exercise(scenario: Scenario, fleet: Fleet, water_level: float) -> ExerciseDescription | None:
-    """What a debrief must know of the booms; None without any."""
+    """Return the facts on the booms that a debrief needs; None without any."""
     if not fleet.booms:
         return None
     current = scenario.forcing.current
@@ -96,7 +105,7 @@ def _describe_boom(name: str, layout: BoomLayout, scenario: Scenario) -> BoomDes
 
 
 def _fixed_boom_tension(layout: BoomLayout) -> float:
-    """Tension [N] of the boom as laid, if water met it at 0.7 knots."""
+    """Return the tension [N] of the boom as laid, if water met it at 0.7 knots."""
     boom = layout.boom
     gap = min(layout.gap_ratio, 0.95)  # a straight boom's is unbounded
     tension, _ = tow_force(

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from coupling.participants.fluid import FluidParticipant
-from coupling.pybullet_world.attachment_warnings import swelling
+from coupling.assembly import CoupledBodies, couple_world
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 from coupling.solids.surface_sampling import SurfaceSampling, particles_of, sample_surface
 from oilsim.solver import Fluid
@@ -20,18 +19,17 @@ from scenarios.setup.fleet import Fleet
 from scenarios.setup.fluid import build_fluid
 from scenarios.setup.layout import lay_out
 from scenarios.setup.placed_solids import Solid, table_entry
-
-FLUID = "fluid"
+from scenarios.setup.thin_bodies import thin_bodies
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Scene:
-    """What a scenario describes, as simulators.
+class Simulators:
+    """Simulators of everything that a scenario describes.
 
     level: of the still water [m]; solids: all bodies, those of the fleet too; coupled: names of those that exchange motion and
-    wrench with the fluid; tank: the fluid's handle of the tank's sides, None without closed ones; world: None if nothing is coupled;
-    left_out: what bodies take of the liquid at the start, in words, by region; swelling: how many times its volume the fluid meets of a
-    body with parts thinner than a particle, by name.
+    wrench with the fluid, and `bodies` how they do; tank: the fluid's handle of the tank's sides, None without closed ones; world: None
+    if nothing is coupled; left_out: what bodies take of the liquid at the start, in words, by region; thin: what is to be told of bodies
+    too thin for their particles, by name; notes: what was mended of bodies' meshes, in words.
     """
 
     scenario: Scenario
@@ -41,17 +39,18 @@ class Scene:
     coupled: tuple[str, ...]
     fluid: Fluid
     tank: int | None
-    fluid_participant: FluidParticipant
+    bodies: CoupledBodies
     world: RigidBodyWorld | None
     left_out: Mapping[str, str]
-    swelling: Mapping[str, float]
+    thin: Mapping[str, str]
+    notes: tuple[str, ...]
 
     def wrench(self, body: str) -> NDArray[np.float64]:
         """The fluid's wrench (6,) [N, N m] on a body; 0 on one that is not coupled."""
-        return self.fluid_participant.get(f"{body}.wrench") if body in self.coupled else np.zeros(6)
+        return self.bodies.fluid.get(f"{body}.wrench") if body in self.coupled else np.zeros(6)
 
 
-def build_scene(scenario: Scenario) -> Scene:
+def build_simulators(scenario: Scenario) -> Simulators:
     """Lay everything out and fill the tank; ScenarioError for what cannot be made."""
     layout = lay_out(scenario)
     solids, coupled = layout.solids, layout.coupled
@@ -59,7 +58,7 @@ def build_scene(scenario: Scenario) -> Scene:
         fluid, tank = build_fluid(scenario, layout.positions)
     samplings = _sampled(solids, scenario.fluid.particle_spacing)
     handles = _wet(fluid, solids, samplings, coupled)
-    return Scene(
+    return Simulators(
         scenario=scenario,
         level=layout.level,
         fleet=layout.fleet,
@@ -67,14 +66,11 @@ def build_scene(scenario: Scenario) -> Scene:
         coupled=coupled,
         fluid=fluid,
         tank=tank,
-        fluid_participant=FluidParticipant(FLUID, fluid, {name: handles[name] for name in coupled}),
+        bodies=couple_world(fluid, {name: handles[name] for name in coupled}, layout.world),
         world=layout.world,
         left_out=layout.left_out,
-        swelling={
-            solid.name: swelling(samplings[id(solid.placed.mesh)], float(solid.placed.mesh.volume))
-            for solid in solids
-            if solid.wetted
-        },
+        thin=thin_bodies(solids, samplings, scenario.fluid.particle_spacing),
+        notes=tuple(note for solid in solids for note in solid.notes),
     )
 
 

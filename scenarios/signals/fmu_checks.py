@@ -11,11 +11,11 @@ from coupling.fmu.fmu_participant import FmuParticipant
 from coupling.master.connection import Connection, connection_problems
 from coupling.participant import Variable
 from scenarios.problems import Problem, problems_of, suggestion
-from scenarios.schema.fmu_settings import ORDERS, PREFIX, READINGS, FmuSettings, connections_of
+from scenarios.schema.fmu_settings import ORDER_BOARD, PREFIX, READING_BOARD, FmuSettings, connections_of
 from scenarios.signals.signal_participant import signal_variables
 from scenarios.signals.signal_table import Signal
 
-SHOWN = 12  # signals that an error names
+SIGNALS_SHOWN = 12  # signals that an error names
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ def fmu_problems(fmus: Mapping[str, FmuSettings], signals: Mapping[str, Signal])
         except (ValueError, OSError) as error:
             yield Problem(f"fmus.{name}", f"cannot be used: {error}")
     yield from _several_of_one(loaded)
-    boards = {board: _Declared(board, signal_variables(signals)) for board in (ORDERS, READINGS)}
+    boards = {board: _Declared(board, signal_variables(signals)) for board in (ORDER_BOARD, READING_BOARD)}
     participants: dict[str, Any] = {**boards, **loaded}
     connections = {}
     for path, connection in connections_of(fmus).items():
@@ -65,24 +65,26 @@ def _several_of_one(loaded: Mapping[str, FmuParticipant]) -> Iterator[Problem]:
 
 
 def _unknown_signal(connection: Connection, signals: Mapping[str, Signal]) -> str:
-    """What is wrong with a connection to a signal that does not exist, with those that may have been meant; else nothing."""
-    takes = connection.target == ORDERS
+    """Find a connection to a signal that does not exist, and name those that may have been meant."""
+    takes = connection.target == ORDER_BOARD
     name = connection.target_variable if takes else connection.source_variable
-    if not (takes or connection.source == READINGS) or name in signals:
+    if not (takes or connection.source == READING_BOARD) or name in signals:
         return ""
     fitting = [signal for signal, one in signals.items() if one.is_input == takes]
     place = name.rpartition(".")[0] + "."
     near = [signal for signal in fitting if signal.startswith(place)] or fitting
-    shown = near[:SHOWN] + ([f"... {len(near) - SHOWN} more, see oilsim signals"] if len(near) > SHOWN else [])
+    shown = near[:SIGNALS_SHOWN] + (
+        [f"... {len(near) - SIGNALS_SHOWN} more, see oilsim signals"] if len(near) > SIGNALS_SHOWN else []
+    )
     direction = "that a run takes" if takes else "that a run gives"
     hint = suggestion(name, fitting) or ","
     return f"is {name!r}, which is no signal {direction}{hint} allowed: {', '.join(shown) or 'none is there'}"
 
 
 def _unknown_fmu(connection: Connection, fmus: Mapping[str, FmuSettings]) -> str:
-    """What is wrong with a connection from an FMU that does not exist; else nothing."""
+    """Find a connection from an FMU that does not exist."""
     name = connection.source.removeprefix(PREFIX)
-    if connection.source == READINGS or name in fmus:
+    if connection.source == READING_BOARD or name in fmus:
         return ""
     return f"is from {connection.source!r}, which does not exist, allowed: {', '.join(PREFIX + one for one in fmus)}, a signal"
 
@@ -91,7 +93,7 @@ def _doubly_driven(connections: Mapping[str, Connection]) -> Iterator[Problem]:
     """Signals that more than one output drives."""
     drivers: dict[str, list[str]] = {}
     for path, connection in connections.items():
-        if connection.target == ORDERS:
+        if connection.target == ORDER_BOARD:
             drivers.setdefault(connection.target_variable, []).append(path)
     for signal, paths in drivers.items():
         if len(paths) > 1:
@@ -104,7 +106,7 @@ def all_are_kept(fmus: Mapping[str, FmuSettings]) -> bool:
 
 
 def _why_not_kept(fmu: FmuParticipant) -> str:
-    """What is found by initializing it; of one that cannot be initialized by itself, what it says."""
+    """Say why, found by initializing it; of one that cannot be initialized by itself, its own words."""
     with suppress(RuntimeError):
         fmu.enter_initialization_mode(0.0)
         fmu.exit_initialization_mode()

@@ -26,7 +26,7 @@ def signal_variables(signals: Mapping[str, Signal]) -> dict[str, Variable]:
 class SignalBoard:
     """Reads outputs from the parts of a run as they are and puts inputs into effect at once; keeps the contract of a participant.
 
-    A run has two: `ORDERS` takes what FMUs drive, before the parts step; `READINGS` gives what feeds them, after.
+    A run has two: `ORDER_BOARD` takes what FMUs drive, before the parts step; `READING_BOARD` gives what feeds them, after.
 
     An input that is never set leaves the run to the scenario; one that has been set rules from then on.
     """

@@ -1,7 +1,7 @@
 """The signals of a run: numbers with a name and a unit that FMUs are connected to, and that an exported FMU has as its variables.
 
-Names follow the scenario file: ``vessels.port.speed``, ``booms.main.port.tension``, ``forcing.wind.speed``. What a signal means to
-the parts of a run stands beside its name, in one place. Positions are of the centre of mass; roll, pitch and yaw turn the body
+Names follow the scenario file: ``vessels.port.speed``, ``booms.main.port.tension``, ``forcing.wind.speed``. The meaning of a
+signal for the parts of a run stands beside its name, in one place. Positions are of the centre of mass; roll, pitch and yaw turn the body
 about the world's x, y and z in this order; headings and directions are counter-clockwise from +x.
 """
 
@@ -33,37 +33,54 @@ POSE = (("x", "m"), ("y", "m"), ("z", "m"), ("roll", "rad"), ("pitch", "rad"), (
 PUSH = (("thrust", "N"), ("side_thrust", "N"), ("yaw_moment", "N m"))
 
 
-class Exercise(Protocol):
+class SignalTables(Protocol):
     """The tables of a scenario that signals are about."""
 
     @property
-    def bodies(self) -> Mapping[str, Body]: ...
+    def bodies(self) -> Mapping[str, Body]:
+        """Bodies by name."""
+
     @property
-    def vessels(self) -> Mapping[str, VesselSettings]: ...
+    def vessels(self) -> Mapping[str, VesselSettings]:
+        """Vessels by name."""
+
     @property
-    def booms(self) -> Mapping[str, BoomSettings]: ...
+    def booms(self) -> Mapping[str, BoomSettings]:
+        """Booms by name."""
+
     @property
-    def tow(self) -> TowSettings | None: ...
+    def tow(self) -> TowSettings | None:
+        """Orders to all vessels without orders of their own."""
+
     @property
-    def forcing(self) -> ForcingSettings | None: ...
+    def forcing(self) -> ForcingSettings | None:
+        """Wind, waves and current."""
 
 
-class BoomAccount(Protocol):
+class ScoredBoom(Protocol):
     """The account of one boom's oil; speeds [m/s] are None until the loss happens, `report` until the first communication point."""
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """Name of the boom."""
+
     @property
-    def report(self) -> ContainmentReport | None: ...
-    def first_loss_speed(self) -> float | None: ...
-    def gross_loss_speed(self) -> float | None: ...
+    def report(self) -> ContainmentReport | None:
+        """The oil's whereabouts at the last communication point."""
+
+    def first_loss_speed(self) -> float | None:
+        """Return the tow speed [m/s] at the first loss."""
+
+    def gross_loss_speed(self) -> float | None:
+        """Return the tow speed [m/s] at the gross loss."""
 
 
 class Scores(CurrentListener, Protocol):
     """The accounts of all booms."""
 
     @property
-    def booms(self) -> Sequence[BoomAccount]: ...
+    def booms(self) -> Sequence[ScoredBoom]:
+        """All booms that are scored."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -106,7 +123,7 @@ class Signal:
         return self.write is not None
 
 
-def signals_of(exercise: Exercise) -> dict[str, Signal]:
+def signals_of(exercise: SignalTables) -> dict[str, Signal]:
     """All signals of a scenario by name."""
     found = [*_tow(exercise), *_weather(exercise.forcing)]
     for name, vessel in exercise.vessels.items():
@@ -119,7 +136,7 @@ def signals_of(exercise: Exercise) -> dict[str, Signal]:
     return {signal.name: signal for signal in found}
 
 
-def _tow(exercise: Exercise) -> Iterator[Signal]:
+def _tow(exercise: SignalTables) -> Iterator[Signal]:
     """The orders of [tow], to every vessel whose helmsman has none of its own."""
     followers = [name for name, v in exercise.vessels.items() if v.control == "helmsman" and not v.legs]
     tow = exercise.tow
@@ -132,7 +149,7 @@ def _tow(exercise: Exercise) -> Iterator[Signal]:
 
 
 def _orders(name: str, vessel: VesselSettings) -> Iterator[Signal]:
-    """What a vessel of its own orders, or without a helmsman, is told."""
+    """Yield the orders of a vessel that has its own, or no helmsman."""
     if vessel.control == "manual":
         orders = [(f"{what}_order", unit, 0.0) for what, unit in PUSH]
     elif vessel.legs:

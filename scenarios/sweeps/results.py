@@ -1,4 +1,4 @@
-"""What the runs of a sweep came to, and how it is laid side by side."""
+"""The results of the runs of a sweep, laid side by side."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from rich.table import Table
 
 from scenarios.sweeps.variants import Variant
 
-SHOWN = ("oil_m3", "scores")  # parts of a summary that a sweep compares
+COMPARED_PARTS = ("oil_m3", "scores")  # parts of a summary that a sweep compares
 RUN = ("ended", "simulated_s", "wall_s", "density_error")  # what its table on disk holds besides
 
 
@@ -24,11 +24,11 @@ class Outcome:
     summary: Mapping[str, Any]
 
     def figures(self) -> dict[str, float]:
-        """What is compared, by keys as in ``scores.main.first_loss_speed_kn``; what was not measured is left out.
+        """Return the compared figures, by keys as in ``scores.main.first_loss_speed_kn``; those not measured are left out.
 
-        Of probes, what they read last.
+        Probes give their last reading.
         """
-        found = {key: value for part in SHOWN for key, value in _leaves(self.summary[part], part)}
+        found = {key: value for part in COMPARED_PARTS for key, value in _leaves(self.summary[part], part)}
         found |= {
             f"probes.{name}": series["value"][-1] for name, series in self.summary["probes"].items() if series["value"]
         }

@@ -1,4 +1,4 @@
-"""What a sweep runs: a scenario with every combination of the values that some of its entries take."""
+"""The runs of a sweep: a scenario with every combination of the values that some of its entries take."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Variant:
 
     @property
     def name(self) -> str:
-        """What its files are called; another scenario, or another length, makes another name."""
+        """The name of its files; another scenario, or another length, makes another name."""
         course = f"{self.plan.fingerprint(0)} {self.plan.scenario.run.duration!r} {self.title}"
         readable = re.sub(r"[^\w.=+-]+", "_", self.title)[:_NAME_LETTERS]
         return f"{readable}-{hashlib.sha256(course.encode()).hexdigest()[:8]}"

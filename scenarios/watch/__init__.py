@@ -1,1 +1,1 @@
-"""What is read from a run while it goes on: scores, probes, frames and warnings."""
+"""Accounts of a run, and the readings of it while it goes on: scores, sums, probes, frames and warnings."""

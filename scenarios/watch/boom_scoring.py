@@ -1,4 +1,4 @@
-"""What a boom exercise is scored by: where the oil is, how fast and how hard the boom was towed, and when it first leaked."""
+"""The scores of a boom exercise: where the oil is, how fast and how hard the boom was towed, and when it first leaked."""
 
 from __future__ import annotations
 
@@ -10,9 +10,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.constants import knot
 
 from booms.balance import OilBalance, balance, lost_ids
-from booms.containment import PRACTICE_SPEED, BoomState, ContainmentOptions, ContainmentReport, ContainmentTracker
+from booms.boom_state import BoomState
+from booms.containment import PRACTICE_SPEED, ContainmentOptions, ContainmentReport, ContainmentTracker
 from booms.deployment import BoomLayout
 from booms.scores import HeldSpeed, LossSpeeds, TensionRecord
 from coupling.rigid.rigid_body_world import RigidBodyWorld
@@ -27,12 +29,10 @@ from vessels.vessel import Vessel
 
 Array = NDArray[np.float64]
 
-KNOT = 1852.0 / 3600.0  # [m/s]
-
 
 @dataclass(frozen=True)
-class Happening:
-    """Something worth a line in the log."""
+class Notice:
+    """Text worth a line in the log, how serious it is, and who says it."""
 
     text: str
     level: EventLevel
@@ -40,7 +40,7 @@ class Happening:
 
 
 class BoomScore:
-    """One boom's account, kept from communication point to communication point."""
+    """Keeps one boom's account from communication point to communication point; only `advance` changes it."""
 
     def __init__(self, name: str, scenario: Scenario, layout: BoomLayout, tensions: Mapping[str, str]) -> None:
         """`tensions`: by end, the joint that carries the tow tension."""
@@ -56,7 +56,8 @@ class BoomScore:
         self._time: float | None = None
         self._worst: dict[str, float] = {}
         self._told: set[str] = set()
-        self._happenings: list[Happening] = []
+        self._notices: list[Notice] = []
+        self._series: dict[str, float] = {}
         spacing = scenario.fluid.particle_spacing
         self.tracker = ContainmentTracker(
             ContainmentOptions(
@@ -71,10 +72,13 @@ class BoomScore:
             )
         )
 
-    def update(
+    def advance(
         self, time: float, world: RigidBodyWorld, oil: tuple[Array, NDArray[np.uint32]], level: float, current: Array
-    ) -> dict[str, float]:
-        """Take the state at `time` [s] into the account; oil is positions (N, 3) [m] and ids (N,), current (3,) [m/s]."""
+    ) -> None:
+        """Take the state at `time` [s] into the account.
+
+        oil: positions (N, 3) [m] and ids (N,); level [m] of the still water; current (3,) [m/s].
+        """
         state = self._state(world)
         report = self.tracker.update(
             time, state, *oil, water_level=level, current=(float(current[0]), float(current[1]))
@@ -84,22 +88,25 @@ class BoomScore:
         step = 0.0 if self._time is None else time - self._time
         self._time = time
         speed = self._tow_speed(world, current)
-        scalars = report.scalars() | {"metrics/tow_speed": speed}
-        scalars |= {"metrics/normal_speed_held": held, "metrics/normal_speed_limit": PRACTICE_SPEED}
-        scalars |= {f"metrics/current/{axis}": float(current[place]) for place, axis in enumerate("xy")}
-        scalars |= self._pull(world, step) | self._remember(report, held)
+        series = report.scalars() | {"metrics/tow_speed": speed}
+        series |= {"metrics/normal_speed_held": held, "metrics/normal_speed_limit": PRACTICE_SPEED}
+        series |= {f"metrics/current/{axis}": float(current[place]) for place, axis in enumerate("xy")}
+        self._series = series | self._pull(world, step) | self._remember(report, held)
         self._losses.add(time, speed, report.lost, report.retained + report.lost)
         self._announce(report, speed, held)
-        return scalars
 
-    def take_happenings(self) -> list[Happening]:
-        """What has happened since the last call."""
-        happenings, self._happenings = self._happenings, []
-        return happenings
+    def series(self) -> dict[str, float]:
+        """Return the scores at the last communication point, by the names of their series; empty before the first."""
+        return dict(self._series)
+
+    def take_notices(self) -> list[Notice]:
+        """Return and forget the notices since the last call."""
+        notices, self._notices = self._notices, []
+        return notices
 
     def _announce(self, report: ContainmentReport, speed: float, held: float) -> None:
         """Say what happens for the first time."""
-        through = f"at {speed / KNOT:.2f} kn through the water"
+        through = f"at {speed / knot:.2f} kn through the water"
         share = 100.0 * self._losses.first_share
         normal = f"water has met it faster than 0.7 kn along its normal for {self._held.window:.2g} s"
         self._tell_once("too fast", held > PRACTICE_SPEED, normal)
@@ -115,7 +122,7 @@ class BoomScore:
     def _tell_once(self, key: str, happens: bool, text: str) -> None:
         if happens and key not in self._told:
             self._told.add(key)
-            self._happenings.append(Happening(text, level="warning", source=f"boom {self.name}"))
+            self._notices.append(Notice(text, level="warning", source=f"boom {self.name}"))
 
     def _state(self, world: RigidBodyWorld) -> BoomState:
         names = [segment.name for segment in self._layout.segments]
@@ -159,7 +166,7 @@ class BoomScore:
         return self._losses.gross_loss
 
     def save_state(self) -> dict[str, Any]:
-        """The account as it stands."""
+        """Return the account as it stands, as plain data."""
         return {
             "tracker": self.tracker.save_state(),
             "report": None if self.report is None else asdict(self.report),
@@ -172,13 +179,14 @@ class BoomScore:
         }
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
-        """Back to what `save_state` returned."""
+        """Go back to what `save_state` returned; `series` is empty until the next communication point."""
+        self._series = {}
         self.tracker.restore_state(saved["tracker"])
         self.report = None if saved["report"] is None else ContainmentReport(**saved["report"])
         self._tensions = {end: TensionRecord(**record) for end, record in saved["tensions"].items()}
         self._losses, self._held = LossSpeeds(**deepcopy(saved["losses"])), HeldSpeed(**deepcopy(saved["held"]))
         self._time, self._worst = saved["time"], dict(saved["worst"])
-        self._told, self._happenings = set(saved["told"]), []
+        self._told, self._notices = set(saved["told"]), []
 
     def summary(self) -> dict[str, Any]:
         """The boom's scores; speeds in knots and angles in degrees where the key says so."""
@@ -189,7 +197,7 @@ class BoomScore:
         return {
             "retained_share": report.retained / taken_in if taken_in > 0.0 else None,
             "gap_ratio": report.gap_ratio,
-            "largest_held_normal_speed_kn": self._worst["normal_speed_held"] / KNOT,
+            "largest_held_normal_speed_kn": self._worst["normal_speed_held"] / knot,
             "largest_skirt_angle_deg": float(np.degrees(self._worst["skirt_angle"])),
             "smallest_effective_draft_m": self._worst["effective_draft"],
             "first_loss_speed_kn": _knots(self._losses.first_loss),
@@ -200,11 +208,14 @@ class BoomScore:
 
 
 def _knots(speed: float | None) -> float | None:
-    return None if speed is None else speed / KNOT
+    return None if speed is None else speed / knot
 
 
 class Scoring:
-    """The accounts of all booms of a run, and what happened to them that is worth a line in the log."""
+    """Keeps the accounts of all booms of a run, and what happened to them that is worth a line in the log.
+
+    Only `advance` changes the accounts; the rest reads them.
+    """
 
     def __init__(
         self, scenario: Scenario, fluid: Fluid, world: RigidBodyWorld | None, fleet: Fleet, level: float
@@ -218,30 +229,35 @@ class Scoring:
         self._current = np.zeros(3) if current is None else np.array(horizontal(current.speed, current.direction))
         self._orders = tuple(_orders(fleet.vessels))
         self._announced_until = -math.inf  # [s]
-        self._happenings: list[Happening] = []
+        self._notices: list[Notice] = []
         self.balance: OilBalance | None = None  # without booms, and before the first communication point
         self.booms = tuple(
             BoomScore(name, scenario, layout, fleet.tensions_of(name)) for name, layout in fleet.booms.items()
         )
 
-    def __call__(self, time: float) -> dict[str, float]:
-        """Update all accounts; with several booms, each one's series carry its name."""
+    def advance(self, time: float) -> None:
+        """Take the state at `time` [s] into all accounts."""
         self._announce_orders(time)
         if not self.booms or self._world is None:
-            return {}
+            return
         oil = self._oil()
-        scalars: dict[str, float] = {}
         for boom in self.booms:
-            values = boom.update(time, self._world, oil, self._level, self._current)
-            several = len(self.booms) > 1
-            scalars |= {_of_boom(key, boom.name) if several else key: value for key, value in values.items()}
+            boom.advance(time, self._world, oil, self._level, self._current)
         self.balance = balance([boom.tracker for boom in self.booms], oil[1])
-        return scalars
 
-    def take_happenings(self) -> Sequence[Happening]:
-        """What has happened since the last call."""
-        happenings, self._happenings = self._happenings, []
-        return [*happenings, *(found for boom in self.booms for found in boom.take_happenings())]
+    def series(self) -> dict[str, float]:
+        """Return the scores at the last communication point; with several booms, each series carries its boom's name."""
+        several = len(self.booms) > 1
+        return {
+            _of_boom(key, boom.name) if several else key: value
+            for boom in self.booms
+            for key, value in boom.series().items()
+        }
+
+    def take_notices(self) -> Sequence[Notice]:
+        """Return and forget the notices since the last call."""
+        notices, self._notices = self._notices, []
+        return [*notices, *(found for boom in self.booms for found in boom.take_notices())]
 
     def lost_ids(self) -> dict[str, NDArray[np.uint32]]:
         """Ids, increasing, of the oil particles that booms have lost and none holds, by cause, each particle once."""
@@ -251,11 +267,11 @@ class Scoring:
         """Say which orders hold from now on."""
         for start, text in self._orders:
             if self._announced_until < start <= time:
-                self._happenings.append(Happening(text, level="info", source="orders"))
+                self._notices.append(Notice(text, level="info", source="orders"))
         self._announced_until = time
 
     def save_state(self) -> dict[str, Any]:
-        """All accounts as they stand."""
+        """Return all accounts as they stand, as plain data."""
         booms = {boom.name: boom.save_state() for boom in self.booms}
         return {
             "booms": booms,
@@ -265,23 +281,23 @@ class Scoring:
         }
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
-        """Back to what `save_state` returned."""
+        """Go back to what `save_state` returned; `series` is empty until the next communication point."""
         for boom in self.booms:
             boom.restore_state(saved["booms"][boom.name])
         self.balance = None if saved["balance"] is None else OilBalance(**saved["balance"])
-        self._announced_until, self._happenings = saved["announced_until"], []
+        self._announced_until, self._notices = saved["announced_until"], []
         self._current = np.array(saved["current"])
 
     def take_orders(self, vessels: Iterable[Vessel]) -> None:
-        """From now on the vessels have these courses."""
+        """Announce the orders of these vessels' courses from now on."""
         self._orders = tuple(_orders(vessels))
 
     def take_current(self, current: Array) -> None:
-        """From now on the water itself runs at `current` (3,) [m/s]."""
+        """Reckon speeds through water that runs at `current` (3,) [m/s] from now on."""
         self._current = current
 
     def summary(self) -> dict[str, Any]:
-        """Scores by boom."""
+        """Return the scores of the run so far, by boom."""
         return {boom.name: boom.summary() for boom in self.booms}
 
     def _oil(self) -> tuple[Array, NDArray[np.uint32]]:
@@ -303,7 +319,7 @@ def _orders(vessels: Iterable[Vessel]) -> Iterator[tuple[float, str]]:
             yield start, f"{' and '.join(names)}: hold your places"
         else:
             course = f"heading {math.degrees(heading):.0f} deg from x"
-            yield start, f"{' and '.join(names)}: make {speed / KNOT:.2f} kn over the ground, {course}"
+            yield start, f"{' and '.join(names)}: make {speed / knot:.2f} kn over the ground, {course}"
 
 
 def _of_boom(key: str, boom: str) -> str:

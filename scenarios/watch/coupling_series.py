@@ -1,4 +1,4 @@
-"""How fluid and bodies got on with each other in the last step: work done, disagreement left, and the ledger of both.
+"""The account of the exchange between fluid and bodies: work done, disagreement left, and the ledger of both.
 
 Series, all under ``metrics``:
 
@@ -29,14 +29,18 @@ from numpy.typing import NDArray
 from coupling.master.exchange_ledger import ExchangeLedger
 from coupling.participants.fluid import FluidParticipant
 from coupling.rigid.rigid_body_world import RigidBodyWorld
+from oilsim.advance_report import AdvanceReport
 from oilsim.solver import Fluid
 
 Array = NDArray[np.float64]
 WallSeconds = Callable[[], Mapping[str, float]]
 
 
-class CouplingFigures:
-    """Keeps the account of the exchange from communication point to communication point."""
+class CouplingAccount:
+    """Sums up what passes between fluid and bodies, from communication point to communication point.
+
+    Only `advance` changes the account; `series` reads it.
+    """
 
     def __init__(
         self,
@@ -51,29 +55,56 @@ class CouplingFigures:
         self._fluid, self._participant, self._world = fluid, participant, world
         self._coupled = tuple(coupled) if world is not None else ()
         self._wall_seconds: WallSeconds = dict
-        self._spent: Mapping[str, float] = {}
+        self._spent: Mapping[str, float] = {}  # [s] of wall time so far, by participant
+        self._spent_in_step: dict[str, float] = {}
         self._time: float | None = None
+        self._has_stepped = False  # since the beginning, or since the state that was restored
         self._twists = np.zeros((len(self._coupled), 6))
         self._impulse, self._work = np.zeros(3), 0.0
 
     def follow(self, wall_seconds: WallSeconds) -> None:
-        """Take the participants' wall time so far from `wall_seconds`."""
+        """Take the participants' wall time so far [s], by name, from `wall_seconds`."""
         self._wall_seconds = wall_seconds
 
+    @property
+    def report(self) -> AdvanceReport | None:
+        """The fluid's report on the last communication step; None before the first."""
+        return self._participant.report
+
     def save_state(self) -> dict[str, Any]:
-        """The account as it stands."""
+        """Return the account as it stands, as plain data."""
         return {"time": self._time, "twists": self._twists.copy(), "impulse": self._impulse.copy(), "work": self._work}
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
-        """Back to what `save_state` returned."""
+        """Go back to what `save_state` returned."""
         self._time, self._twists = saved["time"], saved["twists"].copy()
         self._impulse, self._work = saved["impulse"].copy(), float(saved["work"])
+        self._has_stepped = False
 
-    def __call__(self, time: float) -> dict[str, float]:
-        """The series at simulated `time` [s], by name."""
-        figures = self._fluid_figures() | self._wall_figures()
-        if self._coupled:
-            figures |= self._body_figures(time)
+    def advance(self, time: float) -> None:
+        """Add the communication step that ends at simulated `time` [s]; the first call only notes where the run begins.
+
+        The impulse is the sum of H F, the work that of H F . (v_begin + v_end) / 2 (trapezoidal rule), over all coupled bodies.
+        """
+        before, self._spent = self._spent, dict(self._wall_seconds())
+        self._spent_in_step = {name: spent - before[name] for name, spent in self._spent.items() if name in before}
+        if self._world is None or not self._coupled:
+            return
+        twists = np.array([self._world.twist(name) for name in self._coupled])
+        step = 0.0 if self._time is None else time - self._time
+        self._has_stepped = step > 0.0
+        if self._has_stepped:
+            wrenches = np.array([self._world.wrench(name) for name in self._coupled])
+            self._impulse = self._impulse + step * wrenches[:, :3].sum(axis=0)
+            self._work += step * float((wrenches * 0.5 * (self._twists + twists)).sum())
+        self._time, self._twists = time, twists
+
+    def series(self) -> dict[str, float]:
+        """Return the series at the last communication point, by name; see the module."""
+        figures = self._fluid_figures()
+        figures |= {f"coupling/wall_seconds/{name}": spent for name, spent in self._spent_in_step.items()}
+        if self._world is not None and self._coupled:
+            figures |= self._body_figures(self._world)
         return {f"metrics/{name}": value for name, value in figures.items()}
 
     def _fluid_figures(self) -> dict[str, float]:
@@ -93,36 +124,19 @@ class CouplingFigures:
             figures["ledger/momentum_residual"] = report.budget.momentum_residual
         return figures
 
-    def _wall_figures(self) -> dict[str, float]:
-        """Of the last step alone; nothing before the first."""
-        before, self._spent = self._spent, dict(self._wall_seconds())
-        return {
-            f"coupling/wall_seconds/{name}": spent - before[name]
-            for name, spent in self._spent.items()
-            if name in before
-        }
-
-    def _body_figures(self, time: float) -> dict[str, float]:
-        assert self._world is not None
-        twists = np.array([self._world.twist(name) for name in self._coupled])
-        step = 0.0 if self._time is None else time - self._time
-        if step > 0.0:
-            wrenches = np.array([self._world.wrench(name) for name in self._coupled])
-            self._impulse = self._impulse + step * wrenches[:, :3].sum(axis=0)
-            self._work += step * float((wrenches * 0.5 * (self._twists + twists)).sum())
-        self._time, self._twists = time, twists
+    def _body_figures(self, world: RigidBodyWorld) -> dict[str, float]:
         figures = {
-            "ledger/bodies/energy": self._world.energy(),
-            **_components("ledger/bodies/momentum", self._world.momentum()[:3]),
+            "ledger/bodies/energy": world.energy(),
+            **_components("ledger/bodies/momentum", world.momentum()[:3]),
             **_components("ledger/exchange/impulse", self._impulse),
             "ledger/exchange/work": self._work,
             **{f"ledger/exchange/{name}": value for name, value in self._ledger.figures.items()},
         }
-        return figures | (self._residuals(twists) if step > 0.0 else {})
+        return figures | (self._residuals() if self._has_stepped else {})
 
-    def _residuals(self, twists: Array) -> dict[str, float]:
-        """Largest disagreement about the bodies' motion."""
-        apart = np.array([self._participant.expected_twist(name) for name in self._coupled]) - twists
+    def _residuals(self) -> dict[str, float]:
+        """Return the largest disagreement about the bodies' motion."""
+        apart = np.array([self._participant.expected_twist(name) for name in self._coupled]) - self._twists
         return {
             "coupling/residual/linear": float(np.linalg.norm(apart[:, :3], axis=1).max()),
             "coupling/residual/angular": float(np.linalg.norm(apart[:, 3:], axis=1).max()),

@@ -1,4 +1,4 @@
-"""What observers are shown of a run at each communication point: a frame."""
+"""The frame that observers are shown at each communication point; making one reads the run and changes nothing."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from coupling.master.co_simulation import CommunicationPoint
+from coupling.master.observer_dispatch import CommunicationPoint
 from coupling.participant import Causality, Participant
 from recordings.entity_paths import BOOM
 from recordings.frame import (
@@ -18,10 +18,9 @@ from recordings.frame import (
 )
 from scenarios.setup.fleet import Fleet
 from scenarios.setup.placed_solids import Solid
-from scenarios.setup.simulators import Scene
-from scenarios.watch.boom_scoring import Scoring
-from scenarios.watch.coupling_series import CouplingFigures
-from scenarios.watch.probe_readings import RunFigures, probe_readings
+from scenarios.setup.simulators import Simulators
+from scenarios.watch.probe_readings import probe_readings
+from scenarios.watch.run_accounts import RunAccounts
 
 Array = NDArray[np.float64]
 
@@ -36,37 +35,36 @@ def _pulls(fleet: Fleet) -> dict[str, tuple[str, ...]]:
     return found
 
 
-class FramePainter:
-    """Makes the frame of a communication point: figures and poses at once, particles only for whoever asks."""
+class FrameReader:
+    """Reads the frame of a communication point: figures and poses at once, particles only for whoever asks.
 
-    def __init__(
-        self, scene: Scene, scoring: Scoring, coupling_figures: CouplingFigures, fmus: Sequence[Participant] = ()
-    ) -> None:
+    Reading changes nothing: the accounts have been advanced before, and a frame may be read twice or never.
+    """
+
+    def __init__(self, simulators: Simulators, accounts: RunAccounts, fmus: Sequence[Participant] = ()) -> None:
         """The outputs of `fmus` are shown too."""
-        self._scene = scene
-        self._pulls = _pulls(scene.fleet)
-        self._scoring = scoring
-        self._coupling_figures = coupling_figures
+        self._simulators = simulators
+        self._pulls = _pulls(simulators.fleet)
+        self._accounts = accounts
         self._fmus = fmus
-        self._figures = RunFigures(scene.fluid, lambda: scene.fluid_participant.report)
-        self._probes = probe_readings(scene.scenario.probes, scene.fluid, self._pose_and_wrench)
+        self._probes = probe_readings(simulators.scenario.probes, simulators.fluid, self._pose_and_wrench)
 
     def __call__(self, point: CommunicationPoint) -> Frame:
-        """The frame at a communication point; its particles must be asked for before the run goes on."""
-        scalars = self._figures(point.time) | dict(self._probes()) | self._scoring(point.time)
-        scalars |= self._coupling_figures(point.time)
-        scalars |= self._fmu_outputs()
+        """Return the frame at a communication point; its particles must be asked for before the run goes on."""
+        accounts = self._accounts
+        scalars = accounts.figures.series() | dict(self._probes()) | accounts.scoring.series()
+        scalars |= accounts.coupling.series() | self._fmu_outputs()
         return Frame(
             index=point.index,
             time=point.time,
-            bodies={solid.name: self._body(solid) for solid in self._scene.solids},
+            bodies={solid.name: self._body(solid) for solid in self._simulators.solids},
             scalars=scalars,
             read_phases=self._phases,
-            read_lost=self._scoring.lost_ids,
+            read_lost=accounts.scoring.lost_ids,
         )
 
     def _fmu_outputs(self) -> dict[str, float]:
-        """What each FMU gives, as ``fmus/winch/paid_out``; of an array, each element, once."""
+        """Return the outputs of each FMU, named ``fmus/winch/paid_out``; of an array, each element, once."""
         outputs: dict[str, float] = {}
         for fmu in self._fmus:
             arrays = {name for name, variable in fmu.variables.items() if math.prod(variable.shape) > 1}
@@ -78,14 +76,14 @@ class FramePainter:
         return outputs
 
     def _phases(self) -> Mapping[str, PhaseFrame]:
-        fluid = self._scene.fluid
+        fluid = self._simulators.fluid
         return {
             name: PhaseFrame(position=fluid.phase_positions(name), id=fluid.phase_ids(name))
-            for name in self._scene.scenario.phases
+            for name in self._simulators.scenario.phases
         }
 
     def _body(self, solid: Solid) -> BodyFrame:
-        world = self._scene.world
+        world = self._simulators.world
         if world is None:
             return BodyFrame(position=solid.placed.position, orientation=solid.placed.orientation)
         pose, twist = world.pose(solid.name), world.twist(solid.name)
@@ -94,11 +92,11 @@ class FramePainter:
             orientation=pose[3:],
             linear_velocity=twist[:3],
             angular_velocity=twist[3:],
-            wrench=self._scene.wrench(solid.name),
+            wrench=self._simulators.wrench(solid.name),
             tension=max((world.tension(joint) for joint in self._pulls.get(solid.name, ())), default=math.nan),
         )
 
     def _pose_and_wrench(self, name: str) -> tuple[Array, Array]:
-        world = self._scene.world
+        world = self._simulators.world
         assert world is not None  # a probed body is coupled
-        return world.pose(name), self._scene.wrench(name)
+        return world.pose(name), self._simulators.wrench(name)

@@ -1,15 +1,13 @@
-"""The readings of a run at one communication point: probes of the scenario and the run's own figures, as named numbers."""
+"""The readings of a scenario's probes at one communication point, as named numbers."""
 
 from __future__ import annotations
 
-import time as wall_clock
 from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from oilsim.advance_report import AdvanceReport
 from oilsim.solver import Fluid
 from scenarios.schema.probe_settings import PressureProbe, Probe, VelocityProbe, WaveGauge
 
@@ -21,7 +19,7 @@ AXES = ("x", "y", "z")
 
 
 def probe_readings(probes: Mapping[str, Probe], fluid: Fluid, body: BodyReading) -> Reading:
-    """All probes of a scenario as one reading; series are named ``probes/<name>`` or ``probes/<name>/<component>``."""
+    """Return a reading of all probes of a scenario; its series are named ``probes/<name>`` or ``probes/<name>/<component>``."""
     readings = [_reading(f"probes/{name}", probe, fluid, body) for name, probe in probes.items()]
     return lambda: {name: value for reading in readings for name, value in reading().items()}
 
@@ -53,30 +51,3 @@ def _body_components(path: str, pose: Array, wrench: Array) -> dict[str, float]:
 
 def _components(path: str, names: tuple[str, ...] | list[str], values: Array) -> dict[str, float]:
     return {f"{path}/{name}": float(value) for name, value in zip(names, values, strict=True)}
-
-
-class RunFigures:
-    """How the run itself is doing: time step, iterations, errors, energy, and how fast it goes."""
-
-    def __init__(self, fluid: Fluid, report: Callable[[], AdvanceReport | None]) -> None:
-        """`report` gives the fluid's report on its last advance; None before the first."""
-        self._fluid = fluid
-        self._report = report
-        self._last: tuple[float, float] | None = None
-
-    def __call__(self, time: float) -> dict[str, float]:
-        """Figures named ``metrics/<name>`` at simulated `time` [s]."""
-        figures = {"metrics/kinetic_energy": float(self._fluid.energy().kinetic)}
-        now = wall_clock.perf_counter()
-        if self._last is not None and now > self._last[1]:
-            figures["metrics/real_time_factor"] = (time - self._last[0]) / (now - self._last[1])
-        self._last = (time, now)
-        report = self._report()
-        if report is not None:
-            figures["metrics/time_step"] = report.time_step
-            figures["metrics/residual_density"] = report.density_error
-            figures["metrics/residual_divergence"] = report.divergence_error
-            figures |= {f"metrics/iterations_{kind}": count for kind, count in report.iterations.items()}
-            if self._fluid.config.sleep_speed > 0.0:
-                figures["metrics/particles_asleep"] = float(report.asleep)
-        return figures

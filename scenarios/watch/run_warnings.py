@@ -1,17 +1,16 @@
-"""What a run falls short of, said once and by name: solves that end before their tolerance is met, bodies that leave the tank, are too
+"""Warnings of a run, each said once and by name: solves that end before their tolerance is met, bodies that leave the tank, are too
 thin for their particles or lie where liquid was to start."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 from oilsim.advance_report import AdvanceReport
 from recordings.frame import EventLevel
 from scenarios.scenario import Scenario
-from scenarios.setup.placed_solids import table_entry
-from scenarios.watch.boom_scoring import Happening
+from scenarios.watch.boom_scoring import Notice
 
 TOLD = 2.0  # times a tolerance that a solve may leave before it is said: less is the same flow
 
@@ -24,42 +23,43 @@ class Remarks:
         scenario: Scenario,
         world: RigidBodyWorld | None,
         left_out: Mapping[str, str],
-        swelling: Mapping[str, float],
+        thin: Mapping[str, str],
+        notes: Sequence[str] = (),
     ) -> None:
-        """`left_out`: what bodies take of the liquid at the start, by region; `swelling`: how many times its volume the fluid
-        meets of a body, by name."""
+        """`left_out`: what bodies take of the liquid at the start, by region; `thin`: what is to be told of bodies too thin for their
+        particles, as `thin_bodies` says it; `notes`: what was mended of bodies' meshes."""
         self._fluid, self._tank, self._world = scenario.fluid, scenario.tank, world
         self._left_out = left_out
         self._oil = {name for name, fill in scenario.fill.items() if scenario.phases[fill.phase].is_oil}
-        self._swollen: dict[str, dict[str, float]] = {}
-        for name, times in swelling.items():
-            if times > 1.0:
-                self._swollen.setdefault(table_entry(name), {})[name] = times
+        self._notes = tuple(notes)
+        self._thin = dict(thin)
         self._made: set[str] = set()
 
-    def look(self, report: AdvanceReport | None) -> list[Happening]:
-        """What is new after a step of which the fluid gave this report."""
+    def look(self, report: AdvanceReport | None) -> list[Notice]:
+        """Return what is new after a step of which the fluid gave this report."""
         short = {} if report is None else dict(self._solves(report))
-        short |= dict(self._thin()) | dict(self._bodies())
+        short |= self._thin | dict(self._bodies())
         found = dict(self._fills())
-        found |= {about: Happening(text, level="warning", source=about) for about, text in short.items()}
+        found |= {about: Notice(text, level="warning", source=about) for about, text in short.items()}
         new = {about: remark for about, remark in found.items() if about not in self._made}
         self._made |= set(new)
         return list(new.values())
 
     def save_state(self) -> dict[str, Any]:
-        """What has been said."""
+        """Return what has been said, as plain data."""
         return {"made": sorted(self._made)}
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
         """Go on with what `save_state` returned."""
         self._made = set(saved["made"])
 
-    def _fills(self) -> Iterator[tuple[str, Happening]]:
-        """Liquid that bodies take the place of: of water it is what they displace, of oil it is oil that a slick has less."""
+    def _fills(self) -> Iterator[tuple[str, Notice]]:
+        """Meshes that were mended, and liquid that bodies take the place of: of water what they displace, of oil a loss of the slick."""
         for name, text in self._left_out.items():
             level: EventLevel = "warning" if name in self._oil else "info"
-            yield f"fill {name}", Happening(text, level=level, source="oilsim")
+            yield f"fill {name}", Notice(text, level=level, source="oilsim")
+        for text in self._notes:
+            yield text, Notice(text, level="warning", source="oilsim")
 
     def _solves(self, report: AdvanceReport) -> Iterator[tuple[str, str]]:
         solves = {
@@ -71,15 +71,6 @@ class Remarks:
                 text = f"stopped after {report.iterations[name]:.0f} {unit} a step with a mean compression of {error:.2g} left"
                 keys = f"fluid.{name}_tolerance is {tolerance:.2g}, fluid.{name}_iterations {getattr(self._fluid, f'{name}_iterations')}"
                 yield f"fluid {name}", f"{text}; {keys} (said once)"
-
-    def _thin(self) -> Iterator[tuple[str, str]]:
-        """A boom's segments are told of together."""
-        spacing = self._fluid.particle_spacing
-        for all_times in self._swollen.values():
-            times, (first, *others) = max(all_times.values()), all_times
-            which, have, its = (f"{first} and {len(others)} more", "have", "their") if others else (first, "has", "its")
-            text = f"the fluid meets and lifts {times:.2g} times {its} volume; fluid.particle_spacing below {spacing:g} m resolves them"
-            yield f"thin {first}", f"{which} {have} parts thinner than a particle: {text}"
 
     def _bodies(self) -> Iterator[tuple[str, str]]:
         if self._world is None:

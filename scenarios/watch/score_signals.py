@@ -7,7 +7,7 @@ from functools import partial
 
 from booms.containment import Cause, ContainmentReport
 from scenarios.scenario import Scenario
-from scenarios.signals.signal_table import BoomAccount, RunParts, Signal
+from scenarios.signals.signal_table import RunParts, ScoredBoom, Signal
 
 VOLUMES = ("inside", "outside", "retained", "free", "lost", "removed", "recovered")
 SHAPE = (("gap_ratio", "1"), ("normal_speed", "m/s"), ("effective_draft", "m"), ("skirt_angle", "rad"))
@@ -49,7 +49,7 @@ def _lost_by(cause: str, report: ContainmentReport) -> float:
 
 
 def _retained_share(report: ContainmentReport) -> float:
-    """Of the oil the boom ever held; 1 before it held any."""
+    """Return the share retained of the oil that the boom ever held; 1 before it held any."""
     held = report.retained + report.lost
     return report.retained / held if held > 0.0 else 1.0
 
@@ -58,5 +58,5 @@ def _loss_speed(boom: str, name: str, parts: RunParts) -> float:
     return getattr(_score(boom, parts), name)() or 0.0
 
 
-def _score(boom: str, parts: RunParts) -> BoomAccount:
+def _score(boom: str, parts: RunParts) -> ScoredBoom:
     return next(score for score in parts.scoring.booms if score.name == boom)

@@ -93,8 +93,7 @@ def floating_square(ratio: float, spacing: float = 0.05, side: float = 0.5, dura
         fall = (0, 0, -GRAVITY, 0, 0, 0)
         fluid.set_boundary_motion(handle, position, orientation, twist[:3], twist[3:], inverse_mass, fall)
         fluid.advance(STEP)
-        body = fluid.tools.walls.moving[handle]
-        position, orientation, twist = body.position, body.orientation, body.twist
+        position, orientation, twist = fluid.boundary_motion(handle)
         if step * STEP >= duration - 2.0:
             level = fluid.surface_height_at([(x, 0) for x in (0.2, 0.3, 1.7, 1.8)]).mean()
             angle = abs(math.degrees(2 * math.asin(orientation[1]))) % 90.0
@@ -123,14 +122,16 @@ def standing_wave(spacing: float = 0.05, amplitude: float = 0.05) -> list[Row]:
         fluid.advance(STEP)
     k = math.pi
     omega = math.sqrt(GRAVITY * k * math.tanh(k))
-    x, _, z = fluid.state.position
+    (x, _, z), velocity = fluid.particles.position, fluid.particles.velocity.copy()
     scale = amplitude * omega / math.sinh(k)
-    fluid.state.velocity[0] += (scale * np.cosh(k * z) * np.sin(k * x)).astype(np.float32)
-    fluid.state.velocity[2] -= (scale * np.sinh(k * z) * np.cos(k * x)).astype(np.float32)
+    velocity[0] += (scale * np.cosh(k * z) * np.sin(k * x)).astype(np.float32)
+    velocity[2] -= (scale * np.sinh(k * z) * np.cos(k * x)).astype(np.float32)
+    fluid.set_velocities(velocity)
     heaves = []
     for _ in range(600):
         fluid.advance(STEP)
-        heaves.append(float(((fluid.state.position[2] - 0.5) * np.cos(k * fluid.state.position[0])).mean()))
+        x, _, z = fluid.particles.position
+        heaves.append(float(((z - 0.5) * np.cos(k * x)).mean()))
     heave = np.array(heaves) - np.mean(heaves)
     crossings = np.flatnonzero(np.diff(np.sign(heave)) != 0)[:9]
     period = 2.0 * STEP * float(np.diff(crossings).mean())

@@ -80,7 +80,7 @@ def main() -> None:
     bare = np.array(seconds["bare"][WARM_UP:])
     for name, fluid in equal.items():
         own = np.array(seconds[name][WARM_UP:])
-        assert np.array_equal(fluid.state.position, equal["bare"].state.position)
+        assert np.array_equal(fluid.particles.position, equal["bare"].state.position)
         kernels = len(calls[name]) / (WARM_UP + options.steps)
         table.add_row(name, f"{1e3 * np.median(own):.2f}", f"{np.median(own / bare):.4f}", f"{kernels:.1f}")
     Console().print(table)

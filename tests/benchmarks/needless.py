@@ -18,7 +18,6 @@ from rich.console import Console
 from rich.table import Table
 
 from coupling.bodies import box
-from coupling.master.fixed_point import Aitken
 from coupling.pybullet_import import pybullet
 from coupling.rigid.prescribed_motion import UniformMotion
 from coupling.solids.surface_sampling import boundary_particles
@@ -68,7 +67,7 @@ def with_walls_far_away() -> TankScene:
 def in_a_vast_domain() -> TankScene:
     """The same in a domain of two hundred thousand times the water's volume."""
     config = replace(water().fluid.config, lower=(-20.0,) * 3, upper=(20.0,) * 3)
-    return TankScene(config, SIZE, 0.4, scheme=None, iteration=Aitken)
+    return TankScene(config, SIZE, 0.4)
 
 
 def with_fixed_body() -> TankScene:
@@ -108,11 +107,9 @@ def sleep_table(steps: int) -> Table:
             for scene in (sleeping, awake):
                 scene.run(SETTLED)
             spent, whole = (row[0] for row in take_turns([sleeping, awake], steps))
-            state = sleeping.fluid.state
-            share = 100.0 * state.asleep / state.count
-            table.add_row(
-                name, f"{state.count}", f"{share:.0f}", f"{spent:.2f}", f"{whole:.2f}", f"{spent / whole:.3f}"
-            )
+            count = sleeping.fluid.particle_count
+            share = 100.0 * sleeping.fluid.particles.asleep / count
+            table.add_row(name, f"{count}", f"{share:.0f}", f"{spent:.2f}", f"{whole:.2f}", f"{spent / whole:.3f}")
     return table
 
 

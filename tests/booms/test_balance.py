@@ -5,7 +5,8 @@ import pytest
 
 from booms.balance import OilBalance, balance, lost_ids
 from booms.boom import Boom
-from booms.containment import BoomState, ContainmentOptions, ContainmentTracker
+from booms.boom_state import BoomState
+from booms.containment import ContainmentOptions, ContainmentTracker
 from booms.deployment import lay_u
 
 WATER, NEAR, ASTERN = 0.5, 0.5, 6.0  # the second boom lies this far behind the first along -x: about it, or free of it

@@ -4,9 +4,10 @@ import math
 
 import numpy as np
 import pytest
+from scipy.constants import inch, knot
 
-from booms.boom import Boom, boom_of_ratio, minimum_thickness, section_area, section_buoyancy_to_weight
-from booms.catalog import BOOM_CLASSES, INCH, KNOT, boom_class
+from booms.boom import Boom, BoomDesign, minimum_thickness, section_area, section_buoyancy_to_weight
+from booms.catalog import BOOM_CLASSES, boom_class
 from booms.segments import boom_segment, segment_mesh
 from coupling.solids.hydrostatics import waterline_for_volume
 
@@ -95,7 +96,7 @@ def test_inertia_of_the_ballast_rod():
 @pytest.mark.parametrize("shape", ["box", "cylinder"])
 @pytest.mark.parametrize("ratio", [3.0, 8.0])
 def test_float_is_sized_to_the_buoyancy_to_weight_ratio(shape, ratio):
-    boom = boom_of_ratio(
+    boom = BoomDesign(
         length=10.0,
         segment_count=20,
         skirt_depth=0.2,
@@ -103,7 +104,7 @@ def test_float_is_sized_to_the_buoyancy_to_weight_ratio(shape, ratio):
         buoyancy_to_weight=ratio,
         skirt_thickness=0.004,
         float_shape=shape,
-    )
+    ).boom()
     segment = boom_segment(boom)
     assert segment.buoyancy_to_weight == pytest.approx(ratio, rel=1e-6)
     # reserve: all of the volume under water lifts ratio times the weight
@@ -112,15 +113,15 @@ def test_float_is_sized_to_the_buoyancy_to_weight_ratio(shape, ratio):
 
 
 def test_ratio_out_of_reach_is_refused_with_the_range():
-    with pytest.raises(ValueError, match="buoyancy_to_weight 50 must lie between"):
-        boom_of_ratio(
+    with pytest.raises(ValueError, match="buoyancy_to_weight is 50, allowed: "):
+        BoomDesign(
             length=10.0,
             segment_count=10,
             skirt_depth=0.5,
             freeboard=0.1,
             buoyancy_to_weight=50.0,
             skirt_thickness=0.02,
-        )
+        ).boom()
 
 
 @pytest.mark.parametrize("spacing", [0.005, 0.05])
@@ -154,8 +155,8 @@ def test_harbour_classes_are_those_of_practice():
         ("harbour-heavy", 24, 12, 2.0),
     ):
         entry = boom_class(name)
-        assert (entry.skirt_depth / INCH, entry.freeboard / INCH) == pytest.approx((skirt, freeboard))
-        assert entry.maximum_speed / KNOT == pytest.approx(knots)
+        assert (entry.skirt_depth / inch, entry.freeboard / inch) == pytest.approx((skirt, freeboard))
+        assert entry.maximum_speed / knot == pytest.approx(knots)
     with pytest.raises(ValueError, match="allowed: harbour-light"):
         boom_class("ocean")
 

@@ -7,7 +7,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from booms.boom import Boom
-from booms.containment import BoomState, Cause, ContainmentOptions, ContainmentTracker, signed_distance
+from booms.boom_state import BoomState, signed_distance
+from booms.containment import Cause, ContainmentOptions, ContainmentTracker
 from booms.deployment import lay_u
 
 WATER = 0.5

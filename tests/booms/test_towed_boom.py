@@ -37,7 +37,7 @@ def moored_chain(line):
         half = 0.5 * math.atan2(*(end - start)[::-1])
         center = (*(0.5 * (start + end)), 0.0)
         orientation = (0.0, 0.0, math.sin(half), math.cos(half))
-        world.add_body(f"s{k}", mesh, mass_properties(mesh, mass=length), center, orientation, contact=False)
+        world.add_body(f"s{k}", mesh, mass_properties(mesh, mass=length), center, orientation, friction=None)
     for k, point in enumerate(line):
         before, after = f"s{max(k - 1, 0)}", None if k in (0, len(line) - 1) else f"s{k}"
         world.add_joint(f"j{k}", before, after, (*point, 0.0))

@@ -12,6 +12,8 @@ from coupling.errors import CoSimulationError, CouplingSetupError
 from coupling.master.algorithms import Jacobi
 from coupling.master.co_simulation import CoSimulation
 from coupling.master.connection import Connection
+from coupling.master.exchange_ledger import Exchange
+from coupling.master.observer_dispatch import Watching
 from coupling.participant import Array, Causality, Status, StepResult, Variable, variable_table
 from coupling.units import Unit
 from recordings.frame import Event, Frame, RunDescription
@@ -78,9 +80,11 @@ def watched(participants: list, connections: list[Connection], **options: object
         participants,
         connections,
         0.1,
-        observers=[watcher],
-        frame_source=lambda point: Frame(index=point.index, time=point.time),
-        run_description=RunDescription(name="rules", particle_spacing=0.1),
+        watching=Watching(
+            [watcher],
+            lambda point: Frame(index=point.index, time=point.time),
+            RunDescription(name="rules", particle_spacing=0.1),
+        ),
         **options,  # type: ignore[arg-type]
     )
     return run, watcher
@@ -380,7 +384,7 @@ def test_run_is_as_if_never_tested() -> None:
         log: Log = []
         first, second = Accumulator("first", log), Accumulator("second", log)
         ring = [Connection("first", "y", "second", "u"), Connection("second", "y", "first", "u")]
-        run = CoSimulation([first, second], ring, 0.1, rolls_back=rolls_back, algorithm=Jacobi())
+        run = CoSimulation([first, second], ring, 0.1, rolls_back=rolls_back, exchange=Exchange(Jacobi()))
         run.initialize()
         run.run(1.0)
         results.append((float(first.output), float(second.output)))

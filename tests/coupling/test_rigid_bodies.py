@@ -46,7 +46,7 @@ def add_box(world: RigidBodyWorld, name: str, size: tuple[float, float, float] =
 
 def test_free_fall_is_exact(world: RigidBodyWorld) -> None:
     # symplectic Euler with step h: v_n = -g n h, z_n = -g h^2 n (n + 1) / 2; no damping takes anything off
-    add_box(world, "stone", linear_velocity=(0.1, 0.0, 0.0))
+    add_box(world, "stone", twist=(0.1, 0.0, 0.0, 0.0, 0.0, 0.0))
     world.advance(5.0)
     step, count = 0.01, 500
     np.testing.assert_allclose(world.twist("stone"), (0.1, 0, -GRAVITY * 5.0, 0, 0, 0), rtol=1e-12, atol=1e-12)
@@ -58,7 +58,7 @@ def test_tumbling_keeps_momentum_exactly_and_energy_nearly(space: RigidBodyWorld
     # spin about the middle axis is unstable: the box turns over and over. L is constant; the turn is second order
     # in h, so that 10 s at 5 rad/s cost (omega h)^2 ~ 4e-4 of the energy at most
     turned = Rotation.from_euler("xyz", (0.4, 0.2, -0.9)).as_quat()
-    add_box(space, "box", orientation=tuple(turned), angular_velocity=(1.0, 5.0, 0.2), linear_velocity=(0.1, 0.2, 0.3))
+    add_box(space, "box", orientation=tuple(turned), twist=(0.1, 0.2, 0.3, 1.0, 5.0, 0.2))
     momentum, energy = space.momentum(), space.energy()
     space.advance(10.0)
     np.testing.assert_allclose(space.momentum(), momentum, rtol=1e-12, atol=1e-9)
@@ -75,9 +75,9 @@ def test_axes_of_a_turned_inertia_are_respected(space: RigidBodyWorld) -> None:
     inertia = turn.as_matrix() @ properties.inertia @ turn.as_matrix().T
     other = MassProperties(mass=properties.mass, center_of_mass=np.zeros(3), inertia=inertia)
     spin = (0.3, 2.0, -1.0)
-    space.add_body("straight", mesh, properties, angular_velocity=spin, contact=False)
+    space.add_body("straight", mesh, properties, twist=(0.0, 0.0, 0.0, *spin), friction=None)
     back = tuple(turn.inv().as_quat())
-    space.add_body("tilted", tilted, other, orientation=back, angular_velocity=spin, contact=False)
+    space.add_body("tilted", tilted, other, orientation=back, twist=(0.0, 0.0, 0.0, *spin), friction=None)
     space.advance(2.0)
     np.testing.assert_allclose(space.twist("tilted"), space.twist("straight"), atol=1e-9)
     straight, tilted_pose = (Rotation.from_quat(space.pose(name)[3:]) for name in ("straight", "tilted"))
@@ -98,7 +98,7 @@ def test_collision_shape_lies_along_the_mesh_and_not_along_principal_axes(world:
 
 def test_wrench_adds_its_impulse_exactly(space: RigidBodyWorld) -> None:
     # delta p = F H, delta L = T H, about a body that is spinning already; F is the mean over H and acts all through it
-    add_box(space, "hull", angular_velocity=(0.5, -1.0, 2.0), linear_velocity=(1.0, 0.0, 0.0))
+    add_box(space, "hull", twist=(1.0, 0.0, 0.0, 0.5, -1.0, 2.0))
     before = space.momentum()
     space.set_wrench("hull", np.array([10.0, -20.0, 30.0, 1.0, 2.0, -3.0]))
     space.set_applied_wrench("hull", np.array([5.0, 0.0, 0.0, 0.0, 0.5, 0.0]))
@@ -125,7 +125,7 @@ def test_inverse_mass_answers_an_impulse(space: RigidBodyWorld) -> None:
 
 
 def test_free_acceleration_is_what_the_body_does_without_the_fluid(world: RigidBodyWorld) -> None:
-    add_box(world, "hull", angular_velocity=(0.5, -1.0, 2.0))
+    add_box(world, "hull", twist=(0.0, 0.0, 0.0, 0.5, -1.0, 2.0))
     world.set_applied_wrench("hull", np.array([100.0, 0.0, 50.0, 3.0, 0.0, -7.0]))
     expected, before = world.free_acceleration("hull"), world.twist("hull")
     world.advance(1e-4)
@@ -139,11 +139,11 @@ def test_bodies_apart_accelerate_as_each_alone(world: RigidBodyWorld, space: Rig
             world,
             name,
             position=(5.0 * place, 0, 5),
-            angular_velocity=spin,
+            twist=(0.0, 0.0, 0.0, *spin),
             motion="fixed" if name == "held" else "free",
         )
         world.set_wrench(name, np.arange(6.0))
-    add_box(space, "other", position=(0, 0, 5), angular_velocity=spins["other"])  # as in space, without weight
+    add_box(space, "other", position=(0, 0, 5), twist=(0.0, 0.0, 0.0, *spins["other"]))  # as in space, without weight
     alone = np.add(space.free_acceleration("other"), [0.0, 0.0, -9.81, 0.0, 0.0, 0.0])
     assert np.abs(alone[3:]).max() > 1.0
     np.testing.assert_allclose(world.free_acceleration("other"), alone, rtol=1e-14)
@@ -200,7 +200,7 @@ def test_joints_that_hold_great_loads_lose_no_impulse(space: RigidBodyWorld) -> 
 def test_tension_of_a_whirling_stone(space: RigidBodyWorld) -> None:
     # T = m v^2 / r, whatever way the body has turned
     add_box(space, "stone", (0.1, 0.1, 0.1), density=1000.0, position=(2.0, 0.0, 0.0),
-            linear_velocity=(0.0, 3.0, 0.0), angular_velocity=(0.0, 0.0, 1.5))  # fmt: skip
+            twist=(0.0, 3.0, 0.0, 0.0, 0.0, 1.5))  # fmt: skip
     space.add_joint("string", "stone", None, (0.0, 0.0, 0.0))
     space.advance(1.0)
     speed = np.linalg.norm(space.twist("stone")[:3])
@@ -246,7 +246,7 @@ def test_a_slack_chain_that_snaps_taut_in_a_long_step_gains_nothing(space: Rigid
     for n, (start, end) in enumerate(itertools.pairwise(ends)):
         turn = Rotation.align_vectors([end - start], [(1.0, 0.0, 0.0)])[0].as_quat()
         properties = mass_properties(mesh, mass=(1.0, 5.0)[n % 2])
-        space.add_body(f"link{n}", mesh, properties, 0.5 * (start + end), turn, contact=False)
+        space.add_body(f"link{n}", mesh, properties, 0.5 * (start + end), turn, friction=None)
         space.add_joint(f"joint{n}", f"link{n}", f"link{n - 1}" if n else None, start)
     space.set_applied_wrench("link7", np.array([pull, 0.0, 0.0, 0.0, 0.0, 0.0]))
     begun = space.pose("link7")[0]
@@ -259,7 +259,7 @@ def test_a_slack_chain_that_snaps_taut_in_a_long_step_gains_nothing(space: Rigid
 def test_body_at_rest_on_the_ground(world: RigidBodyWorld) -> None:
     add_box(world, "ground", (10.0, 10.0, 1.0), position=(0.0, 0.0, -0.5), motion="fixed")
     add_box(world, "crate", (1.0, 1.0, 1.0), position=(0.0, 0.0, 0.5))
-    add_box(world, "ghost", (1.0, 1.0, 1.0), position=(3.0, 0.0, 0.5), contact=False)
+    add_box(world, "ghost", (1.0, 1.0, 1.0), position=(3.0, 0.0, 0.5), friction=None)
     for _ in range(60):
         world.advance(1.0 / 60.0)
     assert world.pose("crate")[2] == pytest.approx(0.5, abs=5e-3)
@@ -274,7 +274,7 @@ def test_a_half_space_has_no_end(world: RigidBodyWorld) -> None:
     world.add_half_space((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
     world.add_half_space((5.0, 0.0, 0.0), (-1.0, 0.0, 0.0))
     for name, x, speed in (("near", -0.5, 0.0), ("far", -500.0, 0.0), ("thrown", 3.0, 8.0)):
-        add_box(world, name, (0.5, 0.5, 0.5), position=(x, 0.0, 2.0), linear_velocity=(speed, 0.0, -4.0))
+        add_box(world, name, (0.5, 0.5, 0.5), position=(x, 0.0, 2.0), twist=(speed, 0.0, -4.0, 0.0, 0.0, 0.0))
     for _ in range(120):
         world.advance(1.0 / 60.0)
         assert world.pose("thrown")[0] < 4.8
@@ -286,7 +286,7 @@ def test_a_half_space_has_no_end(world: RigidBodyWorld) -> None:
 def test_a_small_body_thrown_at_a_wall_does_not_go_half_into_it(space: RigidBodyWorld) -> None:
     """At 6 m/s it goes 2.5 cm in a 240th of a second, more than it is thick."""
     space.add_half_space((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
-    add_box(space, "chip", (0.02, 0.02, 0.02), position=(0.1, 0.0, 0.0), linear_velocity=(-6.0, 0.3, 0.2))
+    add_box(space, "chip", (0.02, 0.02, 0.02), position=(0.1, 0.0, 0.0), twist=(-6.0, 0.3, 0.2, 0.0, 0.0, 0.0))
     places = []
     for _ in range(20):
         space.advance(1.0 / 240.0)
@@ -331,8 +331,10 @@ def test_a_jerk_is_told_as_the_mean_of_the_step_to_come() -> None:
 
 def test_prescribed_motion_is_followed_exactly_and_tows(world: RigidBodyWorld) -> None:
     motion = UniformMotion(position=(0.0, 0.0, 0.0), linear_velocity=(0.5, 0.0, 0.0), angular_velocity=(0.0, 0.0, 0.1))
-    add_box(world, "tug", motion=motion, contact=False)
-    add_box(world, "barge", (1.0, 1.0, 1.0), density=100.0, position=(0.0, 0.0, -2.0), linear_velocity=(0.5, 0.0, 0.0))
+    add_box(world, "tug", motion=motion, friction=None)
+    add_box(
+        world, "barge", (1.0, 1.0, 1.0), density=100.0, position=(0.0, 0.0, -2.0), twist=(0.5, 0.0, 0.0, 0.0, 0.0, 0.0)
+    )
     world.add_joint("line", "barge", "tug", (0.0, 0.0, 0.0))
     for _ in range(120):
         world.advance(1.0 / 60.0)
@@ -375,7 +377,7 @@ def test_state_repeats_bit_for_bit(world: RigidBodyWorld) -> None:
     add_box(
         world, "slope", (10.0, 10.0, 1.0), orientation=tuple(Rotation.from_euler("y", 0.2).as_quat()), motion="fixed"
     )
-    add_box(world, "crate", (0.5, 0.4, 0.3), position=(0.0, 0.0, 0.9), angular_velocity=(1.0, 2.0, 3.0))
+    add_box(world, "crate", (0.5, 0.4, 0.3), position=(0.0, 0.0, 0.9), twist=(0.0, 0.0, 0.0, 1.0, 2.0, 3.0))
     drum = cylinder(0.2, 0.5)
     world.add_body("drum", drum, mass_properties(drum, density=300.0), (0.3, 0.1, 1.5))
     add_box(world, "link", (1.0, 0.1, 0.1), position=(0.5, 3.0, 4.0))
@@ -429,7 +431,7 @@ def test_a_runaway_is_an_error_with_a_name(space: RigidBodyWorld) -> None:
 
 def test_spin_is_followed_up_to_a_radian_in_a_step(space: RigidBodyWorld) -> None:
     # 150 rad/s of a body of 2 cm are 1.5 m/s; what turns fast takes steps of half a millisecond
-    add_box(space, "top", (0.02, 0.02, 0.02), angular_velocity=(0.0, 0.0, 150.0))
+    add_box(space, "top", (0.02, 0.02, 0.02), twist=(0.0, 0.0, 0.0, 0.0, 0.0, 150.0))
     space.advance(0.5)
     np.testing.assert_allclose(space.twist("top"), (0, 0, 0, 0, 0, 150.0), rtol=1e-9, atol=1e-9)
     space.set_wrench("top", np.array([0, 0, 0, 0, 0, 1.0]))
@@ -537,7 +539,7 @@ def test_tow_line_of_a_few_grams_between_heavy_bodies_does_not_give_way():
     world = RigidBodyWorld(gravity=(0.0, 0.0, 0.0))
     for name, mass, x in (("vessel", 90.0, 0.0), ("line", 0.03, 0.4), ("boom", 3.0, 0.8)):
         mesh = box((0.4, 0.1, 0.1))
-        world.add_body(name, mesh, mass_properties(mesh, mass=mass), (x, 0.0, 0.0), contact=False)
+        world.add_body(name, mesh, mass_properties(mesh, mass=mass), (x, 0.0, 0.0), friction=None)
     world.add_joint("at the vessel", "vessel", "line", (0.2, 0.0, 0.0))
     world.add_joint("at the boom", "line", "boom", (0.6, 0.0, 0.0))
     world.set_applied_wrench("vessel", np.array([-200.0, 0.0, 0.0, 0.0, 0.0, 0.0]))

@@ -39,9 +39,10 @@ def collision(phase: Phase, *, no_slip: bool = False, communication_step: float 
     )
     scene.add_body("box", box((0.3, 0.3, 0.3)), density=200.0, position=(0.0, 0.05, 0.0), no_slip=no_slip)
     scene.fill((-0.5, -0.2, -0.2), (-0.2, 0.2, 0.2), velocity=(2.0, 0.3, 0.0))
-    state = scene.fluid.state
-    state.velocity += np.cross([3.0, -5.0, 8.0], state.position.T - np.array([-0.35, 0.0, 0.0])).T.astype(np.float32)
-    state.velocity += np.random.default_rng(1).normal(0.0, 0.2, state.velocity.shape).astype(np.float32)
+    position, velocity = scene.fluid.particles.position, scene.fluid.particles.velocity.copy()
+    velocity += np.cross([3.0, -5.0, 8.0], position.T - np.array([-0.35, 0.0, 0.0])).T.astype(np.float32)
+    velocity += np.random.default_rng(1).normal(0.0, 0.2, velocity.shape).astype(np.float32)
+    scene.fluid.set_velocities(velocity)
     return scene
 
 

@@ -41,8 +41,8 @@ def test_tanks_that_cannot_be(terms: dict[str, Any], message: str) -> None:
     [
         ({"position": (0.3, 0.3)}, r"position of 'raft' has shape \(2,\), allowed: \(3\)"),
         ({"position": (NAN, 0.0, 0.0)}, r"position of 'raft' has nan at \(0,\), allowed: finite numbers"),
-        ({"linear_velocity": (0.0, 0.0)}, r"linear_velocity of 'raft' has shape \(2,\), allowed: \(3\)"),
-        ({"angular_velocity": (NAN, 0.0, 0.0)}, r"angular_velocity of 'raft' has nan at .* allowed: finite numbers"),
+        ({"twist": (0.0, 0.0)}, r"twist of 'raft' has shape \(2,\), allowed: \(6\)"),
+        ({"twist": (0.0, 0.0, 0.0, NAN, 0.0, 0.0)}, r"twist of 'raft' has nan at .* allowed: finite numbers"),
         ({"orientation": (0.0, 0.0, 1.0)}, r"orientation of 'raft' has shape \(3,\), allowed: \(4\)"),
         ({"orientation": (0.0, 0.0, 0.0, 2.0)}, "orientation of 'raft' is .* allowed: a unit quaternion"),
     ],
@@ -123,7 +123,7 @@ def test_momentum_of_bodies_that_fly_apart_is_compared_with_what_each_of_them_ha
         for name, side in (("a", -1.0), ("b", 1.0)):
             scene.add_body(
                 name, box((0.3, 0.4, 0.5)), density=100.0, position=(side, 0.0, 0.0),
-                linear_velocity=(side, 0.3 * side, 0.0), angular_velocity=(1.0, 2.0, 3.0),
+                twist=(side, 0.3 * side, 0.0, 1.0, 2.0, 3.0),
             )  # fmt: skip
         assert_momentum_conserved(scene, steps=10)
         scene.world.set_applied_wrench("a", [0.0, 0.0, 0.0, 0.0, 1.0, 0.0])

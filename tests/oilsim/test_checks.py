@@ -125,26 +125,30 @@ def test_pipes_that_cannot_pour_here_are_refused(make_fluid, options, message):
 
 @pytest.mark.parametrize("terms", [{"speed": np.inf}, {"volume": -1.0}, {"start": NAN}, {"mouth": (0, 0, NAN)}])
 def test_pipes_that_are_none_are_refused(terms):
-    with pytest.raises(ValueError, match=rf"pipe: .*{next(iter(terms))} .* allowed: finite numbers"):
+    with pytest.raises(ValueError, match=rf"pipe: {next(iter(terms))} is .*, allowed: "):
         pipe(**terms)
 
 
 def test_forcings_that_cannot_be_are_refused():
-    for lower, upper, time in (((0, 0, 0), (1, 1, 1), 0.0), ((0, 0, 0), (1, 1, 1), -1.0), ((1, 0, 0), (0, 1, 1), 1.0)):
-        with pytest.raises(ValueError, match=r"zone: .* allowed: .* lower below upper .* relaxation_time above 0"):
-            Zone(lower, upper, time)
-    with pytest.raises(ValueError, match=r"wind: .* gust_time 0\.0 s, .* allowed: .* spacing and gust_time above 0"):
+    for time in (0.0, -1.0):
+        with pytest.raises(ValueError, match=rf"zone: relaxation_time is {time}, allowed: above 0 s"):
+            Zone((0, 0, 0), (1, 1, 1), time)
+    with pytest.raises(
+        ValueError, match=r"zone: lower is \(1, 0, 0\) m, allowed: below upper = \(0, 1, 1\) m along every axis"
+    ):
+        Zone((1, 0, 0), (0, 1, 1), 1.0)
+    with pytest.raises(ValueError, match=r"wind: gust_time is 0\.0, allowed: above 0 s"):
         Wind(speed=5.0, direction=0.0, spacing=0.1, seed=1, gustiness=0.2, gust_time=0.0)
-    with pytest.raises(ValueError, match=r"wind: .* drag_coefficient nan, allowed: finite numbers"):
+    with pytest.raises(ValueError, match=r"wind: drag_coefficient is nan, allowed: 0 or more"):
         Wind(speed=5.0, direction=0.0, spacing=0.1, seed=1, drag_coefficient=NAN)
     zone = Zone((0, 0, 0), (1, 1, 1), 0.1)
     for velocity in ((NAN, 0, 0), (1.0,)):
         with pytest.raises(ValueError, match=r"current: velocity is .* m/s, allowed: three finite numbers"):
             Current(velocity, zone)
-    with pytest.raises(ValueError, match=r"zone: lower \(0, 0\) m, .* allowed: three numbers each"):
+    with pytest.raises(ValueError, match=r"zone: lower is \(0, 0\), .* allowed: three numbers each"):
         Zone((0, 0), (1, 1), 0.1)
     for terms in ({"height": np.inf}, {"direction": NAN}, {"gravity": 0.0}, {"drift": (0.1,)}):
-        with pytest.raises(ValueError, match=r"waves: .* allowed: finite numbers, .* gravity above 0"):
+        with pytest.raises(ValueError, match=f"waves: {next(iter(terms))} is .*, allowed: "):
             AiryWaves(
                 **({"height": 0.1, "period": 1.0, "direction": 0.0, "bottom": 0.0, "level": 1.0, "zone": zone} | terms)
             )

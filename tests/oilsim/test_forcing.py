@@ -141,12 +141,14 @@ def test_pipe_pours_its_volume(make_fluid):
 
 
 def test_waves_without_gravity_are_refused():
-    with pytest.raises(ValueError, match=r"waves: .* gravity 0\.0 m/s2, allowed: .* gravity above 0"):
+    with pytest.raises(ValueError, match=r"waves: gravity is 0\.0, allowed: above 0 m/s2"):
         AiryWaves(height=0.1, period=1.0, direction=0.0, bottom=0.0, level=1.0, zone=EVERYWHERE, gravity=0.0)
 
 
 def test_impossible_pipe_is_refused():
-    with pytest.raises(ValueError, match=r"pipe: .* radius 0\.01 m, .* allowed: .* radius half a spacing or more"):
+    with pytest.raises(
+        ValueError, match=r"pipe: radius is 0\.01 m, allowed: 0\.05 m or more, half the particle spacing"
+    ):
         PipeEmitter(phase="oil", mouth=(0, 0, 0), direction=(0, 0, 1), radius=0.01, speed=1.0, spacing=0.1)
 
 

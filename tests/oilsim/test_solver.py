@@ -193,8 +193,8 @@ def test_each_liquid_but_the_most_meets_the_tolerance_by_itself(make_fluid, monk
     fluid = small_tank(make_fluid, divergence_iterations=1000)
     solver, solve, left = fluid._solver, fluid._solver.solve, []
 
-    def look(system, gradient, diagonal, kappa, tolerance, *others):
-        result = solve(system, gradient, diagonal, kappa, tolerance, *others)
+    def look(system, pressures, tolerance, *others):
+        result = solve(system, pressures, tolerance, *others)
         left.extend(solver._left(oil) / tolerance for oil in lesser_liquids(fluid.tools, fluid.arrays, fluid.state))
         return result
 

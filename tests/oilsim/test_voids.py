@@ -90,7 +90,7 @@ def test_a_surface_that_was_there_from_the_start_is_no_void_however_small() -> N
     fluid.add_boundary(floor)
     fluid.add_particles(block((0, 0, 0), upper, SPACING, 2), phase="water")
     fluid.advance(STEP)
-    beside = int(np.count_nonzero(fluid.arrays.near))
+    beside = int(np.count_nonzero(fluid.arrays.surface))
     assert 0 < beside < VOIDS * fluid.particle_count
     assert fluid.state.confinement == Confinement.OPEN
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from recordings import entity_paths
 from recordings.frame import BodyFrame, Event, Frame, MeshDescription, PhaseFrame, RunDescription
 from recordings.sample import Block, Sample, id_ranges, ids_of_ranges
-from recordings.sink.force_arrows import STANDARD_GRAVITY, ForceArrows, enclosed_volume
+from recordings.sink.force_arrows import GRAVITY, ForceArrows, enclosed_volume
 
 BOX_SIZE = np.array([2.0, 3.0, 5.0])
 
@@ -94,7 +94,7 @@ def test_enclosed_volume_of_a_box_anywhere() -> None:
 
 def test_an_arrow_is_three_times_as_long_as_the_body_at_full_displacement() -> None:
     density = 1027.0
-    lift = np.array([[0.0, 0.0, density * STANDARD_GRAVITY * BOX_SIZE.prod()]])
+    lift = np.array([[0.0, 0.0, density * GRAVITY * BOX_SIZE.prod()]])
     arrow = ForceArrows({"box": _box()}, density).vectors("box", lift)
     assert arrow is not None
     np.testing.assert_allclose(arrow, [[0.0, 0.0, 3.0 * np.linalg.norm(BOX_SIZE)]], rtol=1e-6)

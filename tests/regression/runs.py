@@ -111,7 +111,7 @@ def _arm(client: int) -> int:
 
 def _figures(fluid: Fluid, poses: list[np.ndarray]) -> dict[str, Any]:
     """Hash of what moves, bit for bit, and a few sums that other machines must come near to."""
-    state, digest = fluid.state, hashlib.sha256()
+    state, digest = fluid.particles, hashlib.sha256()
     for values in (state.position, state.velocity, state.pressure_impulse, state.phase, state.id, *poses):
         digest.update(np.ascontiguousarray(values).tobytes())
     energy = fluid.energy()

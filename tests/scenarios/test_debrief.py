@@ -1,4 +1,4 @@
-"""The debrief says what happened: the account by formula, the grade by its rules, and a page that needs nothing else."""
+"""The debrief says what happened: the history by formula, the grade by its rules, and a page that needs nothing else."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from recordings.frame import BodyFrame, Event, Frame, MeshDescription, PhaseDesc
 from recordings.replay.recording import Replay
 from recordings.sink.recorder import Recorder
 from scenarios.cli import main
-from scenarios.debrief.account import BoomAccount, boom_accounts
+from scenarios.debrief.boom_history import BoomHistory, boom_histories
 from scenarios.debrief.grade import CRITERIA, grade, read_criteria
 from scenarios.debrief.key_moments import key_moments
 from scenarios.debrief.page import write_debrief
@@ -123,35 +123,35 @@ def write_exercise(path: Path, scalars: Callable[[int], dict[str, float]]) -> Pa
 
 
 @pytest.fixture(scope="module")
-def account(recording: Path) -> BoomAccount:
-    """The account of its boom."""
-    (found,) = boom_accounts(Replay(recording))
+def history(recording: Path) -> BoomHistory:
+    """The history of its boom."""
+    (found,) = boom_histories(Replay(recording))
     return found
 
 
-def test_normal_speed_is_that_of_the_water_across_each_segment(account: BoomAccount) -> None:
+def test_normal_speed_is_that_of_the_water_across_each_segment(history: BoomHistory) -> None:
     """The bottom of the U meets the water at tow speed plus current, its sides, along x, at none."""
     expected = np.array([[0.0, tow_speed(k) + CURRENT, 0.0] for k in range(FRAMES)])
-    np.testing.assert_allclose(np.abs(account.normal_flow), expected, atol=1e-9)
+    np.testing.assert_allclose(np.abs(history.normal_flow), expected, atol=1e-9)
 
 
-def test_held_speed_is_the_mean_over_the_time_in_which_water_passes_the_skirt(account: BoomAccount) -> None:
+def test_held_speed_is_the_mean_over_the_time_in_which_water_passes_the_skirt(history: BoomHistory) -> None:
     """0.5 m at 0.7 kn take 1.4 s, 14 frames; the speed jumps from 0.3 to 0.5 m/s between frames 10 and 11."""
-    assert account.hold_time == pytest.approx(0.5 / PRACTICE_SPEED)
+    assert history.hold_time == pytest.approx(0.5 / PRACTICE_SPEED)
     expected = [0.0] * 14 + [0.3 + 0.2 * (k - 10.5) / 14.0 for k in range(14, FRAMES)]
-    np.testing.assert_allclose(account.held_speed[:, 1], expected, atol=1e-9)
+    np.testing.assert_allclose(history.held_speed[:, 1], expected, atol=1e-9)
 
 
-def test_lean_draft_gap_and_tension_follow_from_the_poses(account: BoomAccount) -> None:
-    np.testing.assert_allclose(account.skirt_angle, LEAN, atol=1e-9)
-    np.testing.assert_allclose(account.effective_draft, 0.5 * math.cos(LEAN), atol=1e-9)
-    np.testing.assert_allclose(account.gap_ratio, 1.0 / 3.0, atol=1e-9)
-    np.testing.assert_allclose(account.tension[:, 1], 20.0 + np.arange(FRAMES))
+def test_lean_draft_gap_and_tension_follow_from_the_poses(history: BoomHistory) -> None:
+    np.testing.assert_allclose(history.skirt_angle, LEAN, atol=1e-9)
+    np.testing.assert_allclose(history.effective_draft, 0.5 * math.cos(LEAN), atol=1e-9)
+    np.testing.assert_allclose(history.gap_ratio, 1.0 / 3.0, atol=1e-9)
+    np.testing.assert_allclose(history.tension[:, 1], 20.0 + np.arange(FRAMES))
 
 
-def test_the_grade_follows_from_its_criteria(account: BoomAccount) -> None:
+def test_the_grade_follows_from_its_criteria(history: BoomHistory) -> None:
     """Under way is all of the run (0.3 of 0.5 m/s is more than half); held over 0.7 kn = 0.36 m/s in the last 6 of 21 frames."""
-    judged = grade(account)
+    judged = grade(history)
     assert CURRENT + 0.2 < PRACTICE_SPEED < CURRENT + 0.4
     values = {finding.criterion.key: finding.value for finding in judged.findings}
     starboard = (20 * 24.0 + 60.0) / 21.0
@@ -171,9 +171,9 @@ def test_the_grade_follows_from_its_criteria(account: BoomAccount) -> None:
     assert (judged.letter, judged.capped_by) == ("C", "")
 
 
-def test_a_decisive_criterion_that_is_missed_caps_the_grade(account: BoomAccount) -> None:
+def test_a_decisive_criterion_that_is_missed_caps_the_grade(history: BoomHistory) -> None:
     spilt = replace(
-        account, oil={**account.oil, "retained": 0.7 * account.oil["retained"] / 0.8, "lost": np.full(FRAMES, 0.004)}
+        history, oil={**history.oil, "retained": 0.7 * history.oil["retained"] / 0.8, "lost": np.full(FRAMES, 0.004)}
     )
     lenient = tuple(replace(c, weight=0.1) if c.key == "held" else c for c in CRITERIA)
     judged = grade(spilt, lenient)
@@ -181,17 +181,17 @@ def test_a_decisive_criterion_that_is_missed_caps_the_grade(account: BoomAccount
     assert (judged.letter, judged.capped_by) == ("D", "Oil held")
 
 
-def test_what_cannot_be_told_is_left_out_of_the_grade(account: BoomAccount) -> None:
-    silent = replace(account, tow_tension={})
+def test_what_cannot_be_told_is_left_out_of_the_grade(history: BoomHistory) -> None:
+    silent = replace(history, tow_tension={})
     verdicts = {finding.criterion.key: finding.verdict for finding in grade(silent).findings}
     assert verdicts["snatch"] is None and verdicts["sharing"] is None
     assert grade(silent).share == pytest.approx((3 * 0.5 + 2 + 0 + 1 + 1 + 1) / 10)
 
 
-def test_a_trainers_own_limits(account: BoomAccount, tmp_path: Path) -> None:
+def test_a_trainers_own_limits(history: BoomHistory, tmp_path: Path) -> None:
     file = tmp_path / "mine.toml"
     file.write_text("[held]\ngood = 75\nacceptable = 50\n[speed]\nweight = 0\n")
-    judged = grade(account, read_criteria(file))
+    judged = grade(history, read_criteria(file))
     assert judged.share == pytest.approx((3 + 2 + 1 + 1 + 1 + 0.5 + 1) / 10)
     assert judged.letter == "A"
 
@@ -214,8 +214,8 @@ def test_wrong_criteria_are_refused(text: str, said: str, tmp_path: Path) -> Non
         read_criteria(file)
 
 
-def test_key_moments_are_beginning_warning_peak_and_end(recording: Path, account: BoomAccount) -> None:
-    moments = key_moments(Replay(recording), [account])
+def test_key_moments_are_beginning_warning_peak_and_end(recording: Path, history: BoomHistory) -> None:
+    moments = key_moments(Replay(recording), [history])
     assert [moment.time for moment in moments] == pytest.approx([0.0, 1.1, 1.5, 2.0])
     assert moments[1].captions == ("boom main: leaks <now>",)
     assert "60 N at starboard" in moments[2].captions[0]
@@ -232,13 +232,13 @@ def test_what_lies_between_the_frames_counts_where_it_was_recorded(tmp_path: Pat
         }  # fmt: skip
 
     replay = Replay(write_exercise(tmp_path / "snatched.rrd", worst))
-    (account,) = boom_accounts(replay)
-    assert account.tow_peak["starboard"].tolist() == [24.0] * 12 + [90.0] + [24.0] * 2 + [60.0] + [24.0] * 5
-    assert account.tow_peak["port"].max() == 30.0 and account.tow_tension["starboard"].max() == 60.0
-    findings = {finding.criterion.key: finding.value for finding in grade(account).findings}
+    (history,) = boom_histories(replay)
+    assert history.tow_peak["starboard"].tolist() == [24.0] * 12 + [90.0] + [24.0] * 2 + [60.0] + [24.0] * 5
+    assert history.tow_peak["port"].max() == 30.0 and history.tow_tension["starboard"].max() == 60.0
+    findings = {finding.criterion.key: finding.value for finding in grade(history).findings}
     assert findings["snatch"] == pytest.approx(90.0 / ((20 * 24.0 + 60.0) / 21.0))
-    assert account.highest_held_speed == 0.7
-    told = [text for moment in key_moments(replay, [account]) for text in moment.captions]
+    assert history.highest_held_speed == 0.7
+    told = [text for moment in key_moments(replay, [history]) for text in moment.captions]
     assert any("highest tow tension, 90 N at starboard" in text for text in told)
 
 
@@ -293,7 +293,7 @@ def test_a_real_exercise_goes_all_the_way_from_run_to_exports(
     assert main(["export", "sweep.rrd", "--netcdf", "oil.nc", "--geojson", "oil.geojson", "--vtk", "film"]) == 0
     assert Path("sweep-debrief/debrief.html").stat().st_size > 100_000
     assert {"series.csv", "bodies.csv", "events.csv", "particles-oil.csv"} <= {p.name for p in Path("tables").iterdir()}
-    (boom,) = boom_accounts(Replay("sweep.rrd"))
+    (boom,) = boom_histories(Replay("sweep.rrd"))
     assert not np.isnan(boom.tension).any()
     assert boom.gap_ratio[0] == pytest.approx(1.0 / 3.0, abs=0.05)
     replay = Replay("sweep.rrd")

@@ -74,7 +74,7 @@ def test_numbers_that_no_machine_holds_are_refused() -> None:
         "liquid takes 3e+11 particles and the tank 1.2e+09, allowed: 1e+08 together" in found["fluid.particle_spacing"]
     )
     found = problems_of("", instead={"lower = [0.0, 0": "lower = [-1700.0, 0"})
-    assert found == {"tank": "reaches 1700 m from the origin, allowed: 1600 m, 16000 fluid.particle_spacing"}
+    assert found == {"tank": "reaches 1700 m from the origin, allowed: 1677.6 m, 16776 fluid.particle_spacing"}
     found = problems_of("", instead={"density = 1000.0": "density = 1e300"})
     assert found["phases.water.density"] == "is 1e+300, allowed: magnitudes up to 1e+12"
 

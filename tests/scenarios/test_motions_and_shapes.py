@@ -10,7 +10,7 @@ from scenarios.scenario import RunSettings, Scenario
 from scenarios.schema.bodies import FASTEST, BoxBody, Fixed, RampMotion, RockBody, SphereBody, TableMotion
 from scenarios.schema.liquid import FluidSettings, PhaseSettings, SlabFill, Tank
 from scenarios.setup.body_motions import TowingMotion, prescribed_motion
-from scenarios.setup.body_shapes import body_mesh, rock
+from scenarios.setup.body_shapes import body_solid, rock
 from scenarios.setup.placed_solids import own_solids
 
 
@@ -58,7 +58,7 @@ def test_rock_is_closed_has_its_size_and_follows_its_seed() -> None:
 def test_smooth_rock_is_an_ellipsoid() -> None:
     """Volume pi / 6 a b c, less the facets' share, O(1 / triangles) = 0.2 %."""
     body = RockBody(position=(0, 0, 0), size=(0.5, 0.4, 0.3), roughness=0.0, motion=Fixed())
-    assert body_mesh(body).volume == pytest.approx(np.pi / 6.0 * 0.5 * 0.4 * 0.3, rel=3e-3)
+    assert body_solid(body).volume == pytest.approx(np.pi / 6.0 * 0.5 * 0.4 * 0.3, rel=3e-3)
 
 
 def test_a_body_may_start_no_faster_than_a_run_follows() -> None:

@@ -9,12 +9,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.constants import knot
 
 from recordings.frame import Frame, RunDescription
 from recordings.replay.comparison import scores
 from recordings.replay.recording import Replay
 from recordings.sink.recorder import Recorder
-from scenarios.debrief.account import KNOT, boom_accounts
+from scenarios.debrief.boom_history import boom_histories
 from scenarios.load import scenario_from
 from scenarios.running.assembly import Assembly, build
 from scenarios.running.summary import SummaryObserver
@@ -67,10 +68,10 @@ def test_recording_debrief_and_comparison_know_the_peaks_of_the_summary(tmp_path
     simulation.terminate("completed")
     replay, summary = Replay(tmp_path / "channel.rrd"), assembly.scoring.summary()["a"]
     peaks = {end: tension["peak"] for end, tension in summary["tow_tension_n"].items()}
-    (account,) = boom_accounts(replay)
-    assert {end: peak.max() for end, peak in account.tow_peak.items()} == pytest.approx(peaks)
-    assert max(tension.max() for tension in account.tow_tension.values()) < 0.9 * max(peaks.values())
-    assert account.highest_held_speed / KNOT == pytest.approx(summary["largest_held_normal_speed_kn"])
+    (history,) = boom_histories(replay)
+    assert {end: peak.max() for end, peak in history.tow_peak.items()} == pytest.approx(peaks)
+    assert max(tension.max() for tension in history.tow_tension.values()) < 0.9 * max(peaks.values())
+    assert history.highest_held_speed / knot == pytest.approx(summary["largest_held_normal_speed_kn"])
     found = {score.label: score.first for score in scores(replay, replay)}
     assert {end: found[f"largest tow tension, {end}"] for end in peaks} == pytest.approx(peaks)
     assert found["largest speed held along the boom's normal"] == pytest.approx(summary["largest_held_normal_speed_kn"])
@@ -123,7 +124,7 @@ def test_all_oil_is_accounted_for_once_at_every_communication_point(which: str) 
     reports = [boom.report for boom in assembly.scoring.booms if boom.report is not None]
     if len(reports) > 1:  # their own accounts hold some oil twice
         assert sum(report.retained + report.lost for report in reports) > 1.1 * oil["released"]
-    if which == "alone":  # what its own account says, which an exported exercise gives
+    if which == "alone":  # what its own history says, which an exported exercise gives
         signals = {name: signal.read(assembly.parts) for name, signal in scores_of(scenario).items()}
         assert signals["booms.a.oil_retained"] == pytest.approx(oil["retained"])
         assert signals["booms.a.oil_free"] == pytest.approx(oil["free"])

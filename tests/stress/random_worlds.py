@@ -22,6 +22,7 @@ from oilsim.config import FluidConfig
 from oilsim.initial_conditions import block
 from oilsim.phases import Phase
 from oilsim.solver import Fluid
+from oilsim.views import Particles
 from tests.stress.random_bodies import DATA, REACH, drive, loose_body, placed
 from tests.stress.random_scenes import GRAVITY, LENGTH, Dice
 
@@ -49,7 +50,7 @@ class RandomWorld:
     _through: set[int] = field(default_factory=set)
 
     def __post_init__(self) -> None:
-        self._all = set(self.fluid.state.id.tolist())
+        self._all = set(self.fluid.particles.id.tolist())
 
     def step(self) -> AdvanceReport:
         """Take a step; a few times in a run something happens before it."""
@@ -89,12 +90,13 @@ class RandomWorld:
         fluid = self.fluid.energy()
         return fluid.kinetic + fluid.potential + sum(self._body_energy(body) for body in self.loose)
 
-    def count_leaked(self) -> int:
-        """Particles that have come out through a side or the floor by a spacing, or are gone, as seen after every step.
+    def count_leaked(self, seen: Particles | None = None) -> int:
+        """Particles that have come out through a side or the floor by a spacing, or are gone, as `seen` after every step, None: now.
 
         Over the rim, twice as high as the tank, they may.
         """
-        place, number = self.fluid.state.position, self.fluid.state.id
+        particles = self.fluid.particles if seen is None else seen
+        place, number = particles.position, particles.id
         self._over |= set(number[place[2] > 2.0 * self.size[2]].tolist()) - self._through
         behind = np.maximum(-place, place - np.array([*self.size[:2], np.inf])[:, None]).max(axis=0)
         inside = set(number[behind <= self.fluid.config.particle_spacing].tolist())
@@ -133,7 +135,7 @@ class RandomWorld:
     def mass(self) -> float:
         """Of liquid and loose bodies [kg]."""
         densities = np.array([phase.rest_density for phase in self.fluid.config.phases])
-        liquid = self.fluid.config.rest_volume * float(densities[self.fluid.state.phase].sum())
+        liquid = self.fluid.config.rest_volume * float(densities[self.fluid.particles.phase].sum())
         links = ((body, link) for body in self.loose for link, _, _ in self._links(body))
         return liquid + sum(pybullet.getDynamicsInfo(*key, physicsClientId=self.client)[0] for key in links)
 

@@ -40,15 +40,16 @@ def test_random_world_keeps_to_physics(seed: int) -> None:
 
 def test_leaks_of_a_world_are_what_comes_through_its_sides_or_vanishes() -> None:
     world = random_world(WORLDS[0])
-    place, spacing = world.fluid.state.position, world.fluid.config.particle_spacing
+    place, spacing = world.fluid.particles.position.copy(), world.fluid.config.particle_spacing
+    seen = world.fluid.particles._replace(position=place)
     assert world.count_leaked() == 0
     place[0, 0] = -2.0 * spacing
-    assert world.count_leaked() == 1
+    assert world.count_leaked(seen) == 1
     place[2, 1] = 2.0 * world.size[2] + spacing  # over the rim, and down outside
-    assert world.count_leaked() == 1
+    assert world.count_leaked(seen) == 1
     place[:, 1] = -2.0 * spacing
-    assert world.count_leaked() == 1
-    world.fluid.state.take(np.arange(3, world.fluid.particle_count), world.fluid.tools.team)
+    assert world.count_leaked(seen) == 1
+    world.fluid.remove_particles(np.arange(world.fluid.particle_count) < 3)
     assert world.count_leaked() == 2
     world.close()
 

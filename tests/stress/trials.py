@@ -114,7 +114,7 @@ class _Watch:
         report = self._assembly.report()
         assert report is not None
         if fluid.particle_count:
-            fastest = float(np.sqrt((fluid.state.velocity.astype(np.float64) ** 2).sum(axis=0).max()))
+            fastest = float(np.sqrt((fluid.particles.velocity.astype(np.float64) ** 2).sum(axis=0).max()))
             trial.note("speed", fastest / self._speed, FASTEST)
         if not self._driven:
             self._longest = max(self._longest, report.time_step)
@@ -147,7 +147,7 @@ class _Watch:
     def _masses(self) -> float:
         fluid, world = self._assembly.fluid, self._assembly.world
         densities = np.array([phase.rest_density for phase in fluid.config.phases])
-        mass = fluid.config.rest_volume * float(densities[fluid.state.phase].sum())
+        mass = fluid.config.rest_volume * float(densities[fluid.particles.phase].sum())
         free = () if world is None else world.free_body_names
         return mass + sum(float(world.mass_matrix(name)[0, 0]) for name in free if world is not None)
 

@@ -48,7 +48,7 @@ def _watch(world: RandomWorld, trial: Trial) -> list[bytes]:
             trial.faults["end"] = str(error)
             break
         longest = max(longest, report.time_step)
-        velocity = world.fluid.state.velocity.astype(np.float64)
+        velocity = world.fluid.particles.velocity.astype(np.float64)
         trial.note("speed", float(np.sqrt((velocity**2).sum(axis=0).max(initial=0.0))) / world.speed, FASTEST)
         trial.note("body's speed", world.fastest_body() / world.speed, FASTEST)
         if not world.is_driven:
@@ -58,7 +58,7 @@ def _watch(world: RandomWorld, trial: Trial) -> list[bytes]:
         trial.note("compression", report.density_error, np.inf)
         trial.note("products", report.iterations["divergence"], np.inf)
         if len(seen) < SOME:
-            seen.append(world.fluid.state.position.tobytes())
+            seen.append(world.fluid.particles.position.tobytes())
     world.close()
     return seen
 
@@ -68,6 +68,6 @@ def _again(seed: int, steps: int) -> bytes:
     world = random_world(seed, threads=2)
     for _ in range(steps):
         world.step()
-    places = world.fluid.state.position.tobytes()
+    places = world.fluid.particles.position.tobytes()
     world.close()
     return places

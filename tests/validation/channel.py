@@ -132,7 +132,7 @@ def layered_flow(bench: Bench, spacing: float, ratio: float) -> tuple[float, Dou
     set_velocity(fluid, start)
     for _ in range(round(LAYER_RUN / LAYER_STEP)):
         bench.advance(fluid, LAYER_STEP)
-    z, u, thick = position(fluid)[2], velocity(fluid)[0], fluid.state.phase == 1
+    z, u, thick = position(fluid)[2], velocity(fluid)[0], fluid.particles.phase == 1
     interface = profile_value(z[thick], u[thick], LAYER, LAYER)
     return 2.0 * THIN * interface / (DRIVE * LAYER**2), np.stack([z, u])
 

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from oilsim.accounts import diagnostics
 from oilsim.boundaries.boundary_particles import solid_box
 from oilsim.config import FluidConfig
 from oilsim.initial_conditions import block, sphere
@@ -77,11 +76,11 @@ def spun_disc(bench: Bench, spacing: float) -> Double:
     fluid = disc(bench, spacing)
     x, y, z = position(fluid)
     set_velocity(fluid, np.stack([z, y, -x]))
-    first = diagnostics.angular_momentum(fluid.state, fluid.config)[1]
+    first = fluid.angular_momentum()[1]
     rows = []
     for step in range(round(CONSERVATION_RUN / STEP)):
         bench.advance(fluid, STEP)
-        rows.append(((step + 1) * STEP, diagnostics.angular_momentum(fluid.state, fluid.config)[1] / first - 1.0))
+        rows.append(((step + 1) * STEP, fluid.angular_momentum()[1] / first - 1.0))
     return np.array(rows).T
 
 

@@ -112,9 +112,8 @@ def roll_angle(bench: Bench, spacing: float) -> float:
     fill(fluid, (0, 0), (width, 2.0 * SIZE))
     mass = 0.5 * WATER * SIZE**2
     start = np.array([0.5 * width, 0.0, 2.0 * SIZE])
-    points = fluid.state.position.T
-    dry = (np.abs(points[:, [0, 2]] - start[[0, 2]]) > 0.5 * SIZE).any(axis=1)
-    fluid.state.take(np.flatnonzero(dry), fluid.tools.team)
+    points = fluid.particles.position.T
+    fluid.remove_particles((np.abs(points[:, [0, 2]] - start[[0, 2]]) <= 0.5 * SIZE).all(axis=1))
     square = solid_box((SIZE, 0.0, SIZE), spacing, dimension=2)
     body = Body(fluid, square, mass, np.diag([0.0, 6.0 / (mass * SIZE**2), 0.0]), start)
     body.freedoms[[0, 2, 4]] = 1.0

@@ -44,7 +44,7 @@ def overturning(fluid: Fluid) -> Double:
     Below w = sinh(k z) / sinh(k h) cos(k x), above w = sinh(k (2 h - z)) / sinh(k h) cos(k x), u from continuity.
     """
     x, _, z = position(fluid)
-    oil = fluid.state.phase == 0
+    oil = fluid.particles.phase == 0
     depth = WAVE_NUMBER * np.where(oil, z, 2.0 * LAYER - z)
     scale = 1.0 / math.sinh(WAVE_NUMBER * LAYER)
     u = np.where(oil, -1.0, 1.0) * np.cosh(depth) * np.sin(WAVE_NUMBER * x)
@@ -106,7 +106,7 @@ def lock(bench: Bench, spacing: float) -> Fluid:
 def exchange_fronts(fluid: Fluid, spacing: float) -> tuple[float, float]:
     """Distance [m] from the lock of the water's front along the floor and of the oil's along the lid."""
     x, _, z = position(fluid)
-    water = fluid.state.phase == 1
+    water = fluid.particles.phase == 1
     layer = 0.2 * HEIGHT  # the nose, which may ride on a row of the other liquid
     heavy = front_position(x[water & (z < layer)], spacing) - HALF
     light = HALF + front_position(-x[~water & (z > HEIGHT - layer)], spacing)

@@ -55,7 +55,7 @@ def planar_slick(bench: Bench, spacing: float) -> tuple[Fluid, float]:
 
 def half_length(fluid: Fluid) -> float:
     """Half length [m] of the even slick that holds the same SHARE of the oil within the same distance."""
-    return float(np.quantile(position(fluid)[0][fluid.state.phase == 0], SHARE)) / SHARE
+    return float(np.quantile(position(fluid)[0][fluid.particles.phase == 0], SHARE)) / SHARE
 
 
 def oil_in_channel(resolution: int, bench: Bench) -> Outcome:

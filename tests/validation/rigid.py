@@ -60,12 +60,7 @@ class Body:
             self.handle, self.position, self.orientation, self.twist[:3], self.twist[3:], inverse_mass, fall
         )
         bench.advance(self.fluid, duration)
-        moved = self.fluid.tools.walls.moving[self.handle]
-        self.position, self.orientation, self.twist = (
-            moved.position.copy(),
-            moved.orientation.copy(),
-            moved.twist.copy(),
-        )
+        self.position, self.orientation, self.twist = self.fluid.boundary_motion(self.handle)
         return self.fluid.boundary_wrench(self.handle)
 
 

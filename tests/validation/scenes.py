@@ -96,15 +96,19 @@ def fill(fluid: Fluid, lower: tuple[float, float], upper: tuple[float, float], p
 
 
 def disturb(fluid: Fluid, amount: float, seed: int) -> None:
-    """Move all particles of a plane fluid by a normally distributed `amount` [m] along x and z."""
+    """Move all particles of a plane fluid at rest by a normally distributed `amount` [m] along x and z."""
     noise = np.random.default_rng(seed).normal(0.0, amount, (2, fluid.particle_count))
-    fluid.state.position[::2] += noise.astype(np.float32)
+    position, phase = fluid.particles.position.copy(), fluid.particles.phase.copy()
+    position[::2] += noise.astype(np.float32)
+    fluid.remove_particles(np.ones(fluid.particle_count, bool))
+    for index, own in enumerate(fluid.config.phases):
+        fluid.add_particles(position[:, phase == index].T, phase=own.name)
 
 
 def masses(fluid: Fluid) -> Double:
-    """Mass of each particle (N,) [kg/m], in the order of the state."""
+    """Mass of each particle (N,) [kg/m], in the order of `Fluid.particles`."""
     densities = np.array([phase.rest_density for phase in fluid.config.phases])
-    return fluid.config.rest_volume * densities[fluid.state.phase]
+    return fluid.config.rest_volume * densities[fluid.particles.phase]
 
 
 def rms_speed(fluid: Fluid) -> float:
@@ -113,18 +117,18 @@ def rms_speed(fluid: Fluid) -> float:
 
 
 def position(fluid: Fluid) -> Double:
-    """Positions (3, N) [m] in double precision, in the order of the state."""
-    return fluid.state.position.astype(np.float64)
+    """Positions (3, N) [m] in double precision, in the order of `Fluid.particles`."""
+    return fluid.particles.position.astype(np.float64)
 
 
 def velocity(fluid: Fluid) -> Double:
-    """Velocities (3, N) [m/s] in double precision, in the order of the state."""
-    return fluid.state.velocity.astype(np.float64)
+    """Velocities (3, N) [m/s] in double precision, in the order of `Fluid.particles`."""
+    return fluid.particles.velocity.astype(np.float64)
 
 
 def set_velocity(fluid: Fluid, values: Double) -> None:
-    """Give the particles the velocities (3, N) [m/s], in the order of the state."""
-    fluid.state.velocity[:] = values.astype(fluid.state.velocity.dtype)
+    """Give the particles the velocities (3, N) [m/s], in the order of `Fluid.particles`."""
+    fluid.set_velocities(values)
 
 
 def read_table(name: str) -> Double:

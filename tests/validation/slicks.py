@@ -33,7 +33,7 @@ def launch(
     for _ in range(ROUNDS):
         x, y, z = position(fluid)
         spreading = np.stack([strain[0] * x, strain[1] * y, (strain[0] + strain[1]) * (depth - z)])
-        set_velocity(fluid, np.where(fluid.state.phase == 0, spreading, velocity(fluid)))
+        set_velocity(fluid, np.where(fluid.particles.phase == 0, spreading, velocity(fluid)))
         bench.advance(fluid, INSTANT)
         fluid.land()
     return int(np.count_nonzero(oil))

@@ -146,7 +146,7 @@ def slick(bench: Bench, spacing: float) -> tuple[Fluid, float]:
 
 def slick_radius(fluid: Fluid) -> float:
     """Radius [m] of the even disc that holds the same SHARE of the oil within the same distance."""
-    x, y, _ = position(fluid)[:, fluid.state.phase == 0]
+    x, y, _ = position(fluid)[:, fluid.particles.phase == 0]
     return float(np.quantile(np.hypot(x, y), SHARE)) / math.sqrt(SHARE)
 
 

@@ -29,7 +29,7 @@ WIDTH, OIL_DEPTH, WATER_DEPTH = 0.5, 0.25, 0.5  # m
 def layer_boundaries(fluid: Fluid, spacing: float) -> tuple[float, float]:
     """Heights [m] of interface and free surface from the layers' centres of mass: a flat layer's top is at twice its centre."""
     z = position(fluid)[2]
-    water, oil = z[fluid.state.phase == 1], z[fluid.state.phase == 0]
+    water, oil = z[fluid.particles.phase == 1], z[fluid.particles.phase == 0]
     interface = 2.0 * float(water.mean())
     return interface, interface + 2.0 * (float(oil.mean()) - interface)
 
@@ -37,7 +37,7 @@ def layer_boundaries(fluid: Fluid, spacing: float) -> tuple[float, float]:
 def inverted_share(fluid: Fluid, spacing: float) -> float:
     """Share of particles that lie more than one and a half spacings on the wrong side of the filled interface."""
     z = position(fluid)[2] - WATER_DEPTH
-    wrong = np.where(fluid.state.phase == 0, -z, z) > 1.5 * spacing
+    wrong = np.where(fluid.particles.phase == 0, -z, z) > 1.5 * spacing
     return float(wrong.mean())
 
 

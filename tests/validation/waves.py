@@ -118,7 +118,7 @@ def interface_mode(fluid: Fluid) -> Double:
     r = GRAVITY * k / omega**2
     b = (sh - r * ch) / (r * sh - ch)
     above = k * (z - LAYER)
-    oil = fluid.state.phase == 0
+    oil = fluid.particles.phase == 0
     w = np.where(oil, np.cosh(above) + b * np.sinh(above), np.sinh(k * z) / sh)
     u = -np.where(oil, np.sinh(above) + b * np.cosh(above), np.cosh(k * z) / sh)
     return np.stack([u * np.sin(k * x), np.zeros_like(x), w * np.cos(k * x)])

@@ -35,15 +35,9 @@ def constrain_density(
     if count == 0:
         return 0, 0.0, pushed
     multiplier, push, error = np.zeros(count, np.float32), np.empty_like(position), np.zeros(block_count(count))
-    limit, wall, hood = (
-        LARGEST_MULTIPLIER * np.float32(config.particle_spacing**2),
-        tools.walls.points,
-        arrays.neighborhood,
-    )
+    limit, hood = LARGEST_MULTIPLIER * np.float32(config.particle_spacing**2), arrays.neighborhood
     with tools.stage("density"):
-        run(
-            density_and_diagonal, count, arrays.points, wall, *hood, arrays.compression, arrays.diagonal, arrays.gradient_sum
-        )  # fmt: skip
+        run(density_and_diagonal, count, hood, arrays.compression, arrays.diagonal, arrays.gradient_sum)
         for iteration in range(config.density_iterations + 1):
             run(
                 density_multiplier, count, arrays.compression, arrays.diagonal, np.float32(config.relaxation), limit, multiplier, error
@@ -51,13 +45,13 @@ def constrain_density(
             mean = total(error) / count
             if mean <= config.density_tolerance or iteration == config.density_iterations:
                 return iteration, mean, pushed
-            run(density_push, count, arrays.points, wall, multiplier, *hood, push)
+            run(density_push, count, hood, multiplier, push)
             if reaction_time is not None:
                 pushed -= multiplier / np.float32(reaction_time)
                 _react(tools, arrays, multiplier, reaction_time)
             position += push
             place_points(tools, arrays, state)
-            run(density_constraint, count, arrays.points, wall, *hood, arrays.compression)
+            run(density_constraint, count, hood, arrays.compression)
     raise AssertionError("the loop returns")
 
 
@@ -67,7 +61,7 @@ def _react(tools: StepTools, arrays: StepArrays, multiplier: Real, reaction_time
     if arrays.touching.size:
         impulse = walls.zero_forces()
         push_reaction(
-            arrays.touching, arrays.points, walls.points, multiplier, *arrays.neighborhood,
-            np.float32(tools.constants.reference_density), walls.resting, walls.owner, walls.arm, impulse,
+            arrays.touching, arrays.neighborhood, multiplier, np.float32(tools.constants.reference_density), walls.resting, walls.owner,
+            walls.arm, impulse,
         )  # fmt: skip
         walls.receive(impulse / reaction_time)

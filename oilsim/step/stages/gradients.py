@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from oilsim.gradients.shear_correction import mend_moments
+from oilsim.gradients.shear_correction import correct_for_shear
 from oilsim.pressure.pressure_gradient import cache_gradients
 from oilsim.state import FluidState
 from oilsim.step.stages.search import place_points
@@ -19,12 +19,11 @@ def cache_pair_gradients(tools: StepTools, arrays: StepArrays, state: FluidState
         place_points(tools, arrays, state)
         if arrays.mended is not None:
             tools.team.run(
-                mend_moments, state.listed, arrays.points, arrays.matrix, arrays.flow, arrays.near, np.float32(tools.time_unit),
-                constants.plane, *hood, arrays.mended,
+                correct_for_shear, state.listed, hood, arrays.matrix, arrays.flow, arrays.surface, np.float32(tools.time_unit),
+                constants.plane, arrays.mended,
             )  # fmt: skip
         tools.team.run(
-            cache_gradients, state.awake, arrays.points, walls.points, arrays.mended, constants.moment, *hood, constants.wall_weight,
-            arrays.by_body, constants.plane, constants.gravity, arrays.gradient, arrays.wall_gradient, arrays.own,
-            arrays.extrapolation, arrays.waterline, arrays.lever, arrays.diagonal, arrays.coverage, arrays.wall_slope, arrays.openness,
+            cache_gradients, state.awake, hood, arrays.mended, constants.pressure, arrays.by_body, arrays.vectors, arrays.sums,
+            arrays.wall_pressure, arrays.lever,
         )  # fmt: skip
         arrays.contacts = walls.contacts(arrays.touching, hood.walls, arrays.wall_gradient)

@@ -7,9 +7,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from oilsim.density.density_feedback import RETURN, RETURN_IN_A_BOX, add_density_feedback
+from oilsim.density.density_feedback import RETURN, RETURN_IN_A_BOX, FeedbackScales, add_density_feedback
 from oilsim.neighborhood.neighbor_search import indices
-from oilsim.pressure.bounded_solver import BoundConstrainedSolver
+from oilsim.pressure.bounded_solver import BoundConstrainedSolver, Pressures
 from oilsim.pressure.wall_extrapolation import PRESSED, hold_waterline
 from oilsim.state import Confinement, FluidState
 from oilsim.step.pressure_operator import PressureOperator, with_neighbors
@@ -17,7 +17,8 @@ from oilsim.step.step_arrays import StepArrays
 from oilsim.step.step_tools import StepTools
 
 Real = NDArray[np.float32]
-FILLED = 0.1  # of the tolerance, in a filled box: nothing but pressure keeps its flow, and vortices lose by what solves leave
+# [1] share of the tolerance in a filled box; measured; only pressure keeps its flow, and vortices lose by the residual of solves
+FILLED = 0.1
 
 
 def apply_last_pressure(tools: StepTools, arrays: StepArrays, state: FluidState, time_step: float) -> PressureOperator:
@@ -51,8 +52,8 @@ def project_velocity(
         _add_feedback(tools, arrays, state, time_step, excess)
         tolerance = config.divergence_tolerance * (FILLED if filled else 1.0)
         used, residual = solver.solve(
-            operator, -excess, arrays.diagonal, kappa[: state.listed], tolerance / time_step, config.divergence_iterations, filled,
-            [arrays.touching, *lesser_liquids(tools, arrays, state)], state.awake,
+            operator, Pressures(kappa[: state.listed], -excess, arrays.diagonal), tolerance / time_step, config.divergence_iterations,
+            filled, [arrays.touching, *lesser_liquids(tools, arrays, state)], state.awake,
         )  # fmt: skip
         operator.hand_over()
     return used, residual * time_step
@@ -73,9 +74,10 @@ def _start_from_last(state: FluidState, time_step: float) -> None:
 def _add_feedback(tools: StepTools, arrays: StepArrays, state: FluidState, time_step: float, rate: Real) -> None:
     """Add to `rate` [1/s] what strain and wrong densities ask of the divergence (see `density_feedback`)."""
     unit = tools.time_unit * (RETURN_IN_A_BOX if state.confinement == Confinement.FILLED else RETURN)
+    scales = FeedbackScales(pressed(tools, time_step), np.float32(time_step), np.float32(unit))
     tools.team.run(
-        add_density_feedback, state.awake, arrays.compression, arrays.gradient_sum, arrays.near, state.pressure_impulse,
-        pressed(tools, time_step), arrays.flow, *tools.constants.surface_shares, np.float32(time_step), np.float32(unit), rate,
+        add_density_feedback, state.awake, arrays.compression, arrays.gradient_sum, arrays.surface, arrays.flow, state.pressure_impulse,
+        tools.constants.surface_table, scales, rate,
     )  # fmt: skip
 
 

@@ -15,16 +15,18 @@ from oilsim.density.particle_shifting import (
     LEFT,
     OMEGA,
     SETTLING,
+    Relaxation,
+    RelaxationConstants,
+    ShiftScales,
     end_first_pass,
     flow_along,
     follow_flow,
-    mark_near_surface,
-    mark_surface,
     relax,
     relaxation_multiplier,
     shift_strength,
 )
-from oilsim.gradients.particle_sums import local_fields
+from oilsim.gradients.free_surface import FreeSurface, mark_exposed, mark_free_surface
+from oilsim.gradients.particle_sums import sum_over_neighbors
 from oilsim.gradients.relaxation_time import passing_unit, shear_rate_sums
 from oilsim.neighborhood.neighbor_search import fill_rows
 from oilsim.neighborhood.smoothing_kernels import lattice_diagonal
@@ -33,7 +35,8 @@ from oilsim.step.stages.search import place_points
 from oilsim.step.step_arrays import StepArrays
 from oilsim.step.step_tools import StepTools
 
-VOIDS = 0.005  # of the particles of liquid that fills its box, that may be near a surface where it has parted
+# [1] share of the particles that may be near a surface while the liquid still counts as filling its box; measured; see docs/numerics.md
+VOIDS = 0.005
 
 
 def relax_positions(tools: StepTools, arrays: StepArrays, state: FluidState, time_step: float) -> tuple[int, float]:
@@ -42,18 +45,20 @@ def relax_positions(tools: StepTools, arrays: StepArrays, state: FluidState, tim
     if count == 0:
         state.confinement = Confinement.OPEN if state.asleep else Confinement.FILLED
         return 0, 0.0
-    constants, points, hood = tools.constants, arrays.points, arrays.neighborhood
+    constants, hood = tools.constants, arrays.neighborhood
     moving = slice(0, count)
     multiplier = np.zeros(state.listed, np.float32)
-    push = np.zeros((3, count), np.float32)
-    change, moved = np.empty((2, 3, count), np.float32)
+    push, change, moved = np.zeros((3, 3, count), np.float32)
+    relaxation = Relaxation(push, state.shift, change, moved)
     square = np.float32(config.particle_spacing**2)
     rate, limit = np.float32(OMEGA / lattice_diagonal(config.dimension)) * square, LARGEST_MULTIPLIER * square
     with tools.stage("density"):
         position[:, moving] += state.shift[:, moving]
         sum_neighbors(tools, arrays, state, time_step)
         theta = np.float32(-math.expm1(-time_step / (SETTLING * tools.time_unit)))
-        run(shift_strength, state.listed, arrays.near, hood.walls, arrays.flow, np.float32(time_step), square)
+        scales = ShiftScales(np.float32(time_step), square)
+        passes = RelaxationConstants(constants.shift_balance, theta, INERTIA, constants.touching_wall)
+        run(shift_strength, state.listed, arrays.surface, hood.walls, scales, arrays.flow)
         for iteration in range(1, config.density_iterations + 1):
             found = mean_compression(arrays, state)
             if iteration > 1 and found <= config.density_tolerance:
@@ -62,15 +67,12 @@ def relax_positions(tools: StepTools, arrays: StepArrays, state: FluidState, tim
             left, first = LEFT * found, iteration == 1
             enough = left <= config.density_tolerance
             hurried = rate if enough else HURRY * rate
-            run(relaxation_multiplier, count, arrays.compression, arrays.near, hurried, limit, multiplier)
-            run(
-                relax, count, points, tools.walls.points, arrays.flow, multiplier, constants.shift_balance, first, theta, INERTIA,
-                constants.touching_wall, *hood, push, state.shift, change,
-            )  # fmt: skip
+            run(relaxation_multiplier, count, arrays.compression, arrays.surface, hurried, limit, multiplier)
+            run(relax, count, passes, hood, arrays.flow, multiplier, first, relaxation)
             if first:
                 run(
-                    end_first_pass, count, push, change, arrays.near, hood.walls, arrays.gradient_sum, arrays.flow,
-                    np.float32(time_step), square, position, state.velocity, state.shift, moved,
+                    end_first_pass, count, arrays.surface, hood.walls, arrays.gradient_sum, arrays.flow, scales, relaxation,
+                    position, state.velocity,
                 )  # fmt: skip
             else:
                 position[:, moving] += push
@@ -78,7 +80,7 @@ def relax_positions(tools: StepTools, arrays: StepArrays, state: FluidState, tim
             if enough or iteration == config.density_iterations:
                 break
             place_points(tools, arrays, state)
-            run(density_constraint, count, points, tools.walls.points, *hood, arrays.compression)
+            run(density_constraint, count, hood, arrays.compression)
         carry_along(tools, arrays, state, moved)
     return iteration, left
 
@@ -96,25 +98,19 @@ def carry_along(tools: StepTools, arrays: StepArrays, state: FluidState, moved: 
 def sum_neighbors(tools: StepTools, arrays: StepArrays, state: FluidState, time_step: float) -> None:
     """Compute the neighbour sums (see `particle_sums`), which particles are near a free surface, and a weightless liquid's unit of time."""
     run, count, constants, hood = tools.team.run, state.awake, tools.constants, arrays.neighborhood
-    arrays.flow, surface = np.empty((state.listed, 16), np.float32), np.empty(state.listed, np.float32)
+    arrays.flow, exposed = np.empty((state.listed, 16), np.float32), np.empty(state.listed, np.float32)
     place_points(tools, arrays, state)
     run(fill_rows, state.listed, state.velocity, arrays.weight, arrays.flow)
     run(
-        local_fields, state.listed, arrays.points, tools.walls.points, *hood, constants.plane, constants.moment, arrays.compression,
-        arrays.gradient_sum, arrays.flow, arrays.matrix,
+        sum_over_neighbors, state.listed, hood, constants.plane, constants.moment, arrays.compression, arrays.gradient_sum, arrays.flow,
+        arrays.matrix,
     )  # fmt: skip
     if tools.budget is not None:
         tools.budget.add_strain(arrays.flow, time_step)
-    run(
-        mark_surface,
-        state.listed,
-        arrays.gradient_sum,
-        arrays.compression,
-        np.float32(tools.config.particle_spacing),
-        surface,
-    )
-    run(mark_near_surface, count, hood.fluid, surface, arrays.near)
-    state.confinement = confinement(state, int(np.count_nonzero(arrays.near)))
+    spacing = np.float32(tools.config.particle_spacing)
+    run(mark_exposed, state.listed, arrays.gradient_sum, arrays.compression, spacing, exposed)
+    run(mark_free_surface, count, hood.fluid, exposed, arrays.surface)
+    state.confinement = confinement(state, int(np.count_nonzero(arrays.surface)))
     if constants.weightless:
         sums = np.zeros((block_count(count), 2))
         run(shear_rate_sums, count, arrays.flow, np.float32(tools.config.cfl / time_step), sums)
@@ -138,6 +134,10 @@ def mean_compression(arrays: StepArrays, state: FluidState) -> float:
     """Mean of (C_i)+ of the particles that move; where they fill a box, whose mean density is given, about the mean of C_i inside."""
     compression = arrays.compression
     if state.confinement != Confinement.OPEN:
-        inside = compression if state.confinement == Confinement.FILLED else compression[arrays.near == 0]
+        inside = (
+            compression
+            if state.confinement == Confinement.FILLED
+            else compression[arrays.surface == FreeSurface.INSIDE]
+        )
         compression -= inside.mean(dtype=np.float64).astype(np.float32)
     return float(np.maximum(compression[: state.awake], 0.0).mean(dtype=np.float64))

@@ -14,12 +14,12 @@ def search_neighbors(tools: StepTools, arrays: StepArrays, state: FluidState) ->
     """List all neighbours at the present positions, for which the state may be sorted by cell."""
     constants, walls = tools.constants, tools.walls
     with tools.stage("search"):
-        neighborhood = tools.neighborhood(*tools.lists.update(state, walls))
-        arrays.reserve(state.listed, neighborhood, tools.needs())
+        fluid, solid = tools.lists.update(state, walls)
+        arrays.reserve(tools.neighborhood(state.listed, fluid, solid), tools.needs())
         arrays.weight = constants.weights.take(state.phase)
         arrays.rest_density = constants.densities.astype(np.float32).take(state.phase)
         place_points(tools, arrays, state)
-        arrays.touching = walls.touching(neighborhood.walls, state.awake)
+        arrays.touching = walls.touching(solid, state.awake)
         arrays.by_body[arrays.touching] = True
 
 

@@ -79,6 +79,6 @@ def viscous_system(tools: StepTools, arrays: StepArrays, state: FluidState, visc
         no_slip = np.divide(no_slip * held, walls.volume, out=np.zeros_like(held), where=walls.volume > 0.0)
     system.assemble(
         arrays.points, walls.points, state.phase, viscosity, no_slip, hood.period, hood.walls, arrays.wall_gradient,
-        config.particle_spacing, config.dimension, arrays.near if corrected else None,
+        config.particle_spacing, config.dimension, arrays.surface if corrected else None,
     )  # fmt: skip
     return system

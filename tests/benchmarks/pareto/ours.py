@@ -88,7 +88,7 @@ class Run:
         self.fluid.advance(self.scene.interval)
         seconds = time.perf_counter() - begin
         if self.scene.body is not None:
-            moved = self.fluid.tools.walls.moving[self._handle]
+            moved = self.fluid.boundary_motion(self._handle)
             self._motion = (moved.position, moved.orientation, moved.twist[:3], moved.twist[3:])
             self.body_height = float(moved.position[2])
         return seconds

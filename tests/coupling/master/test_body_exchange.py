@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from coupling.assembly import ExchangeOptions
 from coupling.bodies import box, cylinder, sphere
 from coupling.errors import CoSimulationError
 from coupling.master.body_exchange import BodyExchange, BodyInterface, Scheme
@@ -29,8 +30,8 @@ def raft_under_water(
     density: float, scheme: Scheme | None, iteration: type = Aitken, energy_limit: float = ENERGY_LIMIT
 ) -> TankScene:
     """A cube in the middle of a small tank, held under and let go."""
-    scene = tank(size=(0.5, 0.5, 0.6), depth=0.3, particle_spacing=SPACING, scheme=scheme, iteration=iteration)
-    scene.energy_limit = energy_limit
+    options = ExchangeOptions(scheme=scheme, iteration=iteration, energy_limit=energy_limit)
+    scene = tank(size=(0.5, 0.5, 0.6), depth=0.3, particle_spacing=SPACING, exchange=options)
     scene.add_body("raft", box((SIDE, SIDE, SIDE)), density=density, position=(0.25, 0.25, 0.15))
     return scene
 
@@ -78,7 +79,7 @@ def forget(monkeypatch: pytest.MonkeyPatch, *told: str) -> None:
     def silent(**terms: Any) -> BodyInterface:
         return BodyInterface(**{name: value for name, value in terms.items() if name not in told})
 
-    monkeypatch.setattr("coupling.testkit.scene.BodyInterface", silent)
+    monkeypatch.setattr("coupling.assembly.BodyInterface", silent)
 
 
 @pytest.mark.parametrize(
@@ -143,7 +144,9 @@ def test_iteration_finds_a_load_that_nobody_foresaw(
 
 def test_iteration_bears_a_blow() -> None:
     # a heavy cube falls on the floor, which stops it within a step: no acceleration without the liquid explains that
-    with tank(size=(0.5, 0.5, 0.6), depth=0.1, particle_spacing=SPACING, scheme=Scheme.ITERATED) as scene:
+    with tank(
+        size=(0.5, 0.5, 0.6), depth=0.1, particle_spacing=SPACING, exchange=ExchangeOptions(scheme=Scheme.ITERATED)
+    ) as scene:
         scene.add_body("stone", box((SIDE, SIDE, SIDE)), density=2000.0, position=(0.25, 0.25, 0.35))
         scene.run(1.0)
         assert scene.world.pose("stone")[2] == pytest.approx(0.5 * SIDE, abs=0.01)
@@ -154,14 +157,15 @@ def test_blow_is_not_expected_to_strike_again() -> None:
     # the water's force counts until the end of the step in which a shelf stops the cube, 3 % of the energy with which it falls; the impulse
     # of the shelf, taken for a load in the next step, would make 1.2 % there, for less than 0.01
     speed = 2.0
-    with tank(size=(0.5, 0.5, 0.6), depth=0.35, particle_spacing=SPACING, scheme=Scheme.VIRTUAL_MASS) as scene:
+    options = ExchangeOptions(scheme=Scheme.VIRTUAL_MASS)
+    with tank(size=(0.5, 0.5, 0.6), depth=0.35, particle_spacing=SPACING, exchange=options) as scene:
         scene.world.add_half_space((0.25, 0.25, 0.5 * SIDE), (0.0, 0.0, 1.0))
         scene.add_body(
             "stone",
             box((SIDE, SIDE, SIDE)),
             density=2000.0,
             position=(0.25, 0.25, 0.437),  # from which one step stops it
-            linear_velocity=(0.0, 0.0, -speed),
+            twist=(0.0, 0.0, -speed, 0.0, 0.0, 0.0),
         )
         made = []
         for _ in range(80):
@@ -251,7 +255,7 @@ def test_a_scheme_that_is_none_is_refused() -> None:
         TypeError, match=r"scheme of body 'raft' is 'virtual mass', allowed: None, Scheme\.MONOLITHIC, "
     ):
         replace(interface(3.0), scheme="virtual mass")
-    with pytest.raises(TypeError, match="scheme of the scene is 'explicit', allowed: None, Scheme"):
+    with pytest.raises(TypeError, match="scheme of the bodies is 'explicit', allowed: None, Scheme"):
         raft_under_water(0.1 * WATER, "explicit")  # type: ignore[arg-type]
 
 

@@ -9,6 +9,8 @@ from coupling.errors import CoSimulationError, CouplingSetupError
 from coupling.master.algorithms import GaussSeidel, Jacobi
 from coupling.master.co_simulation import CommunicationPoint, CoSimulation
 from coupling.master.connection import Connection
+from coupling.master.exchange_ledger import Exchange
+from coupling.master.observer_dispatch import Watching
 from coupling.participant import Status, StepResult
 from recordings.frame import Event, Frame, RunDescription
 from tests.coupling.accumulator import Accumulator
@@ -43,9 +45,11 @@ def watched(participants: list[Accumulator], connections: list[Connection], *wat
         participants,
         connections,
         0.1,
-        observers=watchers,  # type: ignore[arg-type]
-        frame_source=lambda point: Frame(index=point.index, time=point.time),
-        run_description=RunDescription(name="ring", particle_spacing=0.1),
+        watching=Watching(
+            watchers,  # type: ignore[arg-type]
+            lambda point: Frame(index=point.index, time=point.time),
+            RunDescription(name="ring", particle_spacing=0.1),
+        ),
     )
 
 
@@ -69,7 +73,7 @@ def test_gauss_seidel_and_jacobi_give_their_own_closed_forms() -> None:
     # Gauss-Seidel: y1 += H y2; y2 += H y1(new).
     for algorithm, expected in ((Jacobi(), (1.21, 1.21)), (GaussSeidel(), (1.1 + 0.111, 1.11 + 0.1211))):
         participants, connections = ring([])
-        run = CoSimulation(participants, connections, 0.1, algorithm=algorithm)
+        run = CoSimulation(participants, connections, 0.1, exchange=Exchange(algorithm))
         run.initialize()
         run.run(0.2)
         assert [float(p.output) for p in participants] == pytest.approx(expected, abs=1e-14)
@@ -357,10 +361,58 @@ def test_frames_are_not_made_for_nobody() -> None:
         asked.append(point)
         return Frame(index=len(asked), time=0.0)
 
-    run = CoSimulation(participants, connections, 0.1, frame_source=count)
+    run = CoSimulation(participants, connections, 0.1, watching=Watching(frame_source=count))
     run.initialize()
     run.step()
     assert asked == []
+
+
+def test_accounts_advance_once_at_every_point_before_observers_are_told() -> None:
+    told: list[tuple[str, int]] = []
+
+    class Teller(Watcher):
+        def step_completed(self, frame: Frame) -> None:
+            told.append(("frame", frame.index))
+
+    def account(point: CommunicationPoint) -> None:
+        assert point.time == pytest.approx(0.1 * point.index)
+        told.append(("account", point.index))
+
+    def made(*watchers: Watcher) -> CoSimulation:
+        participants, connections = ring([])
+        return CoSimulation(
+            participants,
+            connections,
+            0.1,
+            observers=watchers,
+            accounts=[account],
+            frame_source=lambda point: Frame(index=point.index, time=point.time),
+            run_description=RunDescription(name="ring", particle_spacing=0.1),
+        )
+
+    run = made(Teller(), Teller())
+    run.initialize()
+    run.step()
+    assert told == [("account", 0), ("frame", 0), ("frame", 0), ("account", 1), ("frame", 1), ("frame", 1)]
+    told.clear()
+    again = made()
+    again.initialize(run.save_state())  # the account of that point belongs to the run that was saved
+    again.step()
+    assert told == [("account", 2)]
+
+
+def test_account_that_fails_ends_the_run_by_name() -> None:
+    def overdrawn(point: CommunicationPoint) -> None:
+        if point.index == 1:
+            raise ValueError("overdrawn")
+
+    log: list[tuple[object, ...]] = []
+    participants, connections = ring(log)
+    run = CoSimulation(participants, connections, 0.1, accounts=[overdrawn])
+    run.initialize()
+    with pytest.raises(CoSimulationError, match=r"'accounts' failed at 0\.1 s: overdrawn"):
+        run.step()
+    assert log[-2:] == [("first", "terminate"), ("second", "terminate")]
 
 
 def test_failure_during_initialization_is_named() -> None:
@@ -466,9 +518,7 @@ def test_frame_that_cannot_be_made_ends_the_run_by_name() -> None:
     participants, connections = ring(log)
     watcher = Watcher()
     description = RunDescription(name="ring", particle_spacing=0.1)
-    run = CoSimulation(
-        participants, connections, 0.1, observers=[watcher], frame_source=torn, run_description=description
-    )
+    run = CoSimulation(participants, connections, 0.1, watching=Watching([watcher], torn, description))
     run.initialize()
     with pytest.raises(CoSimulationError, match=r"'frame_source' failed at 0\.2 s: no positions"):
         run.run(1.0)

@@ -55,7 +55,10 @@ def loaded(client: int, mesh: Path | str, folder: Path, mass: float = 5.0) -> in
 
 def test_parts_thinner_than_a_particle_are_told_with_what_they_are_taken_for(client: int) -> None:
     # 0.4 x 0.4 x 0.02 m of 0.1 m: the fluid meets some 0.4 x 0.4 x 0.1
-    (told,) = told_of(client, [made(client, boxed(client, (0.2, 0.2, 0.01)))])
+    told, leak = told_of(client, [made(client, boxed(client, (0.2, 0.2, 0.01)))])
+    assert leak.startswith(
+        "body 0, link -1 has plates 0.02 m thin, 0.2 particle spacings: liquid that stands more than two"
+    )
     assert "body 0, link -1 has parts thinner than a particle, and the fluid meets and lifts" in told
     factor = float(told.split("lifts ")[1].split()[0])
     assert 4.0 < factor < 6.0
@@ -122,6 +125,46 @@ def test_an_open_mesh_is_refused_if_held_and_else_met_as_the_hull_that_pybullet_
         assert mesh is not None and mesh.is_watertight
 
 
+def test_the_base_of_a_fixed_robot_is_met_as_its_hull_as_a_free_one_is(client: int, tmp_path: Path) -> None:
+    """Pybullet collides with the hull of both; only ground by itself may be concave."""
+    trimesh.Trimesh(*_sheet(), process=False).export(tmp_path / "valley.obj")
+    shape = f'<collision><geometry><mesh filename="{tmp_path / "valley.obj"}"/></geometry></collision>'
+    inertia = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    joint = (
+        '<joint name="j" type="revolute"><parent link="a"/><child link="b"/><limit effort="1" velocity="1"/></joint>'
+    )
+    links = "".join(f'<link name="{name}">{inertia}{shape}</link>' for name in "ab")
+    (tmp_path / "arm.urdf").write_text(f'<robot name="arm">{links}{joint}</robot>')
+    for is_fixed in (True, False):
+        arm = pybullet.loadURDF(str(tmp_path / "arm.urdf"), useFixedBase=is_fixed, physicsClientId=client)
+        for link in (-1, 0):
+            with pytest.warns(
+                UserWarning, match=r"valley\.obj is not watertight: .*; the convex hulls of its parts are used"
+            ):
+                mesh = link_mesh(client, arm, link)
+            assert mesh is not None and mesh.volume == pytest.approx(2.0)
+
+
+def test_shapes_of_a_link_that_overlap_are_one_solid(client: int) -> None:
+    shape = pybullet.createCollisionShapeArray(
+        shapeTypes=[pybullet.GEOM_BOX] * 2, halfExtents=[[0.15] * 3] * 2, collisionFramePositions=[[0, 0, 0], [0.2, 0, 0]],
+        physicsClientId=client,
+    )  # fmt: skip
+    mesh = link_mesh(client, made(client, shape), -1)
+    assert mesh is not None and mesh.volume == pytest.approx(0.3 * 0.3 * 0.5)
+
+
+def test_a_sealed_hollow_is_a_wall_only_if_liquid_lies_in_it(client: int, tmp_path: Path) -> None:
+    room = box((0.2, 0.2, 0.2))
+    hollow = trimesh.Trimesh(room.vertices, room.faces[:, ::-1], process=False)
+    trimesh.util.concatenate([box((0.4, 0.4, 0.4)), hollow]).export(tmp_path / "float.stl")
+    body = loaded(client, tmp_path / "float.stl", tmp_path)
+    pybullet.resetBasePositionAndOrientation(body, (0, 0, 1), (0, 0, 0, 1), physicsClientId=client)
+    beside, within = np.array([[0.3, 0.0, 1.0], [0.0, 0.0, 0.0]]), np.array([[0.05, 0.0, 1.0]])
+    volumes = [link_mesh(client, body, -1, liquid).volume for liquid in (beside, within)]  # type: ignore[union-attr]
+    assert volumes == pytest.approx([0.064, 0.056])
+
+
 def _sheet() -> tuple[np.ndarray, np.ndarray]:
     """Vertices and faces of an open valley."""
     points = np.array([(x, y, abs(x)) for x in (-1.0, 0.0, 1.0) for y in (-1.0, 1.0)])
@@ -129,7 +172,7 @@ def _sheet() -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_closed_parts_that_share_corners_are_a_solid(tmp_path: Path) -> None:
-    """Joined at their corners, their surfaces would count as one that is not closed."""
+    """Joined at their corners, their surfaces would count as one that is not closed; the wall between them is no surface."""
     lines, first = [], 1
     for n, x in enumerate((0.0, 1.0)):
         part = box((1.0, 1.0, 1.0)).apply_translation((x, 0, 0))
@@ -137,8 +180,9 @@ def test_closed_parts_that_share_corners_are_a_solid(tmp_path: Path) -> None:
         lines += [f"f {a} {b} {c}" for a, b, c in part.faces + first]
         first += len(part.vertices)
     (tmp_path / "two.obj").write_text("\n".join(lines))
-    mesh = load_mesh(tmp_path / "two.obj")
-    assert mesh.is_watertight and mesh.volume == pytest.approx(2.0) and mesh.body_count == 2
+    with pytest.warns(UserWarning, match=r"two\.obj: 2 parts that overlap or touch joined to one solid"):
+        mesh = load_mesh(tmp_path / "two.obj")
+    assert mesh.is_watertight and mesh.volume == pytest.approx(2.0) and mesh.area == pytest.approx(10.0)
 
 
 def test_a_flat_hull_is_refused_by_name(client: int) -> None:

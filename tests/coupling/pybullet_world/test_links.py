@@ -88,7 +88,7 @@ def measured_and_expected(client: int, linked: list[LinkedBody], step: float = S
     expected = system.acceleration + (system.inverse_mass @ wrenches.ravel()).reshape(-1, 6)
     push(client, system, wrenches)
     pybullet.stepSimulation(physicsClientId=client)
-    after = np.concatenate([body.twists() for body in linked])
+    after = np.concatenate([body.motion()[1] for body in linked])
     return (after - system.twist) / step, expected
 
 

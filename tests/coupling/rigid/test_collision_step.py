@@ -21,7 +21,7 @@ def space() -> Iterator[RigidBodyWorld]:
     world = RigidBodyWorld(gravity=(0.0, 0.0, 0.0))
     cube = box((SIDE, SIDE, SIDE))
     properties = mass_properties(cube, density=500.0)
-    world.add_body("cube", cube, properties, (0.0, 0.0, 0.0), linear_velocity=(SPEED, 0.0, 0.0))
+    world.add_body("cube", cube, properties, (0.0, 0.0, 0.0), twist=(SPEED, 0.0, 0.0, 0.0, 0.0, 0.0))
     yield world
     world.close()
 
@@ -42,7 +42,15 @@ def add_wall(world: RigidBodyWorld, position: Vector, *, contact: bool = True, t
     """A held slab of 20 x 2 x 2 m, along x, or along y if turned."""
     slab = box((20.0, 2.0, 2.0))
     around = (0.0, 0.0, np.sqrt(0.5), np.sqrt(0.5)) if turned else (0.0, 0.0, 0.0, 1.0)
-    world.add_body("wall", slab, mass_properties(slab, density=1.0), position, around, motion="fixed", contact=contact)
+    world.add_body(
+        "wall",
+        slab,
+        mass_properties(slab, density=1.0),
+        position,
+        around,
+        motion="fixed",
+        friction=0.5 if contact else None,
+    )
 
 
 def test_only_what_could_be_run_into_asks_for_short_steps(
@@ -89,7 +97,7 @@ def test_bodies_count_as_fast_as_they_pass_each_other(
 ) -> None:
     cube = box((SIDE, SIDE, SIDE))
     properties = mass_properties(cube, density=500.0)
-    space.add_body("other", cube, properties, (0.25, 0.0, 0.0), linear_velocity=(velocity, 0.0, 0.0))
+    space.add_body("other", cube, properties, (0.25, 0.0, 0.0), twist=(velocity, 0.0, 0.0, 0.0, 0.0, 0.0))
     assert steps(space, monkeypatch) == expected
 
 
@@ -114,7 +122,7 @@ def test_tips_of_a_turning_body_count_and_turns_about_its_length_hardly(monkeypa
         world = RigidBodyWorld(gravity=(0.0, 0.0, 0.0), sub_step=0.1)
         world.add_half_space((0.0, 0.0, -0.3), (0.0, 0.0, 1.0))
         rate = tuple(0.2 * np.eye(3)[axis])
-        world.add_body("bar", bar, mass_properties(bar, density=500.0), angular_velocity=rate)
+        world.add_body("bar", bar, mass_properties(bar, density=500.0), twist=(0.0, 0.0, 0.0, *rate))
         assert steps(world, monkeypatch, 0.1) == expected
         world.close()
 
@@ -168,7 +176,11 @@ def test_a_cube_sinks_into_the_ground_by_less_than_a_twentieth(speed: float) -> 
         cube = box((SIDE, SIDE, SIDE))
         height = 0.5 * SIDE + 0.01 + 0.25 * part * speed * STEP
         world.add_body(
-            "cube", cube, mass_properties(cube, density=500.0), (0.0, 0.0, height), linear_velocity=(0.0, 0.0, -speed)
+            "cube",
+            cube,
+            mass_properties(cube, density=500.0),
+            (0.0, 0.0, height),
+            twist=(0.0, 0.0, -speed, 0.0, 0.0, 0.0),
         )
         for _ in range(20):
             world.advance(STEP)

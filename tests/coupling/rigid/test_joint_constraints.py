@@ -18,7 +18,7 @@ def chain(count, *, anchored, gravity=(0.0, 0.0, -9.81), sub_step=1e-3):
     mesh = box((0.4, 0.1, 0.1))
     properties = mass_properties(mesh, mass=2.0)
     for n in range(count):
-        world.add_body(f"link-{n}", mesh, properties, (0.4 * n + 0.2, 0.0, 1.0), contact=False)
+        world.add_body(f"link-{n}", mesh, properties, (0.4 * n + 0.2, 0.0, 1.0), friction=None)
     for n in range(count - 1):
         world.add_joint(f"joint-{n}", f"link-{n}", f"link-{n + 1}", (0.4 * (n + 1), 0.0, 1.0))
     if anchored:
@@ -107,9 +107,11 @@ def test_light_links_of_a_taut_line_swing_without_gain():
     link, load = box((0.02, 0.02, length)), box((0.2, 0.2, 0.2))
     for n in range(count):
         there, aside = (0.0, 0.0, -(n + 0.5) * length), (0.01 * (-1.0) ** n, 0.0, 0.0)
-        world.add_body(f"link-{n}", link, mass_properties(link, mass=0.03), there, linear_velocity=aside, contact=False)
+        world.add_body(
+            f"link-{n}", link, mass_properties(link, mass=0.03), there, twist=(*aside, 0.0, 0.0, 0.0), friction=None
+        )
         world.add_joint(f"joint-{n}", f"link-{n}", f"link-{n - 1}" if n else None, (0.0, 0.0, -n * length))
-    world.add_body("load", load, mass_properties(load, mass=20.0), (0.0, 0.0, -count * length - 0.1), contact=False)
+    world.add_body("load", load, mass_properties(load, mass=20.0), (0.0, 0.0, -count * length - 0.1), friction=None)
     world.add_joint("hook", "load", f"link-{count - 1}", (0.0, 0.0, -count * length))
     begun = world.energy()
     for _ in range(100):

@@ -70,7 +70,9 @@ def test_slack_line_does_not_push(world: RigidBodyWorld) -> None:
 def test_line_between_two_bodies_keeps_momentum() -> None:
     world = RigidBodyWorld(gravity=(0.0, 0.0, 0.0))
     for name, x in (("left", 0.0), ("right", 1.5)):
-        world.add_body(name, BOX, mass_properties(BOX, mass=MASS), (x, 0.0, 0.0), linear_velocity=(0.2 * x, 0.3, 0.0))
+        world.add_body(
+            name, BOX, mass_properties(BOX, mass=MASS), (x, 0.0, 0.0), twist=(0.2 * x, 0.3, 0.0, 0.0, 0.0, 0.0)
+        )
     world.add_line("line", "left", "right", ((0.1, 0.1, 0.0), (1.4, -0.1, 0.05)), length=1.29, stiffness=500.0)
     before, tensions = world.momentum(), []
     for _ in range(60):
@@ -101,7 +103,7 @@ def test_winch_hauls_a_load_up(world: RigidBodyWorld) -> None:
 def test_many_stiff_lines_on_one_body_are_stable_together(relaxation_time: float) -> None:
     # 8 taut lines of which each alone bears steps of 10 ms, or 4 ms with damping: together they threw the box off at 100 m/s
     world = RigidBodyWorld(gravity=(0.0, 0.0, 0.0))
-    world.add_body("box", BOX, mass_properties(BOX, mass=10.0), linear_velocity=(0.0, 0.0, 0.1))
+    world.add_body("box", BOX, mass_properties(BOX, mass=10.0), twist=(0.0, 0.0, 0.1, 0.0, 0.0, 0.0))
     for index, (x, y, side) in enumerate(itertools.product((-0.1, 0.1), (-0.1, 0.1), (-1.0, 1.0))):
         ends = ((x, y, 0.1 * side), (x, y, 1.15 * side))
         world.add_line(f"line-{index}", "box", None, ends, length=1.0, stiffness=1e5, relaxation_time=relaxation_time)

@@ -172,7 +172,7 @@ def test_free_body_gains_what_the_water_gives(make_fluid):
     scale, first = np.abs(fluid.momentum()).max(), fluid.momentum()
     for _ in range(20):
         fluid.advance(0.01)
-    ledger, twist = fluid.tools.budget.total, fluid.tools.walls.moving[handle].twist
+    ledger, twist = fluid.tools.budget.total, fluid.boundary_motion(handle).twist
     pressed = ledger.part("pressure")
     assert twist[0] > 0.5
     # a body under impulses alone: M V is what it received, V M V / 2 the work done on it

@@ -31,9 +31,7 @@ def test_lattice_at_rest_against_walls_keeps_its_density_to_the_corners(make_flu
     geometry = arrays.neighborhood
     compression, diagonal = np.empty((2, fluid.particle_count), np.float32)
     gradient = np.empty_like(position)
-    density_and_diagonal(
-        0, fluid.particle_count, arrays.points, tools.walls.points, *geometry, compression, diagonal, gradient
-    )  # fmt: skip
+    density_and_diagonal(0, fluid.particle_count, geometry, compression, diagonal, gradient)
     inside = position[2] < 1.0 - SUPPORT * spacing
     # the walls continue the lattice, as far as the kernel reaches: 80 terms in float32
     assert np.abs(compression[inside]).max() < 80 * np.finfo(np.float32).eps

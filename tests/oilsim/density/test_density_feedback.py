@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from oilsim.boundaries.boundary_particles import tank_walls
-from oilsim.density.density_feedback import density_below_surface, surface_shares
+from oilsim.density.density_feedback import density_below_surface, surface_table
 from oilsim.initial_conditions import block
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, kernel, kernel_slope_over_q, lattice, normalisation
 
@@ -25,8 +25,7 @@ def seen(depth, stretch, dimension):
 def found(depth, stretch, dimension):
     """f - 1 that such a particle is told to have."""
     error, slope = seen(depth, stretch, dimension)
-    shares, per_slope = surface_shares(dimension)
-    return float(density_below_surface(np.float32(error), *slope.astype(np.float32), shares, np.float32(per_slope)))
+    return float(density_below_surface(np.float32(error), *slope.astype(np.float32), surface_table(1.0, dimension)))
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
@@ -45,9 +44,9 @@ def test_swollen_and_pressed_liquid_is_known_at_the_free_surface(dimension, dept
 
 
 def test_a_drop_s_edge_tells_nothing():
-    shares, per_slope = surface_shares(3)
-    steep = np.float32(2.0 * (shares.shape[1] - 1) / per_slope)
-    assert density_below_surface(np.float32(0.0), steep, np.float32(0.0), np.float32(0.0), shares, per_slope) == 0.0
+    table = surface_table(1.0, 3)
+    steep = np.float32(2.0 * (table.shares.shape[1] - 1) / table.per_slope)
+    assert density_below_surface(np.float32(0.0), steep, np.float32(0.0), np.float32(0.0), table) == 0.0
 
 
 @pytest.mark.parametrize("layers", [3, 12])

@@ -5,7 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from oilsim.density.particle_shifting import INERTIA, beside_wall, relax, shift_balance
+from oilsim.density.particle_shifting import (
+    INERTIA,
+    Relaxation,
+    RelaxationConstants,
+    push_beside_wall,
+    relax,
+    shift_balance,
+)
 from oilsim.initial_conditions import block
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, kernel_slope_over_q, lattice
 from oilsim.phases import Phase
@@ -43,15 +50,15 @@ def inside(fluid, margin):
 def filtered(fluid, theta):
     """What the filter alone (no multipliers, so no shift) adds to velocities (3, N), for a given theta."""
     tools, arrays, state = fluid.tools, fluid.arrays, fluid.state
-    _, _, field, _ = fields(fluid)
-    push, shift, change = np.zeros((3, 3, state.count), np.float32)
-    none, balance = np.zeros(state.count, np.float32), np.float32(shift_balance(fluid.config.dimension))
-    relax(
-        0, state.count, arrays.points, tools.walls.points, field, none, balance, True, np.float32(theta), np.float32(0.0),
-        tools.constants.touching_wall, *arrays.neighborhood, push, shift, change,
+    _, _, flow, _ = fields(fluid)
+    relaxation = Relaxation(*np.zeros((4, 3, state.count), np.float32))
+    constants = RelaxationConstants(
+        balance=np.float32(shift_balance(fluid.config.dimension)), theta=np.float32(theta), inertia=np.float32(0.0),
+        touching=tools.constants.touching_wall,
     )  # fmt: skip
-    assert not push.any() and not shift.any()
-    return change.astype(np.float64)
+    relax(0, state.count, constants, arrays.neighborhood, flow, np.zeros(state.count, np.float32), True, relaxation)
+    assert not relaxation.push.any() and not relaxation.shift.any()
+    return relaxation.change.astype(np.float64)
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
@@ -125,7 +132,7 @@ def test_shifts_even_out_neighbours(make_fluid):
         spread.append((compression.std(), np.sqrt((gradient**2).sum(axis=0).mean()) * SPACING))
         relax_positions(fluid.tools, fluid.arrays, fluid.state, 0.1)
         wrap_periodic(fluid.tools, fluid.state)
-    assert not fluid.arrays.near.any()
+    assert not fluid.arrays.surface.any()
     assert spread[-1][0] < 0.1 * spread[0][0]
     assert spread[-1][1] < 0.5 * spread[0][1]
 
@@ -186,13 +193,13 @@ def test_further_passes_repeat_pushes_and_a_step_shifts_once(make_fluid, dimensi
 
     def watch(kernel, count, *arguments):
         if kernel is relax:
-            push, shift, change = np.zeros((3, 3, count), np.float32)
-            run(kernel, count, *arguments[:-3], push, shift, change)
-            alone.append(push)
+            fresh = Relaxation(*np.zeros((4, 3, count), np.float32))
+            run(kernel, count, *arguments[:-1], fresh)
+            alone.append(fresh.push)
         run(kernel, count, *arguments)
         if kernel is relax:
-            pushes.append(arguments[-3].copy())
-            shifts.append(arguments[-2].copy())
+            pushes.append(arguments[-1].push.copy())
+            shifts.append(arguments[-1].shift.copy())
 
     tools.team.run = watch
     search_neighbors(tools, arrays, fluid.state)
@@ -259,7 +266,7 @@ def test_nothing_is_pushed_into_a_wall_that_it_has_reached():
 
     def pushed(push, own, content):
         x, y, z = (np.float32(component) for component in push)
-        return np.array(beside_wall(x, y, z, np.float32(own), np.float32(content), into, reached))
+        return np.array(push_beside_wall(x, y, z, np.float32(own), np.float32(content), into, reached))
 
     # along the wall it may go on, off the wall and before it is reached it goes where it is pushed
     np.testing.assert_allclose(pushed((1.0, 2.0, 0.5), 0.0, 0.6), (0.4, 2.0, -0.3), atol=1e-6)

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from oilsim.boundaries.boundary_particles import tank_walls
-from oilsim.gradients.particle_sums import GRADIENT, WEIGHT, local_fields
+from oilsim.gradients.flow import GRADIENT, WEIGHT
+from oilsim.gradients.particle_sums import sum_over_neighbors
 from oilsim.initial_conditions import block
 from oilsim.neighborhood.neighbor_search import fill_rows
 from oilsim.neighborhood.smoothing_kernels import lattice_moment
@@ -18,23 +19,23 @@ SPACING = 0.1
 
 
 def fields(fluid):
-    """e (N,), g (3, N), field (N, 16), matrix (N, 6) of a fluid at its present positions."""
+    """e (N,), g (3, N), flow (N, 16), matrix (N, 6) of a fluid at its present positions."""
     tools, arrays, state = fluid.tools, fluid.arrays, fluid.state
     search_neighbors(tools, arrays, state)
     count = state.count
     compression, gradient = np.empty(count, np.float32), np.empty((3, count), np.float32)
-    field, matrix = np.zeros((count, 16), np.float32), np.empty((count, 8), np.float32)
-    fill_rows(0, count, state.velocity, arrays.weight, field)
-    local_fields(
-        0, count, arrays.points, tools.walls.points, *arrays.neighborhood,
-        tools.constants.plane, np.float32(lattice_moment(fluid.config.dimension)), compression, gradient, field, matrix,
+    flow, matrix = np.zeros((count, 16), np.float32), np.empty((count, 8), np.float32)
+    fill_rows(0, count, state.velocity, arrays.weight, flow)
+    sum_over_neighbors(
+        0, count, arrays.neighborhood, tools.constants.plane, np.float32(lattice_moment(fluid.config.dimension)), compression,
+        gradient, flow, matrix,
     )  # fmt: skip
-    return compression, gradient, field, matrix[:, :6]
+    return compression, gradient, flow, matrix[:, :6]
 
 
-def gradients(field):
-    """G (N, 3, 3) of a field."""
-    return field[:, GRADIENT:].reshape(-1, 3, 4)[:, :, :3]
+def gradients(flow):
+    """G (N, 3, 3) of a flow."""
+    return flow[:, GRADIENT:].reshape(-1, 3, 4)[:, :, :3]
 
 
 def linear_field(dimension, seed):
@@ -64,8 +65,8 @@ def test_gradient_of_a_linear_field_is_exact(make_fluid, dimension, seed, arrang
     fluid = make_fluid(dimension=dimension)
     points, slope = cloud(dimension, seed, arrangement), linear_field(dimension, seed)
     fluid.add_particles(points, phase="water", velocity=(points - 1.0) @ slope.T)
-    _, _, field, _ = fields(fluid)
-    found = gradients(field)
+    _, _, flow, _ = fields(fluid)
+    found = gradients(flow)
     taken = np.abs(found).max(axis=(1, 2)) > 0.0
     # all but lone particles and those on edges of the cloud, whose neighbours hardly span space
     assert taken.mean() > 0.85
@@ -74,8 +75,8 @@ def test_gradient_of_a_linear_field_is_exact(make_fluid, dimension, seed, arrang
     bound = 8.0 * EPSILON / SPACING
     assert np.abs(found[taken] - slope).max() < 100.0 * bound
     assert np.median(np.abs(found[taken] - slope)) < bound
-    assert field[:, :3] == pytest.approx(fluid.state.velocity.T)
-    assert (field[:, WEIGHT] == 1.0).all()
+    assert flow[:, :3] == pytest.approx(fluid.state.velocity.T)
+    assert (flow[:, WEIGHT] == 1.0).all()
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
@@ -113,8 +114,8 @@ def test_gradients_are_summed_over_the_liquid_only(make_fluid):
     fluid.add_boundary(tank_walls((0, 0, 0), (1, 1, 1), SPACING))
     points = disturbed(block((0, 0, 0), (1, 1, 1), SPACING), 0.01, 3)
     fluid.add_particles(points, phase="water", velocity=points @ slope.T)
-    _, _, field, _ = fields(fluid)
-    found = gradients(field)
+    _, _, flow, _ = fields(fluid)
+    found = gradients(flow)
     taken = np.abs(found).max(axis=(1, 2)) > 0.0
     # corner particles of three walls see an eighth of space: 1 / 8^3 of the determinant is below REGULAR
     assert (~taken).sum() <= 8 + 12 * 8

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from oilsim.gradients.particle_sums import GRADIENT
+from oilsim.gradients.flow import GRADIENT
 from oilsim.gradients.relaxation_time import LONGEST, froude_unit, passing_unit, shear_rate_sums
 from oilsim.initial_conditions import block, sphere
 from tests.oilsim.conftest import disturbed
@@ -18,10 +18,10 @@ EPSILON = float(np.finfo(np.float32).eps)
 
 def unit_of(gradients, largest=math.inf):
     """The unit [s] of particles with velocity gradients (N, 3, 3) [1/s]."""
-    field = np.zeros((len(gradients), 16), np.float32)
-    field[:, GRADIENT:].reshape(-1, 3, 4)[:, :, :3] = gradients
+    flow = np.zeros((len(gradients), 16), np.float32)
+    flow[:, GRADIENT:].reshape(-1, 3, 4)[:, :, :3] = gradients
     sums = np.zeros((1, 2))
-    shear_rate_sums(0, len(gradients), field, np.float32(min(largest, 1e30)), sums)
+    shear_rate_sums(0, len(gradients), flow, np.float32(min(largest, 1e30)), sums)
     return passing_unit(*sums.sum(axis=0))
 
 

@@ -77,5 +77,5 @@ def test_beside_walls_and_surfaces_nothing_is_mended(make_fluid):
     by_walls = arrays.neighborhood.walls.number[: fluid.particle_count] > 0
     assert changed.sum() > 20
     assert not changed[by_walls].any()
-    assert not changed[arrays.near.astype(bool)].any()
+    assert not changed[arrays.surface.astype(bool)].any()
     assert np.abs(arrays.mended - arrays.matrix).max() <= LARGEST * (1 + 1e-5)

@@ -29,7 +29,6 @@ from scenarios.cli import main
 from scenarios.load import load_scenario
 from scenarios.running.assembly import build
 from scenarios.running.exercise_fmu import ExerciseParticipant
-from scenarios.running.summary import SummaryObserver
 
 EXAMPLE = Path(__file__).parents[3] / "docs" / "fmus" / "winch-tow.toml"
 STEP, STEPS, ORDERED = 0.02, 12, 4  # s, number, step from which the orders below are given
@@ -80,7 +79,7 @@ def own_run(folder: Path) -> dict[str, float]:
     exercise = ExerciseParticipant("tow", load_scenario(folder / "tow.toml").scenario)
     outputs = [name for name, variable in exercise.variables.items() if variable.causality is Causality.OUTPUT]
     assembly = build(load_scenario(folder / "tow.toml").scenario)
-    run = assembly.co_simulation([SummaryObserver(assembly)])  # somebody watches, so the scores are kept
+    run = assembly.co_simulation()
     run.initialize()
     control = assembly.parts.controls["tug"]
     for k in range(STEPS):

@@ -28,6 +28,7 @@ from scenarios.schema.liquid import FluidSettings, PhaseSettings, SlabFill, Tank
 from scenarios.schema.probe_settings import BodyProbe, PressureProbe, VelocityProbe, WaveGauge
 from scenarios.setup.fluid import fill_positions
 from scenarios.setup.placed_solids import own_solids
+from tests.poison import Poison
 from tests.scenarios.kills import started_run
 
 SPACINGS = {
@@ -358,6 +359,6 @@ def test_failure_names_the_participant() -> None:
     assembly = build(small("two-layer"))
     simulation = assembly.co_simulation()
     simulation.initialize()
-    assembly.fluid.state.velocity[:, 0] = np.nan
+    assembly.fluid.add_forcing(Poison())
     with pytest.raises(CoSimulationError, match="'fluid'"):
         simulation.step()

@@ -8,6 +8,7 @@ import pytest
 
 from scenarios.load import scenario_from
 from scenarios.running.assembly import Assembly, build
+from scenarios.setup.thin_bodies import swollen_bodies
 from scenarios.watch.run_warnings import Remarks
 
 SHELF: dict[str, Any] = {
@@ -57,8 +58,11 @@ def test_a_body_too_thin_for_its_particles_is_told() -> None:
     # 2 cm of aluminium, which the fluid takes for 5 but at its rim
     sheet = {"shape": "box", "size": [0.2, 0.2, 0.02], "density": 2700.0, "position": [0.2, 0.25, 0.5]}
     calm = {"fluid": {"particle_spacing": 0.05}, "bodies": {"sheet": sheet}}
-    ((source, text),) = said(build(scenario_from(SHELF | calm)), 3)
-    assert source == "thin sheet"
+    (source, text), (leak, way) = said(build(scenario_from(SHELF | calm)), 3)
+    assert source == "thin sheet" and leak == "leak sheet"
+    assert way.startswith(
+        "sheet has plates 0.02 m thin, 0.4 particle spacings: liquid that stands more than two spacings higher"
+    )
     assert text.startswith("sheet has parts thinner than a particle: the fluid meets and lifts 2 times its volume;")
     assert text.endswith("fluid.particle_spacing below 0.05 m resolves them")
 
@@ -68,7 +72,7 @@ def test_a_boom_of_thin_segments_is_told_once() -> None:
         "boom/other/segment-00": 1.2,
         "rock": 1.0,
     }
-    remarks = Remarks(scenario_from(SHELF), None, {}, swelling)
+    remarks = Remarks(scenario_from(SHELF), None, {}, swollen_bodies(swelling, 0.05))
     main, other = remarks.look(None)
     assert main.source == "thin boom/main/segment-00"
     assert main.text.startswith("boom/main/segment-00 and 4 more have parts thinner than a particle: ")

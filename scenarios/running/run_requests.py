@@ -1,4 +1,7 @@
-"""What somebody asks a run for by signals: to stop in order (Ctrl-C, SIGTERM, a closed terminal), or for a checkpoint (SIGUSR1)."""
+"""Requests to a run by POSIX signals: an orderly stop (Ctrl-C, SIGTERM, a closed terminal), or a checkpoint (SIGUSR1).
+
+Elsewhere in `scenarios` a signal is a number of a run that FMUs are connected to, see `scenarios.signals`.
+"""
 
 from __future__ import annotations
 
@@ -14,8 +17,8 @@ STOP = (int(signal.SIGINT), int(signal.SIGTERM), int(signal.SIGHUP))
 SAVE = int(signal.SIGUSR1)
 
 
-class Requests:
-    """Whether a stop was asked for, by its signal number, and whether a checkpoint was."""
+class RunRequests:
+    """Holds whether a stop was asked for, by the number of its POSIX signal, and whether a checkpoint was."""
 
     def __init__(self) -> None:
         self.stop: int | None = None
@@ -23,16 +26,16 @@ class Requests:
 
     @property
     def exit_code(self) -> int:
-        """As a shell counts it: 130 after Ctrl-C, 143 after SIGTERM."""
+        """The exit code of the run, as a shell counts it: 130 after Ctrl-C, 143 after SIGTERM."""
         return DONE if self.stop is None else 128 + self.stop
 
     def take_checkpoint(self) -> bool:
-        """Whether a checkpoint was asked for since the last call."""
+        """Return whether a checkpoint was asked for since the last call."""
         asked, self._checkpoint = self._checkpoint, False
         return asked
 
     def ask(self, number: int) -> None:
-        """Take a signal."""
+        """Note the request that a POSIX signal stands for, by its number."""
         if number == SAVE:
             self._checkpoint = True
         else:
@@ -40,14 +43,14 @@ class Requests:
 
 
 @contextmanager
-def requests_by_signal() -> Iterator[Requests]:
-    """Within the block the first signal to stop asks for an orderly one, a second one ends the program at once.
+def requests_by_posix_signal() -> Iterator[RunRequests]:
+    """Take requests within the block: the first signal to stop asks for an orderly stop, a second one ends the program at once.
 
     A signal that the program was started to ignore stays ignored: a script starts its background jobs so that Ctrl-C does not reach
     them, and nohup its command so that it outlives the terminal. Outside the main thread signals cannot be caught; nothing is asked
     there.
     """
-    requests = Requests()
+    requests = RunRequests()
     if threading.current_thread() is not threading.main_thread():
         yield requests
         return

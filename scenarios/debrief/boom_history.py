@@ -1,4 +1,4 @@
-"""What a recording tells of each boom over time, computed from its segments' motions and the recorded series."""
+"""The history of each boom that a recording holds, computed from its segments' motions and the recorded series."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from booms.containment import PRACTICE_SPEED, BoomState
+from booms.boom_state import BoomState
+from booms.containment import PRACTICE_SPEED
 from booms.scores import HeldSpeed, LossSpeeds
 from recordings.exercise import BoomDescription, ExerciseDescription
 from recordings.replay.recording import BodySeries, Replay, Series
@@ -17,12 +18,11 @@ from recordings.replay.running_extremes import WORST, reached
 
 Array = NDArray[np.float64]
 
-KNOT = 1852.0 / 3600.0  # [m/s]
 UNDER_WAY = 0.5  # of the highest tow speed through the water: faster counts as towing
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class BoomAccount:
+class BoomHistory:
     """One boom over the N recorded instants.
 
     time          (N,) [s]
@@ -106,8 +106,8 @@ class BoomAccount:
         return losses
 
 
-def boom_accounts(replay: Replay) -> list[BoomAccount]:
-    """An account of every boom whose segments and oil the recording holds."""
+def boom_histories(replay: Replay) -> list[BoomHistory]:
+    """Return the history of every boom whose segments and oil the recording holds."""
     exercise = replay.run.exercise
     if exercise is None:
         return []
@@ -117,11 +117,11 @@ def boom_accounts(replay: Replay) -> list[BoomAccount]:
         prefix = f"{boom.name}/" if several else ""
         retained = replay.scalars.get(f"{prefix}oil_retained")
         if retained is not None and len(retained.index) and all(name in replay.bodies for name in boom.segments):
-            found.append(_account(replay, exercise, boom, prefix))
+            found.append(_history(replay, exercise, boom, prefix))
     return found
 
 
-def _account(replay: Replay, exercise: ExerciseDescription, boom: BoomDescription, prefix: str) -> BoomAccount:
+def _history(replay: Replay, exercise: ExerciseDescription, boom: BoomDescription, prefix: str) -> BoomHistory:
     segments = [replay.bodies[name] for name in boom.segments]
     clock: Series = replay.scalars[f"{prefix}oil_retained"]
     count = min(len(clock.index), *(len(segment.index) for segment in segments))
@@ -130,7 +130,7 @@ def _account(replay: Replay, exercise: ExerciseDescription, boom: BoomDescriptio
     }
     worst = {name: reached(values, series.get(f"{WORST}{name}")) for name, values in series.items()}
     still = np.zeros(count)
-    return BoomAccount(
+    return BoomHistory(
         boom=boom,
         time=clock.time[:count],
         states=tuple(_state(boom, segments, row) for row in range(count)),

@@ -1,0 +1,143 @@
+"""Fluid and bodies under one master, put together the same way by scenarios, test kit and plugin.
+
+Each body tells the fluid its motion, and takes the fluid's wrench:
+
+    bodies:<body>.pose, .twist, .free_acceleration  ->  fluid:<body>.pose, .twist, .free_acceleration
+    bodies:inverse_mass                             ->  fluid:inverse_mass, of all bodies together, joints included
+    fluid:<body>.wrench                             ->  bodies:<body>.wrench
+
+Bodies that tell how they answer an impulse, as all bodies here can, are coupled inside the pressure solve. Another scheme of
+`coupling.master.body_exchange` may be asked for, which sets the fluid's idea of a body's answer itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+from coupling.master.body_exchange import BodyExchange, BodyInterface, Scheme, require_scheme
+from coupling.master.co_simulation import CoSimulation
+from coupling.master.connection import Connection
+from coupling.master.exchange_ledger import ENERGY_LIMIT, GAUSS_SEIDEL, BodyBond, Exchange, ExchangeLedger
+from coupling.master.fixed_point import Aitken, Iteration
+from coupling.participant import Participant
+from coupling.participants.client_links import ClientLinksParticipant, link_name
+from coupling.participants.fluid import FluidParticipant
+from coupling.participants.rigid_bodies import RigidBodyParticipant
+from coupling.pybullet_world.client_links import ClientLinks
+from coupling.pybullet_world.links import LinkKey
+from coupling.rigid.rigid_body_world import RigidBodyWorld
+from oilsim.solver import Fluid
+
+FLUID, BODIES = "fluid", "bodies"
+MOTION = ("pose", "twist")  # of a body, as any scheme needs it
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExchangeOptions:
+    """How all bodies of a run are coupled.
+
+    scheme: of `coupling.master.body_exchange`, None for the pressure solve; iteration: used where the scheme iterates; energy_limit: of
+    the ledger. TypeError for a scheme that is none.
+    """
+
+    scheme: Scheme | None = None
+    iteration: Callable[[float], Iteration] = Aitken
+    energy_limit: float = ENERGY_LIMIT
+
+    def __post_init__(self) -> None:
+        require_scheme("scheme of the bodies", self.scheme)
+
+    @property
+    def bodies_answer(self) -> bool:
+        """Whether bodies tell the fluid themselves how they answer an impulse."""
+        return self.scheme in (None, Scheme.MONOLITHIC)
+
+
+MONOLITHIC = ExchangeOptions()
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CoupledBodies:
+    """A fluid and the bodies that exchange motion and wrench with it, ready for a master.
+
+    bodies: None where the fluid is alone; exchange, ledger: schemes and accounts of the free bodies of a world of our own. Links of
+    somebody else's client are in neither: they all answer inside the pressure solve.
+    """
+
+    fluid: FluidParticipant
+    bodies: Participant | None
+    connections: tuple[Connection, ...]
+    exchange: BodyExchange
+    ledger: ExchangeLedger
+
+    @property
+    def participants(self) -> tuple[Participant, ...]:
+        """Fluid and bodies, in the order in which they step."""
+        return (self.fluid,) if self.bodies is None else (self.fluid, self.bodies)
+
+    def co_simulation(self, step_size: float) -> CoSimulation:
+        """The run of fluid and bodies alone, in communication steps of `step_size` [s]."""
+        exchange = Exchange(self.exchange, self.ledger) if self.exchange.interfaces else GAUSS_SEIDEL
+        return CoSimulation(self.participants, self.connections, step_size, exchange=exchange)
+
+
+def couple_world(
+    fluid: Fluid,
+    handles: Mapping[str, int],
+    world: RigidBodyWorld | None,
+    options: ExchangeOptions = MONOLITHIC,
+) -> CoupledBodies:
+    """Couple a fluid with bodies of a rigid body world; `handles` are the fluid's boundaries by the names of their bodies."""
+    participant, names = FluidParticipant(FLUID, fluid, handles), tuple(handles)
+    free_names = () if world is None else world.free_body_names
+    free = [name for name in names if name in free_names]
+    interfaces = [
+        BodyInterface(
+            body=name,
+            fluid=FLUID,
+            solver=BODIES,
+            added_mass=partial(participant.added_mass, name),
+            mass_matrix=None if world is None else partial(world.mass_matrix, name),
+            gravity=fluid.config.gravity,
+            scheme=options.scheme,
+        )
+        for name in free
+    ]
+    return CoupledBodies(
+        fluid=participant,
+        bodies=None if world is None else RigidBodyParticipant(BODIES, world, names if options.bodies_answer else ()),
+        connections=body_connections(names, answer=options.bodies_answer),
+        exchange=BodyExchange(interfaces, iteration=options.iteration),
+        ledger=ExchangeLedger(
+            [BodyBond(name, FLUID, BODIES) for name in free],
+            fluid.config.particle_spacing,
+            energy_limit=options.energy_limit,
+            disturbed=lambda: () if world is None else world.disturbed,
+        ),
+    )
+
+
+def couple_client(fluid: Fluid, handles: Mapping[LinkKey, int], links: ClientLinks, step_size: float) -> CoupledBodies:
+    """Couple a fluid with links of somebody else's client, whose time step is `step_size` [s]; both stay their owners'.
+
+    handles: the fluid's boundaries by the links, all of `links` that meet the fluid.
+    """
+    named = {link_name(key): handles[key] for key in links.met}
+    return CoupledBodies(
+        fluid=FluidParticipant(FLUID, fluid, named, own_step=step_size),
+        bodies=ClientLinksParticipant(BODIES, links),
+        connections=body_connections(tuple(named)),
+        exchange=BodyExchange(()),
+        ledger=ExchangeLedger((), fluid.config.particle_spacing),
+    )
+
+
+def body_connections(names: Sequence[str], *, answer: bool = True) -> tuple[Connection, ...]:
+    """Motion of the named bodies to the fluid, its wrenches to them; where they `answer`, what tells how."""
+    told = (*MOTION, "free_acceleration") if answer else MOTION
+    motion = [Connection(BODIES, f"{name}.{what}", FLUID, f"{name}.{what}") for name in names for what in told]
+    wrenches = [Connection(FLUID, f"{name}.wrench", BODIES, f"{name}.wrench") for name in names]
+    together = [Connection(BODIES, "inverse_mass", FLUID, "inverse_mass")] if names and answer else []
+    return (*motion, *wrenches, *together)

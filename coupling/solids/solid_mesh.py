@@ -1,0 +1,181 @@
+"""One reading of a mesh as a solid, from which mass, walls and the liquid left out inside it all follow.
+
+A mesh is sorted into closed shells (`closed_shells`). Each shell lies in others or in none:
+
+    a shell in none, or in a hollow       bounds matter, whichever way it is wound
+    a shell in matter, wound inwards      bounds a sealed hollow
+    a shell in matter, wound outwards     adds nothing: a part that lies in another
+
+Shells that pass through each other are joined, so that matter that they share counts once (exact Boolean operations of `manifold3d`).
+Whatever is mended is told in `notes`; whatever cannot be is refused with its place. All arithmetic runs on a copy of size 1 about the
+origin, so that neither the unit nor the place of a mesh matters.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+import trimesh
+
+from coupling.solids.closed_shells import Shell, UnitFrame, closed_shells
+from coupling.solids.shell_nesting import Nest, PlacedShell, nested_shells
+from coupling.solids.signed_distance import SignedDistance
+
+Array = npt.NDArray[np.float64]
+Flags = npt.NDArray[np.bool_]
+
+COARSE = 1e-3  # of a mesh's size: steps of 32-bit numbers at its place, from which it is told that they bend it
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SolidMesh:
+    """A solid: matter between closed shells that neither cross nor touch.
+
+    Attributes:
+        mesh: surface of the matter, hollows included, with normals out of the matter [m].
+        outer: the same without sealed hollows and what lies in them: what surrounding liquid meets; `mesh` itself if there are none [m].
+        notes: what was mended, in words, for "mesh ...: ".
+    """
+
+    mesh: trimesh.Trimesh
+    outer: trimesh.Trimesh
+    notes: tuple[str, ...] = ()
+
+    @property
+    def volume(self) -> float:
+        """Volume of the matter [m3]."""
+        return float(self.mesh.volume)
+
+    @property
+    def displaced_volume(self) -> float:
+        """Volume of matter and sealed hollows [m3]."""
+        return float(self.outer.volume)
+
+    @property
+    def has_hollow(self) -> bool:
+        """Whether there are sealed hollows."""
+        return self.outer is not self.mesh
+
+    def signed_distance(self, points: Array) -> Array:
+        """Distance (K,) [m] of points (K, 3) to the matter's surface, below 0 in matter."""
+        return self._field.phi(points)
+
+    def contains(self, points: Array) -> Flags:
+        """Which points (K, 3) [m] lie in matter."""
+        return self.signed_distance(points) < 0.0
+
+    @cached_property
+    def _field(self) -> SignedDistance:
+        return SignedDistance(self.mesh)
+
+
+def read_solid(mesh: trimesh.Trimesh, what: str = "mesh") -> SolidMesh:
+    """Read a mesh as a solid. A sound mesh is kept as it is, object and all.
+
+    Raises TypeError for no mesh and ValueError, which begins with `what`, for one that is no solid and cannot be mended.
+    """
+    if not isinstance(mesh, trimesh.Trimesh):
+        raise TypeError(f"{what} is of the type {type(mesh).__name__}, allowed: trimesh.Trimesh")
+    return read_objects([mesh], what)
+
+
+def told_solid(mesh: trimesh.Trimesh, what: str = "mesh", *, stacklevel: int = 3) -> SolidMesh:
+    """Read a mesh as a solid, as `read_solid`, and tell what was mended as a warning to the caller's caller."""
+    solid = read_solid(mesh, what)
+    if solid.notes:
+        warnings.warn(f"{what}: {'; '.join(solid.notes)}", stacklevel=stacklevel)
+    return solid
+
+
+def read_objects(objects: Sequence[trimesh.Trimesh], what: str) -> SolidMesh:
+    """Read the objects of a file as one solid; as `read_solid`.
+
+    Corners of different objects are joined where that closes them, else each object is closed by itself.
+    """
+    whole = objects[0] if len(objects) == 1 else trimesh.util.concatenate(list(objects))
+    _require_numbers(whole, what)
+    try:
+        try:
+            return _read(whole, [np.asarray(whole.faces, dtype=np.int64)])
+        except ValueError:
+            if len(objects) == 1:
+                raise
+            starts = np.cumsum([0, *(len(part.vertices) for part in objects)])
+            return _read(whole, [np.asarray(part.faces) + start for part, start in zip(objects, starts, strict=False)])
+    except ValueError as cause:
+        raise ValueError(f"{what} {cause}") from cause
+
+
+def _require_numbers(mesh: trimesh.Trimesh, what: str) -> None:
+    """Refuse meshes without triangles, and corners that are no finite numbers or all lie in one place."""
+    if len(mesh.faces) == 0:
+        raise ValueError(f"{what} holds no triangles, allowed: a closed surface of triangles")
+    strange = np.flatnonzero(~np.isfinite(mesh.vertices).all(axis=1))
+    if strange.size:
+        raise ValueError(
+            f"{what} has {strange.size} corners that are no finite numbers, the first is number {strange[0]}, "
+            f"{np.asarray(mesh.vertices)[strange[0]].tolist()}, allowed: finite numbers"
+        )
+    if not np.ptp(np.asarray(mesh.vertices)[np.asarray(mesh.faces).ravel()], axis=0).max() > 0.0:
+        raise ValueError(f"{what} has all its corners in one place, allowed: a closed surface")
+
+
+def _read(whole: trimesh.Trimesh, parts: Sequence[npt.NDArray[np.int64]]) -> SolidMesh:
+    """Shells of all parts, then their nest; errors and notes without the mesh's name."""
+    vertices = np.asarray(whole.vertices, dtype=np.float64)
+    used = vertices[np.unique(np.concatenate(parts))]
+    frame = UnitFrame.of(used)
+    unit = frame.unit(vertices)
+    notes, shells = _coarse(frame), list[Shell]()
+    for faces in parts:
+        found = closed_shells(unit, faces, frame)
+        shells += found.shells
+        notes += found.notes
+    nest = nested_shells([PlacedShell(unit, shell.faces, shell.volume) for shell in shells], frame)
+    notes += nest.notes
+    if _is_sound(whole, shells, nest):
+        return SolidMesh(mesh=whole, outer=whole, notes=tuple(notes))
+    mesh = _joined(nest.shells, vertices, frame)
+    outer = mesh if nest.is_massive else _joined(nest.outer, vertices, frame)
+    return SolidMesh(mesh=mesh, outer=outer, notes=tuple(notes))
+
+
+def _coarse(frame: UnitFrame) -> list[str]:
+    """Tell of a place so far from the origin that 32-bit numbers, as files hold, cannot draw the mesh."""
+    away = float(np.abs(frame.middle).max())
+    step = float(np.spacing(np.float32(away)))
+    if step <= COARSE * frame.size:
+        return []
+    return [
+        f"it lies {away:.3g} m from its origin, where numbers of 32 bits, as most files hold, are {step:.2g} m apart, and is "
+        f"{frame.size:.3g} m large; moved to its origin before it is written, it would keep its shape"
+    ]
+
+
+def _is_sound(whole: trimesh.Trimesh, shells: Sequence[Shell], nest: Nest) -> bool:
+    """Whether the mesh can be kept as it is: nothing was mended, and shells share no corners."""
+    if not nest.is_untouched or not nest.is_massive or any(shell.is_mended for shell in shells):
+        return False
+    corners = [np.unique(shell.faces) for shell in shells]
+    if sum(len(own) for own in corners) != len(whole.vertices) or len(np.unique(np.concatenate(corners))) != len(
+        whole.vertices
+    ):
+        return False
+    return sum(len(shell.faces) for shell in shells) == len(whole.faces)
+
+
+def _joined(shells: Sequence[PlacedShell], vertices: Array, frame: UnitFrame) -> trimesh.Trimesh:
+    """One mesh of shells that share no corners, in the original place and unit; corners from the mesh itself keep their numbers."""
+    corners, faces, start = list[Array](), list[npt.NDArray[np.int64]](), 0
+    for shell in shells:
+        used, index = np.unique(shell.faces, return_inverse=True)
+        own = vertices[used] if shell.is_original else frame.back(shell.vertices[used])
+        corners.append(own)
+        faces.append(index.reshape(-1, 3) + start)
+        start += len(used)
+    return trimesh.Trimesh(np.concatenate(corners), np.concatenate(faces), process=False)

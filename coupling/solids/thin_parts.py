@@ -1,0 +1,60 @@
+"""How thin the plates of a solid are, against the size of particles.
+
+A wall of one layer of particles holds liquid only up to a pressure. Measured with water that stands 8 spacings d high on one side of a held
+plate, in 2 s: 6.7 % of it passes a plate of 1.0 d, 4.5 % one of 1.05 d, 3.1 % one of 1.1 d, nothing one of 1.2 d; no plate lets anything
+through where the water stands 2 d high.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+import trimesh
+
+from coupling.solids.signed_distance import SignedDistance
+
+Array = npt.NDArray[np.float64]
+Flags = npt.NDArray[np.bool_]
+
+TIGHT = 1.2  # spacings: plates from this thickness on let nothing through
+PARALLEL = -0.98  # product of the normals of the two sides of a plate; bows and edges are sharper than that
+STEP = 0.5  # lattice step of the points that look, in spacings
+LEAST_AREA = 4.0  # squares of a spacing that a plate has at least
+
+
+def middle_plane(solid: SignedDistance, surface: Array, normal: Array, half: float) -> tuple[Array, Array, Array]:
+    """Look straight down from surface points for the place where another side is as near.
+
+    surface: (N, 3) [m]; normal: (N, 3) outward, there; half: greatest depth [m]. Returns the depth found (N,) [m], the place (N, 3) [m] and
+    the outward normal (N, 3) of the side beyond. Going inward from s by t, phi = -t until another part of the surface is as near.
+    """
+    low, high = np.zeros(len(surface)), np.full(len(surface), half)
+    for _ in range(30):
+        depth = 0.5 * (low + high)
+        above = depth + solid.phi(surface - depth[:, None] * normal) <= 0.02 * depth
+        low, high = np.where(above, depth, low), np.where(above, high, depth)
+    beyond = solid.nearest(surface - 1.1 * low[:, None] * normal)
+    return low, surface - low[:, None] * normal, beyond.normal
+
+
+def thinnest_plate(solid: SignedDistance, particle_spacing: float) -> float:
+    """Thickness [m] of the thinnest plate of a solid, if it is below TIGHT spacings; else infinite.
+
+    A plate has two sides that are nearly parallel and as large as a few particles. Edges and bows are none.
+    """
+    step, half = STEP * particle_spacing, 0.5 * TIGHT * particle_spacing
+    near, _ = solid.lattice(step, 0.0, step)
+    surface = solid.nearest(near)
+    below = solid.phi(surface.point - half * surface.normal) > -0.98 * half
+    if not below.any():
+        return np.inf
+    depth, _, beyond = middle_plane(solid, surface.point[below], surface.normal[below], half)
+    is_plate = (beyond * surface.normal[below]).sum(axis=1) < PARALLEL
+    thickness = np.sort(2.0 * depth[is_plate & (depth > 1e-4 * half) & (depth < 0.99 * half)])
+    least = int(np.ceil(2.0 * LEAST_AREA / STEP**2))  # points on both sides
+    return float(thickness[least - 1]) if len(thickness) >= least else np.inf
+
+
+def plates_of(mesh: trimesh.Trimesh, particle_spacing: float) -> float:
+    """As `thinnest_plate`, of a closed mesh."""
+    return thinnest_plate(SignedDistance(mesh), particle_spacing)

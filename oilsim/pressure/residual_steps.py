@@ -1,0 +1,149 @@
+"""The kernels of `bounded_solver`: the face, a step of conjugate residuals on it (Saad 2003, 6.8), and the residual with the bounds."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from oilsim.backend.float32 import ONE, ZERO
+from oilsim.backend.jit import FAST
+from oilsim.backend.simd import LANES, above_zero, below, load, only, positive, spread, store, summed
+from oilsim.backend.thread_team import BLOCK
+
+Real = NDArray[np.float32]
+
+
+class Pressures(NamedTuple):
+    """The unknowns of a solve.
+
+    kappa (N,)        pressure times time over rho_ref [m2/s]
+    gradient (N,)     g = A kappa - b [1/s], which moves with kappa
+    diagonal (N,)     that of A [1/m2]
+    """
+
+    kappa: Real
+    gradient: Real
+    diagonal: Real
+
+
+class SearchDirection(NamedTuple):
+    """The direction of a step of conjugate residuals.
+
+    direction (N,)    p [m2/s]
+    image (N,)        A p [1/s]
+    answer (N,)       M^-1 A p [m2/s], M^-1 the preconditioner on the face
+    """
+
+    direction: Real
+    image: Real
+    answer: Real
+
+
+@njit(**FAST)
+def choose_face(begin, end, pressures, mobility, closed, opening, face, scaled, sums):
+    """Choose the face, and add up the residual with what clamping negative pressures would add to it.
+
+    pressures            `Pressures`
+    mobility (N,)        1 / diag A [m2]
+    closed               whether the liquid fills a box, so that its pressure has no bound
+    opening              whether particles that would be pressed after a Jacobi step join the face
+    face (N,)            becomes 1 on the face, 0 elsewhere [1]
+    scaled (N,)          becomes g / diag A on the face, 0 elsewhere [m2/s]
+    sums (blocks, 3)     the first column becomes block sums of the residual [1/s]
+    """
+    kappa, gradient, _ = pressures
+    for block in range(begin, end, BLOCK):
+        last, residual = min(block + BLOCK, end), spread(ZERO)
+        for k in range(block, last, LANES):
+            present = below(last, k)
+            pressure, excess = load(kappa, k, present), load(gradient, k, present)
+            on = spread(ONE) if closed else only(above_zero(pressure), spread(ONE), ZERO)
+            ease = load(mobility, k, present)
+            residual += positive(-excess) + on * positive(excess)
+            if not closed:
+                residual += only(present, positive(-pressure) / ease, ZERO)
+            if opening:
+                on = only(above_zero(-excess), spread(ONE), on)
+            store(face, k, present, on)
+            store(scaled, k, present, on * excess * ease)
+        sums[block // BLOCK, 0] = summed(residual)
+
+
+@njit(**FAST)
+def advance(begin, end, pressures, scaled, search, closed, face, step, sums):
+    """Take a step: kappa -= step p, g -= step A p, scaled -= step M^-1 A p, and add up what is left.
+
+    pressures            `Pressures`; kappa and gradient move
+    scaled (N,)          M^-1 g on the face [m2/s], moves
+    search               `SearchDirection`
+    closed               whether the liquid fills a box, so that its pressure has no bound
+    face (N,)            1 on the face, 0 elsewhere [1]
+    step                 length of the step [1]
+    sums (blocks, 3)     become block sums of the residual on the face and off it, and of what clamping would add [1/s]
+    """
+    kappa, gradient, diagonal = pressures
+    direction, image, answer = search
+    for block in range(begin, end, BLOCK):
+        last = min(block + BLOCK, end)
+        on_face = off_face = harm = spread(ZERO)
+        for k in range(block, last, LANES):
+            present = below(last, k)
+            pressure = load(kappa, k, present) - step * load(direction, k, present)
+            excess = load(gradient, k, present) - step * load(image, k, present)
+            on = load(face, k, present)
+            store(kappa, k, present, pressure)
+            store(gradient, k, present, excess)
+            store(scaled, k, present, load(scaled, k, present) - step * load(answer, k, present))
+            on_face += on * (positive(excess) + positive(-excess))
+            off_face += (ONE - on) * positive(-excess)
+            harm += on * load(diagonal, k, present) * positive(-pressure)
+        sums[block // BLOCK, 0], sums[block // BLOCK, 1] = summed(on_face), summed(off_face)
+        sums[block // BLOCK, 2] = ZERO if closed else summed(harm)
+
+
+@njit(**FAST)
+def turn(begin, end, scaled, product, share, mobility, face, search):
+    """Make the next direction, p = scaled + share p, with its image, and the diagonal's part of its answer.
+
+    scaled (N,): M^-1 g [m2/s]; product (N,): A scaled [1/s]; share [1]; mobility (N,): 1 / diag A [m2]; face (N,): 1 on the face, 0
+    elsewhere; search: `SearchDirection`, which becomes the next one.
+    """
+    direction, image, answer = search
+    for k in range(begin, end, LANES):
+        present = below(end, k)
+        store(direction, k, present, load(scaled, k, present) + share * load(direction, k, present))
+        follows = load(product, k, present) + share * load(image, k, present)
+        store(image, k, present, follows)
+        store(answer, k, present, load(face, k, present) * load(mobility, k, present) * follows)
+
+
+@njit(**FAST)
+def dot(begin, end, left, right, sums):
+    """Fill sums (blocks,) with the block sums of left (N,) times right (N,)."""
+    for block in range(begin, end, BLOCK):
+        last, product = min(block + BLOCK, end), spread(ZERO)
+        for k in range(block, last, LANES):
+            present = below(last, k)
+            product += load(left, k, present) * load(right, k, present)
+        sums[block // BLOCK] = summed(product)
+
+
+@njit(**FAST)
+def left_over(begin, end, group, pressures, closed, face, sums):
+    """Add up the residual over a group, with what clamping negative pressures would add to it.
+
+    group (K,): particles; pressures: `Pressures`; closed: whether the pressure has no bound; face (N,): 1 on the face, 0 elsewhere;
+    sums (blocks,): become block sums [1/s].
+    """
+    kappa, gradient, diagonal = pressures
+    for block in range(begin, end, BLOCK):
+        left = 0.0
+        for n in range(block, min(block + BLOCK, end)):
+            i = group[n]
+            left += abs(gradient[i]) if face[i] > ZERO else max(-gradient[i], ZERO)
+            if not closed:
+                left += diagonal[i] * max(-kappa[i], ZERO)
+        sums[block // BLOCK] = left

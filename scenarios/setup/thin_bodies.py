@@ -1,0 +1,51 @@
+"""What is told of bodies that are too thin for their particles: by `oilsim check` and as a run starts, in the same words."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+from coupling.pybullet_world.attachment_warnings import leaking, swelling
+from coupling.solids.surface_sampling import SurfaceSampling, sample_surface
+from coupling.solids.thin_parts import plates_of
+from scenarios.setup.placed_solids import Solid, table_entry
+
+
+def thin_samplings(solids: Sequence[Solid], particle_spacing: float) -> dict[int, SurfaceSampling]:
+    """Sample the bodies that have thin plates; by the id of their mesh. Nothing is to be told of others."""
+    meshes = {id(solid.placed.mesh): solid.placed.mesh for solid in solids if solid.wetted}
+    thin = {key: mesh for key, mesh in meshes.items() if math.isfinite(plates_of(mesh, particle_spacing))}
+    return {key: sample_surface(mesh, particle_spacing) for key, mesh in thin.items()}
+
+
+def thin_bodies(
+    solids: Sequence[Solid], samplings: Mapping[int, SurfaceSampling], particle_spacing: float
+) -> dict[str, str]:
+    """What is to be told of bodies whose samplings are given by the id of their mesh; keys are ``thin rock`` or ``leak rock``."""
+    sampled = {
+        solid.name: (samplings[id(solid.placed.mesh)], float(solid.placed.mesh.volume))
+        for solid in solids
+        if solid.wetted and id(solid.placed.mesh) in samplings
+    }
+    told = swollen_bodies({name: swelling(*own) for name, own in sampled.items()}, particle_spacing)
+    for name, (sampling, _) in sampled.items():
+        text = leaking(sampling)
+        if text and table_entry(name).startswith("bodies."):  # the skirt of a boom has liquid on both sides
+            told[f"leak {name}"] = f"{name} {text}"
+    return told
+
+
+def swollen_bodies(times: Mapping[str, float], particle_spacing: float) -> dict[str, str]:
+    """What is told of bodies of which the fluid meets so many `times` their volume; a boom's segments are told of together."""
+    entries: dict[str, dict[str, float]] = {}
+    for name, value in times.items():
+        if value > 1.0:
+            entries.setdefault(table_entry(name), {})[name] = value
+    told: dict[str, str] = {}
+    for swollen in entries.values():
+        first, *others = swollen
+        which, have, its = (f"{first} and {len(others)} more", "have", "their") if others else (first, "has", "its")
+        text = f"the fluid meets and lifts {max(swollen.values()):.2g} times {its} volume"
+        resolved = f"fluid.particle_spacing below {particle_spacing:g} m resolves them"
+        told[f"thin {first}"] = f"{which} {have} parts thinner than a particle: {text}; {resolved}"
+    return told

@@ -1,0 +1,90 @@
+"""Each guide is followed: its commands and its code run as they stand, with coarser particles and shorter times."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+import warnings
+from pathlib import Path
+
+import pybullet
+import pytest
+
+from scenarios.cli import command_parser, main
+from tests.docs.guide import DOCS, ROOT, blocks, commands, shortened, write_files
+
+OPEN_A_WINDOW = ("replay", "--live")
+COARSE = ["--set", "fluid.particle_spacing=0.16", "--set", "fluid.maximum_time_step=0.02", "--threads", "1"]
+TRAINER = {
+    "8": "0.1",
+    "u-sweep-from-8s.rrd": "u-sweep-from-0.1s.rrd",
+    "30": "0.3",
+    "tow.speed_kn=0.3,0.5,0.7": "tow.speed_kn=0.3,0.5",
+}
+
+
+def follow(calls: list[list[str]]) -> None:
+    """Run the commands in this process; those that need a screen are only parsed."""
+    for arguments in calls:
+        command_parser().parse_args(arguments)
+        if not any(word in OPEN_A_WINDOW for word in arguments):
+            assert main(arguments) == 0, f"oilsim {' '.join(arguments)}"
+
+
+def made_small(arguments: list[str], until: str = "0.2") -> list[str]:
+    """A run, a sweep or an exported exercise of `u-sweep`, coarse and short; a comparison without a screen."""
+    if arguments[0] in ("run", "sweep", "export-fmu") and arguments[1] == "u-sweep":
+        return [*arguments, *COARSE, *([] if arguments[0] == "export-fmu" else ["--until", until])]
+    if arguments[0] == "compare":
+        return [*arguments, "--table"]  # without the viewer
+    return arguments
+
+
+@pytest.mark.timeout(600)
+def test_trainers_guide(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    guide = DOCS / "guides" / "trainer.md"
+    monkeypatch.chdir(tmp_path)
+    write_files(guide, tmp_path)
+    calls = [made_small(call) for call in shortened(commands(guide), TRAINER)]
+    cut = next(number for number, call in enumerate(calls) if call[0] == "repair")
+    follow(calls[:cut])
+    whole = Path("u-sweep.rrd").read_bytes()
+    Path("cut.rrd").write_bytes(whole[: len(whole) * 3 // 4])
+    follow(calls[cut:])
+    left = {
+        "u-sweep.json", "u-sweep.png", "u-sweep-debrief/debrief.html", "strict/debrief.html", "tables", "oil.nc", "slick.geojson", "film",
+        "u-sweep-from-0.1s.rrd", "cut.repaired.rrd", "u-sweep-sweep/sweep.csv", "crate.rrd",
+    }  # fmt: skip
+    assert {name for name in left if not Path(name).exists()} == set()
+
+
+@pytest.mark.timeout(600)
+def test_fmu_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    page = DOCS / "fmus" / "README.md"
+    for file in page.parent.iterdir():
+        shutil.copy(file, tmp_path)
+    monkeypatch.chdir(tmp_path)
+    follow([[*made_small(call), *(["--until", "0.1"] if call[0] == "run" else [])] for call in commands(page)])
+    assert {"tow-winch.fmu", "autopilot.fmu", "squall.fmu", "u-sweep.fmu"} <= {path.name for path in tmp_path.iterdir()}
+    for arguments in shortened(commands(page, "fmpy"), {"1": "0.04"}):
+        subprocess.run([sys.executable, "-m", "fmpy", *arguments], check=True, timeout=500)
+
+
+@pytest.mark.parametrize("name", ["engineer", "tester"])
+def test_code_of_guides(name: str) -> None:
+    guide, names = DOCS / "guides" / f"{name}.md", {"__name__": name}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)
+        for block in blocks(guide, "python"):
+            exec(compile(block.text, str(guide), "exec"), names)
+    if "client" in names:
+        pybullet.disconnect(names["client"])
+
+
+def test_testers_commands() -> None:
+    lines = [line for block in blocks(DOCS / "guides" / "tester.md", "sh") for line in block.text.splitlines()]
+    assert lines
+    for line in lines:
+        _, *arguments = line.split("#")[0].split()
+        subprocess.run([sys.executable, *arguments], cwd=ROOT, check=True, timeout=250)

@@ -1,0 +1,100 @@
+"""The documents say what the program is: generated pages are up to date, and what they name exists."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+import runpy
+from html import unescape
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from tests.docs.guide import DOCS, ROOT
+
+PAGES = [
+    ROOT / "README.md",
+    ROOT / "CHANGELOG.md",
+    ROOT / "tests" / "validation" / "README.md",
+    *sorted(DOCS.rglob("*.md")),
+]
+FILE = re.compile(r"(?<![\w/.-])(?:oilsim|coupling|booms|vessels|recordings|scenarios|tests|docs)(?:/[\w.-]+)+")
+MODULE = re.compile(
+    r"(?<![\w/.-])(?:oilsim|coupling|recordings|scenarios|tests)(?:\.\w+)+"
+)  # signals begin with vessels, booms
+LINK = re.compile(r"\]\(([^)#\s]+)(?:#[^)]*)?\)")
+
+
+def names_in(page: Path, pattern: re.Pattern[str]) -> set[str]:
+    """What the pattern finds between backticks and in code blocks."""
+    text = page.read_text(encoding="utf-8")
+    code = re.findall(r"```.*?```|`[^`\n]+`|^ {4}.*$|^from .*$", text, flags=re.DOTALL | re.MULTILINE)
+    return {name.rstrip(".") for part in code for name in pattern.findall(part)}
+
+
+def exists(dotted: str) -> bool:
+    """Whether a dotted name is a module, or something in one."""
+    parts = dotted.split(".")
+    for length in range(len(parts), 0, -1):
+        if (ROOT / Path(*parts[:length])).is_dir() or (ROOT / Path(*parts[:length])).with_suffix(".py").is_file():
+            break
+    if length == len(parts):
+        return True
+    try:
+        value: object = importlib.import_module(".".join(parts[:length]))
+    except ImportError:
+        return False
+    for part in parts[length:]:
+        if not hasattr(value, part):
+            return False
+        value = getattr(value, part)
+    return True
+
+
+def script(path: Path) -> ModuleType:
+    """A script of the documents as a module."""
+    specification = importlib.util.spec_from_file_location(path.stem, path)
+    assert specification is not None and specification.loader is not None
+    module = importlib.util.module_from_spec(specification)
+    specification.loader.exec_module(module)
+    return module
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_files_and_modules_exist(page: Path) -> None:
+    missing = {name for name in names_in(page, FILE) if not (ROOT / name).exists()}
+    missing |= {
+        name for name in names_in(page, MODULE) if not (exists(name) or (ROOT / name).exists() or name.endswith(".md"))
+    }
+    assert missing == set(), f"{page.name} names what is not there"
+
+
+def test_links_of_the_readme_exist() -> None:
+    links = {link for link in LINK.findall((ROOT / "README.md").read_text(encoding="utf-8")) if "://" not in link}
+    assert links
+    assert {link for link in links if not (ROOT / link).exists()} == set()
+
+
+def test_readme_is_short() -> None:
+    assert len((ROOT / "README.md").read_text(encoding="utf-8").splitlines()) < 200
+
+
+def test_page_of_commands_is_up_to_date() -> None:
+    written = script(DOCS / "reference" / "commands.py").commands_page() + "\n"
+    assert (DOCS / "reference" / "commands.md").read_text(encoding="utf-8") == written, (
+        "run python docs/reference/commands.py"
+    )
+
+
+def test_picture_of_the_architecture_is_up_to_date() -> None:
+    packages, between = runpy.run_path(str(DOCS / "architecture.py"), run_name="architecture")["read_packages"]()
+    picture = unescape((DOCS / "architecture.svg").read_text(encoding="utf-8"))
+    shown = set(re.findall(r"<g id=\"([\w.>]+)\"", picture))
+    rooms = {f"{name}.{room}" for name, package in packages.items() for room in package.rows}
+    arrows = {
+        f"{name}.{a}>{b}" for name, package in packages.items() for a, ends in package.arrows.items() for b in ends
+    }
+    wanted = rooms | arrows | {f"{a}>{b}" for a, b in between}
+    own = {name for name in shown if name.split(".")[0].split(">")[0] in packages}
+    assert own == wanted, "run python docs/architecture.py"

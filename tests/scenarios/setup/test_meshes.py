@@ -1,0 +1,133 @@
+"""Bodies from mesh files in a scenario: mass, liquid left out and walls follow from one reading, and `check` tells what `run` tells."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from coupling.bodies import box
+from coupling.solids.solid_mesh import read_solid
+from scenarios.cli import main
+from scenarios.load import scenario_from
+from scenarios.problems import ScenarioError
+from scenarios.running.assembly import build
+from scenarios.scenario import Scenario
+from scenarios.setup.cost import estimate
+from scenarios.setup.layout import lay_out
+
+TANK = """
+name = "mesh"
+[run]
+duration = 0.02
+threads = 1
+[fluid]
+particle_spacing = 0.05
+[phases.water]
+density = 1000.0
+dynamic_viscosity = 1.0e-3
+[tank]
+lower = [0.0, 0.0, 0.0]
+upper = [1.4, 1.0, 1.0]
+open = ["+z"]
+[fill.pool]
+shape = "slab"
+phase = "water"
+bottom = 0.0
+top = 0.6
+"""
+PLACE = (0.6, 0.5, 0.35)
+
+
+def inwards(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
+    return trimesh.Trimesh(mesh.vertices, mesh.faces[:, ::-1], process=False)
+
+
+def hull(folder: Path, *parts: trimesh.Trimesh) -> str:
+    """A body's table, of a mesh file of these parts."""
+    trimesh.util.concatenate(list(parts)).export(folder / "hull.stl")
+    return (
+        f'[bodies.hull]\nshape = "mesh"\nfile = "{folder / "hull.stl"}"\ndensity = 500.0\nposition = {list(PLACE)}\n'
+        'motion = "fixed"\n'
+    )
+
+
+def scenario_of(extra: str) -> Scenario:
+    return scenario_from(tomllib.loads(TANK + extra))
+
+
+def liquid_in(solid: trimesh.Trimesh, scenario: Scenario) -> int:
+    """Particles that lie in a solid at the start."""
+    points = np.concatenate(list(lay_out(scenario).positions.values())) - PLACE
+    return int(read_solid(solid).contains(points).sum())
+
+
+def test_parts_that_overlap_are_one_solid_for_mass_walls_and_liquid(tmp_path: Path) -> None:
+    parts = box((0.4, 0.4, 0.4)), box((0.4, 0.4, 0.4)).apply_translation((0.2, 0, 0))
+    scenario = scenario_of(hull(tmp_path, *parts))
+    (solid,) = lay_out(scenario).solids
+    assert solid.placed.mass_properties.mass == pytest.approx(500.0 * 0.096, rel=1e-5)
+    assert liquid_in(box((0.6, 0.4, 0.4)).apply_translation((0.1, 0, 0)), scenario) == 0
+    (told,) = estimate(scenario).told
+    assert told.startswith("bodies.hull.file '") and "2 parts that overlap or touch joined to one solid" in told
+    assert told in [remark.text for remark in build(scenario).remarks.look(None)]
+
+
+def test_a_part_wound_inwards_is_mended_and_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    parts = box((0.3, 0.3, 0.3)), inwards(box((0.2, 0.2, 0.2)).apply_translation((0.4, 0, 0)))
+    scenario = scenario_of(hull(tmp_path, *parts))
+    (solid,) = lay_out(scenario).solids
+    assert solid.placed.mass_properties.mass == pytest.approx(500.0 * (0.027 + 0.008), rel=1e-5)
+    (tmp_path / "mesh.toml").write_text(TANK + hull(tmp_path, *parts))
+    assert main(["check", str(tmp_path / "mesh.toml")]) == 0
+    assert "1 part wound inwards turned outwards, about (0.4, 0, 0) m" in " ".join(capsys.readouterr().out.split())
+
+
+def test_a_sealed_hollow_stays_dry_and_a_fill_inside_fills_it(tmp_path: Path) -> None:
+    shell, room = box((0.6, 0.6, 0.5)), box((0.4, 0.4, 0.3))
+    table = hull(tmp_path, shell, inwards(room))
+    scenario = scenario_of(table)
+    assert liquid_in(shell, scenario) == 0
+    (solid,) = lay_out(scenario).solids
+    assert solid.placed.mass_properties.mass == pytest.approx(500.0 * (0.18 - 0.048), rel=1e-5)
+    assert solid.placed.mesh.volume == pytest.approx(0.18, rel=1e-5)  # it displaces its outside
+    (told,) = estimate(scenario).told
+    assert "0.048 m3 of sealed hollow stay dry and hold no mass; inside = 'hull' of a fill puts liquid there" in told
+
+    cargo = '[fill.cargo]\nshape = "slab"\nphase = "water"\nbottom = 0.2\ntop = 0.35\ninside = "hull"\n'
+    filled = scenario_of(table + cargo)
+    layout = lay_out(filled)
+    (solid,) = layout.solids
+    assert solid.placed.mesh.volume == pytest.approx(0.132, rel=1e-5)  # the hollow has walls now
+    inside = layout.positions["cargo"] - PLACE
+    assert len(inside) * 0.05**3 == pytest.approx(0.4 * 0.4 * 0.15, rel=0.25)
+    assert read_solid(room).contains(inside).all()
+    assert not read_solid(shell).contains(layout.positions["pool"] - PLACE).any()
+    np.testing.assert_array_equal(layout.positions["pool"], lay_out(scenario).positions["pool"])
+    assert layout.level == pytest.approx(0.6)
+    assert estimate(filled).told == ()
+
+
+def test_a_fill_inside_of_what_has_no_hollow_is_refused(tmp_path: Path) -> None:
+    cargo = '[fill.cargo]\nshape = "slab"\nphase = "water"\nbottom = 0.2\ntop = 0.35\ninside = "{}"\n'
+    with pytest.raises(ScenarioError, match=r"fill\.cargo\.inside is 'hull', a body without a sealed hollow, allowed"):
+        lay_out(scenario_of(hull(tmp_path, box((0.3, 0.3, 0.3))) + cargo.format("hull")))
+    with pytest.raises(ScenarioError, match=r"fill\.cargo\.inside is 'hulk', which is no body"):
+        scenario_of(hull(tmp_path, box((0.3, 0.3, 0.3))) + cargo.format("hulk"))
+
+
+def test_check_tells_of_thin_plates_as_run_does() -> None:
+    gate = '[bodies.gate]\nshape = "box"\nsize = [{}, 1.2, 0.9]\nposition = [0.7, 0.5, 0.45]\nmotion = "fixed"\n'
+    thin = scenario_of(gate.format(0.05))
+    (told,) = estimate(thin).told
+    assert told.startswith("gate has plates 0.05") and "1 particle spacings: liquid that stands more than two" in told
+    assert told in [remark.text for remark in build(thin).remarks.look(None)]
+    thinner = estimate(scenario_of(gate.format(0.02))).told
+    assert [text.split(":")[0] for text in thinner] == [
+        "gate has parts thinner than a particle",
+        "gate has plates 0.02 m thin, 0.4 particle spacings",
+    ]
+    assert estimate(scenario_of(gate.format(0.065))).told == ()
