@@ -10,8 +10,9 @@
     press_films            liquid too thin for particles presses on bodies                      `stages.films`
     apply_forcings         currents, waves, wind                                                `stages.forcing`
     apply_adhesion         liquid is drawn to walls                                             `stages.adhesion`
+    apply_last_pressure    v -= u of the last step's pressure, bodies answering                 `stages.pressure`
     apply_viscosity        implicitly, or explicitly where it is mild                           `stages.viscosity`
-    project_velocity       bounded pressure solve for H^T v*, bodies answering; v = v* - u      `stages.pressure`
+    project_velocity       bounded pressure solve for what compression is left, bodies answering `stages.pressure`
     apply_wall_contact     single drops meet walls                                              `stages.contact`
     give_back              liquid off the walls gets lost momentum back                         `momentum_correction`
 
@@ -31,7 +32,7 @@ from oilsim.step.stages.films import press_films
 from oilsim.step.stages.forcing import Drive
 from oilsim.step.stages.gradients import cache_pair_gradients
 from oilsim.step.stages.gravity import apply_gravity
-from oilsim.step.stages.pressure import project_velocity
+from oilsim.step.stages.pressure import apply_last_pressure, project_velocity
 from oilsim.step.stages.relaxation import relax_positions
 from oilsim.step.stages.search import search_neighbors
 from oilsim.step.stages.sleep import part_sleepers
@@ -59,8 +60,9 @@ def split_step(
     drive(time_step)
     with correction.watch():
         apply_adhesion(tools, arrays, state, time_step)
+        operator = apply_last_pressure(tools, arrays, state, time_step)
         viscosity_iterations = apply_viscosity(tools, arrays, state, time_step)
-        divergence_iterations, divergence_error = project_velocity(tools, arrays, state, solver, time_step)
+        divergence_iterations, divergence_error = project_velocity(tools, arrays, state, solver, operator)
         apply_wall_contact(tools, arrays, state, time_step)
     correction.give_back()
     return StepResult(

@@ -14,6 +14,7 @@ from tests.validation.interfaces import LOCK_EXCHANGE, RAYLEIGH_TAYLOR
 from tests.validation.planar_slick import PLANAR_SLICK
 from tests.validation.released import HEAVE_DECAY, PLANE_RELEASE, RELEASE, SURFACING
 from tests.validation.spreading import OIL_SLICK, VISCOUS_CURRENT
+from tests.validation.thick_liquid import SETTLING_SPHERE, THICK_REST
 from tests.validation.towed_cylinder import TOWED_CYLINDER
 from tests.validation.towing import TOWED_PLATE, TOWED_SKIRT
 from tests.validation.two_layers import TWO_LAYERS
@@ -26,7 +27,7 @@ CASES: tuple[Case, ...] = tuple(
             STILL_COLUMN, TWO_LAYERS, CONSERVATION, SHEAR_WAVE, INVISCID_SHEAR, START_UP, LAYERED, ELLIPTICAL_DROP, TAYLOR_GREEN,
             STANDING_WAVE, DAM_FRONT, DAM_PRESSURE, INTERFACE_WAVE, RAYLEIGH_TAYLOR, LOCK_EXCHANGE, VISCOUS_CURRENT, OIL_SLICK,
             PLANAR_SLICK, ARCHIMEDES, SUBMERGED, RELEASE, PLANE_RELEASE, SURFACING, BOOM_IN_WAVES, HEAVE_DECAY, TOWED_PLATE, TOWED_SKIRT,
-            TOWED_CYLINDER, BOOM_FLUME,
+            TOWED_CYLINDER, BOOM_FLUME, THICK_REST, SETTLING_SPHERE,
         ),
         key=lambda case: case.number,
     )

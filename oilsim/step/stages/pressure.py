@@ -21,11 +21,12 @@ Real = NDArray[np.float32]
 FILLED = 0.1
 
 
-def project_velocity(
-    tools: StepTools, arrays: StepArrays, state: FluidState, solver: BoundConstrainedSolver, time_step: float
-) -> tuple[int, float]:
-    """Take the pressure's force off the velocities, bodies answering; returns products of the operator and the mean residual [1]."""
-    config, kappa = tools.config, state.pressure_impulse
+def apply_last_pressure(tools: StepTools, arrays: StepArrays, state: FluidState, time_step: float) -> PressureOperator:
+    """Let the pressure of the last step act on velocities and bodies; returns the operator, with which `project_velocity` mends it.
+
+    It comes before viscosity, which then meets forces in balance: the incremental pressure correction of van Kan (1986). Viscosity that met
+    gravity alone would brake liquid at rest beside no-slip walls, and leave it moving at a share of g dt.
+    """
     filled = state.confinement == Confinement.FILLED
     _start_from_last(state, time_step)
     with tools.stage("divergence"):
@@ -33,7 +34,20 @@ def project_velocity(
         if not filled:
             tools.coarse.lay(state.position[:, : state.awake], arrays.points, arrays.openness)
         _hold_waterline(tools, arrays, state, time_step)
-        operator.apply(kappa)
+        operator.apply(state.pressure_impulse)
+    return operator
+
+
+def project_velocity(
+    tools: StepTools, arrays: StepArrays, state: FluidState, solver: BoundConstrainedSolver, operator: PressureOperator
+) -> tuple[int, float]:
+    """Take compression off the velocities, bodies answering, by a change of the pressure that `apply_last_pressure` has begun with.
+
+    Returns products of the operator and the mean residual [1].
+    """
+    config, kappa, time_step = tools.config, state.pressure_impulse, state.time_step
+    filled = state.confinement == Confinement.FILLED
+    with tools.stage("divergence"):
         excess = operator.compression_rate()
         _add_feedback(tools, arrays, state, time_step, excess)
         tolerance = config.divergence_tolerance * (FILLED if filled else 1.0)
