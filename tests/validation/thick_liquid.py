@@ -192,7 +192,8 @@ SETTLING_SPHERE = Case(
     name="settling-sphere",
     title="A sphere settles in silicon oil",
     source="largest speeds measured by ten Cate, Nieuwstad, Derksen and Van den Akker 2002 (Phys. Fluids 14, 4012), in a box",
-    setup=f"sphere of D = {BALL:g} m and {HEAVY:g} kg/m3 in a closed box of {BOX[0]:g} x {BOX[1]:g} x {BOX[2]:g} m, from {FALL:g} m over its floor",
+    setup=f"sphere of D = {BALL:g} m and {HEAVY:g} kg/m3 in a closed box of {BOX[0]:g} x {BOX[1]:g} x {BOX[2]:g} m, "
+    f"from {FALL:g} m over its floor",
     length=BALL,
     length_symbol="D",
     resolutions=(4, 6, 8),
