@@ -146,6 +146,7 @@ class CheckpointWriter:
 @contextmanager
 def checkpoint_writer(folder: Path, plan: Plan) -> Iterator[CheckpointWriter]:
     """A writer into `folder`, which is made if need be and belongs to this run alone within the block."""
+    is_new = not folder.exists()
     try:
         folder.mkdir(exist_ok=True)
     except OSError as error:
@@ -155,7 +156,8 @@ def checkpoint_writer(folder: Path, plan: Plan) -> Iterator[CheckpointWriter]:
             yield CheckpointWriter(folder, plan)
     finally:
         with suppress(OSError):  # one that holds something stays
-            folder.rmdir()
+            if is_new:
+                folder.rmdir()
 
 
 def _steps_between(plan: Plan) -> int:
