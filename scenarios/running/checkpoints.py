@@ -137,6 +137,7 @@ class CheckpointWriter:
 @contextmanager
 def checkpoint_writer(folder: Path, plan: Plan) -> Iterator[CheckpointWriter]:
     """Create a writer into `folder`, which this run alone uses within the block; CheckpointError if it cannot be created."""
+    is_new = not folder.exists()
     try:
         folder.mkdir(exist_ok=True)
     except OSError as error:
@@ -146,7 +147,8 @@ def checkpoint_writer(folder: Path, plan: Plan) -> Iterator[CheckpointWriter]:
             yield CheckpointWriter(folder, plan)
     finally:
         with suppress(OSError):  # one that holds something stays
-            folder.rmdir()
+            if is_new:
+                folder.rmdir()
 
 
 def _steps_between(plan: Plan) -> int:
