@@ -85,7 +85,7 @@ scenario = Scenario(
 if __name__ == "__main__":
     run_scenario(scenario, options=RunOptions(record=Path("my-tank.rrd"), summary=Path("my-tank.json")))
 ```
-For a loop of your own, `scenarios.running.assembly.build(scenario)` makes the parts: `assembly.fluid`, `assembly.world`, and
+For a loop of your own, `scenarios.build.build(scenario)` makes the parts: `assembly.fluid`, `assembly.world`, and
 `assembly.co_simulation(observers)` with `initialize()`, `step()` and `terminate()`.
 """
 
