@@ -36,17 +36,7 @@ ROOT = Path(__file__).parent.parent
 PACKAGES = ("oilsim", "coupling", "vessels", "booms", "recordings", "scenarios")
 
 TO_DO: tuple[str, ...] = (
-    "coupling/blas_threads.py",
-    "coupling/bodies.py",
-    "coupling/errors.py",
     "coupling/fmu",
-    "coupling/observer.py",
-    "coupling/participant.py",
-    "coupling/plugin.py",
-    "coupling/pybullet_import.py",
-    "coupling/solids",
-    "coupling/testkit",
-    "coupling/units.py",
     "oilsim",
 )
 
