@@ -102,8 +102,8 @@ def sample_surface(
 
     The mesh is read as `solid_mesh` says, and a warning tells what was mended; its hollows are sampled too. `within`: lower and upper
     corner (3,) [m] of the box that is sampled, for a solid far larger than the fluid; None: all of it. Raises ValueError for a spacing that
-    is not above 0, a thickness above the spacing, a mesh that is no solid and one of more than LARGEST particles; UnresolvedSolidError for a
-    mesh smaller than a particle.
+    is not above 0, a thickness above the spacing, a mesh that is no solid and one of more than LARGEST particles; UnresolvedSolidError for
+    a mesh smaller than a particle.
     """
     spacing = particle_spacing
     thickness = spacing if minimum_thickness is None else minimum_thickness
