@@ -1,4 +1,4 @@
-"""Where a boom is: its line in plan, how its segments stand, and how water meets them."""
+"""Position and motion of a boom: its line in plan, the lean of its segments, and the flow of water across them."""
 
 from __future__ import annotations
 

@@ -61,6 +61,8 @@ class ContainmentOptions:
     entrainment_speed [m/s] normal to the boom: 0.7 knots in practice; at a model scale, sqrt(scale) times that.
     viscous_limit [m2/s]: kinematic viscosity above which oil fails by critical accumulation (3000 cSt).
     planing_angle [rad]: lean of the skirt from which the boom is said to plane.
+
+    Raises ValueError for a size, volume or entrainment speed that is not above 0.
     """
 
     skirt_depth: float

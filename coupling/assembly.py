@@ -36,10 +36,10 @@ MOTION = ("pose", "twist")  # of a body, as any scheme needs it
 
 @dataclass(frozen=True, kw_only=True)
 class ExchangeOptions:
-    """How all bodies of a run are coupled.
+    """Options of the coupling between the fluid and all bodies of a run.
 
-    scheme: of `coupling.master.body_exchange`, None for the pressure solve; iteration: used where the scheme iterates; energy_limit: of
-    the ledger. TypeError for a scheme that is none.
+    scheme: one of `coupling.master.body_exchange`; None couples the bodies inside the pressure solve. iteration: used where the scheme
+    iterates. energy_limit [-]: the limit of the ledger. Raises TypeError for a scheme that is not a `Scheme`.
     """
 
     scheme: Scheme | None = None
@@ -51,7 +51,7 @@ class ExchangeOptions:
 
     @property
     def bodies_answer(self) -> bool:
-        """Whether bodies tell the fluid themselves how they answer an impulse."""
+        """True if the bodies tell the fluid themselves how they answer an impulse."""
         return self.scheme in (None, Scheme.MONOLITHIC)
 
 
@@ -62,8 +62,8 @@ MONOLITHIC = ExchangeOptions()
 class CoupledBodies:
     """A fluid and the bodies that exchange motion and wrench with it, ready for a master.
 
-    bodies: None where the fluid is alone; exchange, ledger: schemes and accounts of the free bodies of a world of our own. Links of
-    somebody else's client are in neither: they all answer inside the pressure solve.
+    bodies: None if the fluid is alone. exchange, ledger: schemes and accounts of the free bodies of a `RigidBodyWorld`. Both are empty for
+    links of a client that the user owns: all of these are coupled inside the pressure solve.
     """
 
     fluid: FluidParticipant
@@ -78,7 +78,7 @@ class CoupledBodies:
         return (self.fluid,) if self.bodies is None else (self.fluid, self.bodies)
 
     def co_simulation(self, step_size: float) -> CoSimulation:
-        """The run of fluid and bodies alone, in communication steps of `step_size` [s]."""
+        """Create the run of fluid and bodies alone, in communication steps of `step_size` [s]."""
         exchange = Exchange(self.exchange, self.ledger) if self.exchange.interfaces else GAUSS_SEIDEL
         return CoSimulation(self.participants, self.connections, step_size, exchange=exchange)
 
@@ -89,7 +89,10 @@ def couple_world(
     world: RigidBodyWorld | None,
     options: ExchangeOptions = MONOLITHIC,
 ) -> CoupledBodies:
-    """Couple a fluid with bodies of a rigid body world; `handles` are the fluid's boundaries by the names of their bodies."""
+    """Couple a fluid with bodies of a rigid body world.
+
+    handles: the fluid's boundary of each body, by the body's name. world: None if the fluid has no bodies.
+    """
     participant, names = FluidParticipant(FLUID, fluid, handles), tuple(handles)
     free_names = () if world is None else world.free_body_names
     free = [name for name in names if name in free_names]
@@ -120,9 +123,9 @@ def couple_world(
 
 
 def couple_client(fluid: Fluid, handles: Mapping[LinkKey, int], links: ClientLinks, step_size: float) -> CoupledBodies:
-    """Couple a fluid with links of somebody else's client, whose time step is `step_size` [s]; both stay their owners'.
+    """Couple a fluid with links of a client that the user owns, whose time step is `step_size` [s].
 
-    handles: the fluid's boundaries by the links, all of `links` that meet the fluid.
+    The fluid and the client remain the user's. handles: the fluid's boundary of each link in `links` that meets the fluid.
     """
     named = {link_name(key): handles[key] for key in links.met}
     return CoupledBodies(
@@ -135,7 +138,10 @@ def couple_client(fluid: Fluid, handles: Mapping[LinkKey, int], links: ClientLin
 
 
 def body_connections(names: Sequence[str], *, answer: bool = True) -> tuple[Connection, ...]:
-    """Motion of the named bodies to the fluid, its wrenches to them; where they `answer`, what tells how."""
+    """List the connections that carry the motion of the named bodies to the fluid, and the fluid's wrenches to them.
+
+    If the bodies `answer` impulses themselves, the connections also carry their free accelerations and their inverse mass.
+    """
     told = (*MOTION, "free_acceleration") if answer else MOTION
     motion = [Connection(BODIES, f"{name}.{what}", FLUID, f"{name}.{what}") for name in names for what in told]
     wrenches = [Connection(FLUID, f"{name}.wrench", BODIES, f"{name}.wrench") for name in names]

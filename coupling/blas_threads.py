@@ -1,8 +1,7 @@
-"""Linear algebra beside the fluid.
+"""Limits the threads of linear algebra, so that they do not slow the fluid down.
 
-The matrices of a step are those of a few hundred joints and bodies at most. The threads among which a BLAS shares such a product out
-go on spinning for some ten milliseconds after it, on the cores that the fluid then wants: with a boom of 20 segments its steps
-take 2.4 times as long.
+A step multiplies and solves matrices of a few hundred joints and bodies at most. After such a product the threads of a BLAS keep spinning
+for some ten milliseconds, on the cores that the fluid needs next: with a boom of 20 segments the fluid's steps take 2.4 times as long.
 """
 
 from __future__ import annotations
@@ -19,7 +18,10 @@ from threadpoolctl import ThreadpoolController
 
 @contextmanager
 def one_blas_thread() -> Iterator[None]:
-    """Each BLAS of the process works on one thread while this lasts, then on as many as before; within itself it costs nothing."""
+    """Limit each BLAS of the process to one thread inside the `with` block or decorated function, then restore the earlier numbers.
+
+    A block inside another one changes nothing.
+    """
     if _limited.is_set:
         yield
         return
@@ -37,7 +39,7 @@ def one_blas_thread() -> Iterator[None]:
 
 
 class _Limited(local):
-    """Whether this thread has set the limit already."""
+    """State of one thread: `is_set` is true while this thread has set the limit."""
 
     is_set = False
 
@@ -47,5 +49,5 @@ _limited = _Limited()
 
 @cache
 def _libraries() -> ThreadpoolController:
-    """Those that numpy and scipy have brought, and what else was there at the first call; to look for them takes 3 ms."""
+    """Find the BLAS libraries that numpy, scipy and others had loaded at the first call; the search takes 3 ms."""
     return ThreadpoolController().select(user_api="blas")

@@ -1,7 +1,7 @@
 """Shapes and masses of rigid bodies: meshes from files or primitives, mass, centre of mass and inertia from a mesh.
 
-All meshes that come from here are closed, with triangles counter-clockwise seen from outside, in metres. Files and other foreign meshes are
-read as `coupling.solids.solid_mesh` says.
+The solids made here are closed meshes in metres, with triangles counter-clockwise as seen from outside. Meshes from files and from users
+are read as solids by the rules of `coupling.solids.solid_mesh`.
 """
 
 from __future__ import annotations
@@ -27,12 +27,13 @@ TINY = 1e-2  # [m] of a mesh, below which trimesh takes volumes for 0
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MassProperties:
-    """How a body resists being moved.
+    """Mass, centre of mass and inertia of a body; ValueError for values that no body can have.
 
     Attributes:
         mass: [kg], above 0.
         center_of_mass: (3,) [m], in the coordinates of the mesh it was computed from.
-        inertia: (3, 3) [kg m2], about the centre of mass, along the axes of the mesh.
+        inertia: (3, 3) [kg m2], about the centre of mass, along the axes of the mesh; symmetric, with principal moments above 0,
+            none of which exceeds the sum of the two others.
     """
 
     mass: float
@@ -55,7 +56,7 @@ class MassProperties:
             raise ValueError("mass properties: " + "; ".join(problems))
 
     def principal_axes(self) -> tuple[Array, Array]:
-        """Principal moments (3,) [kg m2] and the right-handed rotation (3, 3) whose columns are their axes."""
+        """Return the principal moments (3,) [kg m2], and the right-handed rotation matrix (3, 3) whose columns are their axes."""
         moments, axes = np.linalg.eigh(self.inertia)
         if np.linalg.det(axes) < 0.0:
             axes[:, 2] *= -1.0
@@ -63,7 +64,7 @@ class MassProperties:
 
 
 def _inertia_problem(inertia: Array) -> str:
-    """What makes this no inertia of any body: asymmetry, a moment of 0, or a broken triangle inequality."""
+    """Describe why no body has this inertia: asymmetry, a moment not above 0, or one above the sum of the others; empty if one can."""
     scale = float(np.abs(inertia).max())
     if not np.allclose(inertia, inertia.T, atol=1e-9 * scale):
         return f"inertia {inertia.tolist()} is not symmetric"
@@ -78,11 +79,11 @@ def _inertia_problem(inertia: Array) -> str:
 def mass_properties(
     mesh: trimesh.Trimesh | SolidMesh, *, density: float | None = None, mass: float | None = None
 ) -> MassProperties:
-    """Return those of matter that fills `mesh` evenly, of a `density` [kg/m3] or a `mass` [kg]: exactly one of them.
+    """Return the mass properties of matter that fills `mesh` evenly; give either its `density` [kg/m3] or its `mass` [kg].
 
     m = rho V, c = (1 / V) int x dV, I = rho int (|x - c|^2 1 - (x - c)(x - c)^T) dV, exact for flat triangles (divergence theorem). The
-    mesh is read as `coupling.solids.solid_mesh` says: sealed hollows hold no matter, and parts that overlap count once. ValueError for
-    another density or mass, and for a mesh that is no solid.
+    mesh is read as `coupling.solids.solid_mesh` says: sealed hollows hold no matter, and parts that overlap count once. Raises ValueError
+    if both or neither of density and mass are given, for one that is not above 0, and for a mesh that is no solid.
     """
     if (density is None) == (mass is None):
         raise ValueError(f"density is {density} and mass is {mass}, allowed: exactly one of them")
@@ -97,9 +98,9 @@ def mass_properties(
 
 
 def _moments(mesh: trimesh.Trimesh) -> tuple[float, Array, Array]:
-    """Volume [m3], its centre (3,) [m] and second moments about it (3, 3) [m5].
+    """Return the volume [m3], its centre (3,) [m] and the second moments about it (3, 3) [m5].
 
-    Far from the origin, or of a tiny body, rounding would eat the digits: then a copy of size 1 about the origin is integrated.
+    Far from the origin, or of a tiny body, rounding would cost too many digits: then a copy of size 1 about the origin is integrated.
     """
     frame = UnitFrame.of(np.asarray(mesh.vertices))
     if np.abs(frame.middle).max() < FAR * frame.size and TINY < frame.size < 1.0 / TINY:
@@ -111,14 +112,17 @@ def _moments(mesh: trimesh.Trimesh) -> tuple[float, Array, Array]:
 
 
 def about_center_of_mass(mesh: trimesh.Trimesh, properties: MassProperties) -> trimesh.Trimesh:
-    """A copy of `mesh` whose origin is the centre of mass: the frame in which poses are given."""
+    """Copy `mesh` into the frame whose origin is the centre of mass; poses of bodies are given for this frame."""
     moved = mesh.copy()
     moved.apply_translation(-properties.center_of_mass)
     return moved
 
 
 def convex_vertices(points: Array, count: int = 200) -> Array:
-    """Corners of the convex hull of `points`: all of them, or those that lie outermost in `count` even directions."""
+    """Return corners (K, 3) [m] of the convex hull of `points` (N, 3) [m], at most `count` of them.
+
+    If the hull has more corners, those that lie outermost in `count` evenly spread directions are returned.
+    """
     corners = np.asarray(trimesh.convex.convex_hull(points).vertices, dtype=np.float64)
     if len(corners) <= count:
         return corners
@@ -130,7 +134,7 @@ def convex_vertices(points: Array, count: int = 200) -> Array:
 
 
 def load_mesh(path: str | Path, scale: float = 1.0) -> trimesh.Trimesh:
-    """Return the surface of the solid in a mesh file, as of `load_solid`; what was mended is told as a warning."""
+    """Return the surface of the solid in a mesh file, read and refused as by `load_solid`; a warning tells what was mended."""
     solid = load_solid(path, scale)
     if solid.notes:
         warnings.warn(f"mesh {path}: {'; '.join(solid.notes)}", stacklevel=2)
@@ -138,9 +142,10 @@ def load_mesh(path: str | Path, scale: float = 1.0) -> trimesh.Trimesh:
 
 
 def load_solid(path: str | Path, scale: float = 1.0) -> SolidMesh:
-    """Return the solid in an STL, OBJ, PLY or GLB file, in metres after `scale` [m per unit]; all objects of a scene are one solid.
+    """Return the solid in an STL, OBJ, PLY or GLB file, in metres: `scale` [m] is the length of the file's unit.
 
-    Raises FileNotFoundError for a missing file and ValueError for one that holds no solid.
+    All objects of a file form one solid. Raises FileNotFoundError for a missing file, and ValueError for a file that holds no solid and for
+    a scale that is not above 0.
     """
     path = Path(path)
     if not (math.isfinite(scale) and scale > 0.0):
@@ -152,7 +157,7 @@ def load_solid(path: str | Path, scale: float = 1.0) -> SolidMesh:
 
 
 def mesh_parts(path: Path) -> list[trimesh.Trimesh]:
-    """Return the objects of a mesh file, as pybullet tells them apart; the corners of each are joined."""
+    """Return the objects of a mesh file, separated as pybullet separates them; equal corners of each object are joined."""
     parts = read_mesh_file(path)
     for part in parts:
         part.merge_vertices(merge_tex=True, merge_norm=True)
@@ -160,9 +165,10 @@ def mesh_parts(path: Path) -> list[trimesh.Trimesh]:
 
 
 def require_closed(mesh: trimesh.Trimesh, what: str) -> None:
-    """Refuse, as `what`, anything but a closed surface whose normals point outwards: TypeError for no mesh, else ValueError.
+    """Require a closed surface whose normals point outwards: TypeError for anything but a mesh, ValueError for another mesh.
 
-    It mends nothing and sees no crossings: for meshes that have been read as solids.
+    `what` names the mesh in the message. The check mends nothing and does not look for crossings: it is for meshes that have been read
+    as solids.
     """
     if not isinstance(mesh, trimesh.Trimesh):
         raise TypeError(f"{what} is of the type {type(mesh).__name__}, allowed: trimesh.Trimesh")
@@ -179,15 +185,16 @@ def require_closed(mesh: trimesh.Trimesh, what: str) -> None:
 
 
 def box(size: tuple[float, float, float]) -> trimesh.Trimesh:
-    """A box of edge lengths `size` [m] about the origin."""
+    """Create a box of edge lengths `size` (3,) [m] about the origin; ValueError for a length that is not above 0."""
     _require_positive("box size", *size)
     return trimesh.creation.box(extents=size)
 
 
 def cylinder(radius: float, height: float, sections: int = 48) -> trimesh.Trimesh:
-    """A cylinder along z about the origin whose volume is exactly pi r^2 h: the polygon's radius makes up for it.
+    """Create a cylinder of `radius` r and `height` h [m] along z about the origin; ValueError for a length that is not above 0.
 
-    A regular n-gon of circumradius R has the area (n / 2) sin(2 pi / n) R^2.
+    Its cross-section is a regular n-gon, n = `sections`, whose circumradius R gives the mesh the volume pi r^2 h: the n-gon's area is
+    (n / 2) sin(2 pi / n) R^2.
     """
     _require_positive("cylinder radius and height", radius, height)
     circumradius = radius * math.sqrt(math.pi / (0.5 * sections * math.sin(2.0 * math.pi / sections)))
@@ -195,7 +202,10 @@ def cylinder(radius: float, height: float, sections: int = 48) -> trimesh.Trimes
 
 
 def sphere(radius: float, subdivisions: int = 3) -> trimesh.Trimesh:
-    """A sphere about the origin whose volume is exactly 4/3 pi r^3: the polyhedron is a little larger."""
+    """Create a sphere of `radius` r [m] about the origin; ValueError for a radius that is not above 0.
+
+    The polyhedron is widened a little, so that its volume is 4/3 pi r^3.
+    """
     _require_positive("sphere radius", radius)
     mesh = trimesh.creation.icosphere(subdivisions=subdivisions, radius=radius)
     mesh.apply_scale((4.0 / 3.0 * math.pi * radius**3 / float(mesh.volume)) ** (1.0 / 3.0))
@@ -203,9 +213,9 @@ def sphere(radius: float, subdivisions: int = 3) -> trimesh.Trimesh:
 
 
 def capsule(radius: float, height: float, sections: int = 32) -> trimesh.Trimesh:
-    """A capsule along z about the origin; `height` [m] is that of its cylindrical part.
+    """Create a capsule of `radius` r [m] along z about the origin; `height` h [m] is the length of its cylindrical part.
 
-    The polyhedron is widened so that its volume is exactly pi r^2 (h + 4/3 r).
+    The polyhedron is widened so that its volume is pi r^2 (h + 4/3 r). Raises ValueError for a length that is not above 0.
     """
     _require_positive("capsule radius and height", radius, height)
     mesh = trimesh.creation.capsule(height=height, radius=radius, count=(sections, sections))

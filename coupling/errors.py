@@ -1,8 +1,8 @@
-"""What can go wrong in a coupled run, as one exception a kind.
+"""Exceptions of coupled runs.
 
-`UnresolvedSolidError` tells of a solid that particles cannot see. `CouplingSetupError` is raised before anything moves and
-lists every problem at once. `CoSimulationError` is raised while the run goes on and names the participant and the simulated
-time; it is chained from its cause.
+`UnresolvedSolidError` reports a solid that is too small for the particles. `CouplingSetupError` is raised before anything moves and lists
+every problem at once. `CoSimulationError` is raised during a run and names the participant and the simulated time; its `__cause__` is the
+exception that the failure comes from, if there is one.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 
 class CouplingSetupError(ValueError):
-    """Participants and connections that do not fit together; `problems` holds one sentence each."""
+    """Participants and connections do not fit together; `problems` holds one sentence for each problem."""
 
     def __init__(self, problems: Sequence[str]) -> None:
         self.problems = tuple(problems)
@@ -19,11 +19,11 @@ class CouplingSetupError(ValueError):
 
 
 class UnresolvedSolidError(ValueError):
-    """A solid too small for the fluid's particles to see."""
+    """A solid is too small for the fluid's particles to resolve."""
 
 
 class CoSimulationError(RuntimeError):
-    """A participant failed: `participant` is its name, `time` the simulated time [s] its step began at."""
+    """A participant failed: `participant` is its name, `time` [s] the simulated time at which its step began."""
 
     def __init__(self, participant: str, time: float, message: str) -> None:
         self.participant = participant
@@ -33,5 +33,5 @@ class CoSimulationError(RuntimeError):
 
 
 def reason(cause: BaseException) -> str:
-    """What an exception says, on one line."""
+    """Return an exception's message on one line, or the name of its type if the message is empty."""
     return " ".join(str(cause).split()) or type(cause).__name__

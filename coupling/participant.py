@@ -1,4 +1,4 @@
-"""The interface of every partner of a coupled run: that of FMI 3 co-simulation, in snake case.
+"""The interface of every participant of a coupled run: that of FMI 3 co-simulation, in snake case.
 
 Conventions, for every participant: SI units; world frame with z up; quaternions xyzw; a pose is [x y z qx qy qz qw] of
 the centre of mass and the body's axes; a twist is [vx vy vz wx wy wz] and a wrench [fx fy fz tx ty tz], both in the
@@ -21,7 +21,7 @@ Array = npt.NDArray[np.float64]
 
 
 class Causality(Enum):
-    """The one who sets a variable: the master before a step, the participant in a step, or the user before the run."""
+    """The one who sets a variable: the master (input), the participant in its steps (output) or the user before the run (parameter)."""
 
     INPUT = "input"
     OUTPUT = "output"
@@ -43,17 +43,17 @@ class Numbers(Enum):
 
 @dataclass(frozen=True)
 class Variable:
-    """One quantity a participant takes or gives.
+    """One quantity that a participant takes or gives.
 
     Attributes:
         name: unique in its participant, as in "hull.pose".
-        unit: SI unit as text, as in "N m"; quantities of mixed units say each group ("N, N m"); "1" has none.
-        shape: of the array; () for a number, which travels as a 0-dimensional array.
+        unit: unit as text, as in "N m"; quantities of mixed units name each group ("N, N m"); "1" stands for no unit.
+        shape: shape of the array; () for a number, which is passed as a 0-dimensional array.
         causality: see `Causality`.
-        is_mean: an output that is a mean over the step that was taken, as an impulse over its duration; where a step is
-            made of parts, the master gives the mean over all of them, so that no impulse is lost.
-        si: how the unit stands to SI, where the participant knows it better than its text tells.
-        numbers: which numbers it holds; they travel as floats all the same.
+        is_mean: true for an output that is a mean over the last step, such as an impulse over its duration; if a step is made in
+            parts, the master passes on the mean over all of them, so that no impulse is lost.
+        si: the unit's relation to SI, if the participant knows more of it than the text says.
+        numbers: which numbers it holds (all, whole, or truth values); they are passed as floats all the same.
     """
 
     name: str
@@ -66,12 +66,12 @@ class Variable:
 
     @property
     def known_unit(self) -> Unit | None:
-        """How the unit stands to SI; None where neither `si` nor the text tells."""
+        """The unit's relation to SI: `si`, else read from the text; None if the text is not known."""
         return self.si if self.si is not None else read_unit(self.unit)
 
 
 class Status(Enum):
-    """How a step ended; see `Participant.do_step`."""
+    """The end of a step; `Participant` says what each value means."""
 
     OK = "ok"
     EARLY_RETURN = "early return"
@@ -81,11 +81,12 @@ class Status(Enum):
 
 @dataclass(frozen=True)
 class StepResult:
-    """The end of a step: status, the time [s] up to which the participant has come, and why if it is not OK.
+    """Result of a step: its status, and the time [s] that the participant has reached.
 
-    event_handling_needed: discrete states change at that time, see `EventParticipant`; `message` tells what happened.
-    terminate_simulation: the participant has come to its end, and with it the run; no failure.
-    cause: the exception that an error comes from, if it comes from one.
+    message: the reason for a status other than OK, or the event.
+    event_handling_needed: discrete states change at that time, see `EventParticipant`.
+    terminate_simulation: the participant ends the run; this is no failure.
+    cause: the exception that caused an error, if there was one.
     """
 
     status: Status
@@ -121,7 +122,7 @@ class Participant(Protocol):
 
     @property
     def name(self) -> str:
-        """Unique in a run."""
+        """Name of the participant, unique in a run."""
 
     @property
     def variables(self) -> Mapping[str, Variable]:
@@ -131,41 +132,41 @@ class Participant(Protocol):
         """Prepare for a run that begins at `start_time` [s]."""
 
     def exit_initialization_mode(self) -> None:
-        """Initial inputs are set; what follows are steps."""
+        """Finish the initialization: the initial inputs are set, and steps follow."""
 
     def get(self, name: str) -> Array:
-        """Value of the variable `name`."""
+        """Return the value of the variable `name`, an array of its shape, as (6,), in its unit, as [N, N m]."""
 
     def set(self, name: str, value: Array) -> None:
-        """Give the input or parameter `name` its value."""
+        """Set the input or parameter `name` to `value`, an array of its shape, as (6,), in its unit, as [N, N m]."""
 
     def do_step(self, time: float, step_size: float) -> StepResult:
         """Go from `time` to `time + step_size` [s]."""
 
     def save_state(self) -> object:
-        """Everything needed to repeat what follows; NotImplementedError if the participant cannot."""
+        """Return everything needed to repeat the steps that follow; NotImplementedError if the participant cannot save its state."""
 
     def restore_state(self, state: object) -> None:
         """Go back to what `save_state` returned."""
 
     def terminate(self) -> None:
-        """Release what is held; nothing is called afterwards."""
+        """Release all resources; no call follows."""
 
 
 @runtime_checkable
 class EventParticipant(Participant, Protocol):
-    """A participant with discrete states: after a step that says `event_handling_needed`, they are brought up to date."""
+    """A participant with discrete states, which the master has updated after a step that returns `event_handling_needed`."""
 
     def update_discrete_states(self) -> bool:
-        """Event iteration at the present time; True as long as another call is needed."""
+        """Make one round of event iteration at the present time; return True as long as another round is needed."""
 
 
 @runtime_checkable
 class SharedParticipant(Participant, Protocol):
-    """A participant whose simulator others move as well, between steps: as each step begins, its outputs are read anew."""
+    """A participant whose simulator others may change between steps: its outputs are read again as each step begins."""
 
     def observe(self) -> None:
-        """Take in what others did since the last step, before outputs are read and the step is made."""
+        """Read the simulator's state again; the master calls it before it reads the outputs and makes the step."""
 
 
 @runtime_checkable
@@ -177,7 +178,7 @@ class EvenStepParticipant(Participant, Protocol):
 
 
 def variable_table(variables: Iterable[Variable]) -> dict[str, Variable]:
-    """The variables by name; ValueError if two share one."""
+    """Return the variables by name; ValueError if two have the same name."""
     table: dict[str, Variable] = {}
     for variable in variables:
         if variable.name in table:
@@ -187,7 +188,10 @@ def variable_table(variables: Iterable[Variable]) -> dict[str, Variable]:
 
 
 def checked_value(participant: str, variables: Mapping[str, Variable], name: str, value: object) -> Array:
-    """A fresh float64 copy of `value` if `name` may be set and the shape fits; else ValueError."""
+    """Return a float64 copy of `value`, checked to have the shape of the variable `name`, as (6,), in its unit, as [N, N m].
+
+    Raises ValueError for a variable that does not exist or is an output, and for a value of another shape.
+    """
     variable = variables.get(name)
     if variable is None:
         raise ValueError(f"{participant!r} has no variable {name!r}, allowed: {', '.join(variables)}")

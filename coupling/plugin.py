@@ -1,4 +1,4 @@
-"""Oil and water for a pybullet world that already exists.
+"""Adds oil and water to an existing pybullet world.
 
     fluid = Fluid(config)
     fluid.add_particles(...)
@@ -6,10 +6,11 @@
     while ...:
         world.step()                      # instead of pybullet.stepSimulation()
 
-Every link with a collision shape is sampled as it is. Fluid and client step under the master of all coupled runs (`coupling.assembly`):
-the fluid takes poses, velocities and inverse masses of the links, joints and constraints included, and advances by the client's own
-time step; the wrenches go to the links as external forces; pybullet steps. Nothing of the client is changed: not its gravity, damping,
-time step or sub-steps. Where pybullet's defaults spoil physics, a warning says so once, with the call that mends it.
+Every link with a collision shape gets wall particles from that shape. Fluid and client step under the master of all coupled runs
+(`coupling.assembly`). In each step the fluid takes poses, velocities and inverse masses of the links, joints and constraints included, and
+advances by the client's own time step. Then the wrenches act on the links as external forces, and pybullet steps. No setting of the client
+is changed: neither gravity nor damping, time step or sub-steps. If a default of pybullet distorts the physics, a warning says so once and
+names the call that sets it right.
 """
 
 from __future__ import annotations
@@ -44,11 +45,15 @@ from oilsim.solver import Fluid
 Array = npt.NDArray[np.float64]
 
 NOWHERE = np.full(3, np.inf)
-JUMP = 0.5  # spacings that a link comes further in a step than its velocity takes it, to have been set elsewhere
+JUMP = 0.5  # spacings: a link that moves this much further in a step than its velocity takes it was set elsewhere by somebody
 
 
 class FluidWorld:
-    """A pybullet client with a fluid in it; made by `attach_fluid`. ValueError for a fluid of two dimensions."""
+    """A pybullet client with a fluid in it; create it by `attach_fluid`.
+
+    Raises TypeError for a fluid that is no `oilsim.solver.Fluid` and for a client that is no number, ValueError for a fluid of two
+    dimensions and for a client that is not connected.
+    """
 
     def __init__(self, client: int, fluid: Fluid) -> None:
         if not isinstance(fluid, Fluid):
@@ -71,17 +76,18 @@ class FluidWorld:
 
     @property
     def client(self) -> int:
-        """The pybullet client, as `pybullet.connect` returned it."""
+        """Number of the pybullet client, as `pybullet.connect` returned it."""
         return self._client
 
     def add_body(
         self, body: int, *, no_slip: bool = False, meshes: Mapping[int, trimesh.Trimesh] | None = None
     ) -> None:
-        """Let a body meet the fluid from now on. Links smaller than a particle are left out with a warning; ValueError if
-        no link is left, if it is none of the client's bodies of links, or if it meets the fluid already.
+        """Add a body of the client, which meets the fluid from now on; links smaller than a particle are left out with a warning.
 
-        meshes: closed solids of links by their index, about their centres of mass [m], in place of what pybullet tells; for
-        meshes that were made from indices in memory, which it keeps to itself.
+        no_slip: viscous liquids stick to the body. meshes: closed solids of links by the link's index, about the link's centre of mass [m];
+        they replace the collision shapes that pybullet reports, and are needed for meshes made from vertices and indices in memory, which
+        pybullet does not report. Raises ValueError if no link is left, if the body is unknown to the client or is not made of links, if it
+        meets the fluid already, and for a mesh that is no solid; TypeError for an argument of another type.
         """
         self._require_client()
         if body in self._links.bodies:
@@ -117,7 +123,7 @@ class FluidWorld:
         self._solids |= {} if body in self._cut else solids
 
     def remove_body(self, body: int) -> None:
-        """Take a body out of the fluid; call it before or after it is removed from the client."""
+        """Take a body out of the fluid, before or after its removal from the client; ValueError if it does not meet the fluid."""
         bodies = self._links.bodies
         if body not in bodies:
             raise ValueError(f"body {body} does not meet the fluid, allowed: {', '.join(map(str, bodies)) or 'none'}")
@@ -137,7 +143,10 @@ class FluidWorld:
             self.remove_body(body)
 
     def wrench(self, body: int, link: int = -1) -> Array:
-        """(6,) of the fluid on a link, mean over the last step: force [N], torque about its centre of mass [N m]."""
+        """Return the fluid's wrench (6,) on a link, the mean over the last step: force [N], and torque about its centre of mass [N m].
+
+        Raises ValueError for a link that does not meet the fluid.
+        """
         if (body, link) not in self._handles:
             met = ", ".join(map(link_name, self._handles)) or "none"
             raise ValueError(f"link {link} of body {body} does not meet the fluid, allowed (body/link): {met}")
@@ -145,7 +154,11 @@ class FluidWorld:
 
     @one_blas_thread()
     def step(self) -> AdvanceReport:
-        """One step of the client's own time step, fluid first; replaces `pybullet.stepSimulation`."""
+        """Advance fluid and client by the client's own time step; call it instead of `pybullet.stepSimulation`.
+
+        Raises ValueError for a client that is not connected, settings with which no step is possible, a body that has been removed or
+        replaced, and boundaries that something else moves. An error of the fluid or of a body is raised as it is.
+        """
         self._require_client()
         self._require_alone()
         self._require_only_mover()
@@ -158,7 +171,7 @@ class FluidWorld:
         return report
 
     def _step_coupled(self, duration: float) -> AdvanceReport:
-        """One step of the master; its run begins anew where bodies or the time step changed, or the last one failed."""
+        """Make one step of the master; its run begins anew if bodies or the time step changed, or if the last step failed."""
         run = self._run
         if run is None or not run.is_running or run.communication_point.step_size != duration:
             self._coupled = couple_client(self.fluid, self._handles, self._links, duration)
@@ -174,11 +187,14 @@ class FluidWorld:
         raise failure
 
     def save_state(self) -> dict[str, Any]:
-        """The fluid, and what has been learnt of the bodies' own forces; of the bodies themselves `pybullet.saveState` takes care."""
+        """Return the state of the fluid and all that was learnt of the bodies' forces; `pybullet.saveState` saves the bodies themselves."""
         return {"fluid": self.fluid.save_state(), "links": self._links.save_state()}
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
-        """As it was when `save_state` returned this, with `pybullet.restoreState` of the same moment. ValueError for other bodies."""
+        """Go back to a state that `save_state` returned; ValueError if it was saved with other bodies.
+
+        Call `pybullet.restoreState` with the client's state of the same moment as well.
+        """
         self._links.require_same_bodies(saved["links"])
         self.fluid.restore_state(saved["fluid"])
         self._links.restore_state(saved["links"])
@@ -209,7 +225,7 @@ class FluidWorld:
                 tell_liquid_within(_label(key), self._solids[key], liquid, spacing)
 
     def _placed(self, key: LinkKey, position: Array, volume: Array) -> PlacedWalls:
-        """A link's wall particles where the client has it now."""
+        """Return a link's wall particles at its present place in the client."""
         place, orientation = link_pose(self._client, *key)
         return PlacedWalls(Rotation.from_quat(orientation).apply(position) + place, volume)
 
@@ -231,7 +247,7 @@ class FluidWorld:
             )
 
     def _refuse_cut_that_moved(self, system: LinkSystem) -> None:
-        """Bodies larger than the domain are sampled where they lie."""
+        """Refuse a move of a body larger than the domain, which was sampled only where it lay; ValueError."""
         for row, key in enumerate(system.keys):
             if key in self._handles and key[0] in self._cut and not np.allclose(system.pose[row], self._cut[key[0]]):
                 raise ValueError(
@@ -240,7 +256,7 @@ class FluidWorld:
                 )
 
     def _require_alone(self) -> None:
-        """It is said if another world steps the client's bodies in turn."""
+        """Warn once if another world steps the client's bodies in turn."""
         last = _LAST_STEPPED.get(self._client)
         if self._has_stepped and last is not self and last is not None and not self._is_told:
             self._is_told = True
@@ -277,7 +293,7 @@ class FluidWorld:
         return self._samplings[shape]
 
     def _reach(self, key: LinkKey, mesh: trimesh.Trimesh) -> Box | None:
-        """The box, along its own axes, in which a held base larger than the sea is sampled as it lies now; None for any other link."""
+        """Return the box, along the body's axes, in which a held base larger than the domain is sampled; None for any other link."""
         config, (body, link) = self.fluid.config, key
         lower, upper = np.array(config.lower), np.array(config.upper)
         is_held = link < 0 and pybullet.getDynamicsInfo(body, link, physicsClientId=self._client)[0] == 0.0
@@ -311,8 +327,10 @@ def _label(key: LinkKey) -> str:
 def attach_fluid(client: int, fluid: Fluid, bodies: Iterable[int], *, no_slip: bool = False) -> FluidWorld:
     """Put `fluid` into the pybullet client `client`, to meet the bodies with these unique ids.
 
-    Fill the fluid around the bodies: particles inside one are told of, not removed. A held body larger than the fluid's domain, such as
-    the ground of plane.urdf, is sampled where the fluid can reach it.
+    Place the fluid's particles around the bodies: a warning tells of particles inside a body, and they are not removed. A held body larger
+    than the fluid's domain, such as the ground of plane.urdf, is sampled where the fluid can reach it. no_slip: viscous liquids stick to
+    the bodies. Raises TypeError for bodies that are no collection of ids, and the errors of `FluidWorld` and `FluidWorld.add_body`; the
+    fluid is then left without these bodies.
     """
     if not isinstance(bodies, Iterable):
         raise TypeError(f"bodies is {bodies!r}, allowed: several unique ids, [{bodies!r}] for one body")

@@ -1,4 +1,4 @@
-"""pybullet, imported without the build time that it prints to standard error; the one place that imports it."""
+"""Imports pybullet without the build time that it prints to standard error; all other modules import pybullet from here."""
 
 from __future__ import annotations
 

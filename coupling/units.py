@@ -1,12 +1,12 @@
-"""Units of connected variables, and what turns a value in one into a value in another.
+"""Units of connected variables, and conversions between them.
 
-A unit is what FMI says it is: with the SI base units, a quantity q reads in SI
+As in FMI, a unit is defined by its relation to the SI base units: a quantity q is, in SI,
 
     q_SI = factor * q + offset,     of the dimension kg^a m^b s^c A^d K^e mol^f cd^g rad^h.
 
-FMUs bring these numbers in their model description; other participants name their units in text, which is read with a small
-table: "N m", "kg.m2/s", "1/(kg m2)", "m³", "m/s**2", "kn", "deg". A library of units knows more, but neither FMI's offsets nor
-its exponents. Quantities of mixed units name each group ("N, N m") and are carried as they are.
+FMUs give these numbers in their model description. Other participants name their units in text, which is read with a small table:
+"N m", "kg.m2/s", "1/(kg m2)", "m³", "m/s**2", "kn", "deg". A library of units would know more units, but not FMI's offsets and exponents.
+Quantities of mixed units name each group ("N, N m"); they are passed on without conversion.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ NONE: Exponents = (0, 0, 0, 0, 0, 0, 0, 0)
 
 @dataclass(frozen=True)
 class Unit:
-    """q_SI = factor * q + offset; exponents in the order of `BASE`."""
+    """A unit by its relation to SI: q_SI = factor * q + offset; exponents in the order of `BASE`."""
 
     exponents: Exponents = NONE
     factor: float = 1.0
@@ -41,14 +41,14 @@ class Unit:
 
 @dataclass(frozen=True)
 class Conversion:
-    """target = factor * source + offset."""
+    """A conversion of values: target = factor * source + offset."""
 
     factor: float = 1.0
     offset: float = 0.0
 
     @property
     def is_identity(self) -> bool:
-        """Whether nothing changes."""
+        """True if the conversion changes no value."""
         return self.factor == 1.0 and self.offset == 0.0
 
 
@@ -84,7 +84,7 @@ _TOKEN = re.compile(r"\s*(?:(?P<symbol>[^\W\d_]+|[%°]C?|1(?!\d))(?:\^?(?P<power
 
 @cache
 def read_unit(text: str) -> Unit | None:
-    """The unit that a text names; None for one that the table does not know, or of mixed units."""
+    """Read the unit that a text names; return None if the table does not know it, or if the text names mixed units."""
     tokens, at, text = [], 0, text.translate(_PLAIN).replace("**", "^")
     while at < len(text.rstrip()):
         match = _TOKEN.match(text, at)
@@ -102,7 +102,7 @@ def read_unit(text: str) -> Unit | None:
 
 
 def _product(tokens: list[re.Match[str]]) -> Unit:
-    """Reads factors up to a closing bracket or the end; a slash divides by the one factor that follows it."""
+    """Multiply the factors up to a closing bracket or the end; a slash divides by the one factor that follows it."""
     result = Unit()
     while tokens and tokens[0]["sign"] != ")":
         token = tokens.pop(0)
@@ -119,7 +119,7 @@ def _product(tokens: list[re.Match[str]]) -> Unit:
 
 
 def conversion(source: Unit, target: Unit) -> Conversion | None:
-    """What turns a value in `source` into one in `target`; None if their dimensions differ.
+    """Return the conversion of values from the unit `source` to the unit `target`; None if their dimensions differ.
 
     factor_t q_t + offset_t = factor_s q_s + offset_s
     """

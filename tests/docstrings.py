@@ -35,20 +35,7 @@ from pathlib import Path
 ROOT = Path(__file__).parent.parent
 PACKAGES = ("oilsim", "coupling", "vessels", "booms", "recordings", "scenarios")
 
-TO_DO: tuple[str, ...] = (
-    "coupling/blas_threads.py",
-    "coupling/bodies.py",
-    "coupling/errors.py",
-    "coupling/fmu",
-    "coupling/observer.py",
-    "coupling/participant.py",
-    "coupling/plugin.py",
-    "coupling/pybullet_import.py",
-    "coupling/solids",
-    "coupling/testkit",
-    "coupling/units.py",
-    "oilsim",
-)
+TO_DO: tuple[str, ...] = ("oilsim",)
 
 _FRAGMENTS = """
 what whatever which whichever who whoever whose whom where wherever when whenever why how whether those that such nobody nothing of as
@@ -57,13 +44,13 @@ like than for from with without to in on at by if and or but because since
 _VERBS = """
 accept account accumulate act add adjust advance allocate allow announce answer append apply approximate assemble assign attach average
 balance begin bind blend bound bring broadcast build calculate call cap carry change charge check choose classify clear close collect
-color combine compare compile complete compute connect construct continue convert copy count cover create cut debrief declare decode
+color combine compare compile complete compute connect construct continue convert copy count couple cover create cut debrief declare decode
 decrease define delete derive describe design detach detect determine differentiate discard disconnect distribute divide do double drag draw
 drop emit empty encode end enforce enter enumerate erase estimate evaluate examine exchange execute exit expand explain export express
 extend extract extrapolate fail fill filter find finish fit flag flush follow forget form format free freeze gather generate get give go
 grade group grow guess handle hash hold identify ignore import increase inform initialize insert integrate interpolate intersect
 introduce invert iterate join judge keep label lay lead leave let limit link list load locate lock log look loop lower make map mark
-match measure merge mesh mirror move multiply name normalize note notify observe obtain offer open order orient paint pair parse pass
+match measure merge mesh mirror move multiply name nest normalize note notify observe obtain offer open order orient paint pair parse pass
 pause perform pick place plan plot point predict prepare prescribe preserve print process produce project propose provide publish pull
 push put raise read rebuild recompute record reduce refer refine refresh refuse register reject relax release remember remove rename
 render repair repeat replace replay report represent request require reserve reset resolve restore restrict resume return reuse reverse

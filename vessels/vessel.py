@@ -52,7 +52,7 @@ class Superstructure:
 
 @dataclass(frozen=True, kw_only=True)
 class ControlGains:
-    """How briskly the vessel follows its orders; every gain is then a multiple of its mass or inertia.
+    """Gains of the control loops that follow a vessel's orders; each loop scales its gain by the vessel's mass or inertia.
 
     speed_bandwidth, heading_bandwidth, lane_bandwidth [rad/s]: natural frequencies of the loops of thrust, steering and
     side thrusters, each critically damped; lookahead [m]: distance ahead on the line at which a vessel without side

@@ -1,8 +1,8 @@
 """Builds FMUs for co-simulation, FMI 2 or 3, out of participants.
 
-The FMU holds the slave's script, `pythonfmu` or `pythonfmu3`, and the files it is given; it needs a Python on its host in which
-oilsim is installed. Python, and not C, because what is exported is Python all through and an FMU of it embeds the interpreter in
-any case; so no compiler is needed, and small models and whole exercises are built by one means.
+The FMU holds the slave's script, `pythonfmu` or `pythonfmu3`, and the files of its `FmuContent`. Its host needs a Python in which oilsim is
+installed. The slave is written in Python and not in C, because the exported models are Python, and their FMU embeds the interpreter in any
+case. So the build needs no compiler, and small models and whole exercises are built in the same way.
 """
 
 from __future__ import annotations
@@ -54,12 +54,12 @@ class FmuExportError(RuntimeError):
 
 @dataclass(frozen=True, kw_only=True)
 class FmuContent:
-    """What becomes an FMU.
+    """Content of an FMU.
 
-    identifier: of the model, a Python name; factory: ``package.module:callable`` that makes the participant from the folder of its
-    files (see `coupling.fmu.participant_slave.ParticipantSlave`); description: one line; texts and files: what that folder holds, by name;
-    stop_time, step_size [s]: of the proposed experiment; any_step: whether it takes steps of any size; saves_state: whether its state
-    can be saved, restored and serialised.
+    identifier: name of the model, a Python name in ASCII; ValueError for another. factory: ``package.module:callable`` that makes the
+    participant from the folder of its files (see `coupling.fmu.participant_slave.ParticipantSlave`). description: one line. texts, files:
+    the texts of files in that folder and the files to be copied to it, by name. stop_time, step_size [s]: of the proposed experiment.
+    any_step: true if it takes steps of any size. saves_state: true if its state can be saved, restored and serialised.
     """
 
     identifier: str
@@ -79,7 +79,7 @@ class FmuContent:
 
 
 def export_fmu(content: FmuContent, path: str | Path, version: Version) -> None:
-    """Write the FMU; FmuExportError if pythonfmu or its binary for this platform is missing, or the result is not sound."""
+    """Write an FMU for FMI `version`; FmuExportError if pythonfmu or its binary for this platform is missing, or the FMU is not valid."""
     package = PACKAGES[version]
     try:
         metadata.version(package)
@@ -97,7 +97,7 @@ def export_fmu(content: FmuContent, path: str | Path, version: Version) -> None:
 
 
 def _build(content: FmuContent, version: Version, folder: Path) -> Path:
-    """The FMU in `folder`, built in a process of its own: one that has run FMUs may hold their copies of pythonfmu."""
+    """Build the FMU in `folder`, in a separate process: a process that has run FMUs may hold their copies of pythonfmu."""
     script, files = _script(content, version, folder), _files(content, folder / "files")
     state = ["--handle-state", "--serialize-state"] if content.saves_state else []
     options = [*state, *([] if content.any_step else ["--no-variable-step"])]
@@ -114,12 +114,12 @@ def _build(content: FmuContent, version: Version, folder: Path) -> Path:
 
 
 def _own_module_path() -> list[str]:
-    """The module path without the folders that FMUs of this process have put on it."""
+    """Return the module path without the folders that FMUs of this process have put on it."""
     return [place for place in sys.path if Path(place).exists() and not (Path(place) / "slavemodule.txt").exists()]
 
 
 def _script(content: FmuContent, version: Version, folder: Path) -> Path:
-    """The slave's script. A process keeps one module of a name, so each build gets a name of its own."""
+    """Write the slave's script, under a new name for each build, because a process keeps only one module of a name."""
     script = folder / f"oilsim_fmu_{uuid.uuid4().hex}.py"
     text = SCRIPT.format(
         package=PACKAGES[version],
@@ -134,7 +134,7 @@ def _script(content: FmuContent, version: Version, folder: Path) -> Path:
 
 
 def _files(content: FmuContent, folder: Path) -> list[Path]:
-    """What the participant's folder will hold, laid out in `folder`."""
+    """Write the files of the participant's folder into `folder`, and list them."""
     folder.mkdir()
     for name, text in content.texts.items():
         (folder / name).write_text(text, encoding="utf-8")

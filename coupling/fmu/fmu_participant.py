@@ -1,9 +1,10 @@
 """An FMU for co-simulation, FMI 2 or 3, as a participant.
 
-Its inputs, outputs and parameters keep their names. A number is an array of shape (1,), so that it connects to a joint's
-tension; the elements of an FMI 2 array, named `wrench[1]` to `wrench[6]`, are one variable `wrench` of shape (6,) as well; an FMI 3
-array has its own shape, by the structural parameters' start values. Units are those of the model description, see `variables`.
-Integers, enumerations and booleans travel as numbers; what is set must be whole, and 0 or 1 for a boolean.
+Its inputs, outputs and parameters keep their names. A number is an array of shape (1,), so that it connects to a joint's tension. The
+elements of an FMI 2 array, named `wrench[1]` to `wrench[6]`, also form one variable `wrench` of shape (6,). An FMI 3 array has its own
+shape, by the structural parameters' start values. Every variable is in its unit of the model description, as in [N]; see
+`coupling.fmu.variables`. Integers, enumerations and booleans are passed as numbers; values to be set must be whole, and 0 or 1 for a
+boolean.
 """
 
 from __future__ import annotations
@@ -40,14 +41,17 @@ ROUNDING = 1e-6  # relative, of a step that is the difference of two times
 
 
 class _Held:
-    """A state that the FMU holds itself, for whoever saved it."""
+    """A saved state that the FMU itself holds."""
 
     def __init__(self, handle: object) -> None:
         self.handle = handle
 
 
 class FmuParticipant:
-    """Runs one FMU; it is unpacked when the run begins and thrown away when it ends."""
+    """Runs one FMU, which is unpacked when the run begins and removed when it ends.
+
+    Raises ValueError for start values that are unknown to the FMU or not finite, and for units that the FMU states itself.
+    """
 
     def __init__(
         self,
@@ -56,10 +60,11 @@ class FmuParticipant:
         start_values: Mapping[str, float | bool] | None = None,
         units: Mapping[str, str] | None = None,
     ) -> None:
-        """`start_values` sets parameters and initial inputs by name, `units` says what the FMU itself does not of its units.
+        """Read the FMU's model description.
 
-        FileNotFoundError for a missing file; ValueError, with every problem at once, for one that is no FMU, has no
-        co-simulation or no binary for this platform, for start values that it does not know, or units that are stated.
+        start_values: parameters and initial inputs by name. units: units by the names of variables for which the FMU states none. Raises
+        FileNotFoundError for a missing file, and ValueError, with every problem at once, for a file that is no FMU, has no co-simulation
+        or no binary for this platform.
         """
         self._name = name
         self._path = Path(path)
@@ -88,25 +93,25 @@ class FmuParticipant:
 
     @property
     def name(self) -> str:
-        """See `Participant`."""
+        """Name of the participant."""
         return self._name
 
     @property
     def variables(self) -> Mapping[str, Variable]:
-        """See the module."""
+        """Every variable by its name, as the module describes."""
         return self._variables
 
     @property
     def why_not_kept(self) -> str:
-        """Why its state cannot be kept outside it, as bytes: in a checkpoint, or in the state of what it is a part of.
+        """Reason why the FMU's state cannot be kept outside it as bytes, as checkpoints need it; empty if it can.
 
-        Empty if it can: by what it says of itself until it is initialized, by what was tried from then on.
+        Before the initialization the FMU's own statement counts, and afterwards the result of a trial.
         """
         return self._why_not_serialised or self._why_not_saved
 
     @property
     def only_one_of(self) -> str:
-        """What is to be instantiated only once in a process, for all participants that run it; empty where there may be several."""
+        """Identifier (GUID) of an FMU that may be instantiated only once in a process; empty if a process may hold several instances."""
         description = self._description
         return str(description.guid) if description.coSimulation.canBeInstantiatedOnlyOncePerProcess else ""
 
@@ -121,9 +126,9 @@ class FmuParticipant:
             self._even_step = step_size
 
     def rehearse(self) -> None:
-        """Load the FMU, make an instance and let it go, to find out before a run that it can; ValueError if it cannot.
+        """Load the FMU, create an instance and free it, to find out before a run whether it works; ValueError if it does not.
 
-        In a process of its own if there may be one, since what is broken in an FMU may crash or hang its process.
+        The trial runs in a separate process if one can be started, since a broken FMU may crash or hang its process.
         """
         arguments = (self._name, str(self._path.resolve()))
         problem = try_out(__name__, arguments) if is_own_process() else self.load_and_free()
@@ -131,7 +136,7 @@ class FmuParticipant:
             raise ValueError(f"FMU {self._path} cannot be loaded: {problem}{suspected_folder()}")
 
     def load_and_free(self) -> str:
-        """Make an instance and let it go; what is wrong with it, or nothing."""
+        """Load the FMU, create an instance and free it; return a description of the failure, empty if there is none."""
         try:
             self._instantiate().freeInstance()
         except Exception as cause:
@@ -156,7 +161,7 @@ class FmuParticipant:
             raise self._failure(cause) from cause
 
     def _instantiate(self) -> FMU2Slave | FMU3Slave:
-        """A fresh instance, unpacked into a folder of its own."""
+        """Create a new instance, unpacked into a folder of its own."""
         description = self._description
         self._folder = tempfile.TemporaryDirectory(prefix="oilsim-fmu-", ignore_cleanup_errors=True)
         fmpy.extract(str(self._path), self._folder.name)
@@ -176,7 +181,7 @@ class FmuParticipant:
         return fmu
 
     def exit_initialization_mode(self) -> None:
-        """Initial inputs are set."""
+        """Finish the initialization, and try whether the FMU can save its state."""
         try:
             self._running().exitInitializationMode()
         except FMICallException as cause:
@@ -186,7 +191,7 @@ class FmuParticipant:
             self._try_state()
 
     def _try_state(self) -> None:
-        """Find out whether the FMU can save its state, since some only say so, and a run can do without."""
+        """Find out whether the FMU can save its state: some only state that they can, and a run does not need it."""
         fmu, handle = self._running(), None
         try:
             handle = fmu.getFMUState()
@@ -203,7 +208,7 @@ class FmuParticipant:
             fmu.freeFMUState(handle)
 
     def get(self, name: str) -> Array:
-        """A fresh copy of a variable."""
+        """Return a copy of a variable; ValueError for a name that is no variable."""
         if name not in self._variables:
             raise ValueError(f"{self._name!r} has no variable {name!r}, allowed: {', '.join(self._variables)}")
         members = self._members[name]
@@ -215,13 +220,14 @@ class FmuParticipant:
         return np.array(values, dtype=np.float64).reshape(self._variables[name].shape)
 
     def set(self, name: str, value: Array) -> None:
-        """Set an input, or a parameter before the run."""
+        """Set an input, or a parameter before the run; ValueError for an output, an unknown name and another shape."""
         self._write(name, checked_value(self._name, self._variables, name, value))
 
     def do_step(self, time: float, step_size: float) -> StepResult:
-        """One `doStep`; early return, discard and a wish to end are passed on.
+        """Make one `doStep`; the result passes on an early return, a discard and a request to end the run.
 
-        After a discard FMI 2 allows no step but from an earlier state, so such an FMU is saved before each one, and taken back.
+        After a discard, FMI 2 allows only steps from an earlier state. So the state of an FMI 2 FMU is saved before each step, and restored
+        after a discard.
         """
         fmu, end = self._running(), time + step_size
         if self._even_step is not None and math.isclose(step_size, self._even_step, rel_tol=ROUNDING):
@@ -245,7 +251,7 @@ class FmuParticipant:
         return StepResult(Status.EARLY_RETURN if is_early else Status.OK, reached if is_early else end)
 
     def _discarded(self, time: float, step_size: float, message: str, before: object | None) -> StepResult:
-        """What follows a discard; the FMU is in the state `before`, or as far as it says that it could come."""
+        """Handle a discard: restore the state `before`, and step to the time that the FMU says it could reach, if any."""
         fmu = self._running()
         if isinstance(fmu, FMU3Slave):  # which leaves its state as it was
             return StepResult(Status.DISCARD, time, message)
@@ -265,7 +271,7 @@ class FmuParticipant:
         return replace(shorter, status=Status.EARLY_RETURN) if shorter.status is Status.OK else shorter
 
     def _status(self, read: Callable[[int], float], kind: int, unknown: float) -> float:
-        """What FMI 2 says of a discarded step; `unknown` of an FMU that does not say."""
+        """Read a status of a discarded step in FMI 2; `unknown` if the FMU does not give it."""
         try:
             return read(kind)
         except FMICallException as cause:
@@ -279,13 +285,13 @@ class FmuParticipant:
 
     @property
     def _confuses_discard_with_end(self) -> bool:
-        """Whether it says fmi2Terminated after every discard, as PythonFMU's binary does (0.7)."""
+        """True if the FMU reports fmi2Terminated after every discard, as PythonFMU's binary (0.7) does."""
         return "PythonFMU" in (self._description.generationTool or "")
 
     def save_state(self) -> object:
-        """The FMU's state: bytes if it can be serialised, else what the FMU holds for it, good until the run ends or it is dropped.
+        """Return the FMU's state: bytes if it can be serialised, else a reference to a state that the FMU holds until the run ends.
 
-        NotImplementedError if the FMU cannot save its state.
+        The FMU frees such a state once nothing refers to it. Raises NotImplementedError if the FMU cannot save its state.
         """
         if self._why_not_saved:
             raise NotImplementedError(
@@ -304,7 +310,7 @@ class FmuParticipant:
             fmu.freeFMUState(handle)
 
     def restore_state(self, state: object) -> None:
-        """Back to what `save_state` returned."""
+        """Go back to a state that `save_state` returned in this run, or as bytes in any; TypeError for anything else."""
         fmu = self._running()
         if isinstance(state, _Held) and any(held() is state for held, _ in self._held):
             fmu.setFMUState(state.handle)
@@ -318,7 +324,7 @@ class FmuParticipant:
             fmu.freeFMUState(handle)
 
     def terminate(self) -> None:
-        """Terminate and free the instance, and remove what was unpacked."""
+        """Terminate and free the instance, and remove the unpacked files."""
         try:
             if self._fmu is not None:
                 for _, handle in self._held:
@@ -330,20 +336,23 @@ class FmuParticipant:
             self._forget()
 
     def _failure(self, cause: Exception) -> RuntimeError:
-        """What went wrong, in the FMU's words; after an error the standard forbids all calls that are of use, so it is let go."""
+        """Turn a failure into a RuntimeError with the FMU's messages.
+
+        After an FMI error, a discard excepted, the instance is forgotten, since the standard allows no useful call any more.
+        """
         if isinstance(cause, FMICallException) and cause.status != DISCARD_STATUS:
             self._forget()
         return cause if isinstance(cause, RuntimeError) else RuntimeError(self._messages.explain(cause))
 
     def _forget(self) -> None:
-        """Let go of the instance without a further call to it, and remove what was unpacked."""
+        """Forget the instance without a further call to it, and remove the unpacked files."""
         if self._folder is not None:
             self._folder.cleanup()
         self._fmu, self._folder, self._is_initialized = None, None, False
         self._held.clear()
 
     def _free_dropped(self) -> None:
-        """Let the FMU forget states that nobody can restore any more."""
+        """Free states in the FMU that cannot be restored any more, because nothing refers to them."""
         dropped = [handle for held, handle in self._held if held() is None]
         self._held = [(held, handle) for held, handle in self._held if held() is not None]
         for handle in dropped:
@@ -357,12 +366,12 @@ class FmuParticipant:
         return self._fmu
 
     def _count(self, name: str) -> dict[str, int]:
-        """FMI 3 wants to know how many numbers an array holds."""
+        """Return the number of values of a variable as an argument, which only calls of FMI 3 need."""
         is_three = isinstance(self._fmu, FMU3Slave)
         return {"nValues": int(np.prod(self._variables[name].shape))} if is_three else {}
 
     def _kind(self, variable: ModelVariable) -> str:
-        """What comes after `get` and `set` in the interface's calls; an enumeration is read and written as an integer."""
+        """Return the type that follows `get` and `set` in the names of FMI calls; an enumeration is read and written as an integer."""
         if variable.type == "Enumeration":
             return "Integer" if self._description.fmiVersion.startswith("2") else "Int64"
         return str(variable.type)
@@ -377,7 +386,7 @@ class FmuParticipant:
             raise self._failure(cause) from cause
 
     def _numbers(self, name: str, value: Array) -> Sequence[float]:
-        """The value as the FMU's own kind of numbers; ValueError for what is none of them."""
+        """Convert a value to numbers of the FMU's type; ValueError for values that the type cannot hold."""
         kind = self._kind(self._members[name][0])
         numbers: list[float] = value.ravel().tolist()
         return numbers if kind in FLOATS else whole(f"{self._name!r}: {name!r}", kind, numbers)

@@ -1,7 +1,7 @@
-"""What an FMU says: kept, so that its failure can be told in its own words, instead of printed.
+"""Keeps the log messages of FMUs, which are not printed, so that an error can quote them.
 
-FMPy formats the messages of FMI 2 in a native function that knows one logger for the whole process, the one registered last. So
-there is one logger here, and the environment that each FMU is given says whose message it is.
+FMPy formats the messages of FMI 2 in a native function that knows one logger for the whole process, the one registered last. So there is
+one logger here, and the environment that each FMU is given identifies the sender of a message.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from fmpy.fmi2 import (
     fmi2CallbackLoggerTYPE,
 )
 
-WARNING = 1  # of FMI 2 and 3; what ranks lower is no news
+WARNING = 1  # status of FMI 2 and 3; messages of lower rank are not kept
 KEPT = 5
 
 
@@ -40,13 +40,13 @@ class FmuMessages:
         addLoggerProxy(byref(self.callbacks))
 
     def explain(self, failure: object) -> str:
-        """A failure on one line, with what the FMU said since the last time."""
+        """Describe a failure on one line, followed by the FMU's messages since the last call."""
         said = "; ".join(self._messages)
         self._messages.clear()
         return f"{failure}: {said}" if said else str(failure)
 
     def keep(self, status: int, message: bytes | None) -> None:
-        """Take a message if it is a warning or worse."""
+        """Keep a message if its status is a warning or worse."""
         text = " ".join((message or b"").decode("utf-8", "replace").split())
         if status >= WARNING and text:
             self._messages.append(text)

@@ -1,4 +1,4 @@
-"""The model description of an FMU that can run here, as FMPy reads it, and what FMPy leaves out of it."""
+"""Reads the model description of an FMU by FMPy, adds the parts that FMPy leaves out, and checks that the FMU can run here."""
 
 from __future__ import annotations
 
@@ -20,7 +20,10 @@ LARGEST_REFERENCE = 2**32 - 1
 
 
 def read_description(path: Path) -> ModelDescription:
-    """The description; FileNotFoundError for a missing file, ValueError for what is no FMU or cannot run here, with all that is wrong."""
+    """Read the model description of an FMU.
+
+    Raises FileNotFoundError for a missing file, and ValueError, with every problem at once, for a file that is no FMU or cannot run here.
+    """
     if path.is_dir():
         raise ValueError(f"FMU {path} is a folder, allowed: a file")
     if not path.is_file():
@@ -62,7 +65,7 @@ def _refuse_oversize(archive: zipfile.ZipFile) -> None:
 
 
 def _missing(root: ElementTree.Element) -> Iterator[str]:
-    """What is missing or of no use; FMPy (0.3.32) would tell it in Python's words."""
+    """Yield entries that are missing or invalid; FMPy (0.3.32) fails on them with messages about its own code."""
     version = root.get("fmiVersion", "")
     if version[:2] not in ("2.", "3."):
         yield (
@@ -97,7 +100,7 @@ def _same_names(root: ElementTree.Element) -> Iterator[str]:
 
 
 def _dangling(root: ElementTree.Element) -> Iterator[str]:
-    """Entries of the model structure for variables that are not there: by index, from 1, in FMI 2, by value reference in FMI 3."""
+    """Yield entries of the model structure for variables that do not exist: by index, from 1, in FMI 2; by value reference in FMI 3."""
     variables = root.findall("ModelVariables/*[@name]")
     known = {"index": {str(n + 1) for n in range(len(variables))}}
     known["valueReference"] = {variable.get("valueReference", "").strip() for variable in variables}
@@ -108,7 +111,7 @@ def _dangling(root: ElementTree.Element) -> Iterator[str]:
 
 
 def _problems(path: Path, description: ModelDescription) -> list[str]:
-    """Why the FMU cannot run here."""
+    """List the reasons why the FMU cannot run here."""
     problems = []
     if description.coSimulation is None:
         problems.append("has no co-simulation interface")

@@ -1,8 +1,8 @@
-"""A participant behind the FMI interface: what runs inside an FMU that `coupling.fmu.export` built.
+"""The FMI interface of a participant, which runs inside an FMU that `coupling.fmu.export` built.
 
-The slave's class mixes `ParticipantSlave` into `pythonfmu.Fmi2Slave` or `pythonfmu3.Fmi3Slave`, which come with the FMU; oilsim
-itself is taken from the Python that hosts the FMU. Nothing here touches the working directory, the environment or the module path of
-the host, and every instance has its own participant, so that several run in one process.
+The slave's class mixes `ParticipantSlave` into `pythonfmu.Fmi2Slave` or `pythonfmu3.Fmi3Slave`, which come with the FMU; oilsim itself is
+imported from the Python that hosts the FMU. The code does not change the working directory, the environment or the module path of the
+host. Every instance has its own participant, so that several can run in one process.
 """
 
 from __future__ import annotations
@@ -25,10 +25,11 @@ CAUSALITIES = {Causality.INPUT: "input", Causality.OUTPUT: "output", Causality.P
 
 
 class ParticipantSlave:
-    """Gives `factory` of the class, ``package.module:callable``, called with the FMU's resource folder, an FMI face.
+    """Adapts a participant, which `factory` creates, to the FMI interface.
 
-    The callable takes a `pathlib.Path` and returns a `Participant` of numbers, shapes () or (1,), that has a value for every
-    input and parameter from the start. experiment: the start time, stop time and step size [s] that the FMU proposes.
+    factory: ``package.module:callable``. The callable takes the FMU's resource folder, a `pathlib.Path`, and returns a `Participant` whose
+    variables are numbers, of the shape () or (1,), and whose inputs and parameters have values from the start. experiment: the start time,
+    stop time and step size [s] that the FMU proposes.
     """
 
     library: ClassVar[str]  # the module that the slave comes from
@@ -49,21 +50,21 @@ class ParticipantSlave:
             self._register(variable)
 
     def setup_experiment(self, start_time: float, *_: object) -> None:
-        """The master's start time [s]."""
+        """Set the start time [s], which the master gives."""
         self._start_time = self._time = start_time
 
     def enter_initialization_mode(self) -> None:
-        """See `Participant`."""
+        """Let the participant enter its initialization mode."""
         self.participant.enter_initialization_mode(self._start_time)
 
     def exit_initialization_mode(self) -> None:
-        """See `Participant`."""
+        """Let the participant leave its initialization mode."""
         self.participant.exit_initialization_mode()
 
     def advance(self, time: float, step_size: float) -> StepResult:
-        """Step the participant; RuntimeError if it failed.
+        """Step the participant from `time` to `time + step_size` [s]; RuntimeError if it fails.
 
-        Where it returns early it is asked on at once, inputs held: neither binary can tell its master how far it has come.
+        After an early return it is stepped on at once with the same inputs, because neither binary can tell its master the time reached.
         """
         reached, part = time, step_size
         for _ in range(PARTS_ALLOWED):
@@ -85,7 +86,7 @@ class ParticipantSlave:
         raise RuntimeError(f"stopped at {reached:g} s, allowed: {time + step_size:g} s")
 
     def terminate(self) -> None:
-        """See `Participant`."""
+        """Terminate the participant."""
         self.participant.terminate()
 
     def _get_fmu_state(self) -> dict[str, Any]:
@@ -104,7 +105,7 @@ class ParticipantSlave:
         return state_from_bytes(data)
 
     def _settle_events(self, time: float) -> None:
-        """Bring discrete states up to date; RuntimeError if the participant cannot, or never comes to an end."""
+        """Update the discrete states; RuntimeError if the participant cannot, or if they do not settle."""
         if not isinstance(self.participant, EventParticipant):
             raise RuntimeError(f"asks for event handling at {time:g} s, but has no update_discrete_states")
         for _ in range(EVENT_ROUNDS):
@@ -113,12 +114,12 @@ class ParticipantSlave:
         raise RuntimeError(f"discrete states do not settle at {time:g} s")
 
     def _tell(self, text: str) -> None:
-        """A message to the master."""
+        """Send a message to the master."""
         enums = importlib.import_module(f"{self.library}.enums")
         self.log(text, getattr(enums, f"{self.prefix}Status").warning)  # type: ignore[attr-defined]  # of pythonfmu's slave
 
     def _register(self, variable: Variable) -> None:
-        """Make a variable of the participant one of the FMU."""
+        """Register a variable of the participant as one of the FMU; ValueError for an array."""
         if int(np.prod(variable.shape)) != 1:
             raise ValueError(f"variable {variable.name!r} has shape {variable.shape}, allowed: a number, () or (1,)")
         name, shape = variable.name, variable.shape
@@ -142,7 +143,7 @@ class ParticipantSlave:
         self.register_variable(entry, nested=False)  # type: ignore[attr-defined]  # of pythonfmu's slave
 
     def _describe_units(self, root: Element, after: str, elements: Mapping[str, Element]) -> None:
-        """Give `elements`, variables by name, their units, and declare those behind the element called `after`."""
+        """Set the units of `elements`, the variables by name, and declare these units behind the element called `after`."""
         units = Element("UnitDefinitions")
         for unit in dict.fromkeys(variable.unit for variable in self.participant.variables.values()):
             SubElement(SubElement(units, "Unit", {"name": unit}), "BaseUnit", _base_unit(unit))
@@ -153,7 +154,7 @@ class ParticipantSlave:
 
 
 def _base_unit(unit: str) -> dict[str, str]:
-    """Exponents of the SI base units, factor and offset, as FMI writes them; ValueError for a unit that is not known."""
+    """Return exponents of the SI base units, factor and offset, as FMI writes them; ValueError for a unit that is not known."""
     known = read_unit(unit)
     if known is None:
         raise ValueError(f"unit {unit!r} is not known, allowed: products of {', '.join(SYMBOLS)}")
@@ -165,17 +166,20 @@ def _base_unit(unit: str) -> dict[str, str]:
 
 
 class Slave2(ParticipantSlave):
-    """For `pythonfmu.Fmi2Slave`."""
+    """Adapts a participant to FMI 2, to be mixed into `pythonfmu.Fmi2Slave`."""
 
     library, prefix, number = "pythonfmu", "Fmi2", "Real"
 
     def do_step(self, current_time: float, step_size: float) -> bool:
-        """See `advance`. The last step is a discard in FMI 2, which the standard tells from others by the status fmi2Terminated."""
+        """Make a step by `advance`; return False for a discarded step and for the last one.
+
+        In FMI 2 a step that ends the run is a discard, and the status fmi2Terminated distinguishes it from others.
+        """
         result = self.advance(current_time, step_size)
         return result.status is not Status.DISCARD and not result.terminate_simulation
 
     def to_xml(self, *arguments: Any) -> Element:
-        """The model description, with units and the initial unknowns that FMI 2 asks for."""
+        """Write the model description, with units and the initial unknowns that FMI 2 requires."""
         root: Element = super().to_xml(*arguments)  # type: ignore[misc]
         variables = root.findall("ModelVariables/ScalarVariable")
         self._describe_units(root, "CoSimulation", {str(v.get("name")): v[0] for v in variables})
@@ -189,7 +193,7 @@ class Slave2(ParticipantSlave):
 
 
 class Slave3(ParticipantSlave):
-    """For `pythonfmu3.Fmi3Slave`."""
+    """Adapts a participant to FMI 3, to be mixed into `pythonfmu3.Fmi3Slave`."""
 
     library, prefix, number = "pythonfmu3", "Fmi3", "Float64"
 
@@ -201,14 +205,14 @@ class Slave3(ParticipantSlave):
         self._add_number(name, "independent", "continuous", getter=lambda: self._time)
 
     def do_step(self, current_time: float, step_size: float) -> Any:
-        """See `advance`. Of the last step the binary says that it is whole, even if it ended before."""
+        """Make a step by `advance`; the binary reports the last step as a whole one, even if it ended early."""
         fmi = importlib.import_module("pythonfmu3")
         result = self.advance(current_time, step_size)
         status = fmi.Fmi3Status.discard if result.status is Status.DISCARD else fmi.Fmi3Status.ok
         return fmi.Fmi3StepResult(status=status, terminateSimulation=result.terminate_simulation)
 
     def to_xml(self, *arguments: Any) -> Element:
-        """The model description, with units."""
+        """Write the model description, with units."""
         root: Element = super().to_xml(*arguments)  # type: ignore[misc]
         variables = root.findall("ModelVariables/Float64")
         self._describe_units(root, "CoSimulation", {str(v.get("name")): v for v in variables})

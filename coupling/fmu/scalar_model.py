@@ -1,4 +1,4 @@
-"""A model of a few numbers as a participant: its variables are declared as attributes, its step is one method.
+"""Models of a few numbers as participants: attributes declare the variables, and one method makes a step.
 
     class Tank(ScalarModel):
         inflow = taken("m3/s")                    # input
@@ -8,12 +8,12 @@
         def advance(self, time: float, step_size: float) -> None:
             self.level += step_size * self.inflow / self.area
 
-Attributes are read and written like numbers. Everything the model remembers lies in declared variables and in other attributes of
-its own, so that its state can be saved: numbers, texts, None, arrays of numbers, and lists, tuples and dicts of them, none of which
-lies in two places. A model with more than that, a generator of random numbers say, has a `save_state` and `restore_state` of its own;
-what never changes may lie in the class.
+Attributes are read and written like numbers. A model keeps its whole state in declared variables and other attributes of its own, so that
+it can be saved: numbers, texts, None, arrays of numbers, and lists, tuples and dicts of them, none of which is stored in two places. A
+model that keeps anything else, such as a random number generator, defines its own `save_state` and `restore_state`. Constants may be
+attributes of the class.
 
-As a participant every variable has the shape (1,).
+As a participant, the model has every variable in the shape (1,) and in its declared unit, as in [m3/s].
 """
 
 from __future__ import annotations
@@ -58,17 +58,17 @@ class Quantity:
 
 
 def taken(unit: str, start: float = 0.0) -> Quantity:
-    """An input; `start` holds until it is set."""
+    """Declare an input in `unit`; it has the value `start` until it is set."""
     return Quantity(Causality.INPUT, unit, start)
 
 
 def given(unit: str, start: float = 0.0) -> Quantity:
-    """An output."""
+    """Declare an output in `unit`, with the value `start` at first."""
     return Quantity(Causality.OUTPUT, unit, start)
 
 
 def parameter(unit: str, start: float) -> Quantity:
-    """A parameter, set before the run."""
+    """Declare a parameter in `unit`, with the default value `start`; it is set before the run."""
     return Quantity(Causality.PARAMETER, unit, start)
 
 
@@ -80,7 +80,7 @@ class ScalarModel:
     memory: dict[str, float]
 
     def __init_subclass__(cls) -> None:
-        """ValueError for a variable that would hide what every model has."""
+        """Refuse a variable whose name would hide an attribute of every model; ValueError."""
         super().__init_subclass__()
         every = {*dir(ScalarModel), *OWN}
         for name, member in vars(cls).items():
@@ -89,7 +89,7 @@ class ScalarModel:
                 raise ValueError(f"variable {name!r} hides what every model has, allowed: a name other than {others}")
 
     def __new__(cls, *_: object, **__: object) -> Self:
-        """Variables are there before `__init__`, which a model may have of its own."""
+        """Create the variables before `__init__`, which a model may define itself."""
         model = super().__new__(cls)
         declared = {
             name: member
@@ -107,52 +107,52 @@ class ScalarModel:
 
     @property
     def name(self) -> str:
-        """See `Participant`."""
+        """Name of the participant."""
         return self._name
 
     @property
     def variables(self) -> Mapping[str, Variable]:
-        """In the order they are declared."""
+        """Every variable by its name, in the order of declaration."""
         return self._variables
 
     def check(self) -> None:
         """Refuse impossible parameters by ValueError; called once when the run begins."""
 
     def advance(self, time: float, step_size: float) -> None:
-        """From `time` to `time + step_size` [s]: change outputs and memory by the inputs as they are."""
+        """Advance the model from `time` to `time + step_size` [s]: update outputs and memory from the present inputs."""
         raise NotImplementedError
 
     def enter_initialization_mode(self, start_time: float) -> None:
-        """Parameters are set by now."""
+        """Check the parameters, which are set by now."""
         self.check()
 
     def exit_initialization_mode(self) -> None:
-        """Nothing is left to do."""
+        """Do nothing: the outputs do not depend on inputs yet."""
 
     def get(self, name: str) -> Array:
-        """A fresh copy of a variable (1,)."""
+        """Return a copy of a variable (1,) in its unit; ValueError for a name that is no variable."""
         if name not in self._variables:
             raise ValueError(f"{self._name!r} has no variable {name!r}, allowed: {', '.join(self._variables)}")
         return np.array([self.memory[name]])
 
     def set(self, name: str, value: Array) -> None:
-        """Set an input or a parameter."""
+        """Set an input or a parameter (1,) in its unit; ValueError for an output, an unknown name and another shape."""
         self.memory[name] = float(checked_value(self._name, self._variables, name, value)[0])
 
     def do_step(self, time: float, step_size: float) -> StepResult:
-        """See `advance`."""
+        """Make a step by `advance`."""
         self.advance(time, step_size)
         return StepResult(Status.OK, time + step_size)
 
     def save_state(self) -> object:
-        """All that the model remembers, by name; NotImplementedError for an attribute that cannot be saved, see the module."""
+        """Return the model's whole state by name; NotImplementedError for an attribute that cannot be saved, see the module."""
         seen: set[int] = set()
         others = {name: value for name, value in vars(self).items() if name not in OWN}
         numbers = {name: _copied(f"{self._name!r}: attribute {name!r}", value, seen) for name, value in others.items()}
         return {"variables": dict(self.memory), "numbers": numbers}
 
     def restore_state(self, state: object) -> None:
-        """Back to what `save_state` returned; what came into being since then is gone."""
+        """Go back to a state that `save_state` returned, without attributes added since; TypeError for anything else."""
         if not isinstance(state, dict):
             raise TypeError(f"{self._name!r}: restore_state wants what save_state returned, not {type(state).__name__}")
         self.memory = dict(state["variables"])
@@ -161,11 +161,11 @@ class ScalarModel:
         vars(self).update({name: _copied(name, value, set()) for name, value in state["numbers"].items()})
 
     def terminate(self) -> None:
-        """Nothing is held."""
+        """Do nothing: a model holds no resources."""
 
 
 def _copied(what: str, value: Any, seen: set[int]) -> Any:
-    """A copy that shares nothing; NotImplementedError for what is no value, or is met again: it would become two."""
+    """Copy a value, deeply; NotImplementedError for other types, and for an object met before, which would become two."""
     kind = type(value)
     if kind in PLAIN or (isinstance(value, np.generic) and value.dtype.kind in NUMERIC):
         return value
@@ -187,7 +187,10 @@ def _copied(what: str, value: Any, seen: set[int]) -> Any:
 
 
 def model_in(path: Path) -> ScalarModel:
-    """A model of the one class that a Python file defines; ValueError if it defines none or several."""
+    """Create a model of the one `ScalarModel` that a Python file defines.
+
+    Raises ValueError if the file cannot be run, defines no model or several, or if the model has no step or cannot be created.
+    """
     spec = importlib.util.spec_from_file_location(f"oilsim_model_{next(_loads)}", path)
     if spec is None or spec.loader is None:
         raise ValueError(f"{path} cannot be read, allowed: a Python file")
@@ -216,5 +219,5 @@ def model_in(path: Path) -> ScalarModel:
 
 
 def model_in_folder(folder: Path) -> ScalarModel:
-    """The model of the file `model.py` in an FMU's folder."""
+    """Create the model that the file `model.py` in an FMU's folder defines, as `model_in` does."""
     return model_in(folder / MODEL_FILE)

@@ -1,4 +1,4 @@
-"""A program tried out in a process of its own: one that crashes or never comes back is an error here, and not the end of everything."""
+"""Tries a program out in a separate process, so that a crash or a hang becomes an error and does not end this process."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ PATIENCE = 120.0  # s until a program counts as hanging: far above what an exerc
 
 
 def is_own_process() -> bool:
-    """Whether this Python was started as a program, and can be once more; within another program it was not."""
+    """Tell whether this Python was started as a program, and so can be started again; false if another program embeds it."""
     return bool(sys.executable and sys.orig_argv)
 
 
 def try_out(module: str, arguments: Sequence[str]) -> str:
-    """Run `python -m module arguments`; what is wrong, in the last line that it said, or nothing.
+    """Run `python -m module arguments`; return the last line of its error output if it fails, crashes or hangs, else an empty text.
 
-    Its temporary files go with it, however it ends.
+    Its temporary files are removed, however it ends.
     """
     with tempfile.TemporaryDirectory(prefix="oilsim-trial-", ignore_cleanup_errors=True) as folder:
         try:
@@ -48,7 +48,10 @@ def try_out(module: str, arguments: Sequence[str]) -> str:
 
 
 def suspected_folder() -> str:
-    """Where the path of temporary files has letters that PythonFMU's binary (0.7) crashes at, that this may be why; else nothing."""
+    """Name characters in the path of temporary files that make PythonFMU's binary (0.7) crash, as a possible cause of a failure.
+
+    Returns an empty text if there are none.
+    """
     folder = tempfile.gettempdir()
     odd = "".join(sorted(set(re.findall(r"[^\w/\\:. ~-]", folder, re.ASCII))))
     allowed = "a TMPDIR of letters a to z, digits, blanks and . _ -"

@@ -1,8 +1,8 @@
-"""The variables of an FMU as those of a participant: arrays put together, units as the model description defines them.
+"""Turns the variables of an FMU into those of a participant, with its arrays and units.
 
-A unit's name is taken over with the dot of a product written as a space ("N m"), and with it how it stands to SI, which FMI
-defines by exponents, factor and offset; elements of mixed units name each once ("N, N m"). An FMU that names no unit leaves it open:
-whoever connects it may say what it is, else the variable has none, "1".
+A unit keeps its name, with the dot of a product written as a space ("N m"), and its relation to SI, which FMI defines by exponents, factor
+and offset. A variable whose elements have several units names each once ("N, N m"). If the FMU names no unit, the user may name it; else
+the variable has none, "1".
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ INTEGERS = {"Integer": (32, True)} | {  # bits, and whether one of them is a sig
 
 
 def grouped(description: ModelDescription) -> dict[str, list[ModelVariable]]:
-    """Numeric inputs, outputs and parameters by name, and arrays of FMI 2: their elements together and in order.
+    """Group the numeric inputs, outputs and parameters by name; an array of FMI 2 is the list of its elements in order.
 
-    An array is what two elements or more with neighbouring indices make, if they are alike and no variable has its name; each
-    of them can be had by its own name as well.
+    Two or more elements with consecutive indices form an array if they have one type and causality and no variable has the array's name.
+    Each element remains a variable of its own as well.
     """
     offered = {
         variable.name: [variable]
@@ -54,7 +54,7 @@ def grouped(description: ModelDescription) -> dict[str, list[ModelVariable]]:
 
 
 def _are_array(by_index: Mapping[int, ModelVariable]) -> bool:
-    """Whether these elements, by their indices, are one array."""
+    """Tell whether these elements, by their indices, form one array."""
     alike = len({(element.type, element.causality) for element in by_index.values()}) == 1
     return alike and len(by_index) > 1 and max(by_index) - min(by_index) + 1 == len(by_index)
 
@@ -62,9 +62,9 @@ def _are_array(by_index: Mapping[int, ModelVariable]) -> bool:
 def variables_of(
     description: ModelDescription, members: Mapping[str, list[ModelVariable]], said: Mapping[str, str]
 ) -> dict[str, Variable]:
-    """The variables that stand for the members, by name; `said` gives units that the FMU leaves open.
+    """Create the participant's variables from groups of the FMU's variables; `said` gives units that the FMU does not name.
 
-    ValueError for a unit said of a variable that has one or does not exist, and for one that nobody knows.
+    Raises ValueError for the unit of a variable that does not exist or has one in the FMU, and for a unit that is not known.
     """
     stated = {name: [_unit_name(member) for member in group] for name, group in members.items()}
     for name, unit in said.items():
@@ -84,7 +84,7 @@ def variables_of(
 
 
 def _declare(name: str, members: list[ModelVariable], unit_names: list[str], defined: Mapping[str, Unit]) -> Variable:
-    """The variable that stands for these members."""
+    """Create the variable that represents these members."""
     distinct = list(dict.fromkeys(unit_names))
     shape = tuple(members[0].shape) or (len(members),)
     units = {_unit(member, unit, defined) for member, unit in zip(members, unit_names, strict=True)}
@@ -99,24 +99,24 @@ def _numbers(kind: str) -> Numbers:
 
 
 def _unit(member: ModelVariable, name: str, defined: Mapping[str, Unit]) -> Unit | None:
-    """How a variable's unit stands to SI, if that is known; a difference has no offset, 5 degC of it are 5 K."""
+    """Return a unit's relation to SI, None if it is not known; a difference has no offset, so that one of 5 degC is 5 K."""
     unit = defined.get(name) or read_unit(name.replace(".", " "))
     return replace(unit, offset=0.0) if unit is not None and member.relativeQuantity else unit
 
 
 def _unit_name(member: ModelVariable) -> str:
-    """The unit that a variable or its type states; empty if neither does."""
+    """Return the unit that a variable or its type states; empty if neither does."""
     return member.unit or (member.declaredType.unit if member.declaredType is not None else None) or ""
 
 
 def _defined(base: object) -> Unit:
-    """A unit by what the model description says of it."""
+    """Read a unit from its definition in the model description."""
     exponents = tuple(int(getattr(base, name)) for name in BASE)
     return Unit(exponents, float(base.factor), float(base.offset))  # type: ignore[attr-defined, arg-type]
 
 
 def whole(variable: str, kind: str, numbers: Sequence[float]) -> list[int] | list[bool]:
-    """The numbers as the integers or booleans that they are; ValueError for others."""
+    """Convert numbers to integers or booleans of the FMI type `kind`; ValueError for a number that is not whole or out of range."""
     bits, signed = INTEGERS.get(kind, (1, False))
     lowest, highest = (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1) if signed else (0, 2**bits - 1)
     for number in numbers:

@@ -153,11 +153,10 @@ Account = Callable[[CommunicationPoint], None]
 
 
 class Exchange(NamedTuple):
-    """How values pass in a run: the order of steps and exchanges, and the accounts that are kept.
+    """The order of steps and exchanges in a run, and the accounts that are kept of them.
 
     ledger: accounts of the exchange between fluid and bodies, which may end the run; None keeps none. accounts: called once at each
-    communication point, the initial one included, whether or not anybody watches; in a restored run, at each point after the one it
-    goes on from.
+    communication point, the initial one included, with or without observers; in a restored run, at each point after the restored one.
     """
 
     algorithm: Algorithm

@@ -18,7 +18,7 @@ from recordings.frame import Event, Frame, RunDescription
 
 @dataclass(frozen=True)
 class CommunicationPoint:
-    """Where the participants meet: `index` whole steps of `step_size` [s] since the start, at `time` [s]."""
+    """A time at which participants exchange values: `time` [s], after `index` whole steps of `step_size` [s] since the start."""
 
     index: int
     time: float

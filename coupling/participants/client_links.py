@@ -1,11 +1,17 @@
-"""Links of somebody else's pybullet client as a participant of a coupled run.
+"""Links of a pybullet client that the user owns, as a participant of a coupled run.
 
-Variables of every link that meets the fluid, named <body>/<link> by the unique id and the index, -1 for the base: input `<link>.wrench`
-of the fluid, outputs `<link>.pose`, `<link>.twist`, `<link>.free_acceleration`; of all of them together: output `inverse_mass`. A link that
-is held takes wrenches and ignores them.
+A link is named <body>/<link> by the body's unique id and the link's index, -1 for the base. Each link that meets the fluid has these
+variables; a link that is held takes wrenches and ignores them:
 
-The client's owner may move bodies between steps. So the links are observed as each step begins; between a step and the next observation
-`free_acceleration` and `inverse_mass` are those that the step began with.
+    <link>.wrench             input (6,) [N, N m]: the fluid's force and torque on the link
+    <link>.pose               output (7,) [m, 1]
+    <link>.twist              output (6,) [m/s, rad/s]
+    <link>.free_acceleration  output (6,) [m/s2, rad/s2]: the acceleration without the fluid
+
+All n links together have the output `inverse_mass` (6 n, 6 n) [1/kg, 1/(kg m), 1/(kg m2)].
+
+The client's owner may move bodies between steps. So the links are observed as each step begins. Between a step and the next observation,
+`free_acceleration` and `inverse_mass` keep the values from the start of the step.
 """
 
 from __future__ import annotations
@@ -25,12 +31,12 @@ Array = npt.NDArray[np.float64]
 
 
 def link_name(key: LinkKey) -> str:
-    """The name of a link in a coupled run, as in "3/-1" for the base of body 3."""
+    """Return the name of a link in a coupled run, as in "3/-1" for the base of body 3."""
     return f"{key[0]}/{key[1]}"
 
 
 class ClientLinksParticipant:
-    """Steps a client by the client's own time step; bodies are all added to `links` before."""
+    """Steps a client by the client's own time step; all bodies must be in `links` before it is created."""
 
     def __init__(self, name: str, links: ClientLinks) -> None:
         self._name = name
@@ -55,38 +61,38 @@ class ClientLinksParticipant:
 
     @property
     def name(self) -> str:
-        """See `Participant`."""
+        """Name of the participant."""
         return self._name
 
     @property
     def variables(self) -> Mapping[str, Variable]:
-        """See the module."""
+        """Every variable by its name, as listed in the module."""
         return self._variables
 
     def enter_initialization_mode(self, start_time: float) -> None:
-        """Observe the client; pybullet knows no time."""
+        """Observe the client; `start_time` is not used, because pybullet keeps no time."""
         self._links.observed()
 
     def exit_initialization_mode(self) -> None:
-        """Nothing is left to do."""
+        """Do nothing: the outputs do not depend on inputs yet."""
 
     def observe(self) -> None:
-        """Take in what the client's owner did since the last step; see `SharedParticipant`."""
+        """Read the links again, because the client's owner may have changed them since the last step; see `SharedParticipant`."""
         self._links.observed()
 
     def get(self, name: str) -> Array:
-        """A fresh copy of an output."""
+        """Return a copy of an output, of the shape and unit in the module's list; ValueError for a name that is no output."""
         if name not in self._getters:
             raise ValueError(f"{self._name!r} has no output {name!r}, allowed: {', '.join(self._getters)}")
         return self._getters[name]()
 
     def set(self, name: str, value: Array) -> None:
-        """Set a wrench, which then acts until it is set again."""
+        """Set a link's wrench (6,) [N, N m], which then acts until it is set again."""
         checked = checked_value(self._name, self._variables, name, value)
         self._links.set_wrench(self._keys[name.removesuffix(".wrench")], checked)
 
     def do_step(self, time: float, step_size: float) -> StepResult:
-        """One step of the client; ValueError if that is not as long as `step_size`."""
+        """Make one step of the client; ValueError if the client's time step is not `step_size` [s]."""
         own = self._links.observed().duration
         if not same_step(step_size, own):
             raise ValueError(f"{self._name!r}: step is {step_size} s, allowed: {own} s, the time step of the client")
@@ -94,11 +100,11 @@ class ClientLinksParticipant:
         return StepResult(Status.OK, time + step_size)
 
     def save_state(self) -> object:
-        """NotImplementedError: the client's own state is its owner's to save and to restore."""
+        """Refuse with NotImplementedError: the owner of the client saves its state."""
         raise NotImplementedError("the client is somebody else's, whose state pybullet.saveState saves")
 
     def restore_state(self, state: object) -> None:
-        """NotImplementedError, as `save_state`."""
+        """Refuse with NotImplementedError, as `save_state` does."""
         raise NotImplementedError("the client is somebody else's, whose state pybullet.restoreState restores")
 
     def terminate(self) -> None:

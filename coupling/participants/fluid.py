@@ -109,9 +109,9 @@ class FluidParticipant:
             self._inputs[name] = checked
 
     def do_step(self, time: float, step_size: float) -> StepResult:
-        """CFL sub-steps up to `time + step_size`; ERROR when the fluid's state has become unusable.
+        """Advance the fluid to `time + step_size` [s] in sub-steps that keep the CFL condition.
 
-        ValueError for another step than `own_step`, if there is one.
+        The status is ERROR if the fluid's state has become unusable. Raises ValueError for a step other than `own_step`, if there is one.
         """
         duration = self._duration(time, step_size)
         for body, handle in self._boundaries.items():

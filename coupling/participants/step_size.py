@@ -6,5 +6,5 @@ ROUNDING = 1e-6  # of a step: above what the difference of two times loses, belo
 
 
 def same_step(asked: float, own: float) -> bool:
-    """Whether a step that is asked for [s] is a participant's own one, but for the rounding of times."""
+    """Tell whether the step `asked` for [s] equals a participant's `own` step [s], up to the rounding of times."""
     return abs(asked - own) <= ROUNDING * own

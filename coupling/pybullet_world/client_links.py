@@ -113,23 +113,26 @@ class ClientLinks:
         return self.observe() if self._observed is None else self._observed
 
     def pose(self, key: LinkKey) -> Array:
-        """(7,) of a link's centre of mass, position [m] and orientation xyzw, as observed or as the last step left it."""
+        """Return the pose (7,) of a link's centre of mass: position [m] and orientation xyzw, as observed or after the last step."""
         return self._pose[self._row[key]].copy()
 
     def twist(self, key: LinkKey) -> Array:
-        """(6,) of a link's centre of mass [m/s, rad/s], as observed or as the last step left it."""
+        """Return the twist (6,) [m/s, rad/s] of a link's centre of mass, as observed or after the last step."""
         return self._twist[self._row[key]].copy()
 
     def free_acceleration(self, key: LinkKey) -> Array:
-        """(6,) of a link without the fluid [m/s2, rad/s2], as last observed."""
+        """Return the acceleration (6,) [m/s2, rad/s2] of a link without the fluid, as last observed."""
         return self._acceleration[self._row[key]].copy()
 
     def inverse_mass(self) -> Array:
-        """(6 n, 6 n) twists of the links that meet the fluid by impulses on them, joints included, as last observed."""
+        """Return the inverse mass matrix (6 n, 6 n) of the n links that meet the fluid, joints included, as last observed.
+
+        It gives the changes of their twists by impulses on them; its blocks are in [1/kg, 1/(kg m), 1/(kg m2)].
+        """
         return self._inverse_mass.copy()
 
     def wrench(self, key: LinkKey) -> Array:
-        """(6,) of the fluid on a link [N, N m], as it was set last; KeyError for one that does not meet the fluid."""
+        """Return the wrench (6,) [N, N m] of the fluid on a link, as last set; KeyError for a link that does not meet the fluid."""
         return self._wrenches[key].copy()
 
     def set_wrench(self, key: LinkKey, wrench: Array) -> None:
@@ -146,7 +149,7 @@ class ClientLinks:
         return self.outcome
 
     def save_state(self) -> dict[str, Any]:
-        """Everything that was learnt of the bodies, and the wrenches on them; their motion is the client's to save."""
+        """Return everything that was learnt of the bodies, and the wrenches on them; the client saves their motion."""
         learnt = {body: linked.save_state() for body, linked in self._bodies.items()}
         return {"bodies": learnt, "residuals": dict(self._residuals), "wrenches": dict(self._wrenches)}
 

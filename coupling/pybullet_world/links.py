@@ -79,7 +79,7 @@ class LinkedBody:
         self._loose: list[TreeLink] = []  # at the last reading, as if no motor held a joint
 
     def save_state(self) -> _Learnt:
-        """Everything that has been learnt of motors and constraints."""
+        """Return everything that has been learnt of motors and constraints."""
         return {name: getattr(self, name).copy() for name in OF_MOTORS}, frozenset(self._spent)
 
     def restore_state(self, state: _Learnt) -> None:
@@ -143,7 +143,7 @@ class LinkedBody:
         return step_size * float(np.abs(tree.rate_changes(gravity, wrenches)).max(initial=0.0))
 
     def motion(self) -> tuple[Array, Array]:
-        """Poses (L, 7) and twists (L, 6) of the centres of mass now [m, m/s, rad/s]."""
+        """Return the present poses (L, 7) [m, 1] and twists (L, 6) [m/s, rad/s] of the centres of mass."""
         position, orientation, states = self._states()
         poses = [(*position, *orientation), *((*state[0], *state[1]) for state in states)]
         base = np.concatenate(pybullet.getBaseVelocity(self.unique_id, physicsClientId=self._client))

@@ -48,7 +48,11 @@ def link_mesh(
 def given_solid(
     mesh: trimesh.Trimesh, name: str, pose: tuple[Array, Array], liquid: npt.NDArray[np.floating]
 ) -> trimesh.Trimesh:
-    """Return what liquid meets of a solid that the user gives, as `link_mesh`; what was mended is told."""
+    """Return the surface that liquid meets of a solid that the user gives; a warning tells what was mended in its mesh.
+
+    pose: position (3,) [m] and orientation (4,) xyzw of the solid. liquid: positions (N, 3) [m] of the particles. Raises TypeError for
+    anything but a mesh and ValueError for a mesh that is no solid; the message begins with `name`.
+    """
     solid = told_solid(mesh, name, stacklevel=4)
     return met_by_liquid(solid, pose, liquid) if solid.has_hollow else solid.mesh
 

@@ -1,1 +1,1 @@
-"""From a mesh to a solid, and from a solid to wall particles: reading, signed distance, sampling, hydrostatics and added mass."""
+"""Solids from meshes, and wall particles from solids: reading, signed distance, sampling, hydrostatics and added mass."""

@@ -1,4 +1,4 @@
-"""Liquid that a body must move along with itself when it is all under, and how light the body is beside it.
+"""Estimates a submerged body's added mass: the mass of liquid that the body accelerates along with itself.
 
 With e_i the direction from the body's surface to a point i of a lattice about it, m_i the liquid's mass that the point stands for, r_i the
 surface point and the row j_i = (e_i, r_i x e_i),
@@ -7,8 +7,8 @@ surface point and the row j_i = (e_i, r_i x e_i),
 
 the kinetic energy of liquid that follows the normal velocity of the surface. l = c S^(1/2) with S the body's whole surface, c S in
 two dimensions (per metre). For a sphere the exact A needs c = 0.101, for a disc 0.169; in two dimensions a cylinder needs 0.117
-and a plate 0.196. What is taken lies between them, and A is right within a factor of two. It says how a body is to be coupled; no
-exchange relies on it.
+and a plate 0.196. The value used lies between them, and A is right within a factor of two. The estimate serves to choose how a body is
+coupled; no exchange of forces relies on it.
 """
 
 from __future__ import annotations

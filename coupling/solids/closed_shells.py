@@ -1,8 +1,8 @@
-"""Closed shells from any heap of triangles: corners joined, double triangles dropped, faces paired at their edges, one winding each.
+"""Sorts triangles into closed shells: joins corners, drops double triangles, pairs faces at their edges, and gives each shell one winding.
 
 A shell is a connected closed surface. Where more than two triangles meet in an edge, each triangle goes with the next one through solid
-matter, so that parts that touch along edges or faces come apart into shells of their own. A heap that does not close is refused with the
-place of the gap.
+matter, so that parts that touch along edges or faces come apart into shells of their own. Triangles that do not close are refused, with
+the place of the gap.
 """
 
 from __future__ import annotations
@@ -52,22 +52,22 @@ class UnitFrame:
         return UnitFrame(0.5 * low + 0.5 * high, float((high - low).max()))
 
     def unit(self, points: Array) -> Array:
-        """Return points (N, 3) [m] in units."""
+        """Return points (N, 3) [m] in units of the frame."""
         return (points - self.middle) / self.size
 
     def back(self, points: Array) -> Array:
-        """Return points (N, 3), given in units, in m."""
+        """Return points (N, 3), given in units of the frame, in m."""
         return points * self.size + self.middle
 
     def place(self, points: Array) -> str:
-        """Say where the middle of points (N, 3), given in units, lies: to 1e-4 of the size."""
+        """Say where the middle of points (N, 3), given in units of the frame, lies [m], to 1e-4 of the size."""
         low, high = self.back(points.min(axis=0)), self.back(points.max(axis=0))
         step = 10.0 ** math.floor(math.log10(1e-3 * self.size))
         x, y, z = (float(f"{round(value / step) * step:.9g}") for value in 0.5 * low + 0.5 * high)
         return f"({x:g}, {y:g}, {z:g})" if max(abs(x), abs(y), abs(z)) < 1e5 * step else f"({x:.9g}, {y:.9g}, {z:.9g})"
 
     def volume(self, value: float) -> str:
-        """Say a volume, given in units."""
+        """Say a volume, given in units of the frame, in m3."""
         return f"{value * self.size**3:.3g} m3"
 
 
@@ -78,7 +78,7 @@ class Shell:
     Attributes:
         faces: (F, 3) corners, indices of the vertices of all shells.
         volume: signed volume, above 0 if the normals point out of the shell.
-        is_mended: whether triangles were turned over or dropped to close it.
+        is_mended: true if triangles were turned over or dropped to close it.
     """
 
     faces: Integers
@@ -88,7 +88,7 @@ class Shell:
 
 @dataclass(frozen=True, eq=False)
 class Shells:
-    """The shells of a mesh, and notes of what was mended, in words."""
+    """The shells of a mesh, and a sentence on each thing that was mended."""
 
     shells: tuple[Shell, ...]
     notes: tuple[str, ...]
@@ -97,8 +97,8 @@ class Shells:
 def closed_shells(vertices: Array, faces: Integers, frame: UnitFrame) -> Shells:
     """Sort triangles into closed shells.
 
-    vertices: (V, 3) in the units of `frame`, which tells places; faces: (F, 3). Raises ValueError for triangles that leave a gap, cannot
-    be wound one way, enclose nothing or pass through each other.
+    vertices: (V, 3) in the dimensionless units of `frame`; faces: (F, 3). Raises ValueError, which gives places in m, for triangles that
+    leave a gap, cannot be wound one way, enclose nothing or pass through each other.
     """
     kept, notes = _watertight(vertices, faces, frame)
     label, partner = _paired(vertices, kept)
@@ -114,12 +114,12 @@ def closed_shells(vertices: Array, faces: Integers, frame: UnitFrame) -> Shells:
 
 
 def counted(number: int, thing: str) -> str:
-    """Say how many there are: "1 part", "2 parts"."""
+    """Write a number with its noun, as in "1 part" and "2 parts"."""
     return f"{number} {thing}" + ("s" if number != 1 else "")
 
 
 def _watertight(vertices: Array, faces: Integers, frame: UnitFrame) -> tuple[Integers, list[str]]:
-    """Faces with joined corners, of which an even number meets in each edge, and notes; ValueError if there is a gap."""
+    """Return faces with joined corners, an even number of which meets in each edge, and notes; ValueError if there is a gap."""
     for distance in JOINED:  # no further than is needed: fine detail stays
         joined = _with_area(_joined(vertices, faces, distance))
         single = _single(joined)
@@ -133,7 +133,7 @@ def _watertight(vertices: Array, faces: Integers, frame: UnitFrame) -> tuple[Int
 
 
 def _joined(vertices: Array, faces: Integers, distance: float) -> Integers:
-    """Faces whose corners within `distance` of each other have one index; 0: at exactly one place."""
+    """Return faces whose corners within `distance` of each other have one index; 0: corners at exactly one place."""
     if distance == 0.0:
         first, group = _distinct(vertices + 0.0)  # -0 and 0 are one place
         return first[group][faces]
@@ -144,7 +144,7 @@ def _joined(vertices: Array, faces: Integers, distance: float) -> Integers:
 
 
 def _distinct(rows: npt.NDArray) -> tuple[Integers, Integers]:
-    """Index of the first of each distinct row, and which of these each row equals."""
+    """Return the index of the first of each distinct row, and for each row the number of the distinct row that it equals."""
     order = np.lexsort(rows.T[::-1])
     is_new = np.r_[True, (np.diff(rows[order], axis=0) != 0).any(axis=1)] if len(rows) else np.zeros(0, dtype=bool)
     group = np.empty(len(rows), dtype=np.int64)
@@ -167,13 +167,13 @@ def _single(faces: Integers) -> Integers:
 
 
 def _edges(faces: Integers) -> tuple[Integers, Flags]:
-    """Edges (3 F, 2), lower corner first, ordered by face; and which run from the lower to the higher corner."""
+    """Return edges (3 F, 2), lower corner first, ordered by face; and flags (3 F,) of those that run from the lower corner."""
     edges = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
     return np.sort(edges, axis=1), edges[:, 0] < edges[:, 1]
 
 
 def _uses(edges: Integers) -> tuple[Integers, Integers, Integers]:
-    """Distinct edges by the index of their first use, the edge of each use, and the number of uses of each edge."""
+    """Return the distinct edges by the index of their first use, the edge of each use, and the number of uses of each edge."""
     scale = int(edges.max(initial=0)) + 1
     _, first, edge, uses = np.unique(
         edges @ np.array((scale, 1)), return_index=True, return_inverse=True, return_counts=True
@@ -196,7 +196,7 @@ def _gap(vertices: Array, faces: Integers, frame: UnitFrame) -> str:
 
 
 def _paired(vertices: Array, faces: Integers) -> tuple[Integers, Integers]:
-    """Shell of each face (F,), and the neighbour of each face across its three edges (F, 3)."""
+    """Return the shell of each face (F,), and the neighbour of each face across its three edges (F, 3)."""
     edges, forward = _edges(faces)
     edge = _uses(edges)[1]
     order = np.argsort(edge, kind="stable")
@@ -214,7 +214,7 @@ def _paired(vertices: Array, faces: Integers) -> tuple[Integers, Integers]:
 
 
 def _around(vertices: Array, faces: Integers, uses: Integers, edges: Integers, forward: Flags) -> list[tuple[int, int]]:
-    """Pairs among the uses of one edge by more than two faces: the two sides of each wedge of solid matter.
+    """Pair the uses of one edge by more than two faces: the two sides of each wedge of solid matter.
 
     Seen along the edge, matter lies behind a face that runs along it and before one that runs against it, in the sense of turning. Each
     face against the edge goes with the next free one along it.
@@ -242,7 +242,7 @@ def _around(vertices: Array, faces: Integers, uses: Integers, edges: Integers, f
 
 
 def _wound(faces: Integers, members: Integers, partner: Integers) -> tuple[Integers, int]:
-    """Faces of one shell with one winding, and how many were turned over for it; ValueError if there is none."""
+    """Return the faces of one shell with one winding, and how many were turned over; ValueError if no winding fits all."""
     own, size = faces[members], len(members)
     index = np.zeros(len(faces), dtype=np.int64)
     index[members] = np.arange(size)
@@ -273,7 +273,7 @@ def _wound(faces: Integers, members: Integers, partner: Integers) -> tuple[Integ
 
 
 def _shell(vertices: Array, faces: Integers, is_mended: bool, frame: UnitFrame) -> Shell:
-    """A shell that encloses something and does not pass through itself; ValueError for another."""
+    """Create a shell, and check that it encloses a volume and does not pass through itself; ValueError if not."""
     a, b, c = np.moveaxis(vertices[faces] - vertices[faces[0, 0]], 1, 0)
     volume = float(np.einsum("fi,fi->", a, np.cross(b, c))) / 6.0
     area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())

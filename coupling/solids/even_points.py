@@ -1,6 +1,6 @@
-"""Even points from many: choose some that keep a distance, then let them push each other apart.
+"""Spreads points evenly: chooses some that keep a distance, then lets them push each other apart.
 
-Both steps know nothing of the shape; whoever uses them puts points back on the surface.
+Neither step knows the surface; the caller puts the points back on it.
 """
 
 from __future__ import annotations
@@ -54,8 +54,11 @@ def choose_apart(candidates: Array, least: float, ordered: int = 0) -> Integers:
 
 
 def push_apart(points: Array, distance: float) -> Array:
-    """Return displacements (N, 3) [m] that even the points (N, 3) [m] out: sum over neighbours nearer than 1.5 `distance` of
-    0.15 `distance` (1 - r / (1.5 distance))^2 along the line between them."""
+    """Return displacements (N, 3) [m] that spread the points (N, 3) [m] evenly.
+
+    A point's displacement is the sum over neighbours nearer than 1.5 `distance` [m] of 0.15 distance (1 - r / (1.5 distance))^2 along the
+    line from the neighbour.
+    """
     reach = 1.5 * distance
     pairs = cKDTree(points).query_pairs(reach, output_type="ndarray")
     between = points[pairs[:, 0]] - points[pairs[:, 1]]

@@ -21,12 +21,12 @@ ROUND = 0.3  # smallest over largest singular value of the normals at a corner; 
 
 
 def convex_edges(mesh: trimesh.Trimesh) -> Flags:
-    """Return which pairs (A,) of adjacent faces of the mesh meet in a sharp convex edge."""
+    """Mark the pairs (A,) of adjacent faces of the mesh that meet in a sharp convex edge."""
     return np.asarray((mesh.face_adjacency_angles > SHARP) & mesh.face_adjacency_convex)
 
 
 def sharp_edges(mesh: trimesh.Trimesh, step: float) -> tuple[Array, Array]:
-    """Return points (K, 3) [m] about `step` [m] apart along sharp convex edges, and per point the way to depth 1 below both faces."""
+    """Return points (K, 3) [m], `step` [m] apart or less, along sharp convex edges, and the way (K, 3) to depth 1 below both faces."""
     sharp = convex_edges(mesh)
     ends = np.asarray(mesh.vertices)[np.asarray(mesh.face_adjacency_edges)[sharp]]
     first, second = (np.asarray(mesh.face_normals)[mesh.face_adjacency[sharp, side]] for side in (0, 1))
@@ -56,7 +56,7 @@ def inset_ridges(mesh: trimesh.Trimesh, solid: SignedDistance, depth: float, ste
 
 
 def _corners(mesh: trimesh.Trimesh) -> tuple[Array, Array]:
-    """Vertices (K, 3) where sharp edges meet, and per vertex the way to depth 1 below all their faces."""
+    """Return the vertices (K, 3) where sharp edges meet, and the way (K, 3) from each to depth 1 below all its faces."""
     sharp = convex_edges(mesh)
     faces_at: dict[int, set[int]] = {}
     for ends, faces in zip(mesh.face_adjacency_edges[sharp], mesh.face_adjacency[sharp], strict=True):

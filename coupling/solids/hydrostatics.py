@@ -21,7 +21,7 @@ class Hydrostatics:
     """Volume and waterplane of a hull at one draft, in the coordinates of its mesh (z up).
 
     displaced_volume [m3]; center_of_buoyancy (3,) [m]; waterplane_area [m2]; waterplane_center (2,) [m],
-    0 where there is no waterplane;
+    0 if there is no waterplane;
     roll_second_moment and pitch_second_moment [m4]: second moments of the waterplane about its own x and y axis.
     """
 
@@ -33,11 +33,11 @@ class Hydrostatics:
     pitch_second_moment: float
 
     def metacentric_height(self, center_of_mass_height: float) -> float:
-        """Transverse GM = I_roll / V + z_B - z_G [m]; positive: the body rights itself from a small heel."""
+        """Compute the transverse metacentric height GM = I_roll / V + z_B - z_G [m]; above 0 the body rights itself from a heel."""
         return self.roll_second_moment / self.displaced_volume + self.center_of_buoyancy[2] - center_of_mass_height
 
     def longitudinal_metacentric_height(self, center_of_mass_height: float) -> float:
-        """Longitudinal GM = I_pitch / V + z_B - z_G [m]; positive: the body rights itself from a small trim."""
+        """Compute the longitudinal metacentric height GM = I_pitch / V + z_B - z_G [m]; above 0 the body rights itself from a trim."""
         return self.pitch_second_moment / self.displaced_volume + self.center_of_buoyancy[2] - center_of_mass_height
 
 
@@ -96,7 +96,7 @@ def waterline_for_volume(mesh: trimesh.Trimesh, displaced_volume: float) -> floa
 
 
 def _clip_below_zero(triangles: Array) -> Array:
-    """The parts of triangles (N, 3, 3) with z < 0, as triangles that keep their orientation."""
+    """Return the parts of triangles (N, 3, 3) with z < 0, as triangles that keep their orientation."""
     below = triangles[:, :, 2] < 0.0
     count = below.sum(axis=1)
     tip = _first_vertex_first(triangles[count == 1], below[count == 1])
@@ -115,6 +115,6 @@ def _first_vertex_first(triangles: Array, marked: NDArray[np.bool_]) -> Array:
 
 
 def _waterline_point(start: Array, end: Array) -> Array:
-    """Where the edges start -> end (N, 3) meet z = 0."""
+    """Return the points (N, 3) in which the edges from `start` to `end` (N, 3) meet z = 0."""
     fraction = start[:, 2] / (start[:, 2] - end[:, 2])
     return start + fraction[:, None] * (end - start)

@@ -1,7 +1,7 @@
-"""Reading mesh files: STL, OBJ, PLY and GLB, into triangles as they stand in the file.
+"""Reads mesh files, STL, OBJ, PLY and GLB, into triangles as they stand in the file.
 
-Trimesh parses; nothing is merged, mended or dropped here. Materials and textures are left unread. Whatever is wrong with a file becomes
-one `ValueError` that names it.
+Trimesh parses them; nothing is merged, mended or dropped here. Materials and textures are not read. Every fault of a file is raised as a
+`ValueError` that names the file.
 """
 
 from __future__ import annotations

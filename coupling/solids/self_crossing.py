@@ -1,6 +1,6 @@
-"""Where the triangles of a surface pass through each other.
+"""Finds triangles of a surface that pass through each other.
 
-Two triangles cross where an edge of one passes through the other: its ends lie on both sides of the other's plane, and it meets that plane
+Two triangles cross if an edge of one passes through the other: its ends lie on both sides of the other's plane, and it meets that plane
 in the triangle. Triangles that share corners or touch do not cross. The pairs that may cross are found by a sweep along one axis over the
 triangles' boxes.
 """
@@ -33,7 +33,7 @@ def crossing_triangles(vertices: Array, faces: Integers) -> tuple[int, int] | No
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _sweep(axis, low, high, triangles, faces, tolerance):
-    """The first pair of crossing triangles, in the order of `low` along `axis`; (-1, -1) if there is none."""
+    """Return the first pair of crossing triangles, in the order of `low` along `axis`; (-1, -1) if there is none."""
     one, other = (axis + 1) % 3, (axis + 2) % 3
     for i in range(len(low)):
         for j in range(i + 1, len(low)):
@@ -61,7 +61,7 @@ def _cross(ax, ay, az, bx, by, bz):
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _passes(i, j, triangles, faces, tolerance):
-    """Whether an edge of triangle i, without a corner of j, passes through triangle j."""
+    """Tell whether an edge of triangle i that has no corner of j passes through triangle j."""
     t = triangles[j]
     nx, ny, nz = _cross(
         t[1, 0] - t[0, 0], t[1, 1] - t[0, 1], t[1, 2] - t[0, 2], t[2, 0] - t[0, 0], t[2, 1] - t[0, 1], t[2, 2] - t[0, 2]
@@ -91,7 +91,7 @@ def _passes(i, j, triangles, faces, tolerance):
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _is_within(x, y, z, t, nx, ny, nz, tolerance):
-    """Whether a point of the plane of triangle t, which has the unit normal n, lies in t or within `tolerance` of it."""
+    """Tell whether a point of the plane of triangle t, which has the unit normal n, lies in t or within `tolerance` of it."""
     for side in range(3):
         a, b = t[side], t[(side + 1) % 3]
         ex, ey, ez = b[0] - a[0], b[1] - a[1], b[2] - a[2]

@@ -1,6 +1,6 @@
-"""Which shells bound matter, which bound hollows and which add nothing; and matter that shells share counted once.
+"""Sorts shells into those that bound matter, those that bound hollows and those that add nothing; shared matter counts once.
 
-The rule stands in `solid_mesh`. Every shell is compared with those whose boxes its own touches; one lies in another if nothing of it is
+`solid_mesh` gives the rule. Every shell is compared with the shells whose boxes touch its own. A shell lies in another if nothing of it is
 left when the other is cut away.
 """
 
@@ -27,7 +27,14 @@ NAMED = 5  # places of parts that are told, at most
 
 @dataclass(frozen=True, eq=False)
 class PlacedShell:
-    """A closed shell: vertices (V, 3), of which faces (F, 3) use some; signed volume; whether the vertices are the mesh's own."""
+    """A closed shell, in the dimensionless units of a `UnitFrame`.
+
+    Attributes:
+        vertices: (V, 3), of which the faces use some.
+        faces: (F, 3) corners, indices of vertices.
+        volume: signed volume, above 0 if the normals point out of the shell.
+        is_original: true if the vertices are those of the mesh, false if joining made them.
+    """
 
     vertices: Array
     faces: Integers
@@ -36,7 +43,7 @@ class PlacedShell:
 
     @property
     def corners(self) -> Array:
-        """The vertices (K, 3) that its faces use."""
+        """Vertices (K, 3) that the faces use."""
         return self.vertices[np.unique(self.faces)]
 
     def inverted(self) -> PlacedShell:
@@ -49,10 +56,10 @@ class Nest:
     """Shells of a solid, normals out of matter.
 
     Attributes:
-        shells: those of the matter, with hollows, which have a volume below 0.
-        outer: those that are not in a hollow and bound none.
-        is_untouched: whether these are the shells as they were.
-        notes: what was mended, in words.
+        shells: shells that bound matter, and those that bound hollows, which have a volume below 0.
+        outer: shells that bound matter and do not lie in a hollow.
+        is_untouched: true if these are the shells as they were given.
+        notes: a sentence on each thing that was mended.
     """
 
     shells: tuple[PlacedShell, ...]
@@ -62,7 +69,7 @@ class Nest:
 
     @property
     def is_massive(self) -> bool:
-        """Whether there are no hollows."""
+        """True if there are no hollows."""
         return len(self.outer) == len(self.shells)
 
 
@@ -85,7 +92,7 @@ def _places(frame: UnitFrame, shells: Sequence[PlacedShell]) -> str:
 
 
 def _meeting(shells: Sequence[PlacedShell]) -> Flags:
-    """Which boxes of shells touch (S, S)."""
+    """Mark the pairs (S, S) of shells whose boxes touch."""
     low = np.array([shell.corners.min(axis=0) for shell in shells]) - 0.5 * TOUCH
     high = np.array([shell.corners.max(axis=0) for shell in shells]) + 0.5 * TOUCH
     meet = np.ones((len(shells), len(shells)), dtype=bool)
@@ -95,7 +102,7 @@ def _meeting(shells: Sequence[PlacedShell]) -> Flags:
 
 
 def _containers(shells: Sequence[PlacedShell], meeting: Flags) -> list[list[int]]:
-    """For each shell those that it lies in, the smallest last; shells come by size."""
+    """List for each shell the shells that it lies in, the smallest last; `shells` are ordered by size, the largest first."""
     found: list[list[int]] = [[] for _ in shells]
     low = np.array([shell.corners.min(axis=0) for shell in shells])
     high = np.array([shell.corners.max(axis=0) for shell in shells])
@@ -109,7 +116,7 @@ def _containers(shells: Sequence[PlacedShell], meeting: Flags) -> list[list[int]
 
 
 def _lies_in(shell: PlacedShell, other: PlacedShell) -> bool:
-    """Whether nothing is left of a shell when another is cut away."""
+    """Tell whether nothing is left of a shell when another is cut away."""
     rest = _manifold(shell) - _manifold(other)
     return bool(rest.volume() <= NOTHING * abs(shell.volume))
 
@@ -117,7 +124,7 @@ def _lies_in(shell: PlacedShell, other: PlacedShell) -> bool:
 def _oriented(
     shells: Sequence[PlacedShell], containers: Sequence[Sequence[int]], frame: UnitFrame
 ) -> tuple[dict[int, bool], list[str]]:
-    """Shells that bound matter, by their number, and whether each is turned inside out for it; and notes."""
+    """Return the shells to keep, by their number, with true if the shell must be turned inside out; and notes."""
     winding, turned = [0] * len(shells), [False] * len(shells)
     kept, inwards, within, twice = dict[int, bool](), list[PlacedShell](), list[PlacedShell](), list[PlacedShell]()
     for n, shell in enumerate(shells):
@@ -152,7 +159,7 @@ def _united(
     containers: Sequence[Sequence[int]],
     frame: UnitFrame,
 ) -> tuple[list[PlacedShell], list[str]]:
-    """Shells of which those that pass through or touch each other are joined, and a note of that."""
+    """Join shells that pass through or touch each other; return all shells, and a note if any were joined."""
     crossing = meeting[np.ix_(numbers, numbers)].copy()
     np.fill_diagonal(crossing, False)
     for k, number in enumerate(numbers):
@@ -179,7 +186,7 @@ def _united(
 def _material(
     shells: Sequence[PlacedShell], numbers: Sequence[int], containers: Sequence[Sequence[int]]
 ) -> list[PlacedShell]:
-    """Shells of the union of all solids, each an outer shell less its own hollows."""
+    """Return the shells of the union of all solids; each solid is an outer shell less its own hollows."""
     from manifold3d import Manifold, OpType  # only here: few meshes need it
 
     hollows: dict[int, list[int]] = {k: [] for k, shell in enumerate(shells) if shell.volume > 0.0}
@@ -196,7 +203,7 @@ def _material(
 
 
 def _manifold(shell: PlacedShell):  # type: ignore[no-untyped-def]
-    """The shell, wound outwards, for Boolean operations; ValueError if they cannot use it."""
+    """Turn a shell, wound outwards, into a `Manifold` for Boolean operations; ValueError if they cannot use it."""
     from manifold3d import Error, Manifold, Mesh64
 
     outwards = shell if shell.volume > 0.0 else shell.inverted()
@@ -210,7 +217,7 @@ def _manifold(shell: PlacedShell):  # type: ignore[no-untyped-def]
 
 
 def _split(vertices: Array, faces: Integers) -> list[PlacedShell]:
-    """Connected shells of a surface, without crumbs that rounding leaves."""
+    """Split a surface into its connected shells, without crumbs that rounding leaves."""
     rows = np.repeat(faces[:, 0], 2)
     graph = coo_array((np.ones(len(rows)), (rows, faces[:, 1:].ravel())), shape=(len(vertices),) * 2)
     label = connected_components(graph, directed=False)[1][faces[:, 0]]
@@ -230,7 +237,7 @@ def _area(shell: PlacedShell) -> float:
 
 
 def _outside(shells: Sequence[PlacedShell]) -> list[PlacedShell]:
-    """Shells of matter that do not lie in a hollow."""
+    """Select the shells of matter that do not lie in a hollow."""
     hollows = [shell for shell in shells if shell.volume < 0.0]
     return [
         shell

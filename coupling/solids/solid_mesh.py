@@ -1,4 +1,4 @@
-"""One reading of a mesh as a solid, from which mass, walls and the liquid left out inside it all follow.
+"""Reads a mesh as a solid, from which its mass, its wall particles and the space free of liquid follow.
 
 A mesh is sorted into closed shells (`closed_shells`). Each shell lies in others or in none:
 
@@ -7,8 +7,8 @@ A mesh is sorted into closed shells (`closed_shells`). Each shell lies in others
     a shell in matter, wound outwards     adds nothing: a part that lies in another
 
 Shells that pass through each other are joined, so that matter that they share counts once (exact Boolean operations of `manifold3d`).
-Whatever is mended is told in `notes`; whatever cannot be is refused with its place. All arithmetic runs on a copy of size 1 about the
-origin, so that neither the unit nor the place of a mesh matters.
+The `notes` tell what was mended; faults that cannot be mended are refused, with their place. All arithmetic runs on a copy of size 1 about
+the origin, so that neither the unit nor the place of a mesh matters.
 """
 
 from __future__ import annotations
@@ -38,8 +38,9 @@ class SolidMesh:
 
     Attributes:
         mesh: surface of the matter, hollows included, with normals out of the matter [m].
-        outer: the same without sealed hollows and what lies in them: what surrounding liquid meets; `mesh` itself if there are none [m].
-        notes: what was mended, in words, for "mesh ...: ".
+        outer: the surface that surrounding liquid meets: `mesh` without sealed hollows and the matter in them; `mesh` itself if there are
+            none [m].
+        notes: a sentence on each thing that was mended, to follow "mesh ...: ".
     """
 
     mesh: trimesh.Trimesh
@@ -58,15 +59,15 @@ class SolidMesh:
 
     @property
     def has_hollow(self) -> bool:
-        """Whether there are sealed hollows."""
+        """True if there are sealed hollows."""
         return self.outer is not self.mesh
 
     def signed_distance(self, points: Array) -> Array:
-        """Distance (K,) [m] of points (K, 3) to the matter's surface, below 0 in matter."""
+        """Return the distance (K,) [m] of points (K, 3) [m] to the matter's surface, below 0 in matter."""
         return self._field.phi(points)
 
     def contains(self, points: Array) -> Flags:
-        """Which points (K, 3) [m] lie in matter."""
+        """Mark (K,) the points (K, 3) [m] that lie in matter."""
         return self.signed_distance(points) < 0.0
 
     @cached_property
@@ -75,9 +76,9 @@ class SolidMesh:
 
 
 def read_solid(mesh: trimesh.Trimesh, what: str = "mesh") -> SolidMesh:
-    """Read a mesh as a solid. A sound mesh is kept as it is, object and all.
+    """Read a mesh as a solid; a sound mesh is kept as it is, as the same object.
 
-    Raises TypeError for no mesh and ValueError, which begins with `what`, for one that is no solid and cannot be mended.
+    Raises TypeError for anything but a mesh, and ValueError for a mesh that is no solid and cannot be mended; messages begin with `what`.
     """
     if not isinstance(mesh, trimesh.Trimesh):
         raise TypeError(f"{what} is of the type {type(mesh).__name__}, allowed: trimesh.Trimesh")
@@ -85,7 +86,7 @@ def read_solid(mesh: trimesh.Trimesh, what: str = "mesh") -> SolidMesh:
 
 
 def told_solid(mesh: trimesh.Trimesh, what: str = "mesh", *, stacklevel: int = 3) -> SolidMesh:
-    """Read a mesh as a solid, as `read_solid`, and tell what was mended as a warning to the caller's caller."""
+    """Read a mesh as a solid, as `read_solid` does; a warning tells the caller's caller what was mended."""
     solid = read_solid(mesh, what)
     if solid.notes:
         warnings.warn(f"{what}: {'; '.join(solid.notes)}", stacklevel=stacklevel)
@@ -93,9 +94,9 @@ def told_solid(mesh: trimesh.Trimesh, what: str = "mesh", *, stacklevel: int = 3
 
 
 def read_objects(objects: Sequence[trimesh.Trimesh], what: str) -> SolidMesh:
-    """Read the objects of a file as one solid; as `read_solid`.
+    """Read the objects of a file as one solid; ValueError, which begins with `what`, if they are none and cannot be mended.
 
-    Corners of different objects are joined where that closes them, else each object is closed by itself.
+    Corners of different objects are joined if that closes the surface, else each object is closed by itself.
     """
     whole = objects[0] if len(objects) == 1 else trimesh.util.concatenate(list(objects))
     _require_numbers(whole, what)
@@ -112,7 +113,7 @@ def read_objects(objects: Sequence[trimesh.Trimesh], what: str) -> SolidMesh:
 
 
 def _require_numbers(mesh: trimesh.Trimesh, what: str) -> None:
-    """Refuse meshes without triangles, and corners that are no finite numbers or all lie in one place."""
+    """Refuse a mesh without triangles, and corners that are no finite numbers or all lie in one place; ValueError."""
     if len(mesh.faces) == 0:
         raise ValueError(f"{what} holds no triangles, allowed: a closed surface of triangles")
     strange = np.flatnonzero(~np.isfinite(mesh.vertices).all(axis=1))
@@ -126,7 +127,7 @@ def _require_numbers(mesh: trimesh.Trimesh, what: str) -> None:
 
 
 def _read(whole: trimesh.Trimesh, parts: Sequence[npt.NDArray[np.int64]]) -> SolidMesh:
-    """Shells of all parts, then their nest; errors and notes without the mesh's name."""
+    """Read the shells of all parts and nest them; errors and notes come without the mesh's name."""
     vertices = np.asarray(whole.vertices, dtype=np.float64)
     used = vertices[np.unique(np.concatenate(parts))]
     frame = UnitFrame.of(used)
@@ -158,7 +159,7 @@ def _coarse(frame: UnitFrame) -> list[str]:
 
 
 def _is_sound(whole: trimesh.Trimesh, shells: Sequence[Shell], nest: Nest) -> bool:
-    """Whether the mesh can be kept as it is: nothing was mended, and shells share no corners."""
+    """Tell whether the mesh can be kept as it is: nothing was mended, and shells share no corners."""
     if not nest.is_untouched or not nest.is_massive or any(shell.is_mended for shell in shells):
         return False
     corners = [np.unique(shell.faces) for shell in shells]
@@ -170,7 +171,7 @@ def _is_sound(whole: trimesh.Trimesh, shells: Sequence[Shell], nest: Nest) -> bo
 
 
 def _joined(shells: Sequence[PlacedShell], vertices: Array, frame: UnitFrame) -> trimesh.Trimesh:
-    """One mesh of shells that share no corners, in the original place and unit; corners from the mesh itself keep their numbers."""
+    """Join shells into one mesh, in the original place and unit, without shared corners; the mesh's own corners keep their coordinates."""
     corners, faces, start = list[Array](), list[npt.NDArray[np.int64]](), 0
     for shell in shells:
         used, index = np.unique(shell.faces, return_inverse=True)

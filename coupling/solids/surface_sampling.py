@@ -1,8 +1,8 @@
-"""Two even layers of wall particles inside the surface of any closed mesh, and what each particle stands for.
+"""Places two even layers of wall particles inside the surface of a closed mesh, and computes the part of the solid of each particle.
 
 Points lie half a particle spacing d and one and a half inside the surface, a little less than d apart, with points along the edges and
-corners of both layers. Each stands for its cell of the solid (`voronoi_shells`): that is its volume, and it lies at the
-cell's centroid. What liquid sees of the kernel's share of the solid, and of its gradient, is then what a lattice would show it.
+corners of both layers. Each stands for its cell of the solid (`voronoi_shells`): its volume is the cell's volume, and it lies at the
+cell's centroid. The kernel sums over the solid, and their gradients, are then those of a lattice of particles.
 
 Thin parts, where d / 2 does not fit, get one layer on their middle plane, d / 2 short of their rim. A plate thinner than a
 particle cannot be seen by particles as thin as it is: the solid is taken to be `minimum_thickness` thick there, with its
@@ -84,7 +84,7 @@ class _Layer:
 def boundary_particles(
     name: str, mesh: trimesh.Trimesh, particle_spacing: float, *, no_slip: bool = False
 ) -> BoundaryParticles:
-    """Return wall particles of a closed mesh, in its coordinates [m], ready for `Fluid.add_boundary`; errors as of `sample_surface`."""
+    """Return wall particles of a closed mesh, in its coordinates [m], for `Fluid.add_boundary`; raises the errors of `sample_surface`."""
     return particles_of(name, sample_surface(mesh, particle_spacing), no_slip=no_slip)
 
 
@@ -100,10 +100,10 @@ def sample_surface(
 ) -> SurfaceSampling:
     """Sample the surface of a solid for particles of spacing d [m]; parts thinner than `minimum_thickness` (d) count as that thick.
 
-    The mesh is read as `solid_mesh` says, its hollows are sampled too, and what was mended is told as a warning. `within`: lower and upper
-    corner (3,) [m] of the box that is sampled, of a solid far larger than the fluid; None: all of it. Raises ValueError for an impossible
-    spacing or thickness, a mesh that is no solid and one of more than LARGEST particles, UnresolvedSolidError for one smaller than a
-    particle.
+    The mesh is read as `solid_mesh` says, and a warning tells what was mended; its hollows are sampled too. `within`: lower and upper
+    corner (3,) [m] of the box that is sampled, for a solid far larger than the fluid; None: all of it. Raises ValueError for a spacing that
+    is not above 0, a thickness above the spacing, a mesh that is no solid and one of more than LARGEST particles; UnresolvedSolidError for
+    a mesh smaller than a particle.
     """
     spacing = particle_spacing
     thickness = spacing if minimum_thickness is None else minimum_thickness
@@ -131,7 +131,7 @@ def sample_surface(
 
 
 def _sampled_solid(mesh: trimesh.Trimesh, spacing: float, thickness: float, within: Box | None) -> trimesh.Trimesh:
-    """The mesh as a solid; ValueError for what cannot be sampled."""
+    """Return the mesh as a solid; ValueError if it cannot be sampled."""
     if not (np.isfinite(spacing) and spacing > 0.0):
         raise ValueError(f"particle_spacing is {spacing} m, allowed: above 0")
     if not 0.0 <= thickness <= spacing:
@@ -158,7 +158,7 @@ class _SwollenSolid:
         return self._middle is not None
 
     def lattice(self, step: float, low: float, high: float) -> tuple[Array, Array]:
-        """Lattice points with low <= phi <= high, and phi."""
+        """Return the lattice points (K, 3) [m] with low <= phi <= high [m], and phi (K,) [m] there."""
         points, phi = self.solid.lattice(step, low, high + (self._half if self.is_swollen else 0.0))
         if self._middle is not None:
             phi = np.minimum(phi, self._middle.query(points)[0] - self._half)
@@ -167,7 +167,7 @@ class _SwollenSolid:
 
 
 def _find_layer(mesh: trimesh.Trimesh, solid: SignedDistance, spacing: float) -> _Layer:
-    """Candidates everywhere on the outer layer: lattice points near it, moved onto it."""
+    """Find candidates everywhere on the outer layer: lattice points near it, moved onto it."""
     step, half = CANDIDATE_STEP * spacing, 0.5 * spacing
     jitter = np.random.default_rng(0)  # candidates in rows would leave only few distances to choose from
     near, _ = solid.lattice(step, -half - 0.5 * step, -half + 0.5 * step)
@@ -193,7 +193,7 @@ def _find_layer(mesh: trimesh.Trimesh, solid: SignedDistance, spacing: float) ->
 
 
 def _inner_layer(mesh: trimesh.Trimesh, solid: SignedDistance, shells: Shells, spacing: float) -> Array:
-    """Points (K, 3) at depth 3/2 d, and in the middle of cores that are not as deep."""
+    """Return points (K, 3) [m] at depth 3/2 d, and in the middle of cores that are not as deep."""
     depth, step = 1.5 * spacing, CANDIDATE_STEP * spacing
     near = shells.center[np.abs(shells.phi + depth) <= 0.5 * step]
     jitter = np.random.default_rng(1)
@@ -208,7 +208,7 @@ def _inner_layer(mesh: trimesh.Trimesh, solid: SignedDistance, shells: Shells, s
 
 
 def _settle_inset(solid: SignedDistance, points: Array, half: float) -> tuple[Array, Flags]:
-    """Points moved to the depth `half` [m] below the surface; and which of them came there."""
+    """Move points to the depth `half` [m] below the surface; return them, and flags of those that reached it."""
     settled, off, moving = points.copy(), np.full(len(points), np.inf), np.arange(len(points))
     for _ in range(SETTLINGS):
         phi, outward = solid.phi_and_outward(settled[moving])
@@ -231,7 +231,7 @@ def _middle_of(solid: SignedDistance, surface: Array, normal: Array, half: float
 
 
 def _spread(solid: SignedDistance, layer: _Layer, spacing: float, depth: float | None = None) -> tuple[Array, Flags]:
-    """Points (K, 3) evenly over a layer at `depth` [m] (d / 2), and which of them lie on middle planes.
+    """Spread points (K, 3) evenly over a layer at `depth` [m] (d / 2); return them, and flags of those on middle planes.
 
     Corners and edges come first; points on edges then move along them only, and corners stay.
     """
@@ -264,7 +264,7 @@ def _spread(solid: SignedDistance, layer: _Layer, spacing: float, depth: float |
 
 
 def _areas(mesh: trimesh.Trimesh, solid: SignedDistance, outer: Array, spacing: float) -> Array:
-    """Part of the surface (K,) nearest to each outer point [m2].
+    """Return the part of the surface (K,) [m2] nearest to each outer point.
 
     Lattice points in a shell one step thick are step^2 of the surface each (co-area formula); they share out the mesh's own
     area, unless it is cut or has parts that overlap, whose hidden surfaces do not count.
@@ -278,7 +278,7 @@ def _areas(mesh: trimesh.Trimesh, solid: SignedDistance, outer: Array, spacing: 
 
 
 def _excess(solid: SignedDistance, swollen: _SwollenSolid, shells: Shells, spacing: float) -> float:
-    """Volume by which the swollen solid exceeds the mesh [m3]."""
+    """Return the volume [m3] by which the swollen solid exceeds the mesh."""
     if not swollen.is_swollen:
         return 0.0
     near = shells.outer > 0.0

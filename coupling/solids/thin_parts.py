@@ -1,4 +1,4 @@
-"""How thin the plates of a solid are, against the size of particles.
+"""Thickness of the plates of a solid, compared with the particle spacing.
 
 A wall of one layer of particles holds liquid only up to a pressure. Measured with water that stands 8 spacings d high on one side of a held
 plate, in 2 s: 6.7 % of it passes a plate of 1.0 d, 4.5 % one of 1.05 d, 3.1 % one of 1.1 d, nothing one of 1.2 d; no plate lets anything
@@ -38,9 +38,9 @@ def middle_plane(solid: SignedDistance, surface: Array, normal: Array, half: flo
 
 
 def thinnest_plate(solid: SignedDistance, particle_spacing: float) -> float:
-    """Thickness [m] of the thinnest plate of a solid, if it is below TIGHT spacings; else infinite.
+    """Return the thickness [m] of the thinnest plate of a solid if it is below TIGHT spacings, else infinity.
 
-    A plate has two sides that are nearly parallel and as large as a few particles. Edges and bows are none.
+    A plate has two sides that are nearly parallel and as large as a few particles. Edges and bows are no plates.
     """
     step, half = STEP * particle_spacing, 0.5 * TIGHT * particle_spacing
     near, _ = solid.lattice(step, 0.0, step)
@@ -56,5 +56,5 @@ def thinnest_plate(solid: SignedDistance, particle_spacing: float) -> float:
 
 
 def plates_of(mesh: trimesh.Trimesh, particle_spacing: float) -> float:
-    """As `thinnest_plate`, of a closed mesh."""
+    """Return the thickness [m] of the thinnest plate of a closed mesh, as `thinnest_plate` does."""
     return thinnest_plate(SignedDistance(mesh), particle_spacing)

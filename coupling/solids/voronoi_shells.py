@@ -1,7 +1,7 @@
-"""The share of a solid that each wall particle stands for: shells one spacing d thick, cut into cells of the nearest point.
+"""Shares a solid out among its wall particles: shells one spacing d thick, cut into cells of the nearest point.
 
-    shell 1   depth 0 to d, stood for by the outer layer of points
-    shell 2   depth d to 2 d, stood for by the inner layer; by the outer one where the solid is too thin for another
+    shell 1   depth 0 to d, shared out among the outer layer of points
+    shell 2   depth d to 2 d, shared out among the inner layer; among the outer one if the solid is too thin for two
 
 A point's volume is that of its cell and its place the cell's centroid, so that sum V = volume and sum V x = integral of x: shells
 of a ball shrink with depth and those of a hollow grow, and edges and corners count with all that lies behind them. On a flat
@@ -29,7 +29,7 @@ class Solid(Protocol):
     """A signed distance field."""
 
     def lattice(self, step: float, low: float, high: float) -> tuple[Array, Array]:
-        """Lattice points with low <= phi <= high, and phi."""
+        """Return the lattice points (K, 3) [m], `step` [m] apart, with low <= phi <= high [m], and phi (K,) [m] there."""
 
 
 class Shells:
@@ -72,7 +72,7 @@ class Shells:
         return points[:count], points[count:], volumes
 
     def _owners(self, outer: Array, inner: Array) -> Integers:
-        """Index, outer points first, of the point to which each part of a cell belongs: of shell 1, then of shell 2."""
+        """Return the index, outer points first, of the point to which each part of a cell belongs: of shell 1, then of shell 2."""
         tree = cKDTree(outer)
         first = tree.query(self._near, workers=-1)[1]
         if len(inner) == 0:

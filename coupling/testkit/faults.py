@@ -1,4 +1,4 @@
-"""A participant that fails when it is told to, for tests of masters and exercises; offered by `coupling.testing`."""
+"""A participant that fails at a chosen time, for tests of masters and exercises; import it from `coupling.testing`."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ import numpy as np
 from coupling.participant import Array, Causality, EventParticipant, Participant, Status, StepResult, Variable
 from oilsim.checks import finite
 
-SHORTER = 0.75  # of the full step: what an early return leaves, and half a discarded step, are below
+SHORTER = 0.75  # of the full step: the rest after an early return, and half a discarded step, are shorter
 
 
 class Fault(Enum):
-    """What a `FaultyParticipant` does.
+    """Kind of fault of a `FaultyParticipant`.
 
     EARLY_RETURN: it stops half way and asks to be called again; DISCARD: it refuses a step of full length, its state unchanged;
-    ERROR: it says that it cannot go on; EXCEPTION: it raises; NAN: the step succeeds but its outputs are no numbers; LATE: it
-    says that it has come further than it was asked to.
+    ERROR: it returns the status ERROR; EXCEPTION: it raises RuntimeError; NAN: the step succeeds, but all its outputs are NaN;
+    LATE: it reports a time beyond the end of the step.
     """
 
     EARLY_RETURN = "early return"
@@ -30,7 +30,10 @@ class Fault(Enum):
 
 
 class FaultyParticipant:
-    """Another participant that has a fault at one time, `at_time` [s]; otherwise it is that participant, events included."""
+    """Wraps a participant and has a fault in the step that contains `at_time` [s]; all other calls go to that participant.
+
+    Raises TypeError for a fault that is no `Fault`, and ValueError for a time that is no finite number.
+    """
 
     def __init__(self, participant: Participant, fault: Fault, *, at_time: float) -> None:
         if not isinstance(fault, Fault):
@@ -44,34 +47,34 @@ class FaultyParticipant:
 
     @property
     def name(self) -> str:
-        """The participant's own."""
+        """Name of the wrapped participant."""
         return self._participant.name
 
     @property
     def variables(self) -> Mapping[str, Variable]:
-        """The participant's own."""
+        """Variables of the wrapped participant."""
         return self._participant.variables
 
     def enter_initialization_mode(self, start_time: float) -> None:
-        """See `Participant`."""
+        """Pass the call on to the wrapped participant."""
         self._participant.enter_initialization_mode(start_time)
 
     def exit_initialization_mode(self) -> None:
-        """See `Participant`."""
+        """Pass the call on to the wrapped participant."""
         self._participant.exit_initialization_mode()
 
     def get(self, name: str) -> Array:
-        """The participant's value; NaN for every output while it is spoilt."""
+        """Return the wrapped participant's value, of the variable's shape, as (6,), and unit, as [m]; NaN for outputs after a NAN fault."""
         value = self._participant.get(name)
         is_output = self.variables[name].causality is Causality.OUTPUT
         return np.full_like(value, np.nan) if self._is_spoilt and is_output else value
 
     def set(self, name: str, value: Array) -> None:
-        """See `Participant`."""
+        """Set the variable of the wrapped participant, of its shape, as (6,), and unit, as [m]."""
         self._participant.set(name, value)
 
     def do_step(self, time: float, step_size: float) -> StepResult:
-        """The participant's step, or the fault if `at_time` lies in it."""
+        """Make the wrapped participant's step, or the fault if `at_time` lies in it; RuntimeError if that is an exception."""
         if not time <= self._at_time < time + step_size:
             return self._participant.do_step(time, step_size)
         self._full_step = self._full_step or step_size
@@ -92,18 +95,18 @@ class FaultyParticipant:
         return result
 
     def update_discrete_states(self) -> bool:
-        """See `EventParticipant`; AttributeError, as its own, for a participant without events."""
+        """Pass the call on to the wrapped participant; AttributeError if that has no events."""
         events: EventParticipant = self._participant  # type: ignore[assignment]
         return events.update_discrete_states()
 
     def save_state(self) -> object:
-        """See `Participant`."""
+        """Return the state of the wrapped participant."""
         return self._participant.save_state()
 
     def restore_state(self, state: object) -> None:
-        """See `Participant`."""
+        """Restore the state of the wrapped participant."""
         self._participant.restore_state(state)
 
     def terminate(self) -> None:
-        """See `Participant`."""
+        """Terminate the wrapped participant."""
         self._participant.terminate()

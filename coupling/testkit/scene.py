@@ -41,9 +41,8 @@ TOUCHING = 0.5  # spacings that bodies may lie in each other at the start: rigid
 class Scene:
     """A fluid and rigid bodies under the master: add bodies, then liquid around them, then run.
 
-    fluid, world: the simulators; simulation: the coupled run, made when it is first asked for; exchange, ledger: its coupling
-    and accounts from then on, as the options of that name ask for; bottom: height [m] of the tank's floor, or of the domain's. Use it in a
-    `with` block, which ends the run.
+    fluid, world: the simulators. simulation: the coupled run, made at the first access. exchange, ledger: coupling and accounts of the run;
+    None before. bottom: height [m] of the tank's floor, or of the domain's. Use a scene in a `with` block, which ends the run.
     """
 
     def __init__(
@@ -75,14 +74,14 @@ class Scene:
         self.close()
 
     def close(self) -> None:
-        """End the run and give everything back."""
+        """End the run and release the fluid and the world."""
         if self._simulation is not None:
             self._simulation.terminate()
         self.fluid.close()
         self.world.close()
 
     def add_walls(self, lower: Vector, upper: Vector, *, no_slip: bool = False) -> None:
-        """A tank open at the top, whose inside is lower to upper [m]; the still-water level is that in it."""
+        """Add a tank that is open at the top, with its inside from `lower` to `upper` [m]; `level` then refers to this tank."""
         sides = ("-x", "+x", "-y", "+y", "-z")
         self.fluid.add_boundary(tank_walls(lower, upper, self.spacing, sides=sides, no_slip=no_slip))
         self._level_area = (upper[0] - lower[0]) * (upper[1] - lower[1])
@@ -102,9 +101,9 @@ class Scene:
     ) -> None:
         """Add a body of even `density` [kg/m3]; `mesh` is about its centre of mass, `position` [m] is where that lies.
 
-        The mesh is read as a solid (`coupling.solids.solid_mesh`): what is mended is told, sealed hollows stay dry. twist: (6,) linear and
-        angular velocity at the start [m/s, rad/s]; no_slip: thick liquids stick to it. ValueError for a mesh that is no solid or not about
-        its centre of mass, and once the run has begun.
+        The mesh is read as a solid (`coupling.solids.solid_mesh`): a warning tells what was mended, and sealed hollows stay dry. twist:
+        (6,) linear and angular velocity at the start [m/s, rad/s]. no_slip: viscous liquids stick to the body. Raises ValueError for a mesh
+        that is no solid or not about its centre of mass, and once the run has begun.
         """
         if self._simulation is not None:
             raise ValueError(f"scene: body {name!r} is added after the run has begun, allowed: before")
@@ -126,7 +125,10 @@ class Scene:
         self.meshes[name] = mesh
 
     def fill(self, lower: Vector, upper: Vector, *, phase: str = "water", velocity: Vector = STILL) -> int:
-        """A block of liquid, lower to upper [m], around the bodies that are there; returns the number of particles."""
+        """Add a block of liquid from `lower` to `upper` [m] around the bodies added so far, and return the number of particles.
+
+        velocity (3,) [m/s]: of the liquid at the start. Raises ValueError for numbers that are not finite.
+        """
         corners = (
             finite("scene: lower corner of the liquid", lower, 3),
             finite("scene: upper corner of the liquid", upper, 3),
@@ -146,31 +148,32 @@ class Scene:
 
     @property
     def simulation(self) -> CoSimulation:
-        """The coupled run; no bodies can be added once it has been asked for."""
+        """The coupled run, made at the first access; no bodies can be added afterwards."""
         if self._simulation is None:
             self._simulation = self._coupled()
             self._simulation.initialize()
         return self._simulation
 
     def run(self, duration: float) -> None:
-        """Go on by `duration` [s], in whole communication steps."""
+        """Run for `duration` [s], in whole communication steps; ValueError for a duration that is not above 0."""
         if not (math.isfinite(duration) and duration > 0.0):
             raise ValueError(f"scene: duration of the run is {duration} s, allowed: above 0")
         self.simulation.run(self.simulation.communication_point.time + duration)
 
     def step(self) -> None:
-        """One communication step."""
+        """Make one communication step."""
         self.simulation.step()
 
     def momentum(self) -> Array:
-        """(6,) of fluid and free bodies: linear [kg m/s], angular about the origin [kg m2/s]."""
+        """Return the momentum (6,) of fluid and free bodies: linear [kg m/s], and angular about the origin [kg m2/s]."""
         liquid = np.concatenate([self.fluid.momentum(), self.fluid.angular_momentum()])
         return np.asarray(liquid + self.world.momentum())
 
     def level(self) -> float:
-        """Height [m] at which the water would stand if it lay still in the tank around the bodies as they are.
+        """Compute the height [m] at which the water would stand if it lay still in the tank around the bodies as they are.
 
-        A (level - bottom) = V_water + V_displaced(level), between the levels with all bodies dry and with all under.
+        Solves A (level - bottom) = V_water + V_displaced(level), between the levels with all bodies dry and with all submerged. Raises
+        ValueError for a scene without a tank.
         """
         if self._level_area is None:
             raise ValueError("scene has no tank, whose level could be told, allowed: after add_walls")
@@ -185,11 +188,11 @@ class Scene:
         return float(brentq(missing, lowest, highest)) if missing(lowest) < 0.0 else lowest
 
     def draft(self, name: str) -> float:
-        """Depth [m] of the body's lowest point below the still-water level."""
+        """Return the depth [m] of the body's lowest point below the still-water level; ValueError for a scene without a tank."""
         return self.level() - float(self.placed(name).bounds[0, 2])
 
     def placed(self, name: str) -> trimesh.Trimesh:
-        """The body's mesh where it is."""
+        """Return the body's mesh in the world frame, at its present pose."""
         pose, mesh = self.world.pose(name), self.meshes[name].copy()
         mesh.vertices = Rotation.from_quat(pose[3:]).apply(mesh.vertices) + pose[:3]
         return mesh
@@ -202,7 +205,7 @@ class Scene:
         return coupled.co_simulation(self._step)
 
     def _refuse_overlaps(self) -> None:
-        """Bodies that lie deep in each other or in a side would be thrown apart by the first step."""
+        """Refuse bodies that lie deep in each other or in a side, since the first step would throw them apart."""
         allowed = TOUCHING * self.spacing
         for one, other, depth in self.world.overlaps():
             if depth > allowed:
@@ -222,7 +225,7 @@ def _require_centered(name: str, mesh: trimesh.Trimesh, properties: MassProperti
 
 
 def _displaced(mesh: trimesh.Trimesh, level: float) -> float:
-    """Volume [m3] of a mesh below a level [m]."""
+    """Return the volume [m3] of a mesh below a level [m]."""
     return hydrostatics(mesh, level).displaced_volume if level > mesh.bounds[0, 2] else 0.0
 
 
@@ -235,10 +238,10 @@ def tank(
     sleep_speed: float = 0.0,
     exchange: ExchangeOptions = MONOLITHIC,
 ) -> TankScene:
-    """A tank from the origin to `size` [m], open at the top, to be filled to `depth` [m] around the bodies added to it.
+    """Create a tank from the origin to `size` [m], open at the top, which fills to `depth` [m] around its bodies when the run begins.
 
-    ValueError for a size that is not above 0, and for a depth that does not lie in it.
-    Regions that move at less than `sleep_speed` [m/s] fall asleep (`oilsim.step.sleeping_regions`).
+    Regions that move at less than `sleep_speed` [m/s] fall asleep (`oilsim.step.sleeping_regions`). Raises ValueError for a size that is
+    not above 0, and for a depth that is not above 0 or exceeds the tank's height.
     """
     if not (finite("tank: size", size, 3) > 0.0).all():
         raise ValueError(f"tank: size is {size} m, allowed: above 0")
@@ -287,10 +290,10 @@ def empty_space(
     communication_step: float = STEP,
     exchange: ExchangeOptions = MONOLITHIC,
 ) -> Scene:
-    """No walls and no gravity within `size` [m] about the origin: momentum is constant whatever happens.
+    """Create a scene without walls and gravity in a domain of `size` [m] about the origin, in which momentum is constant.
 
-    Angular momentum is constant to rounding where fluid and bodies make one step of their own in each `communication_step` [s]; bodies
-    make one in 1/240 s or less. Otherwise an impulse acts on a moving body at other places on the one side than on the other.
+    Angular momentum is constant up to rounding if fluid and bodies each make one step of their own in each `communication_step` [s]; a
+    step of the bodies is 1/240 s or less. With more steps, the fluid and the moving body count one impulse at different places.
     """
     x, y, z = (0.5 * length for length in size)
     config = FluidConfig(

@@ -1,4 +1,4 @@
-"""Checks of a scene of the test kit, each against what physics says; offered by `coupling.testing`."""
+"""Checks of a scene of the test kit against laws of physics; import them from `coupling.testing`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def assert_draft(scene: Scene, body: str, expected: float, *, within: float) -> None:
-    """The body's lowest point lies `expected` [m] below the still-water level, give or take `within` [m]."""
+    """Require that the body's lowest point lies `expected` [m] below the still-water level, to `within` [m]; AssertionError if not."""
     found = scene.draft(body)
     assert abs(found - expected) <= within, (
         f"draft of {body!r} is {found:.5g} m, expected: {expected:.5g} m within {within:.3g} m"
@@ -21,10 +21,11 @@ def assert_draft(scene: Scene, body: str, expected: float, *, within: float) -> 
 def assert_momentum_conserved(
     scene: Scene, *, steps: int = 1, within: float = 1e-6, angular_within: float | None = None
 ) -> None:
-    """Fluid and bodies, without walls and gravity, keep their momentum over each of the next `steps`.
+    """Require that fluid and bodies, without walls and gravity, keep their momentum in each of the next `steps`.
 
-    `within` is relative to sum m |v| of all particles and free bodies, `angular_within` (`within` if None) to that times the
-    largest distance of one of their points from the origin, and the bodies' own spin besides. ValueError for no step.
+    within [-]: allowed change of linear momentum in a step, relative to sum m |v| of all particles and free bodies. angular_within [-],
+    equal to `within` if None: the same for angular momentum, relative to that sum times the largest distance of one of their points from
+    the origin, plus the spin of the bodies. Raises AssertionError if a change is larger, and ValueError for fewer steps than one.
     """
     if steps < 1:
         raise ValueError(f"steps is {steps}, allowed: 1 or more")
@@ -46,7 +47,7 @@ def assert_momentum_conserved(
 
 
 def _turnover(scene: Scene) -> tuple[float, float]:
-    """sum m |v| [kg m/s] of particles and free bodies; times their reach about the origin, and with sum |I omega| [kg m2/s]."""
+    """Return sum m |v| [kg m/s] of particles and free bodies, and that times their reach about the origin plus sum |I omega| [kg m2/s]."""
     state, config = scene.fluid.particles, scene.fluid.config
     mass = config.rest_volume * np.array([phase.rest_density for phase in config.phases])[state.phase]
     moving = float(mass @ np.linalg.norm(state.velocity.astype(np.float64), axis=0))
@@ -63,9 +64,10 @@ def _turnover(scene: Scene) -> tuple[float, float]:
 def assert_pressure_hydrostatic(
     scene: Scene, *, at: tuple[float, float], within: float, density: float = 1000.0
 ) -> None:
-    """Below the point `at` (x, y) [m] pressure is rho g (level - z), within the part `within` of that at the bottom.
+    """Require that the pressure below the point `at` (x, y) [m] is rho g (level - z), with rho the `density` [kg/m3].
 
-    Compared from the bottom to two spacings below the level, a spacing apart.
+    The pressure is compared at points one particle spacing apart, from the bottom to two spacings below the level. within [-]: allowed
+    error relative to the pressure at the bottom. Raises AssertionError if an error is larger.
     """
     level, bottom, gravity = scene.level(), scene.bottom, abs(scene.fluid.config.gravity[2])
     heights = np.arange(bottom + 0.5 * scene.spacing, level - 2.0 * scene.spacing, scene.spacing)

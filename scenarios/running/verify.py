@@ -22,10 +22,11 @@ from scenarios.watch.progress import ProgressDisplay
 
 @dataclass(frozen=True, kw_only=True)
 class Verification:
-    """How many recorded frames came out equal, and the first that did not, in words; empty if there is none.
+    """Result of running a recording's scenario again.
 
+    equal_frames: number of recorded frames that came out equal. difference: a sentence on the first frame that differs; empty if none does.
     precision: grid [m] on which particles are recorded and compared; None: all is compared bit for bit, as series and bodies are.
-    versions: those that are not the recording's, in words.
+    versions: a sentence on the versions that differ from the recording's.
     """
 
     equal_frames: int

@@ -1,4 +1,4 @@
-"""How a scenario's sections are declared: each checks its own fields, numbers by the limits that `oilsim.quantity` declares."""
+"""Declaration of a scenario's sections: each checks its own fields, numbers by the limits that `oilsim.quantity` declares."""
 
 from __future__ import annotations
 

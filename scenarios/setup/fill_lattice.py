@@ -120,7 +120,10 @@ def starting_positions(regions: Mapping[str, Fill], tank: Tank, spacing: float, 
 
 
 def placed_regions(regions: Mapping[str, Fill], tank: Tank, spacing: float, dimension: int) -> dict[str, Array]:
-    """Positions (N, 3) [m] by region; particles of earlier regions give way to later ones, inside a body's hollow and outside apart."""
+    """Return positions (N, 3) [m] by region; particles of earlier regions give way to those of later ones.
+
+    Regions inside a body's hollow do not displace particles outside it, nor the other way round.
+    """
     placed: dict[str, Array] = {}
     for name, fill in regions.items():
         points = region_points(fill, tank, spacing, dimension)

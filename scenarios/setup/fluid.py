@@ -76,7 +76,7 @@ def clear_of(
 def sorted_by_hollow(
     envelopes: Mapping[str, trimesh.Trimesh], positions: Mapping[str, Array], scenario: Scenario
 ) -> dict[str, Array]:
-    """Of particles (N, 3) [m] by region those inside the envelope of the body that the region names, and outside that of any other.
+    """Select the particles (N, 3) [m] by region that lie inside the envelope of the body that the region names, and outside all others.
 
     envelopes: outer surfaces, in the world frame, of bodies whose hollows hold liquid.
     """
@@ -118,7 +118,10 @@ def _is_outside(points: Array, solid: trimesh.Trimesh, clearance: float) -> NDAr
 
 
 def water_level(scenario: Scenario, positions: Mapping[str, Array]) -> float:
-    """Height [m] of the still water: the top of the liquid that is not oil, at the start; else of any liquid. Hollows do not count."""
+    """Return the height [m] of the still water: the top of the liquid that is not oil at the start, or of the oil if there is no other.
+
+    positions (N, 3) [m] of the particles, by region; those in the hollow of a body do not count.
+    """
     half = 0.5 * scenario.fluid.particle_spacing
     free = {name: points for name, points in positions.items() if len(points) and scenario.fill[name].inside is None}
     tops = {name: float(points[:, 2].max()) + half for name, points in free.items()}

@@ -1,4 +1,4 @@
-"""What is told of bodies that are too thin for their particles: by `oilsim check` and as a run starts, in the same words."""
+"""Warnings of bodies that are too thin for their particles; `oilsim check` and the start of a run give the same ones."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from scenarios.setup.placed_solids import Solid, table_entry
 
 
 def thin_samplings(solids: Sequence[Solid], particle_spacing: float) -> dict[int, SurfaceSampling]:
-    """Sample the bodies that have thin plates; by the id of their mesh. Nothing is to be told of others."""
+    """Sample the bodies that have thin plates, and return the samplings by the id of their mesh; other bodies need no warning."""
     meshes = {id(solid.placed.mesh): solid.placed.mesh for solid in solids if solid.wetted}
     thin = {key: mesh for key, mesh in meshes.items() if math.isfinite(plates_of(mesh, particle_spacing))}
     return {key: sample_surface(mesh, particle_spacing) for key, mesh in thin.items()}

@@ -56,7 +56,7 @@ class SignalBoard:
         """Do nothing: no value depends on others yet."""
 
     def get(self, name: str) -> Array:
-        """Return a signal (1,), for an input the value last set; ValueError for an output that is not known."""
+        """Return a signal (1,) in its unit, for an input the value last set; ValueError for an output that is not known."""
         if name in self._values:
             return np.array([self._values[name]])
         signal = self._signals.get(name)
@@ -65,7 +65,7 @@ class SignalBoard:
         return np.array([signal.read(self._parts)])
 
     def set(self, name: str, value: Array) -> None:
-        """Set an input; ValueError for a number that is not finite."""
+        """Set an input (1,) in its unit; ValueError for a number that is not finite."""
         number = float(checked_value(self._name, self._variables, name, value)[0])
         if not math.isfinite(number):
             raise ValueError(f"signal {name!r} is {number}, allowed: a finite number of {self._signals[name].unit}")

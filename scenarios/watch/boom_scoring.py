@@ -293,7 +293,7 @@ class Scoring:
         self._orders = tuple(_orders(vessels))
 
     def take_current(self, current: Array) -> None:
-        """Reckon speeds through water that runs at `current` (3,) [m/s] from now on."""
+        """Compute speeds relative to water that flows at `current` (3,) [m/s] from now on."""
         self._current = current
 
     def summary(self) -> dict[str, Any]:

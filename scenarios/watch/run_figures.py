@@ -1,4 +1,4 @@
-"""How the run itself is doing: time step, iterations, errors, energy, and how fast it goes."""
+"""Figures on the run itself: time step, iterations, errors, energy, and simulated time over wall time."""
 
 from __future__ import annotations
 
