@@ -53,7 +53,7 @@ class Variable:
         is_mean: true for an output that is a mean over the last step, such as an impulse over its duration; if a step is made in
             parts, the master passes on the mean over all of them, so that no impulse is lost.
         si: the unit's relation to SI, if the participant knows more of it than the text says.
-        numbers: which numbers it holds (all, whole, or truth values); they are passed as floats all the same.
+        numbers: the kind of numbers it holds (real, whole, or truth values); they are passed as floats all the same.
     """
 
     name: str
