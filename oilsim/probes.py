@@ -14,7 +14,8 @@ from oilsim.step.step_tools import StepTools
 
 Double = NDArray[np.float64]
 
-PRESENT = 0.05  # share of the kernel that must be filled for a reading
+# [1] share of the kernel that liquid must fill for a reading; tuned; not on record
+PRESENT = 0.05
 
 
 def _offsets(state: FluidState, tools: StepTools, point: Double) -> Double:
@@ -36,7 +37,7 @@ def _weights(state: FluidState, tools: StepTools, point: Double) -> tuple[NDArra
 
 
 def pressure_at(state: FluidState, tools: StepTools, points: Double) -> Double:
-    """Pressure (K,) [Pa] at points (K, 3): a first-order fit p_0 + b . (x_j - x) weighted by the kernel, 0 in air."""
+    """Return the pressure (K,) [Pa] at points (K, 3) [m]: a first-order fit p_0 + b . (x_j - x) weighted by the kernel, 0 in air."""
     result = np.zeros(len(points))
     per_impulse = tools.constants.reference_density / state.time_step if state.time_step > 0.0 else 0.0
     for n, point in enumerate(points):
@@ -51,7 +52,7 @@ def pressure_at(state: FluidState, tools: StepTools, points: Double) -> Double:
 
 
 def velocity_at(state: FluidState, tools: StepTools, points: Double) -> Double:
-    """Velocity (K, 3) [m/s] at points (K, 3); 0 in air."""
+    """Return the velocity (K, 3) [m/s] at points (K, 3) [m], the kernel mean of the particles near; 0 in air."""
     result = np.zeros((len(points), 3))
     for n, point in enumerate(points):
         near, _, share = _weights(state, tools, point)
@@ -61,7 +62,7 @@ def velocity_at(state: FluidState, tools: StepTools, points: Double) -> Double:
 
 
 def surface_height_at(state: FluidState, tools: StepTools, points: Double) -> Double:
-    """Height (K,) [m] of the free surface over points (K, 2), read from the particles within a support radius across.
+    """Measure the height (K,) [m] of the free surface over points (K, 2) [m], by the particles within a support radius across.
 
     It lies half a spacing above the mean of the highest ones, those within three quarters of a spacing of the highest that hangs
     together with what is below: a gauge wire, not a spray detector.

@@ -47,7 +47,6 @@ TO_DO: tuple[str, ...] = (
     "coupling/solids",
     "coupling/testkit",
     "coupling/units.py",
-    "oilsim",
 )
 
 _FRAGMENTS = """

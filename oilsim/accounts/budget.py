@@ -152,7 +152,7 @@ class Budget:
             self._id = self._state.id
 
     def leave(self, stage: str) -> None:
-        """Book the changes of a stage that has ended under its cause."""
+        """Record the changes of a stage that has ended under its cause."""
         if stage == "search":
             self._follow_order()
         if stage not in STAGES:

@@ -201,7 +201,13 @@ def follow_flow(begin, end, change, share, velocity):
 
 @inlined
 def linear(flow, i, axis, theirs, dx, dy, dz):
-    """Return one component of (G_i + G_j) dx [m/s] for lanes of neighbours j, whose row of G_j is `theirs` [1/s]."""
+    """Return one component of (G_i + G_j) dx [m/s] for lanes of neighbours j.
+
+    flow (N, 16)  rows as from `particle_sums`, with G_i [1/s] from column GRADIENT on
+    axis          the component, 0 to 2
+    theirs        row `axis` of G_j, three vectors of lanes [1/s]
+    dx, dy, dz    lanes of dx [m]
+    """
     row = GRADIENT + 4 * axis
     return (flow[i, row] + theirs[0]) * dx + (flow[i, row + 1] + theirs[1]) * dy + (flow[i, row + 2] + theirs[2]) * dz
 

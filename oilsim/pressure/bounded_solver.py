@@ -100,9 +100,9 @@ class BoundConstrainedSolver:
         watched: Sequence[Index] = (),
         count: int | None = None,
     ) -> tuple[int, float]:
-        """Improve kappa in place until the mean residual is `tolerance` [1/s]; returns products used and that mean [1/s].
+        """Refine kappa (N,) [m2/s] in place until the mean residual is `tolerance` [1/s]; return the products used and that mean [1/s].
 
-        pressures      `Pressures`; kappa is nowhere negative unless `closed`, and gradient moves with it
+        pressures      `Pressures`, (N,) each; kappa is nowhere negative unless `closed`, and gradient moves with it
         iterations     products at most; a few more may be needed to end with a valid pressure
         closed         whether the liquid fills a box, so that its pressure has no bound
         watched        groups of particles whose own means must meet the tolerance too; products among a group count by its share

@@ -122,7 +122,7 @@ def turn(begin, end, scaled, product, share, mobility, face, search):
 
 @njit(**FAST)
 def dot(begin, end, left, right, sums):
-    """Fill sums (blocks,) with the block sums of left (N,) times right (N,)."""
+    """Fill sums (blocks,) with the block sums of left (N,) times right (N,), in the product of their units, as [m2/s2]."""
     for block in range(begin, end, BLOCK):
         last, product = min(block + BLOCK, end), spread(ZERO)
         for k in range(block, last, LANES):
