@@ -76,7 +76,7 @@ def places_of_their_own(config: FluidConfig, phase: str, points: Double, others:
 
 
 def _off_seams(config: FluidConfig, places: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Places (3, N) [m] of which none lies at the upper end of an axis that repeats, which is its lower end."""
+    """Return places (3, N) [m], those at the upper end of an axis that repeats moved to its lower end, which is the same place."""
     if not any(config.periodic):
         return places
     ends = [

@@ -117,7 +117,7 @@ class FluidConfig:
         object.__setattr__(self, "periodic", tuple(bool(repeats) for repeats in self.periodic))
 
     def _of_another_kind(self) -> Iterator[str]:
-        """Say what is of another type than declared, so that nothing else can be said of it."""
+        """Say which values have another type than declared; their limits cannot be checked."""
         for key, declared in quantities(FluidConfig).items():
             value = getattr(self, key)
             if key not in VECTORS:

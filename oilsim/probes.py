@@ -19,7 +19,7 @@ PRESENT = 0.05
 
 
 def _offsets(state: FluidState, tools: StepTools, point: Double) -> Double:
-    """From a point, along as many axes as it has, to the nearest image of every particle (axes, N) [m]."""
+    """Return the ways (axes, N) [m] from a point, along as many axes as it has, to the nearest image of every particle."""
     offset = state.position[: point.size].astype(np.float64) - point[:, None]
     for axis, length in enumerate((tools.constants.period or ())[: point.size]):
         if length > 0.0:
@@ -28,7 +28,7 @@ def _offsets(state: FluidState, tools: StepTools, point: Double) -> Double:
 
 
 def _weights(state: FluidState, tools: StepTools, point: Double) -> tuple[NDArray[np.int64], Double, Double]:
-    """Particles within the support of a point, the ways to them (3, n) [m], and their shares V W."""
+    """Return the particles within the support of a point, the ways to them (3, n) [m], and their shares V W [1]."""
     offset = _offsets(state, tools, point)
     distance = np.sqrt((offset**2).sum(axis=0))
     near = np.flatnonzero(distance < tools.constants.support)
@@ -65,7 +65,7 @@ def surface_height_at(state: FluidState, tools: StepTools, points: Double) -> Do
     """Measure the height (K,) [m] of the free surface over points (K, 2) [m], by the particles within a support radius across.
 
     It lies half a spacing above the mean of the highest ones, those within three quarters of a spacing of the highest that hangs
-    together with what is below: a gauge wire, not a spray detector.
+    together with the liquid below, like a gauge wire, not a spray detector.
     """
     config = tools.config
     spacing, radius = config.particle_spacing, config.support_radius

@@ -66,7 +66,7 @@ class Fluid(FluidView):
         self._unreported = Unreported()
         self._relative_speed: float | None = None  # [m/s] at the end of the last step, None if that is not known
 
-    # what it holds
+    # contents
 
     def add_particles(self, position: ArrayLike, *, phase: str, velocity: ArrayLike = (0.0, 0.0, 0.0)) -> None:
         """Add particles of a phase at `position` (N, 3) [m] with `velocity` (3,) or (N, 3) [m/s].
@@ -197,7 +197,7 @@ class Fluid(FluidView):
         """
         if self.state.to_fly > 0.0:
             flown, self.state.to_fly = self.state.step - self.state.to_fly, 0.0
-            if flown == 0.0:  # what has just begun
+            if flown == 0.0:  # the step that has just begun
                 return
             self.state.step = flown
             if self.tools.budget is not None:
@@ -309,7 +309,7 @@ class Fluid(FluidView):
         )
 
     def close(self) -> None:
-        """End the fluid's threads; what it tells stays available."""
+        """End the fluid's threads; its readings stay available."""
         self.tools.team.close()
 
     # saved and restored

@@ -227,7 +227,7 @@ class Budget:
         return np.asarray(np.add.reduce(sums, axis=0))
 
     def _settle(self) -> None:
-        """Book the work of all kicks of a step whose last velocities the state holds now."""
+        """Record the work of all kicks of a step whose last velocities the state holds now."""
         state = self._state
         twist = 0.5 * (self._twist + self._twists())
         sums = np.zeros(block_count(state.count))

@@ -84,7 +84,7 @@ def locate(begin, end, position, lower, inverse, first, cells, cell, share):
         for axis in range(3):
             along = (position[axis, i] - lower[axis]) * inverse[axis]
             last = first[axis] + cells[axis] - 1
-            k = max(min(np.int64(along), last), first[axis])  # of what has left the domain, too, or blown up
+            k = max(min(np.int64(along), last), first[axis])  # particles outside the domain, or not finite, too
             share[axis, i] = max(min(along - np.float32(k), ONE), ZERO)
             index = index * cells[axis] + k - first[axis]
         cell[i] = index

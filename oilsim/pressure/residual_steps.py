@@ -74,7 +74,7 @@ def choose_face(begin, end, pressures, mobility, closed, opening, face, scaled, 
 
 @njit(**FAST)
 def advance(begin, end, pressures, scaled, search, closed, face, step, sums):
-    """Take a step: kappa -= step p, g -= step A p, scaled -= step M^-1 A p, and add up what is left.
+    """Take a step: kappa -= step p, g -= step A p, scaled -= step M^-1 A p, and sum the residual.
 
     pressures            `Pressures`; kappa and gradient move
     scaled (N,)          M^-1 g on the face [m2/s], moves

@@ -141,7 +141,7 @@ class SleepingRegions:
         return flags.reshape(self._cells)
 
     def _part(self, state: FluidState) -> Parting:
-        """Part the particles into awake ones, sleeping ones beside awake regions, and the others, and stop those that sleep."""
+        """Divide the particles into awake ones, sleeping ones beside awake regions, and the others, and stop those that sleep."""
         bordering = self._asleep & with_surroundings(~self._asleep, self._periodic)
         rank = (2 * self._asleep - bordering).astype(np.uint32).ravel()
         self._parted = self._asleep

@@ -48,7 +48,7 @@ def apply_viscosity(tools: StepTools, arrays: StepArrays, state: FluidState, tim
 
 
 def _present_viscosity(tools: StepTools, state: FluidState) -> NDArray[np.float64]:
-    """Viscosity [Pa s] of each liquid that has particles that move, 0 of others, which must not cost a solve."""
+    """Return the viscosity (P,) [Pa s] of each liquid that has particles that move; 0 for others, which must not cost a solve."""
     phase = state.phase[: state.awake]
     viscosities = enumerate(tools.constants.viscosities)
     return np.array([mu if mu > 0.0 and (phase == k).any() else 0.0 for k, mu in viscosities])
