@@ -63,9 +63,8 @@ def _start_from_last(state: FluidState, time_step: float) -> None:
     """Make the last step's pressure a start for one of `time_step` [s]: none negative, where something sets its level."""
     kappa = state.pressure_impulse
     if state.confinement == Confinement.PARTED:
-        kappa -= min(
-            kappa.min(), np.float32(0.0)
-        )  # suction in a filled box has no level; particles that have parted set one
+        # suction in a filled box has no level; particles that have parted set one
+        kappa -= min(kappa.min(), np.float32(0.0))
     elif state.confinement == Confinement.OPEN:
         np.maximum(kappa, 0.0, out=kappa)
     if state.time_step > 0.0:
