@@ -1,4 +1,6 @@
-"""Print the tuned numbers of the fluid as a Markdown table: `python docs/constants.py [ROOM ...]`, all rooms by default.
+"""Print the constants of the fluid as a Markdown table: `python docs/constants.py [ROOM ...]`.
+
+Without rooms it prints the page of all: `python docs/constants.py > docs/reference/constants.md`.
 
 Every uppercase number of a module in `oilsim` has a comment of one form, on the lines before it or behind it:
 
@@ -6,7 +8,8 @@ Every uppercase number of a module in `oilsim` has a comment of one form, on the
 
 The origin is `paper`, `theory`, `measured`, `tuned` (no measurement is on record), `numerical` (it changes cost or rounding, not physics)
 or `layout` (a place in an array), with a source in brackets where there is one. `d` is the particle spacing, `t_u` the unit of time of
-`relaxation_time`. The text `not on record` stands where the reason is not known any more.
+`relaxation_time`. The text `not on record` stands where the reason is not known any more. Names that spell their value, as HALF, need no
+comment. A value that depends on the processor is shown as the expression that chooses it.
 """
 
 from __future__ import annotations
@@ -23,10 +26,36 @@ from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
 PACKAGE = ROOT / "oilsim"
-LITERALS = PACKAGE / "backend" / "float32.py"  # numbers that mean themselves
-NUMBERS = {"float", "int", "float32", "float64", "int64", "uint32", "tuple"}  # calls that make a number of numbers
+SPELLED = {"ZERO", "HALF", "ONE", "TWO", "THREE", "FOUR", "TWENTY"}  # names that spell their value
+NUMBERS = {
+    "float",
+    "int",
+    "float32",
+    "float64",
+    "int64",
+    "uint32",
+    "tuple",
+    "floor",
+}  # calls that make a number of numbers
 FORM = re.compile(r"\[(?P<unit>[^]]+)\] (?P<meaning>[^;]+); (?P<origin>[^;]+); (?P<chosen>[^;]+)")
 ORIGINS = ("paper", "theory", "measured", "tuned", "numerical", "layout")
+INTRODUCTION = """# Constants
+
+`python docs/constants.py > docs/reference/constants.md` writes this page from the comments beside the constants of the package `oilsim`.
+Settings of a fluid are no constants: see [Fluid](fluid.md).
+
+| origin | meaning |
+|---|---|
+| paper | The value is in the source named. |
+| theory | The value is derived; the last column says from what. |
+| measured | Runs were compared; the last column gives the result. |
+| tuned | The value was chosen by trial; no measurement is on record. |
+| numerical | The value changes cost or rounding, not physics. |
+| layout | A place in an array. |
+
+Units: `d` is the particle spacing, `t_u` the unit of time of `oilsim.gradients.relaxation_time`. "Not on record" means that the reason for
+the value is not known any more.
+"""
 
 
 @dataclass(frozen=True)
@@ -37,6 +66,7 @@ class Constant:
     line: int
     name: str
     comment: str
+    expression: str
 
     @property
     def parts(self) -> dict[str, str] | None:
@@ -50,7 +80,9 @@ class Constant:
         return self.file.relative_to(PACKAGE).with_suffix("").as_posix()
 
     def value(self) -> str:
-        """The value as it is in the module."""
+        """The value as it is in the module, or the expression where the processor decides."""
+        if " if " in self.expression:
+            return f"`{self.expression}`"
         module = importlib.import_module(".".join(self.file.relative_to(ROOT).with_suffix("").parts))
         value = getattr(module, self.name)
         return ", ".join(f"{float(v):.6g}" for v in value) if isinstance(value, tuple) else f"{float(value):.6g}"
@@ -65,8 +97,10 @@ def is_number(node: ast.expr) -> bool:
             return name.isupper()
         case ast.UnaryOp(operand=operand):
             return is_number(operand)
-        case ast.BinOp(left=left, right=right):
-            return is_number(left) and is_number(right)
+        case ast.BinOp(left=left, op=operator, right=right):
+            return not isinstance(operator, ast.BitOr) and is_number(left) and is_number(right)
+        case ast.IfExp(body=one, orelse=other):
+            return is_number(one) and is_number(other)
         case ast.Tuple(elts=elements):
             return all(map(is_number, elements))
         case ast.GeneratorExp(generators=[ast.comprehension(iter=numbers)]):
@@ -97,18 +131,19 @@ def constants_of(file: Path) -> Iterator[Constant]:
             above.insert(0, comments[first][0])
         behind = [comments[n][0] for n in range(node.lineno, (node.end_lineno or node.lineno) + 1) if n in comments]
         for name in names:
-            if isinstance(name, ast.Name) and name.id.isupper():
-                yield Constant(file, node.lineno, name.id, " ".join(above or behind))
+            if isinstance(name, ast.Name) and name.id.isupper() and name.id not in SPELLED:
+                yield Constant(file, node.lineno, name.id, " ".join(above or behind), ast.unparse(node.value))
 
 
 def all_constants() -> list[Constant]:
     """Find the uppercase numbers of all modules of the fluid, in the order of their files."""
-    files = sorted(file for file in PACKAGE.rglob("*.py") if file != LITERALS)
-    return [constant for file in files for constant in constants_of(file)]
+    return [constant for file in sorted(PACKAGE.rglob("*.py")) for constant in constants_of(file)]
 
 
 def main(rooms: list[str]) -> None:
-    """Print the table of the named rooms, or of all."""
+    """Print the table of the named rooms, or the page of all."""
+    if not rooms:
+        print(INTRODUCTION)
     print("| name | value | unit | meaning | origin | chosen by | room |\n|---|---|---|---|---|---|---|")
     for constant in all_constants():
         parts = constant.parts

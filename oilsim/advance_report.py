@@ -1,4 +1,4 @@
-"""What happened during an advance."""
+"""The report of an advance: steps, time, iterations, errors, and particles that came and went."""
 
 from __future__ import annotations
 
@@ -14,12 +14,21 @@ from oilsim.step.step_result import StepResult
 
 @dataclass(frozen=True, kw_only=True)
 class AdvanceReport:
-    """What happened during an advance.
+    """The report of an advance.
 
-    sub_steps: the steps that ended in it. As means over these, or if there were none of the last one before: time_step [s], iterations,
-    and the mean compression that the solves leave, of positions (density_error; density_error_max of any particle) and that to which
-    velocities lead in a step (divergence_error). asleep: number of particles that sleep at the end; budget: energy and momentum by cause
-    if the fluid is watched, else None.
+    time_step, iterations, density_error and divergence_error are means over the steps that ended in the advance. If no step ended, they
+    are those of the last advance in which one did.
+
+    sub_steps           number of steps that ended in the advance
+    time_step           [s]
+    iterations          of the solves: density, divergence, viscosity
+    density_error       mean compression of the positions that the density solve leaves [1]
+    divergence_error    mean compression to which the velocities lead in a step, as the pressure solve leaves it [1]
+    density_error_max   largest compression of a particle [1]
+    stage_seconds       wall time by stage [s]
+    asleep              number of particles that sleep at the end
+    removed, emitted    number of particles by phase that left through the outflow, and that pipes added
+    budget              energy and momentum by cause if the fluid is watched, else None
     """
 
     sub_steps: int
@@ -36,32 +45,35 @@ class AdvanceReport:
 
 
 class Unreported:
-    """What has happened since the last report: steps that ended, particles of each phase that came and went."""
+    """Events since the last report: steps that ended, and particles of each phase that came and went."""
 
     def __init__(self) -> None:
         self.figures: dict[str, Any] = {}  # of the last steps, as in `AdvanceReport`
         self.clear()
 
     def clear(self) -> None:
-        """Nothing has happened."""
+        """Forget all steps and all particles that came and went; keep the figures of the last steps."""
         self.results: list[StepResult] = []
         self.removed: Counter[str] = Counter()
         self.emitted: Counter[str] = Counter()
 
     def save(self) -> dict[str, Any]:
-        """All of it, as plain data."""
+        """Return figures, steps and numbers of particles as plain data, for `restore`."""
         results = [astuple(result) for result in self.results]
         return {
             "figures": dict(self.figures), "results": results, "removed": dict(self.removed), "emitted": dict(self.emitted),
         }  # fmt: skip
 
     def restore(self, saved: dict[str, Any]) -> None:
-        """Back to what `save` returned."""
+        """Restore the events that `save` returned."""
         self.figures, self.results = dict(saved["figures"]), [StepResult(*result) for result in saved["results"]]
         self.removed, self.emitted = Counter(saved["removed"]), Counter(saved["emitted"])
 
     def report(self, density_error_max: float, **others: Any) -> AdvanceReport:
-        """The report of all this, and what else it tells of now; what comes then is in the next one."""
+        """Return the report of all events since the last one, and begin the next.
+
+        density_error_max [1] and `others` are fields of the report that describe the present state.
+        """
         results = self.results
 
         def mean(name: str) -> float:

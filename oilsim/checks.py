@@ -1,4 +1,4 @@
-"""What a fluid is given, refused by name before anything is computed with it."""
+"""Checks of a fluid's input. They refuse bad input by its name before anything is computed with it."""
 
 from __future__ import annotations
 
@@ -15,11 +15,15 @@ from oilsim.emitter import PipeEmitter
 
 Double = NDArray[np.float64]
 
-SKEW = 1e-6  # of an inverse mass's largest entry, by which rounding may set it off its transpose
+# [1] share of an inverse mass's largest entry by which it may differ from its transpose; numerical; not on record
+SKEW = 1e-6
 
 
 def finite(what: str, values: ArrayLike, *shape: int | None) -> Double:
-    """The values as float64; ValueError unless all are finite and the array has this shape, None for any length."""
+    """Return the values as float64, in their unit; ValueError unless all are finite and the array has this shape.
+
+    shape: as (None, 3) for (N, 3); None stands for any length. `what` names the values in the message.
+    """
     array = np.asarray(values, np.float64)
     fits = array.ndim == len(shape) and all(n in (None, m) for n, m in zip(shape, array.shape, strict=True))
     if not fits:
@@ -32,7 +36,10 @@ def finite(what: str, values: ArrayLike, *shape: int | None) -> Double:
 
 
 def particles(config: FluidConfig, phase: str, position: ArrayLike, velocity: ArrayLike) -> tuple[Double, Double]:
-    """Positions and velocities (N, 3) [m, m/s] of new particles; ValueError outside the domain, or off its plane."""
+    """Return the positions and velocities (N, 3) [m, m/s] of new particles; ValueError outside the domain, or off its plane.
+
+    velocity: (N, 3), or (3,) for all of them.
+    """
     points = finite(
         f"position of particles of phase {phase!r}", np.empty((0, 3)) if np.size(position) == 0 else position, None, 3
     )
@@ -49,7 +56,10 @@ def particles(config: FluidConfig, phase: str, position: ArrayLike, velocity: Ar
 
 
 def places_of_their_own(config: FluidConfig, phase: str, points: Double, others: NDArray[np.float32]) -> None:
-    """ValueError where a new particle, `points` (N, 3), lies where another does, new or of `others` (3, M) [m]: they would never part."""
+    """Raise ValueError where a new particle of `points` (N, 3) [m] lies exactly where another lies, new or of `others` (3, M) [m].
+
+    Pair forces of two such particles vanish, so they would never part.
+    """
     if not len(points):
         return
     new, old = (_off_seams(config, places) for places in (points.T.astype(np.float32), others))
@@ -66,7 +76,7 @@ def places_of_their_own(config: FluidConfig, phase: str, points: Double, others:
 
 
 def _off_seams(config: FluidConfig, places: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Places (3, N) [m] of which none lies at the upper end of an axis that repeats, which is its lower end."""
+    """Return places (3, N) [m], those at the upper end of an axis that repeats moved to its lower end, which is the same place."""
     if not any(config.periodic):
         return places
     ends = [
@@ -77,7 +87,7 @@ def _off_seams(config: FluidConfig, places: NDArray[np.float32]) -> NDArray[np.f
 
 
 def motion(handle: int, boundaries: Mapping[int, object], body: MovingBody) -> None:
-    """ValueError for a motion that none of the boundaries can make."""
+    """Raise ValueError for a motion of a boundary that does not exist, or with numbers that no body can have."""
     if handle not in boundaries:
         raise ValueError(f"boundary {handle} does not exist, allowed: {sorted(boundaries)}")
     shapes = {"position": (3,), "orientation": (4,), "twist": (6,), "inverse_mass": (6, 6), "free_acceleration": (6,)}
@@ -96,7 +106,10 @@ def motion(handle: int, boundaries: Mapping[int, object], body: MovingBody) -> N
 
 
 def ties(handles: Sequence[int], inverse_mass: Double, moving: Sequence[int]) -> None:
-    """ValueError for an inverse mass (6 n, 6 n) of other boundaries than those that move, or with numbers that none can have."""
+    """Raise ValueError for an inverse mass (6 n, 6 n) [1/kg, 1/(kg m2)] that the moving boundaries cannot have.
+
+    `handles` must be all the `moving` ones in any order, the numbers finite, and the diagonal not negative.
+    """
     if sorted(handles) != sorted(moving) or inverse_mass.shape != (6 * len(handles),) * 2:
         raise ValueError(
             f"inverse mass of shape {inverse_mass.shape} for boundaries {list(handles)}, "
@@ -109,7 +122,7 @@ def ties(handles: Sequence[int], inverse_mass: Double, moving: Sequence[int]) ->
 
 
 def made_of(config: FluidConfig, boundaries: Mapping[int, BoundaryParticles]) -> dict[str, Any]:
-    """What a saved state must find in the fluid that takes it: spacing [m], dimension, liquids, and wall particles of each boundary."""
+    """Return the properties that a fluid must share with a saved state: spacing [m], dimension, liquids, wall particles by boundary."""
     return {
         "particle_spacing": config.particle_spacing,
         "dimension": config.dimension,
@@ -126,7 +139,7 @@ def saved_state(
     forcings: Sequence[object],
     emitters: Sequence[object],
 ) -> None:
-    """ValueError for a saved state that is not this fluid's."""
+    """Raise ValueError for a saved state of a fluid with other properties, regions, forcings or emitters."""
     for what, value in made_of(config, boundaries).items():
         if saved["made_of"][what] != value:
             raise ValueError(f"saved state has {what} {saved['made_of'][what]}, allowed: {value}, as this fluid")
@@ -140,7 +153,7 @@ def saved_state(
 
 
 def pipe(config: FluidConfig, emitter: PipeEmitter) -> None:
-    """ValueError for a pipe that cannot pour into this fluid."""
+    """Raise ValueError for a pipe that cannot pour into this fluid."""
     config.phase_index(emitter.phase)
     if config.dimension == 2:
         raise ValueError("a pipe pours a round jet, allowed: none in two dimensions")

@@ -15,9 +15,12 @@ from oilsim.quantity import is_number, quantities, quantity
 Vector = tuple[float, float, float]
 Scheme = Literal["split", "paper"]
 
-ROUNDING = 2.0**-24  # relative, of a number of 32 bits
-COARSEST = 1e-3  # spacings by which rounding may move a particle
-FURTHEST = math.floor(COARSEST / ROUNDING)  # spacings from the origin, beyond which 32 bits move particles by more
+# [1] relative rounding of a number of 32 bits; theory (IEEE 754); half a unit in the last of 24 binary places
+ROUNDING = 2.0**-24
+# [d] by which rounding may move a particle; tuned; not on record
+COARSEST = 1e-3
+# [d] from the origin, beyond which rounding moves particles by more than COARSEST; theory; COARSEST over ROUNDING
+FURTHEST = math.floor(COARSEST / ROUNDING)
 VECTORS = ("gravity", "lower", "upper")
 
 
@@ -26,7 +29,7 @@ def _are_three(values: Any, fit: Callable[[Any], bool]) -> bool:
 
 
 class SolverSettings(Protocol):
-    """The settings that must go together, whoever holds them."""
+    """Settings of a fluid that must agree, in a `FluidConfig` or in an object of another package."""
 
     @property
     def minimum_time_step(self) -> float:
@@ -63,11 +66,11 @@ def contradictions(settings: SolverSettings) -> Iterator[tuple[str, str]]:
 
 @dataclass(frozen=True, kw_only=True)
 class FluidConfig:
-    """Constant data of a fluid. Lengths [m], times [s]; world frame z up.
+    """Constant data of a fluid. Lengths [m], times [s]; world frame z up. ValueError names all values that are not allowed.
 
     particle_spacing       edge d of a particle's rest volume d^dimension (the paper's diameter)
     lower, upper           the domain; a particle that leaves it is removed and counted: behind walls it has to go on for half a spacing
-                           at least, since those who are pressed onto a wall may stand a little inside it
+                           at least, since particles that are pressed onto a wall may stand a little inside it
     periodic               axes on which the domain repeats
     dimension              3, or 2 for a plane case in x and z (every y is 0)
     scheme                 "split" (default: positions and velocities constrained apart) or "paper" (Qiu et al. 2021, Alg. 3)
@@ -114,7 +117,7 @@ class FluidConfig:
         object.__setattr__(self, "periodic", tuple(bool(repeats) for repeats in self.periodic))
 
     def _of_another_kind(self) -> Iterator[str]:
-        """Say what is of another type than declared, so that nothing else can be said of it."""
+        """Say which values have another type than declared; their limits cannot be checked."""
         for key, declared in quantities(FluidConfig).items():
             value = getattr(self, key)
             if key not in VECTORS:
@@ -131,7 +134,7 @@ class FluidConfig:
             yield f"phases is {self.phases!r}, allowed: a tuple of Phase"
 
     def _out_of_range(self) -> Iterator[str]:
-        """Say what is wrong whatever the rest is."""
+        """Say which values lie outside their own limits."""
         for key, declared in quantities(FluidConfig).items():
             value = getattr(self, key)
             fault = declared.fault(tuple(value) if key in VECTORS else value)
@@ -178,7 +181,7 @@ class FluidConfig:
         return SUPPORT * self.particle_spacing
 
     def phase_index(self, name: str) -> int:
-        """Index of the phase called `name`; ValueError names the phases there are."""
+        """Return the index of the phase called `name`; ValueError names the phases there are."""
         names = [phase.name for phase in self.phases]
         if name not in names:
             raise ValueError(f"phase {name!r} does not exist, allowed: {', '.join(names)}")

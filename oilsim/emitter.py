@@ -16,7 +16,8 @@ from oilsim.quantity import SHORTEST_DIRECTION, Quantity, require
 Real = NDArray[np.float32]
 Vector = tuple[float, float, float]
 
-HOLD = 3.0  # spacings before the mouth over which the jet is held at its speed
+# [d] way before the mouth over which the jet is held at its speed; tuned; not on record
+HOLD = 3.0
 
 
 class PipeEmitter:
@@ -25,7 +26,8 @@ class PipeEmitter:
     mouth [m], direction (made a unit vector), radius [m], speed [m/s], spacing d [m]; start [s] and volume [m3] bound it,
     volume None pours for ever. A layer of particles enters HOLD spacings before the mouth whenever the jet has moved one
     spacing, a rate of (particles of a layer) d^2 speed [m3/s]; on the way to the mouth these keep the jet's velocity.
-    `speed` may be changed at any time; at 0 the pipe is shut where layers enter, and what is in front of that is free to run out.
+    `speed` may be changed at any time; at 0 the pipe is shut where layers enter, and liquid in front of that is free to run out.
+    ValueError for a pipe that cannot be.
     """
 
     QUANTITIES: ClassVar[Mapping[str, Quantity]] = MappingProxyType(
@@ -56,7 +58,7 @@ class PipeEmitter:
         self._layer = cylinder(-HOLD * spacing * self.direction, self.direction, radius, spacing, spacing)
         self.particles_left = None if volume is None else round(volume / spacing**3)
         self._travelled = spacing
-        self._inside = np.empty(0, np.uint32)  # ids of what has entered and not come out
+        self._inside = np.empty(0, np.uint32)  # ids of particles that have entered and not come out
 
     @staticmethod
     def _problems(mouth: Vector, direction: Vector, radius: float, spacing: float) -> Iterator[str]:
@@ -68,12 +70,12 @@ class PipeEmitter:
             yield f"radius is {radius:g} m, allowed: {0.5 * spacing:g} m or more, half the particle spacing"
 
     def is_running(self, time: float) -> bool:
-        """Whether liquid moves through the pipe: it is open, and the last layer has not come out of the mouth."""
+        """Tell whether liquid moves through the pipe at `time` [s]: it is open, and its last layer has not left the mouth."""
         poured = self.particles_left == 0 and self._travelled > HOLD * self.spacing
         return time >= self.start and self.speed > 0.0 and not poured
 
     def emit(self, time: float, time_step: float) -> NDArray[np.float64]:
-        """Positions (n, 3) of the particles that enter during the step."""
+        """Return the positions (n, 3) [m] of the particles that enter during a step of `time_step` [s] from `time` [s] on."""
         if not self.is_running(time):
             return np.empty((0, 3))
         self._travelled += self.speed * time_step
@@ -95,15 +97,17 @@ class PipeEmitter:
 
     @property
     def velocity(self) -> NDArray[np.float64]:
-        """Velocity of the jet [m/s]."""
+        """Velocity of the jet (3,) [m/s]."""
         return self.speed * self.direction
 
     def fill(self, ids: NDArray[np.uint32]) -> None:
-        """The particles of `ids` (n,) have entered."""
+        """Add the particles of `ids` (n,), which have entered, to those held inside the pipe."""
         self._inside = np.concatenate([self._inside, ids])
 
     def hold(self, time: float, ids: NDArray[np.uint32], position: Real, velocity: Real) -> None:
-        """Give the jet's velocity to what has entered a running pipe and is still inside, of particles `ids` (N,), (3, N), in place.
+        """Set the velocities of the particles that have entered a running pipe and are still inside to the jet's, in place.
+
+        ids (N,), position (3, N) [m], velocity (3, N) [m/s]: all particles of the fluid, at `time` [s].
 
         Other particles there are left alone: the pipe is no wall, and water around a mouth that lies under water is not pumped.
         """
@@ -120,12 +124,12 @@ class PipeEmitter:
         self._inside = ids[inside]
 
     def save(self) -> dict[str, Any]:
-        """How far the jet has come, and what of it is still inside."""
+        """Return the position of the jet and the ids of the particles inside, for `restore`."""
         return {
             "particles_left": self.particles_left, "travelled": self._travelled, "speed": self.speed, "inside": self._inside,
         }  # fmt: skip
 
     def restore(self, saved: dict[str, Any]) -> None:
-        """Back to what `save` returned."""
+        """Restore the jet that `save` returned."""
         self.particles_left, self._travelled, self.speed = saved["particles_left"], saved["travelled"], saved["speed"]
         self._inside = saved["inside"]

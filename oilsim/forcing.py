@@ -1,4 +1,4 @@
-"""Forces that drive the sea from outside: current, waves and wind. Each object turns the velocities of one time step.
+"""Forces that drive the sea from outside: current, waves and wind. Each object changes the velocities of one time step.
 
 A forcing has `apply(view)`; it changes `view.velocity` in place and reads the rest. Its own random state, if any, is part of
 `save()` and `restore(saved)`, so that a run continued from a saved state is the same run.
@@ -22,7 +22,8 @@ from oilsim.quantity import Quantity, quantity, require
 Real = NDArray[np.float32]
 Vector = tuple[float, float, float]
 
-ALONG = 1e-9  # of a component of a direction, below which it counts as none
+# [1] component of a unit vector up to which it counts as 0; numerical; far above the rounding of sin(pi), 1e-16
+ALONG = 1e-9
 
 
 class ForcingView(NamedTuple):
@@ -43,20 +44,23 @@ class ForcingView(NamedTuple):
 
 
 class Forcing(Protocol):
-    """Turns velocities once per time step."""
+    """An object that changes the velocities once in each time step."""
 
     def apply(self, view: ForcingView) -> None:
-        """Change view.velocity in place."""
+        """Change view.velocity (3, N) [m/s] in place."""
 
     def save(self) -> dict[str, Any]:
         """Return what `restore` needs to continue exactly."""
 
     def restore(self, saved: dict[str, Any]) -> None:
-        """Back to what `save` returned."""
+        """Restore the state that `save` returned."""
 
 
 def heading(direction: float) -> tuple[float, float]:
-    """Unit vector (x, y) towards `direction` [rad from +x]; along an axis exactly, where sin(pi) would leave the plane by 1e-16."""
+    """Return the unit vector (x, y) towards `direction` [rad from +x].
+
+    It is exact along the axes, so that a run in the plane stays there: sin(pi) is 1e-16, not 0.
+    """
     x, y = math.cos(direction), math.sin(direction)
     return (x if abs(x) > ALONG else 0.0, y if abs(y) > ALONG else 0.0)
 
@@ -79,21 +83,21 @@ class Zone:
             yield f"lower is {self.lower} m, allowed: below upper = {self.upper} m along every axis"
 
     def members(self, position: Real) -> NDArray[np.int64]:
-        """Indices of the particles inside."""
+        """Return the indices (n,) of the particles inside; position (3, N) [m]."""
         inside = np.ones(position.shape[1], bool)
         for axis in range(3):
             inside &= (position[axis] >= self.lower[axis]) & (position[axis] <= self.upper[axis])
         return np.flatnonzero(inside)
 
     def share(self, time_step: float) -> np.float32:
-        """Share of the difference that one step takes away, 1 - exp(-dt / tau)."""
+        """Return the share of the difference that one step of `time_step` [s] takes away, 1 - exp(-dt / tau)."""
         return np.float32(-math.expm1(-time_step / self.relaxation_time))
 
 
 class Current:
     """Relaxes the velocity in a zone to `velocity` [m/s]; the vertical component is left free.
 
-    speed, direction: those of its horizontal part, as `heading` has them.
+    speed [m/s], direction [rad from +x]: those of its horizontal part. ValueError for a velocity that is not three finite numbers.
     """
 
     QUANTITIES: ClassVar[Mapping[str, Quantity]] = MappingProxyType(
@@ -107,23 +111,26 @@ class Current:
         self.velocity, self.zone = velocity, zone
 
     def apply(self, view: ForcingView) -> None:
-        """dv/dt = (u_current - v) / tau inside the zone."""
+        """Change the velocities inside the zone by dv/dt = (u_current - v) / tau."""
         chosen = self.zone.members(view.position)
         share = self.zone.share(view.time_step)
         for axis in (0, 1):
             view.velocity[axis, chosen] += share * (np.float32(self.velocity[axis]) - view.velocity[axis, chosen])
 
     def save(self) -> dict[str, Any]:
-        """The current as it is now."""
+        """Return the present velocity of the current, for `restore`."""
         return {"velocity": tuple(self.velocity)}
 
     def restore(self, saved: dict[str, Any]) -> None:
-        """Back to a saved current."""
+        """Restore the velocity that `save` returned."""
         self.velocity = saved["velocity"]
 
 
 def wave_number(period: float, depth: float, gravity: float = GRAVITY) -> float:
-    """k [1/m] of the linear dispersion relation omega^2 = g k tanh(k h), by Newton's method (Airy waves)."""
+    """Solve the linear dispersion relation omega^2 = g k tanh(k h) (Airy waves) for k [1/m], by Newton's method.
+
+    period [s]; depth h [m]; gravity g [m/s2].
+    """
     omega = 2.0 * math.pi / period
     k = omega * omega / gravity / math.sqrt(math.tanh(omega * omega * depth / gravity))
     for _ in range(50):
@@ -139,8 +146,9 @@ class AiryWaves:
     """Makes linear waves by relaxing velocities in a zone to the orbital velocities of Airy's theory.
 
     height crest to trough [m], period [s], direction [rad from +x], still water between bottom and level [m].
-    The amplitude grows over the first period. A current `drift` [m/s] is added to the target and carries the waves, whose period is
-    that seen from the moving water: who stands still sees the frequency omega + k . drift (Doppler).
+    The amplitude grows over the first period. A current `drift` [m/s] is added to the target and carries the waves. The period
+    is that seen from the moving water: an observer at rest sees the frequency omega + k . drift (Doppler).
+    ValueError for waves that cannot be.
     """
 
     QUANTITIES: ClassVar[Mapping[str, Quantity]] = MappingProxyType(
@@ -177,9 +185,10 @@ class AiryWaves:
             yield f"level is {level} m, allowed: above bottom = {bottom} m"
 
     def velocity(self, x: Real, y: Real, z: Real, time: float) -> tuple[NDArray[Any], NDArray[Any]]:
-        """Speed along the direction and upwards [m/s]: a omega cosh|sinh(k (z - bottom)) / sinh(k h) cos|sin(theta).
+        """Return the speeds along the direction and upwards, (N,) each [m/s], at places x, y, z (N,) [m] and `time` [s].
 
-        By exponentials of what lies below the level, which stay finite in water however deep.
+        They are a omega cosh(k (z - bottom)) / sinh(k h) cos(theta) and a omega sinh(k (z - bottom)) / sinh(k h) sin(theta), computed by
+        exponentials of the depth, which stay finite in water however deep.
         """
         k, omega = self.wave_number, 2.0 * math.pi / self.period
         depth = self.level - self.bottom
@@ -192,7 +201,7 @@ class AiryWaves:
         return scale * (down + up) * np.cos(theta), scale * (down - up) * np.sin(theta)
 
     def apply(self, view: ForcingView) -> None:
-        """The waves are carried on, then dv/dt = (u_airy - v) / tau inside the zone."""
+        """Move the waves with the current, then change the velocities inside the zone by dv/dt = (u_airy - v) / tau."""
         self._carried = (
             self._carried[0] + self.drift[0] * view.time_step, self._carried[1] + self.drift[1] * view.time_step,
         )  # fmt: skip
@@ -206,11 +215,11 @@ class AiryWaves:
             view.velocity[axis, chosen] += share * (value - view.velocity[axis, chosen])
 
     def save(self) -> dict[str, Any]:
-        """The sea state as it is now, and how far the current has carried it."""
+        """Return the present sea state and the way that the current has carried it, for `restore`."""
         return {"height": self.height, "drift": tuple(self.drift), "carried": self._carried}
 
     def restore(self, saved: dict[str, Any]) -> None:
-        """Back to a saved sea state."""
+        """Restore the sea state that `save` returned."""
         self.height, self.drift, self._carried = saved["height"], saved["drift"], saved["carried"]
 
 
@@ -233,13 +242,14 @@ class Wind:
             "drag_coefficient": Quantity(at_least=0.0),
         }
     )
-    SURFACE = 0.1  # |g_i| d from which a particle belongs to the surface; noise inside the water lies below
+    # [1] |g_i| d from which a particle belongs to the surface; tuned; noise inside the water lies below
+    SURFACE = 0.1
 
     def __init__(
         self, *, speed: float, direction: float, spacing: float, seed: int, gustiness: float = 0.0, gust_time: float = 3.0,
         drag_coefficient: float = 1.3e-3,
     ) -> None:  # fmt: skip
-        """speed [m/s] at 10 m towards `direction` [rad from +x]; drag coefficient 1.3e-3 as at 5-10 m/s (Large & Pond 1981)."""
+        """Take the speed [m/s] at 10 m towards `direction` [rad from +x]; drag coefficient 1.3e-3 as at 5-10 m/s (Large & Pond 1981)."""
         given = {
             "speed": speed, "direction": direction, "spacing": spacing, "gustiness": gustiness, "gust_time": gust_time,
             "drag_coefficient": drag_coefficient,
@@ -270,7 +280,7 @@ class Wind:
         view.velocity[1, chosen] += (rate * v).astype(np.float32)
 
     def save(self) -> dict[str, Any]:
-        """Gust and random generator."""
+        """Return the mean wind, the gust and the state of the random generator, for `restore`."""
         return {
             "gust": self.gust,
             "speed": self.speed,
@@ -279,6 +289,6 @@ class Wind:
         }
 
     def restore(self, saved: dict[str, Any]) -> None:
-        """Back to a saved gust and generator."""
+        """Restore the wind that `save` returned."""
         self.gust, self.speed, self.direction = saved["gust"], saved["speed"], saved["direction"]
         self._random.bit_generator.state = saved["random"]

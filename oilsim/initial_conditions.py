@@ -7,9 +7,9 @@ from numpy.typing import ArrayLike, NDArray
 
 
 def block(lower: ArrayLike, upper: ArrayLike, spacing: float, dimension: int = 3) -> NDArray[np.float64]:
-    """Positions (N, 3) that fill a box [m] with round(extent / spacing) particles along each axis, centred in it.
+    """Return positions (N, 3) [m] that fill a box with round(extent / spacing) particles along each axis, centred in it.
 
-    In two dimensions y is 0. ValueError where the box is too thin for one particle.
+    lower, upper: corners of the box, (3,) each [m]. In two dimensions y is 0. ValueError where the box is too thin for one particle.
     """
     low, high = np.asarray(lower, np.float64), np.asarray(upper, np.float64)
     axes = []
@@ -29,7 +29,10 @@ def block(lower: ArrayLike, upper: ArrayLike, spacing: float, dimension: int = 3
 def cylinder(
     base_center: ArrayLike, axis: ArrayLike, radius: float, height: float, spacing: float
 ) -> NDArray[np.float64]:
-    """Positions (N, 3) of a lattice inside a cylinder that stands on `base_center` and points along `axis` [m]."""
+    """Return positions (N, 3) [m] of a lattice inside a cylinder that stands on `base_center` (3,) [m] and points along `axis` (3,).
+
+    radius, height and spacing in [m]. ValueError for an axis that is 0, or a cylinder too short for one particle.
+    """
     direction = np.asarray(axis, np.float64)
     length = np.linalg.norm(direction)
     if not length > 0.0:
@@ -45,6 +48,6 @@ def cylinder(
 
 
 def sphere(center: ArrayLike, radius: float, spacing: float, dimension: int = 3) -> NDArray[np.float64]:
-    """Positions (N, 3) of a lattice inside a ball; a disc in x and z in two dimensions [m]."""
+    """Return positions (N, 3) [m] of a lattice inside a ball about `center` (3,) [m]; in two dimensions a disc in x and z."""
     local = block((-radius,) * 3, (radius,) * 3, spacing, dimension)
     return np.asarray(center, np.float64) + local[np.linalg.norm(local, axis=1) <= radius]

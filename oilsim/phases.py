@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 from oilsim.quantity import quantity, require
 
-EXPLICIT_UP_TO = (
-    0.2  # nu dt / d^2: by Eq. 25 beside walls noise then neither grows nor fades, by the split scheme's weights at 0.26
-)
+# [1] largest nu dt / d^2 of explicit viscosity; measured; beyond it noise beside walls grows by Eq. 25, from 0.26 on by the split scheme
+EXPLICIT_UP_TO = 0.2
 
 
 @dataclass(frozen=True, kw_only=True)

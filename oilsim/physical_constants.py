@@ -1,10 +1,10 @@
-"""Constants of nature and of the Earth that several packages must agree on; conversions of units are `scipy.constants`'."""
+"""Constants of nature and of the Earth that several packages must agree on. `scipy.constants` converts units."""
 
 from __future__ import annotations
 
+# [m/s2] acceleration of free fall unless another is given; paper (CGPM 1901); the standard 9.80665, rounded
 GRAVITY = 9.81
-"""Acceleration of free fall [m/s2] where nothing else is said: the standard 9.80665 (CGPM 1901), rounded."""
+# [kg/m3] density of air; paper (International Standard Atmosphere, ISO 2533); 15 degrees C, sea level
 AIR_DENSITY = 1.225
-"""Density of air at 15 degrees C and sea level [kg/m3] (International Standard Atmosphere, ISO 2533)."""
+# [kg/m3] density of sea water; paper (UNESCO equation of state, 1980); 1026.95 for 35 g/kg at 10 degrees C, rounded
 SEA_WATER_DENSITY = 1027.0
-"""Density of sea water of 35 g/kg at 10 degrees C [kg/m3] (UNESCO equation of state, 1980: 1026.95)."""

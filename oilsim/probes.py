@@ -14,11 +14,12 @@ from oilsim.step.step_tools import StepTools
 
 Double = NDArray[np.float64]
 
-PRESENT = 0.05  # share of the kernel that must be filled for a reading
+# [1] share of the kernel that liquid must fill for a reading; tuned; not on record
+PRESENT = 0.05
 
 
 def _offsets(state: FluidState, tools: StepTools, point: Double) -> Double:
-    """From a point, along as many axes as it has, to the nearest image of every particle (axes, N) [m]."""
+    """Return the ways (axes, N) [m] from a point, along as many axes as it has, to the nearest image of every particle."""
     offset = state.position[: point.size].astype(np.float64) - point[:, None]
     for axis, length in enumerate((tools.constants.period or ())[: point.size]):
         if length > 0.0:
@@ -27,7 +28,7 @@ def _offsets(state: FluidState, tools: StepTools, point: Double) -> Double:
 
 
 def _weights(state: FluidState, tools: StepTools, point: Double) -> tuple[NDArray[np.int64], Double, Double]:
-    """Particles within the support of a point, the ways to them (3, n) [m], and their shares V W."""
+    """Return the particles within the support of a point, the ways to them (3, n) [m], and their shares V W [1]."""
     offset = _offsets(state, tools, point)
     distance = np.sqrt((offset**2).sum(axis=0))
     near = np.flatnonzero(distance < tools.constants.support)
@@ -36,7 +37,7 @@ def _weights(state: FluidState, tools: StepTools, point: Double) -> tuple[NDArra
 
 
 def pressure_at(state: FluidState, tools: StepTools, points: Double) -> Double:
-    """Pressure (K,) [Pa] at points (K, 3): a first-order fit p_0 + b . (x_j - x) weighted by the kernel, 0 in air."""
+    """Return the pressure (K,) [Pa] at points (K, 3) [m]: a first-order fit p_0 + b . (x_j - x) weighted by the kernel, 0 in air."""
     result = np.zeros(len(points))
     per_impulse = tools.constants.reference_density / state.time_step if state.time_step > 0.0 else 0.0
     for n, point in enumerate(points):
@@ -51,7 +52,7 @@ def pressure_at(state: FluidState, tools: StepTools, points: Double) -> Double:
 
 
 def velocity_at(state: FluidState, tools: StepTools, points: Double) -> Double:
-    """Velocity (K, 3) [m/s] at points (K, 3); 0 in air."""
+    """Return the velocity (K, 3) [m/s] at points (K, 3) [m], the kernel mean of the particles near; 0 in air."""
     result = np.zeros((len(points), 3))
     for n, point in enumerate(points):
         near, _, share = _weights(state, tools, point)
@@ -61,10 +62,10 @@ def velocity_at(state: FluidState, tools: StepTools, points: Double) -> Double:
 
 
 def surface_height_at(state: FluidState, tools: StepTools, points: Double) -> Double:
-    """Height (K,) [m] of the free surface over points (K, 2), read from the particles within a support radius across.
+    """Measure the height (K,) [m] of the free surface over points (K, 2) [m], by the particles within a support radius across.
 
     It lies half a spacing above the mean of the highest ones, those within three quarters of a spacing of the highest that hangs
-    together with what is below: a gauge wire, not a spray detector.
+    together with the liquid below, like a gauge wire, not a spray detector.
     """
     config = tools.config
     spacing, radius = config.particle_spacing, config.support_radius

@@ -1,7 +1,7 @@
 """Numbers with a unit and limits, declared once by the class that takes them.
 
-A frozen dataclass declares them field by field with `quantity`; another class names them in `QUANTITIES`. Whoever takes the same
-numbers from a user, such as a scenario file, declares its own fields from these and so allows exactly the same.
+A frozen dataclass declares them field by field with `quantity`; another class names them in `QUANTITIES`. A reader of the
+same numbers, such as the schema of scenario files, declares its own fields from these and so allows exactly the same.
 """
 
 from __future__ import annotations
@@ -13,8 +13,10 @@ from dataclasses import MISSING, dataclass, field, fields, is_dataclass
 from numbers import Integral, Real
 from typing import Any
 
-LARGEST = 1e12  # magnitude of any number: no quantity in SI units that occurs here is larger, and its square fits into 32 bits
-SHORTEST_DIRECTION = 1e-100  # length of a vector that gives a direction: the square of a shorter one may vanish
+# [SI unit] largest magnitude of any number; numerical; no quantity that occurs here is larger, and its square fits into 32 bits
+LARGEST = 1e12
+# [1] least length of a vector that gives a direction; numerical; the square of a shorter one may vanish
+SHORTEST_DIRECTION = 1e-100
 _KEY = "quantity"
 
 

@@ -1,4 +1,4 @@
-"""The fluid as a whole: what it holds, how it advances, what it tells."""
+"""The fluid as a whole: its particles, walls, forcings and emitters, and its steps."""
 
 from __future__ import annotations
 
@@ -42,15 +42,15 @@ Double = NDArray[np.float64]
 
 
 class FluidError(RuntimeError):
-    """The fluid's state has become unusable; the message tells what, where and when."""
+    """The fluid's state has become unusable; the message names the value, its place and the time."""
 
 
 class Fluid(FluidView):
-    """Liquids, walls and what drives them.
+    """Liquids, walls, and the forcings and pipes that drive them.
 
     Order of use: add particles, boundaries, emitters and forcings (in any order, at any time between advances); before each
-    `advance`, `set_boundary_motion` for every body that moves; after it, `boundary_wrench`. What can be read of it is in `FluidView`;
-    `state` and `work` are the solver's own. Units SI, world frame z up.
+    `advance`, `set_boundary_motion` for every body that moves; after it, `boundary_wrench`. `FluidView` has all
+    that can be read; `state`, `tools` and `arrays` are the solver's own. Units SI, world frame z up.
     """
 
     def __init__(self, config: FluidConfig, threads: int | None = None) -> None:
@@ -66,7 +66,7 @@ class Fluid(FluidView):
         self._unreported = Unreported()
         self._relative_speed: float | None = None  # [m/s] at the end of the last step, None if that is not known
 
-    # what it holds
+    # contents
 
     def add_particles(self, position: ArrayLike, *, phase: str, velocity: ArrayLike = (0.0, 0.0, 0.0)) -> None:
         """Add particles of a phase at `position` (N, 3) [m] with `velocity` (3,) or (N, 3) [m/s].
@@ -120,7 +120,7 @@ class Fluid(FluidView):
         self, handle: int, position: ArrayLike, orientation: ArrayLike, linear_velocity: ArrayLike, angular_velocity: ArrayLike,
         inverse_mass: ArrayLike | None = None, free_acceleration: ArrayLike | None = None,
     ) -> None:  # fmt: skip
-        """Pose and twist of a body now: centre of mass (3,) [m], quaternion x y z w, velocities [m/s, rad/s], world frame.
+        """Set the present pose and twist of a body: centre of mass (3,) [m], quaternion x y z w, velocities [m/s, rad/s], world frame.
 
         inverse_mass (6, 6): twist per impulse [1/kg, 1/(kg m2)], with which the body answers inside the pressure solve; None moves
         it as prescribed. free_acceleration (6,): d(twist)/dt from everything but the fluid [m/s2, rad/s2].
@@ -138,9 +138,10 @@ class Fluid(FluidView):
         self.tools.walls.set_motion(handle, motion)
 
     def set_joint_inverse_mass(self, handles: Sequence[int], inverse_mass: ArrayLike) -> None:
-        """How bodies tied by joints answer impulses together, (6 n, 6 n) in the order of `handles`, all the moving ones.
+        """Set the inverse mass (6 n, 6 n) [1/kg, 1/(kg m2)] by which bodies tied by joints answer impulses together.
 
-        To be set after their motions, before each advance; it takes the place of their own inverse masses.
+        The matrix has the order of `handles`, which must be all the moving ones; ValueError otherwise. Call this after the bodies' motions
+        are set, before each advance. The matrix takes the place of their own inverse masses.
         """
         tied = np.array(inverse_mass, np.float64)
         checks.ties(handles, tied, list(self.tools.walls.moving))
@@ -167,7 +168,7 @@ class Fluid(FluidView):
     # how it advances
 
     def advance(self, duration: float) -> AdvanceReport:
-        """Advance by `duration` [s] in CFL sub-steps; FluidError when a value is no longer finite.
+        """Advance by `duration` [s] in CFL sub-steps; ValueError for a duration that is not above 0, FluidError for a value not finite.
 
         Where bodies move, in the paper's scheme, and as long as nothing is known of how the liquid deforms, a whole number of equal
         steps fills the duration. Else a step goes on into the next advance, unless `land` ends it: particles fly with the velocities of its
@@ -196,7 +197,7 @@ class Fluid(FluidView):
         """
         if self.state.to_fly > 0.0:
             flown, self.state.to_fly = self.state.step - self.state.to_fly, 0.0
-            if flown == 0.0:  # what has just begun
+            if flown == 0.0:  # the step that has just begun
                 return
             self.state.step = flown
             if self.tools.budget is not None:
@@ -221,7 +222,7 @@ class Fluid(FluidView):
         return max(config.minimum_time_step, min(wanted, stable))
 
     def _keeps_step(self) -> bool:
-        """Whether steps must end where advances do: others take part in them, or nothing is known yet of how the liquid deforms."""
+        """Tell whether steps must end where advances do: bodies take part in them, or the liquid's deformation is not known yet."""
         return self.config.scheme == "paper" or bool(self.tools.walls.moving) or self._relative_speed is None
 
     def _fly(self, left: float) -> float:
@@ -239,7 +240,7 @@ class Fluid(FluidView):
         return flight
 
     def _end_step(self) -> None:
-        """What a step does where its flight ends."""
+        """Run the stages of a step where its flight ends."""
         time_step = self.state.step
         if self.config.scheme == "paper":
             result = paper_step(self.tools, self.arrays, self.state, time_step, self._drive)
@@ -253,7 +254,7 @@ class Fluid(FluidView):
 
     @property
     def _driven(self) -> bool:
-        """Whether anything but gravity moves the liquid now."""
+        """True if anything but gravity moves the liquid now."""
         return bool(self.forcings) or any(emitter.is_running(self.time) for emitter in self.emitters)
 
     def _emit(self, time_step: float) -> None:
@@ -308,13 +309,13 @@ class Fluid(FluidView):
         )
 
     def close(self) -> None:
-        """End the fluid's threads; what it tells stays available."""
+        """End the fluid's threads; its readings stay available."""
         self.tools.team.close()
 
     # saved and restored
 
     def save_state(self) -> dict[str, Any]:
-        """Everything that `restore_state` needs to continue bit for bit."""
+        """Return everything that `restore_state` needs to continue bit for bit."""
         return {
             "time": self.time,
             "duration": self._duration,
@@ -331,7 +332,7 @@ class Fluid(FluidView):
         }
 
     def restore_state(self, saved: dict[str, Any]) -> None:
-        """Back to what `save_state` returned; ValueError unless the fluid holds the same boundaries, forcings and emitters."""
+        """Restore the state that `save_state` returned; ValueError unless the fluid holds the same boundaries, forcings and emitters."""
         checks.saved_state(
             saved, self.config, self.tools.walls.boundaries, self.tools.regions, self.forcings, self.emitters
         )

@@ -1,4 +1,4 @@
-"""What changes from step to step: the arrays of all fluid particles, kept in cell order."""
+"""The state of a fluid: the arrays of all its particles, which change from step to step and are kept in cell order."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Real = NDArray[np.float32]
 
 
 class Confinement(IntEnum):
-    """Whether the liquid has a free surface, which gives its pressure a level, or fills its box, which gives it a volume."""
+    """The confinement of the liquid: a free surface gives its pressure a level, a box that it fills gives it a volume."""
 
     OPEN = 0  # it has a free surface
     PARTED = 1  # it fills its box, but a few particles have parted
@@ -116,12 +116,12 @@ class FluidState:
         return asleep > 0
 
     def save(self) -> dict[str, Any]:
-        """A copy of everything, by name."""
+        """Return a copy of all fields, by name."""
         values = {entry.name: getattr(self, entry.name) for entry in fields(self)}
         return {name: value.copy() if isinstance(value, np.ndarray) else value for name, value in values.items()}
 
     def restore(self, saved: dict[str, Any]) -> None:
-        """Back to what `save` returned; ValueError for arrays that do not fit each other, which no kernel looks for."""
+        """Restore the fields that `save` returned; ValueError for arrays that do not fit each other, which no kernel looks for."""
         count = np.size(saved["phase"])
         for name, value in self.save().items():
             if isinstance(value, np.ndarray):

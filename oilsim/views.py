@@ -1,4 +1,4 @@
-"""Everything that a fluid tells of itself, for readers outside: particles, boundaries, sums and probes.
+"""Readings of a fluid from outside: particles, boundaries, sums and probes.
 
 No reader changes the fluid. Arrays of `Particles` and of a boundary are the solver's own and cannot be written through; all others are
 copies.
@@ -78,15 +78,15 @@ class FluidView:
         )
 
     def phase_positions(self, phase: str) -> Real:
-        """A copy of a phase's positions (n, 3) [m], ordered by particle id."""
+        """Return a copy of a phase's positions (n, 3) [m], ordered by particle id; ValueError for a phase that does not exist."""
         return np.ascontiguousarray(self.state.position[:, self._ordered(phase)].T)
 
     def phase_velocities(self, phase: str) -> Real:
-        """A copy of a phase's velocities (n, 3) [m/s], ordered by particle id."""
+        """Return a copy of a phase's velocities (n, 3) [m/s], ordered by particle id; ValueError for a phase that does not exist."""
         return np.ascontiguousarray(self.state.velocity[:, self._ordered(phase)].T)
 
     def phase_ids(self, phase: str) -> NDArray[np.uint32]:
-        """Particle ids of a phase (n,), ascending."""
+        """Return the particle ids of a phase (n,), ascending; ValueError for a phase that does not exist."""
         return self.state.id[self._ordered(phase)]
 
     def _ordered(self, phase: str) -> NDArray[np.int64]:
@@ -111,20 +111,26 @@ class FluidView:
         return tuple(self.tools.walls.moving)
 
     def boundary_positions(self, handle: int) -> Real:
-        """World positions (M, 3) [m] of a boundary's particles; ValueError for a handle that does not exist."""
+        """Return the world positions (M, 3) [m] of a boundary's particles; ValueError for a handle that does not exist."""
         return self.tools.walls.positions(handle)
 
     def boundary_motion(self, handle: int) -> BoundaryMotion:
-        """Pose and twist that a moving boundary has come to; ValueError for one that does not move."""
+        """Return the present pose and twist of a moving boundary; ValueError for one that does not move."""
         body = self._moving(handle)
         return BoundaryMotion(body.position.copy(), body.orientation.copy(), body.twist.copy())
 
     def boundary_wrench(self, handle: int) -> Double:
-        """Force [N] and torque about the centre of mass [N m], world frame (6,): the mean over the last advance."""
+        """Return the liquid's force [N] and torque about the centre of mass [N m] on a body (6,), world frame, mean of the last advance.
+
+        ValueError for a boundary that does not move.
+        """
         return self._moving(handle).impulse / self._duration if self._duration else np.zeros(6)
 
     def boundary_twist(self, handle: int) -> Double:
-        """Linear and angular velocity (6,) [m/s, rad/s] that the body has come to by its answers inside the last advance."""
+        """Return the linear and angular velocity (6,) [m/s, rad/s] of a body after its answers inside the last advance.
+
+        ValueError for a boundary that does not move.
+        """
         return self._moving(handle).twist.copy()
 
     def _moving(self, handle: int) -> MovingBody:
@@ -136,32 +142,41 @@ class FluidView:
     # sums and probes
 
     def energy(self) -> diagnostics.Energy:
-        """Kinetic and potential energy [J]."""
+        """Return the kinetic and potential energy of the liquid [J]."""
         return diagnostics.energy(self.state, self.config)
 
     def momentum(self) -> Double:
-        """Linear momentum (3,) [kg m/s]."""
+        """Return the linear momentum of the liquid (3,) [kg m/s]."""
         return diagnostics.momentum(self.state, self.config)
 
     def angular_momentum(self) -> Double:
-        """Angular momentum (3,) about the origin [kg m2/s]."""
+        """Return the angular momentum of the liquid about the origin (3,) [kg m2/s]."""
         return diagnostics.angular_momentum(self.state, self.config)
 
     def pressure_at(self, points: ArrayLike) -> Double:
-        """Pressure (K,) [Pa] interpolated at points (K, 3) [m]; 0 where there is no liquid."""
+        """Return the pressure (K,) [Pa] at points (K, 3) [m], 0 without liquid.
+
+        ValueError for points not of this shape or not finite.
+        """
         return probes.pressure_at(self.state, self.tools, checks.finite("points", points, None, 3))
 
     def velocity_at(self, points: ArrayLike) -> Double:
-        """Velocity (K, 3) [m/s] interpolated at points (K, 3) [m]; 0 where there is no liquid."""
+        """Return the velocity (K, 3) [m/s] at points (K, 3) [m], 0 without liquid.
+
+        ValueError for points not of this shape or not finite.
+        """
         return probes.velocity_at(self.state, self.tools, checks.finite("points", points, None, 3))
 
     def surface_height_at(self, points: ArrayLike) -> Double:
-        """Height z (K,) [m] of the free surface above points (K, 2) x, y [m]; the domain's bottom where there is no liquid."""
+        """Return the height z (K,) [m] of the free surface above points (K, 2) x, y [m]; the domain's bottom where there is no liquid.
+
+        ValueError for points not of this shape or not finite.
+        """
         return probes.surface_height_at(self.state, self.tools, checks.finite("points", points, None, 2))
 
 
 def _read_only(values: NDArray) -> NDArray:
-    """The same numbers, not a copy, under an array that refuses to be written to."""
+    """Return a view of the same numbers that refuses to be written to."""
     view = values.view()
     view.flags.writeable = False
     return view

@@ -35,7 +35,7 @@ from pathlib import Path
 ROOT = Path(__file__).parent.parent
 PACKAGES = ("oilsim", "coupling", "vessels", "booms", "recordings", "scenarios")
 
-TO_DO: tuple[str, ...] = ("oilsim",)
+TO_DO: tuple[str, ...] = ()
 
 _FRAGMENTS = """
 what whatever which whichever who whoever whose whom where wherever when whenever why how whether those that such nobody nothing of as

@@ -4,7 +4,7 @@ All accounts use these words:
 
 kinetic, potential, energy  energy of the liquid [J]; energy is the sum of both
 momentum                    of the liquid (6,): linear [N s], and angular about the origin [N m s]
-change                      what the liquid gained, of energy and momentum; negative where it lost some
+change                      gain of the liquid in energy and momentum; negative for a loss
 cause                       the stage of the time step that made a change
 work, impulse               energy [J] and momentum [N s, N m s] that bodies received from the liquid
 dissipation                 kinetic energy that became heat [J], by viscosity or by the scheme

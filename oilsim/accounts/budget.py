@@ -152,7 +152,7 @@ class Budget:
             self._id = self._state.id
 
     def leave(self, stage: str) -> None:
-        """Book the changes of a stage that has ended under its cause."""
+        """Record the changes of a stage that has ended under its cause."""
         if stage == "search":
             self._follow_order()
         if stage not in STAGES:
@@ -227,7 +227,7 @@ class Budget:
         return np.asarray(np.add.reduce(sums, axis=0))
 
     def _settle(self) -> None:
-        """Book the work of all kicks of a step whose last velocities the state holds now."""
+        """Record the work of all kicks of a step whose last velocities the state holds now."""
         state = self._state
         twist = 0.5 * (self._twist + self._twists())
         sums = np.zeros(block_count(state.count))

@@ -1,1 +1,1 @@
-"""How kernels are compiled, vectorised and spread over threads."""
+"""Compilation of kernels, their vectors, and the threads that share their work."""

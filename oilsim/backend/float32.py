@@ -1,4 +1,4 @@
-"""Small numbers in single precision, for kernels: a plain 1.0 would turn what it meets into double precision."""
+"""Small numbers in single precision, for kernels: a plain 1.0 would turn products with it into double precision."""
 
 from __future__ import annotations
 

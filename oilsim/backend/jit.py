@@ -27,11 +27,12 @@ class Inlined(CPUDispatcher):
     """
 
     def __call__(self, *arguments: Any) -> Any:
+        """Run the function as Python, without compiling it."""
         return self.py_func(*arguments)
 
 
 def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Decorate a function that kernels call, so that it always becomes part of them.
+    """Compile a function that kernels call in such a way that it always becomes part of them.
 
     Left to the compiler, inlining would depend on whether the callee came from the cache, and so would the bits of results. The function is
     typed once, where numba's own inlining would do so at every call, and it takes no place in the cache.

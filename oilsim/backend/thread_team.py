@@ -219,5 +219,5 @@ class Team:
 
 
 def total(partial: NDArray[Any]) -> float:
-    """Return the sum of `partial` (blocks,), always in the same order, in float64."""
+    """Return the sum of the block sums `partial` (blocks,), in their unit, in float64 and always in the same order."""
     return float(np.add.reduce(partial, dtype=np.float64))

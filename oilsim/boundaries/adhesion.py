@@ -73,7 +73,9 @@ def adhesion_acceleration(begin, end, position, phase, strength, wall, neighborh
 def adhesion_reaction(pairs, position, phase, strength, rest_density, wall, neighborhood, force):
     """Add to `force` (bodies, 6) the pull of adhesion on moving bodies, opposite to that on the liquid [N, N m].
 
-    pairs: the step's `BodyPairs`; rest_density (N,): rho_0 [kg/m3]; the rest as for `adhesion_acceleration`.
+    pairs         the step's `BodyPairs`
+    rest_density  (N,) rho_0 of each particle [kg/m3]
+    position, phase, strength, wall, neighborhood  as for `adhesion_acceleration`
     """
     inverse_support, volume = np.float32(1.0) / neighborhood.support, neighborhood.volume
     for n in range(pairs.particle.size):

@@ -34,7 +34,8 @@ from oilsim.neighborhood.smoothing_kernels import kernel_slope_over_q
 Real = NDArray[np.float32]
 Double = NDArray[np.float64]
 
-PRESSURE, DENSITY, PLACE = 1, 2, 3  # columns of a rim; the first one counts its particles
+# [1] columns of a rim, the sums over its particles; layout; the first column counts them
+PRESSURE, DENSITY, PLACE = 1, 2, 3
 HALF = np.float32(0.5)
 # [1] largest factor f on the force of the walls that are there; theory; two layers of wall seen across a gap of three quarters of a spacing
 FILLED = 3.0
@@ -136,7 +137,7 @@ def towards(wall, c, b, neighborhood):
 
 @njit(**FAST)
 def gap_filling(b, near, wall, films, neighborhood, others):
-    """Return f of the module's docstring for the moving wall particle b; 0 where no fixed solid is near.
+    """Return f of the module's docstring [1] for the moving wall particle b; 0 where no fixed solid is near.
 
     b       counted from the first moving wall particle
     near    (n,) uint32, wall particles near it

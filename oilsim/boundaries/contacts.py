@@ -82,7 +82,7 @@ def add_wrench(wrench, row, arm, b, fx, fy, fz):
 def count_body_pairs(walls, resting, number):
     """Fill `number` (N,) uint32 with the moving wall particles within reach of the first N particles.
 
-    walls: lists of wall neighbours, which name the `resting` ones first, so that a list's end is looked at.
+    walls: lists of wall neighbours, as indices of wall particles. The `resting` ones come first in a list, so that only its end is read.
     """
     for i in range(number.size):
         first = walls.start[i]
@@ -97,7 +97,7 @@ def count_body_pairs(walls, resting, number):
 def fill_body_pairs(touching, number, walls, wall, pairs):
     """Fill `pairs` (see `BodyPairs`) with those of the particles `touching` (T,); number (N,) as from `count_body_pairs`.
 
-    walls: lists of wall neighbours; wall: the `WallParticles` that they name.
+    walls: lists of wall neighbours, as indices of the particles in `wall`, the `WallParticles`.
     """
     n = 0
     for i in touching:
@@ -114,7 +114,7 @@ def fill_body_pairs(touching, number, walls, wall, pairs):
 def list_body_pairs(wall: WallParticles, walls: Pairs, count: int) -> tuple[BodyPairs, Index]:
     """List the pairs of the first `count` fluid particles with moving bodies, and the particles (T,) that have any.
 
-    walls: lists of wall neighbours. Nothing is computed where no body moves.
+    walls: lists of wall neighbours. The lists are empty where no body moves.
     """
     if not wall.owner.size:
         return NO_BODY_PAIRS, np.empty(0, np.uint32)
@@ -155,7 +155,7 @@ def find_contacts(pairs, wall_gradient, contacts):
 
 
 def gather_contacts(pairs: BodyPairs, wall_gradient: Real) -> Contacts:
-    """Contacts of fluid particles with moving bodies, from the pair vectors (3, Q) of wall neighbours [1/m]."""
+    """Gather the contacts of fluid particles with moving bodies, by the pair vectors (3, Q) of wall neighbours [1/m]."""
     room = pairs.particle.size
     if not room:
         return NO_CONTACTS

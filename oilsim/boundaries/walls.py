@@ -41,7 +41,7 @@ class WallParticles(NamedTuple):
 
 
 def rotation_matrix(orientation: ArrayLike) -> Double:
-    """Return the rotations (..., 3, 3) of quaternions (..., 4) x, y, z, w."""
+    """Return the rotation matrices, (3, 3) or (n, 3, 3) [1], of quaternions x, y, z, w, (4,) or (n, 4), of any length but 0."""
     quaternion = np.asarray(orientation, np.float64)
     x, y, z, w = np.moveaxis(quaternion / np.linalg.norm(quaternion, axis=-1, keepdims=True), -1, 0)
     rows = (
@@ -71,7 +71,10 @@ def rotated(orientation: Double, turn: Double) -> Double:
 
 
 def chosen_blocks(matrix: Double, rows: list[int]) -> Double:
-    """Return the blocks of 6 by 6 in these rows and columns of a matrix (6 n, 6 n); the matrix itself if they are all, in order."""
+    """Return the blocks of 6 by 6 in these rows and columns of a matrix (6 n, 6 n), in its unit; the matrix itself if it has no others.
+
+    `rows` counts blocks; the result has their order.
+    """
     if rows == list(range(len(matrix) // 6)):
         return matrix
     axes = [6 * row + axis for row in rows for axis in range(6)]
@@ -80,14 +83,22 @@ def chosen_blocks(matrix: Double, rows: list[int]) -> Double:
 
 @dataclass
 class MovingBody:
-    """Motion of one moving boundary during an advance: pose, twist, answer to impulses, and the impulse received so far."""
+    """Motion of one moving boundary during an advance: pose, twist, answer to impulses, and the impulse received so far.
+
+    position (3,)           centre of mass [m]
+    orientation (4,)        quaternion x, y, z, w
+    twist (6,)              linear [m/s] and angular [rad/s] velocity
+    inverse_mass (6, 6)     twist per impulse [1/kg, 1/(kg m2)]; zeros for prescribed motion
+    free_acceleration (6,)  d(twist)/dt from everything but the fluid [m/s2, rad/s2]
+    impulse (6,)            impulse and its moment about the centre of mass since the advance began [N s, N m s]
+    """
 
     position: Double
     orientation: Double
-    twist: Double  # (6,) linear [m/s] and angular [rad/s] velocity
-    inverse_mass: Double  # (6, 6) twist per impulse; zeros for prescribed motion
-    free_acceleration: Double  # (6,) d(twist)/dt from everything but the fluid
-    impulse: Double = field(default_factory=lambda: np.zeros(6))  # [N s, N m s] since the advance began
+    twist: Double
+    inverse_mass: Double
+    free_acceleration: Double
+    impulse: Double = field(default_factory=lambda: np.zeros(6))
 
 
 class Walls:
@@ -269,7 +280,7 @@ class Walls:
         return np.zeros((len(self.moving), 6))
 
     def receive(self, impulses: Double) -> None:
-        """Hand impulses (bodies, 6) [N s, N m s] to the moving bodies, which answer them."""
+        """Give impulses (bodies, 6) [N s, N m s] to the moving bodies, and change their twists by the answers M^-1 P."""
         if not self.moving:
             return
         answers = (self.inverse_mass() @ impulses.ravel()).reshape(impulses.shape)
@@ -284,7 +295,7 @@ class Walls:
 
     @property
     def tied(self) -> Double | None:
-        """Return the inverse mass (6 n, 6 n) that `tie` gave the moving bodies, in their order; None without."""
+        """Return the inverse mass (6 n, 6 n) [1/kg, 1/(kg m2)] that `tie` gave the moving bodies, in their order; None without."""
         return None if self._tied is None else self._tied.copy()
 
     def inverse_mass(self) -> Double:

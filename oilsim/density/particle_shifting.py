@@ -11,7 +11,7 @@ a_0 = V^2 sum |grad W|^2 for the diagonal of Eq. 13. A pass mends a share omega 
 that is too little, a pass mends half as much again, and further passes follow, with inertia (Polyak 1964). Inside the liquid the error
 counts with both signs; near a free surface only compression counts.
 
-**Quiet.** The filter takes off what linear flow cannot explain, so that shear and rotation pass. It acts in every step. If it acted in
+**Quiet.** The filter removes motion that linear flow cannot explain, so that shear and rotation pass. It acts in every step. If it acted in
 every n-th step only, it would feed swings of pressed particles (`time_step`) whose half period is n steps.
 
 **Order.** Away from free surfaces particle shifting (Lind et al. 2012) keeps neighbours evenly spread, by beta, which grows with the
@@ -20,9 +20,9 @@ only drove neighbours apart would drive particles along grad beta and compress c
 together that are further apart than half the support, with the a for which it has no virial on a lattice. Beside walls such a push keeps
 water moving (0.5 % of sqrt(g H) in a column of 32 particles). There a particle goes down g_i alone, by the last term of dx_i. Shifts
 compress the liquid where they end, at free surfaces and walls. A step finds the shifts, and the next step makes them before it looks at
-densities, so that no pass is spent on what they did.
+densities, so that no pass is spent on the compression that they cause.
 
-**Velocity of what is moved.** A particle that is put elsewhere in the same flow takes the velocity that the flow has there (Lind et al.
+**Velocity of moved particles.** A particle that is put elsewhere in the same flow takes the velocity that the flow has there (Lind et al.
 2012). With the sum dx_i of a step's pushes and shifts
 
     v_i += G_i dx_i - |G_i dx_i| sum_k m_k G_k dx_k / sum_k m_k |G_k dx_k|.
@@ -201,7 +201,13 @@ def follow_flow(begin, end, change, share, velocity):
 
 @inlined
 def linear(flow, i, axis, theirs, dx, dy, dz):
-    """Return one component of (G_i + G_j) dx [m/s] for lanes of neighbours j, whose row of G_j is `theirs` [1/s]."""
+    """Return one component of (G_i + G_j) dx [m/s] for lanes of neighbours j.
+
+    flow (N, 16)  rows as from `particle_sums`, with G_i [1/s] from column GRADIENT on
+    axis          the component, 0 to 2
+    theirs        row `axis` of G_j, three vectors of lanes [1/s]
+    dx, dy, dz    lanes of dx [m]
+    """
     row = GRADIENT + 4 * axis
     return (flow[i, row] + theirs[0]) * dx + (flow[i, row + 1] + theirs[1]) * dy + (flow[i, row + 2] + theirs[2]) * dz
 

@@ -8,7 +8,7 @@
     12 to 14    third row of G_i [1/s]
 
 Columns 11 and 15 hold nothing of use. Kernels read the row of a neighbour in fours (`simd.gather_four`), and so every four columns
-hold what is needed together.
+hold numbers that are needed together.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ The sum g_i = sum_j V grad W_ij + sum_b V_b grad W_ib vanishes inside the liquid
 at the surface where |g_i| d exceeds SURFACE, with the particle spacing d. A particle belongs to spray where its density is less than
 SPRAY of the rest density. A particle with such a neighbour is near the surface: sums over its neighbours meet particles whose own sums
 are incomplete. The array `surface` (N,), uint8, holds these states (`FreeSurface`). The step computes them once, before it relaxes
-positions, and every yes-or-no question of the step is answered by them:
+positions, and the step decides by them wherever it needs a yes or no:
 
     relaxation           near a surface only compression counts, and particles are not shifted       `particle_shifting`
     shear correction     near a surface the correction matrix Y stays as it is                       `shear_correction`
@@ -48,7 +48,7 @@ SPRAY = np.float32(0.6)
 
 
 class FreeSurface(IntEnum):
-    """Where a particle lies. Greater numbers are more exposed; everything but INSIDE is within reach of a free surface."""
+    """The place of a particle relative to a free surface. Greater numbers are more exposed; all but INSIDE are within reach of one."""
 
     INSIDE = 0
     NEAR_SURFACE = 1
@@ -77,7 +77,11 @@ def mark_exposed(begin, end, gradient_sum, compression, spacing, exposed):
 
 @njit(**FAST)
 def mark_free_surface(begin, end, fluid, exposed, surface):
-    """Fill surface (N,), uint8, with the `FreeSurface` of each particle; exposed (N,) as from `mark_exposed`, fluid: neighbour lists."""
+    """Fill surface (N,) uint8 with the `FreeSurface` of each particle.
+
+    fluid         lists of fluid neighbours, as indices
+    exposed (N,)  state of each particle by itself, as from `mark_exposed`
+    """
     for i in range(begin, end):
         found = spread(exposed[i])
         first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])

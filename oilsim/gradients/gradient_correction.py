@@ -61,7 +61,7 @@ def largest_stretch(lattice_moment: float) -> float:
 
 @inlined
 def times_symmetric(vx, vy, vz, m):
-    """Return m v for a symmetric matrix m (six numbers xx, xy, xz, yy, yz, zz), which is the row vector v m too."""
+    """Return m v, which is v m too, for a symmetric matrix m (6,) in its unit: xx, xy, xz, yy, yz, zz; v = (vx, vy, vz)."""
     return (
         vx * m[0] + vy * m[1] + vz * m[2],
         vx * m[1] + vy * m[3] + vz * m[4],
@@ -71,7 +71,7 @@ def times_symmetric(vx, vy, vz, m):
 
 @inlined
 def times_mean_correction(matrix, i, j, ax, ay, az):
-    """Return (Y_i + Y_j) / 2 a for lanes of fluid neighbours j; matrix (N, 8) as from `fill_correction`."""
+    """Return (Y_i + Y_j) / 2 a for lanes of fluid neighbours j, in the unit of a; matrix (N, 8): Y [1], as from `fill_correction`."""
     xx, xy, xz, yy = gather_four(matrix, j, 0)
     yz, zz, _, _ = gather_four(matrix, j, 4)
     ax, ay, az = HALF * ax, HALF * ay, HALF * az

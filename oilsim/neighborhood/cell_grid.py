@@ -165,9 +165,11 @@ def assign_cells(begin, end, position, grid, cell):
 
 @njit(**FAST)
 def count_sort(cell, cell_start, order):
-    """Sort stably by counting: fill `order` (N,) with particles by cell and `cell_start` (cells + 1,) with the place where each begins.
+    """Sort particles by cell, stably, by counting.
 
-    cell (N,) uint32 of each particle.
+    cell (N,) uint32         index of each particle's cell
+    cell_start (cells + 1,)  becomes the place in `order` where each cell begins
+    order (N,)               becomes the indices of the particles, by cell
     """
     cell_start[:] = 0
     for i in range(cell.size):
@@ -221,7 +223,10 @@ def mark_surroundings(position, grid, near):
 def find_ranges(cx, cy, cz, grid, cell_start, ranges):
     """Fill `ranges` (R, 2) with the half-open ranges of particles in the rows of cells around a cell, and return their number.
 
-    (cx, cy, cz): the cell; cell_start (cells + 1,): place where each cell begins. Empty rows are left out.
+    (cx, cy, cz)             the cell
+    grid                     the `Grid`
+    cell_start (cells + 1,)  index of the particle with which each cell begins
+    Empty rows are left out.
     """
     nx, ny, nz = grid.cells
     rx, ry, rz = grid.reach

@@ -82,7 +82,7 @@ class Sorted(NamedTuple):
 
 
 class Space(NamedTuple):
-    """Where the search looks: the counted cells, and the lengths of periodic axes [m] (0 where space is open; None if all is)."""
+    """The space of a search: the counted cells, and the lengths of periodic axes [m] (0 for open axes; None if all are open)."""
 
     grid: Grid
     period: tuple[np.float32, ...] | None
@@ -121,15 +121,15 @@ def nearest_images(dx, dy, dz, period):
 
 @inlined
 def rows(vectors):
-    """Return the three components (N,) of vectors (3, N)."""
+    """Return the three components (N,) of vectors (3, N), in their unit."""
     return vectors[0], vectors[1], vectors[2]
 
 
 @inlined
 def end_list(neighbor, cursor):
-    """Write an index into the places of `neighbor` from `cursor` to the next multiple of simd.LANES.
+    """Write the index 0 into the places of `neighbor` (P,) from `cursor` to the next multiple of simd.LANES.
 
-    Kernels read them together with the list's last neighbours, and must find an index that exists.
+    Kernels read these places together with the list's last neighbours, and must find an index that exists.
     """
     while cursor % simd.LANES:
         neighbor[cursor] = 0
@@ -138,7 +138,7 @@ def end_list(neighbor, cursor):
 
 @njit(**FAST)
 def fill_rows(begin, end, vectors, scalar, result):
-    """Set the first four columns of `result` (N, columns) to vectors (3, N) and a scalar (N,), side by side for `gather_four`."""
+    """Set the first four columns of `result` (N, columns) to `vectors` (3, N) and `scalar` (N,), in their unit, for `gather_four`."""
     for i in range(begin, end):
         result[i, 0], result[i, 1], result[i, 2], result[i, 3] = vectors[0, i], vectors[1, i], vectors[2, i], scalar[i]
 
@@ -161,7 +161,7 @@ def indices(flags: NDArray[np.bool_]) -> NDArray[np.uint32]:
 
 @njit(**FAST)
 def mark_around(begin, end, chosen, fluid, near):
-    """Set `near` (N,) uint8 to 1 for the particles `chosen` (K,) and all their neighbours in the lists `fluid`.
+    """Set the flags `near` (N,) uint8 to 1 for the particles of indices `chosen` (K,) and all their neighbours in the lists `fluid`.
 
     This scatters; threads that meet write the same value.
     """
@@ -297,7 +297,7 @@ class NeighborSearch:
 
         `name` keeps storage apart over the steps; near (cells,) as from `surroundings` spares the particles far from all others; `moving`
         are those others that do not lie in cell order. With a `skin` [m] the lists reach that much beyond the support and begin at
-        multiples of compaction.LANES, so that they can be filtered in place.
+        multiples of compaction.LANES, so that they can be filtered in place. ValueError for a skin too wide for a periodic axis.
         """
         count, same = position.shape[1] if count is None else count, other.position is position
         share = self._shares.setdefault(name, INITIAL_SHARES[0] if same else INITIAL_SHARES[1])

@@ -38,7 +38,7 @@ def kernel_slope_over_q(q, sigma):
 
 
 def lattice(step: float, dimension: int, reach: float = SUPPORT) -> np.ndarray:
-    """Return lattice points (K, 3) [d] within a cube of half width `reach` [d] about the origin, `step` [d] apart."""
+    """Return lattice points (K, 3) within a cube of half width `reach` about the origin, `step` apart; all in spacings d [-]."""
     axis = np.arange(-np.ceil(reach / step), np.ceil(reach / step) + 1) * step
     plane = axis if dimension == 3 else np.zeros(1)
     return np.stack(np.meshgrid(axis, plane, axis, indexing="ij"), axis=-1).reshape(-1, 3)

@@ -2,10 +2,10 @@
 
 The face is the set of particles that are under pressure or would be after one Jacobi step: kappa > g / diag A, with g = A kappa - b, the
 rate of compression that is left. On the face, and as if there were no bound, the solver minimises g by conjugate residuals (Stiefel 1955;
-Saad 2003, 6.8). The preconditioner is the diagonal with what the system knows besides (`coarse_grid`). The tolerance is for |g|.
+Saad 2003, 6.8). The preconditioner is the diagonal, and a term that the system may add (`coarse_grid`). The tolerance is for |g|.
 Pressures that have become negative count as the compression that clamping them would add. Where that is too much the solver sets them to
 0, which takes one product more, and chooses the face anew. This is the primal-dual active set strategy of Hintermueller, Ito and Kunisch
-(2003), with a few steps in place of the exact solution. A round ends when clamping would undo a quarter of what is left to be gained. It
+(2003), with a few steps in place of the exact solution. A round ends when clamping would undo a quarter of the residual on the face. It
 also ends after three digits, because the preconditioner's effect on g is carried on by recurrence and drifts off.
 
 The mean over a sea hides a slick of oil with the water that it touches, or the particles beside a body. These groups must meet the
@@ -39,12 +39,15 @@ AMBIENT = 1.5
 SPOILT = 0.25
 # [1] share of a round's first curvature at which a round ends; measured; further on recurrence drifts off: the coarse grid is not linear
 FAITHFUL = 1e-6
-# [1] products of a solve at least; measured; what is left over at the tolerance piles up in water at rest
+# [1] products of a solve at least; measured; residuals left at the tolerance add up in water at rest
 LEAST = 2
 
 
 class System:
-    """The system of equations: A, its parts, its preconditioner, and whatever else follows kappa. A system overrides what it needs."""
+    """The system of equations: A, its parts, its preconditioner, and the quantities that follow kappa.
+
+    A system overrides the methods that it needs.
+    """
 
     def product(self, vector: Real, image: Real) -> None:
         """Write A vector [1/s] into image, both (N,); vector [m2/s]."""
@@ -100,9 +103,9 @@ class BoundConstrainedSolver:
         watched: Sequence[Index] = (),
         count: int | None = None,
     ) -> tuple[int, float]:
-        """Improve kappa in place until the mean residual is `tolerance` [1/s]; returns products used and that mean [1/s].
+        """Refine kappa (N,) [m2/s] in place until the mean residual is `tolerance` [1/s]; return the products used and that mean [1/s].
 
-        pressures      `Pressures`; kappa is nowhere negative unless `closed`, and gradient moves with it
+        pressures      `Pressures`, (N,) each; kappa is nowhere negative unless `closed`, and gradient moves with it
         iterations     products at most; a few more may be needed to end with a valid pressure
         closed         whether the liquid fills a box, so that its pressure has no bound
         watched        groups of particles whose own means must meet the tolerance too; products among a group count by its share
@@ -135,7 +138,7 @@ class BoundConstrainedSolver:
         self._become(self._kappa - np.float32(level))
 
     def _solve_all(self, least: int, most: int) -> tuple[int, float]:
-        """Improve kappa until the residual is within the limit; returns products and the residual. Some of it may be left negative."""
+        """Refine kappa until the residual is within the limit; return products and the residual. kappa may be left negative in places."""
         used, opening = 0, True
         self._begin_round()
         while True:
@@ -177,7 +180,7 @@ class BoundConstrainedSolver:
         return 1 + math.ceil(used * group.size / self._size)
 
     def _descend(self, opening: bool, least: int, most: int) -> tuple[int, float]:
-        """Conjugate residuals on the face, bounds ignored; returns products, and the residual with the bounds that it leaves."""
+        """Run conjugate residuals on the face, bounds ignored; return products, and the residual with the bounds that it leaves."""
         search = self._search
         search.direction[:], search.image[:] = 0.0, 0.0
         self._system.correct(self._gradient, self._face, self._scaled)
@@ -227,7 +230,7 @@ class BoundConstrainedSolver:
         return self._dot(direction, image) > 0.0
 
     def _take_back(self) -> int:
-        """Undo the round, and take a projected gradient step; returns products."""
+        """Undo the round, and take a projected gradient step; return products."""
         self._become(self._first_kappa)
         way, scaled = self._search.direction, np.zeros_like(self._scaled)
         np.divide(self._gradient[: self._size], self._diagonal[: self._size], out=scaled[: self._size])

@@ -41,7 +41,7 @@ PARTS = 16
 
 
 class GridPlaces(NamedTuple):
-    """Where particles lie on the grid.
+    """The places of particles on the grid.
 
     cell (N,)            number of the particle's cell
     share (3, N)         place in the cell along each axis, as a share of the edge [1]
@@ -84,7 +84,7 @@ def locate(begin, end, position, lower, inverse, first, cells, cell, share):
         for axis in range(3):
             along = (position[axis, i] - lower[axis]) * inverse[axis]
             last = first[axis] + cells[axis] - 1
-            k = max(min(np.int64(along), last), first[axis])  # of what has left the domain, too, or blown up
+            k = max(min(np.int64(along), last), first[axis])  # particles outside the domain, or not finite, too
             share[axis, i] = max(min(along - np.float32(k), ONE), ZERO)
             index = index * cells[axis] + k - first[axis]
         cell[i] = index
@@ -92,7 +92,7 @@ def locate(begin, end, position, lower, inverse, first, cells, cell, share):
 
 @njit(**FAST)
 def occupy(points, cells, turns, cell, number, name, content, corners):
-    """Number the cells that hold particles and their corners in order of appearance; returns how many cells and nodes there are.
+    """Assign numbers to the cells that hold particles and to their corners, by order of appearance; return how many of each there are.
 
     points (M, 4)         places [m] and weights rho_ref / rho_0 [1] of the particles
     cells (3,)            number of cells along each axis
@@ -126,7 +126,7 @@ def occupy(points, cells, turns, cell, number, name, content, corners):
 def restrict(begin, end, length, places, values, face, sums):
     """Fill the rows begin to end of sums (parts, nodes) with P^T F values of the parts, of `length` particles each.
 
-    places: `GridPlaces`; values (N,); face (N,): F, 1 on the face and 0 elsewhere.
+    places: `GridPlaces`; values (N,), in the unit of the sums; face (N,): F, 1 on the face and 0 elsewhere [1].
     """
     cell, share, corners = places
     for part in range(begin, end):
@@ -147,7 +147,10 @@ def restrict(begin, end, length, places, values, face, sums):
 
 @njit(**FAST)
 def prolong(begin, end, places, node, face, values):
-    """Add F P node to values (N,); places: `GridPlaces`, node (nodes,): value of each node, face (N,): F, 1 on the face and 0 elsewhere."""
+    """Add F P node to values (N,), in their unit.
+
+    places: `GridPlaces`; node (nodes,): value of each node; face (N,): F, 1 on the face and 0 elsewhere [1].
+    """
     cell, share, corners = places
     for i in range(begin, end):
         x, y, z, c = share[0, i], share[1, i], share[2, i], corners[cell[i]]
@@ -178,7 +181,7 @@ def wire(corners, content, conductance, other, wires):
 
 @inlined
 def conduct(resistors, potential, current):
-    """Set current (nodes,) to K potential; resistors: `Resistors`."""
+    """Set current (nodes,) [1/s] to K potential; potential (nodes,) [m2/s]; resistors: `Resistors`."""
     other, wires, leak, _ = resistors
     for n in range(leak.size):
         current[n] = leak[n] * potential[n]

@@ -113,7 +113,7 @@ def load_vector(vectors, k, present):
 
 @inlined
 def store_vector(vectors, k, present, ax, ay, az):
-    """Store lanes of three components to vectors (3, P) from entry k on."""
+    """Store lanes of three components ax, ay, az to `vectors` (3, P), in their unit, from entry k on."""
     store(vectors[0], k, present, ax)
     store(vectors[1], k, present, ay)
     store(vectors[2], k, present, az)
@@ -152,7 +152,7 @@ def cache_wall_gradients(i, hood, matrix, lattice_moment, wall_gradient):
 
 @njit(**FAST)
 def cache_gradients(begin, end, hood, matrix, constants, by_body, vectors, sums, wall_pressure, lever):
-    """Cache the pair vectors G_ij and G_ib of the particles begin to end, and the sums that the pressure operator needs.
+    """Store the pair vectors G_ij and G_ib of the particles begin to end, and the sums that the pressure operator needs.
 
     hood              the `Neighborhood`
     matrix (N, 8)     Y_i [1]; None for 1

@@ -74,7 +74,7 @@ def choose_face(begin, end, pressures, mobility, closed, opening, face, scaled, 
 
 @njit(**FAST)
 def advance(begin, end, pressures, scaled, search, closed, face, step, sums):
-    """Take a step: kappa -= step p, g -= step A p, scaled -= step M^-1 A p, and add up what is left.
+    """Take a step: kappa -= step p, g -= step A p, scaled -= step M^-1 A p, and sum the residual.
 
     pressures            `Pressures`; kappa and gradient move
     scaled (N,)          M^-1 g on the face [m2/s], moves
@@ -122,7 +122,7 @@ def turn(begin, end, scaled, product, share, mobility, face, search):
 
 @njit(**FAST)
 def dot(begin, end, left, right, sums):
-    """Fill sums (blocks,) with the block sums of left (N,) times right (N,)."""
+    """Fill sums (blocks,) with the block sums of left (N,) times right (N,), in the product of their units, as [m2/s2]."""
     for block in range(begin, end, BLOCK):
         last, product = min(block + BLOCK, end), spread(ZERO)
         for k in range(block, last, LANES):

@@ -94,7 +94,9 @@ def gather_impulses(contacts, push, kappa, scale, impulse):
 
 @njit(**FAST)
 def answer_impulses(inverse_mass, impulse, twist):
-    """Fill `twist` (6 bodies,) [m/s, rad/s] with M^-1 (6 bodies, 6 bodies) times `impulse` (6 bodies,) [N s, N m s].
+    """Fill `twist` (6 bodies,) [m/s, rad/s] with M^-1 times `impulse` (6 bodies,) [N s, N m s].
+
+    inverse_mass: M^-1 (6 bodies, 6 bodies) [1/kg, 1/(kg m2)].
 
     The product is too small for a linear algebra library, whose threads would take the fluid's cores.
     """
@@ -192,7 +194,7 @@ class RigidResponse:
         scatter_twists(self._contacts, self._answer, 1.0, rate)
 
     def accept(self, kappa: Real) -> None:
-        """Hand the impulses of kappa (N,) [m2/s] to the bodies."""
+        """Give the impulses of kappa (N,) [m2/s] to the bodies."""
         self.answer(kappa)
         self.turn(0.0)
         self.collect(1.0)
@@ -207,7 +209,7 @@ class RigidResponse:
         self._collected += length * self._way
 
     def hand_over(self) -> None:
-        """Hand the bodies the impulses that were collected for them, and their answers."""
+        """Give the bodies the impulses that were collected for them, and their answers."""
         for body, impulse, answer in zip(self._walls.moving.values(), *self._collected, strict=True):
             body.impulse = body.impulse + impulse
             body.twist = body.twist + answer

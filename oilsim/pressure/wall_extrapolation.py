@@ -48,7 +48,7 @@ PRESSED = 0.25
 
 
 class WallPressure(NamedTuple):
-    """How the particles of a step press on the walls beside them.
+    """The terms by which the particles of a step press on the walls beside them.
 
     extrapolation (N, 9)    K_i of `pressure_gradient`, row by row [1]
     waterline (3, N)        acceleration by which walls at rest hold the water's edge [m/s2]
@@ -95,7 +95,7 @@ def moment_of(i, points, others, period, pairs, gradient):
 
 @inlined
 def scaled(factor, m):
-    """Return a factor times a matrix of nine numbers."""
+    """Return a factor times a matrix m (9,), in their unit, as nine numbers."""
     return (
         factor * m[0], factor * m[1], factor * m[2], factor * m[3], factor * m[4], factor * m[5], factor * m[6], factor * m[7],
         factor * m[8],
@@ -104,7 +104,7 @@ def scaled(factor, m):
 
 @inlined
 def symmetric(m, unit):
-    """Return the symmetric part of a matrix of nine numbers as six (xx, xy, xz, yy, yz, zz), with `unit` added to yy."""
+    """Return the symmetric part of a matrix m (9,), in its unit, as xx, xy, xz, yy, yz, zz, with `unit` added to yy."""
     return (
         m[0], HALF * (m[1] + m[3]), HALF * (m[2] + m[6]), m[4] + unit, HALF * (m[5] + m[7]), m[8],
     )  # fmt: skip
@@ -118,7 +118,10 @@ def spanned_share(own):
 
 @inlined
 def covered_share(own, wall):
-    """Return o_i, how far liquid and walls surround the particle, from 0 at a free surface to 1, by their moments (six numbers each)."""
+    """Return o_i [1], how far liquid and walls surround the particle, from 0 at a free surface to 1.
+
+    own, wall: moments of the liquid and of the walls, (6,) each [1]: xx, xy, xz, yy, yz, zz.
+    """
     whole = (
         own[0] + wall[0], own[1] + wall[1], own[2] + wall[2], own[3] + wall[3], own[4] + wall[4], own[5] + wall[5],
     )  # fmt: skip

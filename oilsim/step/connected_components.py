@@ -23,7 +23,7 @@ SAMPLED = 2
 
 @inlined
 def find(parent, node):
-    """Return the root of a node in `parent` (nodes,) int32, halving the way there."""
+    """Return the root of a node by the indices in `parent` (nodes,) int32, halving the way there."""
     while parent[node] != node:
         parent[node] = parent[parent[node]]
         node = parent[node]
@@ -32,7 +32,7 @@ def find(parent, node):
 
 @inlined
 def join(parent, a, b):
-    """Put the nodes a and b of `parent` (nodes,) int32 under one root, the smaller of both roots."""
+    """Put the nodes a and b under one root, the smaller of both; parent (nodes,) int32: index of each node's parent."""
     a, b = find(parent, a), find(parent, b)
     parent[max(a, b)] = min(a, b)
 
@@ -49,7 +49,7 @@ def join_bodies(pairs, bodies, parent):
 
 @njit(**ALLOCATING)
 def join_neighbors(fluid, bodies, parent):
-    """Join particles to their neighbours in the lists `fluid`; `parent` (bodies + N,) int32 ends with every node at its root."""
+    """Join particles to their neighbours in the lists `fluid`; `parent` (bodies + N,) int32 becomes the index of every node's root."""
     size = np.zeros(parent.size, np.int64)
     for node in range(bodies, parent.size):
         begin, number = fluid.start[node - bodies], np.int64(fluid.number[node - bodies])
@@ -73,7 +73,7 @@ def join_neighbors(fluid, bodies, parent):
 def number_parts(bodies, parent, part):
     """Fill `part` (bodies + N,) int32 with the part of every node, in the order of their first particles, and return their number.
 
-    parent (bodies + N,) int32: the root of every node. A dry body gets -1.
+    parent (bodies + N,) int32: index of every node's root. A dry body gets -1.
     """
     count = 0
     of_root = np.full(parent.size, np.int32(-1))

@@ -13,9 +13,9 @@ goes to the next one of its part, like the error that a printer spreads over nei
 Parts that are not connected do not turn each other. Real torques, of gravity and of forcings, act outside the watched blocks and stay.
 Where a part cannot turn (a single particle; a row of particles, about itself) nothing is given.
 
-In a periodic domain angular momentum has no meaning, and dL counts as 0. Nothing is computed while any liquid touches a wall at rest, which
-exchanges momentum with all liquid connected to it: finding the liquid that is not connected would cost one per cent of every step in a
-tank. Sleeping liquid holds the rest like a wall.
+In a periodic domain angular momentum has no meaning, and dL counts as 0. There is no correction while any liquid touches a wall at rest,
+which exchanges momentum with all liquid connected to it: finding the liquid that is not connected would cost one per cent of every step in
+a tank. Sleeping liquid holds the rest like a wall.
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ Real = NDArray[np.float32]
 
 @njit(**FAST)
 def turn_way(begin, end, share, change, way):
-    """way = change + share way, (3, N) [m/s]."""
+    """Set `way` to `change` + share `way`, (3, N) each [m/s]."""
     for axis in range(3):
         for k in range(begin, end, LANES):
             present = below(end, k)
@@ -30,7 +30,7 @@ def turn_way(begin, end, share, change, way):
 
 @njit(**FAST)
 def follow_way(begin, end, length, way, velocity):
-    """velocity += length way, (3, N) [m/s]."""
+    """Add length `way` to `velocity`, (3, N) each [m/s]."""
     for axis in range(3):
         for k in range(begin, end, LANES):
             present = below(end, k)
@@ -38,14 +38,17 @@ def follow_way(begin, end, length, way, velocity):
 
 
 def with_neighbors(tools: StepTools, arrays: StepArrays, state: FluidState, group: Index) -> NDArray[np.bool_]:
-    """Which awake particles are of a group or have one of it among their neighbours."""
+    """Return a mask (awake,) of the awake particles that belong to a group (K,) of indices or have a neighbour in it."""
     near = np.zeros(state.listed, np.uint8)
     tools.team.run(mark_around, group.size, group, arrays.neighborhood.fluid, near)
     return near[: state.awake].view(np.bool_)
 
 
 def pressure_response(tools: StepTools, arrays: StepArrays, push: Real | None) -> RigidResponse:
-    """How bodies answer pressures, extrapolated ones too where there are levers, by the `push` (see `pressure_velocity`)."""
+    """Make the answer of bodies to pressures, extrapolated ones too where there are levers.
+
+    push (N, 3): the sums sum_j G_ij kappa_j [m/s] of `pressure_velocity`, by which extrapolated pressures act; None where there are none.
+    """
     walls, contacts, hood, constants = tools.walls, arrays.contacts, arrays.neighborhood, tools.constants
     if arrays.lever is not None and contacts.particle.size:
         jacobian = np.empty_like(contacts.jacobian)
@@ -75,7 +78,7 @@ class PressureOperator(System):
             self._response.add_compliance(arrays.diagonal)
 
     def compression_rate(self) -> Real:
-        """H^T v [1/s] of the velocities and the bodies' motion as they are."""
+        """Return H^T v (N,) [1/s] of the present velocities and the bodies' present motion (Qiu et al. 2021, Eq. 14)."""
         velocity = self._state.velocity
         rate = np.zeros(self._state.listed, np.float32)
         arrays = self._arrays
@@ -89,11 +92,14 @@ class PressureOperator(System):
         return rate
 
     def product(self, kappa: Real, result: Real) -> None:
-        """Write A kappa [1/s] into result."""
+        """Write A kappa (N,) [1/s] into result; kappa (N,) [m2/s]."""
         self.product_of(kappa, result, self._all, self._all)
 
     def product_of(self, kappa: Real, result: Real, around: Index, chosen: Index) -> None:
-        """Write (A kappa)_i [1/s] of the `chosen` into result, those `around` being all that have neighbours under pressure."""
+        """Write (A kappa)_i [1/s] of the particles `chosen` (K,) into result (N,); kappa (N,) [m2/s].
+
+        around: indices of all particles that have neighbours under pressure.
+        """
         self._pressure_velocity(kappa, around)
         if self._response.present:
             self._response.answer(kappa)
@@ -103,23 +109,23 @@ class PressureOperator(System):
             self._response.add_answer(result)
 
     def part(self, group: Index) -> PartialOperator:
-        """A among the particles of a group."""
+        """Return A restricted to the particles of a group (K,) of indices."""
         near = with_neighbors(self._tools, self._arrays, self._state, group)
-        near[self._arrays.touching] = True  # of whom bodies ask what pushes them
+        near[self._arrays.touching] = True  # by which bodies find the pressure on them
         return PartialOperator(self, group, indices(near), self._state.listed)
 
     def centre(self, values: Real) -> None:
-        """Take off the mean in a filled box."""
+        """Subtract the mean of the values (N,) [1/s] from them in a filled box."""
         if self._filled:
             values -= np.float32(values.mean(dtype=np.float64))
 
     def correct(self, residual: Real, face: Real, correction: Real) -> None:
-        """Add to the correction what the coarse grid makes of a residual on the face; nothing in a filled box."""
+        """Add to the correction (N,) [m2/s] the coarse grid's answer to a residual (N,) [1/s] on the face (N,); 0 in a filled box."""
         if not self._filled:
             self._tools.coarse.correct(residual, face, correction)
 
     def turn(self, share: float) -> None:
-        """The way to follow becomes the vector of the last product, and `share` of the way so far."""
+        """Set the way to follow to the velocities of the last product plus `share` of the way so far."""
         if share == 0.0:
             self._way, self._change = self._change, self._way
         else:
@@ -128,18 +134,18 @@ class PressureOperator(System):
             self._response.turn(share)
 
     def follow(self, length: float) -> None:
-        """Velocities follow kappa, which has moved by -length times the way; bodies wait for `hand_over`."""
+        """Move the velocities with kappa, which has moved by -length times the way; bodies wait for `hand_over`."""
         self._tools.team.run(follow_way, self._count, np.float32(length), self._way, self._state.velocity)
         if self._response.present:
             self._response.collect(-length)
 
     def hand_over(self) -> None:
-        """Hand the bodies the impulses of all that was followed."""
+        """Give the bodies the impulses of all ways that were followed."""
         if self._response.present:
             self._response.hand_over()
 
     def apply(self, kappa: Real) -> None:
-        """Take u off the velocities and hand the bodies their impulses."""
+        """Subtract u of kappa (N,) [m2/s] from the velocities and give the bodies their impulses."""
         self._pressure_velocity(kappa, self._all)
         self._state.velocity[:, : self._count] -= self._change[:, : self._count]
         if self._response.present:

@@ -45,7 +45,7 @@ from oilsim.step.step_tools import StepTools
 def split_step(
     tools: StepTools, arrays: StepArrays, state: FluidState, solver: BoundConstrainedSolver, time_step: float, drive: Drive, driven: bool
 ) -> StepResult:  # fmt: skip
-    """Do in place what follows in a step of `time_step` [s] on the advection of its particles.
+    """Run, in place, the stages that follow advection in a step of `time_step` [s].
 
     `drive(dt)` adds currents, waves and wind to the velocities; driven: something moves liquid so.
     """

@@ -31,7 +31,7 @@ Flags = NDArray[np.bool_]
 
 # [supports] across a region; theory; wider than any step and any neighbourhood
 WIDTH = 2.0
-# [time_unit] for which a region and those around it must be quiet before it sleeps; numerical; not on record
+# [t_u] for which a region and those around it must be quiet before it sleeps; numerical; not on record
 SETTLED = 10.0
 
 
@@ -110,7 +110,7 @@ class SleepingRegions:
     def update(self, state: FluidState, walls: Walls, elapsed: float, driven: bool) -> Parting | None:
         """Let regions fall asleep or wake, stop sleeping particles, and return how to sort the state, None if it is sorted.
 
-        elapsed: the time since the last update [time_unit]; driven: something else than gravity moves the liquid.
+        elapsed: the time since the last update [t_u, see `relaxation_time`]; driven: something else than gravity moves the liquid.
         """
         region = self.regions(state.position, state.awake)
         number, square = np.zeros((2, self._asleep.size))
@@ -141,7 +141,7 @@ class SleepingRegions:
         return flags.reshape(self._cells)
 
     def _part(self, state: FluidState) -> Parting:
-        """Part the particles into awake ones, sleeping ones beside awake regions, and the others, and stop those that sleep."""
+        """Divide the particles into awake ones, sleeping ones beside awake regions, and the others, and stop those that sleep."""
         bordering = self._asleep & with_surroundings(~self._asleep, self._periodic)
         rank = (2 * self._asleep - bordering).astype(np.uint32).ravel()
         self._parted = self._asleep

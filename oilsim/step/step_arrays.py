@@ -115,5 +115,5 @@ class StepArrays:
 
 
 def _reserved(kept: NDArray[Any], pairs: Pairs) -> NDArray[Any]:
-    """Storage (3, P) for a vector per pair, reused while it is large enough."""
+    """Return storage (3, P) for a vector per pair, reused while it is large enough."""
     return kept if kept.shape[1] >= pairs.neighbor.size else np.empty((3, pairs.neighbor.size), kept.dtype)

@@ -1,4 +1,4 @@
-"""What a time step tells of itself."""
+"""The result of a time step: its length, iterations and errors."""
 
 from __future__ import annotations
 

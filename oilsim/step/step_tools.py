@@ -1,4 +1,4 @@
-"""What the stages of a step work with beside its arrays: constants, threads, walls, neighbour lists, and a clock for each stage."""
+"""The tools of a step's stages, beside its arrays: constants, threads, walls, neighbour lists, and a clock for each stage."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ class StepConstants:
 
 
 def exact_period(config: FluidConfig) -> tuple[float, float, float] | None:
-    """Lengths [m] of the axes that repeat, 0 of the others; None if none does."""
+    """Return the lengths [m] of the axes that repeat, 0 of the others; None if none does."""
     if not any(config.periodic):
         return None
     sides = zip(config.lower, config.upper, config.periodic, strict=True)
@@ -126,7 +126,7 @@ class StepTools:
         self.budget: Budget | None = None
 
     def empty_arrays(self) -> StepArrays:
-        """Arrays of a step without particles."""
+        """Return the arrays of a step without particles."""
         return StepArrays(self.neighborhood(0, NO_PAIRS, NO_PAIRS), self.constants.gradient_quantum)
 
     def neighborhood(self, count: int, fluid: Pairs, walls: Pairs) -> Neighborhood:
@@ -144,7 +144,7 @@ class StepTools:
         )
 
     def needs(self) -> Needs:
-        """Which optional arrays the next step needs."""
+        """Tell which optional arrays the next step needs."""
         corrected, walls = self.constants.corrected, self.walls
         return Needs(corrected, corrected and walls.count > 0, corrected and bool(walls.moving))
 

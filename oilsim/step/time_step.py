@@ -151,7 +151,7 @@ def sampling_stride(count: int) -> int:
 
 
 def most(values: NDArray[np.float32]) -> float:
-    """Return the number below which all but OUTLIERS of the `values` (N,) lie, none of them negative; 0 for no values."""
+    """Return the number, in their unit, below which all but OUTLIERS of the `values` (N,) lie; 0 for no values. None is negative."""
     if values.size == 0:
         return 0.0
     rank = values.size - 1 - math.floor(OUTLIERS * values.size)

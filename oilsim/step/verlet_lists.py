@@ -187,7 +187,10 @@ class VerletLists:
         return {name: np.copy(v) if isinstance(v, np.ndarray) else v for name, v in vars(build).items()}
 
     def restore(self, saved: dict[str, Any] | None) -> None:
-        """Go back to what `save` returned; candidates are listed again from the positions they were listed from."""
+        """Restore the state that `save` returned; list candidates again from the positions that they were listed from.
+
+        ValueError for a saved state whose positions are not (3, N).
+        """
         self.forget()
         self._build = None if saved is None else Build(**saved)
         if self._build is not None and self._build.position.shape != (3, self._build.id.size):

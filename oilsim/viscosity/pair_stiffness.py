@@ -157,7 +157,7 @@ def stiffness(a, x, volume, share, neighborhood, profile):
 
 @inlined
 def add_outer(block, s, ax, ay, az):
-    """Return block + s a a^T, as xx, xy, xz, yy, yz, zz."""
+    """Return block + s a a^T for a symmetric `block` (6,), in its unit: xx, xy, xz, yy, yz, zz; a = (ax, ay, az)."""
     sx, sy, sz = s * ax, s * ay, s * az
     return (
         block[0] + sx * ax, block[1] + sx * ay, block[2] + sx * az,
@@ -167,13 +167,13 @@ def add_outer(block, s, ax, ay, az):
 
 @inlined
 def load_rows(vectors, k, present):
-    """Return three vectors of lanes from place k on of vectors (3, Q)."""
+    """Return three vectors of lanes from place k on of `vectors` (3, Q), in their unit."""
     return load(vectors[0], k, present), load(vectors[1], k, present), load(vectors[2], k, present)
 
 
 @inlined
 def store_block(block, i, sums):
-    """Set column i of `block` (6, N) to the sums of six vectors of lanes."""
+    """Set column i of `block` (6, N) to the sums of six vectors of lanes, in their unit; sums: two groups of three."""
     block[0, i], block[1, i], block[2, i] = summed(sums[0]), summed(sums[1]), summed(sums[2])
     block[3, i], block[4, i], block[5, i] = summed(sums[3]), summed(sums[4]), summed(sums[5])
 

@@ -54,7 +54,11 @@ def viscous_reaction(pairs, velocity, wall_velocity, wall_gradient, wall_stiffne
 def viscous_compliance(pairs, wall_gradient, wall_stiffness, volume, along, drag):
     """Add D of the module's docstring to `drag` (bodies, 6, 6) [kg/s, kg m/s, kg m2/s].
 
-    along (1, 6): room for J_b^T a of one pair [1/m, 1]; the rest as for `viscous_reaction`.
+    pairs           the step's `BodyPairs`
+    wall_gradient   (3, Q) pair vectors a of wall neighbours [1/m]
+    wall_stiffness  (Q,) k of wall neighbours, as for `viscous_reaction`
+    volume          V_i of a particle [m3]
+    along           (1, 6) room for J_b^T a of one pair [1/m, 1]
     """
     for n in range(pairs.particle.size):
         k = pairs.pair[n]
@@ -104,7 +108,7 @@ class ViscousResponse:
         return self._walls.point_velocities(answer.reshape(-1, 6))
 
     def hand_over(self, velocity: Real, explicit: bool) -> None:
-        """Hand the bodies the impulse of the liquid, whose velocity is now `velocity` (3, N) [m/s].
+        """Give the bodies the impulse of the liquid, whose velocity is now `velocity` (3, N) [m/s].
 
         In an `explicit` step the force is that at the velocity before.
         """

@@ -38,7 +38,7 @@ def _only(context, builder, signature, arguments):
 
 
 def spread(value):
-    """Return a float32 in every lane; to numpy a scalar, so that `x = y = spread(0)` are two numbers under +=."""
+    """Return lanes that all hold one float32; numpy gets a scalar, so that two names for one result stay two numbers under +=."""
     return np.float32(value)
 
 

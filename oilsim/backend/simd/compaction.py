@@ -21,6 +21,7 @@ from oilsim.backend.simd.memory import masked_load
 from oilsim.backend.simd.types import INT, LONG, call, constant, every, numbered
 
 PACKS = bool(binding.get_host_cpu_features().get("avx512f", False))  # whether the processor packs in one instruction
+# [numbers] of a vector that the search packs; theory; as many as AVX-512 packs in one instruction, else as many as kernels take
 LANES = 16 if PACKS else vectors.LANES
 # [m2] margin of no candidate at all; theory; nearly the largest float32
 FAR = np.float32(3e38)

@@ -40,7 +40,7 @@ def masked_load(builder: Any, base: Any, first: Any, vector: Vector, present: An
 
 
 def fetch_ahead(builder: Any, base: Any, first: Any) -> None:
-    """Ask the memory for the line AHEAD bytes behind base[first], which is harmless beyond an array's end."""
+    """Request the line of memory AHEAD bytes behind base[first], which is harmless beyond an array's end."""
     byte = ir.IntType(8).as_pointer()
     place = builder.gep(builder.bitcast(builder.gep(base, [first]), byte), [LONG(AHEAD)])
     read, keep, data = INT(0), INT(3), INT(1)

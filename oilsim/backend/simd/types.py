@@ -59,7 +59,7 @@ class VectorModel(models.PrimitiveModel):
 
 
 def compiled(function: Callable[..., Any], typing: Callable[..., Any]) -> Callable[..., Any]:
-    """Decorate the generator of a function's LLVM code; `typing` returns its numba signature for argument types, or None."""
+    """Register the decorated function as generator of LLVM code; `typing` returns a numba signature for argument types, or None."""
     type_callable(function)(lambda context: typing)
     return lower_builtin(function, types.VarArg(types.Any))
 

@@ -56,7 +56,7 @@ def constrain_density(
 
 
 def _react(tools: StepTools, arrays: StepArrays, multiplier: Real, reaction_time: float) -> None:
-    """Hand moving bodies the opposite of the pushes."""
+    """Give moving bodies the opposite of the pushes."""
     walls = tools.walls
     if arrays.touching.size:
         impulse = walls.zero_forces()

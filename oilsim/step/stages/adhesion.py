@@ -11,7 +11,7 @@ from oilsim.step.step_tools import StepTools
 
 
 def apply_adhesion(tools: StepTools, arrays: StepArrays, state: FluidState, time_step: float) -> None:
-    """Kick velocities by adhesion to walls; moving bodies receive the opposite impulse."""
+    """Change velocities by adhesion to walls; moving bodies receive the opposite impulse."""
     strength = tools.constants.adhesion
     if strength is None:
         return

@@ -9,7 +9,7 @@ from oilsim.step.step_tools import StepTools
 
 
 def press_films(tools: StepTools, arrays: StepArrays, state: FluidState, time_step: float) -> None:
-    """Hand the bodies the impulses of the films under them (see `contact_film`), by the pressure of the last step."""
+    """Give the bodies the impulses of the films under them (see `contact_film`), by the pressure of the last step."""
     if not (arrays.contacts.particle.size and state.time_step > 0.0):
         return
     constants, hood = tools.constants, arrays.neighborhood

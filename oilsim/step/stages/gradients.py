@@ -1,4 +1,4 @@
-"""The stage of a step that caches pair vectors, and what the pressure operator needs of them."""
+"""The stage of a step that stores pair vectors, and the sums of them that the pressure operator needs."""
 
 from __future__ import annotations
 

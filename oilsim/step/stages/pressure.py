@@ -63,7 +63,8 @@ def _start_from_last(state: FluidState, time_step: float) -> None:
     """Make the last step's pressure a start for one of `time_step` [s]: none negative, where something sets its level."""
     kappa = state.pressure_impulse
     if state.confinement == Confinement.PARTED:
-        kappa -= min(kappa.min(), np.float32(0.0))  # suction in a filled box has no level; what has parted sets one
+        # suction in a filled box has no level; particles that have parted set one
+        kappa -= min(kappa.min(), np.float32(0.0))
     elif state.confinement == Confinement.OPEN:
         np.maximum(kappa, 0.0, out=kappa)
     if state.time_step > 0.0:
@@ -92,13 +93,13 @@ def _hold_waterline(tools: StepTools, arrays: StepArrays, state: FluidState, tim
 
 
 def pressed(tools: StepTools, time_step: float) -> np.float32:
-    """kappa [m2/s] from which on a particle at a free surface bears others, and is no drop: weight's, PRESSED spacings deep."""
+    """Return kappa [m2/s] from which a particle at a free surface bears others and is no drop: hydrostatic, PRESSED spacings deep."""
     config = tools.config
     return np.float32(PRESSED * config.particle_spacing * math.hypot(*config.gravity) * time_step + 1e-20)
 
 
 def lesser_liquids(tools: StepTools, arrays: StepArrays, state: FluidState) -> list[NDArray[np.uint32]]:
-    """Awake particles of each liquid but the one that there is most of, with their neighbours: a liquid spreads by its rim."""
+    """List the awake particles (K,) of each liquid but the most abundant one, with their neighbours: a liquid spreads by its rim."""
     liquids = range(len(tools.constants.densities))
     if len(liquids) == 1:
         return []

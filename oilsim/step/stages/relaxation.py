@@ -131,7 +131,10 @@ def confinement(state: FluidState, near: int) -> Confinement:
 
 
 def mean_compression(arrays: StepArrays, state: FluidState) -> float:
-    """Mean of (C_i)+ of the particles that move; where they fill a box, whose mean density is given, about the mean of C_i inside."""
+    """Return the mean of (C_i)+ [1] over the particles that move.
+
+    Liquid that fills a box has a given mean density. There the mean of C_i inside is first subtracted from the compression, in place.
+    """
     compression = arrays.compression
     if state.confinement != Confinement.OPEN:
         inside = (

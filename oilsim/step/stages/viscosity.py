@@ -48,7 +48,7 @@ def apply_viscosity(tools: StepTools, arrays: StepArrays, state: FluidState, tim
 
 
 def _present_viscosity(tools: StepTools, state: FluidState) -> NDArray[np.float64]:
-    """Viscosity [Pa s] of each liquid that has particles that move, 0 of others, which must not cost a solve."""
+    """Return the viscosity (P,) [Pa s] of each liquid that has particles that move; 0 for others, which must not cost a solve."""
     phase = state.phase[: state.awake]
     viscosities = enumerate(tools.constants.viscosities)
     return np.array([mu if mu > 0.0 and (phase == k).any() else 0.0 for k, mu in viscosities])
@@ -57,7 +57,7 @@ def _present_viscosity(tools: StepTools, state: FluidState) -> NDArray[np.float6
 def _viscous_response(
     tools: StepTools, arrays: StepArrays, system: ViscousSystem, time_step: float, theta: float
 ) -> ViscousResponse | None:
-    """How moving bodies answer the drag of liquids that they hold; None where nothing touches one."""
+    """Make the answer of moving bodies to the drag of liquids that they hold; None where no liquid touches one."""
     walls, hood = tools.walls, arrays.neighborhood
     if not walls.bodies_hold or not arrays.touching.size:
         return None
@@ -67,7 +67,7 @@ def _viscous_response(
 
 
 def viscous_system(tools: StepTools, arrays: StepArrays, state: FluidState, viscosity: Real) -> ViscousSystem:
-    """Pairs of liquids with a `viscosity` (P, P) [Pa s] and the walls that hold them, at the present positions."""
+    """Assemble the system of liquids with a `viscosity` (P, P) [Pa s] and of the walls that hold them, at the present positions."""
     config, walls, hood = tools.config, tools.walls, arrays.neighborhood
     corrected = tools.constants.corrected
     viscous = viscosity.max(axis=1) > 0.0
