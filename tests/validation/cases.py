@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
-from tests.validation.boom_flume import BOOM_FLUME
-from tests.validation.boom_in_waves import BOOM_IN_WAVES
+from tests.validation.bodies.boom_flume import BOOM_FLUME
+from tests.validation.bodies.boom_in_waves import BOOM_IN_WAVES
+from tests.validation.bodies.floating import ARCHIMEDES, SUBMERGED
+from tests.validation.bodies.released import HEAVE_DECAY, PLANE_RELEASE, RELEASE, SURFACING
+from tests.validation.bodies.towed_cylinder import TOWED_CYLINDER
+from tests.validation.bodies.towing import TOWED_PLATE, TOWED_SKIRT
 from tests.validation.case import Case
-from tests.validation.channel import LAYERED, START_UP
-from tests.validation.dam_break import DAM_FRONT, DAM_PRESSURE
-from tests.validation.drop import CONSERVATION, ELLIPTICAL_DROP
-from tests.validation.floating import ARCHIMEDES, SUBMERGED
-from tests.validation.hydrostatics import STILL_COLUMN
-from tests.validation.interfaces import LOCK_EXCHANGE, RAYLEIGH_TAYLOR
-from tests.validation.planar_slick import PLANAR_SLICK
-from tests.validation.released import HEAVE_DECAY, PLANE_RELEASE, RELEASE, SURFACING
-from tests.validation.spreading import OIL_SLICK, VISCOUS_CURRENT
-from tests.validation.thick_liquid import SETTLING_SPHERE, THICK_REST
-from tests.validation.towed_cylinder import TOWED_CYLINDER
-from tests.validation.towing import TOWED_PLATE, TOWED_SKIRT
-from tests.validation.two_layers import TWO_LAYERS
-from tests.validation.viscous import INVISCID_SHEAR, SHEAR_WAVE, TAYLOR_GREEN
-from tests.validation.waves import INTERFACE_WAVE, STANDING_WAVE
+from tests.validation.liquids.channel import LAYERED, START_UP
+from tests.validation.liquids.dam_break import DAM_FRONT, DAM_PRESSURE
+from tests.validation.liquids.drop import CONSERVATION, ELLIPTICAL_DROP
+from tests.validation.liquids.hydrostatics import STILL_COLUMN
+from tests.validation.liquids.interfaces import LOCK_EXCHANGE, RAYLEIGH_TAYLOR
+from tests.validation.liquids.planar_slick import PLANAR_SLICK
+from tests.validation.liquids.spreading import OIL_SLICK, VISCOUS_CURRENT
+from tests.validation.liquids.thick_liquid import SETTLING_SPHERE, THICK_REST
+from tests.validation.liquids.two_layers import TWO_LAYERS
+from tests.validation.liquids.viscous import INVISCID_SHEAR, SHEAR_WAVE, TAYLOR_GREEN
+from tests.validation.liquids.waves import INTERFACE_WAVE, STANDING_WAVE
 
 CASES: tuple[Case, ...] = tuple(
     sorted(

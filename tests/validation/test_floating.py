@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from tests.validation.bodies.floating import SIZE, lift
 from tests.validation.case import Bench
-from tests.validation.floating import SIZE, lift
 
 
 def test_lift_of_a_sphere_of_eight_spacings_is_the_weight_of_its_volume() -> None:

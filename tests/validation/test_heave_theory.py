@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.validation.bodies.released import turning_points
 from tests.validation.heave_theory import MASS, LinearTank, heave_decay
-from tests.validation.released import turning_points
 from tests.validation.scenes import read_table
 
 

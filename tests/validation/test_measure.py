@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.validation import measure
-from tests.validation.drop import ellipse_axes
+from tests.validation.liquids.drop import ellipse_axes
 
 
 def test_damped_cosine_is_recovered_under_noise():

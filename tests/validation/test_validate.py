@@ -10,14 +10,14 @@ import pytest
 
 from tests.validation import report
 from tests.validation.__main__ import main, run_level
+from tests.validation.bodies.floating import SIZE, solids
+from tests.validation.bodies.released import cylinder_added_mass, sphere_added_mass, turning_points
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.cases import CASES, select
-from tests.validation.channel import couette, poiseuille
-from tests.validation.floating import SIZE, solids
-from tests.validation.released import cylinder_added_mass, sphere_added_mass, turning_points
+from tests.validation.liquids.channel import couette, poiseuille
+from tests.validation.liquids.waves import exact_omega, interface_roots
 from tests.validation.rigid import disc
 from tests.validation.scenes import read_table
-from tests.validation.waves import exact_omega, interface_roots
 
 
 def case_that(run) -> Case:

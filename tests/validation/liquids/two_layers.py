@@ -10,7 +10,7 @@ import numpy as np
 from oilsim.boundaries.boundary_particles import solid_box
 from oilsim.solver import Fluid
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
-from tests.validation.hydrostatics import DURATION, LAST, settle
+from tests.validation.liquids.hydrostatics import DURATION, LAST, settle
 from tests.validation.measure import profile_value, steady_value
 from tests.validation.scenes import (
     GRAVITY,

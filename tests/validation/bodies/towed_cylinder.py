@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from oilsim.initial_conditions import block
 from scenarios.setup.body_motions import TowingMotion
+from tests.validation.bodies.towing import BEATS, towed
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.rigid import disc
 from tests.validation.scenes import closed_channel, liquid
-from tests.validation.towing import BEATS, towed
 
 Double = NDArray[np.float64]
 

@@ -12,9 +12,9 @@ from oilsim.config import FluidConfig
 from oilsim.initial_conditions import block
 from oilsim.solver import Fluid
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
+from tests.validation.liquids.slicks import REDUCED, SHARE, follow, launch
 from tests.validation.measure import power_law
 from tests.validation.scenes import GRAVITY, oil_and_water, position
-from tests.validation.slicks import REDUCED, SHARE, follow, launch
 
 Double = NDArray[np.float64]
 

@@ -14,6 +14,7 @@ from oilsim.config import FluidConfig
 from oilsim.initial_conditions import block
 from oilsim.solver import Fluid
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
+from tests.validation.liquids.slicks import REDUCED, SHARE, follow, launch
 from tests.validation.measure import front_position, power_law
 from tests.validation.scenes import (
     GRAVITY,
@@ -22,7 +23,6 @@ from tests.validation.scenes import (
     oil_and_water,
     position,
 )
-from tests.validation.slicks import REDUCED, SHARE, follow, launch
 
 Double = NDArray[np.float64]
 

@@ -1,0 +1,1 @@
+"""Validation cases of bodies and booms in a liquid."""

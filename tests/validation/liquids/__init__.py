@@ -1,0 +1,1 @@
+"""Validation cases of liquids alone, and of a sphere that settles in one."""
