@@ -29,14 +29,14 @@ class Causality(Enum):
 
 
 class Numbers(Enum):
-    """Which numbers a variable holds, from the most to the fewest: each kind can be given where an earlier one is taken."""
+    """The kind of numbers that a variable holds, from the most to the fewest: each kind can be given where an earlier one is taken."""
 
     REAL = "real"
     WHOLE = "whole"
     BOOLEAN = "boolean"
 
     def fits(self, taken: Numbers) -> bool:
-        """Whether all numbers of this kind are of the kind `taken`."""
+        """Tell whether all numbers of this kind are also of the kind `taken`."""
         kinds = list(Numbers)
         return kinds.index(self) >= kinds.index(taken)
 
@@ -174,7 +174,7 @@ class EvenStepParticipant(Participant, Protocol):
     """A participant that may want one and the same step size, to the last bit, which differences of times are not."""
 
     def expect_step(self, step_size: float) -> None:
-        """Whole steps will be of `step_size` [s]; called once, before the run."""
+        """Prepare for whole steps of `step_size` [s]; the master calls it once, before the run."""
 
 
 def variable_table(variables: Iterable[Variable]) -> dict[str, Variable]:

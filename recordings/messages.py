@@ -34,9 +34,14 @@ _UNDECODABLE = (ValueError, LookupError, TypeError, OSError, MemoryError, struct
 
 @dataclass(frozen=True)
 class Damage:
-    """What is wrong with a file: bytes that belong to no message, and messages that cannot be decoded.
+    """The damage of a file: bytes that belong to no message, and messages that cannot be decoded.
 
-    cut: bytes of a message in whose middle the file ends; is_ended: whether it was closed in order.
+    Attributes:
+        lost_bytes: number of bytes that belong to no message.
+        broken: number of messages that cannot be decoded, or whose checksum is wrong.
+        sound: number of all other messages, without the closing one.
+        cut: number of bytes, at the end of the file, of a message that is not complete.
+        is_ended: true if the file was closed in order.
     """
 
     lost_bytes: int
@@ -47,7 +52,7 @@ class Damage:
 
     @property
     def keeps_from_reading(self) -> bool:
-        """Whether Rerun gives up before the file's end; one that only lacks its end it reads, if slowly."""
+        """True if Rerun gives up before the file's end. Rerun reads a file that only lacks the closing message, if slowly."""
         return bool(self.lost_bytes or self.broken or self.cut)
 
     def __str__(self) -> str:

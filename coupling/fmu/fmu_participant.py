@@ -121,7 +121,7 @@ class FmuParticipant:
         return {one.name: one.alias.name for one in self._description.modelVariables if one.alias is not None}
 
     def expect_step(self, step_size: float) -> None:
-        """Whole steps will be of `step_size` [s], and an FMU that cannot vary its step is given that number."""
+        """Prepare for whole steps of `step_size` [s]: an FMU that cannot vary its step is given exactly this number."""
         if not self._description.coSimulation.canHandleVariableCommunicationStepSize:
             self._even_step = step_size
 

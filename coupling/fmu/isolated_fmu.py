@@ -40,7 +40,12 @@ class _Held:
 
 
 class IsolatedFmu:
-    """Runs one FMU in a process that is started when the run begins; otherwise as `FmuParticipant`."""
+    """A participant that runs one FMU in a process of its own, which is started when the run begins; else the same as `FmuParticipant`.
+
+    Every call that reaches the FMU raises the ValueError, TypeError or NotImplementedError of `FmuParticipant`, and RuntimeError if the
+    FMU fails, its process crashes or has not been started, or the answer does not come within `STEP_PATIENCE` (before the first step
+    `START_PATIENCE`).
+    """
 
     def __init__(
         self,
@@ -49,7 +54,7 @@ class IsolatedFmu:
         start_values: Mapping[str, float | bool] | None = None,
         units: Mapping[str, str] | None = None,
     ) -> None:
-        """As `FmuParticipant`, whose checks are made here."""
+        """Read the FMU's model description and raise the errors of `FmuParticipant`; no process is started yet."""
         self._here = FmuParticipant(name, path, start_values, units)  # for what is known without running it
         self._file = Path(path).name
         self._arguments = (name, str(Path(path).resolve()), dict(start_values or {}), dict(units or {}))
@@ -66,11 +71,11 @@ class IsolatedFmu:
 
     @property
     def why_not_kept(self) -> str:
-        """See `FmuParticipant`."""
+        """Reason why the FMU's state cannot be kept outside its process as bytes; empty if it can. See `FmuParticipant.why_not_kept`."""
         return self._why_not_kept
 
     def expect_step(self, step_size: float) -> None:
-        """See `FmuParticipant`."""
+        """Prepare for whole steps of `step_size` [s]: the FMU is told so when its process starts."""
         self._step_size = step_size
 
     def enter_initialization_mode(self, start_time: float) -> None:
@@ -79,32 +84,38 @@ class IsolatedFmu:
         self._ask("enter_initialization_mode", start_time, patience=START_PATIENCE)
 
     def exit_initialization_mode(self) -> None:
-        """Initial inputs are set."""
+        """Finish the initialization: the initial inputs are set, and steps follow."""
         self._ask("exit_initialization_mode", patience=START_PATIENCE)
 
     def get(self, name: str) -> Array:
-        """A fresh copy of a variable."""
+        """Return a copy of the variable `name`, an array of its shape, as (6,), in its unit, as [N, N m]; ValueError for another name."""
         value: Array = self._ask("get", name)
         return value
 
     def set(self, name: str, value: Array) -> None:
-        """Set an input, or a parameter before the run."""
+        """Set an input, or a parameter before the run, to `value`, an array of its shape, as (6,), in its unit, as [N, N m].
+
+        Raises ValueError for an output, an unknown name and another shape.
+        """
         self._ask("set", name, value)
 
     def do_step(self, time: float, step_size: float) -> StepResult:
-        """One step; RuntimeError for an FMU that crashes or does not come back in it."""
+        """Make one step from `time` to `time + step_size` [s]; RuntimeError for an FMU that crashes or does not come back in it."""
         result: StepResult = self._ask("do_step", time, step_size)
         return result
 
     def save_state(self) -> object:
-        """As `FmuParticipant.save_state`; what cannot be serialised stays in the process until it is dropped."""
+        """Return the FMU's state: bytes if it can be serialised, else a reference to a state that stays in the FMU's process.
+
+        The process drops such a state once nothing refers to it. Raises NotImplementedError if the FMU cannot save its state.
+        """
         state = self._ask("save_state")
         if isinstance(state, _Held):
             weakref.finalize(state, self._dropped.append, state.number)
         return state
 
     def restore_state(self, state: object) -> None:
-        """Back to what `save_state` returned."""
+        """Go back to a state that `save_state` returned in this run, or as bytes in any; TypeError for another kind of object."""
         self._ask("restore_state", state)
 
     def terminate(self) -> None:
@@ -209,7 +220,10 @@ def fmu(
     start_values: Mapping[str, float | bool] | None = None,
     units: Mapping[str, str] | None = None,
 ) -> Fmu:
-    """The FMU in a process of its own if there may be one; a host that embeds Python runs it itself."""
+    """Create the participant of an FMU: with a process of its own if this Python can start one, else in this process.
+
+    A program that embeds Python cannot start one. Arguments and errors are those of `FmuParticipant`.
+    """
     kind = IsolatedFmu if is_own_process() else FmuParticipant
     return kind(name, path, start_values, units)
 

@@ -62,7 +62,7 @@ def setup_problems(participants: Sequence[Participant], connections: Sequence[Co
 
 
 def connection_problems(connection: Connection, participants: Mapping[str, Participant]) -> list[str]:
-    """What is wrong with one connection: existence first, then causality, shape, kind of numbers and unit."""
+    """List the problems of one connection, one sentence each: existence first, then causality, shape, kind of numbers and unit."""
     problems: list[str] = []
     source = _find(connection, "source", connection.source, connection.source_variable, participants, problems)
     target = _find(connection, "target", connection.target, connection.target_variable, participants, problems)

@@ -25,7 +25,10 @@ _OTHERWISE = "a URDF file of it, or capsules in its MJCF file by size, pos and q
 
 
 def require_askable(client: int, body: int) -> None:
-    """ValueError for a body whose shapes pybullet cannot tell without ending the process."""
+    """Require that pybullet can tell the collision shapes of a body, given by its unique id, in the world of a client, given by its id.
+
+    Raises ValueError if the question ends the process or is not answered; for an engine in another process, if it may end this one.
+    """
     if pybullet.getConnectionInfo(client)["connectionMethod"] in _OWN:
         trouble = _trouble_in_copy(client, body)
     else:

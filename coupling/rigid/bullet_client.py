@@ -158,7 +158,7 @@ class BulletClient:
             return path.read_bytes()
 
     def restore(self, content: bytes) -> None:
-        """Back to what `save` returned; ValueError for a content that is damaged or of other bodies, see `engine_state`."""
+        """Restore the state that `save` returned; ValueError for a content that is damaged or of other bodies, see `engine_state`."""
         if self._own is None:
             self._own = self.save()
         content = rebuilt(content, self._own)

@@ -65,9 +65,9 @@ class _Chunk:
 
 
 def rebuilt(saved: bytes, own: bytes) -> bytes:
-    """The motion and the contacts of ``saved``, in the file ``own`` that a client of the same bodies has saved.
+    """Return the file ``own``, which a client of the same bodies has saved, with the motion and the contacts of the file ``saved``.
 
-    ValueError for a file that is damaged, that is of other bodies, or whose numbers no engine has written.
+    Raises ValueError if a file is damaged, if ``saved`` is of other bodies, or if it has numbers that no engine has written.
     """
     theirs, ours = list(_chunks(saved)), list(_chunks(own))
     for code, what in ((_BODY, "bodies"), (_COLLIDER, "colliders")):
@@ -147,7 +147,7 @@ def _manifold(chunk: _Chunk, place: Mapping[int, int]) -> bytes:
 
 
 def kinds_of_shapes(content: bytes) -> set[str]:
-    """The names of the structures of all collision shapes in a file that an engine has just saved."""
+    """Return the names of Bullet's structures for all collision shapes in a file that an engine has just saved."""
     chunks = list(_chunks(content))
     names = _structures(chunks)
     return {names[chunk.kind] for chunk in _of(chunks, _SHAPE)}

@@ -315,7 +315,10 @@ class RigidBodyWorld:
         }
 
     def restore_state(self, state: Mapping[str, object]) -> None:
-        """Back to what `save_state` returned, bit for bit; ValueError unless it is of a world of the same bodies and joints."""
+        """Restore a state that `save_state` returned, bit for bit.
+
+        Raises TypeError for another object, KeyError for a missing entry, and ValueError for damage or other bodies or joints.
+        """
         content, arrays, tensions, time = (state[key] for key in ("bullet", "arrays", "tensions", "time"))
         if not (isinstance(content, bytes) and isinstance(arrays, dict) and isinstance(tensions, dict)):
             raise TypeError("rigid bodies: restore_state got another object, allowed: a state that save_state returned")

@@ -67,11 +67,11 @@ class RigidBodyState:
         self._ease = np.where(self.is_free, 1.0 / self.mass, 0.0)
 
     def save(self) -> dict[str, Array]:
-        """A copy of all that moves, by name."""
+        """Return a copy of each array that changes in a step, by the names in `MOVING`."""
         return {key: getattr(self, key).copy() for key in MOVING}
 
     def restore(self, saved: Mapping[str, Array]) -> None:
-        """Back to what `save` returned; ValueError for arrays that are not those of these bodies."""
+        """Restore the arrays that `save` returned; ValueError for other names, shapes or types, and for numbers that are not finite."""
         if set(saved) != set(MOVING):
             raise ValueError(f"rigid bodies: state has {sorted(saved)}, allowed: {sorted(MOVING)}")
         for key, value in saved.items():

@@ -139,6 +139,8 @@ class Replay:
             path: the file. One that was cut off in the middle of a write, or damaged, is read from a repaired copy beside it,
                 and ``repaired_from`` says so. A copy that turns out to hold no run is deleted.
             mend: allow that; otherwise such a file is an error.
+
+        Raises RecordingError if the file is missing, cannot be read or repaired, or has no run in a format that this program reads.
         """
         source = Path(path)
         if not source.is_file():

@@ -70,6 +70,9 @@ def repair(path: str | Path, target: str | Path | None = None) -> Path:
 
     Returns:
         The copy: ``target``, or the original's name with ".repaired" before its ending.
+
+    Raises:
+        RecordingError: the recording does not exist, holds nothing that can be read, is itself the target, or cannot be repaired.
     """
     source = Path(path)
     if not source.is_file():

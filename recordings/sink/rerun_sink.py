@@ -110,7 +110,7 @@ class RerunWriter:
         self._stream.send_property("end", rr.AnyValues(reason=reason))
 
     def write_checksums(self, sums: npt.NDArray[np.uint32]) -> None:
-        """Write the checksums of all that the file holds; what comes after them is not looked at."""
+        """Write the checksums (CRC-32, (N,)) of all chunks that the file holds; a reader takes later chunks for broken ones."""
         self._stream.send_property("checksums", rr.AnyValues(**{SUMS: sums}))
 
     def _lay_out(self, scalars: set[str], sample: Sample) -> None:

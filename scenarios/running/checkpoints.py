@@ -50,7 +50,7 @@ def begin_from(state: Mapping[str, Any], simulation: CoSimulation, assembly: Ass
 
 @contextmanager
 def fitting(source: Path) -> Iterator[None]:
-    """Turn what goes wrong where a state is taken that no such run has saved into the error of its checkpoint."""
+    """Turn errors within the block, where a run takes its state from the checkpoint `source`, into a CheckpointError that names it."""
     try:
         yield
     except (ValueError, TypeError, LookupError, AttributeError, ArithmeticError) as error:
@@ -59,7 +59,11 @@ def fitting(source: Path) -> Iterator[None]:
 
 
 def require_alike(where: str, saved: Any, own: Any) -> None:
-    """ValueError unless a saved account has what a new one has, and texts, numbers and lists in the same places."""
+    """Require that a saved account has all entries of a new one, and texts, numbers, lists and tables in the same places.
+
+    None stands for an entry that may be missing. Raises ValueError for a value of another kind and KeyError for a missing entry; `where`
+    names the account in the message.
+    """
     if own is None or saved is None:
         return  # it may be there in one of them only
     if _kind(saved) != _kind(own):

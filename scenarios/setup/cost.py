@@ -56,7 +56,7 @@ class Cost:
 
 
 def require_memory(scenario: Scenario) -> None:
-    """ScenarioError for a scene that this machine's memory cannot hold, by volumes and areas alone, before anything is made of it."""
+    """Require that this machine's memory can hold the scene, by volumes and areas alone, before anything is built; else ScenarioError."""
     fluid = scenario.fluid
     plane = fluid.dimension == 2
     counts = {f"fill.{name}": _filled(fill, scenario.tank, plane) for name, fill in scenario.fill.items()}
@@ -75,7 +75,7 @@ def require_memory(scenario: Scenario) -> None:
 
 
 def memory_there() -> float:
-    """Memory [bytes] of this machine, or what the container that it is leaves of it."""
+    """Return the memory [bytes] of this machine, or the limit of the container that this program runs in if that is lower."""
     whole = float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
     try:
         limit = Path("/sys/fs/cgroup/memory.max").read_text(encoding="ascii").strip()

@@ -46,7 +46,7 @@ class Lattice:
         return _grid([self.planes(axis, lower[axis], upper[axis]) for axis in range(3)], self.dimension)
 
     def around(self, lower: Array, upper: Array) -> Array:
-        """Points (N, 3) of the lattice that hold all in a box, and few others: the tank may be far larger."""
+        """Return points (N, 3) [m] of the lattice: all within the box from `lower` to `upper`, (3,) [m], and few others of the tank."""
         low, high = lower - self.spacing, upper + self.spacing
         return _grid([self.planes(axis, float(low[axis]), float(high[axis])) for axis in range(3)], self.dimension)
 
