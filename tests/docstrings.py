@@ -18,8 +18,6 @@ arrays      A function that takes or returns float arrays gives a shape, as (N, 
 errors      A function that raises ValueError, TypeError or an exception of the project names it. For methods the class's docstring may
             do so; errors of `__init__` and `__post_init__` belong in the class's docstring. Errors raised in functions that are called
             do not count.
-
-`TO_DO` lists the rooms that have not been rewritten yet. It may only shrink; a test fails if a listed room has no fault left.
 """
 
 from __future__ import annotations
@@ -34,8 +32,6 @@ from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
 PACKAGES = ("oilsim", "coupling", "vessels", "booms", "recordings", "scenarios")
-
-TO_DO: tuple[str, ...] = ()
 
 _FRAGMENTS = """
 what whatever which whichever who whoever whose whom where wherever when whenever why how whether those that such nobody nothing of as
@@ -108,11 +104,6 @@ def source_files(*names: str) -> list[Path]:
         place = ROOT / name
         found += sorted(place.rglob("*.py")) if place.is_dir() else [place]
     return found
-
-
-def is_to_do(path: str) -> bool:
-    """Tell whether the file at this path of the repository lies in a room of `TO_DO`."""
-    return any(path == room or path.startswith(f"{room}/") for room in TO_DO)
 
 
 class _Module:
@@ -278,14 +269,11 @@ def _raised_names(node: ast.AST) -> Iterator[str]:
 
 
 def main(arguments: list[str]) -> int:
-    """Print the faults of the files given, or of all packages except the rooms of `TO_DO`; return the exit code."""
-    if arguments:
-        found = list(faults(source_files(*arguments)))
-    else:
-        found = [fault for fault in faults(source_files(*PACKAGES)) if not is_to_do(fault.path)]
+    """Print the faults of the files given, or of all packages; return the exit code."""
+    found = list(faults(source_files(*(arguments or PACKAGES))))
     for fault in found:
         print(fault)
-    print(f"{len(found)} faults" + (f"; not checked yet: {', '.join(TO_DO)}" if TO_DO and not arguments else ""))
+    print(f"{len(found)} faults")
     return 1 if found else 0
 
 
