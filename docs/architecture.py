@@ -13,14 +13,16 @@ from pathlib import Path as FilePath
 
 import grimp
 import matplotlib as mpl
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch, FancyBboxPatch, Rectangle
 from matplotlib.path import Path
+from scipy.optimize import isotonic_regression
 
 PICTURE = FilePath(__file__).with_name("architecture.svg")
 FLOORS = (("scenarios",), ("booms", "vessels"), ("coupling",), ("oilsim", "recordings"))
-SHARES = {"oilsim": 0.6, "recordings": 0.4, "booms": 0.5, "vessels": 0.5}  # of a floor's width
+SHARES = {"oilsim": 0.6, "recordings": 0.4, "booms": 0.6, "vessels": 0.4}  # of a floor's width
 SAYS = {
     "scenarios": "a scenario file becomes a run; the oilsim command",
     "booms": "sections, deployment, containment scores",
@@ -131,20 +133,14 @@ def placed(package: Package, left: float, width: float) -> dict[Item, float]:
 
 
 def spread(row: list[Item], wanted: dict[Item, float], left: float, width: float) -> dict[Item, float]:
-    """The items in their order, as near to where they are wanted as their widths allow."""
-    gap = (width - 2.0 * sum(map(half_width, row))) / len(row)
-    half = {item: half_width(item) + min(0.5 * gap, PADDING) for item in row}
-    pushed_right, pushed_left, edge = {}, {}, -float("inf")
-    for item in row:
-        pushed_right[item] = max(wanted[item], edge + half[item])
-        edge = pushed_right[item] + half[item]
-    edge = float("inf")
-    for item in reversed(row):
-        pushed_left[item] = min(wanted[item], edge - half[item])
-        edge = pushed_left[item] - half[item]
-    found = {item: 0.5 * (pushed_right[item] + pushed_left[item]) for item in row}
-    outside = max(left - found[row[0]] + half[row[0]], 0.0) + min(left + width - found[row[-1]] - half[row[-1]], 0.0)
-    return {item: x + outside for item, x in found.items()}
+    """Place the items of a row in their order, as near to where they are wanted as their widths and the band allow."""
+    taken = np.array([half_width(item) for item in row])
+    gap = (width - 2.0 * float(taken.sum())) / len(row)
+    half = taken + min(0.5 * gap, PADDING)
+    offset = np.concatenate([[0.0], np.cumsum(half[:-1] + half[1:])])
+    first = isotonic_regression([wanted[item] for item in row] - offset).x
+    places = offset + np.clip(first, left + half[0], max(left + half[0], left + width - half[-1] - offset[-1]))
+    return dict(zip(row, places.tolist(), strict=True))
 
 
 def half_width(item: Item) -> float:
