@@ -36,7 +36,7 @@ from oilsim.step.stages.pressure import apply_last_pressure, project_velocity
 from oilsim.step.stages.relaxation import relax_positions
 from oilsim.step.stages.search import search_neighbors
 from oilsim.step.stages.sleep import part_sleepers
-from oilsim.step.stages.viscosity import apply_viscosity
+from oilsim.step.stages.viscosity import apply_viscosity, motion_before_forces
 from oilsim.step.step_arrays import StepArrays
 from oilsim.step.step_result import StepResult
 from oilsim.step.step_tools import StepTools
@@ -55,13 +55,14 @@ def split_step(
     with correction.watch():
         density_iterations, density_error = relax_positions(tools, arrays, state, time_step)
     cache_pair_gradients(tools, arrays, state)
+    start = motion_before_forces(tools, state, time_step)
     apply_gravity(tools, state, time_step)
     press_films(tools, arrays, state, time_step)
     drive(time_step)
     with correction.watch():
         apply_adhesion(tools, arrays, state, time_step)
         operator = apply_last_pressure(tools, arrays, state, time_step)
-        viscosity_iterations = apply_viscosity(tools, arrays, state, time_step)
+        viscosity_iterations = apply_viscosity(tools, arrays, state, time_step, start)
         divergence_iterations, divergence_error = project_velocity(tools, arrays, state, solver, operator)
         apply_wall_contact(tools, arrays, state, time_step)
     correction.give_back()

@@ -17,6 +17,8 @@ thick and of density rho_b, dt M^-1 D is 4 (mu / rho_b) dt / d^2.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -72,6 +74,21 @@ def viscous_compliance(pairs, wall_gradient, wall_stiffness, volume, along, drag
                 drag[pairs.body[n], row, column] += s * along[0, row] * along[0, column]
 
 
+class Motion(NamedTuple):
+    """Velocities (3, N) [m/s] of the liquid and twists (bodies, 6) [m/s, rad/s] of the moving bodies at one instant."""
+
+    velocity: Real
+    twists: Double
+
+    def towards(self, end: Motion, share: float) -> Motion:
+        """Return the mean of this motion and of another that counts by `share` [1]."""
+        part = np.float32(share)
+        return Motion(
+            part * end.velocity + (np.float32(1.0) - part) * self.velocity,
+            share * end.twists + (1.0 - share) * self.twists,
+        )
+
+
 class ViscousResponse:
     """The moving bodies' part of one step of viscosity, of which the share `theta` is implicit."""
 
@@ -91,14 +108,14 @@ class ViscousResponse:
         inverse_mass = walls.inverse_mass()
         self._compliance = np.linalg.solve(np.eye(6 * count) + self._span * inverse_mass @ self._drag, inverse_mass)
 
-    def lead(self, velocity: Real) -> Real:
+    def lead(self, velocity: Real, middle: Motion | None = None) -> Real:
         """Return the velocities (3, M) [m/s] of all wall points that liquid at `velocity` (3, N) [m/s] sees.
 
-        They are the bodies' own, and theta J_b S dt P*.
+        They are the bodies' own, and theta J_b S dt P*. P* is that at the motion `middle`, or at the present one.
         """
-        twists = self._walls.twists()
-        self._start, own = velocity.copy(), self._walls.point_velocities(twists)
-        self._impulse = self._time_step * self._reaction(velocity, own)
+        at = Motion(velocity, self._walls.twists()) if middle is None else middle
+        self._start, own = velocity.copy(), self._walls.point_velocities(at.twists)
+        self._impulse = self._time_step * self._reaction(at.velocity, own)
         change = self._compliance @ self._impulse
         return own + self._walls.point_velocities(self._span / self._time_step * change.reshape(-1, 6))
 

@@ -38,7 +38,7 @@ from oilsim.viscosity.pair_stiffness import (
     profile_factor,
     viscous_coefficients,
 )
-from oilsim.viscosity.viscous_response import ViscousResponse
+from oilsim.viscosity.viscous_response import Motion, ViscousResponse
 
 Real = NDArray[np.float32]
 
@@ -177,14 +177,16 @@ class ViscousSystem:
 
     def solve(
         self, velocity: Real, rest_density: Real, time_step: float, theta: float, bodies: ViscousResponse | None, tolerance: float,
-        iterations: int,
+        iterations: int, middle: Motion | None = None,
     ) -> int:  # fmt: skip
         """Make velocity (3, N) [m/s] implicit in place (Eq. 26, 27 with theta 1), and return the iterations used.
 
-        rest_density (N,) [kg/m3]; time_step [s]; stops at `tolerance` [1] times the explicit change.
+        rest_density (N,) [kg/m3]; time_step [s]; stops at `tolerance` [1] times the explicit change. middle: the motion (1 - theta) v_n +
+        theta v*, v_n before the forces of the step; None: they have changed nothing.
         """
         dt = np.float32(theta * time_step)
-        residual = np.float32(time_step) * self.force(velocity, None if bodies is None else bodies.lead(velocity))
+        at = velocity if middle is None else middle.velocity
+        residual = np.float32(time_step) * self.force(at, None if bodies is None else bodies.lead(velocity, middle))
         scaled = np.zeros_like(velocity)
         image = np.empty_like(velocity)
         self._precondition(residual, rest_density, dt, scaled)

@@ -8,43 +8,76 @@ from numpy.typing import NDArray
 from oilsim.state import FluidState
 from oilsim.step.step_arrays import StepArrays
 from oilsim.step.step_tools import StepTools
-from oilsim.viscosity.deferred_viscosity import NEGLIGIBLE, viscosity_due
+from oilsim.viscosity.deferred_viscosity import NEGLIGIBLE, Due, viscosity_due
 from oilsim.viscosity.pair_stiffness import PairGradients, ViscousLiquid, wall_factor
-from oilsim.viscosity.viscous_response import ViscousResponse
+from oilsim.viscosity.viscous_response import Motion, ViscousResponse
 from oilsim.viscosity.viscous_system import ViscousSystem, implicit_share, is_mild
 
 Real = NDArray[np.float32]
 
 
-def apply_viscosity(tools: StepTools, arrays: StepArrays, state: FluidState, time_step: float) -> int:
+def motion_before_forces(tools: StepTools, state: FluidState, time_step: float) -> Motion | None:
+    """Copy the velocities before the forces of a step act; None where viscosity does not ask for them in this step of `time_step` [s].
+
+    The trapezoidal rule takes viscosity from the motion at both ends of a step, and forces from neither. If it took v + dt a for the motion
+    at the step's beginning, thick liquid would overshoot what forces do, and pressure that answers from step to step would grow.
+    """
+    due = _due(tools, state, time_step)
+    if _theta(tools, due) == 1.0:
+        return None
+    return Motion(state.velocity.copy(), tools.walls.twists())
+
+
+def apply_viscosity(
+    tools: StepTools, arrays: StepArrays, state: FluidState, time_step: float, start: Motion | None = None
+) -> int:
     """Let viscosity act on velocities; returns the iterations of the implicit solve, 0 for an explicit step.
 
-    Liquids so thin that a step changes nothing are owed it (see `deferred_viscosity`).
+    Liquids so thin that a step changes nothing are owed it (see `deferred_viscosity`). start: the motion before the forces of the step,
+    as from `motion_before_forces`; None takes the present one.
     """
-    config, constants, viscosity = tools.config, tools.constants, _present_viscosity(tools, state)
-    if not viscosity.any():
-        return 0
-    owed = np.where(viscosity > 0.0, state.viscous_time + time_step, 0.0)
-    least = NEGLIGIBLE if constants.corrected else 0.0
-    span, matrix, number, state.viscous_time = viscosity_due(
-        owed, viscosity, constants.pair_viscosity, constants.densities * config.particle_spacing**2, least
-    )
-    if span == 0.0:
+    due = _due(tools, state, time_step)
+    state.viscous_time = due.owed
+    if due.span == 0.0:
         return 0
     with tools.stage("viscosity"):
-        system = viscous_system(tools, arrays, state, matrix)
-        explicit, used = config.explicit_viscosity or is_mild(number), 0
-        theta = implicit_share(number) if constants.corrected and not explicit else 1.0
-        bodies = _viscous_response(tools, arrays, system, span, theta)
+        system = viscous_system(tools, arrays, state, due.matrix)
+        explicit, theta, used = _is_explicit(tools, due), _theta(tools, due), 0
+        bodies = _viscous_response(tools, arrays, system, due.span, theta)
         if explicit:
-            system.explicit(state.velocity, arrays.rest_density, span, bodies)
+            system.explicit(state.velocity, arrays.rest_density, due.span, bodies)
         else:
+            middle = None if start is None else start.towards(Motion(state.velocity, tools.walls.twists()), theta)
             used = system.solve(
-                state.velocity, arrays.rest_density, span, theta, bodies, config.viscosity_tolerance, config.viscosity_iterations
+                state.velocity, arrays.rest_density, due.span, theta, bodies, tools.config.viscosity_tolerance,
+                tools.config.viscosity_iterations, middle,
             )  # fmt: skip
         if bodies is not None:
             bodies.hand_over(state.velocity, explicit)
     return used
+
+
+def _due(tools: StepTools, state: FluidState, time_step: float) -> Due:
+    """Find which viscosity is due in a step of `time_step` [s]; the span is 0 where none is."""
+    constants, viscosity = tools.constants, _present_viscosity(tools, state)
+    if not viscosity.any():
+        return Due(0.0, constants.pair_viscosity, 0.0, state.viscous_time)
+    owed = np.where(viscosity > 0.0, state.viscous_time + time_step, 0.0)
+    least = NEGLIGIBLE if constants.corrected else 0.0
+    inertia = constants.densities * tools.config.particle_spacing**2
+    return viscosity_due(owed, viscosity, constants.pair_viscosity, inertia, least)
+
+
+def _is_explicit(tools: StepTools, due: Due) -> bool:
+    """Tell whether the viscosity that is due is stepped forward in time."""
+    return tools.config.explicit_viscosity or is_mild(due.number)
+
+
+def _theta(tools: StepTools, due: Due) -> float:
+    """Return the implicit share [1] of the viscosity that is due; 1 where none is, and in an explicit step."""
+    if due.span == 0.0 or not tools.constants.corrected or _is_explicit(tools, due):
+        return 1.0
+    return implicit_share(due.number)
 
 
 def _present_viscosity(tools: StepTools, state: FluidState) -> NDArray[np.float64]:
