@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
-from oilsim.neighborhood.smoothing_kernels import SUPPORT
 from oilsim.phases import EXPLICIT_UP_TO, Phase
 from oilsim.physical_constants import GRAVITY
 from oilsim.quantity import is_number, quantities, quantity
@@ -178,6 +177,8 @@ class FluidConfig:
     @property
     def support_radius(self) -> float:
         """Distance beyond which particles do not see each other [m]."""
+        from oilsim.neighborhood.smoothing_kernels import SUPPORT  # here: a fluid is described without compiled code
+
         return SUPPORT * self.particle_spacing
 
     def phase_index(self, name: str) -> int:

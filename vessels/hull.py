@@ -6,7 +6,6 @@ mesh in the body frame, whose origin is the centre of mass.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,26 +14,9 @@ from numpy.typing import NDArray
 
 from coupling.bodies import MassProperties
 from coupling.solids.hydrostatics import Hydrostatics, hydrostatics
-from oilsim.quantity import quantity, require
+from vessels.hull_size import HullSize
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True, kw_only=True)
-class HullSize:
-    """Size of a hull [m]; draft: keel below the design waterline; depth: keel to deck. ValueError for one that has no freeboard."""
-
-    length: float = quantity("m", above=0.0)
-    beam: float = quantity("m", above=0.0)
-    draft: float = quantity("m", above=0.0)
-    depth: float = quantity("m", above=0.0)
-
-    def __post_init__(self) -> None:
-        require("hull", HullSize, vars(self), self._problems())
-
-    def _problems(self) -> Iterator[str]:
-        if not self.depth > self.draft:
-            yield f"depth is {self.depth:g} m, allowed: above draft = {self.draft:g} m, so that there is freeboard"
 
 
 @dataclass(frozen=True, kw_only=True)

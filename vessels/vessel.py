@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,9 @@ from numpy.typing import NDArray
 from oilsim.physical_constants import AIR_DENSITY
 from oilsim.quantity import quantity, require
 from vessels.course import Course
-from vessels.hull import Hull
+
+if TYPE_CHECKING:  # a scenario's limits are read from these classes without the meshes of hulls
+    from vessels.hull import Hull
 
 Array = NDArray[np.float64]
 

@@ -25,11 +25,11 @@ def _repair(options: argparse.Namespace) -> int:
 
     source: Path = options.recording
     if not source.is_file():
-        raise RecordingError(source, "no such file")
+        raise RecordingError(source, "does not exist")
     found = damage_of(source)
     if not found.keeps_from_reading and has_footer(source):
         Replay(source)  # it may be whole and no run
-        print(f"{source} is whole, there is nothing to repair")
+        print(f"{source} is complete; there is nothing to repair")
         return DONE
     copy = repair(source, options.to)
     try:

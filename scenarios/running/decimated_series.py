@@ -32,7 +32,11 @@ class EvenSample:
 
     @classmethod
     def restored(cls, saved: Mapping[str, Any]) -> EvenSample:
-        """Create a sample from the data of `save_state`."""
+        """Create a sample from the data of `save_state`; ValueError for data that no sample has."""
+        values, stride, seen = saved["values"], saved["stride"], saved["seen"]
+        if not stride >= 1 or np.shape(values) != (-(-seen // stride),):
+            shape = np.shape(values)
+            raise ValueError(f"a series of {seen} values, one of {stride} kept, has a sample of shape {shape}")
         sample = cls()
-        sample.values, sample._stride, sample._seen = saved["values"].tolist(), saved["stride"], saved["seen"]
+        sample.values, sample._stride, sample._seen = values.tolist(), stride, seen
         return sample

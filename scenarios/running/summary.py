@@ -122,7 +122,7 @@ class SummaryObserver:
         }
 
     def _step_milliseconds(self) -> dict[str, float | None]:
-        if not self._totals.steps:
+        if not self._step_seconds.values:  # nor are there any of a run that was refused once its totals were read
             return {"median": None, "p95": None, "max": None}
         median, p95 = np.percentile(1e3 * np.array(self._step_seconds.values), [50.0, 95.0])
         return {"median": float(median), "p95": float(p95), "max": 1e3 * self._longest_step}

@@ -15,7 +15,7 @@ from oilsim.quantity import quantity, quantity_of
 from scenarios.problems import Problem
 from scenarios.schema.quantity_fields import Point2, Section
 from vessels.course import CourseLeg
-from vessels.hull import HullSize
+from vessels.hull_size import HullSize
 from vessels.vessel import ControlGains, Propulsion
 
 

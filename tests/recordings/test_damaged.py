@@ -127,7 +127,7 @@ def test_a_whole_file_has_no_damage(record: Callable[..., Path], capsys: pytest.
     found = damage(path)
     assert not str(found) and found.is_ended and found.sound > 10
     assert main(["repair", str(path)]) == 0
-    assert "is whole, there is nothing to repair" in capsys.readouterr().out
+    assert "is complete; there is nothing to repair" in capsys.readouterr().out
 
 
 def test_what_cannot_be_written_is_said(record: Callable[..., Path], capsys: pytest.CaptureFixture[str]) -> None:

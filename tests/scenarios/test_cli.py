@@ -183,8 +183,8 @@ assert not {{"rerun", "fmpy"}} & set(sys.modules), "an unrecorded run without FM
 def test_places_in_the_south_and_west_are_values(place: str, capsys: pytest.CaptureFixture[str]) -> None:
     """argparse takes what begins with a minus for an option, unless it is one plain number."""
     assert main(["export", "nothing.rrd", "--netcdf", "n.nc", "--site", place]) == 2
-    assert "nothing.rrd: no such file" in capsys.readouterr().err
+    assert "nothing.rrd: does not exist" in capsys.readouterr().err
     assert main(["export", "nothing.rrd", "--netcdf", "n.nc", "--bearing", "-1e1", "--site", place]) == 2
-    assert "nothing.rrd: no such file" in capsys.readouterr().err
+    assert "nothing.rrd: does not exist" in capsys.readouterr().err
     with pytest.raises(SystemExit):
         main(["export", "nothing.rrd", "--netcdf", "--site", place])

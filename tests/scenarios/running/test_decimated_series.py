@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from recordings.checkpoint import state_from_bytes, state_to_bytes
@@ -30,3 +31,10 @@ def test_a_saved_series_goes_on(cut):
     for value in whole[cut:]:
         again.append(value)
     assert again.values == sampled(whole).values
+
+
+@pytest.mark.parametrize("change", [{"stride": 0}, {"seen": 4}, {"stride": 2}, {"values": np.zeros(0)}])
+def test_a_sample_that_no_series_has_is_refused(change):
+    saved = sampled([1.0, 2.0, 3.0]).save_state()
+    with pytest.raises(ValueError, match=r"has a sample of shape"):
+        EvenSample.restored(saved | change)

@@ -125,10 +125,10 @@ def test_files_cut_off_or_of_another_kind_are_refused(
 ) -> None:
     content = checkpoint.read_bytes()
     (tmp_path / "cut.npz").write_bytes(content[: int(kept * len(content))])
-    assert "is no checkpoint, or was cut off" in resumed(tmp_path / "cut.npz", capsys, tmp_path, monkeypatch)
+    assert "is not a checkpoint, or was cut off" in resumed(tmp_path / "cut.npz", capsys, tmp_path, monkeypatch)
     with zipfile.ZipFile(tmp_path / "other.npz", "w") as archive:
         archive.writestr("structure.npy", b"no array")
-    assert "is no checkpoint" in resumed(tmp_path / "other.npz", capsys, tmp_path, monkeypatch)
+    assert "is not a checkpoint" in resumed(tmp_path / "other.npz", capsys, tmp_path, monkeypatch)
 
 
 def test_a_checkpoint_nested_without_end_is_refused(
@@ -136,4 +136,4 @@ def test_a_checkpoint_nested_without_end_is_refused(
 ) -> None:
     text = b'{"format_version": 10, "state": ' + b"[" * 100_000 + b"]" * 100_000 + b"}"
     np.savez(tmp_path / "deep.npz", structure=np.frombuffer(text, dtype=np.uint8))
-    assert "is no checkpoint" in resumed(tmp_path / "deep.npz", capsys, tmp_path, monkeypatch)
+    assert "is not a checkpoint" in resumed(tmp_path / "deep.npz", capsys, tmp_path, monkeypatch)

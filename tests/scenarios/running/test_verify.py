@@ -77,6 +77,6 @@ def test_a_cut_recording_is_repaired_and_verified(tmp_path: Path, capsys: pytest
 @pytest.mark.parametrize("command", ["verify", "repair"])
 def test_what_is_no_recording_ends_with_2(command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "letter.rrd").write_text("dear trainer, ")
-    for name, why in (("letter", "is not a Rerun recording"), ("nothing", "no such file")):
+    for name, why in (("letter", "is not a Rerun recording"), ("nothing", "does not exist")):
         assert main([command, str(tmp_path / f"{name}.rrd")]) == 2
         assert why in capsys.readouterr().err

@@ -23,7 +23,7 @@ from scenarios.schema.quantity_fields import Section
 from scenarios.schema.structuring import as_data, structure
 from scenarios.schema.weather import CurrentSettings, WaveSettings, WindSettings, horizontal
 from vessels.course import CourseLeg
-from vessels.hull import HullSize
+from vessels.hull_size import HullSize
 from vessels.vessel import ControlGains, Propulsion
 
 Core = Callable[[dict[str, Any]], object]

@@ -127,7 +127,7 @@ def test_everything_that_cannot_be_placed_is_told_at_once(tmp_path: Path) -> Non
             + '[fill.drop]\nshape = "sphere"\nphase = "brent"\ncenter = [0.5, 0.5, 0.75]\nradius = 0.01\n'
         )
     )
-    assert "cannot be laid: buoyancy_to_weight 500" in bad["booms.b"]
+    assert "cannot be laid: buoyancy_to_weight is 500, allowed: " in bad["booms.b"]
     assert "cannot be built" in bad["bodies.hull"]
     assert "is too small for particles of 0.1 m" in bad["bodies.speck"]
     assert "has body 'one' 0.15 m deep inside body 'two'" in bad["bodies.one"]

@@ -63,7 +63,7 @@ def test_a_body_too_thin_for_its_particles_is_told() -> None:
     assert way.startswith(
         "sheet has plates 0.02 m thin, 0.4 particle spacings: liquid that stands more than two spacings higher"
     )
-    assert text.startswith("sheet has parts thinner than a particle: the fluid sees and lifts 2 times its volume;")
+    assert text.startswith("sheet has parts thinner than a particle: the fluid meets and lifts 2 times its volume;")
     assert text.endswith("fluid.particle_spacing below 0.05 m resolves them")
 
 
