@@ -96,7 +96,7 @@ class FluidWorld:
             raise TypeError(f"no_slip is {no_slip!r}, allowed: True or False")
         if not isinstance(meshes or {}, Mapping):
             raise TypeError(f"meshes is a {type(meshes).__name__}, allowed: solids by the index of their link")
-        linked, given, liquid = LinkedBody(self._client, body), dict(meshes or {}), self.fluid.state.position.T
+        linked, given, liquid = LinkedBody(self._client, body), dict(meshes or {}), self.fluid.particles.position.T
         for link, mesh in given.items():
             if (body, link) not in linked.keys:
                 raise ValueError(f"meshes of body {body} has the link {link}, allowed: -1 to {len(linked.keys) - 2}")

@@ -24,7 +24,7 @@ Array = npt.NDArray[np.float64]
 
 NO_LIQUID = np.zeros((0, 3))
 KINDS = "box, sphere, cylinder, capsule, mesh"
-UNTOLD_FILE = "has a mesh of which pybullet tells no file"
+UNTOLD_FILE = "has a mesh without a file known to pybullet"
 UNTOLD = "unknown_file"  # pybullet's word for meshes from memory, and for files given to createCollisionShape
 
 
@@ -162,7 +162,7 @@ def _hull(client: int, where: tuple[int, int, int], why: str) -> trimesh.Trimesh
     if count < 4:
         raise ValueError(f"{name} has a mesh that pybullet does not report, allowed: add_body with meshes=")
     warnings.warn(
-        f"{name} {why}: fluid and pybullet meet its convex hull; add_body with meshes= gives the fluid another solid",
+        f"{name} {why}: fluid and pybullet use its convex hull; give the fluid another solid with add_body and meshes=",
         stacklevel=5,
     )
     return _convex(name, np.array(vertices))

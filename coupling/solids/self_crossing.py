@@ -15,6 +15,7 @@ Array = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
 TOUCHING = 1e-7  # of the surface's size: how far an edge must reach to both sides to pass through
+ROUNDING = 1e-12  # of the surface's size: an edge so near a border of two triangles passes through one of them, in spite of rounding
 
 
 def crossing_triangles(vertices: Array, faces: Integers) -> tuple[int, int] | None:
@@ -84,7 +85,7 @@ def _passes(i, j, triangles, faces, tolerance):
             continue
         share = above / (above - below)
         x, y, z = p[0] + share * (q[0] - p[0]), p[1] + share * (q[1] - p[1]), p[2] + share * (q[2] - p[2])
-        if _is_within(x, y, z, t, nx, ny, nz, tolerance):
+        if _is_within(x, y, z, t, nx, ny, nz, tolerance * (ROUNDING / TOUCHING)):
             return True
     return False
 

@@ -384,10 +384,12 @@ def test_accounts_advance_once_at_every_point_before_observers_are_told() -> Non
             participants,
             connections,
             0.1,
-            observers=watchers,
-            accounts=[account],
-            frame_source=lambda point: Frame(index=point.index, time=point.time),
-            run_description=RunDescription(name="ring", particle_spacing=0.1),
+            exchange=Exchange(GaussSeidel(), accounts=[account]),
+            watching=Watching(
+                watchers,
+                lambda point: Frame(index=point.index, time=point.time),
+                RunDescription(name="ring", particle_spacing=0.1),
+            ),
         )
 
     run = made(Teller(), Teller())
@@ -408,7 +410,7 @@ def test_account_that_fails_ends_the_run_by_name() -> None:
 
     log: list[tuple[object, ...]] = []
     participants, connections = ring(log)
-    run = CoSimulation(participants, connections, 0.1, accounts=[overdrawn])
+    run = CoSimulation(participants, connections, 0.1, exchange=Exchange(GaussSeidel(), accounts=[overdrawn]))
     run.initialize()
     with pytest.raises(CoSimulationError, match=r"'accounts' failed at 0\.1 s: overdrawn"):
         run.step()

@@ -97,12 +97,12 @@ def test_a_mesh_file_that_is_not_where_it_was_is_refused_by_its_path(
         link_mesh(client, body, -1)
 
 
-def test_a_mesh_of_which_pybullet_tells_no_file_is_met_as_its_hull_and_that_is_told(client: int, ring: Path) -> None:
+def test_mesh_without_a_file_known_to_pybullet_becomes_its_hull_with_a_warning(client: int, ring: Path) -> None:
     shape = pybullet.createCollisionShape(pybullet.GEOM_MESH, fileName=str(ring), physicsClientId=client)
     body = made(client, shape)
     with pytest.warns(
         UserWarning,
-        match="a mesh without a file known to pybullet: fluid and pybullet use its convex hull; .* with add_body",
+        match="a mesh without a file known to pybullet: fluid and pybullet use its convex hull; .* with add_body and meshes=",
     ):
         mesh = link_mesh(client, body, -1)
     assert mesh is not None and mesh.volume == pytest.approx(CYLINDER, rel=0.02)

@@ -5,15 +5,18 @@ from __future__ import annotations
 import itertools
 import math
 import re
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+import pybullet_data
 import pytest
 import trimesh
 
-from coupling.bodies import box, mass_properties, sphere
+from coupling.bodies import box, mass_properties, mesh_parts, sphere
 from coupling.solids.hydrostatics import hydrostatics
-from coupling.solids.solid_mesh import SolidMesh, read_solid
+from coupling.solids.self_crossing import crossing_triangles
+from coupling.solids.solid_mesh import SolidMesh, read_objects, read_solid
 from coupling.solids.surface_sampling import sample_surface
 
 Array = npt.NDArray[np.float64]
@@ -272,3 +275,19 @@ def test_walls_stand_for_the_volume(name: str) -> None:
     assert float(sampling.volume.sum()) == pytest.approx(volume, rel=0.03)
     assert (solid.signed_distance(sampling.position) < 0.0).all()
     assert float(sampling.area.sum()) == pytest.approx(solid.mesh.area, rel=0.02)
+
+
+def test_parts_that_were_joined_are_read_again_as_they_are() -> None:
+    """The union of these hulls has triangles 1e-7 high, beside which edges pass that do not cross them."""
+    joined = read_objects(mesh_parts(Path(pybullet_data.getDataPath()) / "teddy2_VHACD_CHs.obj"), "teddy").mesh
+    again = read_solid(joined)
+    assert again.mesh is joined and again.notes == ()
+
+
+@pytest.mark.parametrize(("beside", "crosses"), [(1e-8, False), (-1e-8, True), (0.0, True)])
+def test_edge_crosses_a_triangle_only_if_it_passes_within_its_borders(beside: float, crosses: bool) -> None:
+    """The other triangle's edge passes through the plane of the first, at this distance outside of its longest side."""
+    first = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.5, 1.0, 0.0)]
+    other = [(0.5, -beside, -0.5), (0.5, -beside, 0.5), (0.5, -1.0, 0.0)]
+    found = crossing_triangles(np.array([*first, *other]), np.arange(6).reshape(2, 3))
+    assert (found is not None) == crosses
