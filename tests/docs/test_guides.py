@@ -11,15 +11,18 @@ from pathlib import Path
 import pybullet
 import pytest
 
+from recordings.pictures import picture
 from scenarios.cli import command_parser, main
+from scenarios.debrief import key_moments
 from tests.docs.guide import DOCS, ROOT, blocks, commands, shortened, write_files
 
 OPEN_A_WINDOW = ("replay", "--live")
-COARSE = ["--set", "fluid.particle_spacing=0.16", "--set", "fluid.maximum_time_step=0.02", "--threads", "1"]
+COARSE = ["--set", "fluid.maximum_time_step=0.02", "--threads", "1"]
+SCENE_WIDTH = 240  # [pixels]: pictures of large particles take most of the time of a debrief
 TRAINER = {
-    "8": "0.1",
-    "u-sweep-from-8s.rrd": "u-sweep-from-0.1s.rrd",
-    "30": "0.3",
+    "8": "0.06",
+    "u-sweep-from-8s.rrd": "u-sweep-from-0.06s.rrd",
+    "30": "0.14",
     "tow.speed_kn=0.3,0.5,0.7": "tow.speed_kn=0.3,0.5",
 }
 
@@ -32,10 +35,11 @@ def follow(calls: list[list[str]]) -> None:
             assert main(arguments) == 0, f"oilsim {' '.join(arguments)}"
 
 
-def made_small(arguments: list[str], until: str = "0.2") -> list[str]:
+def made_small(arguments: list[str], spacing: str = "0.16") -> list[str]:
     """A run, a sweep or an exported exercise of `u-sweep`, coarse and short; a comparison without a screen."""
     if arguments[0] in ("run", "sweep", "export-fmu") and arguments[1] == "u-sweep":
-        return [*arguments, *COARSE, *([] if arguments[0] == "export-fmu" else ["--until", until])]
+        coarse = [*arguments, "--set", f"fluid.particle_spacing={spacing}", *COARSE]
+        return coarse if arguments[0] == "export-fmu" else [*coarse, "--demo", "--until", "0.1"]
     if arguments[0] == "compare":
         return [*arguments, "--table"]  # without the viewer
     return arguments
@@ -45,8 +49,10 @@ def made_small(arguments: list[str], until: str = "0.2") -> list[str]:
 def test_trainers_guide(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     guide = DOCS / "guides" / "trainer.md"
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(key_moments, "_WIDTH", SCENE_WIDTH)
+    monkeypatch.setattr(picture, "_SCENE_WIDTH", SCENE_WIDTH)
     write_files(guide, tmp_path)
-    calls = [made_small(call) for call in shortened(commands(guide), TRAINER)]
+    calls = [made_small(call, "0.2") for call in shortened(commands(guide), TRAINER)]
     cut = next(number for number, call in enumerate(calls) if call[0] == "repair")
     follow(calls[:cut])
     whole = Path("u-sweep.rrd").read_bytes()
@@ -54,7 +60,7 @@ def test_trainers_guide(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None
     follow(calls[cut:])
     left = {
         "u-sweep.json", "u-sweep.png", "u-sweep-debrief/debrief.html", "strict/debrief.html", "tables", "oil.nc", "slick.geojson", "film",
-        "u-sweep-from-0.1s.rrd", "cut.repaired.rrd", "u-sweep-sweep/sweep.csv", "crate.rrd",
+        "u-sweep-from-0.06s.rrd", "cut.repaired.rrd", "u-sweep-sweep/sweep.csv", "crate.rrd",
     }  # fmt: skip
     assert {name for name in left if not Path(name).exists()} == set()
 
