@@ -6,13 +6,14 @@
     relax_positions        neighbour sums; density, order and quiet: positions move,            `stages.relaxation`
                            velocities only as the flow's field asks
     cache_pair_gradients   pair vectors, the pressure operator's diagonal                       `stages.gradients`
+    begin_viscosity        the viscosity that is due; the motion before forces act              `stages.viscosity`
     apply_gravity          v += dt g, bodies: V += dt A                                         `stages.gravity`
     press_films            liquid too thin for particles presses on bodies                      `stages.films`
     apply_forcings         currents, waves, wind                                                `stages.forcing`
     apply_adhesion         liquid is drawn to walls                                             `stages.adhesion`
     apply_last_pressure    v -= u of the last step's pressure, bodies answering                 `stages.pressure`
     apply_viscosity        implicitly, or explicitly where it is mild                           `stages.viscosity`
-    project_velocity       bounded pressure solve for what compression is left, bodies answering `stages.pressure`
+    project_velocity       bounded solve for the change of pressure, bodies answering           `stages.pressure`
     apply_wall_contact     single drops meet walls                                              `stages.contact`
     give_back              liquid off the walls gets lost momentum back                         `momentum_correction`
 
@@ -36,7 +37,7 @@ from oilsim.step.stages.pressure import apply_last_pressure, project_velocity
 from oilsim.step.stages.relaxation import relax_positions
 from oilsim.step.stages.search import search_neighbors
 from oilsim.step.stages.sleep import part_sleepers
-from oilsim.step.stages.viscosity import apply_viscosity, motion_before_forces
+from oilsim.step.stages.viscosity import apply_viscosity, begin_viscosity
 from oilsim.step.step_arrays import StepArrays
 from oilsim.step.step_result import StepResult
 from oilsim.step.step_tools import StepTools
@@ -55,14 +56,14 @@ def split_step(
     with correction.watch():
         density_iterations, density_error = relax_positions(tools, arrays, state, time_step)
     cache_pair_gradients(tools, arrays, state)
-    start = motion_before_forces(tools, state, time_step)
+    viscous_step = begin_viscosity(tools, state, time_step)
     apply_gravity(tools, state, time_step)
     press_films(tools, arrays, state, time_step)
     drive(time_step)
     with correction.watch():
         apply_adhesion(tools, arrays, state, time_step)
         operator = apply_last_pressure(tools, arrays, state, time_step)
-        viscosity_iterations = apply_viscosity(tools, arrays, state, time_step, start)
+        viscosity_iterations = apply_viscosity(tools, arrays, state, viscous_step)
         divergence_iterations, divergence_error = project_velocity(tools, arrays, state, solver, operator)
         apply_wall_contact(tools, arrays, state, time_step)
     correction.give_back()

@@ -167,7 +167,7 @@ def still_water(overrides: Iterable[str] = ()) -> Fluid:
 
 
 def skips_table(console: Console, steps: int) -> None:
-    """What a scene is spared, on and off in turn, with the largest difference of the two states at the end."""
+    """Print the cost of work that scenes skip, on and off in turn, with the largest difference of the two states at the end."""
     table = Table(title="the sea of calm-spread without oil at 0.0625 m: skipped and not, steps in turn")
     for column in ("skipped", "ms a step, skipped", "not skipped", "ratio", "apart at the end, m and m/s"):
         table.add_column(column, justify="right")

@@ -301,7 +301,7 @@ def test_step_that_is_always_discarded_ends_the_run_by_name(rolls_back: bool) ->
 
 
 def test_rollback_is_tested_withheld_and_named() -> None:
-    """Of those that tell at once that they cannot, before they have made a step."""
+    """Participants that cannot go back are named before they have made a step."""
 
     class Refusing(Accumulator):
         def restore_state(self, state: object) -> None:

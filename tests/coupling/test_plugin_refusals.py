@@ -1,4 +1,4 @@
-"""What cannot be right in a world of somebody else is refused with its name, and told once where it can be mended."""
+"""Mistakes in a world of somebody else are refused by name, or reported once if they can be mended."""
 
 from __future__ import annotations
 
@@ -210,7 +210,7 @@ def test_a_fluid_of_two_dimensions_is_refused(client: int) -> None:
 
 
 def told_in(world: FluidWorld, steps: int, carried: int | None = None, velocity: float = 0.0) -> list[str]:
-    """What is said in some steps, a held body being set 0.5 m/s times the time further in each."""
+    """Collect the warnings of some steps, in each of which a held body is set further by 0.5 m/s times the step."""
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
         for step in range(steps):

@@ -27,7 +27,7 @@ LINK = re.compile(r"\]\(([^)#\s]+)(?:#[^)]*)?\)")
 
 
 def names_in(page: Path, pattern: re.Pattern[str]) -> set[str]:
-    """What the pattern finds between backticks and in code blocks."""
+    """Find the names that match the pattern between backticks and in code blocks."""
     text = page.read_text(encoding="utf-8")
     code = re.findall(r"```.*?```|`[^`\n]+`|^ {4}.*$|^from .*$", text, flags=re.DOTALL | re.MULTILINE)
     return {name.rstrip(".") for part in code for name in pattern.findall(part)}

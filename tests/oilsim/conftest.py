@@ -48,7 +48,7 @@ def disturbed(positions: NDArray[np.float64], amount: float, seed: int) -> NDArr
 
 
 def prepare(fluid: Fluid, time_step: float = 1e-9) -> None:
-    """What a step of the split scheme does before its solves: lists, one relaxation, pair gradients.
+    """Do the part of a split step before its solves: lists, one relaxation, pair gradients.
 
     In the default time step no velocity is filtered; the relaxation moves particles as it does in any other.
     """

@@ -27,7 +27,7 @@ BITS = ("motion", "state")
 
 
 def machine() -> dict[str, str]:
-    """What the bits depend on beside the code."""
+    """Name everything but the code on which the bits depend: processor, Python and libraries."""
     python = f"{sys.version_info.major}.{sys.version_info.minor}"
     return {"processor": binding.get_host_cpu_name(), "python": python} | {name: version(name) for name in LIBRARIES}
 

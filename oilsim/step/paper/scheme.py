@@ -22,7 +22,7 @@ from oilsim.step.stages.forcing import Drive
 from oilsim.step.stages.gradients import cache_pair_gradients
 from oilsim.step.stages.gravity import apply_gravity
 from oilsim.step.stages.search import search_neighbors
-from oilsim.step.stages.viscosity import apply_viscosity
+from oilsim.step.stages.viscosity import apply_viscosity, begin_viscosity
 from oilsim.step.step_arrays import StepArrays
 from oilsim.step.step_result import StepResult
 from oilsim.step.step_tools import StepTools
@@ -42,7 +42,7 @@ def paper_step(tools: StepTools, arrays: StepArrays, state: FluidState, time_ste
     apply_adhesion(tools, arrays, state, time_step)
     divergence_iterations, divergence_error = correct_velocity(tools, arrays, state, time_step)
     state.pressure_impulse += pushed
-    viscosity_iterations = apply_viscosity(tools, arrays, state, time_step)
+    viscosity_iterations = apply_viscosity(tools, arrays, state, begin_viscosity(tools, state, time_step))
     apply_wall_contact(tools, arrays, state, time_step)
     return StepResult(
         time_step, density_iterations, divergence_iterations, viscosity_iterations, density_error, divergence_error

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,27 +18,30 @@ from oilsim.viscosity.viscous_system import ViscousSystem, implicit_share, is_mi
 Real = NDArray[np.float32]
 
 
-def motion_before_forces(tools: StepTools, state: FluidState, time_step: float) -> Motion | None:
-    """Copy the velocities before the forces of a step act; None where viscosity does not ask for them in this step of `time_step` [s].
+class ViscousStep(NamedTuple):
+    """The viscosity that is due in a step, and the motion before the step's forces; None where the viscous solve does not need it."""
+
+    due: Due
+    start: Motion | None
+
+
+def begin_viscosity(tools: StepTools, state: FluidState, time_step: float) -> ViscousStep:
+    """Find the viscosity that is due in a step of `time_step` [s], before the forces of the step act.
 
     The trapezoidal rule takes viscosity from the motion at both ends of a step, and forces from neither. If it took v + dt a for the motion
     at the step's beginning, thick liquid would overshoot what forces do, and pressure that answers from step to step would grow.
     """
     due = _due(tools, state, time_step)
-    if _theta(tools, due) == 1.0:
-        return None
-    return Motion(state.velocity.copy(), tools.walls.twists())
+    start = None if _theta(tools, due) == 1.0 else Motion(state.velocity.copy(), tools.walls.twists())
+    return ViscousStep(due, start)
 
 
-def apply_viscosity(
-    tools: StepTools, arrays: StepArrays, state: FluidState, time_step: float, start: Motion | None = None
-) -> int:
+def apply_viscosity(tools: StepTools, arrays: StepArrays, state: FluidState, step: ViscousStep) -> int:
     """Let viscosity act on velocities; returns the iterations of the implicit solve, 0 for an explicit step.
 
-    Liquids so thin that a step changes nothing are owed it (see `deferred_viscosity`). start: the motion before the forces of the step,
-    as from `motion_before_forces`; None takes the present one.
+    Liquids so thin that a step changes nothing are owed it (see `deferred_viscosity`). step: as from `begin_viscosity`.
     """
-    due = _due(tools, state, time_step)
+    due, start = step
     state.viscous_time = due.owed
     if due.span == 0.0:
         return 0

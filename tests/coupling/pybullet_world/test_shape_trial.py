@@ -32,12 +32,15 @@ def test_bodies_of_mjcf_files_are_refused_where_asking_would_end_the_process(cli
 @pytest.mark.parametrize("name", ["capsule", "cylinder_fromtoX", "hello_mjcf"])
 def test_bodies_of_mjcf_files_are_taken_where_pybullet_can_tell_them(client: int, name: str) -> None:
     body = pybullet.loadMJCF(f"mjcf/{name}.xml", physicsClientId=client)[-1]
-    LinkedBody(client, body)
+    assert LinkedBody(client, body).keys == [
+        (body, link) for link in range(-1, pybullet.getNumJoints(body, physicsClientId=client))
+    ]
 
 
 def test_a_body_is_taken_beside_one_that_cannot_be(client: int) -> None:
     pybullet.loadMJCF("mjcf/ant.xml", physicsClientId=client)
-    LinkedBody(client, pybullet.loadURDF("r2d2.urdf", physicsClientId=client))
+    robot = pybullet.loadURDF("r2d2.urdf", physicsClientId=client)
+    assert len(LinkedBody(client, robot).keys) == 1 + pybullet.getNumJoints(robot, physicsClientId=client)
 
 
 def test_where_the_engine_runs_elsewhere_its_own_file_tells(client: int, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -31,7 +31,7 @@ def pile() -> RigidBodyWorld:
 
 
 def advanced(world: RigidBodyWorld, steps: int) -> list[bytes]:
-    """What the bodies do in some steps, to the last bit."""
+    """Advance the bodies by some steps and return their motion, to the last bit."""
     found = []
     for _ in range(steps):
         world.advance(0.02)

@@ -8,7 +8,7 @@ import pytest
 from oilsim.boundaries.boundary_particles import solid_box
 from oilsim.initial_conditions import block
 from oilsim.phases import Phase
-from oilsim.step.stages.viscosity import apply_viscosity, viscous_system
+from oilsim.step.stages.viscosity import apply_viscosity, begin_viscosity, viscous_system
 from oilsim.viscosity.viscous_response import ViscousResponse
 from tests.oilsim.conftest import disturbed, prepare
 
@@ -82,7 +82,7 @@ def test_the_system_is_symmetric_and_positive(stirred, tied):
 def test_a_step_keeps_momentum_and_throws_no_light_body(stirred, viscosity, tied):
     fluid, handles = stirred(viscosity, tied)
     before, fastest = fluid.momentum(), float(np.abs(fluid.state.velocity).max())
-    apply_viscosity(fluid.tools, fluid.arrays, fluid.state, STEP)
+    apply_viscosity(fluid.tools, fluid.arrays, fluid.state, begin_viscosity(fluid.tools, fluid.state, STEP))
     bodies = [fluid.tools.walls.moving[handle] for handle in handles]
     given = np.sum([body.impulse[:3] for body in bodies], axis=0)
     assert fluid.momentum() + given == pytest.approx(before, abs=1e-6 * np.linalg.norm(before))
@@ -99,5 +99,5 @@ def test_liquid_without_viscosity_drags_nothing(stirred):
     far = fluid.state.position[0] > 0.5
     fluid.state.phase[~far] = fluid.config.phase_index("thin")
     prepare(fluid)
-    apply_viscosity(fluid.tools, fluid.arrays, fluid.state, STEP)
+    apply_viscosity(fluid.tools, fluid.arrays, fluid.state, begin_viscosity(fluid.tools, fluid.state, STEP))
     assert not fluid.tools.walls.moving[handles[0]].impulse.any()

@@ -33,7 +33,7 @@ def checkpoint(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def resumed(file: Path, capsys: pytest.CaptureFixture[str], folder: Path, monkeypatch: pytest.MonkeyPatch) -> str:
-    """What is said of a checkpoint that is gone on with; an error leaves no file, and no more than a few lines."""
+    """Resume from a checkpoint and return the messages; an error leaves no file, and no more than a few lines."""
     monkeypatch.chdir(folder)
     before = {path.name for path in folder.iterdir()}
     code = main(["run", "--resume", str(file), "--no-record"])
@@ -82,7 +82,7 @@ def test_made_up_values_are_refused_in_words(
 def test_made_up_arrays_are_refused_in_words(
     seed: int, checkpoint: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Of another length, another kind of number, or with numbers that no run has: kernels never look whether an index is there."""
+    """Arrays of another length or type, or with numbers that no run has, are refused: kernels never check an index."""
     chance = random.Random(seed)
 
     def change(structure: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:
