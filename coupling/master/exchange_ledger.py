@@ -1,10 +1,10 @@
 """Accounts of a step between fluid and bodies: impulse and energy, as each side counts them.
 
 The fluid gives a body the impulse H F, F its mean wrench, and foresees the twist V_f that the body will have at the end of the
-step; the body is fed the wrench F_s and ends at V_b, both having begun at V_0. Then
+step; the body receives the wrench F_s and ends at V_b, both having begun at V_0. Then
 
-    momentum  H (F - F_s), H (T - T_s)       have been lost on the way, T the torque of F,
-    energy    H F_s . (V_b - V_f) / 2        has been made by the exchange: what the body received less what the fluid gave,
+    momentum  H (F - F_s), H (T - T_s)       are lost on the way, T the torque of F,
+    energy    H F_s . (V_b - V_f) / 2        no cause explains: what the body received less what the fluid gave,
 
 the work of an impulse being its product with the mean of the twists before and after. A monolithic exchange leaves rounding of
 the first, and of the second what joints and contacts do that the fluid does not foresee; a lagged one that diverges makes energy
@@ -44,7 +44,8 @@ class ExchangeLedger:
     """The accounts of all `bonds`; `length` is the particle spacing [m].
 
     `disturbed` returns the bodies that ran into something in the last step. Attributes are those of the last step: impulse [N s] and work
-    [J] on the bodies, lost [N s], made [J]; arrays have a row for each body, (B, 6). Raises CoSimulationError for an error beyond a limit.
+    [J] on the bodies, lost [N s], unexplained [J]; arrays have a row for each body, (B, 6). Raises CoSimulationError for an error
+    beyond a limit.
     """
 
     def __init__(
@@ -61,9 +62,9 @@ class ExchangeLedger:
         self._limits = momentum_limit, energy_limit
         self._disturbed = disturbed
         self._begin = np.zeros((len(self._bonds), 6))
-        self._made, self._turnover = np.zeros((2, len(self._bonds)))
+        self._unexplained, self._turnover = np.zeros((2, len(self._bonds)))
         self._lost_sum = self._impulse_sum = 0.0
-        self.impulse, self.work, self.lost, self.made = np.zeros(3), 0.0, np.zeros(6), 0.0
+        self.impulse, self.work, self.lost, self.unexplained = np.zeros(3), 0.0, np.zeros(6), 0.0
 
     @property
     def momentum_residual(self) -> float:
@@ -74,13 +75,13 @@ class ExchangeLedger:
     def energy_residual(self) -> float:
         """Energy that the exchange created over the run, relative to the exchanged energy."""
         turnover = float(self._turnover.sum())
-        return float(self._made.sum()) / turnover if turnover > 0.0 else 0.0
+        return float(self._unexplained.sum()) / turnover if turnover > 0.0 else 0.0
 
     @property
     def figures(self) -> dict[str, float]:
         """Numbers for the record: those of the last step and of the run."""
         return {
-            "energy_made": self.made,
+            "energy_unexplained": self.unexplained,
             "momentum_residual": self.momentum_residual,
             "energy_residual": self.energy_residual,
         }
@@ -94,26 +95,26 @@ class ExchangeLedger:
         if not self._bonds:
             return
         wrench, last = self._read(steppers, "fluid", "wrench"), self._read(steppers, "solver", "twist")
-        fed = [steppers[bond.solver].inputs.get(f"{bond.body}.wrench", np.zeros(6)) for bond in self._bonds]
-        given, taken = (end - begin) * wrench, (end - begin) * np.array(fed)
-        work = 0.5 * (taken * (self._begin + last)).sum(axis=1)
-        made = 0.5 * (taken * (last - self._read(steppers, "fluid", "foreseen_twist"))).sum(axis=1)
-        self.impulse, self.lost = given[:, :3].sum(axis=0), (given - taken).sum(axis=0)
-        self.work, self.made = float(work.sum()), float(made.sum())
+        passed_on = [steppers[bond.solver].inputs.get(f"{bond.body}.wrench", np.zeros(6)) for bond in self._bonds]
+        given, received = (end - begin) * wrench, (end - begin) * np.array(passed_on)
+        work = 0.5 * (received * (self._begin + last)).sum(axis=1)
+        unexplained = 0.5 * (received * (last - self._read(steppers, "fluid", "foreseen_twist"))).sum(axis=1)
+        self.impulse, self.lost = given[:, :3].sum(axis=0), (given - received).sum(axis=0)
+        self.work, self.unexplained = float(work.sum()), float(unexplained.sum())
         disturbed = self._disturbed()
-        self._made += made * [bond.body not in disturbed for bond in self._bonds]
+        self._unexplained += unexplained * [bond.body not in disturbed for bond in self._bonds]
         self._turnover += np.abs(work)
-        self._check_momentum(given, taken, end)
+        self._check_momentum(given, received, end)
         self._check_energy(np.linalg.norm(wrench[:, :3], axis=1), end, end - begin)
 
     def save(self) -> dict[str, Array]:
         """Return the accounts of the run."""
         sums = np.array([self._lost_sum, self._impulse_sum])
-        return {"made": self._made.copy(), "turnover": self._turnover.copy(), "sums": sums}
+        return {"unexplained": self._unexplained.copy(), "turnover": self._turnover.copy(), "sums": sums}
 
     def restore(self, state: Mapping[str, Array]) -> None:
         """Go back to a state that `save` returned."""
-        self._made, self._turnover = state["made"].copy(), state["turnover"].copy()
+        self._unexplained, self._turnover = state["unexplained"].copy(), state["turnover"].copy()
         self._lost_sum, self._impulse_sum = (float(value) for value in state["sums"])
 
     def _read(self, steppers: Steppers, side: str, what: str) -> Array:
@@ -121,9 +122,9 @@ class ExchangeLedger:
         values = [steppers[getattr(bond, side)].outputs[f"{bond.body}.{what}"] for bond in self._bonds]
         return np.array(values).reshape(-1, 6)
 
-    def _check_momentum(self, given: Array, taken: Array, time: float) -> None:
+    def _check_momentum(self, given: Array, received: Array, time: float) -> None:
         """Compare impulses (B, 6): forces with forces, torques with torques and with what moving the force by a particle makes."""
-        lost, passed = (np.linalg.norm(part.reshape(-1, 2, 3), axis=2) for part in (given - taken, given))
+        lost, passed = (np.linalg.norm(part.reshape(-1, 2, 3), axis=2) for part in (given - received, given))
         self._lost_sum += float(lost[:, 0].sum())
         self._impulse_sum += float(passed[:, 0].sum())
         passed[:, 1] += passed[:, 0] * self._length
@@ -132,19 +133,19 @@ class ExchangeLedger:
             raise CoSimulationError(
                 bond.solver,
                 time,
-                f"body {bond.body!r} took an impulse of {taken[index].tolist()} N s, N m s, but the fluid gave "
+                f"body {bond.body!r} took an impulse of {received[index].tolist()} N s, N m s, but the fluid gave "
                 f"{given[index].tolist()} N s, N m s, allowed: a relative difference of {self._limits[0]:g}",
             )
 
     def _check_energy(self, force: Array, time: float, step: float) -> None:
         scale = self._turnover + force * self._length
-        beyond = np.flatnonzero(~(self._made / self._limits[1] <= scale))
+        beyond = np.flatnonzero(~(self._unexplained / self._limits[1] <= scale))
         if len(beyond):
-            bond, made, turned = self._bonds[beyond[0]], self._made[beyond[0]], scale[beyond[0]]
+            bond, unexplained, turned = self._bonds[beyond[0]], self._unexplained[beyond[0]], scale[beyond[0]]
             raise CoSimulationError(
                 bond.solver,
                 time,
-                f"body {bond.body!r}: the exchange has created {made:.3g} J of {turned:.3g} J exchanged, "
+                f"body {bond.body!r}: the exchange has created {unexplained:.3g} J of {turned:.3g} J exchanged, "
                 f"allowed: {self._limits[1]:g} of it; its coupling is unstable, or steps of {step:.3g} s are too long for its motion",
             )
 

@@ -32,7 +32,7 @@ COUPLING_PLOTS: Mapping[str, tuple[str, ...]] = {
         "ledger/exchange/work",
     ),
     "Impulse exchanged [N s]": ("ledger/exchange/impulse_x", "ledger/exchange/impulse_y", "ledger/exchange/impulse_z"),
-    "Energy created by the exchange [J]": ("ledger/exchange/energy_made",),
+    "Energy that the exchange does not explain [J]": ("ledger/exchange/energy_unexplained",),
     "Residuals of the ledger [-]": (
         "ledger/energy_residual",
         "ledger/momentum_residual",

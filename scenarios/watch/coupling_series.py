@@ -10,7 +10,7 @@ ledger/fluid|bodies/momentum_x|y|z         linear momentum [N s]
 ledger/fluid/kinetic|potential_energy      [J]; of the bodies together: ledger/bodies/energy
 ledger/exchange/impulse_x|y|z, work        what the bodies received from the fluid since the run began [N s, J]; work by the
                                            trapezoidal rule over twists
-ledger/exchange/energy_made                in the last step, and
+ledger/exchange/energy_unexplained         in the last step, and
 ledger/exchange/momentum_residual, energy_residual  of the run, as `coupling.master.exchange_ledger` has them
 ledger/cause/<cause>                       what the liquid gained by one cause in the step [J], of a run with run.budget, and
 ledger/energy_residual, momentum_residual  the shares that no cause explains

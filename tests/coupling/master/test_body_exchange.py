@@ -171,7 +171,7 @@ def test_blow_is_not_expected_to_strike_again() -> None:
         for _ in range(80):
             scene.step()
             assert scene.ledger is not None
-            made.append(scene.ledger.made)
+            made.append(scene.ledger.unexplained)
         assert scene.world.pose("stone")[2] == pytest.approx(SIDE, abs=0.01)
         after = made[int(np.argmax(made)) + 1 :]
         assert max(after) < 2e-3 * 0.5 * 2000.0 * SIDE**3 * speed**2

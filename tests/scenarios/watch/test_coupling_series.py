@@ -123,7 +123,7 @@ def test_running_into_something_is_no_work_of_the_exchange() -> None:
     made, hit = 0.0, False
     for _ in range(8):
         simulation.step()
-        made += assembly.ledger.made
+        made += assembly.ledger.unexplained
         assert assembly.world is not None
         hit |= "ball" in assembly.world.disturbed
     simulation.terminate("completed")
