@@ -21,22 +21,33 @@ COARSEST = 1e-3
 # [d] from the origin, beyond which rounding moves particles by more than COARSEST; theory; COARSEST over ROUNDING
 FURTHEST = math.floor(COARSEST / ROUNDING)
 VECTORS = ("gravity", "lower", "upper")
+MAY_BE_NONE = ("maximum_time_step",)
 
 
 def _are_three(values: Any, fit: Callable[[Any], bool]) -> bool:
     return isinstance(values, Iterable) and len(members := tuple(values)) == 3 and all(fit(value) for value in members)
 
 
+# [d] length of the shortest wave that particles carry; measured; shorter ones lose their height within a few periods
+SHORTEST_WAVE = 8.0
+# [1] steps in that wave's period; measured; the 10 ms at 5 cm that waves and floating bodies were validated with
+STEPS_A_PERIOD = 50.0
+
+
 class SolverSettings(Protocol):
     """Settings of a fluid that must agree, in a `FluidConfig` or in an object of another package."""
+
+    @property
+    def particle_spacing(self) -> float:
+        """Particle spacing [m]."""
 
     @property
     def minimum_time_step(self) -> float:
         """Shortest time step [s]."""
 
     @property
-    def maximum_time_step(self) -> float:
-        """Longest time step [s]."""
+    def maximum_time_step(self) -> float | None:
+        """Longest time step [s]; None: `longest_time_step` chooses it."""
 
     @property
     def sleep_speed(self) -> float:
@@ -51,12 +62,25 @@ class SolverSettings(Protocol):
         """Acceleration of free fall (3,) [m/s2]."""
 
 
+def longest_time_step(settings: SolverSettings) -> float:
+    """Return the longest time step [s]: the one that is set, or else 1 / STEPS_A_PERIOD of the period of the shortest resolved wave.
+
+    A deep-water wave of length L has the period sqrt(2 pi L / g) (Airy); here L is SHORTEST_WAVE spacings. Without gravity, where no wave
+    runs, the Earth's counts.
+    """
+    if settings.maximum_time_step is not None:
+        return settings.maximum_time_step
+    gravity = math.hypot(*settings.gravity) or GRAVITY
+    period = math.sqrt(2.0 * math.pi * SHORTEST_WAVE * max(0.0, settings.particle_spacing) / gravity)
+    return max(settings.minimum_time_step, period / STEPS_A_PERIOD)
+
+
 def contradictions(settings: SolverSettings) -> Iterator[tuple[str, str]]:
     """Say which settings do not go together, each by its name and what is wrong with it."""
     if settings.sleep_speed > 0.0 and (settings.scheme == "paper" or not any(settings.gravity)):
         yield "sleep_speed", f"is {settings.sleep_speed:g} m/s, allowed: 0 in the paper's scheme and without gravity"
-    if settings.minimum_time_step > settings.maximum_time_step:
-        longest = settings.maximum_time_step
+    longest = longest_time_step(settings)
+    if settings.minimum_time_step > longest:
         yield (
             "minimum_time_step",
             f"is {settings.minimum_time_step:g} s, allowed: up to maximum_time_step = {longest:g} s",
@@ -81,6 +105,7 @@ class FluidConfig:
     relaxation             omega of Eq. 23
     viscosity_correction   gamma of Eq. 29; 1 is physical, the paper used 1e4
     explicit_viscosity     Eq. 25 forward in time instead of Eq. 26, which is stable for thin liquids only
+    maximum_time_step      [s]; None (default): `longest_time_step` takes it from the spacing, 10 ms at 5 cm, 20 ms at 20 cm
     cfl                    lambda of Eq. 30
     sleep_speed            speed [m/s] below which whole regions fall asleep (`sleeping_regions`); 0: none ever does
     """
@@ -103,7 +128,7 @@ class FluidConfig:
     viscosity_correction: float = quantity("", default=1.0, above=0.0)
     explicit_viscosity: bool = False
     minimum_time_step: float = quantity("s", default=1e-4, above=0.0)
-    maximum_time_step: float = quantity("s", default=1e-2, above=0.0)
+    maximum_time_step: float | None = quantity("s", default=None, above=0.0)
     cfl: float = quantity("", default=0.4, above=0.0, at_most=1.0)
     sleep_speed: float = quantity("m/s", default=0.0, at_least=0.0)
 
@@ -119,6 +144,8 @@ class FluidConfig:
         """Say which values have another type than declared; their limits cannot be checked."""
         for key, declared in quantities(FluidConfig).items():
             value = getattr(self, key)
+            if value is None and key in MAY_BE_NONE:
+                continue
             if key not in VECTORS:
                 misfit = declared.misfit(value)
                 if misfit:
@@ -136,6 +163,8 @@ class FluidConfig:
         """Say which values lie outside their own limits."""
         for key, declared in quantities(FluidConfig).items():
             value = getattr(self, key)
+            if value is None:
+                continue
             fault = declared.fault(tuple(value) if key in VECTORS else value)
             if fault:
                 yield f"{key} {fault}"
@@ -162,12 +191,17 @@ class FluidConfig:
                 "beyond that 32 bits tell places of particles apart too coarsely"
             )
         thickest = max((phase.dynamic_viscosity / phase.rest_density for phase in self.phases), default=0.0)
-        spread, square = self.viscosity_correction * thickest * self.maximum_time_step, self.particle_spacing**2
+        spread, square = self.viscosity_correction * thickest * self.longest_time_step, self.particle_spacing**2
         if self.explicit_viscosity and spread > EXPLICIT_UP_TO * square > 0.0:
             yield (
                 f"explicit_viscosity is True with a viscous number nu maximum_time_step / particle_spacing^2 of {spread / square:.3g}, "
                 f"allowed: up to {EXPLICIT_UP_TO}, beyond which it swings ever wider"
             )
+
+    @property
+    def longest_time_step(self) -> float:
+        """Longest time step [s]."""
+        return longest_time_step(self)
 
     @property
     def rest_volume(self) -> float:

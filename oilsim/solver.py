@@ -207,12 +207,12 @@ class Fluid(FluidView):
                 self.tools.budget.suspend()
 
     def _largest_speed(self) -> float:
-        bodies = self.tools.walls.largest_speed(self.config.lower, self.config.upper, self.config.maximum_time_step)
+        bodies = self.tools.walls.largest_speed(self.config.lower, self.config.upper, self.config.longest_time_step)
         return max(diagnostics.largest_speed(self.state), bodies)
 
     def _time_step(self) -> float:
         config, fastest = self.config, self._largest_speed()
-        limits = (config.cfl, config.minimum_time_step, config.maximum_time_step)
+        limits = (config.cfl, config.minimum_time_step, config.longest_time_step)
         wanted = cfl_time_step(config.particle_spacing, fastest, *limits)
         if config.scheme == "paper":
             return wanted

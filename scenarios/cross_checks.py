@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from oilsim.config import FURTHEST
+from oilsim.config import FURTHEST, longest_time_step
 from oilsim.phases import EXPLICIT_UP_TO
 from oilsim.quantity import SHORTEST_DIRECTION
 from scenarios.problems import Problem, unknown
@@ -153,7 +153,7 @@ def _explicit(fluid: FluidSettings, phases: Iterable[PhaseSettings]) -> Iterator
     """Check that explicit viscosity is stable, that is, changes the velocity little in a step."""
     thickest = fluid.viscosity_correction * max((phase.viscosity / phase.rest_density for phase in phases), default=0.0)
     longest = EXPLICIT_UP_TO * fluid.particle_spacing**2
-    if fluid.explicit_viscosity and thickest * fluid.maximum_time_step > longest:
+    if fluid.explicit_viscosity and thickest * longest_time_step(fluid) > longest:
         text = f"is true with a liquid of {thickest:g} m2/s, allowed: with fluid.maximum_time_step up to {longest / thickest:.2g} s"
         yield Problem("fluid.explicit_viscosity", text)
 

@@ -194,9 +194,9 @@ def largest_relative_speed(tools: StepTools, arrays: StepArrays, state: FluidSta
     fastest: largest speed of all [m/s]. Slow particles are passed over: of two that part at some speed, one is faster than half of it.
     """
     config, walls, spacing = tools.config, tools.walls, tools.config.particle_spacing
-    if fastest * config.maximum_time_step <= config.cfl * spacing:
+    if fastest * config.longest_time_step <= config.cfl * spacing:
         return 0.0
-    slow = 0.5 * config.cfl * max(fastest, spacing / config.maximum_time_step)
+    slow = 0.5 * config.cfl * max(fastest, spacing / config.longest_time_step)
     twist = walls.twists().astype(np.float32)
     stride = sampling_stride(state.awake)
     square = np.empty(-(-state.awake // stride), np.float32)

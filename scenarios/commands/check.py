@@ -37,6 +37,8 @@ def _print_cost(console: Console, scenario: Scenario, cost: Cost) -> None:
     from rich.table import Table
     from rich.text import Text
 
+    from oilsim.config import longest_time_step
+
     console.print(Text.assemble((scenario.name, "bold"), f": {scenario.title}"))
     table = Table(show_header=False)
     table.add_column(style="bold")
@@ -52,6 +54,10 @@ def _print_cost(console: Console, scenario: Scenario, cost: Cost) -> None:
     for name, count in cost.boundary.items():
         table.add_row(f"surface particles of {name}", f"about {count:,}")
     table.add_row("simulated", f"{scenario.run.duration:g} s in about {cost.steps:,} steps")
+    chosen = (
+        "set by fluid.maximum_time_step" if scenario.fluid.maximum_time_step is not None else "by the particle spacing"
+    )
+    table.add_row("longest step", f"{1e3 * longest_time_step(scenario.fluid):.3g} ms, {chosen}")
     table.add_row("memory", f"about {cost.memory / 1e9:.1f} GB")
     table.add_row(f"time with {cost.threads} threads", f"about {_duration(cost.seconds)}")
     console.print(table)

@@ -54,7 +54,7 @@ class FluidSettings(Section):
     viscosity_correction: float = quantity_of(FluidConfig, "viscosity_correction")
     explicit_viscosity: bool = False
     minimum_time_step: float = quantity_of(FluidConfig, "minimum_time_step")
-    maximum_time_step: float = quantity_of(FluidConfig, "maximum_time_step")
+    maximum_time_step: float | None = quantity_of(FluidConfig, "maximum_time_step")
     cfl: float = quantity_of(FluidConfig, "cfl")
     sleep_speed: float = quantity_of(FluidConfig, "sleep_speed")
 

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from oilsim.config import longest_time_step
 from scenarios.problems import Problem, ScenarioError
 from scenarios.scenario import Scenario
 from scenarios.schema.bodies import Fixed
@@ -197,6 +198,6 @@ def _steps(scenario: Scenario, tops: list[float]) -> int:
     gravity = float(np.linalg.norm(settings.gravity))
     speed = TYPICAL_SPEED * math.sqrt(gravity * max(0.0, max(tops) - scenario.tank.lower[2]))
     free = settings.cfl * settings.particle_spacing / speed if speed > 0.0 else math.inf
-    step = max(settings.minimum_time_step, min(settings.maximum_time_step, run.communication_step, free))
+    step = max(settings.minimum_time_step, min(longest_time_step(settings), run.communication_step, free))
     per_communication = math.ceil(run.communication_step / step - 1e-9)
     return math.ceil(run.duration / run.communication_step - 1e-9) * per_communication

@@ -18,7 +18,7 @@ def test_every_problem_is_named():
     with pytest.raises(ValueError) as caught:
         FluidConfig(
             particle_spacing=-0.1, phases=(Phase(name="a", rest_density=1.0),) * 2, lower=(0, 0, 0), upper=(1, 0, 1), cfl=2.0,
-            dimension=4, minimum_time_step=0.1,
+            dimension=4, minimum_time_step=0.1, maximum_time_step=0.05,
         )  # fmt: skip
     message = str(caught.value)
     for part in ("particle_spacing is -0.1, allowed: above 0 m", "cfl is 2.0", "dimension is 4", "share a name", "upper.y is 0 m",
@@ -70,6 +70,24 @@ def test_explicit_viscosity_is_for_thin_liquids():
     FluidConfig(particle_spacing=0.05, maximum_time_step=0.01, **terms)
     with pytest.raises(ValueError, match=r"viscous number .* of 0\.4, allowed: up to 0\.2, beyond which it swings"):
         FluidConfig(particle_spacing=0.05, maximum_time_step=0.025, **terms)
+
+
+@pytest.mark.parametrize(
+    ("spacing", "gravity", "longest"),
+    [(0.05, 9.81, 0.01012), (0.2, 9.81, 0.02025), (0.05, 9.81 / 4, 0.02025), (0.05, 0.0, 0.01012)],
+)
+def test_longest_time_step_follows_the_shortest_wave(spacing, gravity, longest):
+    """A fiftieth of sqrt(2 pi 8 d / g): with the square root of the spacing, and inversely with that of gravity."""
+    terms = {
+        "particle_spacing": spacing,
+        "phases": (Phase(name="water", rest_density=1000.0),),
+        "lower": (0, 0, 0),
+        "upper": (1, 1, 1),
+        "gravity": (0, 0, -gravity),
+    }
+    assert FluidConfig(**terms).longest_time_step == pytest.approx(longest, rel=1e-3)
+    assert FluidConfig(**terms, maximum_time_step=0.003).longest_time_step == 0.003
+    assert FluidConfig(**terms, minimum_time_step=0.1).longest_time_step == 0.1
 
 
 def test_time_step_follows_equation_30_and_31():

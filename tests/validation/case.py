@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -93,10 +93,12 @@ class Bench:
 
     threads   threads of each fluid; None takes every core
     progress  called with the share of the run that is done, 0 to 1
+    step_share  what the fluids' longest time step and CFL number are multiplied by
     """
 
     threads: int | None = None
     progress: Callable[[float], None] = lambda share: None
+    step_share: float = 1.0
     particle_steps: int = 0
     wall_seconds: float = 0.0
     _planned: float = field(default=1.0, init=False)
@@ -108,6 +110,9 @@ class Bench:
 
     def fluid(self, config: FluidConfig) -> Fluid:
         """A fluid on this bench."""
+        share = self.step_share
+        if share != 1.0:
+            config = replace(config, maximum_time_step=share * config.longest_time_step, cfl=share * config.cfl)
         return Fluid(config, threads=self.threads)
 
     def advance(self, fluid: Fluid, duration: float) -> AdvanceReport:

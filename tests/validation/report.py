@@ -141,7 +141,8 @@ def rows(result: CaseResult) -> list[str]:
         cells = [number(value) for value in values] + [""] * (3 - len(values))
         wall = f"{sum(level.wall_seconds for level in result.levels):.0f}" if index == 0 else ""
         rate = f"{result.levels[-1].rate:.3g}" if index == 0 else ""
-        name = f"[{case.name}]({case.name}.png)" if index == 0 else ""
+        link = f"[{case.name}]({case.name}.png)" if case.panels else case.name
+        name = link if index == 0 else ""
         unit = "" if quantity.unit == "1" else f" [{quantity.unit}]"
         lines.append(
             f"| {case.number if index == 0 else ''} | {name} | {quantity.name}{unit} | {number(quantity.reference)} | "
@@ -180,7 +181,8 @@ def _section(result: CaseResult) -> str:
             else f"{level.wall_seconds:.1f} s, {level.rate:.3g} particle-steps/s\n"
         )
     note = f"\nNote: {case.note}\n" if case.note else ""
-    return f"{text}{note}\n![{case.title}]({case.name}.png)\n"
+    picture = f"\n![{case.title}]({case.name}.png)\n" if case.panels else ""
+    return text + note + picture
 
 
 def document(results: list[CaseResult], threads: int | None) -> dict[str, Any]:
@@ -281,6 +283,7 @@ def write(results: list[CaseResult], folder: Path, threads: int | None) -> None:
     """Write validation.md, validation.json and the pictures into `folder`."""
     folder.mkdir(parents=True, exist_ok=True)
     for result in results:
-        draw(result, folder / f"{result.case.name}.png")
+        if result.case.panels:
+            draw(result, folder / f"{result.case.name}.png")
     (folder / "validation.md").write_text(markdown(results, threads), encoding="utf-8")
     (folder / "validation.json").write_text(json.dumps(document(results, threads), indent=1), encoding="utf-8")

@@ -8,7 +8,8 @@ import math
 import numpy as np
 import pytest
 
-from tests.validation import report
+from oilsim.config import FluidConfig
+from tests.validation import half_step, report
 from tests.validation.__main__ import main, run_level
 from tests.validation.bodies.floating import SIZE, solids
 from tests.validation.bodies.released import cylinder_added_mass, sphere_added_mass, turning_points
@@ -17,7 +18,7 @@ from tests.validation.cases import CASES, select
 from tests.validation.liquids.channel import couette, poiseuille
 from tests.validation.liquids.waves import exact_omega, interface_roots
 from tests.validation.rigid import disc
-from tests.validation.scenes import read_table
+from tests.validation.scenes import liquid, read_table
 
 
 def case_that(run) -> Case:
@@ -61,6 +62,24 @@ def test_a_case_that_breaks_is_told_and_not_hidden(tmp_path):
     assert result.failed
     assert "no such tank" in (tmp_path / "validation.md").read_text()
     assert result.verdict(case.quantities[0]) == "CANNOT RUN"
+
+
+def test_half_the_step_shows_what_hangs_on_it(tmp_path, monkeypatch):
+    """The good quantity moves by a tenth of its gate, the bad one by 30 gates."""
+
+    def run(resolution, bench):
+        return Outcome(values={"good": 2.0 + 0.002 * bench.step_share, "bad": 0.6 * bench.step_share})
+
+    case = case_that(run)
+    monkeypatch.setattr(half_step, "select", lambda names: [case])
+    table = tmp_path / "table.md"
+    assert half_step.main(["made-up", "--threads", "1", "--output", str(table)]) == 0
+    verdicts = [row.split(" | ")[6] for row in table.read_text().splitlines()[2:]]
+    assert verdicts == ["no", "YES"]
+    config = FluidConfig(particle_spacing=0.1, phases=(liquid(),), lower=(0, 0, 0), upper=(1, 1, 1))
+    halved = Bench(threads=1, step_share=0.5).fluid(config).config
+    assert halved.longest_time_step == 0.5 * config.longest_time_step
+    assert halved.cfl == 0.5 * config.cfl
 
 
 def test_command_runs_the_cheapest_case(tmp_path, capsys):

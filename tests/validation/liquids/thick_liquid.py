@@ -64,7 +64,7 @@ def settled(bench: Bench, fluid: Fluid) -> float:
 
 
 def still_in_tank(bench: Bench, spacing: float, viscosity: float, lean: float, step: float) -> tuple[float, float]:
-    """rms speed over sqrt(g L), and pressure a spacing above the lowest place over rho g h."""
+    """rms speed over sqrt(g L), and pressure three spacings above the lowest place over rho g h, with h by the liquid's area."""
     fluid = thick_tank(bench, spacing, viscosity, lean, step)
     points = turned(block((0, 0, 0), (SIDE, 0, 1.5 * SIDE), spacing, 2), lean)
     level = SIDE if lean == 0.0 else SIDE * math.sin(lean)
@@ -73,7 +73,8 @@ def still_in_tank(bench: Bench, spacing: float, viscosity: float, lean: float, s
     speed = settled(bench, fluid)
     deep = 3.0 * spacing
     x = 0.5 * SIDE if lean == 0.0 else 0.0
-    surface = float(fluid.surface_height_at([[x, 0.0]])[0])
+    area = len(points) * spacing**2
+    surface = area / SIDE if lean == 0.0 else math.sqrt(area)  # a corner of 45 degrees to both sides holds h^2
     pressure = float(fluid.pressure_at([[x, 0.0, deep]])[0])
     return speed / STILL, pressure / (DENSITY * GRAVITY * (surface - deep))
 
