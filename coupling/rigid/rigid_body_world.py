@@ -18,6 +18,7 @@ from coupling.bodies import MassProperties, require_closed
 from coupling.rigid.bullet_client import BulletClient
 from coupling.rigid.collision_step import Encounters
 from coupling.rigid.engine_step import Body, EngineStep
+from coupling.rigid.environment import Environment, MetEnvironment
 from coupling.rigid.joint_constraints import Articulation, Joints, PointJoint
 from coupling.rigid.lines import ElasticLine, Lines
 from coupling.rigid.prescribed_motion import AT_REST, STILL, UPRIGHT, Motion, PrescribedMotion, Quaternion, Vector
@@ -69,6 +70,7 @@ class RigidBodyWorld:
         self._state = RigidBodyState()
         self._client = BulletClient(gravity, solver_iterations)
         self._engine = EngineStep(self._client, self._state, self._gravity)
+        self._sea: MetEnvironment | None = None
 
     @property
     def body_names(self) -> tuple[str, ...]:
@@ -214,6 +216,20 @@ class RigidBodyWorld:
         self.lines.add(name, line)
         self._state.line_wrench = self.lines.present_pull(self._state.pose, self._state.twist)
 
+    def set_environment(self, environment: Environment, names: Sequence[str]) -> None:
+        """Let a sea load the named bodies, all of which have been added; ValueError for an unknown body, or one that is not free."""
+        rows = [self._body(name).row for name in names]
+        held = [name for name in names if self._bodies[name].motion != "free"]
+        if held:
+            raise ValueError(
+                f"rigid bodies: the environment loads {held[0]!r}, which is not free, allowed: free bodies"
+            )
+        self._sea, self._articulation = MetEnvironment(environment, rows, self._state), None
+
+    def sea_wrench(self, name: str) -> Array:
+        """Return the wrench (6,) [N, N m] of the environment on a body, mean over the last advance."""
+        return self._state.sea_wrench[self._body(name).row].copy()
+
     def set_wrench(self, name: str, wrench: Array) -> None:
         """Set the fluid's wrench (6,) [N, N m] on a body; it acts until it is set again."""
         self._state.wrench[self._body(name).row] = wrench
@@ -237,6 +253,7 @@ class RigidBodyWorld:
 
     def inverse_mass(self, name: str) -> Array:
         """Return the twist by impulse (6, 6) [1/kg, 1/(kg m2)], world frame; 0 for a fixed or guided body."""
+        self._meet_sea(self._sub_step)
         return self._state.inverse_mass(self._body(name).row)
 
     def mass_matrix(self, name: str) -> Array:
@@ -255,6 +272,7 @@ class RigidBodyWorld:
         steps.
         """
         body = self._body(name)
+        self._meet_sea(self._sub_step)
         if body.motion == "free":
             if not body.is_jointed:
                 return self._state.free_acceleration(body.row, self._gravity)
@@ -295,10 +313,14 @@ class RigidBodyWorld:
         impulses = dict.fromkeys(self._joints, 0.0)
         self._engine.touched.clear()
         self.lines.begin(duration, len(self._bodies))
+        if self._sea is not None:
+            self._sea.begin()
         for index in range(count):
             self._advance_stretch(begin + index * stretch, stretch, impulses)
         self._tensions = {name: impulse / duration for name, impulse in impulses.items()}
         self._last_duration = duration
+        if self._sea is not None:
+            self._sea.end(duration)
         self._state.line_wrench = self.lines.end(duration)
         self._state.settle_reaction(momenta_before, duration, self._gravity)
         self._state.line_wrench = self.lines.present_pull(self._state.pose, self._state.twist)
@@ -328,7 +350,7 @@ class RigidBodyWorld:
         self._state.restore(arrays)
         self._tensions = dict(tensions)
         self.lines.restore_state(state["lines"])  # type: ignore[arg-type]
-        self._articulation = None
+        self._sea_changed()
         self.time = float(time)  # type: ignore[arg-type]
         self._last_duration = float(state["last_duration"])  # type: ignore[arg-type]
 
@@ -348,8 +370,21 @@ class RigidBodyWorld:
         self._state.pose[body.row] = pose_of(motion)
         self._state.twist[body.row] = twist_of(motion)
 
+    def _meet_sea(self, sub_step: float) -> None:
+        """Note the loads of the sea at the present instant, for a sub-step [s]."""
+        if self._sea is not None and self._sea.meet(self.time, sub_step):
+            self._articulation = None
+
+    def _sea_changed(self) -> None:
+        """Forget what depends on where the bodies are."""
+        self._articulation = None
+        if self._sea is not None:
+            self._sea.forget()
+
     def _articulated(self) -> Articulation:
         """Return the joints at the present instant."""
+        if self._articulation is None:
+            self._meet_sea(self._sub_step)
         if self._held is None:
             self._held = Joints(self._point_joints, len(self._bodies))
         if self._articulation is None:
@@ -376,6 +411,7 @@ class RigidBodyWorld:
 
     def _advance_stretch(self, begin: float, duration: float, impulses: dict[str, float]) -> None:
         """Advance by `duration` [s] from the time `begin` in equal sub-steps; add the impulses [N s] of joints to `impulses`."""
+        self._meet_sea(duration)
         held = self._articulated() if self._joints and self._state.is_free.any() else None
         rate = step_rate(self._state, self._gravity, held, self.lines, self._encounters, duration)
         count = max(1, math.ceil(duration * rate - 1e-9))
@@ -390,14 +426,18 @@ class RigidBodyWorld:
 
         Return the forces (J, 3) [N] of joints on their first bodies, including those that the engine adds because of contacts.
         """
+        self._meet_sea(sub_step)
         pull = self.lines.pull_for(sub_step, self._state.pose, self._state.twist)
-        wrench = self._state.wrench + self._state.applied_wrench + pull
+        wrench = self._state.wrench + self._state.applied_wrench + pull + self._state.sea_load
         free = [body for body in self._bodies.values() if body.motion == "free"]
         led = [(body, body.motion) for body in self._bodies.values() if not isinstance(body.motion, str)]
         forces, joint_wrench = self._joint_forces(wrench, sub_step)
         if free:
-            self._engine.step(free, [(body, motion.at(end)) for body, motion in led], wrench + joint_wrench, sub_step)
-            self._articulation = None
+            handed = wrench + joint_wrench
+            if self._sea is not None:
+                handed = handed - self._sea.resisted(handed, self._gravity, sub_step)
+            self._engine.step(free, [(body, motion.at(end)) for body, motion in led], handed, sub_step)
+            self._sea_changed()
         for body, motion in led:
             self._place(body, motion.at(end))
         self.time = end

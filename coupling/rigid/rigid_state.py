@@ -21,6 +21,7 @@ Array = npt.NDArray[np.float64]
 
 ALL = slice(None)
 MOVING = ("pose", "twist", "wrench", "applied_wrench", "line_wrench", "reaction", "earlier_reaction")
+SEA = ("sea_wrench", "sea_load")  # of the environment; computed anew wherever a state is restored
 
 
 class RigidBodyState:
@@ -35,6 +36,9 @@ class RigidBodyState:
         reaction: (B, 6) of joints and contacts, mean over the last step [N, N m]; earlier_reaction: over the step before.
         mass: (B,) [kg]; inertia: (B, 3, 3) along the body's axes [kg m2].
         is_free: (B,) true for bodies that move under forces.
+        sea_wrench: (B, 6) of the environment, mean over the last step [N, N m].
+        sea_load: (B, 6) of the environment at the present instant, before the bodies answer it [N, N m].
+        resistance: (B, 6, 6) what the environment adds to the mass matrices, A + h D of `environment`; None without an environment.
     """
 
     def __init__(self) -> None:
@@ -48,6 +52,9 @@ class RigidBodyState:
         self.mass = np.zeros(0)
         self.inertia: Array = np.zeros((0, 3, 3))
         self.is_free = np.zeros(0, dtype=bool)
+        self.sea_wrench = np.zeros((0, 6))
+        self.sea_load = np.zeros((0, 6))
+        self.resistance: Array | None = None
         self._inverse_inertia: Array = np.zeros((0, 3, 3))
         self._ease = np.zeros(0)  # 1 / mass, 0 for a fixed or guided body
         self._blocks = csr_array((0, 0))  # sparsity pattern of the inverse masses
@@ -57,7 +64,7 @@ class RigidBodyState:
         """Add the row of a body."""
         self.pose = np.vstack([self.pose, pose_of(start)])
         self.twist = np.vstack([self.twist, twist_of(start)])
-        for key in ("wrench", "applied_wrench", "line_wrench", "reaction", "earlier_reaction"):
+        for key in (*MOVING[2:], *SEA):
             setattr(self, key, np.vstack([getattr(self, key), np.zeros(6)]))
         self.mass = np.append(self.mass, properties.mass)
         self.inertia = np.concatenate([self.inertia, properties.inertia[None]])
@@ -134,9 +141,7 @@ class RigidBodyState:
     def inverse_mass_matrix(self) -> csr_array:
         """Return the twists of all bodies by impulses on them (6 B, 6 B) [1/kg, 1/(kg m2)], without joints."""
         count = len(self.pose)
-        blocks = np.zeros((count, 6, 6))
-        blocks[:, range(3), range(3)] = self._ease[:, None]
-        blocks[:, 3:, 3:] = self.inverse_inertia()
+        blocks = self._inverse_masses()
         if self._blocks.shape != (6 * count, 6 * count):
             columns = np.arange(6 * count).reshape(count, 1, 6).repeat(6, axis=1).ravel()
             self._blocks = csr_array((blocks.ravel(), columns, np.arange(0, 36 * count + 1, 6)))
@@ -144,8 +149,24 @@ class RigidBodyState:
         matrix.data = blocks.ravel()
         return matrix
 
+    def _inverse_masses(self) -> Array:
+        """Return the twist by impulse of each body (B, 6, 6), with what the environment adds to its mass; 0 for a fixed or guided one."""
+        blocks = np.zeros((len(self.pose), 6, 6))
+        if self.resistance is None:
+            blocks[:, range(3), range(3)] = self._ease[:, None]
+            blocks[:, 3:, 3:] = self.inverse_inertia()
+        elif self.is_free.any():
+            free = self.is_free
+            carried = self.resistance[free].copy()
+            carried[:, range(3), range(3)] += self.mass[free, None]
+            carried[:, 3:, 3:] += self.world_inertia()[free]
+            blocks[free] = np.linalg.inv(carried)
+        return blocks
+
     def inverse_mass(self, row: int) -> Array:
-        """Return the twist by impulse of one body (6, 6) [1/kg, 1/(kg m2)], diag(1 / m, (R I R^T)^-1); 0 for a fixed or guided body."""
+        """Return the twist by impulse of one body (6, 6) [1/kg, 1/(kg m2)], diag(1 / m, (R I R^T)^-1) without an environment."""
+        if self.resistance is not None:
+            return self._inverse_masses()[row]
         matrix = np.zeros((6, 6))
         matrix[:3, :3] = np.eye(3) * self._ease[row]
         matrix[3:, 3:] = self.inverse_inertia()[row]
@@ -169,11 +190,16 @@ class RigidBodyState:
 
     def known_accelerations(self, gravity: Array, rows: slice = ALL) -> Array:
         """Return accelerations (B, 6) [m/s2, rad/s2] as `free_acceleration`, without joints and contacts; 0 for a fixed or guided body."""
-        return self.accelerations_under(self.applied_wrench[rows] + self.line_wrench[rows], gravity, rows)
+        return self.accelerations_under(
+            self.applied_wrench[rows] + self.line_wrench[rows] + self.sea_load[rows], gravity, rows
+        )
 
     def accelerations_under(self, wrench: Array, gravity: Array, rows: slice = ALL) -> Array:
         """Return accelerations (B, 6) [m/s2, rad/s2] by a wrench (B, 6), gravity and turning; 0 for a fixed or guided body."""
         torque = wrench[:, 3:] - self.gyroscopic_torque(rows)
+        if self.resistance is not None:
+            force = wrench[:, :3] + self.mass[rows, None] * gravity
+            return applied(self._inverse_masses()[rows], np.hstack([force, torque]))
         acceleration = np.empty(wrench.shape)
         acceleration[:, :3] = self._ease[rows, None] * wrench[:, :3] + self.is_free[rows, None] * gravity
         acceleration[:, 3:] = applied(self.inverse_inertia()[rows], torque)
@@ -182,7 +208,7 @@ class RigidBodyState:
     def settle_reaction(self, momenta_before: Array, duration: float, gravity: Array) -> None:
         """Record as reaction of joints and contacts the change of momentum (B, 6) [kg m/s] that known wrenches do not explain."""
         self.earlier_reaction = self.reaction
-        known = self.wrench + self.applied_wrench + self.line_wrench
+        known = self.wrench + self.applied_wrench + self.line_wrench + self.sea_wrench
         known[:, :3] += self.mass[:, None] * gravity
         self.reaction = (self.momenta() - momenta_before) / duration - known
         self.reaction[~self.is_free] = 0.0

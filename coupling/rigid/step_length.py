@@ -30,7 +30,7 @@ def step_rate(
     """Return the steps per second that bodies, joints (`held`) and lines need now, within the next `duration` [s]; gravity (3,) [m/s2]."""
     spin = np.linalg.norm(state.twist[state.is_free, 3:], axis=1)
     patient = float(spin.max(initial=0.0)) / TURNED
-    wrench = state.wrench + state.applied_wrench + lines.present_pull(state.pose, state.twist)
+    wrench = state.wrench + state.applied_wrench + lines.present_pull(state.pose, state.twist) + state.sea_load
     if held is not None:
         free = state.accelerations_under(wrench, gravity)
         patient = max(patient, held.swing(free, state.inverse_inertia(), SWUNG / duration) / SWUNG)

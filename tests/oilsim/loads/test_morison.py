@@ -1,0 +1,172 @@
+"""Loads without particles against closed forms: Archimedes, stability, wave pressure, Morison's terms, and damping as a derivative."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+import trimesh
+from scipy.spatial.transform import Rotation
+
+from oilsim.loads.load_model import LoadModel, Part, Station
+from oilsim.loads.morison import FloatingBodies
+from oilsim.loads.strip_coefficients import heave_added_mass, heave_wave_damping, sway_added_mass
+from oilsim.loads.water_field import Fluids, SteadyWater
+from oilsim.loads.wetted_volume import wetted_volume
+
+RHO, G = 1000.0, 9.81
+FLUIDS = Fluids(water_density=RHO, gravity=G)
+NONE = np.zeros(3)
+
+
+def part_of(mesh: trimesh.Trimesh, added_mass=NONE, wave_damping=NONE, design_volume=None) -> Part:
+    volume = 0.5 * mesh.volume if design_volume is None else design_volume
+    triangles = np.array(mesh.triangles, dtype=np.float64)
+    return Part(
+        triangles=triangles, added_mass=np.array(added_mass), wave_damping=np.array(wave_damping), design_volume=volume
+    )
+
+
+def pose_at(position, turn: Rotation | None = None) -> np.ndarray:
+    return np.concatenate([position, (turn or Rotation.identity()).as_quat()])[None]
+
+
+class DeepWave:
+    """A regular wave along x in deep water, linear, without a current."""
+
+    def __init__(self, height: float, length: float) -> None:
+        self.amplitude, self.number = 0.5 * height, 2.0 * math.pi / length
+        self.frequency = math.sqrt(G * self.number)
+
+    def _at(self, points, time):
+        phase = self.number * points[:, 0] - self.frequency * time
+        return phase, self.amplitude * np.exp(self.number * np.minimum(points[:, -1], 0.0))
+
+    def elevation(self, points, time):
+        return self.amplitude * np.cos(self.number * points[:, 0] - self.frequency * time)
+
+    def velocity(self, points, time):
+        phase, size = self._at(points, time)
+        return self.frequency * size[:, None] * np.column_stack([np.cos(phase), 0 * phase, np.sin(phase)])
+
+    def acceleration(self, points, time):
+        phase, size = self._at(points, time)
+        return self.frequency**2 * size[:, None] * np.column_stack([np.sin(phase), 0 * phase, -np.cos(phase)])
+
+    def wind(self, points, time):
+        return np.zeros((len(points), 2))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_wetted_volume_is_that_of_the_cut_mesh(seed):
+    dice = np.random.default_rng(seed)
+    mesh = trimesh.creation.icosphere(subdivisions=2).apply_scale((1.0, 0.6, 0.4))
+    normal = dice.normal(size=3)
+    normal /= np.linalg.norm(normal)
+    point = dice.uniform(-0.2, 0.2, 3)
+    cut = trimesh.intersections.slice_mesh_plane(mesh, -normal, point, cap=True)
+    found = wetted_volume(np.array(mesh.triangles, dtype=np.float64), point, normal)
+    lid = -(cut.face_normals * cut.area_faces[:, None])[
+        np.abs(cut.triangles_center @ normal - point @ normal) > 1e-9
+    ].sum(axis=0)
+    assert found[0] == pytest.approx(cut.volume, rel=1e-9)
+    assert found[4] == pytest.approx(lid @ normal, rel=1e-9)
+    assert point + found[1:4] / found[0] == pytest.approx(cut.center_mass, abs=1e-9)
+
+
+def test_upright_box_has_archimedes_lift_and_its_metacentric_height():
+    """Box 2 x 1 x 1 m with its centre 0.1 m above the water: V = 0.8 m3, GM = B^2 / (12 T) + z_B - z_G with T = 0.4 m."""
+    box = FloatingBodies([LoadModel(parts=(part_of(trimesh.creation.box((2, 1, 1))),))], SteadyWater(), FLUIDS)
+    lift = box.loads(0.0, pose_at((3.0, 4.0, 0.1)), np.zeros((1, 6)))
+    assert lift.wetted_volume[0] == pytest.approx(0.8)
+    assert lift.wrench[0] == pytest.approx([0, 0, RHO * G * 0.8, 0, 0, 0], abs=1e-6)
+    heel, height = 1e-3, 1.0 / (12 * 0.4) - 0.2 - 0.1
+    heeled = box.loads(0.0, pose_at((0, 0, 0.1), Rotation.from_rotvec((heel, 0, 0))), np.zeros((1, 6)))
+    assert heeled.wrench[0, 3] == pytest.approx(-RHO * G * 0.8 * height * heel, rel=1e-5)
+
+
+def test_wave_pressure_lifts_a_small_body_with_the_surface():
+    """A body much shorter than the wave that moves with the surface feels the weight of what it displaces, and its surface's slope."""
+    wave = DeepWave(0.4, 40.0)
+    body = FloatingBodies([LoadModel(parts=(part_of(trimesh.creation.box((0.2, 0.2, 0.2))),))], wave, FLUIDS)
+    for time in np.linspace(0.0, 5.0, 7):
+        height = float(wave.elevation(np.zeros((1, 2)), time)[0])
+        loads = body.loads(time, pose_at((0, 0, height)), np.zeros((1, 6)))
+        acceleration = wave.acceleration(np.array([[0.0, 0.0, height]]), time)[0]
+        expected = RHO * 0.004 * (acceleration + np.array((0, 0, G)))
+        assert loads.wrench[0, :3] == pytest.approx(expected, rel=2e-3, abs=2e-3 * RHO * 0.004 * G)
+
+
+def test_morison_terms_have_their_size_and_sign():
+    """Inertia A a, wave damping B (u - v), drag rho / 2 C_d A |u| u in water, and in air above it."""
+    part = part_of(trimesh.creation.box((1, 1, 1)), added_mass=(100.0, 200.0, 300.0), wave_damping=(0, 0, 50.0))
+    wet = Station(place=np.array((0, 0, -0.25)), drag_area=np.array((0.1, 2.0, 0.5)), wind_area=NONE, half_height=0.1)
+    dry = Station(place=np.array((0, 0, 0.25)), drag_area=NONE, wind_area=np.array((1.0, 3.0, 0.0)), half_height=0.1)
+    water = SteadyWater(current=(0.5, 0.0), uniform_wind=(0.0, 10.0))
+    bodies = FloatingBodies([LoadModel(parts=(part,), stations=(wet, dry))], water, FLUIDS)
+    twist = np.array([[0.2, 0.3, 0.1, 0, 0, 0]])
+    loads = bodies.loads(0.0, pose_at((0, 0, 0)), twist)
+    assert loads.wrench[0, 0] == pytest.approx(500.0 * 0.1 * 0.3**2 - 0.5 * 1.225 * 1.0 * 0.2**2)
+    assert loads.wrench[0, 1] == pytest.approx(-500.0 * 2.0 * 0.3**2 + 0.5 * 1.225 * 3.0 * 9.7**2)
+    assert loads.wrench[0, 2] == pytest.approx(RHO * G * 0.5 - 500.0 * 0.5 * 0.1**2 - 50.0 * 0.1)
+    assert np.diag(loads.added_mass[0])[:3] == pytest.approx([100, 200, 300])
+    assert loads.wrench[0, 3] == pytest.approx(
+        0.25 * 500.0 * 2.0 * 0.3**2 * -1.0 - 0.25 * 0.5 * 1.225 * 3.0 * 9.7**2, rel=1e-9
+    )
+
+
+def test_damping_is_the_derivative_of_the_wrench_by_the_twist():
+    dice = np.random.default_rng(3)
+    part = part_of(trimesh.creation.box((1, 1, 1)), wave_damping=(20, 30, 50.0))
+    stations = tuple(
+        Station(
+            place=dice.uniform(-0.5, 0.5, 3),
+            drag_area=dice.uniform(0, 2, 3),
+            wind_area=dice.uniform(0, 2, 3),
+            half_height=0.2,
+        )
+        for _ in range(4)
+    )
+    bodies = FloatingBodies(
+        [LoadModel(parts=(part,), stations=stations)], SteadyWater(current=(1.0, -0.7), uniform_wind=(3, 4)), FLUIDS
+    )
+    pose, twist = pose_at((0.1, 0.2, 0.05), Rotation.from_rotvec((0.2, -0.1, 0.7))), dice.uniform(-0.3, 0.3, (1, 6))
+    found = bodies.loads(0.0, pose, twist)
+    for axis in range(6):
+        step = 1e-6 * np.eye(6)[axis]
+        change = bodies.loads(0.0, pose, twist + step).wrench - bodies.loads(0.0, pose, twist - step).wrench
+        assert -change[0] / 2e-6 == pytest.approx(found.damping[0][:, axis], rel=1e-4, abs=1e-2)
+
+
+def test_parts_and_bodies_add_up():
+    """A box cut into two halves carries what the whole carries, in each of three bodies."""
+    halves = [trimesh.creation.box((1, 1, 1)).apply_translation((x, 0, 0)) for x in (-0.5, 0.5)]
+    whole = LoadModel(parts=(part_of(trimesh.creation.box((2, 1, 1)), (0, 400, 600)),))
+    cut = LoadModel(parts=tuple(part_of(half, (0, 200, 300)) for half in halves))
+    turn = Rotation.from_rotvec((0.1, 0.05, 0.4))
+    poses = np.concatenate([pose_at((x, 0, 0.1), turn) for x in (0.0, 5.0, 9.0)])
+    one, other = (
+        FloatingBodies([model] * 3, SteadyWater(), FLUIDS).loads(0.0, poses, np.zeros((3, 6))) for model in (whole, cut)
+    )
+    assert other.wrench == pytest.approx(one.wrench, rel=1e-9, abs=1e-6)
+    assert other.added_mass[:, :3, :3] == pytest.approx(one.added_mass[:, :3, :3])
+    assert np.ptp(other.wrench, axis=0) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_section_coefficients_are_those_of_half_cylinder_and_plate():
+    """Half-immersed cylinder of radius R: rho pi R^2 / 2 in both directions; at k R = 0.8 its wave damping is
+    0.41 of rho pi R^2 / 2 omega.
+    """
+    radius, frequency = 0.5, math.sqrt(0.8 * G / 0.5)
+    mass = RHO * math.pi * radius**2 / 2
+    assert heave_added_mass(RHO, 2 * radius) == pytest.approx(mass)
+    assert sway_added_mass(RHO, radius) == pytest.approx(mass)
+    assert heave_wave_damping(RHO, 2 * radius, radius, frequency, G) / (mass * frequency) == pytest.approx(
+        0.413, abs=0.002
+    )
+
+
+def test_a_part_without_volume_is_refused():
+    with pytest.raises(ValueError, match=r"part 0 wets 0 m3 at the design waterline, allowed: above 0 m3"):
+        LoadModel(parts=(part_of(trimesh.creation.box((1, 1, 1)), design_volume=0.0),))
