@@ -47,7 +47,7 @@ class MetEnvironment:
         self._impulse = np.zeros((0, 6))
 
     def forget(self) -> None:
-        """Ask the environment again when it is met next, because bodies moved."""
+        """Forget the loads, because bodies moved: the environment is asked again when it is met next."""
         self._loads = None
 
     def begin(self) -> None:

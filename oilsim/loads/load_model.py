@@ -80,7 +80,7 @@ class StackedParts(NamedTuple):
 
 
 class StackedStations(NamedTuple):
-    """Stations of all bodies: body (S,), place (S, 3), drag_area (S, 3), wind_area (S, 3), half_height (S,)."""
+    """Stations of all bodies, see `Station`: body (S,), place (S, 3) [m], drag_area, wind_area (S, 3) [m2], half_height (S,) [m]."""
 
     body: Ints
     place: Array
