@@ -127,5 +127,5 @@ class SeaDescription:
 
 
 def profile(stretched: np.ndarray, depth: float, shear_exponent: float) -> np.ndarray:
-    """Compute (1 + s / h)^n (...,) [-] at heights s (...,) [m] between -h and 0."""
+    """Compute (1 + s / h)^n (N,) [-] at heights s (N,) [m] between -h and 0."""
     return np.maximum(1.0 + stretched / depth, 0.0) ** shear_exponent

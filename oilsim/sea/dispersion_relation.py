@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 Double = NDArray[np.float64]
 
-# [1] points of the Gauss-Legendre rule over the depth; numerical; the share is exact to 1e-6 for exponents from 0 to 1
+# [1] points of the Gauss-Legendre rule over the depth; numerical; the share is exact to 1e-5 for exponents from 0 to 1
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(64)
 # [1] steepest wave in deep water, height over length; paper (Miche 1944); 0.142
 MICHE = 0.142
-# [1] wave numbers, over that in still water, among which an opposing current is searched for its solution; numerical; deep water blocks at 4
+# [1] wave numbers over that in still water, among which an opposing current's is searched; numerical; deep water blocks at 4
 SEARCHED = np.linspace(1.0, 6.0, 501)
 # [1] steps of the bisection; numerical; each halves the interval
 BISECTIONS = 60

@@ -141,12 +141,16 @@ class FlowTable:
         if wrong.size:
             u, v = self.values[wrong[0]]
             rows = f" and {wrong.size - 1} more" if wrong.size > 1 else ""
-            faults.append(f"velocity of row {wrong[0]}{rows} is ({u:g}, {v:g}), allowed: at most {FASTEST:g} m/s, and no empty values")
+            faults.append(
+                f"velocity of row {wrong[0]}{rows} is ({u:g}, {v:g}), allowed: at most {FASTEST:g} m/s, and no empty values"
+            )
         step = np.diff(self.time)
         back = np.flatnonzero(step <= 0.0)
         if back.size:
             row = back[0]
-            faults.append(f"time goes from {self.time[row]:g} s to {self.time[row + 1]:g} s at row {row + 1}, allowed: times that rise")
+            faults.append(
+                f"time goes from {self.time[row]:g} s to {self.time[row + 1]:g} s at row {row + 1}, allowed: times that rise"
+            )
             return faults
         limit = GAP * float(np.median(step)) if longest_gap is None else longest_gap
         for row in np.flatnonzero(step > limit)[:3]:
@@ -167,7 +171,9 @@ class FlowTable:
     def _row(self, time: float) -> int:
         """Return the row before `time`; ValueError for one outside the table."""
         if not self.time[0] <= time <= self.time[-1]:
-            raise ValueError(f"flow table: time is {time:g} s, allowed: {self.time[0]:g} to {self.time[-1]:g} s, as in the table")
+            raise ValueError(
+                f"flow table: time is {time:g} s, allowed: {self.time[0]:g} to {self.time[-1]:g} s, as in the table"
+            )
         return min(int(np.searchsorted(self.time, time, "right")) - 1, self.time.size - 2)
 
     def velocity(self, time: float) -> Double:

@@ -32,7 +32,10 @@ def kaimal_spectrum(frequency: Double, speed: float, deviation: float, length: f
 
 
 class GustComponents(NamedTuple):
-    """Sines of a gusty wind, each (M,): amplitude over the mean speed [-], frequency [rad/s], wave_number [1/m] along the wind, phase [rad]."""
+    """Sines of a gusty wind, each (M,).
+
+    amplitude over the mean speed [-]; frequency [rad/s]; wave_number [1/m] along the wind; phase [rad]
+    """
 
     amplitude: Double
     frequency: Double
@@ -76,7 +79,9 @@ class KaimalGusts:
         below = 1.0 - (1.0 + 6.0 * edges * self.length / speed) ** (-2.0 / 3.0)
         variance = np.diff(below) / (below[-1] - below[0]) * self.intensity**2
         random = np.random.default_rng(self.seed)
-        frequency = edges[:-1] * (edges[1:] / edges[:-1]) ** random.uniform(size=self.count)  # a seeded place in each band
+        frequency = edges[:-1] * (edges[1:] / edges[:-1]) ** random.uniform(
+            size=self.count
+        )  # a seeded place in each band
         phase = random.uniform(0.0, 2.0 * np.pi, self.count)
         omega = 2.0 * np.pi * frequency
         return GustComponents(np.sqrt(2.0 * variance), omega, omega / speed, phase)

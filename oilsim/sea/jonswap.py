@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oilsim.quantity import quantity, require
-from oilsim.sea.dispersion_relation import steepest_height
 from oilsim.sea.directional_spread import direction_quantiles
+from oilsim.sea.dispersion_relation import steepest_height
 from oilsim.sea.flows import Flow
 from oilsim.sea.regular_waves import SEEN_FROM, STRETCHINGS, chosen, water_numbers
 from oilsim.sea.wave_components import StillWater, WaveComponents
@@ -31,8 +31,10 @@ POINTS = 20001
 LOWEST = 0.5
 # [1] highest frequency of a component, over that of the peak, unless another is given; numerical; 0.3 % of m0 lies above
 CUT = 4.5
-# [1] steepest seas, 2 pi Hs / (g Tp^2), for Tp up to 8 s and from 15 s; paper (DNV-RP-C205, sec. 3.5.4); observed limits
-STEEPEST_SEA = ((8.0, 1.0 / 15.0), (15.0, 1.0 / 25.0))
+# [s] peak periods up to which, and from which, the steepest seas have one steepness; paper (DNV-RP-C205, sec. 3.5.4); observed limits
+SEA_PERIODS = (8.0, 15.0)
+# [1] steepness 2 pi Hs / (g Tp^2) of the steepest seas of those periods; paper (DNV-RP-C205, sec. 3.5.4); observed limits
+STEEPEST_SEAS = (1.0 / 15.0, 1.0 / 25.0)
 # [1] largest Hs over the depth; paper (Thornton and Guza 1982); Hrms = 0.42 h in saturated surf
 DEPTH_LIMITED = 0.6
 # [1] golden ratio - 1; theory; the multiples of it, less whole numbers, fill an interval evenly
@@ -97,7 +99,8 @@ class JonswapWaves:
         yield from chosen("seen_from", self.seen_from, SEEN_FROM)
         if self.peak_period > 0.0 and not 1.0 < self._cut <= RANGE[1]:
             low, high = 1.0 / self.peak_period, RANGE[1] / self.peak_period
-            yield f"highest_frequency is {self.highest_frequency:g} Hz, allowed: above 1 / peak_period = {low:.4g} Hz, at most {high:.4g} Hz"
+            given = f"highest_frequency is {self.highest_frequency:g} Hz"
+            yield f"{given}, allowed: above 1 / peak_period = {low:.4g} Hz, at most {high:.4g} Hz"
 
     @property
     def _cut(self) -> float:
@@ -126,8 +129,7 @@ class JonswapWaves:
 
     def _check_steepness(self, water: StillWater) -> None:
         """Raise ValueError for a sea higher than seas of its period, or of its depth, are observed to be."""
-        (short, high), (long, low) = STEEPEST_SEA
-        steepness = float(np.interp(self.peak_period, (short, long), (high, low)))
+        steepness = float(np.interp(self.peak_period, SEA_PERIODS, STEEPEST_SEAS))
         k = float(water_numbers(np.array([self.peak_period]), np.zeros(1), "water", water, None, 0.0)[0][0])
         limits = {
             "seas of this peak period (DNV-RP-C205)": steepness * water.gravity * self.peak_period**2 / (2.0 * math.pi),

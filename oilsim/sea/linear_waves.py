@@ -158,7 +158,9 @@ def _add_terms(block, i, flat_s, flat_c, steep_s, steep_c, sigma, celerity, to_x
     block[DW + i] -= sigma * steep_c
 
 
-def linear_field(points: Double, waves: WaveComponents, phase: Double, water: StillWater, *, wheeler: bool) -> WaveField:
+def linear_field(
+    points: Double, waves: WaveComponents, phase: Double, water: StillWater, *, wheeler: bool
+) -> WaveField:
     """Evaluate linear waves at `points` (N, 3) [m] with the phases (M,) [rad] of one moment."""
     field = empty_field(len(points))
     sum_linear(points, waves, phase, water, wheeler, field)

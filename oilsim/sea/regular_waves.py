@@ -29,7 +29,12 @@ def chosen(name: str, value: object, allowed: tuple[str, ...]) -> Iterator[str]:
 
 
 def water_numbers(
-    periods: np.ndarray, directions: np.ndarray, seen_from: str, water: StillWater, flow: Flow | None, shear_exponent: float
+    periods: np.ndarray,
+    directions: np.ndarray,
+    seen_from: str,
+    water: StillWater,
+    flow: Flow | None,
+    shear_exponent: float,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Solve the dispersion relation: wave number [1/m], frequency seen from the water [rad/s], share of the current [-], each (M,).
 

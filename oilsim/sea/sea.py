@@ -22,7 +22,7 @@ Double = NDArray[np.float64]
 
 
 class Kinematics(NamedTuple):
-    """The motion of the sea at points: elevation (...,) [m], pressure (...,) [Pa], velocity and acceleration (..., 3) [m/s], [m/s2].
+    """The motion of the sea at points: elevation (N,) [m], pressure (N,) [Pa], velocity and acceleration (N, 3) [m/s], [m/s2].
 
     `Sea` tells what each of them is.
     """
@@ -36,17 +36,18 @@ class Kinematics(NamedTuple):
 class Sea:
     """Current, wind and waves by formulas. It has no state: equal descriptions give equal values, whatever was asked before.
 
-    Points are (..., 3) [m] in the world, z up, or (..., 2) where only the place matters; results have the leading shape of the points.
+    Points are (N, 3) [m] in the world, z up, or (N, 2) where only the place matters. Instead of N there may be any number of axes, also
+    none for a single point; results have the same.
     Time is in s since the start of the run.
 
-    elevation     (...,) [m] height of the surface in the world
-    velocity      (..., 3) [m/s] current, drift of the wind, and orbital motion of the waves
-    acceleration  (..., 3) [m/s2] rate of the velocity seen by a point that the current carries, to first order: the share of the waves, and
+    elevation     (N,) [m] height of the surface in the world
+    velocity      (N, 3) [m/s] current, drift of the wind, and orbital motion of the waves
+    acceleration  (N, 3) [m/s2] rate of the velocity seen by a point that the current carries, to first order: the share of the waves, and
                   the rate of the current; the convective term of the orbital motion and the rate of the wind's drift are left out
-    pressure      (...,) [Pa] above that of the air, the hydrostatic one included. Above the surface it goes on linearly below 0, so that its
-                  zero is the surface; it is no pressure there
-    wind          (..., 2) [m/s] at 10 m, gusts included
-    surface_drift (..., 2) [m/s] of what floats, beyond the current: drift of the wind, Stokes drift, Langmuir cells
+    pressure      (N,) [Pa] above that of the air, the hydrostatic one included. Above the surface it goes on linearly below 0, so that
+                  its zero is the surface; it is no pressure there
+    wind          (N, 2) [m/s] at 10 m, gusts included
+    surface_drift (N, 2) [m/s] of what floats, beyond the current: drift of the wind, Stokes drift, Langmuir cells
 
     Above the surface the water's values are those at the surface, below the bottom those at the bottom. Raises ValueError for waves that
     cannot be, for points of another shape or that are not finite, and for times outside of a table.
@@ -74,7 +75,7 @@ class Sea:
         return self._waves
 
     def kinematics(self, xyz: ArrayLike, time: float) -> Kinematics:
-        """Evaluate elevation, velocity, acceleration and pressure at points (..., 3) [m] together; it costs as much as one of them."""
+        """Evaluate elevation, velocity, acceleration and pressure at points (N, 3) [m] together; it costs as much as one of them."""
         points, shape = _points(xyz, 3, time)
         field = self._wave_field(points, time)
         self._add_currents(field, points, time)
@@ -86,30 +87,32 @@ class Sea:
         )
 
     def elevation(self, xy: ArrayLike, time: float) -> Double:
-        """Return the height of the surface (...,) [m] at places (..., 2) or points (..., 3) [m]."""
+        """Return the height of the surface (N,) [m] at places (N, 2) or points (N, 3) [m]."""
         points, shape = _points(xy, 2, time)
         eta, phase = np.empty(len(points)), self._phase(time)
         if self._second:
-            second = second_harmonic(float(self._waves.amplitude[0]), float(self._waves.wave_number[0]), self._water.depth)
+            second = second_harmonic(
+                float(self._waves.amplitude[0]), float(self._waves.wave_number[0]), self._water.depth
+            )
             add_harmonic(points, self._waves, phase, second, eta)
         else:
             sum_elevation(points, self._waves, phase, eta)
         return (eta + self._water.level).reshape(shape)
 
     def velocity(self, xyz: ArrayLike, time: float) -> Double:
-        """Return the velocity of the water (..., 3) [m/s] at points (..., 3) [m]."""
+        """Return the velocity of the water (N, 3) [m/s] at points (N, 3) [m]."""
         return self.kinematics(xyz, time).velocity
 
     def acceleration(self, xyz: ArrayLike, time: float) -> Double:
-        """Return the acceleration of the water (..., 3) [m/s2] at points (..., 3) [m]."""
+        """Return the acceleration of the water (N, 3) [m/s2] at points (N, 3) [m]."""
         return self.kinematics(xyz, time).acceleration
 
     def pressure(self, xyz: ArrayLike, time: float) -> Double:
-        """Return the pressure above that of the air (...,) [Pa], the hydrostatic one included, at points (..., 3) [m]."""
+        """Return the pressure above that of the air (N,) [Pa], the hydrostatic one included, at points (N, 3) [m]."""
         return self.kinematics(xyz, time).pressure
 
     def current(self, z: ArrayLike, time: float) -> Double:
-        """Return the current without waves and wind (..., 2) [m/s] at heights (...,) [m] in the world."""
+        """Return the current without waves and wind (N, 2) [m/s] at heights (N,) [m] in the world."""
         current, z = self.description.current, np.asarray(z, np.float64)
         if current is None:
             return np.zeros((*z.shape, 2))
@@ -123,7 +126,7 @@ class Sea:
         return np.zeros(2) if wind is None else wind.flow.velocity(time)
 
     def wind(self, xy: ArrayLike, time: float) -> Double:
-        """Return the wind (..., 2) [m/s] at 10 m above places (..., 2) or points (..., 3) [m], gusts included."""
+        """Return the wind (N, 2) [m/s] at 10 m above places (N, 2) or points (N, 3) [m], gusts included."""
         points, shape = _points(xy, 2, time)
         factor = np.ones(len(points))
         if self._gusts is not None:
@@ -132,7 +135,7 @@ class Sea:
         return (factor[:, None] * self.mean_wind(time)).reshape(*shape, 2)
 
     def surface_drift(self, xy: ArrayLike, time: float) -> Double:
-        """Return the velocity (..., 2) [m/s] of what floats at places (..., 2) or points (..., 3) [m], beyond the current."""
+        """Return the velocity (N, 2) [m/s] of what floats at places (N, 2) or points (N, 3) [m], beyond the current."""
         points, shape = _points(xy, 2, time)
         drift = np.tile(self.wind_drift(0.0, time) + self._surface_stokes_drift, (len(points), 1))
         cells, speed = self.description.langmuir, math.hypot(*self.mean_wind(time))
@@ -141,14 +144,17 @@ class Sea:
         return drift.reshape(*shape, 2)
 
     def wind_drift(self, depth: ArrayLike, time: float) -> Double:
-        """Return the drift of the wind (..., 2) [m/s] at depths (...,) [m] below the surface; it follows the mean wind at once."""
+        """Return the drift of the wind (N, 2) [m/s] at depths (N,) [m] below the surface; it follows the mean wind at once."""
         wind, depth = self.description.wind, np.asarray(depth, np.float64)
         if wind is None or wind.drift is None:
             return np.zeros((*depth.shape, 2))
         return wind.drift.velocity(depth, wind.flow.velocity(time), self._water.density)
 
     def stokes_drift(self, z: ArrayLike) -> Double:
-        """Return the Stokes drift of the waves (..., 2) [m/s] at heights (...,) [m] in the world; a spectrum's holds its tail up to its cut."""
+        """Return the Stokes drift of the waves (N, 2) [m/s] at heights (N,) [m] in the world.
+
+        That of a spectrum holds the tail up to the spectrum's cut and no more.
+        """
         still = np.clip(np.asarray(z, np.float64) - self._water.level, -self._water.depth, 0.0)
         return self._waves.stokes_drift(self._water.depth, still)
 
@@ -158,9 +164,13 @@ class Sea:
 
     def langmuir_number(self, time: float) -> float:
         """Return the turbulent Langmuir number [-] of the mean wind and the Stokes drift at the surface; infinite without waves."""
-        return langmuir_number(math.hypot(*self.mean_wind(time)), math.hypot(*self._surface_stokes_drift), self._water.density)
+        return langmuir_number(
+            math.hypot(*self.mean_wind(time)), math.hypot(*self._surface_stokes_drift), self._water.density
+        )
 
-    def random_walk(self, count: int, step: int, time_step: float, *, time: float = 0.0, age: ArrayLike = 0.0) -> Double:
+    def random_walk(
+        self, count: int, step: int, time_step: float, *, time: float = 0.0, age: ArrayLike = 0.0
+    ) -> Double:
         """Draw the turbulent displacements (N, 2) [m] of `count` N parcels in the step with the number `step`, of `time_step` [s].
 
         age: scalar or (N,) [s]. See `oilsim.sea.turbulence.Turbulence.displacement`; zeros without turbulence.

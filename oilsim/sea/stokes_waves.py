@@ -21,7 +21,22 @@ from numpy.typing import NDArray
 
 from oilsim.backend.jit import ALLOCATING, FAST
 from oilsim.sea.linear_waves import (
-    BLOCK, DEEP, DU, DV, DW, ETA, ROWS, P, S, U, V, W, WaveField, X, empty_field, store,
+    BLOCK,
+    DEEP,
+    DU,
+    DV,
+    DW,
+    ETA,
+    ROWS,
+    P,
+    S,
+    U,
+    V,
+    W,
+    WaveField,
+    X,
+    empty_field,
+    store,
 )  # fmt: skip
 from oilsim.sea.vector_math import exponential, sine_cosine
 from oilsim.sea.wave_components import StillWater, WaveComponents

@@ -57,7 +57,7 @@ def lehr_axes(*, volume: float, density_ratio: float, wind_speed: float, time: f
 
 
 def lehr_diffusivity(wind_speed: float, age: ArrayLike) -> Double:
-    """Return the diffusivity along the wind (...,) [m2/s] that makes a cloud of `age` (...,) [s] grow as Lehr's major axis does by wind.
+    """Return the diffusivity along the wind (N,) [m2/s] that makes a cloud of `age` (N,) [s] grow as Lehr's major axis does by wind.
 
     An evenly covered ellipse of the axis R has the deviation R / 4. The wind's part of it, 0.95 W^(4/3) t^(3/4) / 4, grows by
     K = 1/2 d(deviation^2)/dt. wind_speed W [m/s].

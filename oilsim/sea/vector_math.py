@@ -24,9 +24,11 @@ def sine_cosine(theta):
     """Compute (sin, cos) of an angle [rad] (scalar): Taylor series of a quarter of the reduced angle, then the angle doubled twice."""
     q = 0.25 * (theta - TURN * np.floor(theta * (1.0 / TURN) + 0.5))
     p = q * q
-    s = q * (1 + p * (-1 / 6 + p * (1 / 120 + p * (-1 / 5040 + p * (1 / 362880 + p * (-1 / 39916800 + p / 6227020800))))))
-    c = p * (1 / 479001600 - p / 87178291200)
-    c = 1 + p * (-1 / 2 + p * (1 / 24 + p * (-1 / 720 + p * (1 / 40320 + p * (-1 / 3628800) + c))))
+    s = q * (
+        1 + p * (-1 / 6 + p * (1 / 120 + p * (-1 / 5040 + p * (1 / 362880 + p * (-1 / 39916800 + p / 6227020800)))))
+    )
+    c = -1 / 3628800 + p * (1 / 479001600 - p / 87178291200)
+    c = 1 + p * (-1 / 2 + p * (1 / 24 + p * (-1 / 720 + p * (1 / 40320 + p * c))))
     s, c = 2.0 * s * c, c * c - s * s
     return 2.0 * s * c, c * c - s * s
 

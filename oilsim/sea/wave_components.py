@@ -44,7 +44,7 @@ class WaveComponents(NamedTuple):
         return np.remainder(self.frequency * time + self.wave_number * carried - self.phase, 2.0 * np.pi)
 
     def stokes_drift(self, depth: float, z: Double) -> Double:
-        """Compute the Stokes drift (..., 2) [m/s] at the heights z (...,) [m] above the still level, 0 or below.
+        """Compute the Stokes drift (N, 2) [m/s] at the heights z (N,) [m] above the still level, 0 or below.
 
         It is the sum of a^2 sigma k cosh 2k(h + z) / (2 sinh^2 kh) along each component (Stokes 1847; Dean and Dalrymple 1991,
         sec. 10.2), in water of `depth` h [m]. It holds no more of a spectrum's tail than the components do.

@@ -57,7 +57,7 @@ class WindDrift:
         return self.layer / math.expm1(SURFACE_DRIFT * KARMAN * math.sqrt(density / AIR_DENSITY))
 
     def velocity(self, depth: Double, wind: Double, density: float) -> Double:
-        """Compute the drift (..., 2) [m/s] at depths (...,) [m] below the surface in the mean wind (2,) [m/s] at 10 m."""
+        """Compute the drift (N, 2) [m/s] at depths (N,) [m] below the surface in the mean wind (2,) [m/s] at 10 m."""
         speed = math.hypot(*wind)
         depth = np.asarray(depth, np.float64)
         if speed == 0.0:
