@@ -8,7 +8,7 @@ from dataclasses import MISSING, Field, fields
 from typing import Any, Literal, get_args, get_origin
 
 from oilsim.quantity import quantities
-from scenarios.schema import bodies, exercise, fmu_settings, liquid, probe_settings, run_settings, weather
+from scenarios.schema import bodies, exercise, fmu_settings, liquid, probe_settings, run_settings, sea, weather
 from scenarios.schema.quantity_fields import Section, field_kinds
 from scenarios.schema.structuring import SUFFIXES
 from scenarios.schema.type_checks import shape_of
@@ -99,6 +99,12 @@ CHAPTERS: tuple[tuple[str, tuple[type[Section], ...]], ...] = (
     ("forcing.wind", (weather.WindSettings,)),
     ("forcing.waves", (weather.WaveSettings,)),
     ("forcing.current", (weather.CurrentSettings,)),
+    ("sea", (sea.SeaSettings,)),
+    ("sea.waves", get_args(sea.SeaWaves)),
+    ("sea.current", get_args(sea.SeaCurrent)),
+    ("sea.wind", get_args(sea.SeaWind)),
+    ("sea.langmuir", (sea.LangmuirSettings,)),
+    ("sea.turbulence", (sea.TurbulenceSettings,)),
     ("bodies.NAME", get_args(bodies.Body)),
     ("bodies.NAME.motion", get_args(bodies.Motion)),
     ("vessels.NAME", (exercise.VesselSettings,)),

@@ -20,6 +20,7 @@ from scenarios.schema.liquid import Fill, FluidSettings, PhaseSettings, PipeEmit
 from scenarios.schema.probe_settings import Probe
 from scenarios.schema.quantity_fields import Section
 from scenarios.schema.run_settings import CameraSettings, RecordingSettings, RunSettings, SiteSettings
+from scenarios.schema.sea import SeaSettings
 from scenarios.schema.weather import ForcingSettings
 
 __all__ = ["CameraSettings", "RecordingSettings", "RunSettings", "Scenario", "SiteSettings"]
@@ -44,6 +45,7 @@ class Scenario(Section):
     fill: Mapping[str, Fill] = field(default_factory=dict)
     emitters: Mapping[str, PipeEmitterSettings] = field(default_factory=dict)
     forcing: ForcingSettings = field(default_factory=ForcingSettings)
+    sea: SeaSettings | None = None
     bodies: Mapping[str, Body] = field(default_factory=dict)
     vessels: Mapping[str, VesselSettings] = field(default_factory=dict)
     booms: Mapping[str, BoomSettings] = field(default_factory=dict)

@@ -190,15 +190,21 @@ def _is_section(kind: Any) -> bool:
     return isinstance(kind, type) and issubclass(kind, Section)
 
 
+def _members(union: Any) -> tuple[Any, ...]:
+    """Return the types of a union; a table that may be left out is None then, and never in a file."""
+    parts = get_args(union) if get_origin(union) in (Union, types.UnionType) else ()
+    return tuple(part for part in parts if part is not types.NoneType)
+
+
 def _is_tagged_union(kind: Any) -> bool:
-    members = get_args(kind) if get_origin(kind) in (Union, types.UnionType) else ()
+    members = _members(kind)
     return bool(members) and all(_is_section(member) and member.TAG for member in members)
 
 
 def _tagged_factory(union: Any, converter: Converter) -> Callable[[Any, Any], Any]:
     """Choose a table's class by its tag, as in shape = "box"; a bare word is a table with only the tag."""
-    by_tag = {member.TAG[1]: member for member in get_args(union)}
-    key = get_args(union)[0].TAG[0]
+    by_tag = {member.TAG[1]: member for member in _members(union)}
+    key = _members(union)[0].TAG[0]
     allowed = ", ".join(repr(tag) for tag in by_tag)
 
     def hook(data: Any, _: Any) -> Any:

@@ -21,6 +21,7 @@ from scenarios.scenario import Scenario
 from scenarios.schema.bodies import Fixed
 from scenarios.schema.liquid import BlockFill, Fill, SlabFill, SphereFill, Tank
 from scenarios.setup.fill_lattice import Array, starting_positions
+from scenarios.setup.sea import unused_sea
 
 if TYPE_CHECKING:
     from scenarios.setup.placed_solids import Solid
@@ -138,14 +139,14 @@ def _start(scenario: Scenario) -> tuple[Mapping[str, Array], Mapping[str, str], 
 
 
 def _told(scenario: Scenario, solids: Sequence[Solid]) -> tuple[str, ...]:
-    """List the warnings of bodies with which a run would start."""
+    """List the warnings with which a run would start."""
     if not solids:
-        return ()
+        return unused_sea(scenario)
     from scenarios.setup.thin_bodies import thin_bodies, thin_samplings
 
     spacing = scenario.fluid.particle_spacing
     thin = thin_bodies(solids, thin_samplings(solids, spacing), spacing)
-    return (*(note for solid in solids for note in solid.notes), *thin.values())
+    return (*(note for solid in solids for note in solid.notes), *thin.values(), *unused_sea(scenario))
 
 
 def _body_seconds(scenario: Scenario) -> float:

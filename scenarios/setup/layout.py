@@ -19,6 +19,7 @@ from scenarios.setup.fill_lattice import empty_regions, placed_regions
 from scenarios.setup.fleet import LINE_RELAXATION_TIME, Fleet, place_fleet
 from scenarios.setup.fluid import clear_of, pipe_problems, sorted_by_hollow, water_level
 from scenarios.setup.placed_solids import Solid, own_solids, table_entry, vector
+from scenarios.setup.sea import build_sea
 from scenarios.text.quantities import volume_in_words
 
 Array = NDArray[np.float64]
@@ -65,6 +66,7 @@ def lay_out(scenario: Scenario) -> Layout:
     problems += _sampling_problems(solids, fluid.particle_spacing)
     coupled = _coupled(scenario, solids)
     world = _world(scenario, solids, fleet, problems) if coupled else None
+    problems += _sea_problems(scenario)
     if problems:
         raise ScenarioError(problems, scenario.name)
     return Layout(
@@ -78,6 +80,15 @@ def lay_out(scenario: Scenario) -> Layout:
         coupled=coupled,
         world=world,
     )
+
+
+def _sea_problems(scenario: Scenario) -> Sequence[Problem]:
+    """Find what is wrong with the sea, its files included."""
+    try:
+        build_sea(scenario)
+    except ScenarioError as error:
+        return error.problems
+    return ()
 
 
 def _displaced_regions(regions: Mapping[str, Array], clear: Mapping[str, Array]) -> Iterator[Problem]:

@@ -19,6 +19,7 @@ from scenarios.setup.fleet import Fleet
 from scenarios.setup.fluid import build_fluid
 from scenarios.setup.layout import lay_out
 from scenarios.setup.placed_solids import Solid, table_entry
+from scenarios.setup.sea import unused_sea
 from scenarios.setup.thin_bodies import thin_bodies
 
 
@@ -29,7 +30,7 @@ class Simulators:
     level: of the still water [m]; solids: all bodies, those of the fleet too; coupled: names of those that exchange motion and
     wrench with the fluid, and `bodies` how they do; tank: the fluid's handle of the tank's sides, None without closed ones; world: None
     if nothing is coupled; left_out: what bodies take of the liquid at the start, in words, by region; thin: what is to be told of bodies
-    too thin for their particles, by name; notes: what was mended of bodies' meshes, in words.
+    too thin for their particles, by name; notes: what was mended of bodies' meshes, and a sea that is not used, in words.
     """
 
     scenario: Scenario
@@ -70,7 +71,7 @@ def build_simulators(scenario: Scenario) -> Simulators:
         world=layout.world,
         left_out=layout.left_out,
         thin=thin_bodies(solids, samplings, scenario.fluid.particle_spacing),
-        notes=tuple(note for solid in solids for note in solid.notes),
+        notes=(*(note for solid in solids for note in solid.notes), *unused_sea(scenario)),
     )
 
 

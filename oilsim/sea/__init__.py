@@ -1,0 +1,20 @@
+"""The sea without particles: waves, current and wind by formulas, at any points and any time. Needs numpy and numba only.
+
+`Sea` evaluates a frozen `SeaDescription`; the other names describe its parts. The page "Sea" of the documentation gives equations,
+sources, check values and what is left out.
+"""
+
+from oilsim.sea.description import CurrentProfile, SeaDescription, WindField
+from oilsim.sea.flows import FlowTable, SteadyFlow, TidalFlow
+from oilsim.sea.gusts import KaimalGusts
+from oilsim.sea.jonswap import JonswapWaves
+from oilsim.sea.langmuir import LangmuirCells
+from oilsim.sea.regular_waves import RegularWaves
+from oilsim.sea.sea import Kinematics, Sea
+from oilsim.sea.turbulence import Turbulence
+from oilsim.sea.wind_stress import WindDrift
+
+__all__ = [
+    "CurrentProfile", "FlowTable", "JonswapWaves", "KaimalGusts", "Kinematics", "LangmuirCells", "RegularWaves", "Sea",
+    "SeaDescription", "SteadyFlow", "TidalFlow", "Turbulence", "WindDrift", "WindField",
+]  # fmt: skip

@@ -1,0 +1,199 @@
+"""Horizontal velocities over time, for currents and winds: steady, a tide as a sine with its turn, a table.
+
+Each flow has `velocity(time)` (2,) [m/s], its `rate(time)` (2,) [m/s2], and the `travel(time)` (2,) [m] since time 0 of what it carries.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from oilsim.forcing import heading
+from oilsim.quantity import quantity, require
+
+Double = NDArray[np.float64]
+
+# [s] period of the main lunar tide M2; paper (Doodson 1921); 12.42 h, so that the current turns every 6.21 h
+LUNAR_TIDE = 12.42 * 3600.0
+# [1] longest interval of a table, over its median, that counts as no gap; numerical; times of tide tables vary by less
+GAP = 2.5
+# [m/s] fastest flow; numerical; the limit of the forcing `wind`
+FASTEST = 100.0
+
+
+class Flow(Protocol):
+    """A horizontal velocity that depends on time: (2,) arrays [m/s], [m/s2], [m]."""
+
+    def velocity(self, time: float) -> Double:
+        """Return the velocity (2,) [m/s] at `time` [s]."""
+
+    def rate(self, time: float) -> Double:
+        """Return its rate of change (2,) [m/s2]."""
+
+    def travel(self, time: float) -> Double:
+        """Return the way (2,) [m] since time 0 of what the flow carries."""
+
+    def mean(self) -> Double:
+        """Return the mean velocity (2,) [m/s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SteadyFlow:
+    """A flow of one speed [m/s] to one direction [rad from +x]; ValueError for values that are not allowed."""
+
+    speed: float = quantity("m/s", at_least=0.0, at_most=FASTEST)
+    direction: float = quantity("rad", default=0.0)
+
+    def __post_init__(self) -> None:
+        require("steady flow", SteadyFlow, vars(self))
+
+    def velocity(self, time: float) -> Double:
+        """Return the velocity (2,) [m/s]."""
+        return self.speed * np.array(heading(self.direction))
+
+    def rate(self, time: float) -> Double:
+        """Return zeros (2,) [m/s2]."""
+        return np.zeros(2)
+
+    def travel(self, time: float) -> Double:
+        """Return velocity times time (2,) [m]."""
+        return self.velocity(time) * time
+
+    def mean(self) -> Double:
+        """Return the velocity (2,) [m/s]."""
+        return self.velocity(0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TidalFlow:
+    """A tide whose speed is a sine of time: U = speed sin(2 pi (t - turn) / period).
+
+    speed      [m/s] the largest
+    direction  [rad] it runs to in the half period after the turn; in the next half it runs back
+    turn       [s] time of slack water
+    period     [s] by default that of the main lunar tide
+    Raises ValueError for values that are not allowed.
+    """
+
+    speed: float = quantity("m/s", at_least=0.0, at_most=FASTEST)
+    direction: float = quantity("rad", default=0.0)
+    turn: float = quantity("s", default=0.0)
+    period: float = quantity("s", default=LUNAR_TIDE, above=0.0)
+
+    def __post_init__(self) -> None:
+        require("tidal flow", TidalFlow, vars(self))
+
+    @property
+    def _frequency(self) -> float:
+        return 2.0 * math.pi / self.period
+
+    def velocity(self, time: float) -> Double:
+        """Return the velocity (2,) [m/s]."""
+        return self.speed * math.sin(self._frequency * (time - self.turn)) * np.array(heading(self.direction))
+
+    def rate(self, time: float) -> Double:
+        """Return its rate of change (2,) [m/s2]."""
+        omega = self._frequency
+        return self.speed * omega * math.cos(omega * (time - self.turn)) * np.array(heading(self.direction))
+
+    def travel(self, time: float) -> Double:
+        """Return the integral of the velocity since time 0 (2,) [m]."""
+        omega = self._frequency
+        way = self.speed / omega * (math.cos(omega * self.turn) - math.cos(omega * (time - self.turn)))
+        return way * np.array(heading(self.direction))
+
+    def mean(self) -> Double:
+        """Return zeros (2,) [m/s]."""
+        return np.zeros(2)
+
+
+class FlowTable:
+    """A flow given at times, between which its components change linearly.
+
+    A time outside the table is an error: nothing is extrapolated. Raises ValueError, with all faults and the rows where they are, for
+    arrays that do not fit together, values that are not finite, times that do not rise, and gaps: intervals longer than `longest_gap`.
+    """
+
+    def __init__(self, time: ArrayLike, velocity: ArrayLike, *, longest_gap: float | None = None) -> None:
+        """Take the times (N,) [s] and velocities (N, 2) [m/s]; longest_gap [s] is by default 2.5 median intervals."""
+        self.time, self.values = np.array(time, np.float64), np.array(velocity, np.float64)
+        if self.time.ndim != 1 or self.values.shape != (self.time.size, 2) or self.time.size < 2:
+            raise ValueError(
+                f"flow table: time has the shape {self.time.shape}, velocity {self.values.shape}, allowed: (N,) and (N, 2), N of 2 or more"
+            )
+        faults = self._faults(longest_gap)
+        if faults:
+            raise ValueError("flow table: " + "; ".join(faults))
+        self.time.flags.writeable = self.values.flags.writeable = False
+        step = np.diff(self.time)[:, None]
+        self._travel = np.vstack([np.zeros(2), np.cumsum(0.5 * (self.values[1:] + self.values[:-1]) * step, 0)])
+
+    def _faults(self, longest_gap: float | None) -> list[str]:
+        """Describe what is wrong with the times and the values."""
+        if not np.isfinite(self.time).all():
+            return [f"time of row {np.flatnonzero(~np.isfinite(self.time))[0]} is not finite, allowed: finite, in s"]
+        faults = []
+        wrong = np.flatnonzero(~(np.hypot(*self.values.T) <= FASTEST))
+        if wrong.size:
+            u, v = self.values[wrong[0]]
+            rows = f" and {wrong.size - 1} more" if wrong.size > 1 else ""
+            faults.append(
+                f"velocity of row {wrong[0]}{rows} is ({u:g}, {v:g}), allowed: at most {FASTEST:g} m/s, and no empty values"
+            )
+        step = np.diff(self.time)
+        back = np.flatnonzero(step <= 0.0)
+        if back.size:
+            row = back[0]
+            faults.append(
+                f"time goes from {self.time[row]:g} s to {self.time[row + 1]:g} s at row {row + 1}, allowed: times that rise"
+            )
+            return faults
+        limit = GAP * float(np.median(step)) if longest_gap is None else longest_gap
+        for row in np.flatnonzero(step > limit)[:3]:
+            faults.append(
+                f"a gap of {step[row]:g} s follows {self.time[row]:g} s, allowed: intervals up to {limit:g} s"
+            )
+        return faults
+
+    @classmethod
+    def from_speed(
+        cls, time: ArrayLike, speed: ArrayLike, direction: ArrayLike, *, longest_gap: float | None = None
+    ) -> FlowTable:
+        """Build a table from times (N,) [s], speeds (N,) [m/s] and directions to which it flows (N,) [rad from +x]."""
+        speed, direction = np.broadcast_arrays(np.asarray(speed, np.float64), np.asarray(direction, np.float64))
+        velocity = np.stack([speed * np.cos(direction), speed * np.sin(direction)], -1)
+        return cls(time, velocity, longest_gap=longest_gap)
+
+    def _row(self, time: float) -> int:
+        """Return the row before `time`; ValueError for one outside the table."""
+        if not self.time[0] <= time <= self.time[-1]:
+            raise ValueError(
+                f"flow table: time is {time:g} s, allowed: {self.time[0]:g} to {self.time[-1]:g} s, as in the table"
+            )
+        return min(int(np.searchsorted(self.time, time, "right")) - 1, self.time.size - 2)
+
+    def velocity(self, time: float) -> Double:
+        """Return the velocity (2,) [m/s]; ValueError for a time outside the table."""
+        row = self._row(time)
+        return self.values[row] + self.rate(time) * (time - self.time[row])
+
+    def rate(self, time: float) -> Double:
+        """Return the slope of the table (2,) [m/s2]; ValueError for a time outside the table."""
+        row = self._row(time)
+        return (self.values[row + 1] - self.values[row]) / (self.time[row + 1] - self.time[row])
+
+    def travel(self, time: float) -> Double:
+        """Return the integral of the velocity since time 0 (2,) [m]; ValueError where time or 0 lies outside the table."""
+        return self._integral(time) - self._integral(0.0)
+
+    def _integral(self, time: float) -> Double:
+        row = self._row(time)
+        return self._travel[row] + 0.5 * (self.values[row] + self.velocity(time)) * (time - self.time[row])
+
+    def mean(self) -> Double:
+        """Return the mean velocity over the table (2,) [m/s]."""
+        return self._travel[-1] / (self.time[-1] - self.time[0])

@@ -1,0 +1,167 @@
+"""Kinematics and pressure of linear (Airy) waves as compiled sums over components.
+
+With theta = k . x - sigma t and the stretched height s (Wheeler 1970), s = h (h + z) / (h + eta) - h, each component adds
+
+    eta  = a cos theta
+    u    = a sigma cosh k(h + s) / sinh kh cos theta       along the component
+    w    = a sigma sinh k(h + s) / sinh kh sin theta       upwards
+    du/dt, dw/dt                                           as seen from water that the current carries
+    p    = rho g a cosh k(h + s) / cosh kh cos theta       beyond the hydrostatic pressure
+
+(Dean and Dalrymple 1991, ch. 3). Without stretching s = z. A point above the surface, or above the still level without stretching, takes
+the value there; a point below the bottom takes that at the bottom.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from oilsim.backend.jit import ALLOCATING, FAST, inlined
+from oilsim.sea.vector_math import exponential, sine_cosine
+from oilsim.sea.wave_components import StillWater, WaveComponents
+
+Double = NDArray[np.float64]
+
+# [1] points that are summed together; numerical; their sums stay in the first cache
+BLOCK = 256
+# [1] numbers of a block for a point; layout; three of its place, eight of its values
+ROWS = 11
+# the first number of each row: place, stretched height, elevation, pressure, velocity, acceleration
+X, Y, S, ETA, P, U, V, W, DU, DV, DW = (BLOCK * row for row in range(ROWS))
+# [1] k h from which the bottom is out of reach; numerical; the terms left out are below e^-37 = 1e-16
+DEEP = 37.0
+
+
+class WaveField(NamedTuple):
+    """Values of a wave field at N points.
+
+    elevation (N,) [m] in the world; stretched (N,) [m], the height s; velocity (N, 3) [m/s]; acceleration (N, 3) [m/s2];
+    pressure (N,) [Pa], with the hydrostatic pressure of the still level
+    """
+
+    elevation: Double
+    stretched: Double
+    pressure: Double
+    velocity: Double
+    acceleration: Double
+
+
+def empty_field(count: int) -> WaveField:
+    """Allocate a wave field for `count` points, with the shapes and units of `WaveField` ([m], [Pa], [m/s], (N,) and (N, 3))."""
+    numbers = np.empty((9, count))  # in one piece: fresh memory costs more than a regular wave
+    velocity, acceleration = numbers[3:6].reshape(count, 3), numbers[6:].reshape(count, 3)
+    return WaveField(numbers[0], numbers[1], numbers[2], velocity, acceleration)
+
+
+@njit(**ALLOCATING)
+def sum_elevation(points, waves, phase, elevation):
+    """Sum eta = a cos theta into `elevation` (N,) [m] at `points` (N, 2 or more) [m].
+
+    waves: WaveComponents; phase (M,) [rad] from `WaveComponents.phase_at`.
+    """
+    count = points.shape[0]
+    block = np.empty(ROWS * BLOCK)
+    for start in range(0, count, BLOCK):
+        size = min(BLOCK, count - start)
+        for i in range(size):
+            block[X + i], block[Y + i], block[ETA + i] = points[start + i, 0], points[start + i, 1], 0.0
+        _add_elevation(block, size, waves, phase)
+        for i in range(size):
+            elevation[start + i] = block[ETA + i]
+
+
+@njit(**ALLOCATING)
+def sum_linear(points, waves, phase, water, wheeler, field):
+    """Sum the linear wave field at `points` (N, 3) [m] into `field`, a WaveField.
+
+    waves: WaveComponents; phase (M,) [rad]; water: StillWater; wheeler: whether heights are stretched.
+    """
+    count, h = points.shape[0], water.depth
+    block = np.empty(ROWS * BLOCK)
+    for start in range(0, count, BLOCK):
+        size = min(BLOCK, count - start)
+        block[:] = 0.0
+        for i in range(size):
+            block[X + i], block[Y + i] = points[start + i, 0], points[start + i, 1]
+        _add_elevation(block, size, waves, phase)
+        for i in range(size):
+            z, eta = points[start + i, 2] - water.level, block[ETA + i]
+            stretched = min(max(h * (z - eta) / (h + eta), -h), 0.0)
+            field.stretched[start + i] = stretched
+            block[S + i] = stretched if wheeler else min(max(z, -h), 0.0)
+        _add_kinematics(block, size, waves, phase, h)
+        store(block, start, size, water, points, field)
+
+
+@inlined
+def store(block, start, size, water, points, field):
+    """Write the rows of a block (ROWS * BLOCK,) [m, m2/s2, m/s, m/s2] to a WaveField, for `size` of its points (N, 3) [m] from `start`."""
+    for i in range(size):
+        n = start + i
+        field.elevation[n] = block[ETA + i] + water.level
+        field.pressure[n] = water.density * (block[P + i] - water.gravity * (points[n, 2] - water.level))
+        field.velocity[n, 0], field.velocity[n, 1], field.velocity[n, 2] = block[U + i], block[V + i], block[W + i]
+        field.acceleration[n, 0], field.acceleration[n, 1] = block[DU + i], block[DV + i]
+        field.acceleration[n, 2] = block[DW + i]
+
+
+@njit(**FAST)
+def _add_elevation(block, size, waves, phase):
+    """Add a cos theta of all components to the row ETA of a block (ROWS * BLOCK,) [m]; phase (M,) [rad]."""
+    for j in range(phase.shape[0]):
+        a, k = waves.amplitude[j], waves.wave_number[j]
+        k_x, k_y, shift = k * waves.toward_x[j], k * waves.toward_y[j], phase[j]
+        for i in range(size):
+            _, c = sine_cosine(k_x * block[X + i] + k_y * block[Y + i] - shift)
+            block[ETA + i] += a * c
+
+
+@njit(**FAST)
+def _add_kinematics(block, size, waves, phase, h):
+    """Add p / rho, u and du/dt of all components to the rows of a block (ROWS * BLOCK,) [m2/s2, m/s, m/s2].
+
+    phase (M,) [rad]; h [m] depth. One array holds all rows, at fixed distances, so that the compiler sees that they do not overlap.
+    """
+    for j in range(phase.shape[0]):
+        k, sigma, shift = waves.wave_number[j], waves.frequency[j], phase[j]
+        to_x, to_y = waves.toward_x[j], waves.toward_y[j]
+        k_x, k_y, celerity = k * to_x, k * to_y, sigma / k
+        scale = waves.amplitude[j] * sigma / (1.0 - np.exp(-2.0 * k * h))
+        if k * h > DEEP:
+            for i in range(size):
+                s, c = sine_cosine(k_x * block[X + i] + k_y * block[Y + i] - shift)
+                flat = scale * exponential(k * block[S + i])
+                _add_terms(block, i, flat * s, flat * c, flat * s, flat * c, sigma, celerity, to_x, to_y)
+        else:
+            for i in range(size):
+                s, c = sine_cosine(k_x * block[X + i] + k_y * block[Y + i] - shift)
+                down = scale * exponential(k * block[S + i])
+                up = scale * exponential(-k * (block[S + i] + 2.0 * h))
+                flat, steep = down + up, down - up
+                _add_terms(block, i, flat * s, flat * c, steep * s, steep * c, sigma, celerity, to_x, to_y)
+
+
+@inlined
+def _add_terms(block, i, flat_s, flat_c, steep_s, steep_c, sigma, celerity, to_x, to_y):
+    """Add the terms of one component to the place i of a block."""
+    rate = sigma * flat_s
+    block[P + i] += celerity * flat_c
+    block[U + i] += to_x * flat_c
+    block[V + i] += to_y * flat_c
+    block[W + i] += steep_s
+    block[DU + i] += to_x * rate
+    block[DV + i] += to_y * rate
+    block[DW + i] -= sigma * steep_c
+
+
+def linear_field(
+    points: Double, waves: WaveComponents, phase: Double, water: StillWater, *, wheeler: bool
+) -> WaveField:
+    """Evaluate linear waves at `points` (N, 3) [m] with the phases (M,) [rad] of one moment."""
+    field = empty_field(len(points))
+    sum_linear(points, waves, phase, water, wheeler, field)
+    return field

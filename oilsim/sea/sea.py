@@ -1,0 +1,224 @@
+"""The sea as a function of place and time: a frozen description, evaluated at any points."""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from oilsim.sea.description import SeaDescription, profile
+from oilsim.sea.gusts import add_gusts
+from oilsim.sea.jonswap import JonswapWaves
+from oilsim.sea.langmuir import LARGEST_NUMBER, WEAKEST_WIND, langmuir_number
+from oilsim.sea.linear_waves import WaveField, linear_field, sum_elevation
+from oilsim.sea.regular_waves import RegularWaves
+from oilsim.sea.stokes_waves import add_harmonic, second_harmonic, stokes_field
+from oilsim.sea.wave_components import NO_WAVES, WaveComponents
+
+Double = NDArray[np.float64]
+
+
+class Kinematics(NamedTuple):
+    """The motion of the sea at points: elevation (N,) [m], pressure (N,) [Pa], velocity and acceleration (N, 3) [m/s], [m/s2].
+
+    `Sea` tells what each of them is.
+    """
+
+    elevation: Double
+    velocity: Double
+    acceleration: Double
+    pressure: Double
+
+
+class Sea:
+    """Current, wind and waves by formulas. It has no state: equal descriptions give equal values, whatever was asked before.
+
+    Points are (N, 3) [m] in the world, z up, or (N, 2) where only the place matters. Instead of N there may be any number of axes, also
+    none for a single point; results have the same.
+    Time is in s since the start of the run.
+
+    elevation     (N,) [m] height of the surface in the world
+    velocity      (N, 3) [m/s] current, drift of the wind, and orbital motion of the waves
+    acceleration  (N, 3) [m/s2] rate of the velocity seen by a point that the current carries, to first order: the share of the waves, and
+                  the rate of the current; the convective term of the orbital motion and the rate of the wind's drift are left out
+    pressure      (N,) [Pa] above that of the air, the hydrostatic one included. Above the surface it goes on linearly below 0, so that
+                  its zero is the surface; it is no pressure there
+    wind          (N, 2) [m/s] at 10 m, gusts included
+    surface_drift (N, 2) [m/s] of what floats, beyond the current: drift of the wind, Stokes drift, Langmuir cells
+
+    Above the surface the water's values are those at the surface, below the bottom those at the bottom. Raises ValueError for waves that
+    cannot be, for points of another shape or that are not finite, and for times outside of a table.
+    """
+
+    def __init__(self, description: SeaDescription) -> None:
+        self.description = description
+        self._water = description.water
+        waves = description.waves
+        self._waves = NO_WAVES if waves is None else self._components(waves)
+        self._second = isinstance(waves, RegularWaves) and waves.theory == "stokes-2"
+        self._wheeler = waves is None or waves.stretching == "wheeler"
+        wind = description.wind
+        self._mean_wind = np.zeros(2) if wind is None else wind.flow.mean()
+        speed = math.hypot(*self._mean_wind)
+        self._gusts = wind.gusts.components(speed) if wind is not None and wind.gusts is not None else None
+        self._downwind = self._mean_wind / speed if speed > 0.0 else np.array([1.0, 0.0])
+
+    def _components(self, waves: RegularWaves | JonswapWaves) -> WaveComponents:
+        return waves.components(self._water, self.description.surface_current, self.description.shear_exponent)
+
+    @property
+    def components(self) -> WaveComponents:
+        """The regular waves that the sea is made of, (M,) each: [m], [1/m], [rad/s], [rad]."""
+        return self._waves
+
+    def kinematics(self, xyz: ArrayLike, time: float) -> Kinematics:
+        """Evaluate elevation, velocity, acceleration and pressure at points (N, 3) [m] together; it costs as much as one of them."""
+        points, shape = _points(xyz, 3, time)
+        field = self._wave_field(points, time)
+        self._add_currents(field, points, time)
+        return Kinematics(
+            field.elevation.reshape(shape),
+            field.velocity.reshape(*shape, 3),
+            field.acceleration.reshape(*shape, 3),
+            field.pressure.reshape(shape),
+        )
+
+    def elevation(self, xy: ArrayLike, time: float) -> Double:
+        """Return the height of the surface (N,) [m] at places (N, 2) or points (N, 3) [m]."""
+        points, shape = _points(xy, 2, time)
+        eta, phase = np.empty(len(points)), self._phase(time)
+        if self._second:
+            second = second_harmonic(
+                float(self._waves.amplitude[0]), float(self._waves.wave_number[0]), self._water.depth
+            )
+            add_harmonic(points, self._waves, phase, second, eta)
+        else:
+            sum_elevation(points, self._waves, phase, eta)
+        return (eta + self._water.level).reshape(shape)
+
+    def velocity(self, xyz: ArrayLike, time: float) -> Double:
+        """Return the velocity of the water (N, 3) [m/s] at points (N, 3) [m]."""
+        return self.kinematics(xyz, time).velocity
+
+    def acceleration(self, xyz: ArrayLike, time: float) -> Double:
+        """Return the acceleration of the water (N, 3) [m/s2] at points (N, 3) [m]."""
+        return self.kinematics(xyz, time).acceleration
+
+    def pressure(self, xyz: ArrayLike, time: float) -> Double:
+        """Return the pressure above that of the air (N,) [Pa], the hydrostatic one included, at points (N, 3) [m]."""
+        return self.kinematics(xyz, time).pressure
+
+    def current(self, z: ArrayLike, time: float) -> Double:
+        """Return the current without waves and wind (N, 2) [m/s] at heights (N,) [m] in the world."""
+        current, z = self.description.current, np.asarray(z, np.float64)
+        if current is None:
+            return np.zeros((*z.shape, 2))
+        still = np.clip(z - self._water.level, -self._water.depth, 0.0)
+        share = profile(still, self._water.depth, current.shear_exponent)
+        return share[..., None] * current.flow.velocity(time)
+
+    def mean_wind(self, time: float) -> Double:
+        """Return the wind without gusts (2,) [m/s] at 10 m; zeros without a wind."""
+        wind = self.description.wind
+        return np.zeros(2) if wind is None else wind.flow.velocity(time)
+
+    def wind(self, xy: ArrayLike, time: float) -> Double:
+        """Return the wind (N, 2) [m/s] at 10 m above places (N, 2) or points (N, 3) [m], gusts included."""
+        points, shape = _points(xy, 2, time)
+        factor = np.ones(len(points))
+        if self._gusts is not None:
+            along = points[:, 0] * self._downwind[0] + points[:, 1] * self._downwind[1]
+            add_gusts(along, self._gusts, time, factor)
+        return (factor[:, None] * self.mean_wind(time)).reshape(*shape, 2)
+
+    def surface_drift(self, xy: ArrayLike, time: float) -> Double:
+        """Return the velocity (N, 2) [m/s] of what floats at places (N, 2) or points (N, 3) [m], beyond the current."""
+        points, shape = _points(xy, 2, time)
+        drift = np.tile(self.wind_drift(0.0, time) + self._surface_stokes_drift, (len(points), 1))
+        cells, speed = self.description.langmuir, math.hypot(*self.mean_wind(time))
+        if cells is not None and speed >= WEAKEST_WIND and self.langmuir_number(time) < LARGEST_NUMBER:
+            drift += cells.velocity(points[:, :2] - self._travel(time), self._downwind, speed)
+        return drift.reshape(*shape, 2)
+
+    def wind_drift(self, depth: ArrayLike, time: float) -> Double:
+        """Return the drift of the wind (N, 2) [m/s] at depths (N,) [m] below the surface; it follows the mean wind at once."""
+        wind, depth = self.description.wind, np.asarray(depth, np.float64)
+        if wind is None or wind.drift is None:
+            return np.zeros((*depth.shape, 2))
+        return wind.drift.velocity(depth, wind.flow.velocity(time), self._water.density)
+
+    def stokes_drift(self, z: ArrayLike) -> Double:
+        """Return the Stokes drift of the waves (N, 2) [m/s] at heights (N,) [m] in the world.
+
+        That of a spectrum holds the tail up to the spectrum's cut and no more.
+        """
+        still = np.clip(np.asarray(z, np.float64) - self._water.level, -self._water.depth, 0.0)
+        return self._waves.stokes_drift(self._water.depth, still)
+
+    @cached_property
+    def _surface_stokes_drift(self) -> Double:
+        return self.stokes_drift(self._water.level)
+
+    def langmuir_number(self, time: float) -> float:
+        """Return the turbulent Langmuir number [-] of the mean wind and the Stokes drift at the surface; infinite without waves."""
+        return langmuir_number(
+            math.hypot(*self.mean_wind(time)), math.hypot(*self._surface_stokes_drift), self._water.density
+        )
+
+    def random_walk(
+        self, count: int, step: int, time_step: float, *, time: float = 0.0, age: ArrayLike = 0.0
+    ) -> Double:
+        """Draw the turbulent displacements (N, 2) [m] of `count` N parcels in the step with the number `step`, of `time_step` [s].
+
+        age: scalar or (N,) [s]. See `oilsim.sea.turbulence.Turbulence.displacement`; zeros without turbulence.
+        """
+        turbulence = self.description.turbulence
+        if turbulence is None:
+            return np.zeros((count, 2))
+        return turbulence.displacement(count, step, time_step, self.mean_wind(time), age)
+
+    def _travel(self, time: float) -> Double:
+        """Return the way (2,) [m] of the surface current since time 0."""
+        flow = self.description.surface_current
+        return np.zeros(2) if flow is None else flow.travel(time)
+
+    def _phase(self, time: float) -> Double:
+        return self._waves.phase_at(time, self._travel(time))
+
+    def _wave_field(self, points: Double, time: float) -> WaveField:
+        phase = self._phase(time) if self._waves.amplitude.size else np.zeros(0)
+        if self._second:
+            return stokes_field(points, self._waves, phase, self._water)
+        return linear_field(points, self._waves, phase, self._water, wheeler=self._wheeler)
+
+    def _add_currents(self, field: WaveField, points: Double, time: float) -> None:
+        """Add the current and the drift of the wind to the waves' field, each at its depth below the moving surface."""
+        current, wind = self.description.current, self.description.wind
+        if current is not None:
+            share: Double | float = 1.0
+            if current.shear_exponent:
+                share = profile(field.stretched, self._water.depth, current.shear_exponent)[:, None]
+            field.velocity[:, :2] += share * current.flow.velocity(time)
+            field.acceleration[:, :2] += share * current.flow.rate(time)
+        if wind is not None and wind.drift is not None:
+            depth = np.maximum(field.elevation - points[:, 2], 0.0)
+            upper = np.flatnonzero(depth < wind.drift.layer)
+            field.velocity[upper, :2] += self.wind_drift(depth[upper], time)
+
+
+def _points(given: ArrayLike, least: int, time: float) -> tuple[Double, tuple[int, ...]]:
+    """Return points as (N, 2 or 3) [m], and their leading shape; ValueError for another shape or for values that are not finite."""
+    points = np.asarray(given, np.float64)
+    if points.ndim < 1 or not least <= points.shape[-1] <= 3:
+        allowed = "(..., 3)" if least == 3 else "(..., 2) or (..., 3)"
+        raise ValueError(f"sea: points have the shape {points.shape}, allowed: {allowed}, in m")
+    if not math.isfinite(time):
+        raise ValueError(f"sea: time is {time}, allowed: finite, in s")
+    flat = points.reshape(-1, points.shape[-1])
+    if not math.isfinite(flat.sum()):
+        row = np.flatnonzero(~np.isfinite(flat).all(1))[0]
+        raise ValueError(f"sea: point {row} is {tuple(flat[row].tolist())}, allowed: finite, in m")
+    return flat, points.shape[:-1]

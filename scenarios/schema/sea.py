@@ -1,0 +1,223 @@
+"""The sea without particles of a scenario, with the limits, units and defaults of `oilsim.sea`.
+
+Directions are where wind, waves and current go **to**, counter-clockwise about z from +x: 180 degrees is along -x.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import ClassVar, Literal
+
+from oilsim.quantity import quantity, quantity_of
+from oilsim.sea import (
+    CurrentProfile,
+    JonswapWaves,
+    KaimalGusts,
+    LangmuirCells,
+    RegularWaves,
+    SeaDescription,
+    SteadyFlow,
+    TidalFlow,
+    Turbulence,
+    WindDrift,
+)
+from scenarios.problems import Problem
+from scenarios.schema.quantity_fields import Section
+
+
+@dataclass(frozen=True, kw_only=True)
+class SeaWaveSettings(Section):
+    """The keys that all kinds of waves share.
+
+    direction   [rad] they run to
+    seen_from   "water": periods are seen from the water, which carries its waves along; "ground": from a place at rest, on a steady current
+    stretching  "wheeler": heights of linear waves are stretched up to the surface; "none": the values at the still level hold above it
+    """
+
+    direction: float = quantity_of(RegularWaves, "direction")
+    seen_from: Literal["water", "ground"] = "water"
+    stretching: Literal["wheeler", "none"] = "wheeler"
+
+
+@dataclass(frozen=True, kw_only=True)
+class RegularSeaWaves(SeaWaveSettings):
+    """A regular wave train.
+
+    height  [m] crest to trough
+    period  [s]
+    phase   [rad] of the crest at the origin at the start
+    theory  "linear", or "stokes-2": second order of steepness
+    """
+
+    TAG: ClassVar[tuple[str, str]] = ("kind", "regular")
+    height: float = quantity_of(RegularWaves, "height")
+    period: float = quantity_of(RegularWaves, "period")
+    phase: float = quantity_of(RegularWaves, "phase")
+    theory: Literal["linear", "stokes-2"] = "linear"
+
+
+@dataclass(frozen=True, kw_only=True)
+class JonswapSeaWaves(SeaWaveSettings):
+    """A sea of many linear waves with a JONSWAP spectrum; phases and directions follow from the run's seed.
+
+    significant_height  [m]
+    peak_period         [s]
+    peakedness          gamma; 1: Pierson-Moskowitz
+    spread              s of the spreading cos^2s(theta / 2); long-crested without it
+    highest_frequency   [Hz] the spectrum is cut here, Stokes drift included; by default 4.5 / peak_period
+    count               number of components
+    """
+
+    TAG: ClassVar[tuple[str, str]] = ("kind", "jonswap")
+    significant_height: float = quantity_of(JonswapWaves, "significant_height")
+    peak_period: float = quantity_of(JonswapWaves, "peak_period")
+    peakedness: float = quantity_of(JonswapWaves, "peakedness")
+    spread: float | None = quantity_of(JonswapWaves, "spread")
+    highest_frequency: float | None = quantity_of(JonswapWaves, "highest_frequency")
+    count: int = quantity_of(JonswapWaves, "count")
+
+
+@dataclass(frozen=True, kw_only=True)
+class SeaCurrentSettings(Section):
+    """The keys that all kinds of currents share.
+
+    shear_exponent  n of the profile (1 + z / depth)^n; 0: uniform, 1/7: a turbulent stream
+    """
+
+    shear_exponent: float = quantity_of(CurrentProfile, "shear_exponent")
+
+
+@dataclass(frozen=True, kw_only=True)
+class SteadySeaCurrent(SeaCurrentSettings):
+    """A steady current: speed [m/s] at the surface and direction [rad] it runs to."""
+
+    TAG: ClassVar[tuple[str, str]] = ("kind", "steady")
+    speed: float = quantity_of(SteadyFlow, "speed")
+    direction: float = quantity_of(SteadyFlow, "direction")
+
+
+@dataclass(frozen=True, kw_only=True)
+class TidalSeaCurrent(SeaCurrentSettings):
+    """A tide whose speed is a sine of time.
+
+    speed      [m/s] at the surface, the largest
+    direction  [rad] it runs to in the half period after the turn
+    turn       [s] time of slack water
+    period     [s] by default 12.42 h, so that the current turns every 6.21 h
+    """
+
+    TAG: ClassVar[tuple[str, str]] = ("kind", "tide")
+    speed: float = quantity_of(TidalFlow, "speed")
+    direction: float = quantity_of(TidalFlow, "direction")
+    turn: float = quantity_of(TidalFlow, "turn")
+    period: float = quantity_of(TidalFlow, "period")
+
+
+@dataclass(frozen=True, kw_only=True)
+class FileSeaCurrent(SeaCurrentSettings):
+    """A current at the surface from a table of times.
+
+    file         CSV or CF NetCDF, see the page "Sea" of the documentation; a relative path starts at the scenario file's folder
+    longest_gap  [s] longest interval between its rows; by default 2.5 times the median one
+    """
+
+    TAG: ClassVar[tuple[str, str]] = ("kind", "file")
+    file: str
+    longest_gap: float | None = quantity("s", default=None, above=0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SeaWindSettings(Section):
+    """The keys that all kinds of winds share.
+
+    gust_intensity     standard deviation of the speed over its mean, Kaimal's spectrum; the gusts follow from the run's seed; 0: no gusts
+    highest_frequency  [Hz] of the gusts
+    drift_layer        [m] depth of the layer of water that the wind drags along
+    deflection         [rad] of that layer's drift, to the right of the wind
+    """
+
+    gust_intensity: float = quantity_of(KaimalGusts, "intensity", default=0.0)
+    highest_frequency: float = quantity_of(KaimalGusts, "highest_frequency")
+    drift_layer: float = quantity_of(WindDrift, "layer")
+    deflection: float = quantity_of(WindDrift, "deflection")
+
+
+@dataclass(frozen=True, kw_only=True)
+class SteadySeaWind(SeaWindSettings):
+    """A wind of one mean: speed [m/s] at 10 m height and direction [rad] it blows to."""
+
+    TAG: ClassVar[tuple[str, str]] = ("kind", "steady")
+    speed: float = quantity_of(SteadyFlow, "speed")
+    direction: float = quantity_of(SteadyFlow, "direction")
+
+
+@dataclass(frozen=True, kw_only=True)
+class FileSeaWind(SeaWindSettings):
+    """A mean wind at 10 m height from a table of times.
+
+    file         CSV or CF NetCDF, see the page "Sea" of the documentation; a relative path starts at the scenario file's folder
+    longest_gap  [s] longest interval between its rows; by default 2.5 times the median one
+    """
+
+    TAG: ClassVar[tuple[str, str]] = ("kind", "file")
+    file: str
+    longest_gap: float | None = quantity("s", default=None, above=0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LangmuirSettings(Section):
+    """Langmuir cells: rows along the wind into which the surface converges.
+
+    spacing      [m] between rows
+    convergence  speed towards the rows over that of the wind
+    jet          speed of the rows, beyond the mean, over that of the wind
+    """
+
+    spacing: float = quantity_of(LangmuirCells, "spacing")
+    convergence: float = quantity_of(LangmuirCells, "convergence")
+    jet: float = quantity_of(LangmuirCells, "jet")
+
+
+@dataclass(frozen=True, kw_only=True)
+class TurbulenceSettings(Section):
+    """Turbulent dispersion of floating parcels; the steps follow from the run's seed.
+
+    diffusivity  [m2/s] in all horizontal directions
+    stretch      whether slicks also grow along the wind as Lehr's ellipse does
+    """
+
+    diffusivity: float = quantity_of(Turbulence, "diffusivity")
+    stretch: bool = False
+
+
+SeaWaves = RegularSeaWaves | JonswapSeaWaves
+SeaCurrent = SteadySeaCurrent | TidalSeaCurrent | FileSeaCurrent
+SeaWind = SteadySeaWind | FileSeaWind
+
+
+@dataclass(frozen=True, kw_only=True)
+class SeaSettings(Section):
+    """The sea without particles, by formulas; one that is left out of waves, current and wind is calm.
+
+    depth  [m] of the still water
+    level  [m] height of the still water
+
+    Particles do not feel it: their weather is [forcing].
+    """
+
+    depth: float = quantity_of(SeaDescription, "depth")
+    level: float = quantity_of(SeaDescription, "level")
+    waves: SeaWaves | None = None
+    current: SeaCurrent | None = None
+    wind: SeaWind | None = None
+    langmuir: LangmuirSettings | None = None
+    turbulence: TurbulenceSettings | None = None
+
+    def problems(self) -> Iterator[Problem]:
+        """Check that cells have the wind and the waves that make them."""
+        if self.langmuir is not None and (self.wind is None or self.waves is None):
+            yield Problem("langmuir", "is given, allowed: only with wind and waves, which make the cells")
+        from_ground = self.waves is not None and self.waves.seen_from == "ground"
+        if from_ground and not isinstance(self.current, SteadySeaCurrent | None):
+            yield Problem("waves.seen_from", "is 'ground', allowed: 'water' on a current that changes with time")

@@ -1,0 +1,214 @@
+"""Tables of winds and currents from files: CSV with units in the header, and CF NetCDF in its classic format.
+
+A CSV has one header, as ``time [h], speed [kn], from_direction [deg]``; lines that begin with # are skipped. The column time counts from
+the start of the run, or is ``time [UTC]`` with dates after ISO 8601. A NetCDF file has one point, or none, beside its time; its variables
+are found by their standard names. Dates need the date of the run's start, which [site] gives.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from collections.abc import Iterable
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.io import netcdf_file
+
+from oilsim.sea import FlowTable
+from scenarios.setup.flow_columns import SPELLINGS, UNITS, Column, FlowFileError, in_si, velocity_of
+
+Double = NDArray[np.float64]
+Kind = Literal["wind", "current"]
+
+STANDARD_NAMES = {
+    "wind": {
+        "eastward_wind": "eastward_velocity", "northward_wind": "northward_velocity", "wind_speed": "speed",
+        "wind_from_direction": "from_direction", "wind_to_direction": "to_direction",
+    },
+    "current": {
+        "eastward_sea_water_velocity": "eastward_velocity", "northward_sea_water_velocity": "northward_velocity",
+        "surface_eastward_sea_water_velocity": "eastward_velocity", "surface_northward_sea_water_velocity": "northward_velocity",
+        "sea_water_speed": "speed", "direction_of_sea_water_velocity": "to_direction", "sea_water_velocity_to_direction": "to_direction",
+        "sea_water_velocity_from_direction": "from_direction",
+    },
+}  # fmt: skip
+CALENDARS = ("standard", "gregorian", "proleptic_gregorian")
+_HEADING = re.compile(r"\s*([^\[\]]*?)\s*(?:\[([^\[\]]*)\])?\s*")
+_SINCE = re.compile(r"\s*(\w+)\s+since\s+(.+?)\s*")
+
+
+def read_flow(
+    path: Path, kind: Kind, *, start: datetime | None, bearing: float, longest_gap: float | None = None
+) -> FlowTable:
+    """Read a table of a wind or a current at the surface; times [s] count from the run's start.
+
+    start: date of the run's start, None if not known; bearing [rad] of the x axis, clockwise from north; longest_gap [s] of the table.
+    Raises FlowFileError with everything that is wrong with the file.
+    """
+    reader = {".csv": _read_csv, ".nc": _read_netcdf}.get(path.suffix.lower())
+    if reader is None:
+        raise FlowFileError([f"is {path.name!r}, allowed: a file of the kind .csv, .nc"])
+    try:
+        columns = reader(path, kind, start)
+    except (OSError, UnicodeDecodeError) as cause:
+        raise FlowFileError([f"cannot be read: {cause}"]) from cause
+    texts: list[str] = []
+    time, text = in_si("time", columns["time"]) if "time" in columns else (None, "has no column time")
+    texts += [text] if text else []
+    try:
+        velocity = velocity_of(columns, bearing)
+    except FlowFileError as error:
+        raise FlowFileError([*texts, *error.texts]) from error
+    if time is None:
+        raise FlowFileError(texts)
+    try:
+        return FlowTable(time, velocity, longest_gap=longest_gap)
+    except ValueError as error:
+        raise FlowFileError([str(error)]) from error
+
+
+def _read_csv(path: Path, kind: Kind, start: datetime | None) -> dict[str, Column]:
+    """Read the columns of a CSV; FlowFileError with every unknown column and every entry that is no number."""
+    with path.open(encoding="utf-8-sig", newline="") as file:
+        lines = [
+            (number, row) for number, row in enumerate(csv.reader(file), 1) if any(row) and not row[0].startswith("#")
+        ]
+    if len(lines) < 3:
+        raise FlowFileError([f"has {max(len(lines) - 1, 0)} rows, allowed: a header and 2 rows or more"])
+    (_, header), rows = lines[0], lines[1:]
+    texts = [
+        f"has {len(row)} entries in line {number}, allowed: {len(header)}, as in the header"
+        for number, row in rows
+        if len(row) != len(header)
+    ]
+    if texts:
+        raise FlowFileError(texts[:5])
+    columns: dict[str, Column] = {}
+    for place, heading in enumerate(header):
+        match = _HEADING.fullmatch(heading)
+        name, unit = (match[1], match[2] or "") if match else (heading, "")
+        if name not in UNITS or name in columns:
+            problem = "twice" if name in columns else "no known column"
+            texts.append(f"has {name!r} in its header, which is {problem}, allowed: each once of {', '.join(UNITS)}")
+            continue
+        entries = [(number, row[place].strip()) for number, row in rows]
+        if name == "time" and unit == "UTC":
+            columns[name] = Column("column 'time'", "s", _dates(entries, start, texts))
+        else:
+            columns[name] = Column(f"column {name!r}", unit, _numbers(name, entries, texts))
+    if texts:
+        raise FlowFileError(texts)
+    return columns
+
+
+def _numbers(name: str, entries: list[tuple[int, str]], texts: list[str]) -> Double:
+    """Return the numbers (N,) of a column in its unit, and add a text about the first entry that is none."""
+    values = np.full(len(entries), math.nan)
+    wrong = []
+    for row, (number, entry) in enumerate(entries):
+        try:
+            values[row] = float(entry)
+        except ValueError:
+            wrong.append((number, entry))
+    wrong += [
+        (number, entry) for (number, entry), value in zip(entries, values, strict=True) if not math.isfinite(value)
+    ]
+    texts += _told(name, list(dict.fromkeys(wrong)), "a finite number")
+    return values
+
+
+def _dates(entries: list[tuple[int, str]], start: datetime | None, texts: list[str]) -> Double:
+    """Return the times (N,) [s] since the start of dates after ISO 8601, and add a text about the first entry that is none."""
+    if start is None:
+        texts.append("has dates, allowed: only with [site] start, the date of the run's start")
+        return np.zeros(len(entries))
+    values, wrong = np.zeros(len(entries)), []
+    for row, (number, entry) in enumerate(entries):
+        try:
+            values[row] = (in_utc(datetime.fromisoformat(entry)) - start).total_seconds()
+        except ValueError:
+            wrong.append((number, entry))
+    texts += _told("time", wrong, "a date after ISO 8601, as 2026-05-01T08:00:00Z")
+    return values
+
+
+def _told(name: str, wrong: list[tuple[int, str]], allowed: str) -> Iterable[str]:
+    """Say where the first wrong entry of a column is, and how many there are."""
+    if wrong:
+        number, entry = wrong[0]
+        more = f" and {len(wrong) - 1} more" if len(wrong) > 1 else ""
+        yield f"column {name!r} has {entry!r} in line {number}{more}, allowed: {allowed}"
+
+
+def in_utc(date: datetime) -> datetime:
+    """Return a date with a time zone; without one it counts as UTC."""
+    return date.replace(tzinfo=UTC) if date.tzinfo is None else date.astimezone(UTC)
+
+
+def _read_netcdf(path: Path, kind: Kind, start: datetime | None) -> dict[str, Column]:
+    """Read the variables of a NetCDF file by their standard names; FlowFileError for what cannot be taken."""
+    with path.open("rb") as file:
+        head = file.read(8)
+    if head.startswith(b"\x89HDF"):
+        raise FlowFileError(
+            [
+                "is NetCDF-4 (HDF5), allowed: classic NetCDF; convert it with `nccopy -k classic IN OUT` of the package netcdf-bin, "
+                "or with xarray and netCDF4: to_netcdf(OUT, format='NETCDF3_CLASSIC')"
+            ]
+        )
+    if not head.startswith(b"CDF"):
+        raise FlowFileError(["is no NetCDF file, allowed: classic NetCDF"])
+    known = STANDARD_NAMES[kind] | {"time": "time"}
+    columns: dict[str, Column] = {}
+    texts: list[str] = []
+    with netcdf_file(path, "r", mmap=False, maskandscale=True) as file:
+        for key, variable in file.variables.items():
+            name = known.get(_attribute(variable, "standard_name"))
+            if name is None:
+                continue
+            values = np.ma.filled(np.ma.asarray(variable[:]).astype(np.float64), math.nan)
+            if values.size != max(values.shape, default=0) or name in columns:
+                problem = "is a second one" if name in columns else f"has the shape {values.shape}"
+                texts.append(f"variable {key!r} {problem}, allowed: one series in time of each standard name")
+                continue
+            column = Column(f"variable {key!r}", _attribute(variable, "units"), values.ravel())
+            columns[name] = _since(column, _attribute(variable, "calendar"), start, texts) if name == "time" else column
+    if texts:
+        raise FlowFileError(texts)
+    if len(columns) < 3:
+        raise FlowFileError([f"has too few variables, allowed: standard names time and a pair of {', '.join(known)}"])
+    if len({column.values.size for column in columns.values()}) > 1:
+        raise FlowFileError(["has variables of several lengths, allowed: one series in time"])
+    return columns
+
+
+def _attribute(variable: Any, name: str) -> str:
+    value = getattr(variable, name, b"")
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
+
+
+def _since(column: Column, calendar: str, start: datetime | None, texts: list[str]) -> Column:
+    """Return the time since the run's start [s] of a variable in a unit as ``hours since 2026-05-01 00:00``, values (N,)."""
+    match = _SINCE.fullmatch(column.unit)
+    if match is None:
+        texts.append(f"{column.place} has the unit {column.unit!r}, allowed: as 'hours since 2026-05-01 00:00:00'")
+        return column
+    if calendar and calendar.lower() not in CALENDARS:
+        texts.append(f"{column.place} has the calendar {calendar!r}, allowed: {', '.join(CALENDARS)}")
+    values, text = in_si("time", Column(column.place, SPELLINGS.get(match[1], match[1]), column.values))
+    texts += [text] if text else []
+    if start is None:
+        texts.append(f"{column.place} has dates, allowed: only with [site] start, the date of the run's start")
+    try:
+        origin = in_utc(datetime.fromisoformat(match[2].removesuffix(" UTC").strip()))
+    except ValueError:
+        texts.append(f"{column.place} counts from {match[2]!r}, allowed: a date after ISO 8601")
+        return column
+    if values is None or start is None:
+        return column
+    return Column(column.place, "s", values + (origin - start).total_seconds())

@@ -1,0 +1,164 @@
+"""The sea without particles of a scenario, from its settings and its files of winds and currents."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import fields
+from datetime import datetime
+from pathlib import Path
+from typing import Any, TypeVar
+
+from oilsim.sea import (
+    CurrentProfile,
+    FlowTable,
+    JonswapWaves,
+    KaimalGusts,
+    LangmuirCells,
+    RegularWaves,
+    Sea,
+    SeaDescription,
+    SteadyFlow,
+    TidalFlow,
+    Turbulence,
+    WindDrift,
+    WindField,
+)
+from oilsim.sea.flows import Flow
+from scenarios.problems import Problem, ScenarioError
+from scenarios.scenario import Scenario
+from scenarios.schema.run_settings import SiteSettings
+from scenarios.schema.sea import (
+    FileSeaCurrent,
+    FileSeaWind,
+    RegularSeaWaves,
+    SeaCurrent,
+    SeaSettings,
+    SeaWaves,
+    SeaWind,
+    SteadySeaCurrent,
+    TidalSeaCurrent,
+)
+from scenarios.setup.flow_columns import FlowFileError
+from scenarios.setup.flow_files import Kind, in_utc, read_flow
+
+Built = TypeVar("Built")
+
+
+def build_sea(scenario: Scenario) -> Sea | None:
+    """Build the sea of a scenario; None without one. Reads its files.
+
+    Raises ScenarioError with every problem: of files, of their times, and of waves that cannot be.
+    """
+    settings, problems = scenario.sea, list[Problem]()
+    if settings is None:
+        return None
+    gravity = math.hypot(*scenario.fluid.gravity)
+    current = _current(settings, scenario, problems)
+    wind = _wind(settings, scenario, problems)
+    waves = None if settings.waves is None else _waves(settings.waves, scenario.run.seed)
+    parts: dict[str, Any] = {"current": current, "waves": waves}
+    if gravity == 0.0:
+        problems.append(Problem("fluid.gravity", "is 0, allowed with [sea]: gravity, by which a sea is level"))
+    elif current is not None or settings.current is None:
+        # the waves' check needs the current that carries them
+        plain: dict[str, Any] = {"depth": settings.depth, "level": settings.level, "gravity": gravity}
+        _kept("sea.waves", lambda: Sea(SeaDescription(**plain, **parts)), problems)
+    if problems:
+        raise ScenarioError(problems, scenario.name)
+    cells, turbulence, seed = settings.langmuir, settings.turbulence, scenario.run.seed
+    return Sea(
+        SeaDescription(
+            depth=settings.depth,
+            level=settings.level,
+            gravity=gravity,
+            wind=wind,
+            langmuir=None if cells is None else LangmuirCells(**_values(cells), seed=seed),
+            turbulence=None if turbulence is None else Turbulence(**_values(turbulence), seed=seed),
+            **parts,
+        )
+    )
+
+
+def unused_sea(scenario: Scenario) -> tuple[str, ...]:
+    """Say that no part of a run feels the sea yet; empty without one."""
+    return (
+        () if scenario.sea is None else ("sea: is checked, but no part of this run uses it; particles feel [forcing]",)
+    )
+
+
+def _values(section: Any, *left_out: str) -> dict[str, Any]:
+    """Return the fields of a section by name."""
+    return {item.name: getattr(section, item.name) for item in fields(section) if item.name not in left_out}
+
+
+def _kept(path: str, make: Callable[[], Built], problems: list[Problem]) -> Built | None:
+    """Call `make`; note what it refuses as a problem at `path`."""
+    try:
+        return make()
+    except ValueError as error:
+        problems.append(Problem(path, str(error).split(": ", 1)[-1]))
+        return None
+
+
+def _waves(settings: SeaWaves, seed: int) -> RegularWaves | JonswapWaves:
+    if isinstance(settings, RegularSeaWaves):
+        return RegularWaves(**_values(settings))
+    return JonswapWaves(**_values(settings), seed=seed)
+
+
+def _current(settings: SeaSettings, scenario: Scenario, problems: list[Problem]) -> CurrentProfile | None:
+    """Build the current; None without one, or with a problem."""
+    given: SeaCurrent | None = settings.current
+    if given is None:
+        return None
+    flow: Flow | None
+    if isinstance(given, FileSeaCurrent):
+        flow = _table(given, "current", scenario, problems)
+    else:
+        kind = SteadyFlow if isinstance(given, SteadySeaCurrent) else TidalFlow
+        assert isinstance(given, SteadySeaCurrent | TidalSeaCurrent)
+        flow = kind(**_values(given, "shear_exponent"))
+    return None if flow is None else CurrentProfile(flow=flow, shear_exponent=given.shear_exponent)
+
+
+def _wind(settings: SeaSettings, scenario: Scenario, problems: list[Problem]) -> WindField | None:
+    """Build the wind; None without one, or with a problem."""
+    given: SeaWind | None = settings.wind
+    if given is None:
+        return None
+    flow: Flow | None
+    if isinstance(given, FileSeaWind):
+        flow = _table(given, "wind", scenario, problems)
+    else:
+        flow = SteadyFlow(speed=given.speed, direction=given.direction)
+    if flow is None:
+        return None
+    gusts = None
+    if given.gust_intensity > 0.0:
+        gusts = KaimalGusts(
+            intensity=given.gust_intensity, highest_frequency=given.highest_frequency, seed=scenario.run.seed
+        )
+    drift, found = WindDrift(layer=given.drift_layer, deflection=given.deflection), flow
+    return _kept("sea.wind", lambda: WindField(flow=found, gusts=gusts, drift=drift), problems)
+
+
+def _table(
+    given: FileSeaCurrent | FileSeaWind, kind: Kind, scenario: Scenario, problems: list[Problem]
+) -> FlowTable | None:
+    """Read a file, which must hold the whole time of the run; None with a problem."""
+    path, site = f"sea.{kind}.file", scenario.site
+    bearing = (site or SiteSettings(latitude=0.0, longitude=0.0)).bearing
+    start = None if site is None else in_utc(datetime.fromisoformat(site.start))
+    try:
+        table = read_flow(Path(given.file), kind, start=start, bearing=bearing, longest_gap=given.longest_gap)
+    except FlowFileError as error:
+        name = Path(given.file).name
+        problems += [Problem(path, f"{name}: {text.removeprefix('flow table: ')}") for text in error.texts]
+        return None
+    first, last, end = float(table.time[0]), float(table.time[-1]), scenario.run.duration
+    if first > 0.0 or last < end:
+        text = f"holds the times from {first:g} to {last:g} s, allowed: a file that holds the run, from 0 to {end:g} s"
+        problems.append(Problem(path, f"{Path(given.file).name}: {text}"))
+        return None
+    return table
