@@ -33,8 +33,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 from oilsim.loads.load_model import LoadModel, StackedParts, StackedStations, stacked_parts, stacked_stations
-from oilsim.loads.water_field import Fluids, WaterField
 from oilsim.loads.wetted_volume import wetted_volume
+from oilsim.physical_constants import AIR_DENSITY
+from oilsim.sea import Sea
 
 Array = NDArray[np.float64]
 
@@ -60,7 +61,7 @@ class _Motion(NamedTuple):
 
 
 class _Water(NamedTuple):
-    """Water at n points: elevation (n,) [m], velocity, acceleration, surface_acceleration (n, 3) [m/s, m/s2], wind (n, 3) [m/s]."""
+    """Sea at n points: elevation (n,) [m]; velocity [m/s], acceleration and that of the surface [m/s2], wind [m/s], each (n, 3)."""
 
     elevation: Array
     velocity: Array
@@ -69,11 +70,16 @@ class _Water(NamedTuple):
     wind: Array
 
 
-class FloatingBodies:
-    """Bodies afloat in a `WaterField`, each with its `LoadModel`."""
+# [m] above any surface: there the sea gives the values of its surface; numerical
+ALOFT = 1e4
 
-    def __init__(self, models: Sequence[LoadModel], water: WaterField, fluids: Fluids | None = None) -> None:
-        self.water, self._fluids = water, fluids or Fluids()
+
+class FloatingBodies:
+    """Bodies afloat in a sea, each with its `LoadModel`."""
+
+    def __init__(self, models: Sequence[LoadModel], sea: Sea) -> None:
+        self.sea = sea
+        self._densities = np.array([sea.description.density, AIR_DENSITY, sea.description.gravity])
         self._parts, self._stations = stacked_parts(models), stacked_stations(models)
         self._count = len(models)
 
@@ -81,32 +87,33 @@ class FloatingBodies:
         """Return the loads at `time` [s]; pose (B, 7) [m, 1] with quaternions xyzw, twist (B, 6) [m/s, rad/s]."""
         motion = _Motion(np.ascontiguousarray(pose[:, :3]), _matrices(pose[:, 3:]), np.ascontiguousarray(twist))
         found = BodyLoads(*(np.zeros((self._count, *shape)) for shape in ((6,), (6, 6), (6, 6), ())))
-        places = _world_points(motion, self._parts.body, self._parts.center)
-        _add_parts(self._parts, motion, self._water_at(places, time), self._densities, found)
-        if len(self._stations.body):
-            places = _world_points(motion, self._stations.body, self._stations.place)
-            _add_stations(self._stations, motion, self._water_at(places, time), places, self._densities, found)
+        centers = _world_points(motion, self._parts.body, self._parts.center)
+        places = _world_points(motion, self._stations.body, self._stations.place)
+        parts, stations = self._water_at(centers, places, time)
+        _add_parts(self._parts, motion, parts, self._densities, found)
+        _add_stations(self._stations, motion, stations, places, self._densities, found)
         return found
 
-    @property
-    def _densities(self) -> Array:
-        """Density of water and air [kg/m3], and gravity [m/s2]."""
-        return np.array([self._fluids.water_density, self._fluids.air_density, self._fluids.gravity])
-
-    def _water_at(self, points: Array, time: float) -> _Water:
-        """Ask the sea at points (n, 3) [m]; points above the surface get the water of the surface below them."""
-        elevation = self.water.elevation(points[:, :2], time)
-        surface = np.column_stack([points[:, :2], elevation])
-        wetted = np.column_stack([points[:, :2], np.minimum(points[:, 2], elevation)])
-        wind = np.zeros(points.shape)
-        wind[:, :2] = self.water.wind(points[:, :2], time)
-        return _Water(
-            elevation=elevation,
-            velocity=self.water.velocity(wetted, time),
-            acceleration=self.water.acceleration(wetted, time),
-            surface_acceleration=self.water.acceleration(surface, time),
-            wind=wind,
-        )
+    def _water_at(self, centers: Array, places: Array, time: float) -> tuple[_Water, _Water]:
+        """Ask the sea once at the centers (P, 3) [m] of parts, at the surface there, and at the places (S, 3) [m] of stations."""
+        surface, count = centers + np.array((0.0, 0.0, ALOFT)), len(centers)
+        points = np.concatenate([centers, places, surface])
+        motion = self.sea.kinematics(points, time)
+        wind = np.zeros((len(centers) + len(places), 3))
+        wind[:, :2] = self.sea.wind(points[: len(wind), :2], time)
+        waters = []
+        for chosen in (slice(0, count), slice(count, len(wind))):
+            surface_acceleration = motion.acceleration[len(wind) :] if chosen.start == 0 else np.zeros((0, 3))
+            waters.append(
+                _Water(
+                    elevation=motion.elevation[chosen],
+                    velocity=motion.velocity[chosen],
+                    acceleration=motion.acceleration[chosen],
+                    surface_acceleration=surface_acceleration,
+                    wind=wind[chosen],
+                )
+            )
+        return waters[0], waters[1]
 
 
 @njit(nogil=True, cache=True, error_model="numpy")

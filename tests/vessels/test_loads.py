@@ -10,11 +10,11 @@ from scipy.spatial.transform import Rotation
 
 from oilsim.loads.morison import FloatingBodies
 from oilsim.loads.strip_coefficients import heave_added_mass, sway_added_mass
-from oilsim.loads.water_field import Fluids, SteadyWater
+from tests.seas import steady_sea
 from vessels.hull import float_hull, raked_barge, wigley_hull
 from vessels.loads import hull_loads, ittc_friction
 
-FLUIDS = Fluids(water_density=1027.0)
+RHO = 1027.0
 
 
 def pose_of(hull, turn=(0, 0, 0), height=0.0):
@@ -24,7 +24,7 @@ def pose_of(hull, turn=(0, 0, 0), height=0.0):
 @pytest.mark.parametrize("mesh", [wigley_hull(15.0, 5.0, 1.8, 3.0), raked_barge(15.0, 5.0, 1.5, 2.5, rake=2.0)])
 def test_hull_floats_upright_at_its_draft_and_rights_itself_by_its_metacentric_height(mesh):
     hull = float_hull(mesh, 1.8 if mesh.extents[2] == pytest.approx(3.0) else 1.5, water_density=1027.0)
-    bodies = FloatingBodies([hull_loads(hull)], SteadyWater(), FLUIDS)
+    bodies = FloatingBodies([hull_loads(hull)], steady_sea(density=RHO))
     weight = hull.mass_properties.mass * 9.81
     still = bodies.loads(0.0, pose_of(hull), np.zeros((1, 6))).wrench[0]
     assert still[2] == pytest.approx(weight, rel=1e-6)
@@ -39,7 +39,7 @@ def test_hull_floats_upright_at_its_draft_and_rights_itself_by_its_metacentric_h
 def test_barge_carries_the_added_mass_of_its_sections():
     """A box barge: heave rho pi / 8 B^2 L, sway rho pi / 2 T^2 L; ITTC friction of the wetted area along it."""
     hull = float_hull(raked_barge(15.0, 5.0, 1.5, 2.5), 1.5, water_density=1027.0)
-    bodies = FloatingBodies([hull_loads(hull)], SteadyWater(current=(1.0, 0.0)), FLUIDS)
+    bodies = FloatingBodies([hull_loads(hull)], steady_sea(density=RHO, current=(1.0, 0.0)))
     found = bodies.loads(0.0, pose_of(hull), np.zeros((1, 6)))
     mass = found.added_mass[0]
     assert mass[2, 2] == pytest.approx(heave_added_mass(1027.0, 5.0) * 15.0, rel=1e-6)

@@ -12,7 +12,7 @@ from coupling.bodies import mass_properties
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 from oilsim.loads.load_model import LoadModel, Part, Station
 from oilsim.loads.morison import FloatingBodies
-from oilsim.loads.water_field import Fluids, SteadyWater
+from tests.seas import steady_sea
 
 RHO, G = 1000.0, 9.81
 SIZE = np.array((2.0, 1.0, 0.5))  # wide enough not to capsize at any density
@@ -46,7 +46,7 @@ def afloat(model: LoadModel, density: float, heights, water=None, sub_step=STEP)
         )
     for n in range(1, len(names)):
         world.add_joint(f"joint {n}", names[n - 1], names[n], (SIZE[0] * (n - 0.5), 0, level))
-    bodies = FloatingBodies([model] * len(names), water or SteadyWater(), Fluids(water_density=RHO, gravity=G))
+    bodies = FloatingBodies([model] * len(names), water or steady_sea(density=RHO))
     world.set_environment(bodies, names)
     return world
 
@@ -94,7 +94,7 @@ def test_light_chain_with_heavy_added_mass_is_stable_and_its_joints_hold():
     """Five boxes of a fiftieth of water's density in a current of 1 m/s, held at one end: they stream, and the tow force is their drag."""
     drag = (0.2, 2.0, 1.0)
     model = box_model(20.0, added=(0, 1000.0, 1000.0), drag=drag, damping=(0, 0, 200.0))
-    world = afloat(model, 20.0, [0.0] * 5, SteadyWater(current=(1.0, 0.0)))
+    world = afloat(model, 20.0, [0.0] * 5, steady_sea(density=RHO, current=(1.0, 0.0)))
     world.add_joint("mooring", "box 0", None, (-1.0, 0, SIZE[2] * 0.48))
     tensions = []
     for _ in range(1500):
@@ -115,7 +115,7 @@ def test_light_chain_with_heavy_added_mass_is_stable_and_its_joints_hold():
 
 def test_restored_world_goes_on_bit_for_bit():
     model = box_model(20.0, added=(0, 500.0, 500.0), drag=(0.2, 2.0, 1.0))
-    worlds = [afloat(model, 20.0, [0.02, 0.0], SteadyWater(current=(0.3, 0.2))) for _ in range(2)]
+    worlds = [afloat(model, 20.0, [0.02, 0.0], steady_sea(density=RHO, current=(0.3, 0.2))) for _ in range(2)]
     for _ in range(50):
         worlds[0].advance(STEP)
     worlds[1].restore_state(worlds[0].save_state())
@@ -133,7 +133,7 @@ def test_environment_loads_free_bodies_only():
     world = RigidBodyWorld()
     mesh = trimesh.creation.box(SIZE)
     world.add_body("pier", mesh, mass_properties(mesh, density=500.0), motion="fixed")
-    bodies = FloatingBodies([box_model()], SteadyWater())
+    bodies = FloatingBodies([box_model()], steady_sea(density=RHO))
     with pytest.raises(ValueError, match="the environment loads 'pier', which is not free, allowed: free bodies"):
         world.set_environment(bodies, ["pier"])
     world.close()

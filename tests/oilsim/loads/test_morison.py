@@ -12,11 +12,11 @@ from scipy.spatial.transform import Rotation
 from oilsim.loads.load_model import LoadModel, Part, Station
 from oilsim.loads.morison import FloatingBodies
 from oilsim.loads.strip_coefficients import heave_added_mass, heave_wave_damping, sway_added_mass
-from oilsim.loads.water_field import Fluids, SteadyWater
 from oilsim.loads.wetted_volume import wetted_volume
+from oilsim.sea import RegularWaves
+from tests.seas import steady_sea
 
 RHO, G = 1000.0, 9.81
-FLUIDS = Fluids(water_density=RHO, gravity=G)
 NONE = np.zeros(3)
 
 
@@ -30,32 +30,6 @@ def part_of(mesh: trimesh.Trimesh, added_mass=NONE, wave_damping=NONE, design_vo
 
 def pose_at(position, turn: Rotation | None = None) -> np.ndarray:
     return np.concatenate([position, (turn or Rotation.identity()).as_quat()])[None]
-
-
-class DeepWave:
-    """A regular wave along x in deep water, linear, without a current."""
-
-    def __init__(self, height: float, length: float) -> None:
-        self.amplitude, self.number = 0.5 * height, 2.0 * math.pi / length
-        self.frequency = math.sqrt(G * self.number)
-
-    def _at(self, points, time):
-        phase = self.number * points[:, 0] - self.frequency * time
-        return phase, self.amplitude * np.exp(self.number * np.minimum(points[:, -1], 0.0))
-
-    def elevation(self, points, time):
-        return self.amplitude * np.cos(self.number * points[:, 0] - self.frequency * time)
-
-    def velocity(self, points, time):
-        phase, size = self._at(points, time)
-        return self.frequency * size[:, None] * np.column_stack([np.cos(phase), 0 * phase, np.sin(phase)])
-
-    def acceleration(self, points, time):
-        phase, size = self._at(points, time)
-        return self.frequency**2 * size[:, None] * np.column_stack([np.sin(phase), 0 * phase, -np.cos(phase)])
-
-    def wind(self, points, time):
-        return np.zeros((len(points), 2))
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -77,7 +51,7 @@ def test_wetted_volume_is_that_of_the_cut_mesh(seed):
 
 def test_upright_box_has_archimedes_lift_and_its_metacentric_height():
     """Box 2 x 1 x 1 m with its centre 0.1 m above the water: V = 0.8 m3, GM = B^2 / (12 T) + z_B - z_G with T = 0.4 m."""
-    box = FloatingBodies([LoadModel(parts=(part_of(trimesh.creation.box((2, 1, 1))),))], SteadyWater(), FLUIDS)
+    box = FloatingBodies([LoadModel(parts=(part_of(trimesh.creation.box((2, 1, 1))),))], steady_sea(density=RHO))
     lift = box.loads(0.0, pose_at((3.0, 4.0, 0.1)), np.zeros((1, 6)))
     assert lift.wetted_volume[0] == pytest.approx(0.8)
     assert lift.wrench[0] == pytest.approx([0, 0, RHO * G * 0.8, 0, 0, 0], abs=1e-6)
@@ -88,8 +62,8 @@ def test_upright_box_has_archimedes_lift_and_its_metacentric_height():
 
 def test_wave_pressure_lifts_a_small_body_with_the_surface():
     """A body much shorter than the wave that moves with the surface feels the weight of what it displaces, and its surface's slope."""
-    wave = DeepWave(0.4, 40.0)
-    body = FloatingBodies([LoadModel(parts=(part_of(trimesh.creation.box((0.2, 0.2, 0.2))),))], wave, FLUIDS)
+    wave = steady_sea(density=RHO, waves=RegularWaves(height=0.4, period=5.0625, direction=0.0, theory="linear"))
+    body = FloatingBodies([LoadModel(parts=(part_of(trimesh.creation.box((0.2, 0.2, 0.2))),))], wave)
     for time in np.linspace(0.0, 5.0, 7):
         height = float(wave.elevation(np.zeros((1, 2)), time)[0])
         loads = body.loads(time, pose_at((0, 0, height)), np.zeros((1, 6)))
@@ -103,8 +77,8 @@ def test_morison_terms_have_their_size_and_sign():
     part = part_of(trimesh.creation.box((1, 1, 1)), added_mass=(100.0, 200.0, 300.0), wave_damping=(0, 0, 50.0))
     wet = Station(place=np.array((0, 0, -0.25)), drag_area=np.array((0.1, 2.0, 0.5)), wind_area=NONE, half_height=0.1)
     dry = Station(place=np.array((0, 0, 0.25)), drag_area=NONE, wind_area=np.array((1.0, 3.0, 0.0)), half_height=0.1)
-    water = SteadyWater(current=(0.5, 0.0), uniform_wind=(0.0, 10.0))
-    bodies = FloatingBodies([LoadModel(parts=(part,), stations=(wet, dry))], water, FLUIDS)
+    water = steady_sea(density=RHO, current=(0.5, 0.0), wind=(0.0, 10.0))
+    bodies = FloatingBodies([LoadModel(parts=(part,), stations=(wet, dry))], water)
     twist = np.array([[0.2, 0.3, 0.1, 0, 0, 0]])
     loads = bodies.loads(0.0, pose_at((0, 0, 0)), twist)
     assert loads.wrench[0, 0] == pytest.approx(500.0 * 0.1 * 0.3**2 - 0.5 * 1.225 * 1.0 * 0.2**2)
@@ -129,7 +103,7 @@ def test_damping_is_the_derivative_of_the_wrench_by_the_twist():
         for _ in range(4)
     )
     bodies = FloatingBodies(
-        [LoadModel(parts=(part,), stations=stations)], SteadyWater(current=(1.0, -0.7), uniform_wind=(3, 4)), FLUIDS
+        [LoadModel(parts=(part,), stations=stations)], steady_sea(density=RHO, current=(1.0, -0.7), wind=(3, 4))
     )
     pose, twist = pose_at((0.1, 0.2, 0.05), Rotation.from_rotvec((0.2, -0.1, 0.7))), dice.uniform(-0.3, 0.3, (1, 6))
     found = bodies.loads(0.0, pose, twist)
@@ -147,7 +121,8 @@ def test_parts_and_bodies_add_up():
     turn = Rotation.from_rotvec((0.1, 0.05, 0.4))
     poses = np.concatenate([pose_at((x, 0, 0.1), turn) for x in (0.0, 5.0, 9.0)])
     one, other = (
-        FloatingBodies([model] * 3, SteadyWater(), FLUIDS).loads(0.0, poses, np.zeros((3, 6))) for model in (whole, cut)
+        FloatingBodies([model] * 3, steady_sea(density=RHO)).loads(0.0, poses, np.zeros((3, 6)))
+        for model in (whole, cut)
     )
     assert other.wrench == pytest.approx(one.wrench, rel=1e-9, abs=1e-6)
     assert other.added_mass[:, :3, :3] == pytest.approx(one.added_mass[:, :3, :3])
