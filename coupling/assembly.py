@@ -110,7 +110,9 @@ def couple_world(
     ]
     return CoupledBodies(
         fluid=participant,
-        bodies=None if world is None else RigidBodyParticipant(BODIES, world, names if options.bodies_answer else ()),
+        bodies=None
+        if world is None
+        else RigidBodyParticipant(BODIES, world, names if options.bodies_answer else (), answers=bool(names)),
         connections=body_connections(names, answer=options.bodies_answer),
         exchange=BodyExchange(interfaces, iteration=options.iteration),
         ledger=ExchangeLedger(

@@ -98,7 +98,8 @@ def _names(parts: Parts) -> Iterator[Problem]:
                 yield Problem(table, f"has an entry {name!r}, allowed: {NAME_ALLOWED}")
     if not parts.names["phases"]:
         yield Problem("phases", "is empty, allowed: one phase or more")
-    if not parts.names["fill"] and not parts.names["emitters"]:
+    bare = parts.run is not None and parts.run.detail == "none"
+    if not parts.names["fill"] and not parts.names["emitters"] and not bare:
         yield Problem("fill", "is empty and so is emitters, allowed: liquid in one of them")
 
 

@@ -29,15 +29,17 @@ BODY_VARIABLES = (
     ("inverse_mass", "1/kg, 1/(kg m2)", (6, 6), Causality.OUTPUT),
     ("free_acceleration", "m/s2, rad/s2", (6,), Causality.OUTPUT),
 )
+ANSWERS = ("inverse_mass", "free_acceleration")
 
 
 class RigidBodyParticipant:
     """The participant that steps a `RigidBodyWorld`; bodies and joints are all added before.
 
-    `coupled` has the names of the bodies with one common `inverse_mass` (6 n, 6 n), joints included.
+    `coupled` has the names of the bodies with one common `inverse_mass` (6 n, 6 n), joints included. Without `answers` no body tells how it
+    answers an impulse, which nobody asks for where there is no fluid.
     """
 
-    def __init__(self, name: str, world: RigidBodyWorld, coupled: Sequence[str] = ()) -> None:
+    def __init__(self, name: str, world: RigidBodyWorld, coupled: Sequence[str] = (), *, answers: bool = True) -> None:
         self._name = name
         self._world = world
         self._getters: dict[str, Callable[[], Array]] = {}
@@ -45,7 +47,7 @@ class RigidBodyParticipant:
         declared = []
         for body in world.body_names:
             for quantity, unit, shape, causality in BODY_VARIABLES:
-                if quantity == "inverse_mass" and body in coupled:
+                if quantity in ANSWERS and (not answers or (quantity == "inverse_mass" and body in coupled)):
                     continue
                 variable = Variable(f"{body}.{quantity}", unit, shape, causality)
                 declared.append(variable)

@@ -46,6 +46,11 @@ class MetEnvironment:
         self._sub_step = 0.0
         self._impulse = np.zeros((0, 6))
 
+    @property
+    def is_met(self) -> bool:
+        """Whether the loads at the present instant are known."""
+        return self._loads is not None
+
     def forget(self) -> None:
         """Forget the loads, because bodies moved: the environment is asked again when it is met next."""
         self._loads = None
@@ -67,8 +72,7 @@ class MetEnvironment:
             self._loads = self._environment.loads(time, state.pose[rows], state.twist[rows])
         self._sub_step = sub_step
         state.sea_load[rows] = self._loads.wrench
-        state.resistance = np.zeros((len(state.pose), 6, 6))
-        state.resistance[rows] = self._loads.added_mass + sub_step * self._loads.damping
+        state.resist(rows, self._loads.added_mass + sub_step * self._loads.damping)
         return True
 
     def resisted(self, wrench: Array, gravity: Array, sub_step: float) -> Array:

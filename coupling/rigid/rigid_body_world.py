@@ -253,7 +253,7 @@ class RigidBodyWorld:
 
     def inverse_mass(self, name: str) -> Array:
         """Return the twist by impulse (6, 6) [1/kg, 1/(kg m2)], world frame; 0 for a fixed or guided body."""
-        self._meet_sea(self._sub_step)
+        self._meet_sea()
         return self._state.inverse_mass(self._body(name).row)
 
     def mass_matrix(self, name: str) -> Array:
@@ -272,7 +272,7 @@ class RigidBodyWorld:
         steps.
         """
         body = self._body(name)
-        self._meet_sea(self._sub_step)
+        self._meet_sea()
         if body.motion == "free":
             if not body.is_jointed:
                 return self._state.free_acceleration(body.row, self._gravity)
@@ -370,9 +370,11 @@ class RigidBodyWorld:
         self._state.pose[body.row] = pose_of(motion)
         self._state.twist[body.row] = twist_of(motion)
 
-    def _meet_sea(self, sub_step: float) -> None:
-        """Note the loads of the sea at the present instant, for a sub-step [s]."""
-        if self._sea is not None and self._sea.meet(self.time, sub_step):
+    def _meet_sea(self, sub_step: float | None = None) -> None:
+        """Note the loads of the sea at the present instant, for a sub-step [s]; without one, only if they are not known."""
+        if self._sea is None or (sub_step is None and self._sea.is_met):
+            return
+        if self._sea.meet(self.time, sub_step or self._sub_step):
             self._articulation = None
 
     def _sea_changed(self) -> None:
@@ -384,7 +386,7 @@ class RigidBodyWorld:
     def _articulated(self) -> Articulation:
         """Return the joints at the present instant."""
         if self._articulation is None:
-            self._meet_sea(self._sub_step)
+            self._meet_sea()
         if self._held is None:
             self._held = Joints(self._point_joints, len(self._bodies))
         if self._articulation is None:

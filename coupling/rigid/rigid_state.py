@@ -55,6 +55,7 @@ class RigidBodyState:
         self.sea_wrench = np.zeros((0, 6))
         self.sea_load = np.zeros((0, 6))
         self.resistance: Array | None = None
+        self._resisted: Array = np.zeros((0, 6, 6))  # inverse masses of all bodies with that resistance
         self._inverse_inertia: Array = np.zeros((0, 3, 3))
         self._ease = np.zeros(0)  # 1 / mass, 0 for a fixed or guided body
         self._blocks = csr_array((0, 0))  # sparsity pattern of the inverse masses
@@ -149,24 +150,29 @@ class RigidBodyState:
         matrix.data = blocks.ravel()
         return matrix
 
+    def resist(self, rows: list[int], resistance: Array) -> None:
+        """Let the environment add `resistance` (n, 6, 6) [kg, kg m, kg m2] to the mass matrices of these rows, until it is set again."""
+        self.resistance = np.zeros((len(self.pose), 6, 6))
+        self.resistance[rows] = resistance
+        self._resisted, free = np.zeros((len(self.pose), 6, 6)), self.is_free
+        carried = self.resistance[free]
+        carried[:, range(3), range(3)] += self.mass[free, None]
+        carried[:, 3:, 3:] += self.world_inertia()[free]
+        self._resisted[free] = np.linalg.inv(carried)
+
     def _inverse_masses(self) -> Array:
         """Return the twist by impulse of each body (B, 6, 6), with what the environment adds to its mass; 0 for a fixed or guided one."""
+        if self.resistance is not None:
+            return self._resisted
         blocks = np.zeros((len(self.pose), 6, 6))
-        if self.resistance is None:
-            blocks[:, range(3), range(3)] = self._ease[:, None]
-            blocks[:, 3:, 3:] = self.inverse_inertia()
-        elif self.is_free.any():
-            free = self.is_free
-            carried = self.resistance[free].copy()
-            carried[:, range(3), range(3)] += self.mass[free, None]
-            carried[:, 3:, 3:] += self.world_inertia()[free]
-            blocks[free] = np.linalg.inv(carried)
+        blocks[:, range(3), range(3)] = self._ease[:, None]
+        blocks[:, 3:, 3:] = self.inverse_inertia()
         return blocks
 
     def inverse_mass(self, row: int) -> Array:
         """Return the twist by impulse of one body (6, 6) [1/kg, 1/(kg m2)], diag(1 / m, (R I R^T)^-1) without an environment."""
         if self.resistance is not None:
-            return self._inverse_masses()[row]
+            return self._resisted[row].copy()
         matrix = np.zeros((6, 6))
         matrix[:3, :3] = np.eye(3) * self._ease[row]
         matrix[3:, 3:] = self.inverse_inertia()[row]
@@ -199,7 +205,7 @@ class RigidBodyState:
         torque = wrench[:, 3:] - self.gyroscopic_torque(rows)
         if self.resistance is not None:
             force = wrench[:, :3] + self.mass[rows, None] * gravity
-            return applied(self._inverse_masses()[rows], np.hstack([force, torque]))
+            return applied(self._resisted[rows], np.hstack([force, torque]))
         acceleration = np.empty(wrench.shape)
         acceleration[:, :3] = self._ease[rows, None] * wrench[:, :3] + self.is_free[rows, None] * gravity
         acceleration[:, 3:] = applied(self.inverse_inertia()[rows], torque)

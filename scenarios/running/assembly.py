@@ -123,6 +123,7 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
     """
     fmus = _fmus(scenario)
     simulators = build_simulators(scenario)
+    scenario = simulators.scenario
     bodies, world, coupled = simulators.bodies, simulators.world, simulators.coupled
     scoring = Scoring(scenario, simulators.fluid, world, simulators.fleet, simulators.level)
     controls = _controls(simulators)

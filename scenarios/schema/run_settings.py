@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import datetime
+from typing import Literal
 
 from oilsim.quantity import quantity
 from scenarios.problems import Problem
@@ -20,6 +21,7 @@ class RunSettings(Section):
     communication_step  [s] after which fluid, bodies and controllers exchange values; where bodies move, the fluid's steps are not longer
     threads             number of threads of the fluid; the default is all cores
     seed                of everything random: gusts
+    detail              "particles" (default), or "none": the sea by formulas instead of particles (`oilsim.sea`, `oilsim.loads`)
     budget              true: the summary gives the changes of the liquid's energy and momentum by cause (`oilsim.accounts.ledger`), with
                         energy_residual and momentum_residual, the shares without a cause; false: all three are null
     """
@@ -28,6 +30,7 @@ class RunSettings(Section):
     communication_step: float = quantity("s", default=0.01, above=0.0, at_most=1.0)
     threads: int | None = quantity("", default=None, at_least=1, at_most=1024, whole=True)
     seed: int = quantity("", default=1, at_least=0, whole=True)
+    detail: Literal["particles", "none"] = "particles"
     budget: bool = False
 
     def problems(self) -> Iterator[Problem]:

@@ -20,6 +20,7 @@ from scenarios.problems import Problem, ScenarioError
 from scenarios.scenario import Scenario
 from scenarios.schema.bodies import Fixed
 from scenarios.schema.liquid import BlockFill, Fill, SlabFill, SphereFill, Tank
+from scenarios.setup import particle_free
 from scenarios.setup.fill_lattice import Array, starting_positions
 from scenarios.setup.sea import unused_sea
 
@@ -66,7 +67,8 @@ def require_memory(scenario: Scenario) -> None:
         key: BYTES_PER_PARTICLE * measure / fluid.particle_spacing**fluid.dimension for key, measure in counts.items()
     }
     pitch = BOUNDARY_SPACING * fluid.particle_spacing
-    needs["tank"] = BYTES_PER_BOUNDARY_PARTICLE * _wall_measure(scenario.tank, plane) / pitch ** (fluid.dimension - 1)
+    closed = 0.0 if particle_free.is_particle_free(scenario) else _wall_measure(scenario.tank, plane)
+    needs["tank"] = BYTES_PER_BOUNDARY_PARTICLE * closed / pitch ** (fluid.dimension - 1)
     needs |= {"emitters": BYTES_PER_PARTICLE * sum(_emitted(scenario).values())}
     there = memory_there()
     if sum(needs.values()) > there:
@@ -102,13 +104,14 @@ def _filled(fill: Fill, tank: Tank, plane: bool) -> float:
 
 def estimate(scenario: Scenario) -> Cost:
     """Estimate the cost of a run; ScenarioError with everything that cannot be built or placed."""
+    missing, scenario = particle_free.left_out(scenario), particle_free.without_particles(scenario)
     require_memory(scenario)
     positions, left_out, solids = _start(scenario)
     particles = dict.fromkeys(scenario.phases, 0)
     for name, points in positions.items():
         particles[scenario.fill[name].phase] += len(points)
     emitted = _emitted(scenario)
-    boundary = _boundary(scenario, solids)
+    boundary = {} if particle_free.is_particle_free(scenario) else _boundary(scenario, solids)
     threads = scenario.run.threads or os.cpu_count() or 1
     steps = _steps(scenario, [float(points[:, 2].max()) for points in positions.values()])
     alive = sum(particles.values()) + 0.5 * sum(emitted.values())
@@ -122,7 +125,7 @@ def estimate(scenario: Scenario) -> Cost:
         steps=steps,
         threads=threads,
         memory=BYTES_AT_REST + BYTES_PER_PARTICLE * most + BYTES_PER_BOUNDARY_PARTICLE * walls,
-        told=_told(scenario, solids),
+        told=(*_told(scenario, solids), *missing),
         seconds=START_SECONDS + SECONDS_PER_PARTICLE_STEP * share * alive * steps + _body_seconds(scenario),
     )
 
@@ -140,8 +143,8 @@ def _start(scenario: Scenario) -> tuple[Mapping[str, Array], Mapping[str, str], 
 
 def _told(scenario: Scenario, solids: Sequence[Solid]) -> tuple[str, ...]:
     """List the warnings with which a run would start."""
-    if not solids:
-        return unused_sea(scenario)
+    if not solids or particle_free.is_particle_free(scenario):
+        return (*(note for solid in solids for note in solid.notes), *unused_sea(scenario))
     from scenarios.setup.thin_bodies import thin_bodies, thin_samplings
 
     spacing = scenario.fluid.particle_spacing
@@ -197,7 +200,7 @@ def _steps(scenario: Scenario, tops: list[float]) -> int:
     settings, run = scenario.fluid, scenario.run
     tops = tops + [pipe.mouth[2] for pipe in scenario.emitters.values()]
     gravity = float(np.linalg.norm(settings.gravity))
-    speed = TYPICAL_SPEED * math.sqrt(gravity * max(0.0, max(tops) - scenario.tank.lower[2]))
+    speed = TYPICAL_SPEED * math.sqrt(gravity * max(0.0, max(tops, default=-math.inf) - scenario.tank.lower[2]))
     free = settings.cfl * settings.particle_spacing / speed if speed > 0.0 else math.inf
     step = max(settings.minimum_time_step, min(longest_time_step(settings), run.communication_step, free))
     per_communication = math.ceil(run.communication_step / step - 1e-9)

@@ -213,7 +213,8 @@ def _boom(settings: BoomSettings, scenario: Scenario) -> Boom:
         ballast_fraction=settings.ballast_fraction,
         water_density=water_density(scenario),
     )
-    return design.boom().resolved_by(scenario.fluid.particle_spacing)
+    boom = design.boom()
+    return boom if scenario.run.detail == "none" else boom.resolved_by(scenario.fluid.particle_spacing)
 
 
 def _boom_end(end: str | Point2, settings: BoomSettings, vessels: Mapping[str, Vessel], water_level: float) -> Point2:

@@ -139,7 +139,7 @@ def build_fluid(scenario: Scenario, positions: Mapping[str, Array]) -> tuple[Flu
     fluid = Fluid(config, threads=scenario.run.threads)
     sides = tuple(side for side in tank.closed_sides if settings.dimension == 3 or side[1] != "y")
     handle = None
-    if sides:
+    if sides and scenario.run.detail != "none":
         walls = tank_walls(
             tank.lower,
             tank.upper,

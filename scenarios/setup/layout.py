@@ -11,19 +11,23 @@ from numpy.typing import NDArray
 
 from coupling.rigid.rigid_body_world import FRICTION, RigidBodyWorld
 from coupling.solids.surface_sampling import LARGEST, sample_surface
+from oilsim.sea import Sea
 from scenarios.problems import Problem, ScenarioError
 from scenarios.scenario import Scenario
 from scenarios.schema.liquid import Tank
 from scenarios.schema.probe_settings import BodyProbe
 from scenarios.setup.fill_lattice import empty_regions, placed_regions
-from scenarios.setup.fleet import LINE_RELAXATION_TIME, Fleet, place_fleet
+from scenarios.setup.fleet import LINE_RELAXATION_TIME, Fleet, place_fleet, water_density
 from scenarios.setup.fluid import clear_of, pipe_problems, sorted_by_hollow, water_level
+from scenarios.setup.particle_free import is_particle_free, load_bodies
 from scenarios.setup.placed_solids import Solid, own_solids, table_entry, vector
 from scenarios.setup.sea import build_sea
 from scenarios.text.quantities import volume_in_words
 
 Array = NDArray[np.float64]
 
+SUB_STEP = 0.01  # [s] longest step of the bodies beside particles
+SEA_SUB_STEP = 0.02  # [s] longest step of bodies that a sea loads; numerical; waves of 2 s turn by 0.06 rad in it
 DEEPEST_OVERLAP = 0.5  # spacings that bodies may lie in each other at the start: rigid shapes of free bodies are convex
 QUICK = (
     200.0  # squares of a spacing on a surface, that are sampled at once; a larger one is not too small for particles
@@ -53,7 +57,8 @@ def lay_out(scenario: Scenario) -> Layout:
     fluid, problems = scenario.fluid, list[Problem]()
     regions = placed_regions(scenario.fill, scenario.tank, fluid.particle_spacing, fluid.dimension)
     problems += empty_regions(regions, fluid.particle_spacing)
-    level = water_level(scenario, regions)
+    bare = is_particle_free(scenario)
+    level = scenario.sea.level if bare and scenario.sea is not None else water_level(scenario, regions)
     fleet = place_fleet(scenario, level, problems)
     solids = (*own_solids(scenario, problems), *fleet.solids)
     meshes = {solid.name: solid.world_mesh() for solid in solids if solid.wetted}
@@ -63,12 +68,15 @@ def lay_out(scenario: Scenario) -> Layout:
     problems += _displaced_regions(regions, positions)
     problems += pipe_problems(scenario, meshes)
     problems += _out_of_reach(solids, meshes, scenario.tank)
-    problems += _sampling_problems(solids, fluid.particle_spacing)
     coupled = _coupled(scenario, solids)
+    if not bare:
+        problems += _sampling_problems(solids, fluid.particle_spacing)
     world = _world(scenario, solids, fleet, problems) if coupled else None
-    problems += _sea_problems(scenario)
+    sea = _sea(scenario, problems)
     if problems:
         raise ScenarioError(problems, scenario.name)
+    if bare and world is not None and sea is not None:
+        load_bodies(world, sea, fleet, solids)
     return Layout(
         level=level,
         positions=positions,
@@ -77,18 +85,18 @@ def lay_out(scenario: Scenario) -> Layout:
         ),  # a plane is a metre thick
         fleet=fleet,
         solids=solids,
-        coupled=coupled,
+        coupled=() if bare else coupled,
         world=world,
     )
 
 
-def _sea_problems(scenario: Scenario) -> Sequence[Problem]:
-    """Find what is wrong with the sea, its files included."""
+def _sea(scenario: Scenario, problems: list[Problem]) -> Sea | None:
+    """Build the sea; what is wrong with it, its files included, is added to `problems`."""
     try:
-        build_sea(scenario)
+        return build_sea(scenario, water_density(scenario))
     except ScenarioError as error:
-        return error.problems
-    return ()
+        problems += error.problems
+    return None
 
 
 def _displaced_regions(regions: Mapping[str, Array], clear: Mapping[str, Array]) -> Iterator[Problem]:
@@ -139,7 +147,9 @@ def _sampling_problems(solids: Sequence[Solid], spacing: float) -> Iterator[Prob
 
 def _world(scenario: Scenario, solids: Sequence[Solid], fleet: Fleet, problems: list[Problem]) -> RigidBodyWorld:
     """Put all solids and joints into one rigid-body world, with the tank's walls if a body could run into them."""
-    world = RigidBodyWorld(gravity=scenario.fluid.gravity, communication_step=scenario.run.communication_step)
+    sub_step = SEA_SUB_STEP if is_particle_free(scenario) else SUB_STEP
+    step = scenario.run.communication_step
+    world = RigidBodyWorld(gravity=scenario.fluid.gravity, sub_step=sub_step, communication_step=step)
     for solid in solids:
         placed = solid.placed
         x, y, z, w = (float(part) for part in placed.orientation)

@@ -9,6 +9,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any, TypeVar
 
+from oilsim.physical_constants import SEA_WATER_DENSITY
 from oilsim.sea import (
     CurrentProfile,
     FlowTable,
@@ -45,8 +46,8 @@ from scenarios.setup.flow_files import Kind, in_utc, read_flow
 Built = TypeVar("Built")
 
 
-def build_sea(scenario: Scenario) -> Sea | None:
-    """Build the sea of a scenario; None without one. Reads its files.
+def build_sea(scenario: Scenario, density: float = SEA_WATER_DENSITY) -> Sea | None:
+    """Build the sea of a scenario, of water of `density` [kg/m3]; None without one. Reads its files.
 
     Raises ScenarioError with every problem: of files, of their times, and of waves that cannot be.
     """
@@ -71,6 +72,7 @@ def build_sea(scenario: Scenario) -> Sea | None:
         SeaDescription(
             depth=settings.depth,
             level=settings.level,
+            density=density,
             gravity=gravity,
             wind=wind,
             langmuir=None if cells is None else LangmuirCells(**_values(cells), seed=seed),
@@ -83,7 +85,9 @@ def build_sea(scenario: Scenario) -> Sea | None:
 def unused_sea(scenario: Scenario) -> tuple[str, ...]:
     """Say that no part of a run feels the sea yet; empty without one."""
     return (
-        () if scenario.sea is None else ("sea: is checked, but no part of this run uses it; particles feel [forcing]",)
+        ()
+        if scenario.sea is None or scenario.run.detail == "none"
+        else ("sea: is checked, but no part of this run uses it; particles feel [forcing]",)
     )
 
 

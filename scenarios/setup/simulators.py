@@ -18,6 +18,7 @@ from scenarios.scenario import Scenario
 from scenarios.setup.fleet import Fleet
 from scenarios.setup.fluid import build_fluid
 from scenarios.setup.layout import lay_out
+from scenarios.setup.particle_free import is_particle_free, left_out, without_particles
 from scenarios.setup.placed_solids import Solid, table_entry
 from scenarios.setup.sea import unused_sea
 from scenarios.setup.thin_bodies import thin_bodies
@@ -47,18 +48,22 @@ class Simulators:
     notes: tuple[str, ...]
 
     def wrench(self, body: str) -> NDArray[np.float64]:
-        """Return the fluid's wrench (6,) [N, N m] on a body; 0 on a body that is not coupled."""
-        return self.bodies.fluid.get(f"{body}.wrench") if body in self.coupled else np.zeros(6)
+        """Return the wrench (6,) [N, N m] of the fluid, or of the sea without particles, on a body; 0 on a body that neither meets."""
+        if body in self.coupled:
+            return self.bodies.fluid.get(f"{body}.wrench")
+        return np.zeros(6) if self.world is None else self.world.sea_wrench(body)
 
 
 def build_simulators(scenario: Scenario) -> Simulators:
     """Lay everything out and fill the tank; ScenarioError for what cannot be made."""
+    missing, scenario = left_out(scenario), without_particles(scenario)
     layout = lay_out(scenario)
     solids, coupled = layout.solids, layout.coupled
     with problems_of("fluid", "cannot be built"):
         fluid, tank = build_fluid(scenario, layout.positions)
-    samplings = _sampled(solids, scenario.fluid.particle_spacing)
-    handles = _wet(fluid, solids, samplings, coupled)
+    wetted = [] if is_particle_free(scenario) else [solid for solid in solids if solid.wetted]
+    samplings = _sampled(wetted, scenario.fluid.particle_spacing)
+    handles = _wet(fluid, wetted, samplings, coupled)
     return Simulators(
         scenario=scenario,
         level=layout.level,
@@ -71,16 +76,16 @@ def build_simulators(scenario: Scenario) -> Simulators:
         world=layout.world,
         left_out=layout.left_out,
         thin=thin_bodies(solids, samplings, scenario.fluid.particle_spacing),
-        notes=(*(note for solid in solids for note in solid.notes), *unused_sea(scenario)),
+        notes=(*(note for solid in solids for note in solid.notes), *unused_sea(scenario), *missing),
     )
 
 
 def _sampled(solids: Sequence[Solid], particle_spacing: float) -> dict[int, SurfaceSampling]:
-    """Sample the surfaces of all wetted solids, by the id of their mesh; bodies with one mesh, as a boom's segments, share its sampling."""
+    """Sample the surfaces of wetted solids, by the id of their mesh; bodies with one mesh, as a boom's segments, share its sampling."""
     samplings: dict[int, SurfaceSampling] = {}
     for solid in solids:
         mesh = solid.placed.mesh
-        if solid.wetted and id(mesh) not in samplings:
+        if id(mesh) not in samplings:
             with problems_of(table_entry(solid.name), "cannot be sampled with particles"):
                 samplings[id(mesh)] = sample_surface(mesh, particle_spacing)
     return samplings
@@ -89,14 +94,12 @@ def _sampled(solids: Sequence[Solid], particle_spacing: float) -> dict[int, Surf
 def _wet(
     fluid: Fluid, solids: Sequence[Solid], samplings: Mapping[int, SurfaceSampling], coupled: Sequence[str]
 ) -> dict[str, int]:
-    """Give the fluid the surfaces of all wetted solids; return their handles by name.
+    """Give the fluid the surfaces of wetted solids; return their handles by name.
 
     The surface of a coupled body is placed about its centre of mass, that of another body at its final place.
     """
     handles = {}
     for solid in solids:
-        if not solid.wetted:
-            continue
         surface = particles_of(solid.name, samplings[id(solid.placed.mesh)], no_slip=solid.no_slip)
         if solid.name not in coupled:
             rotation = Rotation.from_quat(solid.placed.orientation)

@@ -1,0 +1,129 @@
+"""A run without particles (`run.detail = "none"`): the sea by formulas, and bodies that it loads.
+
+The liquid of the scenario is not simulated. A scenario without a [sea] gets one from its tank and its [forcing], so that any exercise can
+be run both ways.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+from coupling.rigid.rigid_body_world import RigidBodyWorld
+from coupling.solids.hydrostatics import hydrostatics, waterline_for_volume
+from oilsim.loads.load_model import LoadModel
+from oilsim.loads.morison import FloatingBodies
+from oilsim.sea import Sea
+from scenarios.problems import Problem, ScenarioError
+from scenarios.scenario import Scenario
+from scenarios.schema.liquid import BlockFill, SlabFill
+from scenarios.schema.probe_settings import BodyProbe
+from scenarios.schema.sea import RegularSeaWaves, SeaSettings, SteadySeaCurrent, SteadySeaWind
+from scenarios.schema.weather import CurrentSettings, ForcingSettings
+from scenarios.setup.fleet import Fleet
+from scenarios.setup.placed_solids import Solid, table_entry
+from vessels.hull import Hull
+
+LEFT_OUT = 'run.detail is "none": no liquid is simulated, so {} is left out'
+
+
+def is_particle_free(scenario: Scenario) -> bool:
+    """Return whether the scenario is run without particles."""
+    return scenario.run.detail == "none"
+
+
+def without_particles(scenario: Scenario) -> Scenario:
+    """Return the scenario as it is run: with a sea and without its liquid if it is run without particles, else as it is."""
+    if not is_particle_free(scenario):
+        return scenario
+    sea = scenario.sea or _sea_of_the_tank(scenario)
+    steady = sea.current if isinstance(sea.current, SteadySeaCurrent) else None
+    current = None if steady is None else CurrentSettings(speed=steady.speed, direction=steady.direction)
+    probes = {name: probe for name, probe in scenario.probes.items() if isinstance(probe, BodyProbe)}
+    return replace(scenario, fill={}, emitters={}, probes=probes, sea=sea, forcing=ForcingSettings(current=current))
+
+
+def left_out(scenario: Scenario) -> tuple[str, ...]:
+    """Say what of the scenario as written a run without particles leaves out; empty for other runs."""
+    if not is_particle_free(scenario):
+        return ()
+    names = [f"{table}.{name}" for table in ("fill", "emitters") for name in getattr(scenario, table)]
+    names += [f"probes.{name}" for name, probe in scenario.probes.items() if not isinstance(probe, BodyProbe)]
+    return (LEFT_OUT.format(", ".join(names)),) if names else ()
+
+
+def load_bodies(world: RigidBodyWorld, sea: Sea, fleet: Fleet, solids: Sequence[Solid]) -> None:
+    """Let the sea load all free bodies of the world; ScenarioError with every body that does not float."""
+    models = dict(_models_of_fleet(fleet))
+    problems = []
+    for solid in solids:
+        if solid.motion != "free" or not solid.wetted or solid.name in models:
+            continue
+        try:
+            models[solid.name] = _body_loads(solid, sea.description.density)
+        except ValueError as error:
+            problems.append(
+                Problem(table_entry(solid.name), f'{error}, allowed with run.detail = "none": bodies that float')
+            )
+    if problems:
+        raise ScenarioError(problems)
+    world.set_environment(FloatingBodies(list(models.values()), sea), list(models))
+
+
+def _models_of_fleet(fleet: Fleet) -> Iterator[tuple[str, LoadModel]]:
+    from booms.loads import segment_loads
+    from scenarios.schema.exercise import body_of
+    from vessels.loads import hull_loads
+
+    for layout in fleet.booms.values():
+        model = segment_loads(layout.segment, layout.boom)
+        yield from ((segment.name, model) for segment in layout.segments)
+    for vessel in fleet.vessels:
+        yield body_of(vessel.name), hull_loads(vessel.hull)
+
+
+def _body_loads(solid: Solid, water_density: float) -> LoadModel:
+    """Return the load model of a body of any shape, afloat upright as its mesh is drawn; ValueError for one that sinks."""
+    from vessels.loads import hull_loads
+
+    mesh, properties = solid.placed.mesh, solid.placed.mass_properties
+    waterline = waterline_for_volume(mesh, properties.mass / water_density)
+    hull = Hull(
+        mesh=mesh,
+        mass_properties=properties,
+        draft=waterline - float(mesh.bounds[0, 2]),
+        waterline=waterline,
+        water_density=water_density,
+        hydrostatics=hydrostatics(mesh, waterline),
+    )
+    return hull_loads(hull)
+
+
+def _sea_of_the_tank(scenario: Scenario) -> SeaSettings:
+    """Return the sea that the tank's water and the weather on it amount to."""
+    forcing, level = scenario.forcing, _level(scenario)
+    waves, current, wind = forcing.waves, forcing.current, forcing.wind
+    return SeaSettings(
+        depth=level - scenario.tank.lower[2],
+        level=level,
+        waves=None
+        if waves is None
+        else RegularSeaWaves(height=waves.height, period=waves.period, direction=waves.direction),
+        current=None if current is None else SteadySeaCurrent(speed=current.speed, direction=current.direction),
+        wind=None
+        if wind is None
+        else SteadySeaWind(speed=wind.speed, direction=wind.direction, gust_intensity=wind.gustiness),
+    )
+
+
+def _level(scenario: Scenario) -> float:
+    """Return the height [m] of the water at the start: the top of the liquid that is no oil, in slabs and blocks."""
+    water = [fill for fill in scenario.fill.values() if not scenario.phases[fill.phase].is_oil]
+    tops = [fill.top for fill in water if isinstance(fill, SlabFill)]
+    tops += [fill.upper[2] for fill in water if isinstance(fill, BlockFill)]
+    if not tops:
+        problem = Problem(
+            "sea", 'is missing, allowed with run.detail = "none": a [sea], or water in a slab or block of [fill]'
+        )
+        raise ScenarioError([problem], scenario.name)
+    return max(tops)
