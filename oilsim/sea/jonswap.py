@@ -29,7 +29,7 @@ RANGE = (0.3, 100.0)
 POINTS = 20001
 # [1] lowest frequency of a component over that of the peak; numerical; 1e-8 of m0 lies below
 LOWEST = 0.5
-# [1] highest frequency of a component, over that of the peak, unless another is given; numerical; 0.3 % of m0 lies above
+# [1] highest frequency of a component, over that of the peak, unless another is given; numerical; 0.2 % of m0 lies above
 CUT = 4.5
 # [s] peak periods up to which, and from which, the steepest seas have one steepness; paper (DNV-RP-C205, sec. 3.5.4); observed limits
 SEA_PERIODS = (8.0, 15.0)

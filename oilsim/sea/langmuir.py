@@ -2,7 +2,8 @@
 
 With y across the wind from the nearest row, the surface velocity is -V sin(2 pi y / spacing) across the wind and J cos(2 pi y / spacing)
 along it. Cells form where the turbulent Langmuir number La = (u*_water / u_stokes)^0.5 is below about 0.5 (McWilliams et al. 1997) and the
-wind blows with 3 m/s or more (Leibovich 1983). They are modelled: regular, of one spacing, fixed to the water, and without end.
+wind blows with 3 m/s or more (Leibovich 1983). They are modelled: regular, of one spacing, fixed to the water, without end,
+and along the mean wind, also where a table turns the wind.
 """
 
 from __future__ import annotations

@@ -20,7 +20,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from oilsim.backend.jit import ALLOCATING, FAST, inlined
+from oilsim.backend.jit import ALLOCATING, inlined
 from oilsim.sea.vector_math import exponential, sine_cosine
 from oilsim.sea.wave_components import StillWater, WaveComponents
 
@@ -109,7 +109,7 @@ def store(block, start, size, water, points, field):
         field.acceleration[n, 2] = block[DW + i]
 
 
-@njit(**FAST)
+@inlined
 def _add_elevation(block, size, waves, phase):
     """Add a cos theta of all components to the row ETA of a block (ROWS * BLOCK,) [m]; phase (M,) [rad]."""
     for j in range(phase.shape[0]):
@@ -120,7 +120,7 @@ def _add_elevation(block, size, waves, phase):
             block[ETA + i] += a * c
 
 
-@njit(**FAST)
+@inlined
 def _add_kinematics(block, size, waves, phase, h):
     """Add p / rho, u and du/dt of all components to the rows of a block (ROWS * BLOCK,) [m2/s2, m/s, m/s2].
 
@@ -135,19 +135,24 @@ def _add_kinematics(block, size, waves, phase, h):
             for i in range(size):
                 s, c = sine_cosine(k_x * block[X + i] + k_y * block[Y + i] - shift)
                 flat = scale * exponential(k * block[S + i])
-                _add_terms(block, i, flat * s, flat * c, flat * s, flat * c, sigma, celerity, to_x, to_y)
+                _add_terms(block, i, (flat * s, flat * c, flat * s, flat * c), (sigma, celerity, to_x, to_y))
         else:
             for i in range(size):
                 s, c = sine_cosine(k_x * block[X + i] + k_y * block[Y + i] - shift)
                 down = scale * exponential(k * block[S + i])
                 up = scale * exponential(-k * (block[S + i] + 2.0 * h))
                 flat, steep = down + up, down - up
-                _add_terms(block, i, flat * s, flat * c, steep * s, steep * c, sigma, celerity, to_x, to_y)
+                _add_terms(block, i, (flat * s, flat * c, steep * s, steep * c), (sigma, celerity, to_x, to_y))
 
 
 @inlined
-def _add_terms(block, i, flat_s, flat_c, steep_s, steep_c, sigma, celerity, to_x, to_y):
-    """Add the terms of one component to the place i of a block."""
+def _add_terms(block, i, speeds, wave):
+    """Add the terms of one component to the place i of a block.
+
+    speeds [m/s]: horizontal times sin and cos theta, vertical times sin and cos theta; wave: sigma, celerity, direction.
+    """
+    flat_s, flat_c, steep_s, steep_c = speeds
+    sigma, celerity, to_x, to_y = wave
     rate = sigma * flat_s
     block[P + i] += celerity * flat_c
     block[U + i] += to_x * flat_c

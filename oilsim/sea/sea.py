@@ -217,7 +217,8 @@ def _points(given: ArrayLike, least: int, time: float) -> tuple[Double, tuple[in
         raise ValueError(f"sea: points have the shape {points.shape}, allowed: {allowed}, in m")
     if not math.isfinite(time):
         raise ValueError(f"sea: time is {time}, allowed: finite, in s")
-    flat = points.reshape(-1, points.shape[-1])
+    # of one layout, for which the kernels are compiled already
+    flat = np.require(points.reshape(-1, points.shape[-1]), requirements=["C", "W"])
     if not math.isfinite(flat.sum()):
         row = np.flatnonzero(~np.isfinite(flat).all(1))[0]
         raise ValueError(f"sea: point {row} is {tuple(flat[row].tolist())}, allowed: finite, in m")

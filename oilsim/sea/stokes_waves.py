@@ -19,7 +19,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from oilsim.backend.jit import ALLOCATING, FAST
+from oilsim.backend.jit import ALLOCATING, FAST, inlined
 from oilsim.sea.linear_waves import (
     BLOCK,
     DEEP,
@@ -86,7 +86,7 @@ def evaluate_stokes(points, waves, phase, water, second, field):
         store(block, start, size, water, points, field)
 
 
-@njit(**FAST)
+@inlined
 def _evaluate_block(block, size, waves, second, h):
     """Write eta, p / rho, u and du/dt into the rows of a block (ROWS * BLOCK,) [m, m2/s2, m/s, m/s2] from its angles (row X) [rad]."""
     k, sigma, a = waves.wave_number[0], waves.frequency[0], waves.amplitude[0]

@@ -22,7 +22,7 @@ from scenarios.schema.bodies import Fixed
 from scenarios.schema.liquid import BlockFill, Fill, SlabFill, SphereFill, Tank
 from scenarios.setup import particle_free
 from scenarios.setup.fill_lattice import Array, starting_positions
-from scenarios.setup.sea import unused_sea
+from scenarios.setup.sea import build_sea, unused_sea
 
 if TYPE_CHECKING:
     from scenarios.setup.placed_solids import Solid
@@ -134,6 +134,7 @@ def _start(scenario: Scenario) -> tuple[Mapping[str, Array], Mapping[str, str], 
     """Return particles by region, the liquid that bodies displace in words, and all bodies; code for bodies is imported only if needed."""
     if not (scenario.bodies or scenario.vessels or scenario.booms or scenario.emitters):
         fluid = scenario.fluid
+        build_sea(scenario)  # for its problems
         return starting_positions(scenario.fill, scenario.tank, fluid.particle_spacing, fluid.dimension), {}, ()
     from scenarios.setup.layout import lay_out
 

@@ -61,8 +61,8 @@ def build_sea(scenario: Scenario, density: float = SEA_WATER_DENSITY) -> Sea | N
     parts: dict[str, Any] = {"current": current, "waves": waves}
     if gravity == 0.0:
         problems.append(Problem("fluid.gravity", "is 0, allowed with [sea]: gravity, by which a sea is level"))
-    elif current is not None or settings.current is None:
-        # the waves' check needs the current that carries them
+    elif current is not None or settings.current is None or waves is None or waves.seen_from == "water":
+        # only of a period seen from the ground the length depends on the current
         plain: dict[str, Any] = {"depth": settings.depth, "level": settings.level, "gravity": gravity}
         _kept("sea.waves", lambda: Sea(SeaDescription(**plain, **parts)), problems)
     if problems:

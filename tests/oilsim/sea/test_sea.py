@@ -65,6 +65,16 @@ def test_points_do_not_depend_on_their_neighbours():
     assert (sea.pressure(POINTS, 7.0) == together[3]).all()
 
 
+def test_points_of_any_layout_are_read_and_left_alone():
+    sea, fixed = Sea(whole_sea()), POINTS.copy()
+    fixed.flags.writeable = False
+    expected = everything(sea, POINTS, 7.0)
+    for points in (fixed, np.asfortranarray(POINTS), POINTS.repeat(2, 0)[::2], POINTS.tolist()):
+        for value, same in zip(everything(sea, points, 7.0), expected, strict=True):
+            assert (value == same).all()
+    assert (fixed == POINTS).all()
+
+
 def test_a_sea_has_no_memory_and_follows_from_its_seeds():
     sea, other = Sea(whole_sea()), Sea(whole_sea())
     everything(other, POINTS, 90.0)
