@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 
 from recordings import palette
-from recordings.frame import Event
+from recordings.frame import Event, RunDescription
 from recordings.pictures.chart import draw_map
 from recordings.pictures.scenes import render_moments
 from recordings.pictures.style import EVENT_COLORS, STYLE
@@ -73,7 +73,7 @@ def _draw_title(figure: Figure, replay: Replay) -> None:
     title = str(run.properties.get("title", "")) or run.name
     figure.text(0.045, 0.965, title, fontsize=19, fontweight="bold", va="center")
     counts = ", ".join(f"{phase.name} {phase.rest_density:g} kg/m³" for phase in run.phases)
-    facts = [run.name, counts, f"particles {1000.0 * run.particle_spacing:g} mm apart"]
+    facts = [run.name, counts, _detail(run)]
     figure.text(0.045, 0.935, "  ·  ".join(fact for fact in facts if fact), fontsize=11, va="center", color="#5c6b76")
     if replay.end_reason and replay.end_reason != "completed":
         figure.text(0.985, 0.965, replay.end_reason, fontsize=11, va="center", ha="right", color="#c23030")
@@ -129,3 +129,10 @@ def _draw_events(axes: Axes, events: Sequence[Event]) -> None:
         text = shorten(f"{event.time:.1f} s  {event.text}", _EVENT_LETTERS, placeholder=" ...")
         axes.text(0.0, row, text, transform=axes.get_yaxis_transform(), va="center", fontsize=9, color=color)
         axes.plot([event.time], [row - 0.4], marker="v", markersize=4.5, color=color, clip_on=False)
+
+
+def _detail(run: RunDescription) -> str:
+    """Say what the water is made of."""
+    if run.properties.get("detail") == "none":
+        return "no particles: bodies float by formulas (modelled)"
+    return f"particles {1000.0 * run.particle_spacing:g} mm apart"

@@ -203,7 +203,7 @@ class SeaSettings(Section):
     depth  [m] of the still water
     level  [m] height of the still water
 
-    Particles do not feel it: their weather is [forcing].
+    It loads bodies where a run has no particles (`run.detail = "none"`). Particles do not feel it: their weather is [forcing].
     """
 
     depth: float = quantity_of(SeaDescription, "depth")

@@ -24,7 +24,12 @@ def describe_run(simulators: Simulators, *, text: str, overrides: Sequence[str])
     """Return everything about the run that does not change."""
     scenario = simulators.scenario
     properties: dict[str, str | float] = {f"version_{name}": version for name, version in versions().items()}
-    properties |= {"title": scenario.title, "seed": float(scenario.run.seed), "overrides": " ".join(overrides)}
+    properties |= {
+        "title": scenario.title,
+        "seed": float(scenario.run.seed),
+        "detail": scenario.run.detail,
+        "overrides": " ".join(overrides),
+    }
     camera, exercise = scenario.camera, _describe_exercise(scenario, simulators.fleet, simulators.level)
     return RunDescription(
         name=scenario.name,

@@ -1,0 +1,87 @@
+"""Runs without particles: any exercise by formulas, bodies afloat, pulls of the right size, restart bit for bit, and bad input told."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from booms.loads import skirt_drag
+from scenarios.build import build
+from scenarios.load import load_scenario
+from scenarios.problems import ScenarioError
+from scenarios.setup.cost import estimate
+
+BARE = 'run.detail="none"'
+
+
+def run_bare(name: str, until: float, *changes: str):
+    """Run a shipped scenario without particles until a time [s]; returns its assembly and its co-simulation."""
+    assembly = build(load_scenario(name, overrides=[BARE, *changes]).scenario)
+    simulation = assembly.co_simulation()
+    simulation.initialize()
+    simulation.run(until)
+    return assembly, simulation
+
+
+def test_exercise_made_for_particles_runs_without_them():
+    """`u-sweep` in its current of 0.2 m/s, before the tow: all floats, and both ends together bear the drag of the boom's opening.
+
+    Total drag of the catenary of gap 0.32: 0.107 q d L (`tests/booms/data/boom_catenary.csv`), q = rho / 2 C_d U^2.
+    """
+    assembly, _ = run_bare("u-sweep", 6.0, "run.communication_step=0.02")
+    world, level = assembly.world, 0.6
+    layout = assembly.fleet.booms["main"]
+    heights = [world.pose(segment.name)[2] + layout.segment.waterline - level for segment in layout.segments]
+    pulls = [world.tension(joint) for joint in assembly.fleet.tensions_of("main").values()]
+    counts = assembly.particle_counts()
+    expected = 0.107 * 0.5 * 1027.0 * skirt_drag(1027.0) * 0.2**2 * 0.25 * 6.0
+    assert set(counts.values()) == {0}
+    assert np.abs(heights).max() < 0.03
+    assert sum(pulls) == pytest.approx(expected, rel=0.35)
+
+
+def test_what_is_left_out_is_told_by_check_and_run():
+    text = 'run.detail is "none": no liquid is simulated, so fill.water, fill.slick is left out'
+    scenario = load_scenario("u-sweep", overrides=[BARE]).scenario
+    cost = estimate(scenario)
+    assert text in cost.told
+    assert sum(cost.particles.values()) == 0
+    assert cost.boundary == {}
+
+
+def test_restored_run_goes_on_bit_for_bit():
+    poses = []
+    for halts in (False, True):
+        assembly, simulation = run_bare("u-sweep", 0.4, "run.communication_step=0.02")
+        if halts:
+            state = simulation.save_state()
+            assembly = build(load_scenario("u-sweep", overrides=[BARE, "run.communication_step=0.02"]).scenario)
+            simulation = assembly.co_simulation()
+            simulation.initialize()
+            simulation.restore_state(state)
+        simulation.run(0.8)
+        poses.append(np.concatenate([assembly.world.pose(name) for name in assembly.world.body_names]))
+    assert np.array_equal(*poses)
+
+
+def test_body_that_sinks_is_refused_by_name():
+    changes = [BARE, "bodies.rock.shape='box'", "bodies.rock.size=[0.2,0.2,0.2]", "bodies.rock.density=2600.0"]
+    changes += ["bodies.rock.position=[1.0,1.0,0.5]", "bodies.rock.motion.kind='free'"]
+    scenario = load_scenario("u-sweep", overrides=changes).scenario
+    with pytest.raises(ScenarioError, match=r"bodies.rock.*bodies that float"):
+        build(scenario)
+
+
+def test_no_sea_can_be_had_without_water():
+    changes = [BARE, "fill.water.phase='oil'"]
+    with pytest.raises(ScenarioError, match=r"sea is missing, allowed with run.detail = .none.: a \[sea\]"):
+        build(load_scenario("u-sweep", overrides=changes).scenario)
+
+
+def test_full_size_sweep_tows_at_its_speed_and_keeps_afloat():
+    """`sweep-200m`: 66 segments ride the waves with their waterline at the surface; none sinks or flies."""
+    assembly, _ = run_bare("sweep-200m", 6.0)
+    layout = assembly.fleet.booms["main"]
+    heights = [assembly.world.pose(segment.name)[2] + layout.segment.waterline for segment in layout.segments]
+    assert len(heights) == 66
+    assert np.abs(heights).max() < 0.5  # m: a crest of the sea, which is 0.5 m high
