@@ -62,11 +62,11 @@ def _sweep(ends: Array) -> Sweep:
     low, high = ends.min(axis=1), ends.max(axis=1)
     slack = OVERLAP * (1.0 + np.abs(ends).max(initial=0.0))
     boxes = np.concatenate([low - slack, high + slack], axis=1)
-    groups = [
-        np.concatenate([part[:, :2].min(axis=0), part[:, 2:].max(axis=0)])
-        for part in (boxes[first : first + GROUP] for first in range(0, len(boxes), GROUP))
-    ]
-    return Sweep(np.ascontiguousarray(ends), boxes, np.array(groups).reshape(-1, 4))
+    first = np.arange(0, len(boxes), GROUP)
+    if not len(boxes):
+        return Sweep(ends, boxes, np.empty((0, 4)))
+    lowest, highest = np.minimum.reduceat(boxes[:, :2], first), np.maximum.reduceat(boxes[:, 2:], first)
+    return Sweep(np.ascontiguousarray(ends), boxes, np.concatenate([lowest, highest], axis=1))
 
 
 @exactly_inlined

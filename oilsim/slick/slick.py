@@ -166,11 +166,8 @@ class Slick:
         target += duration * _velocity(flow, target + 0.5 * duration * first, time + 0.5 * duration)
         if settings.diffusivity > 0.0:
             target += math.sqrt(2.0 * settings.diffusivity * duration) * self._random.standard_normal((len(rows), 2))
-        if not len(self.barriers):
-            parcels.position[rows] = target
-            return
-        met = first_crossings(parcels.position[rows], target, moving_sweep(self.barriers))
-        parcels.position[rows] = target
+        met = first_crossings(parcels.position_of(rows), target, moving_sweep(self.barriers))
+        parcels.put_position(rows, target)
         hit = np.flatnonzero(met.segment >= 0)
         if len(hit):
             self._stop(rows[hit], met.segment[hit], met.along[hit], met.side[hit], relative)
@@ -187,8 +184,9 @@ class Slick:
     def _tend_pools(self, relative: Array, duration: float, loss_rate: LossRate) -> None:
         """Slide, arrange and lose the oil that booms hold."""
         parcels, barriers, friction = self.parcels, self.barriers, self.settings.friction
-        self.pools = pools = self._measure(relative)
-        if not (parcels.state == ParcelState.HELD).any():
+        pools = self._measure(relative)
+        if not pools.volume.any():
+            self.pools = pools
             self.losses.owed[:] = 0.0
             return
         release_slack(parcels, pools)

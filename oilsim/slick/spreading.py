@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from oilsim.backend.jit import FAST, inlined
 from oilsim.slick.fay import spreading_rate
 from oilsim.slick.parcels import Parcels, Rows
-from oilsim.slick.thickness_grid import AREA, EDGE, ThicknessGrid, build_grid, gather, spline, spline_slope
+from oilsim.slick.thickness_grid import AREA, EDGE, WIDTH, ThicknessGrid, build_grid, gather, spline_slopes, splines
 
 Array = NDArray[np.float64]
 
@@ -66,75 +66,93 @@ def unite(parent, one, other):
 @njit(**FAST)
 def join_cells(thickness, neighbor, parent):
     """Fill parent (C,) [-] so that cells of thickness (C,) [m] that touch have one root; neighbor (B, 2) slots of the next blocks."""
-    for cell in range(thickness.shape[0]):
-        parent[cell] = cell
-    for cell in range(thickness.shape[0]):
-        if thickness[cell] <= 0.0:
-            continue
-        slot, i, j = cell // AREA, (cell % AREA) // EDGE, cell % EDGE
-        for axis in range(2):
-            step, at_edge = (EDGE, i == EDGE - 1) if axis == 0 else (1, j == EDGE - 1)
-            other = cell + step
-            if at_edge:
-                if neighbor[slot, axis] < 0:
+    for slot in range(neighbor.shape[0]):
+        for i in range(1, EDGE + 1):
+            for j in range(1, EDGE + 1):
+                cell = slot * AREA + i * WIDTH + j
+                parent[cell] = cell
+    for slot in range(neighbor.shape[0]):
+        for i in range(1, EDGE + 1):
+            for j in range(1, EDGE + 1):
+                cell = slot * AREA + i * WIDTH + j
+                if thickness[cell] <= 0.0:
                     continue
-                other = neighbor[slot, axis] * AREA + (j if axis == 0 else i * EDGE)
-            if thickness[other] > 0.0:
-                unite(parent, cell, other)
+                right = cell + WIDTH if i < EDGE else neighbor[slot, 0] * AREA + WIDTH + j
+                above = cell + 1 if j < EDGE else neighbor[slot, 1] * AREA + i * WIDTH + 1
+                if right >= 0 and thickness[right] > 0.0:
+                    unite(parent, cell, right)
+                if above >= 0 and thickness[above] > 0.0:
+                    unite(parent, cell, above)
 
 
 @njit(**FAST)
-def sum_slicks(columns, local, cells, parent, sums):
-    """Add up each slick in sums (C, 5), by its root: volume [m3], and volume times thickness [m], density, tension and age.
+def number_slicks(thickness, parent, slick):
+    """Fill slick (C,) [-] with the number of each cell's slick, from 0 on, and return how many there are.
 
-    columns (N, 4): volume [m3], density [kg/m3], spreading tension [N/m], age [s]; local (N,) [m]; cells (N, 9); parent (C,).
+    thickness (C,) [m]; parent (C,) [-], in which no root comes after a cell of its slick.
     """
-    for n in range(columns.shape[0]):
-        root = find_root(parent, cells[n, 4])
-        volume = columns[n, 0]
-        sums[root, 0] += volume
-        sums[root, 1] += volume * local[n]
-        sums[root, 2] += volume * columns[n, 1]
-        sums[root, 3] += volume * columns[n, 2]
-        sums[root, 4] += volume * columns[n, 3]
+    count = 0
+    for slot in range(thickness.shape[0] // AREA):
+        for i in range(1, EDGE + 1):
+            for j in range(1, EDGE + 1):
+                cell = slot * AREA + i * WIDTH + j
+                if thickness[cell] <= 0.0:
+                    continue
+                root = find_root(parent, cell)
+                slick[cell] = count if root == cell else slick[root]
+                count += 1 if root == cell else 0
+    return count
+
+
+@njit(**FAST)
+def sum_slicks(columns, local, cells, slick, sums):
+    """Add up each slick in sums (K, 5): volume [m3], and volume times thickness [m], density, tension and age.
+
+    columns (4, N): volume [m3], density [kg/m3], spreading tension [N/m], age [s]; local (N,) [m]; cells (N,); slick (C,).
+    """
+    for n in range(columns.shape[1]):
+        number, volume = slick[cells[n]], columns[0, n]
+        sums[number, 0] += volume
+        sums[number, 1] += volume * local[n]
+        for quantity in range(1, 4):
+            sums[number, 1 + quantity] += volume * columns[quantity, n]
 
 
 @njit(**FAST)
 def set_mobility(sums, liquids, mobility):
-    """Fill mobility (C,) [1/(m s)] with M of each slick in sums (C, 5) [m3], and return the largest R dR/dt [m2/s]; 0 else."""
+    """Fill mobility (K,) [1/(m s)] with M of each slick of sums (K, 5) [m3], and return the largest R dR/dt [m2/s]."""
     fastest = 0.0
-    for root in range(sums.shape[0]):
-        mobility[root] = 0.0
-        volume = sums[root, 0]
-        if volume <= 0.0:
-            continue
-        mean = MEAN_SHARE * sums[root, 1] / volume
+    for number in range(sums.shape[0]):
+        volume = sums[number, 0]
+        mean = MEAN_SHARE * sums[number, 1] / volume
         radius = math.sqrt(volume / (math.pi * mean))
-        buoyancy = 1.0 - sums[root, 2] / volume / liquids.water_density
+        buoyancy = 1.0 - sums[number, 2] / volume / liquids.water_density
         rate = spreading_rate(
-            radius, sums[root, 4] / volume, volume, buoyancy, sums[root, 3] / volume,
+            radius, sums[number, 4] / volume, volume, buoyancy, sums[number, 3] / volume,
             liquids.water_density, liquids.water_viscosity,
         )  # fmt: skip
-        mobility[root] = 4.0 / 9.0 * rate / (mean * mean)
+        mobility[number] = 4.0 / 9.0 * rate / (mean * mean)
         fastest = max(fastest, rate)
     return fastest
 
 
 @njit(**FAST)
-def move_parcels(position, cell, cells, thickness, parent, mobility, time_step):
+def move_parcels(position, cell, cells, thickness, slick, mobility, time_step):
     """Move position (N, 2) [m] by -(M / 2) grad h^2 for `time_step` [s].
 
-    cells (N, 9); thickness (C,) [m]; parent (C,); mobility (C,) [1/(m s)] by root.
+    cells (N,); thickness (C,) [m]; slick (C,); mobility (K,) [1/(m s)] by slick.
     """
     for n in range(position.shape[0]):
         x, y = position[n, 0], position[n, 1]
-        slope_x, slope_y = 0.0, 0.0
-        for k in range(9):
-            depth = thickness[cells[n, k]]
-            square = depth * depth
-            slope_x += spline_slope(x, cell, k // 3) * spline(y, cell, k % 3) * square
-            slope_y += spline(x, cell, k // 3) * spline_slope(y, cell, k % 3) * square
-        factor = -0.5 * mobility[find_root(parent, cells[n, 4])] * time_step
+        weight_x, weight_y = splines(x, cell), splines(y, cell)
+        change_x, change_y = spline_slopes(x, cell), spline_slopes(y, cell)
+        slope_x, slope_y, corner = 0.0, 0.0, cells[n] - WIDTH - 1
+        for a in range(3):
+            for b in range(3):
+                depth = thickness[corner + a * WIDTH + b]
+                slope_x += change_x[a] * weight_y[b] * depth * depth
+                slope_y += weight_x[a] * change_y[b] * depth * depth
+        factor = -0.5 * mobility[slick[cells[n]]] * time_step
         position[n, 0] = x + factor * slope_x
         position[n, 1] = y + factor * slope_y
 
@@ -142,20 +160,22 @@ def move_parcels(position, cell, cells, thickness, parent, mobility, time_step):
 class _Measured(NamedTuple):
     grid: ThicknessGrid
     local: Array
-    parent: Rows
+    slick: Rows
     mobility: Array
     fastest: float
 
 
 def _measure(position: Array, columns: Array, cell: float, liquids: Liquids) -> _Measured:
-    grid = build_grid(position, columns[:, 0].copy(), cell)
+    grid = build_grid(position, columns[0], cell)
     local = np.empty(len(position))
     gather(position, cell, grid.cells, grid.thickness, local)
     parent = np.empty(len(grid.thickness), np.int64)
     join_cells(grid.thickness, grid.neighbor, parent)
-    sums, mobility = np.zeros((len(parent), 5)), np.empty(len(parent))
-    sum_slicks(columns, local, grid.cells, parent, sums)
-    return _Measured(grid, local, parent, mobility, set_mobility(sums, liquids, mobility))
+    slick = np.empty(len(grid.thickness), np.int64)
+    count = number_slicks(grid.thickness, parent, slick)
+    sums, mobility = np.zeros((count, 5)), np.empty(count)
+    sum_slicks(columns, local, grid.cells, slick, sums)
+    return _Measured(grid, local, slick, mobility, set_mobility(sums, liquids, mobility))
 
 
 def cell_size(volume: Array, thickness: Array) -> float:
@@ -169,13 +189,13 @@ def spread(parcels: Parcels, rows: Rows, duration: float, liquids: Liquids) -> A
 
     Raises ValueError for oil that is not lighter than the water.
     """
-    position, columns = parcels.position[rows], _columns(parcels, rows)
-    if columns[:, 1].max() >= liquids.water_density:
+    position, columns = parcels.position_of(rows), _columns(parcels, rows)
+    if columns[1].max() >= liquids.water_density:
         raise ValueError(
-            f"slick: an oil has a density of {columns[:, 1].max():g} kg/m3,"
+            f"slick: an oil has a density of {columns[1].max():g} kg/m3,"
             f" allowed: below that of the water, {liquids.water_density:g} kg/m3"
         )
-    cell = cell_size(columns[:, 0], parcels.thickness[rows])
+    cell = cell_size(columns[0], parcels.thickness[rows])
     measured = _measure(position, columns, cell, liquids)
     widest = math.sqrt(duration * measured.fastest / (STABLE * MOST_PARTS))
     if widest > cell:
@@ -184,15 +204,15 @@ def spread(parcels: Parcels, rows: Rows, duration: float, liquids: Liquids) -> A
     parts = max(1, math.ceil(duration * measured.fastest / (STABLE * cell * cell) - 1e-9))
     for part in range(parts):
         if part:
-            columns[:, 3] += duration / parts
+            columns[3] += duration / parts
             measured = _measure(position, columns, cell, liquids)
         grid = measured.grid
-        move_parcels(position, cell, grid.cells, grid.thickness, measured.parent, measured.mobility, duration / parts)
+        move_parcels(position, cell, grid.cells, grid.thickness, measured.slick, measured.mobility, duration / parts)
     parcels.thickness[rows] = measured.local
     return position
 
 
 def _columns(parcels: Parcels, rows: Rows) -> Array:
-    """Volume, density, spreading tension and age (M, 4) of the parcels of rows."""
+    """Volume, density, spreading tension and age (4, M) of the parcels of rows."""
     named = (parcels.volume, parcels.density, parcels.spreading_tension, parcels.age)
-    return np.stack([column[rows] for column in named], axis=1)
+    return np.stack([column[rows] for column in named])

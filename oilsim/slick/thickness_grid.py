@@ -1,8 +1,9 @@
 """A sparse grid in plan view that turns parcels into a thickness: blocks of cells exist only where parcels are.
 
 A parcel's volume is spread over 3 by 3 cells with quadratic B-splines, and values are read back with the same splines. So the sum over
-cells of thickness times area is the parcels' volume to round-off, and gradients are continuous. Blocks are found through a hash table;
-blocks are numbered in the order of the parcels, so results do not depend on anything else.
+cells of thickness times area is the parcels' volume to round-off, and gradients are continuous. Each block has a rim of cells that belong to its
+neighbours, so that every spline lies in one block; the rims are added to the neighbours and then read back from them. Blocks are
+found through a hash table and numbered in the order of the parcels, so results do not depend on anything else.
 """
 
 from __future__ import annotations
@@ -16,43 +17,40 @@ from numpy.typing import NDArray
 
 from oilsim.backend.jit import FAST, inlined
 
-# [1] binary logarithm of cells along the edge of a block; numerical; a slick of 10,000 parcels has some 30 blocks
-SHIFT = 3
+# [1] binary logarithm of cells along the edge of a block; numerical; a slick of 10,000 parcels has some 12 blocks
+SHIFT = 4
 # [cells] along the edge of a block; numerical; 2 to the power of SHIFT
 EDGE = 1 << SHIFT
-# [cells] of a block; numerical; EDGE squared
-AREA = EDGE * EDGE
+# [cells] along the edge of a block with its rim; numerical; one more on either side
+WIDTH = EDGE + 2
+# [cells] of a block with its rim; numerical; WIDTH squared
+AREA = WIDTH * WIDTH
+# [blocks] for which there is room at first; numerical; more room is made where it is needed
+ROOM = 128
 # [1] 2^64 over the golden ratio as a signed number; paper (Knuth, The Art of Computer Programming 6.4); spreads keys evenly
 MULTIPLIER = -7046029254386353131
 
 
 class ThicknessGrid(NamedTuple):
-    """The grid of one moment.
+    """The grid of one moment, of B blocks and C = B * AREA cells.
 
     cell       edge of a cell [m]
-    block      (B, 2) block indices; neighbor (B, 2) slots of the next blocks in x and in y, or -1
-    cells      (N, 9) cell of each parcel's spline, as slot * AREA + cell in the block
-    thickness  (B * AREA,) [m]
+    neighbor   (B, 2) slots of the next blocks in x and in y, -1 for none
+    cells      (N,) cell that each parcel is in
+    thickness  (C,) [m] of cells, rims included
     """
 
     cell: float
-    block: NDArray[np.int64]
     neighbor: NDArray[np.int64]
     cells: NDArray[np.int64]
     thickness: NDArray[np.float64]
 
 
 @inlined
-def home(i, j, size):
-    """Return the place in a hash table of `size`, a power of 2, at which the search for block (i, j) begins."""
-    key = (i * 73856093) ^ (j * 19349663)
-    return ((key * MULTIPLIER) >> 20) & (size - 1)
-
-
-@inlined
 def find_block(i, j, table, block):
     """Return the place of block (i, j) in the hash table (T,) of slots [-], or that where it must be put; block (B, 2) indices."""
-    place = home(i, j, table.shape[0])
+    key = (i * 73856093) ^ (j * 19349663)
+    place = ((key * MULTIPLIER) >> 20) & (table.shape[0] - 1)
     while table[place] >= 0:
         slot = table[place]
         if block[slot, 0] == i and block[slot, 1] == j:
@@ -61,33 +59,49 @@ def find_block(i, j, table, block):
     return place
 
 
+@inlined
+def slot_of(i, j, table, block, count):
+    """Return the slot [-] of block (i, j), put into table (T,) and block (B, 2) as number `count` where it is new; -1 without room."""
+    place = find_block(i, j, table, block)
+    if table[place] < 0:
+        if count == block.shape[0]:
+            return -1
+        table[place] = count
+        block[count, 0], block[count, 1] = i, j
+    return table[place]
+
+
 @njit(**FAST)
 def locate_cells(position, cell, table, block, cells):
-    """Fill cells (N, 9) with the cells of each parcel's spline, add missing blocks, and return their number; -1 if there is no room.
+    """Fill cells (N,) with the cell of each parcel, add missing blocks, and return their number; -1 if there is no room.
 
     position (N, 2) [m]; table (T,) slots, -1 where empty; block (B, 2) block indices.
     """
-    count = 0
+    count, slot, last_i, last_j = 0, -1, 0, 0
     for n in range(position.shape[0]):
-        base_i = math.floor(position[n, 0] / cell)
-        base_j = math.floor(position[n, 1] / cell)
-        last_i, last_j, slot = 0, 0, -1
-        for k in range(9):
-            i, j = base_i + k // 3 - 1, base_j + k % 3 - 1
-            block_i, block_j = i >> SHIFT, j >> SHIFT
-            if slot < 0 or block_i != last_i or block_j != last_j:
-                place = find_block(block_i, block_j, table, block)
-                slot = table[place]
-                if slot < 0:
-                    if count == block.shape[0]:
-                        return -1
-                    slot = count
-                    table[place] = slot
-                    block[slot, 0], block[slot, 1] = block_i, block_j
-                    count += 1
-                last_i, last_j = block_i, block_j
-            cells[n, k] = slot * AREA + (i & (EDGE - 1)) * EDGE + (j & (EDGE - 1))
+        i, j = math.floor(position[n, 0] / cell), math.floor(position[n, 1] / cell)
+        block_i, block_j = i >> SHIFT, j >> SHIFT
+        if slot < 0 or block_i != last_i or block_j != last_j:
+            slot = slot_of(block_i, block_j, table, block, count)
+            if slot < 0:
+                return -1
+            count = max(count, slot + 1)
+            last_i, last_j = block_i, block_j
+        cells[n] = slot * AREA + ((i & (EDGE - 1)) + 1) * WIDTH + (j & (EDGE - 1)) + 1
     return count
+
+
+@njit(**FAST)
+def surround_blocks(count, table, block):
+    """Add all neighbours of the first `count` blocks to table (T,) and block (B, 2) [-], and return the number of blocks; -1 without room."""
+    total = count
+    for slot in range(count):
+        for k in range(9):
+            other = slot_of(block[slot, 0] + k // 3 - 1, block[slot, 1] + k % 3 - 1, table, block, total)
+            if other < 0:
+                return -1
+            total = max(total, other + 1)
+    return total
 
 
 @njit(**FAST)
@@ -99,56 +113,85 @@ def find_neighbors(count, table, block, neighbor):
 
 
 @inlined
-def spline(x, cell, k):
-    """Return the weight [-] of the k-th of three cells, k = 0, 1, 2, for a parcel at coordinate x [m]."""
-    offset = x / cell - math.floor(x / cell) - 0.5
-    if k == 1:
-        return 0.75 - offset * offset
-    return 0.5 * (0.5 - offset) ** 2 if k == 0 else 0.5 * (0.5 + offset) ** 2
+def beyond(index):
+    """Return -1, 0 or 1: the step to the block that owns the cell at this index of a block with its rim."""
+    return -1 if index == 0 else (1 if index == WIDTH - 1 else 0)
+
+
+@njit(**FAST)
+def exchange_rims(count, table, block, thickness, adds):
+    """Add the rims of the first `count` blocks to the cells of their neighbours, or, unless `adds`, read them from there.
+
+    table (T,) slots; block (B, 2) indices; thickness (C,) [m].
+    """
+    for slot in range(count):
+        for a in range(WIDTH):
+            for b in range(WIDTH):
+                step_i, step_j = beyond(a), beyond(b)
+                if step_i == 0 and step_j == 0:
+                    continue
+                other = table[find_block(block[slot, 0] + step_i, block[slot, 1] + step_j, table, block)]
+                own = slot * AREA + a * WIDTH + b
+                owner = other * AREA + (a - step_i * EDGE) * WIDTH + b - step_j * EDGE
+                if adds:
+                    thickness[owner] += thickness[own]
+                else:
+                    thickness[own] = thickness[owner]
 
 
 @inlined
-def spline_slope(x, cell, k):
-    """Return the derivative [1/m] of `spline` with respect to x."""
+def splines(x, cell):
+    """Return the weights [-] of the three cells around coordinate x [m]."""
     offset = x / cell - math.floor(x / cell) - 0.5
-    if k == 1:
-        return -2.0 * offset / cell
-    return (offset - 0.5) / cell if k == 0 else (offset + 0.5) / cell
+    return 0.5 * (0.5 - offset) ** 2, 0.75 - offset * offset, 0.5 * (0.5 + offset) ** 2
+
+
+@inlined
+def spline_slopes(x, cell):
+    """Return the derivatives [1/m] of `splines` with respect to x."""
+    offset = x / cell - math.floor(x / cell) - 0.5
+    return (offset - 0.5) / cell, -2.0 * offset / cell, (offset + 0.5) / cell
 
 
 @njit(**FAST)
 def deposit(position, volume, cell, cells, thickness):
-    """Add the parcels' volume (N,) [m3], spread over cells (N, 9), to thickness (C,) [m]; position (N, 2) [m]."""
+    """Add the parcels' volume (N,) [m3], spread around cells (N,), to thickness (C,) [m]; position (N, 2) [m]."""
     for n in range(position.shape[0]):
         depth = volume[n] / (cell * cell)
-        for k in range(9):
-            weight = spline(position[n, 0], cell, k // 3) * spline(position[n, 1], cell, k % 3)
-            thickness[cells[n, k]] += depth * weight
+        weight_x, weight_y = splines(position[n, 0], cell), splines(position[n, 1], cell)
+        corner = cells[n] - WIDTH - 1
+        for a in range(3):
+            for b in range(3):
+                thickness[corner + a * WIDTH + b] += depth * weight_x[a] * weight_y[b]
 
 
 @njit(**FAST)
 def gather(position, cell, cells, thickness, local):
-    """Set local (N,) [m] to the thickness (C,) [m] at each parcel; position (N, 2) [m], cells (N, 9)."""
+    """Set local (N,) [m] to the thickness (C,) [m] at each parcel; position (N, 2) [m], cells (N,)."""
     for n in range(position.shape[0]):
+        weight_x, weight_y = splines(position[n, 0], cell), splines(position[n, 1], cell)
+        corner = cells[n] - WIDTH - 1
         depth = 0.0
-        for k in range(9):
-            weight = spline(position[n, 0], cell, k // 3) * spline(position[n, 1], cell, k % 3)
-            depth += weight * thickness[cells[n, k]]
+        for a in range(3):
+            for b in range(3):
+                depth += weight_x[a] * weight_y[b] * thickness[corner + a * WIDTH + b]
         local[n] = depth
 
 
 def build_grid(position: NDArray[np.float64], volume: NDArray[np.float64], cell: float) -> ThicknessGrid:
     """Build the grid of parcels at position (N, 2) [m] with volume (N,) [m3], of cells `cell` [m] wide."""
-    cells = np.empty((len(position), 9), np.int64)
-    room = 64
+    cells, room = np.empty(len(position), np.int64), ROOM
     while True:
         block, table = np.empty((room, 2), np.int64), np.full(4 * room, -1, np.int64)
         count = locate_cells(position, cell, table, block, cells)
-        if count >= 0:
+        total = surround_blocks(count, table, block) if count >= 0 else -1
+        if total >= 0:
             break
         room *= 4
-    neighbor = np.empty((count, 2), np.int64)
-    find_neighbors(count, table, block, neighbor)
-    thickness = np.zeros(count * AREA)
+    neighbor = np.empty((total, 2), np.int64)
+    find_neighbors(total, table, block, neighbor)
+    thickness = np.zeros(total * AREA)
     deposit(position, volume, cell, cells, thickness)
-    return ThicknessGrid(cell, block[:count], neighbor, cells, thickness)
+    exchange_rims(count, table, block, thickness, True)
+    exchange_rims(count, table, block, thickness, False)
+    return ThicknessGrid(cell, neighbor, cells, thickness)
