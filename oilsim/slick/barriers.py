@@ -18,8 +18,10 @@ Rows = NDArray[np.int64]
 
 # [m] distance from a barrier at which parcels lie that it stops; numerical; far above rounding, far below a boom's thickness
 STANDOFF = 1e-3
-# [standoffs] kept from the ends of a segment; numerical; corners down to 6 degrees are wider there than a standoff
+# [standoffs] kept from the ends of a segment; numerical; corners down to 3 degrees are wider there than a standoff
 MARGIN = 20.0
+# [margins] from an end within which parcels are looked after in sharper corners; numerical; down to 0.6 degrees
+NEAR = 5.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

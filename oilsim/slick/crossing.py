@@ -16,7 +16,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from oilsim.backend.jit import EXACT, exactly_inlined
-from oilsim.slick.barriers import MARGIN, STANDOFF, Barriers
+from oilsim.slick.barriers import MARGIN, NEAR, STANDOFF, Barriers
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
@@ -159,7 +159,7 @@ def beside(barriers: Barriers, segment: Rows, along: Array, side: Rows, sweep: S
     margin = MARGIN * STANDOFF / barriers.lengths()[segment]
     offset = STANDOFF * side[:, None] * barriers.normals()[segment]
     points = barriers.points(segment, np.clip(along, margin, 1.0 - margin)) + offset
-    near = np.flatnonzero((along < 5.0 * margin) | (along > 1.0 - 5.0 * margin))
+    near = np.flatnonzero((along < NEAR * margin) | (along > 1.0 - NEAR * margin))
     if len(near):
         middle = barriers.points(segment[near], np.full(len(near), 0.5)) + offset[near]
         hidden = first_crossings(middle, points[near], sweep).segment >= 0

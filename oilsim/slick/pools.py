@@ -1,7 +1,7 @@
 """Pools: the oil that each segment of a boom holds, on either side, and how its parcels lie and slide there.
 
 A held parcel belongs to a pool and keeps a fixed rank, a share of the pool's volume that lies between it and the boom, drawn from its id
-by the golden ratio, so that the parcels of a pool always fill the profile of `oilsim.slick.pool_profile` evenly. It lies against the
+by the silver ratio, so that the parcels of a pool always fill the profile of `oilsim.slick.pool_profile` evenly. It lies against the
 relative flow from its segment, never beyond another barrier, and moves to its place no faster than the water and a gravity current
 (g' h_b)^(1/2) together. Along the segment it slides with the speed that balances the water's stress and the slope of the pool,
 
@@ -37,8 +37,8 @@ LEAST_FRONT = 0.1
 STABLE_SLOPE = 0.25
 # [1] share of a free way to a barrier at which a parcel of a pool stops; numerical; it must stay on its own side
 SHORT_OF = 0.9
-# [1] fractional part of the golden ratio; theory (Weyl); its multiples fill the unit interval evenly
-GOLDEN = 0.6180339887498949
+# [1] square root of 2, less 1; theory (Weyl); multiples fill the unit interval evenly, whatever the golden angle of a release
+SILVER = 0.41421356237309503
 
 
 def pool_of(parcels: Parcels, rows: Rows) -> Rows:
@@ -82,7 +82,7 @@ def measure_pools(
 
 
 def release_slack(parcels: Parcels, pools: Pools) -> None:
-    """Let oil float freely where the water does not press it against its segment any more."""
+    """Let oil float freely, from where it lies now, where the water does not press it against its segment any more."""
     held = np.flatnonzero(parcels.state == ParcelState.HELD)
     slack = held[pools.normal_speed[pool_of(parcels, held)] <= 0.0]
     parcels.state[slack] = ParcelState.AFLOAT
@@ -147,7 +147,7 @@ def arrange(
     pool, place = pool_of(parcels, held), parcels.place[held]
     resting = resting_sweep(barriers)
     anchor = beside(barriers, place, parcels.along[held], parcels.side[held], resting)
-    rank = parcels.id[held] * GOLDEN % 1.0
+    rank = parcels.id[held] * SILVER % 1.0
     oil, speed = (pools.volume > 0.0) & (pools.normal_speed > 0.0), pools.normal_speed
     weaker = np.where(oil, reduced_gravity(pools.density, pools.water_density), 1.0)
     growth = np.where(
@@ -157,13 +157,14 @@ def arrange(
     wanted = np.where(oil[pool], distance_to(pools.thickness[pool], growth[pool], local), 0.0)
     fastest = np.where(oil, speed + np.sqrt(weaker * pools.thickness), 0.0)[pool] * duration
     ahead = parcels.ahead[held] + np.clip(wanted - parcels.ahead[held], -fastest, fastest)
-    still = np.maximum(pools.speed[pool], np.finfo(np.float64).tiny)[:, None]
-    target = anchor - ahead[:, None] * relative[place] / still
+    away = parcels.side[held][:, None] * barriers.normals()[place]
+    away[oil[pool]] = -relative[place][oil[pool]] / pools.speed[pool][oil[pool], None]
+    target = anchor + ahead[:, None] * away
     free = first_crossings(anchor, target, resting)
     share = np.where(free.segment >= 0, SHORT_OF * free.time, 1.0)
     parcels.position[held] = anchor + share[:, None] * (target - anchor)
     parcels.ahead[held] = share * ahead
-    parcels.thickness[held] = local
+    parcels.thickness[held] = np.where(oil[pool], local, parcels.thickness[held])
 
 
 def lose_around_ends(parcels: Parcels, barriers: Barriers, rows: Rows) -> Array:

@@ -189,12 +189,12 @@ class Slick:
             self.pools = pools
             self.losses.owed[:] = 0.0
             return
-        release_slack(parcels, pools)
         gone = slide(parcels, barriers, pools, relative, duration, friction)
         if len(gone):
             self.losses.gone[LossCause.AROUND_ENDS] += lose_around_ends(parcels, barriers, gone)
         self.pools = pools = self._measure(relative)
         arrange(parcels, barriers, pools, relative, duration, friction)
+        release_slack(parcels, pools)
         self.losses.add(loss_rate(pools), pools, duration)
         self.losses.carry_out(parcels, barriers, self.settings.loss_volume)
 

@@ -106,7 +106,7 @@ def number_slicks(thickness, parent, slick):
 
 @njit(**FAST)
 def sum_slicks(columns, local, cells, slick, sums):
-    """Add up each slick in sums (K, 5): volume [m3], and volume times thickness [m], density, tension and age.
+    """Add up each slick in sums (K, 6): volume [m3], volume times thickness [m], density, tension and age, and parcels.
 
     columns (4, N): volume [m3], density [kg/m3], spreading tension [N/m], age [s]; local (N,) [m]; cells (N,); slick (C,).
     """
@@ -116,13 +116,20 @@ def sum_slicks(columns, local, cells, slick, sums):
         sums[number, 1] += volume * local[n]
         for quantity in range(1, 4):
             sums[number, 1 + quantity] += volume * columns[quantity, n]
+        sums[number, 5] += 1.0
 
 
 @njit(**FAST)
 def set_mobility(sums, liquids, mobility):
-    """Fill mobility (K,) [1/(m s)] with M of each slick of sums (K, 5) [m3], and return the largest R dR/dt [m2/s]."""
+    """Fill mobility (K,) [1/(m s)] with M of each slick of sums (K, 6) [m3], and return the largest R dR/dt [m2/s].
+
+    A single parcel is no slick: it has no gradient but that of the grid.
+    """
     fastest = 0.0
     for number in range(sums.shape[0]):
+        mobility[number] = 0.0
+        if sums[number, 5] < 2.0:
+            continue
         volume = sums[number, 0]
         mean = MEAN_SHARE * sums[number, 1] / volume
         radius = math.sqrt(volume / (math.pi * mean))
@@ -173,7 +180,7 @@ def _measure(position: Array, columns: Array, cell: float, liquids: Liquids) -> 
     join_cells(grid.thickness, grid.neighbor, parent)
     slick = np.empty(len(grid.thickness), np.int64)
     count = number_slicks(grid.thickness, parent, slick)
-    sums, mobility = np.zeros((count, 5)), np.empty(count)
+    sums, mobility = np.zeros((count, 6)), np.empty(count)
     sum_slicks(columns, local, grid.cells, slick, sums)
     return _Measured(grid, local, slick, mobility, set_mobility(sums, liquids, mobility))
 

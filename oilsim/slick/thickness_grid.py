@@ -1,9 +1,9 @@
 """A sparse grid in plan view that turns parcels into a thickness: blocks of cells exist only where parcels are.
 
 A parcel's volume is spread over 3 by 3 cells with quadratic B-splines, and values are read back with the same splines. So the sum over
-cells of thickness times area is the parcels' volume to round-off, and gradients are continuous. Each block has a rim of cells that belong to
-its neighbours, so that every spline lies in one block; the rims are added to the neighbours and then read back from them. Blocks are found
-through a hash table and numbered in the order of the parcels, so results do not depend on anything else.
+cells of thickness times area is the parcels' volume to round-off, and gradients are continuous. Each block has a rim of cells that belong
+to its neighbours, so that every spline lies in one block. The rims are added to the neighbours and then read back from them. Blocks are
+found through a hash table and numbered in the order of the parcels, so results do not depend on anything else.
 """
 
 from __future__ import annotations

@@ -87,7 +87,9 @@ def test_slicks_that_do_not_touch_spread_by_their_own_volume():
     small, large = random.normal(0.0, 5.0, (300, 2)), random.normal(500.0, 20.0, (600, 2))
 
     def mobilities(position, volume):
-        columns = np.stack([volume, np.full(len(volume), 875.0), np.full(len(volume), 0.01), np.full(len(volume), 60.0)])
+        columns = np.stack(
+            [volume, np.full(len(volume), 875.0), np.full(len(volume), 0.01), np.full(len(volume), 60.0)]
+        )
         measured = _measure(position, columns, 2.0, Liquids(WATER, VISCOSITY))
         return measured.mobility[measured.slick[measured.grid.cells]]
 
