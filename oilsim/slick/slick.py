@@ -62,7 +62,8 @@ class SlickSettings:
 class Slick:
     """Parcels of oil in plan view, and the booms and outlines that they meet.
 
-    Call `release` and `recover` between steps, `move` before a step for each barrier that moves in it, then `step`.
+    Call `release` and `recover` between steps, `move` before a step for each barrier that moves in it, then `step`. `pools` is the state of
+    all pools as the last step ended.
     Everything random comes from the seed, and no result depends on threads: kernels are serial.
     """
 
@@ -192,11 +193,12 @@ class Slick:
         gone = slide(parcels, barriers, pools, relative, duration, friction)
         if len(gone):
             self.losses.gone[LossCause.AROUND_ENDS] += lose_around_ends(parcels, barriers, gone)
-        self.pools = pools = self._measure(relative)
+        pools = self._measure(relative)
         arrange(parcels, barriers, pools, relative, duration, friction)
         release_slack(parcels, pools)
         self.losses.add(loss_rate(pools), pools, duration)
         self.losses.carry_out(parcels, barriers, self.settings.loss_volume)
+        self.pools = self._measure(relative)
 
     def _measure(self, relative: Array) -> Pools:
         return measure_pools(self.parcels, self.barriers, relative, self.settings.water_density, self.settings.friction)
