@@ -14,10 +14,9 @@ Array = npt.NDArray[np.float64]
 Point = tuple[float, float, float]
 
 
-def _carried(pose: Array, twist: Array, points: Array, ahead: float) -> Array:
-    """Points (N, 3) [m] of a body's frame, in the world, after `ahead` [s] with the velocity that they have now."""
-    arms = points @ rotation_matrix(pose[3:]).T
-    return np.asarray(pose[:3] + arms + ahead * (twist[:3] + np.cross(twist[3:], arms)))
+def _placed(pose: Array, points: Sequence[Point]) -> Array:
+    """Points (N, 3) [m] of a body's frame, in the world."""
+    return np.asarray(pose[:3] + np.asarray(points, np.float64) @ rotation_matrix(pose[3:]).T)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,16 +35,15 @@ class BoomBodies:
     end: Point
     foot: Point
 
-    def nodes(self, poses: Mapping[str, Array], twists: Mapping[str, Array], ahead: float) -> Array:
-        """Return the nodes (S + 1, 2) [m] after `ahead` [s]; poses (7,) [m, 1] and twists (6,) [m/s, rad/s] by body."""
-        joints = np.array([self.start, self.end])
-        ends = np.stack([_carried(poses[body], twists[body], joints, ahead)[:, :2] for body in self.bodies])
+    def nodes(self, poses: Mapping[str, Array]) -> Array:
+        """Return the nodes (S + 1, 2) [m]; poses (7,) [m, 1] by body."""
+        ends = np.stack([_placed(poses[body], (self.start, self.end))[:, :2] for body in self.bodies])
         inner = 0.5 * (ends[:-1, 1] + ends[1:, 0])
         return np.concatenate([ends[:1, 0], inner, ends[-1:, 1]])
 
     def draft(self, poses: Mapping[str, Array], level: float) -> Array:
         """Return the depth of each foot (S,) [m] below a surface at `level` [m], 0 above it; poses (7,) [m, 1] by body."""
-        feet = [_carried(poses[body], np.zeros(6), np.array([self.foot]), 0.0)[0, 2] for body in self.bodies]
+        feet = [_placed(poses[body], (self.foot,))[0, 2] for body in self.bodies]
         return np.maximum(level - np.array(feet), 0.0)
 
 
@@ -62,6 +60,6 @@ class HullBody:
     body: str
     nodes: Sequence[Point]
 
-    def outline(self, poses: Mapping[str, Array], twists: Mapping[str, Array], ahead: float) -> Array:
-        """Return the outline (N, 2) [m] after `ahead` [s]; poses (7,) [m, 1] and twists (6,) [m/s, rad/s] by body."""
-        return _carried(poses[self.body], twists[self.body], np.asarray(self.nodes, np.float64), ahead)[:, :2]
+    def outline(self, poses: Mapping[str, Array]) -> Array:
+        """Return the outline (N, 2) [m]; poses (7,) [m, 1] by body."""
+        return _placed(poses[self.body], self.nodes)[:, :2]

@@ -1,10 +1,10 @@
 """A slick of parcels as a participant of a coupled run: booms and hulls are bodies of others, oil is its own.
 
-Variables of every body <body> of a boom or hull: the inputs `<body>.pose` and `<body>.twist`. Outputs: `released`, `afloat`, `held`,
-`lost`, `stranded`, `recovered`, the account in m3; `lost.<cause>`, the oil now lost by that cause; of every boom <boom> `<boom>.held`,
-`<boom>.passed.<cause>`, the oil that it has lost since the start, and by segment `<boom>.held_by_segment`, `<boom>.thickness`,
-`<boom>.normal_speed`, `<boom>.draft`. Within a step the bodies go on with the velocity that they had when it began. The slick sweeps each
-barrier from where the last step left it to where this step foresees it, so nothing leaks where a body turns out to be elsewhere.
+Every body <body> of a boom or hull has the input `<body>.pose`. Outputs: `released`, `afloat`, `held`, `lost`, `stranded`, `recovered`,
+the account in m3; `lost.<cause>`, the oil now lost by that cause; of every boom <boom> `<boom>.held`, `<boom>.passed.<cause>`, the oil that
+it has lost since the start, and by segment `<boom>.held_by_segment`, `<boom>.thickness`, `<boom>.normal_speed`, `<boom>.draft`. A step
+sweeps each barrier from where the last step left it to the pose given for this one, so nothing leaks, whatever the bodies do. If the bodies
+make their step before the slick, that pose is the one at the step's end; if the slick is first, its barriers lag by a step.
 The slick does not act on the bodies.
 """
 
@@ -23,7 +23,6 @@ from oilsim.slick.surface_flow import SurfaceFlow
 
 Array = npt.NDArray[np.float64]
 
-MOTION = (("pose", "m, 1", (7,)), ("twist", "m/s, rad/s", (6,)))
 ACCOUNT = ("released", "afloat", "held", "lost", "stranded", "recovered")
 BY_SEGMENT = {"held_by_segment": "m3", "thickness": "m", "normal_speed": "m/s", "draft": "m"}
 
@@ -60,11 +59,7 @@ class SlickParticipant:
         self._bodies = list(dict.fromkeys(named))
         self._inputs: dict[str, Array] = {}
         self._account = slick.account
-        inputs = [
-            Variable(f"{body}.{quantity}", unit, shape, Causality.INPUT)
-            for body in self._bodies
-            for quantity, unit, shape in MOTION
-        ]
+        inputs = [Variable(f"{body}.pose", "m, 1", (7,), Causality.INPUT) for body in self._bodies]
         self._variables = variable_table([*inputs, *self._declared_outputs()])
 
     def _declared_outputs(self) -> list[Variable]:
@@ -86,7 +81,7 @@ class SlickParticipant:
 
     @property
     def variables(self) -> Mapping[str, Variable]:
-        """The motion of every body, the account, and the state of every boom; see the module."""
+        """The pose of every body, the account, and the state of every boom; see the module."""
         return self._variables
 
     @property
@@ -98,13 +93,11 @@ class SlickParticipant:
         """Do nothing: a slick has no clock."""
 
     def exit_initialization_mode(self) -> None:
-        """Put the barriers where their bodies are; ValueError for a body whose motion has not been set."""
-        lacking = [
-            f"{body}.{one[0]}" for body in self._bodies for one in MOTION if f"{body}.{one[0]}" not in self._inputs
-        ]
+        """Put the barriers where their bodies are; ValueError for a body whose pose has not been set."""
+        lacking = [f"{body}.pose" for body in self._bodies if f"{body}.pose" not in self._inputs]
         if lacking:
             raise ValueError(f"{self._name!r}: inputs {', '.join(lacking)} are not set, allowed: a connection for each")
-        self._move_barriers(0.0)
+        self._move_barriers()
         self._slick.barriers.settle()
         self.observe()
 
@@ -142,27 +135,26 @@ class SlickParticipant:
         return np.asarray(column.reshape(-1, 2)[rows].max(axis=1))
 
     def set(self, name: str, value: Array) -> None:
-        """Set a body's pose (7,) [m, 1] or twist (6,) [m/s, rad/s]; the next step uses it. ValueError for a pose without a direction."""
+        """Set a body's pose (7,) [m, 1]; the next step uses it. ValueError for the quaternion 0."""
         checked = checked_value(self._name, self._variables, name, value)
-        if name.endswith(".pose") and not np.linalg.norm(checked[3:]) > 0.0:
+        if not np.linalg.norm(checked[3:]) > 0.0:
             raise ValueError(f"{self._name!r}: {name!r} has the quaternion {checked[3:]}, allowed: any but 0")
         self._inputs[name] = checked
 
     def do_step(self, time: float, step_size: float) -> StepResult:
         """Go from `time` to `time + step_size` [s] in one step of the slick."""
-        self._move_barriers(step_size)
+        self._move_barriers()
         self._slick.step(self._flow, time, step_size, self._loss_rate, water=self._water)
         self.observe()
         return StepResult(Status.OK, time + step_size)
 
-    def _move_barriers(self, ahead: float) -> None:
-        """Tell the slick where the bodies will be after `ahead` [s]."""
+    def _move_barriers(self) -> None:
+        """Tell the slick where the bodies are."""
         poses = {body: self._inputs[f"{body}.pose"] for body in self._bodies}
-        twists = {body: self._inputs[f"{body}.twist"] for body in self._bodies}
         for boom in self._booms:
-            self._slick.move(boom.name, boom.nodes(poses, twists, ahead), boom.draft(poses, self._level))
+            self._slick.move(boom.name, boom.nodes(poses), boom.draft(poses, self._level))
         for hull in self._hulls:
-            self._slick.move(hull.name, hull.outline(poses, twists, ahead))
+            self._slick.move(hull.name, hull.outline(poses))
 
     def save_state(self) -> object:
         """Return the slick's state and the last inputs."""

@@ -27,9 +27,7 @@ class TowedBoom:
     def __init__(self, speed: float) -> None:
         self.name, self.speed, self.time = "tow", speed, 0.0
         self.variables = variable_table(
-            Variable(f"{body}.{name}", unit, shape, Causality.OUTPUT)
-            for body in [*BODIES, "tug"]
-            for name, unit, shape in (("pose", "m, 1", (7,)), ("twist", "m/s, rad/s", (6,)))
+            Variable(f"{body}.pose", "m, 1", (7,), Causality.OUTPUT) for body in [*BODIES, "tug"]
         )
 
     def enter_initialization_mode(self, start_time):
@@ -39,9 +37,7 @@ class TowedBoom:
         pass
 
     def get(self, name):
-        body, quantity = name.split(".")
-        if quantity == "twist":
-            return np.array([self.speed, 0.0, 0.0, 0.0, 0.0, 0.0])
+        body = name.removesuffix(".pose")
         x, y, heading = 40.0, 10.0, 0.0
         if body != "tug":
             k = BODIES.index(body)
@@ -92,10 +88,9 @@ def build(speed: float = 0.5, lacking: str = "") -> tuple[CoSimulation, Slick]:
         "slick", slick, UniformFlow((0.0, -0.05)), booms=booms, hulls=hulls, loss_rate=loss_rate
     )
     links = [
-        Connection("tow", f"{body}.{name}", "slick", f"{body}.{name}")
-        for body in [*BODIES, "tug"]
-        for name in ("pose", "twist")
-        if f"{body}.{name}" != lacking
+        Connection("tow", one, "slick", one)
+        for one in participant.variables
+        if one.endswith(".pose") and one != lacking
     ]
     return CoSimulation([TowedBoom(speed), participant], links, STEP, rolls_back=True), slick
 
@@ -145,8 +140,8 @@ def test_restored_run_repeats_bit_for_bit():
 
 
 def test_body_without_a_connection_is_named():
-    run, _ = build(lacking="segment-3.twist")
-    with pytest.raises(CoSimulationError, match=r"inputs segment-3.twist are not set"):
+    run, _ = build(lacking="segment-3.pose")
+    with pytest.raises(CoSimulationError, match=r"inputs segment-3.pose are not set"):
         run.initialize()
 
 
