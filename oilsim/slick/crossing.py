@@ -154,14 +154,26 @@ def first_crossings(origin: Array, target: Array, sweep: Sweep) -> Crossings:
 def beside(barriers: Barriers, segment: Rows, along: Array, side: Rows, sweep: Sweep) -> Array:
     """Return points (N, 2) [m] a standoff beside segments (N,), at shares along (N,) [-] or as near as corners allow.
 
-    side (N,): 1 left, -1 right. A point in a corner so sharp that it would lie beyond the next segment moves to the segment's middle.
+    side (N,): 1 left, -1 right.
     """
     margin = MARGIN * STANDOFF / barriers.lengths()[segment]
     offset = STANDOFF * side[:, None] * barriers.normals()[segment]
     points = barriers.points(segment, np.clip(along, margin, 1.0 - margin)) + offset
-    near = np.flatnonzero((along < NEAR * margin) | (along > 1.0 - NEAR * margin))
+    look_around_corners(barriers, segment, along, side, points, sweep)
+    return points
+
+
+def look_around_corners(
+    barriers: Barriers, segment: Rows, along: Array, side: Rows, points: Array, sweep: Sweep
+) -> None:
+    """Move points (N, 2) [m] beside segments (N,) to the segment's middle where a corner is so sharp that they lie beyond the next one.
+
+    along (N,) [-] shares of the segments; side (N,): 1 left, -1 right.
+    """
+    margin = NEAR * MARGIN * STANDOFF / barriers.lengths()[segment]
+    near = np.flatnonzero((along < margin) | (along > 1.0 - margin))
     if len(near):
-        middle = barriers.points(segment[near], np.full(len(near), 0.5)) + offset[near]
+        offset = STANDOFF * side[near, None] * barriers.normals()[segment[near]]
+        middle = barriers.points(segment[near], np.full(len(near), 0.5)) + offset
         hidden = first_crossings(middle, points[near], sweep).segment >= 0
         points[near[hidden]] = middle[hidden]
-    return points

@@ -50,15 +50,17 @@ class Losses:
             self.owed[cause] += given * duration
         self.owed = np.minimum(self.owed, pools.volume)
 
-    def carry_out(self, parcels: Parcels, barriers: Barriers, loss_volume: float) -> None:
-        """Take all that is due out of the pools, in parcels of `loss_volume` [m3], or a pool's last oil."""
+    def carry_out(self, parcels: Parcels, barriers: Barriers, loss_volume: float) -> bool:
+        """Take all that is due out of the pools, in parcels of `loss_volume` [m3], or a pool's last oil; return whether any was."""
+        any_due = False
         while True:
             held = np.flatnonzero(parcels.state == ParcelState.HELD)
             pool = pool_of(parcels, held)
             volume = sums(pool, parcels.volume[held], self.owed.shape[1])
             due = (volume > 0.0) & (self.owed >= np.minimum(loss_volume, volume))
             if not due.any():
-                return
+                return any_due
+            any_due = True
             causes, pools = np.nonzero(due)
             _, first = np.unique(pools, return_index=True)  # one parcel a pool and round
             taken = [

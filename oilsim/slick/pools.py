@@ -17,17 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oilsim.slick.barriers import STANDOFF, Barriers
-from oilsim.slick.crossing import beside, first_crossings, resting_sweep
+from oilsim.slick.crossing import beside, first_crossings, look_around_corners, resting_sweep
 from oilsim.slick.loss_cause import LossCause, Pools
 from oilsim.slick.parcels import NONE, Parcels, ParcelState, Rows, sums
-from oilsim.slick.pool_profile import (
-    boom_thickness,
-    distance_to,
-    head_thickness,
-    reduced_gravity,
-    thickening,
-    thickness_after,
-)
+from oilsim.slick.pool_kernels import SUMS, Aims, Held, Lines, aim_parcels, slide_parcels, sum_pools
+from oilsim.slick.pool_profile import boom_thickness, distance_to, head_thickness, reduced_gravity, thickening
 
 Array = NDArray[np.float64]
 
@@ -37,13 +31,36 @@ LEAST_FRONT = 0.1
 STABLE_SLOPE = 0.25
 # [1] share of a free way to a barrier at which a parcel of a pool stops; numerical; it must stay on its own side
 SHORT_OF = 0.9
-# [1] square root of 2, less 1; theory (Weyl); multiples fill the unit interval evenly, whatever the golden angle of a release
-SILVER = 0.41421356237309503
 
 
 def pool_of(parcels: Parcels, rows: Rows) -> Rows:
     """Return the pools (M,) of held parcels in rows (M,)."""
     return np.asarray(2 * parcels.place[rows] + (parcels.side[rows] < 0))
+
+
+def _held(parcels: Parcels) -> Held:
+    rows = np.flatnonzero(parcels.state == ParcelState.HELD)
+    return Held(
+        rows, parcels.id, parcels.place, parcels.side, parcels.along, parcels.ahead, parcels.thickness
+    )  # fmt: skip
+
+
+def _lines(barriers: Barriers) -> Lines:
+    return Lines(
+        barriers.start, barriers.end - barriers.start, barriers.normals(), barriers.lengths(), barriers.following,
+        barriers.preceding,
+    )  # fmt: skip
+
+
+def _sums_of_pools(parcels: Parcels, segments: int) -> Array:
+    """Volume, and means by volume of density, viscosity and interfacial tension (4, P) of all pools."""
+    total = np.zeros((2 * segments, SUMS))
+    columns = (parcels.volume, parcels.density, parcels.viscosity, parcels.interfacial_tension)
+    held = _held(parcels)
+    if len(held.rows):
+        sum_pools(held, np.stack(columns), total)
+    total[:, 1:] /= np.where(total[:, :1] > 0.0, total[:, :1], 1.0)
+    return total.T
 
 
 def measure_pools(
@@ -57,14 +74,7 @@ def measure_pools(
     side = np.tile(np.array([1, -1]), len(barriers))
     length, speed = barriers.lengths()[segment], np.hypot(*relative.T)[segment]
     normal_speed = -side * np.einsum("sk,sk->s", relative, barriers.normals())[segment]
-    held = np.flatnonzero(parcels.state == ParcelState.HELD)
-    pool, weight = pool_of(parcels, held), parcels.volume[held]
-    volume = sums(pool, weight, len(segment))
-    full = np.where(volume > 0.0, volume, 1.0)
-    density, viscosity, tension = (
-        sums(pool, weight * column[held], len(segment)) / full
-        for column in (parcels.density, parcels.viscosity, parcels.interfacial_tension)
-    )
+    volume, density, viscosity, tension = _sums_of_pools(parcels, len(barriers))
     with np.errstate(divide="ignore", invalid="ignore"):
         cosine = np.where(speed > 0.0, normal_speed / speed, 0.0)
     front = length * np.maximum(cosine, LEAST_FRONT)
@@ -81,12 +91,13 @@ def measure_pools(
     )  # fmt: skip
 
 
-def release_slack(parcels: Parcels, pools: Pools) -> None:
-    """Let oil float freely, from where it lies now, where the water does not press it against its segment any more."""
+def release_slack(parcels: Parcels, pools: Pools) -> bool:
+    """Let oil float freely, from where it lies now, where the water does not press it against its segment; return whether any does."""
     held = np.flatnonzero(parcels.state == ParcelState.HELD)
     slack = held[pools.normal_speed[pool_of(parcels, held)] <= 0.0]
     parcels.state[slack] = ParcelState.AFLOAT
     parcels.detach(slack)
+    return bool(len(slack))
 
 
 def _slope_speeds(pools: Pools, barriers: Barriers, friction: float, duration: float) -> Array:
@@ -115,25 +126,23 @@ def slide(
 
     relative (S, 2) [m/s]: velocity of the water relative to each segment; friction C_f [-].
     """
-    held = np.flatnonzero(parcels.state == ParcelState.HELD)
-    place, along, pool = parcels.place[held], parcels.along[held], pool_of(parcels, held)
-    lengths = barriers.lengths()
-    tangent = (barriers.end - barriers.start) / lengths[:, None]
-    carried = np.einsum("sk,sk->s", relative, tangent)
-    slope = _slope_speeds(pools, barriers, friction, duration)
-    speed = carried[place] + (1.0 - along) * slope[pool, 0] + along * slope[pool, 1]
-    along = along + speed * duration / lengths[place]
-    gone = np.zeros(len(held), np.bool_)
-    while (over := np.flatnonzero(~gone & ((along > 1.0) | (along < 0.0)))).size:
-        ahead = along[over] > 1.0
-        to = np.where(ahead, barriers.following[place[over]], barriers.preceding[place[over]])
-        gone[over] = to < 0
-        past = np.where(ahead, along[over] - 1.0, -along[over]) * lengths[place[over]]
-        inside = np.minimum(past / lengths[to], 1.0)
-        along[over] = np.where(to < 0, np.clip(along[over], 0.0, 1.0), np.where(ahead, inside, 1.0 - inside))
-        place[over] = np.where(to < 0, place[over], to)
-    parcels.place[held], parcels.along[held] = place, along
-    return np.asarray(held[gone])
+    held, lines = _held(parcels), _lines(barriers)
+    carried = np.einsum("sk,sk->s", relative, lines.way) / lines.length
+    gone = np.empty(len(held.rows), np.bool_)
+    slide_parcels(held, lines, carried, _slope_speeds(pools, barriers, friction, duration), duration, gone)
+    return np.asarray(held.rows[gone])
+
+
+def _aims(barriers: Barriers, pools: Pools, relative: Array, duration: float, friction: float) -> Aims:
+    """Say where parcels of the pools lie; relative (S, 2) [m/s]."""
+    oil = (pools.volume > 0.0) & (pools.normal_speed > 0.0)
+    away = pools.side[:, None] * barriers.normals()[pools.segment]
+    away[oil] = -relative[pools.segment[oil]] / pools.speed[oil, None]
+    growth, travel = np.ones(len(oil)), np.zeros(len(oil))
+    weaker, ratio = reduced_gravity(pools.density[oil], pools.water_density), pools.density[oil] / pools.water_density
+    growth[oil] = thickening(pools.normal_speed[oil], weaker, ratio, friction)
+    travel[oil] = duration * (pools.normal_speed[oil] + np.sqrt(weaker * pools.thickness[oil]))
+    return Aims(away, growth, pools.thickness, pools.volume_per_front, travel, oil)
 
 
 def arrange(
@@ -143,28 +152,15 @@ def arrange(
 
     relative (S, 2) [m/s]: velocity of the water relative to each segment; friction C_f [-].
     """
-    held = np.flatnonzero(parcels.state == ParcelState.HELD)
-    pool, place = pool_of(parcels, held), parcels.place[held]
-    resting = resting_sweep(barriers)
-    anchor = beside(barriers, place, parcels.along[held], parcels.side[held], resting)
-    rank = parcels.id[held] * SILVER % 1.0
-    oil, speed = (pools.volume > 0.0) & (pools.normal_speed > 0.0), pools.normal_speed
-    weaker = np.where(oil, reduced_gravity(pools.density, pools.water_density), 1.0)
-    growth = np.where(
-        oil, thickening(speed, weaker, np.where(oil, pools.density / pools.water_density, 1.0), friction), 1.0
-    )
-    local = thickness_after(pools.thickness[pool], growth[pool], rank * pools.volume_per_front[pool])
-    wanted = np.where(oil[pool], distance_to(pools.thickness[pool], growth[pool], local), 0.0)
-    fastest = np.where(oil, speed + np.sqrt(weaker * pools.thickness), 0.0)[pool] * duration
-    ahead = parcels.ahead[held] + np.clip(wanted - parcels.ahead[held], -fastest, fastest)
-    away = parcels.side[held][:, None] * barriers.normals()[place]
-    away[oil[pool]] = -relative[place][oil[pool]] / pools.speed[pool][oil[pool], None]
-    target = anchor + ahead[:, None] * away
+    held, resting = _held(parcels), resting_sweep(barriers)
+    anchor, target = np.empty((2, len(held.rows), 2))
+    aim_parcels(held, _lines(barriers), _aims(barriers, pools, relative, duration, friction), anchor, target)
+    place, side = parcels.place[held.rows], parcels.side[held.rows]
+    look_around_corners(barriers, place, parcels.along[held.rows], side, anchor, resting)
     free = first_crossings(anchor, target, resting)
     share = np.where(free.segment >= 0, SHORT_OF * free.time, 1.0)
-    parcels.position[held] = anchor + share[:, None] * (target - anchor)
-    parcels.ahead[held] = share * ahead
-    parcels.thickness[held] = np.where(oil[pool], local, parcels.thickness[held])
+    parcels.put_position(held.rows, anchor + share[:, None] * (target - anchor))
+    parcels.ahead[held.rows] *= share
 
 
 def lose_around_ends(parcels: Parcels, barriers: Barriers, rows: Rows) -> Array:

@@ -166,7 +166,9 @@ class Slick:
         first = _velocity(flow, target, time)
         target += duration * _velocity(flow, target + 0.5 * duration * first, time + 0.5 * duration)
         if settings.diffusivity > 0.0:
-            target += math.sqrt(2.0 * settings.diffusivity * duration) * self._random.standard_normal((len(rows), 2))
+            target += math.sqrt(2.0 * settings.diffusivity * duration) * self._random.standard_normal(
+                (len(rows), 2), np.float32
+            )
         met = first_crossings(parcels.position_of(rows), target, moving_sweep(self.barriers))
         parcels.put_position(rows, target)
         hit = np.flatnonzero(met.segment >= 0)
@@ -185,20 +187,19 @@ class Slick:
     def _tend_pools(self, relative: Array, duration: float, loss_rate: LossRate) -> None:
         """Slide, arrange and lose the oil that booms hold."""
         parcels, barriers, friction = self.parcels, self.barriers, self.settings.friction
-        pools = self._measure(relative)
-        if not pools.volume.any():
-            self.pools = pools
+        if not (parcels.state == ParcelState.HELD).any():
             self.losses.owed[:] = 0.0
+            self.pools = self._measure(relative)
             return
-        gone = slide(parcels, barriers, pools, relative, duration, friction)
+        gone = slide(parcels, barriers, self.pools, relative, duration, friction)
         if len(gone):
             self.losses.gone[LossCause.AROUND_ENDS] += lose_around_ends(parcels, barriers, gone)
-        pools = self._measure(relative)
-        arrange(parcels, barriers, pools, relative, duration, friction)
-        release_slack(parcels, pools)
-        self.losses.add(loss_rate(pools), pools, duration)
-        self.losses.carry_out(parcels, barriers, self.settings.loss_volume)
         self.pools = self._measure(relative)
+        arrange(parcels, barriers, self.pools, relative, duration, friction)
+        self.losses.add(loss_rate(self.pools), self.pools, duration)
+        changed = release_slack(parcels, self.pools)
+        if self.losses.carry_out(parcels, barriers, self.settings.loss_volume) or changed:
+            self.pools = self._measure(relative)
 
     def _measure(self, relative: Array) -> Pools:
         return measure_pools(self.parcels, self.barriers, relative, self.settings.water_density, self.settings.friction)
