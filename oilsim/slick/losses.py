@@ -50,17 +50,23 @@ class Losses:
             self.owed[cause] += given * duration
         self.owed = np.minimum(self.owed, pools.volume)
 
-    def carry_out(self, parcels: Parcels, barriers: Barriers, loss_volume: float) -> bool:
-        """Take all that is due out of the pools, in parcels of `loss_volume` [m3], or a pool's last oil; return whether any was."""
-        any_due = False
+    def _due(self, volume: Array, loss_volume: float) -> NDArray[np.bool_]:
+        """Find the causes and pools (causes, P) that owe a parcel; volume (P,) [m3] of the pools."""
+        return np.asarray((volume > 0.0) & (self.owed >= np.minimum(loss_volume, volume)))
+
+    def carry_out(self, parcels: Parcels, barriers: Barriers, volume: Array, loss_volume: float) -> bool:
+        """Take all that is due out of pools of some volume (P,) [m3], in parcels of `loss_volume` [m3] or a pool's last oil.
+
+        Returns whether any was due.
+        """
+        if not self._due(volume, loss_volume).any():
+            return False
         while True:
             held = np.flatnonzero(parcels.state == ParcelState.HELD)
             pool = pool_of(parcels, held)
-            volume = sums(pool, parcels.volume[held], self.owed.shape[1])
-            due = (volume > 0.0) & (self.owed >= np.minimum(loss_volume, volume))
+            due = self._due(sums(pool, parcels.volume[held], self.owed.shape[1]), loss_volume)
             if not due.any():
-                return any_due
-            any_due = True
+                return True
             causes, pools = np.nonzero(due)
             _, first = np.unique(pools, return_index=True)  # one parcel a pool and round
             taken = [

@@ -93,11 +93,13 @@ def measure_pools(
 
 def release_slack(parcels: Parcels, pools: Pools) -> bool:
     """Let oil float freely, from where it lies now, where the water does not press it against its segment; return whether any does."""
+    if not (pools.volume[pools.normal_speed <= 0.0] > 0.0).any():
+        return False
     held = np.flatnonzero(parcels.state == ParcelState.HELD)
     slack = held[pools.normal_speed[pool_of(parcels, held)] <= 0.0]
     parcels.state[slack] = ParcelState.AFLOAT
     parcels.detach(slack)
-    return bool(len(slack))
+    return True
 
 
 def _slope_speeds(pools: Pools, barriers: Barriers, friction: float, duration: float) -> Array:

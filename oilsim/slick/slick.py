@@ -198,7 +198,7 @@ class Slick:
         arrange(parcels, barriers, self.pools, relative, duration, friction)
         self.losses.add(loss_rate(self.pools), self.pools, duration)
         changed = release_slack(parcels, self.pools)
-        if self.losses.carry_out(parcels, barriers, self.settings.loss_volume) or changed:
+        if self.losses.carry_out(parcels, barriers, self.pools.volume, self.settings.loss_volume) or changed:
             self.pools = self._measure(relative)
 
     def _measure(self, relative: Array) -> Pools:
