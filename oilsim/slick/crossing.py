@@ -125,22 +125,29 @@ def apart(low_x, low_y, high_x, high_y, boxes, b):
     return high_x < boxes[b, 0] or low_x > boxes[b, 2] or high_y < boxes[b, 1] or low_y > boxes[b, 3]
 
 
+@exactly_inlined
+def first_crossing(px, py, qx, qy, sweep):
+    """Return segment, time [-], share [-] and side of the first crossing of a way from p to q [m]; segment -1 and time 2 for none."""
+    low_x, low_y, high_x, high_y = min(px, qx), min(py, qy), max(px, qx), max(py, qy)
+    segment, time, along, side = -1, 2.0, 0.0, 0
+    for g in range(sweep.groups.shape[0]):
+        if apart(low_x, low_y, high_x, high_y, sweep.groups, g):
+            continue
+        for s in range(g * GROUP, min((g + 1) * GROUP, sweep.boxes.shape[0])):
+            if apart(low_x, low_y, high_x, high_y, sweep.boxes, s):
+                continue
+            when, where, left = crossing(px, py, qx, qy, sweep.ends, s)
+            if when < time:
+                segment, time, along, side = s, when, where, left
+    return segment, time, along, side
+
+
 @njit(**EXACT)
 def find_crossings(origin, target, sweep, segment, time, along, side):
     """Fill segment, time, along, side (N,) [-] with the first crossings of the ways from origin to target (N, 2) [m]; see `Crossings`."""
     for n in range(origin.shape[0]):
-        px, py, qx, qy = origin[n, 0], origin[n, 1], target[n, 0], target[n, 1]
-        low_x, low_y, high_x, high_y = min(px, qx), min(py, qy), max(px, qx), max(py, qy)
-        segment[n], time[n], along[n], side[n] = -1, 2.0, 0.0, 0
-        for g in range(sweep.groups.shape[0]):
-            if apart(low_x, low_y, high_x, high_y, sweep.groups, g):
-                continue
-            for s in range(g * GROUP, min((g + 1) * GROUP, sweep.boxes.shape[0])):
-                if apart(low_x, low_y, high_x, high_y, sweep.boxes, s):
-                    continue
-                when, where, left = crossing(px, py, qx, qy, sweep.ends, s)
-                if when < time[n]:
-                    segment[n], time[n], along[n], side[n] = s, when, where, left
+        found = first_crossing(origin[n, 0], origin[n, 1], target[n, 0], target[n, 1], sweep)
+        segment[n], time[n], along[n], side[n] = found
 
 
 def first_crossings(origin: Array, target: Array, sweep: Sweep) -> Crossings:
@@ -154,26 +161,14 @@ def first_crossings(origin: Array, target: Array, sweep: Sweep) -> Crossings:
 def beside(barriers: Barriers, segment: Rows, along: Array, side: Rows, sweep: Sweep) -> Array:
     """Return points (N, 2) [m] a standoff beside segments (N,), at shares along (N,) [-] or as near as corners allow.
 
-    side (N,): 1 left, -1 right.
+    side (N,): 1 left, -1 right. A point in a corner so sharp that it would lie beyond the next segment moves to the segment's middle.
     """
     margin = MARGIN * STANDOFF / barriers.lengths()[segment]
     offset = STANDOFF * side[:, None] * barriers.normals()[segment]
     points = barriers.points(segment, np.clip(along, margin, 1.0 - margin)) + offset
-    look_around_corners(barriers, segment, along, side, points, sweep)
-    return points
-
-
-def look_around_corners(
-    barriers: Barriers, segment: Rows, along: Array, side: Rows, points: Array, sweep: Sweep
-) -> None:
-    """Move points (N, 2) [m] beside segments (N,) to the segment's middle where a corner is so sharp that they lie beyond the next one.
-
-    along (N,) [-] shares of the segments; side (N,): 1 left, -1 right.
-    """
-    margin = NEAR * MARGIN * STANDOFF / barriers.lengths()[segment]
-    near = np.flatnonzero((along < margin) | (along > 1.0 - margin))
+    near = np.flatnonzero((along < NEAR * margin) | (along > 1.0 - NEAR * margin))
     if len(near):
-        offset = STANDOFF * side[near, None] * barriers.normals()[segment[near]]
-        middle = barriers.points(segment[near], np.full(len(near), 0.5)) + offset
+        middle = barriers.points(segment[near], np.full(len(near), 0.5)) + offset[near]
         hidden = first_crossings(middle, points[near], sweep).segment >= 0
         points[near[hidden]] = middle[hidden]
+    return points

@@ -1,4 +1,4 @@
-"""Loops over held parcels: sums of pools, sliding along segments, and the places that parcels of a pool aim at."""
+"""Loops over held parcels: sums of pools, sliding along segments, and the places of parcels in their pools."""
 
 from __future__ import annotations
 
@@ -9,13 +9,16 @@ from numba import njit
 from numpy.typing import NDArray
 
 from oilsim.backend.jit import EXACT, exactly_inlined
-from oilsim.slick.barriers import MARGIN, STANDOFF
+from oilsim.slick.barriers import MARGIN, NEAR, STANDOFF
+from oilsim.slick.crossing import first_crossing
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 
 # [1] square root of 2, less 1; theory (Weyl); multiples fill the unit interval evenly, whatever the golden angle of a release
 SILVER = 0.41421356237309503
+# [1] share of a free way to a barrier at which a parcel of a pool stops; numerical; it must stay on its own side
+SHORT_OF = 0.9
 # [1] columns of the sums of pools; layout; volume, and volume times density, viscosity and interfacial tension
 SUMS = 4
 
@@ -102,26 +105,45 @@ def slide_parcels(held, lines, carried, slope, duration, gone):
         held.along[row] = along
 
 
-@njit(**EXACT)
-def aim_parcels(held, lines, aims, anchor, target):
-    """Fill anchor (M, 2) [m] beside each parcel's segment and target (M, 2) [m], where it goes if no barrier is between.
+@exactly_inlined
+def rise_to_profile(held, row, pool, aims):
+    """Move a held parcel towards the distance at which the pool's profile wants it, and set its thickness."""
+    rank = (held.id[row] * SILVER) % 1.0
+    deep, growth = aims.thickness[pool], aims.growth[pool]
+    local = np.cbrt(max(deep**3 - 1.5 * growth * rank * aims.volume[pool], 0.0))
+    wanted = (deep * deep - local * local) / growth - held.ahead[row]
+    held.ahead[row] += min(max(wanted, -aims.travel[pool]), aims.travel[pool])
+    held.thickness[row] = local
 
-    `ahead` and `thickness` follow.
+
+@exactly_inlined
+def point_beside(lines, place, along, side, axis):
+    """Return a coordinate [m] of the point a standoff beside a segment."""
+    return lines.start[place, axis] + along * lines.way[place, axis] + STANDOFF * side * lines.normal[place, axis]
+
+
+@njit(**EXACT)
+def place_parcels(held, lines, aims, sweep, position):
+    """Put held parcels at position (N, 2) [m], where their pools' profiles want them, as far as they get and no barrier is between.
+
+    Each is reached on a straight way from the point beside its segment, or, in a corner so sharp that this point would lie
+    beyond the next segment, from beside the segment's middle.
     """
     for m in range(held.rows.shape[0]):
         row = held.rows[m]
         pool, place, side = pool_index(held, row), held.place[row], held.side[row]
         if aims.pressed[pool]:
-            rank = (held.id[row] * SILVER) % 1.0
-            deep, growth = aims.thickness[pool], aims.growth[pool]
-            cube = deep**3 - 1.5 * growth * rank * aims.volume[pool]
-            local = np.cbrt(max(cube, 0.0))
-            wanted = (deep * deep - local * local) / growth - held.ahead[row]
-            held.ahead[row] += min(max(wanted, -aims.travel[pool]), aims.travel[pool])
-            held.thickness[row] = local
+            rise_to_profile(held, row, pool, aims)
         margin = MARGIN * STANDOFF / lines.length[place]
         along = min(max(held.along[row], margin), 1.0 - margin)
-        for axis in range(2):
-            point = lines.start[place, axis] + along * lines.way[place, axis]
-            anchor[m, axis] = point + STANDOFF * side * lines.normal[place, axis]
-            target[m, axis] = anchor[m, axis] + held.ahead[row] * aims.away[pool, axis]
+        x, y = point_beside(lines, place, along, side, 0), point_beside(lines, place, along, side, 1)
+        if along < NEAR * margin or along > 1.0 - NEAR * margin:
+            middle_x, middle_y = point_beside(lines, place, 0.5, side, 0), point_beside(lines, place, 0.5, side, 1)
+            if first_crossing(middle_x, middle_y, x, y, sweep)[0] >= 0:
+                x, y = middle_x, middle_y
+        way_x, way_y = held.ahead[row] * aims.away[pool, 0], held.ahead[row] * aims.away[pool, 1]
+        time = first_crossing(x, y, x + way_x, y + way_y, sweep)[1]
+        if time <= 1.0:
+            way_x, way_y = SHORT_OF * time * way_x, SHORT_OF * time * way_y
+            held.ahead[row] *= SHORT_OF * time
+        position[row, 0], position[row, 1] = x + way_x, y + way_y

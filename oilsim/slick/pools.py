@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oilsim.slick.barriers import STANDOFF, Barriers
-from oilsim.slick.crossing import beside, first_crossings, look_around_corners, resting_sweep
+from oilsim.slick.crossing import beside, first_crossings, resting_sweep
 from oilsim.slick.loss_cause import LossCause, Pools
 from oilsim.slick.parcels import NONE, Parcels, ParcelState, Rows, sums
-from oilsim.slick.pool_kernels import SUMS, Aims, Held, Lines, aim_parcels, slide_parcels, sum_pools
+from oilsim.slick.pool_kernels import SUMS, Aims, Held, Lines, place_parcels, slide_parcels, sum_pools
 from oilsim.slick.pool_profile import boom_thickness, distance_to, head_thickness, reduced_gravity, thickening
 
 Array = NDArray[np.float64]
@@ -29,8 +29,6 @@ Array = NDArray[np.float64]
 LEAST_FRONT = 0.1
 # [1] largest mobility times h_b^2 dt / length^2 of a pool's slope; numerical; theory of explicit diffusion allows 0.375
 STABLE_SLOPE = 0.25
-# [1] share of a free way to a barrier at which a parcel of a pool stops; numerical; it must stay on its own side
-SHORT_OF = 0.9
 
 
 def pool_of(parcels: Parcels, rows: Rows) -> Rows:
@@ -154,15 +152,8 @@ def arrange(
 
     relative (S, 2) [m/s]: velocity of the water relative to each segment; friction C_f [-].
     """
-    held, resting = _held(parcels), resting_sweep(barriers)
-    anchor, target = np.empty((2, len(held.rows), 2))
-    aim_parcels(held, _lines(barriers), _aims(barriers, pools, relative, duration, friction), anchor, target)
-    place, side = parcels.place[held.rows], parcels.side[held.rows]
-    look_around_corners(barriers, place, parcels.along[held.rows], side, anchor, resting)
-    free = first_crossings(anchor, target, resting)
-    share = np.where(free.segment >= 0, SHORT_OF * free.time, 1.0)
-    parcels.put_position(held.rows, anchor + share[:, None] * (target - anchor))
-    parcels.ahead[held.rows] *= share
+    aims = _aims(barriers, pools, relative, duration, friction)
+    place_parcels(_held(parcels), _lines(barriers), aims, resting_sweep(barriers), parcels.position)
 
 
 def lose_around_ends(parcels: Parcels, barriers: Barriers, rows: Rows) -> Array:
