@@ -98,6 +98,8 @@ def crossing(px, py, qx, qy, ends, s):
     side = 1 if first > 0.0 else -1
     must = first * last <= 0.0 and first != 0.0
     curve = cross(e1x - e0x, e1y - e0y, r1x - r0x, r1y - r0y)
+    if first * last > 0.0 and curve * first <= 0.0:
+        return 2.0, 0.0, side  # the product keeps its sign: it does not bend towards 0
     slope = last - first - curve
     inside = slope * slope - 4.0 * curve * first
     if first == 0.0 or (inside < 0.0 and not must):
