@@ -15,6 +15,8 @@ from numba.core.registry import CPUDispatcher
 FAST = {"nogil": True, "cache": True, "fastmath": True, "error_model": "numpy", "_nrt": False, "no_cfunc_wrapper": True}
 ALLOCATING = FAST | {"_nrt": True}  # of kernels that make arrays
 
+EXACT = FAST | {"fastmath": False}  # of kernels whose result may not depend on how a formula is rounded
+
 INLINED = {name: option for name, option in FAST.items() if name != "cache"} | {
     "nopython": True, "forceinline": True, "no_cpython_wrapper": True,
 }  # fmt: skip
@@ -38,6 +40,11 @@ def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
     typed once, where numba's own inlining would do so at every call, and it takes no place in the cache.
     """
     return function if config.DISABLE_JIT else Inlined(function, targetoptions=INLINED)
+
+
+def exactly_inlined(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a function as `inlined` does, but with every operation rounded as it is written; for kernels compiled with `EXACT`."""
+    return function if config.DISABLE_JIT else Inlined(function, targetoptions=INLINED | {"fastmath": False})
 
 
 class WithoutCollector(Listener):

@@ -1,0 +1,174 @@
+"""A slick of parcels as a participant of a coupled run: booms and hulls are bodies of others, oil is its own.
+
+Every body <body> of a boom or hull has the input `<body>.pose`. Outputs: `released`, `afloat`, `held`, `lost`, `stranded`, `recovered`,
+the account in m3; `lost.<cause>`, the oil now lost by that cause; of every boom <boom> `<boom>.held`, `<boom>.passed.<cause>`, the oil that
+it has lost since the start, and by segment `<boom>.held_by_segment`, `<boom>.thickness`, `<boom>.normal_speed`, `<boom>.draft`. A step
+sweeps each barrier from where the last step left it to the pose given for this one, so nothing leaks, whatever the bodies do. If the bodies
+make their step before the slick, that pose is the one at the step's end; if the slick is first, its barriers lag by a step.
+The slick does not act on the bodies.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from coupling.participant import Causality, Status, StepResult, Variable, checked_value, variable_table
+from coupling.participants.plan_barriers import BoomBodies, HullBody
+from oilsim.slick.loss_cause import LossCause, LossRate, no_loss
+from oilsim.slick.slick import Slick
+from oilsim.slick.surface_flow import SurfaceFlow
+
+Array = npt.NDArray[np.float64]
+
+ACCOUNT = ("released", "afloat", "held", "lost", "stranded", "recovered")
+BY_SEGMENT = {"held_by_segment": "m3", "thickness": "m", "normal_speed": "m/s", "draft": "m"}
+
+
+class SlickParticipant:
+    """Steps a `Slick` whose barriers named by `booms` and `hulls` follow bodies; see the module for its variables.
+
+    flow: motion of floating oil; water: that of the water at the booms' depth, the same if None; loss_rate: closures; level [m] of the
+    surface. Releases and recovery are calls of the slick, between steps. Raises ValueError for a boom that the slick does not
+    have, or has with another number of segments.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        slick: Slick,
+        flow: SurfaceFlow,
+        *,
+        booms: Sequence[BoomBodies] = (),
+        hulls: Sequence[HullBody] = (),
+        loss_rate: LossRate = no_loss,
+        water: SurfaceFlow | None = None,
+        level: float = 0.0,
+    ) -> None:
+        self._name, self._slick, self._level = name, slick, level
+        self._flow, self._water, self._loss_rate = flow, water, loss_rate
+        self._booms, self._hulls = tuple(booms), tuple(hulls)
+        self._rows = {boom.name: slick.barriers.rows(boom.name) for boom in booms}
+        for boom in booms:
+            segments = self._rows[boom.name].stop - self._rows[boom.name].start
+            if segments != len(boom.bodies):
+                raise ValueError(f"{name!r}: boom {boom.name!r} has {len(boom.bodies)} bodies, allowed: {segments}")
+        named = [*(body for boom in booms for body in boom.bodies), *(hull.body for hull in hulls)]
+        self._bodies = list(dict.fromkeys(named))
+        self._inputs: dict[str, Array] = {}
+        self._account = slick.account
+        inputs = [Variable(f"{body}.pose", "m, 1", (7,), Causality.INPUT) for body in self._bodies]
+        self._variables = variable_table([*inputs, *self._declared_outputs()])
+
+    def _declared_outputs(self) -> list[Variable]:
+        causes = [cause.name.lower() for cause in LossCause]
+        names = [*ACCOUNT, *(f"lost.{cause}" for cause in causes)]
+        for boom in self._booms:
+            names += [f"{boom.name}.held", *(f"{boom.name}.passed.{cause}" for cause in causes)]
+        by_segment = [
+            Variable(f"{boom.name}.{quantity}", unit, (len(boom.bodies),), Causality.OUTPUT)
+            for boom in self._booms
+            for quantity, unit in BY_SEGMENT.items()
+        ]
+        return [*(Variable(name, "m3", (), Causality.OUTPUT) for name in names), *by_segment]
+
+    @property
+    def name(self) -> str:
+        """Name of the participant."""
+        return self._name
+
+    @property
+    def variables(self) -> Mapping[str, Variable]:
+        """The pose of every body, the account, and the state of every boom; see the module."""
+        return self._variables
+
+    @property
+    def slick(self) -> Slick:
+        """The slick, for releases, recovery and pictures."""
+        return self._slick
+
+    def enter_initialization_mode(self, start_time: float) -> None:
+        """Do nothing: a slick has no clock."""
+
+    def exit_initialization_mode(self) -> None:
+        """Put the barriers where their bodies are; ValueError for a body whose pose has not been set."""
+        lacking = [f"{body}.pose" for body in self._bodies if f"{body}.pose" not in self._inputs]
+        if lacking:
+            raise ValueError(f"{self._name!r}: inputs {', '.join(lacking)} are not set, allowed: a connection for each")
+        self._move_barriers()
+        self._slick.barriers.settle()
+        self.observe()
+
+    def observe(self) -> None:
+        """Take the account again: oil may have been released or recovered since the last step."""
+        self._account = self._slick.account
+
+    def get(self, name: str) -> Array:
+        """Return an output, of its variable's shape () or (S,), in its unit [m3, m, m/s]; ValueError for another name."""
+        variable = self._variables.get(name)
+        if variable is None or variable.causality is not Causality.OUTPUT:
+            outputs = [one.name for one in self._variables.values() if one.causality is Causality.OUTPUT]
+            raise ValueError(f"{self._name!r} has no output {name!r}, allowed: {', '.join(outputs)}")
+        if name in ACCOUNT:
+            return np.array(getattr(self._account, name))
+        owner, _, quantity = name.partition(".")
+        if owner == "lost" and owner not in self._rows:
+            return np.array(self._account.lost_by_cause[quantity])
+        return self._of_boom(*next((boom, name[len(boom) + 1 :]) for boom in self._rows if name.startswith(f"{boom}.")))
+
+    def _of_boom(self, boom: str, quantity: str) -> Array:
+        """Return a quantity of a boom, an array () or (S,)."""
+        rows, pools = self._rows[boom], self._slick.pools
+        held = pools.volume.reshape(-1, 2)[rows]
+        if quantity.startswith("passed."):
+            cause = LossCause[quantity.removeprefix("passed.").upper()]
+            return np.array(self._slick.losses.gone[cause, rows].sum())
+        if quantity == "held":
+            return np.array(held.sum())
+        if quantity == "held_by_segment":
+            return held.sum(axis=1)
+        if quantity == "draft":
+            return self._slick.barriers.draft[rows].copy()
+        column: Array = getattr(pools, quantity)
+        return np.asarray(column.reshape(-1, 2)[rows].max(axis=1))
+
+    def set(self, name: str, value: Array) -> None:
+        """Set a body's pose (7,) [m, 1]; the next step uses it. ValueError for the quaternion 0."""
+        checked = checked_value(self._name, self._variables, name, value)
+        if not np.linalg.norm(checked[3:]) > 0.0:
+            raise ValueError(f"{self._name!r}: {name!r} has the quaternion {checked[3:]}, allowed: any but 0")
+        self._inputs[name] = checked
+
+    def do_step(self, time: float, step_size: float) -> StepResult:
+        """Go from `time` to `time + step_size` [s] in one step of the slick."""
+        self._move_barriers()
+        self._slick.step(self._flow, time, step_size, self._loss_rate, water=self._water)
+        self.observe()
+        return StepResult(Status.OK, time + step_size)
+
+    def _move_barriers(self) -> None:
+        """Tell the slick where the bodies are."""
+        poses = {body: self._inputs[f"{body}.pose"] for body in self._bodies}
+        for boom in self._booms:
+            self._slick.move(boom.name, boom.nodes(poses), boom.draft(poses, self._level))
+        for hull in self._hulls:
+            self._slick.move(hull.name, hull.outline(poses))
+
+    def save_state(self) -> object:
+        """Return the slick's state and the last inputs."""
+        return {"slick": self._slick.save_state(), "inputs": {name: one.copy() for name, one in self._inputs.items()}}
+
+    def restore_state(self, state: object) -> None:
+        """Go back to a state that `save_state` returned; TypeError for anything else."""
+        if not isinstance(state, dict):
+            raise TypeError(
+                f"{self._name!r}: restore_state got a {type(state).__name__}, allowed: a state that save_state returned"
+            )
+        self._slick.restore_state(state["slick"])
+        self._inputs = {name: value.copy() for name, value in state["inputs"].items()}
+        self.observe()
+
+    def terminate(self) -> None:
+        """Do nothing: a slick holds no resources."""

@@ -1,0 +1,207 @@
+"""Barriers in plan view: booms, which hold oil, and outlines of land and hulls, to which it sticks.
+
+All barriers are chains of straight segments with common nodes, so that a chain has no gaps. During a step every node moves on a straight
+line from its old to its new place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+Rows = NDArray[np.int64]
+
+# [m] distance from a barrier at which parcels lie that it stops; numerical; far above rounding, far below a boom's thickness
+STANDOFF = 1e-3
+# [standoffs] kept from the ends of a segment; numerical; corners down to 3 degrees are wider there than a standoff
+MARGIN = 20.0
+# [margins] from an end within which parcels are looked after in sharper corners; numerical; down to 0.6 degrees
+NEAR = 5.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Boom:
+    """A boom in plan: a polyline of nodes (S + 1, 2) [m] with draft (S,) or scalar [m], from the surface down to the skirt's foot.
+
+    is_closed: the last node is tied to the first one by one more segment, as of a ring. ValueError for a line that cannot be.
+    """
+
+    name: str
+    nodes: ArrayLike
+    draft: ArrayLike
+    is_closed: bool = False
+
+    def __post_init__(self) -> None:
+        _require_nodes(f"boom {self.name!r}", self.nodes, 3 if self.is_closed else 2)
+        checked_draft(self, self.draft)
+
+    @property
+    def segments(self) -> int:
+        """Number of its segments S."""
+        return len(np.asarray(self.nodes)) - (0 if self.is_closed else 1)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Outline:
+    """The outline of land or of a hull: a polygon of nodes (S, 2) [m]; oil sticks to it up to `capacity` [m3/m].
+
+    ValueError for an outline that cannot be.
+    """
+
+    name: str
+    nodes: ArrayLike
+    capacity: float
+    is_closed = True
+
+    def __post_init__(self) -> None:
+        _require_nodes(f"outline {self.name!r}", self.nodes, 3)
+        if not (np.isfinite(self.capacity) and self.capacity >= 0.0):
+            raise ValueError(f"outline {self.name!r}: capacity is {self.capacity} m3/m, allowed: 0 or more")
+
+    @property
+    def segments(self) -> int:
+        """Number of its sides S."""
+        return len(np.asarray(self.nodes))
+
+
+Barrier = Boom | Outline
+
+
+def checked_draft(boom: Boom, draft: ArrayLike) -> Array:
+    """Return a boom's draft as (S,) [m]; ValueError for another shape or one below 0."""
+    given = np.asarray(draft, np.float64)
+    if given.shape not in ((), (boom.segments,)):
+        raise ValueError(f"boom {boom.name!r}: draft has shape {given.shape}, allowed: () or ({boom.segments},)")
+    if not (np.isfinite(given).all() and (given >= 0.0).all()):
+        raise ValueError(f"boom {boom.name!r}: draft is {given.min():g} m somewhere, allowed: 0 or more, finite")
+    return np.broadcast_to(given, (boom.segments,)).copy()
+
+
+def _require_nodes(what: str, nodes: ArrayLike, least: int) -> None:
+    given = np.asarray(nodes, np.float64)
+    if given.ndim != 2 or given.shape[1] != 2 or len(given) < least:
+        raise ValueError(f"{what}: nodes have shape {given.shape}, allowed: (N, 2) with N of {least} or more")
+    if not np.isfinite(given).all():
+        raise ValueError(f"{what}: nodes are not finite, allowed: finite, in m")
+    closed = np.vstack([given, given[:1]]) if least == 3 else given
+    shortest = float(np.hypot(*np.diff(closed, axis=0).T).min())
+    if shortest < 4.0 * MARGIN * STANDOFF:
+        raise ValueError(f"{what}: a segment is {shortest:g} m long, allowed: {4.0 * MARGIN * STANDOFF:g} m or more")
+
+
+class Barriers:
+    """All barriers of a slick as S segments in one list.
+
+    start, end            (S, 2) [m] now; old_start, old_end (S, 2) [m] when the last step began
+    draft                 (S,) [m] of booms; capacity (S,) [m3/m] of outlines, -1 of booms
+    following, preceding  (S,) the segments tied to its end and its start, -1 at a free end
+    """
+
+    def __init__(self, barriers: Sequence[Barrier] = ()) -> None:
+        """Lay out the barriers; ValueError if two have one name."""
+        names = [one.name for one in barriers]
+        if len(set(names)) < len(names):
+            raise ValueError(f"slick: barriers are named {', '.join(names)}, allowed: each name once")
+        self._members = {one.name: one for one in barriers}
+        self._rows: dict[str, slice] = {}
+        count = sum(one.segments for one in barriers)
+        self.start, self.end = np.zeros((count, 2)), np.zeros((count, 2))
+        self.draft, self.capacity = np.zeros(count), np.full(count, -1.0)
+        self.following, self.preceding = np.arange(1, count + 1), np.arange(-1, count - 1)
+        first = 0
+        for one in barriers:
+            rows = self._rows[one.name] = slice(first, first + one.segments)
+            last = rows.stop - 1
+            self.following[last], self.preceding[first] = (first, last) if one.is_closed else (-1, -1)
+            if isinstance(one, Outline):
+                self.capacity[rows] = one.capacity
+            else:
+                self.draft[rows] = checked_draft(one, one.draft)
+            self._place(one, one.nodes)
+            first = rows.stop
+        self.settle()
+
+    def __len__(self) -> int:
+        return len(self.start)
+
+    @property
+    def is_boom(self) -> NDArray[np.bool_]:
+        """Flags (S,) of the segments that belong to booms."""
+        return self.capacity < 0.0
+
+    def rows(self, name: str) -> slice:
+        """Return the segments of a barrier; ValueError for an unknown name."""
+        if name not in self._rows:
+            raise ValueError(f"slick: there is no barrier {name!r}, allowed: {', '.join(self._rows) or 'none'}")
+        return self._rows[name]
+
+    def boom_names(self) -> list[str]:
+        """Return the names of all booms."""
+        return [name for name, one in self._members.items() if isinstance(one, Boom)]
+
+    def move(self, name: str, nodes: ArrayLike, draft: ArrayLike | None = None) -> None:
+        """Say where a barrier's nodes (N, 2) [m] are at the end of the next step, and a boom's draft (S,) [m].
+
+        Raises ValueError for an unknown name, another number of nodes, a draft of an outline, and values that cannot be.
+        """
+        self.rows(name)
+        one = self._members[name]
+        given, expected = np.asarray(nodes, np.float64), np.asarray(one.nodes).shape
+        if given.shape != expected:
+            raise ValueError(f"barrier {name!r}: nodes have shape {given.shape}, allowed: {expected}")
+        _require_nodes(f"barrier {name!r}", given, 3 if one.is_closed else 2)
+        if draft is not None:
+            if not isinstance(one, Boom):
+                raise ValueError(
+                    f"outline {name!r}: a draft was given, allowed: none, since oil does not pass under it"
+                )
+            self.draft[self._rows[name]] = checked_draft(one, draft)
+        self._place(one, given)
+
+    def settle(self) -> None:
+        """Make the present places the old ones, as a step ends."""
+        self.old_start, self.old_end = self.start.copy(), self.end.copy()
+
+    def _place(self, one: Barrier, nodes: ArrayLike) -> None:
+        rows, given = self._rows[one.name], np.asarray(nodes, np.float64)
+        self.start[rows] = given[: one.segments]
+        self.end[rows] = np.roll(given, -1, axis=0) if one.is_closed else given[1:]
+
+    def points(self, segment: Rows, along: Array) -> Array:
+        """Return the points (N, 2) [m] at the shares `along` (N,) [-] of segments (N,)."""
+        share = along[:, None]
+        return np.asarray((1.0 - share) * self.start[segment] + share * self.end[segment])
+
+    def lengths(self) -> Array:
+        """Return the lengths (S,) [m] of all segments."""
+        return np.asarray(np.hypot(*(self.end - self.start).T))
+
+    def normals(self) -> Array:
+        """Return the unit normals (S, 2) [-] of all segments, to the left of the way from start to end."""
+        along = (self.end - self.start) / self.lengths()[:, None]
+        return np.stack([-along[:, 1], along[:, 0]], axis=1)
+
+    def encloses(self, points: Array) -> NDArray[np.bool_]:
+        """Tell which points (N, 2) [m] lie inside an outline, by the number of sides that a ray crosses."""
+        inside = np.zeros(len(points), np.bool_)
+        for segment in np.flatnonzero(~self.is_boom):
+            (x0, y0), (x1, y1) = self.start[segment], self.end[segment]
+            spans = (y0 > points[:, 1]) != (y1 > points[:, 1])
+            with np.errstate(divide="ignore", invalid="ignore"):
+                inside ^= spans & (points[:, 0] < x0 + (points[:, 1] - y0) * (x1 - x0) / (y1 - y0))
+        return inside
+
+    def save_state(self) -> dict[str, Any]:
+        """Return where the barriers are, and their drafts."""
+        names = ("start", "end", "old_start", "old_end", "draft")
+        return {name: getattr(self, name).copy() for name in names}
+
+    def restore_state(self, saved: Mapping[str, Any]) -> None:
+        """Go back to what `save_state` returned."""
+        for name, value in saved.items():
+            setattr(self, name, value.copy())

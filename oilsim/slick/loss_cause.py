@@ -1,0 +1,75 @@
+"""The causes by which a boom loses oil, and the interface of the closures that say how much."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from enum import IntEnum
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+class LossCause(IntEnum):
+    """The ways in which oil leaves a boom."""
+
+    ENTRAINMENT = 0
+    DRAINAGE = 1
+    CRITICAL_ACCUMULATION = 2
+    PLANING = 3
+    SUBMERGENCE = 4
+    SPLASH_OVER = 5
+    AROUND_ENDS = 6
+    THROUGH = 7
+
+
+class Pools(NamedTuple):
+    """The oil ahead of P pools: pool 2 s lies left of segment s (from its start to its end), pool 2 s + 1 right of it.
+
+    segment, side         (P,) the segment; 1 left, -1 right
+    length, front         (P,) [m] of the segment, and of its projection across the flow
+    normal_speed          (P,) [m/s] of the water towards the segment, relative to it; negative where it flows away
+    speed                 (P,) [m/s] of the water relative to the segment
+    draft                 (P,) [m] from the surface down to the skirt's foot
+    volume                (P,) [m3] held
+    volume_per_front      (P,) [m2] held volume over `front`
+    front_thickness       (P,) [m] of the oil at the pool's head; thickness (P,) [m] at the segment
+    reach                 (P,) [m] from the segment to the pool's head
+    density, viscosity, interfacial_tension  (P,) [kg/m3], [Pa s], [N/m] means of the held oil by volume; 0 without oil
+    water_density         [kg/m3]
+    """
+
+    segment: NDArray[np.int64]
+    side: NDArray[np.int64]
+    length: Array
+    front: Array
+    normal_speed: Array
+    speed: Array
+    draft: Array
+    volume: Array
+    volume_per_front: Array
+    front_thickness: Array
+    thickness: Array
+    reach: Array
+    density: Array
+    viscosity: Array
+    interfacial_tension: Array
+    water_density: float
+
+
+class LossRate(Protocol):
+    """The closures of a boom: they say how fast each pool loses oil, by cause.
+
+    A slick calls it once a step, with all pools, and those without oil have a volume of 0. It must be a function of its arguments alone,
+    so that a restored slick repeats its steps.
+    """
+
+    def __call__(self, pools: Pools) -> Mapping[LossCause, Array]:
+        """Return the rates (P,) [m3/s], 0 or more, of every cause that acts."""
+
+
+def no_loss(pools: Pools) -> Mapping[LossCause, Array]:
+    """Return no rate (P,) [m3/s] at all: the booms of a slick hold whatever meets them."""
+    return {}

@@ -1,0 +1,100 @@
+"""Losses: the oil that closures take out of pools, parcel by parcel, with the cause of every litre.
+
+Each pool owes the rates of its closures times the step, cause by cause. Once it owes a cause as much as the settings' `loss_volume`, held
+oil next to the boom goes: a parcel as a whole, or a part split off a larger one. It appears behind the segment and drifts on, as lost by
+that cause. A pool never owes more than it holds. Volumes that are owed but have not gone yet count as held.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from oilsim.slick.barriers import Barriers
+from oilsim.slick.crossing import beside, resting_sweep
+from oilsim.slick.loss_cause import LossCause, Pools
+from oilsim.slick.parcels import Parcels, ParcelState, sums
+from oilsim.slick.pools import pool_of
+
+Array = NDArray[np.float64]
+
+# [loss volumes] of a parcel up to which it goes as a whole; numerical; the pool's account may be overdrawn by half of one
+WHOLE = 1.5
+
+
+class Losses:
+    """Accounts of the oil that pools owe and of the oil that has gone.
+
+    owed  (causes, P) [m3]; gone (causes, S) [m3] by segment since the start.
+    """
+
+    def __init__(self, segments: int) -> None:
+        self.owed: Array = np.zeros((len(LossCause), 2 * segments))
+        self.gone: Array = np.zeros((len(LossCause), segments))
+
+    def add(self, rates: Mapping[LossCause, Array], pools: Pools, duration: float) -> None:
+        """Add the rates (P,) [m3/s] of `duration` [s]; ValueError for rates of another shape, below 0, or not finite."""
+        for cause, rate in rates.items():
+            given = np.asarray(rate, np.float64)
+            if given.shape != pools.volume.shape:
+                raise ValueError(
+                    f"loss rate of {LossCause(cause).name.lower()} has shape {given.shape}, allowed: {pools.volume.shape}"
+                )
+            if not (np.isfinite(given).all() and (given >= 0.0).all()):
+                raise ValueError(
+                    f"loss rate of {LossCause(cause).name.lower()} is {given.min():g} m3/s in a pool, allowed: 0 or more"
+                )
+            self.owed[cause] += given * duration
+        self.owed = np.minimum(self.owed, pools.volume)
+
+    def _due(self, volume: Array, loss_volume: float) -> NDArray[np.bool_]:
+        """Find the causes and pools (causes, P) that owe a parcel; volume (P,) [m3] of the pools."""
+        return np.asarray((volume > 0.0) & (self.owed >= np.minimum(loss_volume, volume)))
+
+    def carry_out(self, parcels: Parcels, barriers: Barriers, volume: Array, loss_volume: float) -> bool:
+        """Take all that is due out of pools of some volume (P,) [m3], in parcels of `loss_volume` [m3] or a pool's last oil.
+
+        Returns whether any was due.
+        """
+        if not self._due(volume, loss_volume).any():
+            return False
+        while True:
+            held = np.flatnonzero(parcels.state == ParcelState.HELD)
+            pool = pool_of(parcels, held)
+            due = self._due(sums(pool, parcels.volume[held], self.owed.shape[1]), loss_volume)
+            if not due.any():
+                return True
+            causes, pools = np.nonzero(due)
+            _, first = np.unique(pools, return_index=True)  # one parcel a pool and round
+            taken = [
+                self._take(parcels, held[pool == pools[k]], int(causes[k]), int(pools[k]), loss_volume) for k in first
+            ]
+            self._put_behind(parcels, barriers, np.array(taken))
+
+    def _take(self, parcels: Parcels, members: NDArray[np.int64], cause: int, pool: int, loss_volume: float) -> int:
+        """Mark one parcel of a pool, the nearest to its boom, as lost; return its row."""
+        row = int(members[np.lexsort((parcels.id[members], parcels.ahead[members]))[0]])
+        if parcels.volume[row] > WHOLE * loss_volume:
+            row = parcels.split(row, loss_volume)
+        volume = parcels.volume[row]
+        self.owed[cause, pool] -= volume
+        self.gone[cause, pool // 2] += volume
+        parcels.state[row], parcels.cause[row] = ParcelState.LOST, cause
+        return row
+
+    @staticmethod
+    def _put_behind(parcels: Parcels, barriers: Barriers, rows: NDArray[np.int64]) -> None:
+        place, along, side = parcels.place[rows], parcels.along[rows], -parcels.side[rows]
+        parcels.position[rows] = beside(barriers, place, along, side, resting_sweep(barriers))
+        parcels.detach(rows)
+
+    def save_state(self) -> dict[str, Any]:
+        """Return what is owed and what has gone."""
+        return {"owed": self.owed.copy(), "gone": self.gone.copy()}
+
+    def restore_state(self, saved: Mapping[str, Any]) -> None:
+        """Go back to what `save_state` returned."""
+        self.owed, self.gone = saved["owed"].copy(), saved["gone"].copy()

@@ -1,0 +1,63 @@
+"""Merging: two parcels of one fate that lie close become one, so that a run's parcels stay few; volume is kept.
+
+Drifting parcels merge in pairs within a cell of a grid, held ones within a pool, stranded ones on a side of an outline. The pair lies where
+the larger one lay, and has the mean properties by volume. No pair merges across a barrier.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from oilsim.slick.barriers import Barriers
+from oilsim.slick.crossing import first_crossings, resting_sweep
+from oilsim.slick.parcels import Parcels, ParcelState
+
+MEANS = ("density", "viscosity", "interfacial_tension", "spreading_tension", "age", "thickness")
+# [1] doublings of the cell after which merging gives up; numerical; a cell is then a million times wider
+ROUNDS = 20
+
+
+def merge_parcels(parcels: Parcels, barriers: Barriers, most: int, cell: float) -> None:
+    """Merge pairs until there are `most` parcels or fewer, in cells `cell` [m] wide at first and twice as wide in every further round.
+
+    Fewer pairs merge than wanted only where no two parcels share a fate.
+    """
+    for _ in range(ROUNDS):
+        if len(parcels) <= most:
+            return
+        _merge_round(parcels, barriers, len(parcels) - most, cell)
+        cell *= 2.0
+
+
+def _merge_round(parcels: Parcels, barriers: Barriers, excess: int, cell: float) -> None:
+    """Merge up to `excess` pairs of neighbours in the order of state, cause, place, side and cell."""
+    drifts = np.isin(parcels.state, (ParcelState.AFLOAT, ParcelState.LOST))
+    square = np.where(drifts[:, None], np.floor(parcels.position / cell), 0.0)
+    keys = np.column_stack([parcels.state, parcels.cause, parcels.place, parcels.side, square])
+    order = np.lexsort((parcels.id, *keys.T[::-1]))
+    alike = (keys[order[1:]] == keys[order[:-1]]).all(axis=1)
+    first = _every_second(alike)[:excess]
+    one, other = order[first], order[first + 1]
+    way = first_crossings(parcels.position[one], parcels.position[other], resting_sweep(barriers))
+    free = (way.segment < 0) | ~drifts[one]
+    one, other = one[free], other[free]
+    swap = parcels.volume[other] > parcels.volume[one]
+    kept, removed = np.where(swap, other, one), np.where(swap, one, other)
+    total = parcels.volume[kept] + parcels.volume[removed]
+    share = parcels.volume[removed] / total
+    for name in MEANS:
+        column = getattr(parcels, name)
+        column[kept] += share * (column[removed] - column[kept])
+    parcels.volume[kept] = total
+    mask = np.ones(len(parcels), np.bool_)
+    mask[removed] = False
+    parcels.keep(mask)
+
+
+def _every_second(alike: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Places k at which rows k and k + 1 form a pair, in runs (N,) of rows that are alike; no row is in two pairs."""
+    places = np.flatnonzero(alike)
+    starts = np.flatnonzero(np.diff(places, prepend=-2) > 1)
+    run = np.repeat(starts, np.diff(starts, append=len(places)))
+    return np.asarray(places[(np.arange(len(places)) - run) % 2 == 0])

@@ -1,0 +1,142 @@
+"""Parcels: the oil of a slick as points in plan view, each with a volume, properties and a fate."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Rows = NDArray[np.int64]
+
+# [1] place of a parcel that no barrier holds, cause of one that was never lost; layout; no index
+NONE = -1
+
+
+class ParcelState(IntEnum):
+    """Fate of a parcel."""
+
+    AFLOAT = 0
+    HELD = 1
+    LOST = 2
+    STRANDED = 3
+    RECOVERED = 4
+
+
+COLUMNS: Mapping[str, tuple[Any, tuple[int, ...]]] = {
+    "id": (np.int64, ()),
+    "position": (np.float64, (2,)),
+    "volume": (np.float64, ()),
+    "thickness": (np.float64, ()),
+    "density": (np.float64, ()),
+    "viscosity": (np.float64, ()),
+    "interfacial_tension": (np.float64, ()),
+    "spreading_tension": (np.float64, ()),
+    "age": (np.float64, ()),
+    "state": (np.int64, ()),
+    "cause": (np.int64, ()),
+    "place": (np.int64, ()),
+    "side": (np.int64, ()),
+    "along": (np.float64, ()),
+    "ahead": (np.float64, ()),
+}
+
+
+def sums(group: Rows, values: Array, groups: int) -> Array:
+    """Return the sums (groups,) of values (N,), in their unit, by group (N,); zeros where there are none."""
+    return np.bincount(group, values, groups).astype(np.float64)
+
+
+class Parcels:
+    """N parcels, one row each.
+
+    id                   (N,) unique, in the order of their making
+    position             (N, 2) [m] in the world
+    volume               (N,) [m3]; thickness (N,) [m] of the oil there, by the last step
+    density              (N,) [kg/m3]; viscosity (N,) [Pa s]; interfacial_tension, spreading_tension (N,) [N/m]; age (N,) [s]
+    state                (N,) a `ParcelState`
+    cause                (N,) the `LossCause` by which it was lost, `NONE` for one that is not lost
+    place                (N,) the segment that holds it or to which it sticks, else `NONE`
+    side                 (N,) side of that segment: 1 left of the way from its start to its end, -1 right
+    along                (N,) [-] share of the segment's length at which it lies, from its start
+    ahead                (N,) [m] distance from the segment, against the flow
+    """
+
+    id: Rows
+    position: Array
+    volume: Array
+    thickness: Array
+    density: Array
+    viscosity: Array
+    interfacial_tension: Array
+    spreading_tension: Array
+    age: Array
+    state: Rows
+    cause: Rows
+    place: Rows
+    side: Rows
+    along: Array
+    ahead: Array
+
+    def __init__(self) -> None:
+        self._born = 0
+        for name, (kind, shape) in COLUMNS.items():
+            setattr(self, name, np.empty((0, *shape), kind))
+
+    def __len__(self) -> int:
+        return len(self.id)
+
+    def append(self, columns: Mapping[str, Any], count: int) -> Rows:
+        """Add `count` parcels and return their rows (count,); columns (count,) or scalars, `id` aside, in their unit; the rest is 0."""
+        rows = np.arange(len(self), len(self) + count)
+        for name, (kind, shape) in COLUMNS.items():
+            added = np.zeros((count, *shape), kind)
+            if name == "id":
+                added[:] = np.arange(self._born, self._born + count)
+            else:
+                added[:] = columns.get(name, NONE if name in ("cause", "place") else 0)
+            setattr(self, name, np.concatenate([getattr(self, name), added]))
+        self._born += count
+        return rows
+
+    def split(self, row: int, volume: float) -> int:
+        """Split `volume` [m3], less than the parcel's own, off a parcel and return the row of the new one, which is equal else."""
+        columns = {name: getattr(self, name)[row] for name in COLUMNS}
+        new = int(self.append(columns | {"volume": volume}, 1)[0])
+        self.volume[row] -= volume
+        return new
+
+    def keep(self, mask: NDArray[np.bool_]) -> None:
+        """Remove all parcels but those of the mask (N,)."""
+        for name in COLUMNS:
+            setattr(self, name, np.ascontiguousarray(getattr(self, name)[mask]))
+
+    def detach(self, rows: Rows) -> None:
+        """Let the parcels of rows (M,) float freely."""
+        self.place[rows], self.side[rows], self.ahead[rows] = NONE, 0, 0.0
+
+    def position_of(self, rows: Rows) -> Array:
+        """Return a copy of the positions (M, 2) [m] of the parcels of rows (M,), in a quarter of the time that indexing takes."""
+        return self.position.take(rows, axis=0)
+
+    def put_position(self, rows: Rows, position: Array) -> None:
+        """Set the positions (M, 2) [m] of the parcels of rows (M,), in a quarter of the time that indexing takes."""
+        points = np.ascontiguousarray(position).view(np.complex128)
+        self.position.view(np.complex128)[rows] = points
+
+    def volume_in(self, state: ParcelState) -> float:
+        """Return the volume [m3] of all parcels in a state."""
+        return float(self.volume[self.state == state].sum())
+
+    def save_state(self) -> dict[str, Any]:
+        """Return copies of all columns."""
+        return {name: getattr(self, name).copy() for name in COLUMNS} | {"born": self._born}
+
+    def restore_state(self, saved: Mapping[str, Any]) -> None:
+        """Go back to what `save_state` returned."""
+        for name in COLUMNS:
+            setattr(self, name, saved[name].copy())
+        self._born = saved["born"]

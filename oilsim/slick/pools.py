@@ -1,0 +1,178 @@
+"""Pools: the oil that each segment of a boom holds, on either side, and how its parcels lie and slide there.
+
+A held parcel belongs to a pool and keeps a fixed rank, a share of the pool's volume that lies between it and the boom, drawn from its id
+by the silver ratio, so that the parcels of a pool always fill the profile of `oilsim.slick.pool_profile` evenly. It lies against the
+relative flow from its segment, never beyond another barrier, and moves to its place no faster than the water and a gravity current
+(g' h_b)^(1/2) together. Along the segment it slides with the speed that balances the water's stress and the slope of the pool,
+
+    v = U_t - rho_o g' d(h_b^2)/ds / (rho_w C_f |U|),
+
+where the second term is at most (g' h_b)^(1/2). So oil gathers in the apex of a U until it is thick enough to lean back. Beyond a joint it
+goes on in the next pool; beyond a free end it is lost around the end.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from oilsim.slick.barriers import STANDOFF, Barriers
+from oilsim.slick.crossing import beside, first_crossings, resting_sweep
+from oilsim.slick.loss_cause import LossCause, Pools
+from oilsim.slick.parcels import NONE, Parcels, ParcelState, Rows, sums
+from oilsim.slick.pool_kernels import SUMS, Aims, Held, Lines, place_parcels, slide_parcels, sum_pools
+from oilsim.slick.pool_profile import boom_thickness, distance_to, head_thickness, reduced_gravity, thickening
+
+Array = NDArray[np.float64]
+
+# [1] share of its length that a segment counts as front at least, however it lies to the flow; tuned; a parallel boom would have none
+LEAST_FRONT = 0.1
+# [1] largest mobility times h_b^2 dt / length^2 of a pool's slope; numerical; theory of explicit diffusion allows 0.375
+STABLE_SLOPE = 0.25
+
+
+def pool_of(parcels: Parcels, rows: Rows) -> Rows:
+    """Return the pools (M,) of held parcels in rows (M,)."""
+    return np.asarray(2 * parcels.place[rows] + (parcels.side[rows] < 0))
+
+
+def _held(parcels: Parcels) -> Held:
+    rows = np.flatnonzero(parcels.state == ParcelState.HELD)
+    return Held(
+        rows, parcels.id, parcels.place, parcels.side, parcels.along, parcels.ahead, parcels.thickness
+    )  # fmt: skip
+
+
+def _lines(barriers: Barriers) -> Lines:
+    return Lines(
+        barriers.start, barriers.end - barriers.start, barriers.normals(), barriers.lengths(), barriers.following,
+        barriers.preceding,
+    )  # fmt: skip
+
+
+def _sums_of_pools(parcels: Parcels, segments: int) -> Array:
+    """Volume, and means by volume of density, viscosity and interfacial tension (4, P) of all pools."""
+    total = np.zeros((2 * segments, SUMS))
+    columns = (parcels.volume, parcels.density, parcels.viscosity, parcels.interfacial_tension)
+    held = _held(parcels)
+    if len(held.rows):
+        sum_pools(held, np.stack(columns), total)
+    total[:, 1:] /= np.where(total[:, :1] > 0.0, total[:, :1], 1.0)
+    return total.T
+
+
+def measure_pools(
+    parcels: Parcels, barriers: Barriers, relative: Array, water_density: float, friction: float
+) -> Pools:
+    """Compute the state of all pools.
+
+    relative (S, 2) [m/s]: velocity of the water relative to each segment; water_density [kg/m3]; friction C_f [-].
+    """
+    segment = np.repeat(np.arange(len(barriers)), 2)
+    side = np.tile(np.array([1, -1]), len(barriers))
+    length, speed = barriers.lengths()[segment], np.hypot(*relative.T)[segment]
+    normal_speed = -side * np.einsum("sk,sk->s", relative, barriers.normals())[segment]
+    volume, density, viscosity, tension = _sums_of_pools(parcels, len(barriers))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        cosine = np.where(speed > 0.0, normal_speed / speed, 0.0)
+    front = length * np.maximum(cosine, LEAST_FRONT)
+    pressed = (normal_speed > 0.0) & (volume > 0.0)
+    head, thick, reach = np.zeros((3, len(segment)))
+    weaker = reduced_gravity(density[pressed], water_density)
+    head[pressed] = head_thickness(normal_speed[pressed], weaker)
+    growth = thickening(normal_speed[pressed], weaker, density[pressed] / water_density, friction)
+    thick[pressed] = boom_thickness(head[pressed], growth, volume[pressed] / front[pressed])
+    reach[pressed] = distance_to(thick[pressed], growth, head[pressed])
+    return Pools(
+        segment, side, length, front, normal_speed, speed, barriers.draft[segment], volume, volume / front, head, thick,
+        reach, density, viscosity, tension, water_density,
+    )  # fmt: skip
+
+
+def release_slack(parcels: Parcels, pools: Pools) -> bool:
+    """Let oil float freely, from where it lies now, where the water does not press it against its segment; return whether any does."""
+    if not (pools.volume[pools.normal_speed <= 0.0] > 0.0).any():
+        return False
+    held = np.flatnonzero(parcels.state == ParcelState.HELD)
+    slack = held[pools.normal_speed[pool_of(parcels, held)] <= 0.0]
+    parcels.state[slack] = ParcelState.AFLOAT
+    parcels.detach(slack)
+    return True
+
+
+def _slope_speeds(pools: Pools, barriers: Barriers, friction: float, duration: float) -> Array:
+    """Speeds (P, 2) [m/s] along each segment by the pool's slope, at its start and its end; positive towards its end."""
+    speeds = np.zeros((len(pools.segment), 2))
+    oil = np.flatnonzero((pools.volume > 0.0) & (pools.normal_speed > 0.0))
+    weaker = reduced_gravity(pools.density[oil], pools.water_density)
+    wave = np.sqrt(weaker * pools.thickness[oil])
+    mobility = pools.density[oil] * weaker / (pools.water_density * friction * pools.speed[oil])
+    stable = STABLE_SLOPE * pools.length[oil] ** 2 / (pools.thickness[oil] ** 2 * duration)
+    mobility = np.minimum(mobility, stable)
+    for end, tied in enumerate((barriers.preceding, barriers.following)):
+        other = tied[pools.segment[oil]]
+        beyond = 2 * other + (pools.side[oil] < 0)
+        there = np.where(other >= 0, pools.thickness[beyond], 0.0)
+        span = 0.5 * (pools.length[oil] + np.where(other >= 0, pools.length[beyond], 0.0))
+        fall = (pools.thickness[oil] ** 2 - there**2) / span
+        speeds[oil, end] = (2 * end - 1) * np.clip(mobility * fall, -wave, wave)
+    return speeds
+
+
+def slide(
+    parcels: Parcels, barriers: Barriers, pools: Pools, relative: Array, duration: float, friction: float
+) -> Rows:
+    """Move held parcels along their segments and over joints for `duration` [s]; return the rows (M,) lost around free ends.
+
+    relative (S, 2) [m/s]: velocity of the water relative to each segment; friction C_f [-].
+    """
+    held, lines = _held(parcels), _lines(barriers)
+    carried = np.einsum("sk,sk->s", relative, lines.way) / lines.length
+    gone = np.empty(len(held.rows), np.bool_)
+    slide_parcels(held, lines, carried, _slope_speeds(pools, barriers, friction, duration), duration, gone)
+    return np.asarray(held.rows[gone])
+
+
+def _aims(barriers: Barriers, pools: Pools, relative: Array, duration: float, friction: float) -> Aims:
+    """Say where parcels of the pools lie; relative (S, 2) [m/s]."""
+    oil = (pools.volume > 0.0) & (pools.normal_speed > 0.0)
+    away = pools.side[:, None] * barriers.normals()[pools.segment]
+    away[oil] = -relative[pools.segment[oil]] / pools.speed[oil, None]
+    growth, travel = np.ones(len(oil)), np.zeros(len(oil))
+    weaker, ratio = reduced_gravity(pools.density[oil], pools.water_density), pools.density[oil] / pools.water_density
+    growth[oil] = thickening(pools.normal_speed[oil], weaker, ratio, friction)
+    travel[oil] = duration * (pools.normal_speed[oil] + np.sqrt(weaker * pools.thickness[oil]))
+    return Aims(away, growth, pools.thickness, pools.volume_per_front, travel, oil)
+
+
+def arrange(
+    parcels: Parcels, barriers: Barriers, pools: Pools, relative: Array, duration: float, friction: float
+) -> None:
+    """Put held parcels at their places in the pools' profiles, as far as they get in `duration` [s]; none passes a barrier.
+
+    relative (S, 2) [m/s]: velocity of the water relative to each segment; friction C_f [-].
+    """
+    aims = _aims(barriers, pools, relative, duration, friction)
+    place_parcels(_held(parcels), _lines(barriers), aims, resting_sweep(barriers), parcels.position)
+
+
+def lose_around_ends(parcels: Parcels, barriers: Barriers, rows: Rows) -> Array:
+    """Let the parcels of rows (M,) float on beyond the free ends, lost around them; return their volume by segment (S,) [m3]."""
+    place, along = parcels.place[rows], parcels.along[rows]
+    volume = sums(place, parcels.volume[rows], len(barriers))
+    resting = resting_sweep(barriers)
+    near = beside(barriers, place, along, parcels.side[rows], resting)
+    outward = np.where(along[:, None] > 0.5, 1.0, -1.0) * (barriers.end - barriers.start)[place]
+    beyond = barriers.points(place, np.round(along)) + STANDOFF * outward / barriers.lengths()[place, None]
+    free = first_crossings(near, beyond, resting).segment < 0
+    parcels.position[rows] = np.where(free[:, None], beyond, near)
+    parcels.state[rows], parcels.cause[rows] = ParcelState.LOST, int(LossCause.AROUND_ENDS)
+    parcels.detach(rows)
+    return volume
+
+
+def hold(parcels: Parcels, rows: Rows, segment: Rows, along: Array, side: Rows) -> None:
+    """Give the parcels of rows (M,) to the pools on a side (M,) of segments (M,), at shares along (M,) [-] of their lengths."""
+    parcels.state[rows], parcels.cause[rows] = ParcelState.HELD, NONE
+    parcels.place[rows], parcels.side[rows] = segment, side
+    parcels.along[rows], parcels.ahead[rows] = np.clip(along, 0.0, 1.0), 0.0

@@ -1,0 +1,31 @@
+"""Recovery: a skimmer takes oil out of a circle on the water."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from oilsim.slick.parcels import Parcels, ParcelState
+
+ON_WATER = (ParcelState.AFLOAT, ParcelState.HELD, ParcelState.LOST)
+
+
+def recover(parcels: Parcels, center: tuple[float, float], radius: float, volume: float) -> float:
+    """Take up to `volume` [m3] of the oil on the water out of it within `radius` [m] of a center; return the volume that was there [m3].
+
+    The nearest parcels go first; the last one is split. Raises ValueError for a radius or volume below 0.
+    """
+    for name, value in (("radius", radius), ("volume", volume)):
+        if not (np.isfinite(value) and value >= 0.0):
+            raise ValueError(f"recovery: {name} is {value}, allowed: 0 or more")
+    distance = np.hypot(*(parcels.position - np.asarray(center)).T)
+    rows = np.flatnonzero((distance <= radius) & np.isin(parcels.state, ON_WATER))
+    taken = 0.0
+    for row in rows[np.lexsort((parcels.id[rows], distance[rows]))]:
+        wanted = volume - taken
+        if wanted <= 0.0:
+            break
+        going = int(row) if parcels.volume[row] <= wanted else parcels.split(int(row), wanted)
+        taken += float(parcels.volume[going])
+        parcels.state[going] = ParcelState.RECOVERED
+        parcels.detach(np.array([going]))
+    return taken

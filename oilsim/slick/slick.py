@@ -1,0 +1,249 @@
+"""A slick of oil on a sea without particles of water: parcels, the barriers around them, and one step of time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from oilsim.physical_constants import SEA_WATER_DENSITY
+from oilsim.quantity import quantity, require
+from oilsim.slick.account import SlickAccount, take_account
+from oilsim.slick.barriers import Barrier, Barriers
+from oilsim.slick.crossing import beside, first_crossings, moving_sweep, resting_sweep
+from oilsim.slick.loss_cause import LossCause, LossRate, Pools, no_loss
+from oilsim.slick.losses import Losses
+from oilsim.slick.merging import merge_parcels
+from oilsim.slick.oil import Oil
+from oilsim.slick.parcels import Parcels, ParcelState, Rows
+from oilsim.slick.pools import arrange, hold, lose_around_ends, measure_pools, release_slack, slide
+from oilsim.slick.recovery import recover
+from oilsim.slick.spreading import Liquids, cell_size, spread
+from oilsim.slick.stranding import carry_stranded, strand
+from oilsim.slick.surface_flow import SurfaceFlow
+
+Array = NDArray[np.float64]
+
+# [rad] angle between successive parcels of a release; theory (Vogel 1979); the golden angle fills a disc evenly
+GOLDEN_ANGLE = math.pi * (3.0 - math.sqrt(5.0))
+
+
+@dataclass(frozen=True, kw_only=True)
+class SlickSettings:
+    """Constants of a slick.
+
+    loss_volume    [m3]    oil that leaves a boom in one parcel
+    water_density  [kg/m3]
+    water_viscosity  [m2/s]  kinematic
+    diffusivity    [m2/s]  K of turbulence finer than the flow; each step adds a normal deviate of (2 K dt)^(1/2) in each direction
+    friction       [-]     C_f of the interfacial stress ahead of booms, a closure
+    most_parcels           number above which parcels merge
+    seed                   of all random numbers
+
+    Raises ValueError for a value that is not allowed.
+    """
+
+    loss_volume: float = quantity("m3", above=0.0)
+    water_density: float = quantity("kg/m3", default=SEA_WATER_DENSITY, above=0.0)
+    water_viscosity: float = quantity("m2/s", default=1.19e-6, above=0.0)
+    diffusivity: float = quantity("m2/s", default=0.0, at_least=0.0)
+    friction: float = quantity("", default=0.005, above=0.0)
+    most_parcels: int = quantity("", default=20_000, at_least=1, whole=True)
+    seed: int = quantity("", default=0, at_least=0, whole=True)
+
+    def __post_init__(self) -> None:
+        require("slick", SlickSettings, vars(self))
+
+
+class Slick:
+    """Parcels of oil in plan view, and the booms and outlines that they meet.
+
+    Call `release` and `recover` between steps, `move` before a step for each barrier that moves in it, then `step`. `pools` is the state of
+    all pools as the last step ended.
+    Everything random comes from the seed, and no result depends on threads: kernels are serial.
+    """
+
+    def __init__(self, settings: SlickSettings, barriers: Sequence[Barrier] = ()) -> None:
+        self.settings = settings
+        self.barriers = Barriers(barriers)
+        self.parcels = Parcels()
+        self.losses = Losses(len(self.barriers))
+        self._random = np.random.default_rng(settings.seed)
+        self._released = 0.0
+        self.pools = self._measure(np.zeros((len(self.barriers), 2)))
+
+    def release(
+        self, oil: Oil, volume: float, *, count: int, center: tuple[float, float], radius: float, age: float = 0.0
+    ) -> None:
+        """Put `volume` [m3] of oil on the water, as `count` equal parcels in a disc of `radius` [m] with the shape of a spreading slick.
+
+        age [s]: time for which it has been spreading. Raises ValueError for numbers that cannot be, oil as dense as the water, and a
+        disc with parcels inside an outline.
+        """
+        self._require_release(oil, volume, count, radius, age)
+        share = (np.arange(count) + 0.5) / count
+        distance = radius * np.sqrt(1.0 - np.cbrt(1.0 - share) ** 2)
+        angle = GOLDEN_ANGLE * np.arange(count) + 2.0 * math.pi * self._random.random()
+        ray = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        position = np.asarray(center, np.float64) + distance[:, None] * ray
+        if self.barriers.encloses(position).any():
+            raise ValueError(f"release: the disc at {center} reaches into an outline, allowed: water")
+        volumes = np.full(count, volume / count)
+        volumes[-1] = volume - volumes[:-1].sum()
+        thickness = 1.5 * volume / (math.pi * radius**2) * np.sqrt(1.0 - (distance / radius) ** 2)
+        columns = {
+            "position": position, "volume": volumes, "thickness": thickness, "density": oil.density,
+            "viscosity": oil.dynamic_viscosity, "interfacial_tension": oil.interfacial_tension,
+            "spreading_tension": oil.spreading_tension, "age": age, "state": ParcelState.AFLOAT,
+        }  # fmt: skip
+        self.parcels.append(columns, count)
+        self._released += volume
+
+    def _require_release(self, oil: Oil, volume: float, count: int, radius: float, age: float) -> None:
+        for name, value in (("volume", volume), ("radius", radius)):
+            if not (math.isfinite(value) and value > 0.0):
+                raise ValueError(f"release: {name} is {value}, allowed: above 0")
+        if count < 1:
+            raise ValueError(f"release: count is {count}, allowed: 1 or more")
+        if not (math.isfinite(age) and age >= 0.0):
+            raise ValueError(f"release: age is {age} s, allowed: 0 or more")
+        if oil.density >= self.settings.water_density:
+            raise ValueError(
+                f"release: the oil's density is {oil.density:g} kg/m3, allowed: below {self.settings.water_density:g} kg/m3"
+            )
+
+    def move(self, name: str, nodes: ArrayLike, draft: ArrayLike | None = None) -> None:
+        """Say where a barrier's nodes (N, 2) [m] are at the end of the next step, and a boom's draft (S,) [m].
+
+        Raises ValueError for an unknown name and for values that cannot be.
+        """
+        self.barriers.move(name, nodes, draft)
+
+    def step(
+        self,
+        flow: SurfaceFlow,
+        time: float,
+        duration: float,
+        loss_rate: LossRate = no_loss,
+        *,
+        water: SurfaceFlow | None = None,
+    ) -> None:
+        """Go from `time` to `time + duration` [s].
+
+        flow: motion of floating oil; water: that of the water at the booms' depth, the same if None. Raises ValueError for a duration
+        that is not above 0, and for loss rates or a flow that cannot be.
+        """
+        if not (math.isfinite(duration) and duration > 0.0):
+            raise ValueError(f"slick: duration is {duration} s, allowed: above 0")
+        relative = self._relative_velocity(water or flow, time, duration)
+        self._drift(flow, time, duration, relative)
+        self._tend_pools(relative, duration, loss_rate)
+        carry_stranded(self.parcels, self.barriers)
+        self.parcels.age += duration
+        self.barriers.settle()
+        if len(self.parcels) > self.settings.most_parcels:
+            cell = cell_size(self.parcels.volume, np.maximum(self.parcels.thickness, np.finfo(np.float64).tiny))
+            merge_parcels(self.parcels, self.barriers, self.settings.most_parcels, cell)
+
+    def _relative_velocity(self, water: SurfaceFlow, time: float, duration: float) -> Array:
+        """Velocity (S, 2) [m/s] of the water relative to each segment over the step, halfway in time and along the segment."""
+        barriers = self.barriers
+        old, new = barriers.old_start + barriers.old_end, barriers.start + barriers.end
+        flow = _velocity(water, 0.25 * (old + new), time + 0.5 * duration)
+        return flow - 0.5 * (new - old) / duration
+
+    def _drift(self, flow: SurfaceFlow, time: float, duration: float, relative: Array) -> None:
+        """Spread, carry and disperse all drifting parcels; barriers stop them."""
+        parcels, settings = self.parcels, self.settings
+        rows = np.flatnonzero((parcels.state == ParcelState.AFLOAT) | (parcels.state == ParcelState.LOST))
+        if not len(rows):
+            return
+        target = spread(parcels, rows, duration, Liquids(settings.water_density, settings.water_viscosity))
+        first = _velocity(flow, target, time)
+        target += duration * _velocity(flow, target + 0.5 * duration * first, time + 0.5 * duration)
+        if settings.diffusivity > 0.0:
+            target += math.sqrt(2.0 * settings.diffusivity * duration) * self._random.standard_normal(
+                (len(rows), 2), np.float32
+            )
+        met = first_crossings(parcels.position_of(rows), target, moving_sweep(self.barriers))
+        parcels.put_position(rows, target)
+        hit = np.flatnonzero(met.segment >= 0)
+        if len(hit):
+            self._stop(rows[hit], met.segment[hit], met.along[hit], met.side[hit], relative)
+
+    def _stop(self, rows: Rows, segment: Rows, along: Array, side: Rows, relative: Array) -> None:
+        """Stop parcels at the segments that they met: pools take them, outlines too as far as there is room, others lie beside."""
+        parcels, barriers = self.parcels, self.barriers
+        parcels.position[rows] = beside(barriers, segment, along, side, resting_sweep(barriers))
+        boom = barriers.is_boom[segment]
+        pressed = boom & (side * np.einsum("mk,mk->m", relative[segment], barriers.normals()[segment]) < 0.0)
+        hold(parcels, rows[pressed], segment[pressed], along[pressed], side[pressed])
+        strand(parcels, barriers, rows[~boom], segment[~boom], along[~boom], side[~boom])
+
+    def _tend_pools(self, relative: Array, duration: float, loss_rate: LossRate) -> None:
+        """Slide, arrange and lose the oil that booms hold."""
+        parcels, barriers, friction = self.parcels, self.barriers, self.settings.friction
+        if not (parcels.state == ParcelState.HELD).any():
+            self.losses.owed[:] = 0.0
+            self.pools = self._measure(relative)
+            return
+        gone = slide(parcels, barriers, self.pools, relative, duration, friction)
+        if len(gone):
+            self.losses.gone[LossCause.AROUND_ENDS] += lose_around_ends(parcels, barriers, gone)
+        self.pools = self._measure(relative)
+        arrange(parcels, barriers, self.pools, relative, duration, friction)
+        self.losses.add(loss_rate(self.pools), self.pools, duration)
+        changed = release_slack(parcels, self.pools)
+        if self.losses.carry_out(parcels, barriers, self.pools.volume, self.settings.loss_volume) or changed:
+            self.pools = self._measure(relative)
+
+    def _measure(self, relative: Array) -> Pools:
+        return measure_pools(self.parcels, self.barriers, relative, self.settings.water_density, self.settings.friction)
+
+    def recover(self, center: tuple[float, float], radius: float, volume: float) -> float:
+        """Take up to `volume` [m3] off the water within `radius` [m] of a center; return the volume that was there [m3].
+
+        Raises ValueError for a radius or volume below 0.
+        """
+        return recover(self.parcels, center, radius, volume)
+
+    @property
+    def account(self) -> SlickAccount:
+        """Account of all oil, by its fate."""
+        return take_account(self.parcels, self.losses, self._released)
+
+    def save_state(self) -> dict[str, Any]:
+        """Return everything that the next steps depend on."""
+        return {
+            "parcels": self.parcels.save_state(),
+            "barriers": self.barriers.save_state(),
+            "losses": self.losses.save_state(),
+            "pools": self.pools,
+            "random": self._random.bit_generator.state,
+            "released": self._released,
+        }
+
+    def restore_state(self, saved: Mapping[str, Any]) -> None:
+        """Go back to what `save_state` returned; the steps that follow are equal bit for bit."""
+        self.parcels.restore_state(saved["parcels"])
+        self.barriers.restore_state(saved["barriers"])
+        self.losses.restore_state(saved["losses"])
+        self.pools = saved["pools"]
+        self._random.bit_generator.state = saved["random"]
+        self._released = saved["released"]
+
+
+def _velocity(flow: SurfaceFlow, points: Array, time: float) -> Array:
+    """Ask a flow for velocities (N, 2) [m/s], and check them."""
+    if not len(points):
+        return np.zeros((0, 2))
+    given = np.asarray(flow.surface_velocity(points, time), np.float64)
+    if given.shape != points.shape or not np.isfinite(given).all():
+        raise ValueError(
+            f"slick: surface_velocity returned an array {given.shape} at {time:g} s, allowed: finite, of shape {points.shape}"
+        )
+    return given

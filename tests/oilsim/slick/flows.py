@@ -1,0 +1,25 @@
+"""Flows for the slick's tests."""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+class Rotation:
+    """Water that turns about the origin with `rate` [rad/s]."""
+
+    def __init__(self, rate: float) -> None:
+        self.rate = rate
+
+    def surface_velocity(self, points_xy, time):
+        return self.rate * np.stack([-points_xy[:, 1], points_xy[:, 0]], axis=1)
+
+
+class Tide:
+    """A stream in +x that turns after `turn` [s]."""
+
+    def __init__(self, speed: float, turn: float) -> None:
+        self.speed, self.turn = speed, turn
+
+    def surface_velocity(self, points_xy, time):
+        return np.tile([self.speed if time < self.turn else -self.speed, 0.0], (len(points_xy), 1))
