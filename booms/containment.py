@@ -115,6 +115,7 @@ class ContainmentReport:
         values = {f"metrics/oil_{name}": float(getattr(self, name)) for name in names}
         values |= {f"metrics/oil_lost/{cause}": volume for cause, volume in self.lost_by_cause.items()}
         values |= {f"metrics/oil_lost_modelled/{cause}": volume for cause, volume in self.lost_modelled.items()}
+        values["metrics/oil_lost_modelled"] = math.fsum(self.lost_modelled.values())
         shape = ("gap_ratio", "normal_speed", "effective_draft", "skirt_angle")
         return values | {f"metrics/{name}": float(getattr(self, name)) for name in shape}
 

@@ -100,6 +100,8 @@ class BoomScore:
         speed = self._tow_speed(world, current)
         series = report.scalars() | {"metrics/tow_speed": speed}
         series |= {"metrics/normal_speed_held": held, "metrics/normal_speed_limit": PRACTICE_SPEED}
+        if self.closures is not None:
+            series["metrics/closure_loss_rate"] = self.closures.rate
         series |= {f"metrics/current/{axis}": float(current[place]) for place, axis in enumerate("xy")}
         self._series = series | self._pull(world, step) | self._remember(report, held)
         self._losses.add(time, speed, report.lost, report.retained + report.lost)

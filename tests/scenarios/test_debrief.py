@@ -250,8 +250,8 @@ def test_the_page_needs_nothing_else_and_shows_all(recording: Path, tmp_path: Pa
         assert criterion.title in page
     assert "leaks &lt;now&gt;" in page and "<now>" not in page
     assert "Oil &amp; &lt;boom&gt;" in page
-    assert page.count("<svg") == 6 and page.count("<img ") == 4
-    for name in ("map", "oil", "speed", "tension", "skirt", "along", "moment-1"):
+    assert page.count("<svg") == 7 and page.count("<img ") == 4
+    for name in ("map", "oil", "speed", "tension", "skirt", "along", "loss", "moment-1"):
         image = matplotlib.image.imread(tmp_path / "out" / f"{name}.png")
         assert image[..., :3].std() > 0.01  # something is drawn
     saved = json.loads((tmp_path / "out" / "grade.json").read_text())
