@@ -61,7 +61,7 @@ def _settled(
 ) -> tuple[NDArray[np.int64], NDArray[np.int8], NDArray[np.bool_], NDArray[np.bool_]]:
     """Ids (N,), increasing, of the particles that a boom holds or has lost, by what they are lost to all booms, and whether any holds them.
 
-    The last array tells which of the lost a closure carried out. Where booms lost a particle at the same time, the first one's cause is taken.
+    The last array tells which a closure carried out. Where booms lost a particle at the same time, the first one's cause is taken.
     """
     standings = [tracker.standing() for tracker in trackers]
     seen = np.unique(np.concatenate([np.zeros(0, np.int64), *(standing.ids for standing in standings)]))

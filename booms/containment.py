@@ -189,7 +189,7 @@ class ContainmentTracker:
         return self._report(time, index, inside, boom, water_level, np.array(current))
 
     def lose(self, time: float, particle: int, cause: Cause, segment: int) -> None:
-        """Book a retained particle as lost at `time` [s] by a closure, which has carried it past `segment`.
+        """Count a retained particle as lost at `time` [s] by a closure, which has carried it past `segment`.
 
         Raises ValueError for a particle that the boom does not hold.
         """

@@ -87,7 +87,7 @@ def _off_seams(config: FluidConfig, places: NDArray[np.float32]) -> NDArray[np.f
 
 
 def pairs_of_ids(first: ArrayLike, second: ArrayLike, present: NDArray[np.uint32]) -> NDArray[np.int64]:
-    """Return the ids of pairs (2, n); ValueError for rows of unequal length, ids that are not `present` (N,), and an id that occurs twice."""
+    """Return the ids of pairs (2, n); ValueError for unequal rows, ids that are not `present` (N,), and an id that occurs twice."""
     rows = [np.asarray(first, np.int64).ravel(), np.asarray(second, np.int64).ravel()]
     if rows[0].size != rows[1].size:
         raise ValueError(f"pairs have {rows[0].size} first and {rows[1].size} second ids, allowed: as many of both")

@@ -1,8 +1,8 @@
 """Critical accumulation: oil too viscous for droplets slides under the skirt as a whole (closure, assumed).
 
-Above 3000 cSt no droplets form. From a speed of 0.15 to 0.25 m/s on, the slick shortens, thickens and passes under the skirt (Delvigne 1989;
-Johnston and others 1993, after reviews). The limit used is min(U_e, 0.20 m/s). No rate is published: q = C_e (U - U_ca) h_b is assumed, with
-the coefficient of entrainment and the thickness at the boom.
+Above 3000 cSt no droplets form. From a speed of 0.15 to 0.25 m/s on, the slick shortens, thickens and passes under the skirt (Delvigne
+1989; Johnston and others 1993, after reviews). The limit used is min(U_e, 0.20 m/s). No rate is published: q = C_e (U - U_ca) h_b is
+assumed, with the coefficient of entrainment and the thickness at the boom.
 """
 
 from __future__ import annotations

@@ -1,12 +1,12 @@
 """The budgets of a boom's closures: the oil that each segment owes on each way out, after what the particles lost there by themselves.
 
-There are two ways out, under the foot and over the top. A segment's budget grows by the loss that the closures of that way give, and falls by
-the oil that particles carried out there (top up, never add). Which cause a particle's loss has is told by rules of thumb, so a loss by one
-cause also counts against the closures of the other causes on the same way; nothing counts twice. An overdrawn budget forgets its debt
-with the time constant `WINDOW`: a burst of resolved loss counts against the closures for that window only.
+There are two ways out, under the foot and over the top. A segment's budget grows by the loss that the closures of that way give, and
+falls by the oil that particles carried out there (top up, never add). Which cause a particle's loss has is told by rules of thumb, so a
+loss by one cause also counts against the closures of the other causes on the same way; nothing counts twice. An overdrawn budget
+forgets its debt with the time constant `WINDOW`: a burst of resolved loss counts against the closures for that window only.
 
-A way out is due when its budget reaches one particle's volume, by the cause that has the largest claim. Each budget begins with a part of a
-particle's volume, drawn from a seed. So the expected loss of all segments is that of the closures from the beginning, though a
+A way out is due when its budget reaches one particle's volume, by the cause that has the largest claim. Each budget begins with a part
+of a particle's volume, drawn from a seed. So the expected loss of all segments is that of the closures from the beginning, though a
 segment can only lose whole particles.
 """
 
@@ -37,7 +37,7 @@ class LossBudgets:
         self._claims = np.zeros((len(Cause), segments))  # [m3] by the closures, less what was paid, by cause
 
     def add(self, closure: Array, resolved: Array, duration: float) -> None:
-        """Book the closures' losses (causes, S) [m3] of `duration` [s], and the particles' own losses there in that time."""
+        """Add the closures' losses (causes, S) [m3] of `duration` [s], and the particles' own losses there in that time."""
         self.owed[self.owed < 0.0] *= np.exp(-duration / WINDOW)
         for row, way in enumerate(WAYS):
             self.owed[row] += closure[list(way)].sum(axis=0) - resolved[list(way)].sum(axis=0)

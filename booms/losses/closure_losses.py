@@ -39,7 +39,7 @@ REACH = 3.0  # [spacings] around that place in which a water particle is looked 
 
 @dataclass(frozen=True, kw_only=True)
 class LostBoom:
-    """What the closures know of a boom: sizes [m], seed, and the rules.
+    """A boom as its closures know it: sizes [m], seed, and the rules.
 
     closures: the rates; oils: by the name of their phase; waters: names of the other phases; segment_length, freeboard, float_width,
     spacing [m]; seed: of the order in which segments' losses fall due.
@@ -86,7 +86,7 @@ class ClosureLosses:
         self.rate = 0.0  # [m3/s] by all closures, at the last look
 
     def act(self, time: float, fluid: Fluid, tracker: ContainmentTracker, state: BoomState, level: float) -> None:
-        """Book the losses since the last look, and carry out what is due; `state` of the boom at `time` [s], level [m] of still water."""
+        """Add up the losses since the last look, and carry out what is due; `state` of the boom at `time` [s], level [m] of still water."""
         before = self._time
         if before is not None and time - before < INTERVAL * (1.0 - 1e-9):
             return

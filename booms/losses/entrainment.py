@@ -1,12 +1,14 @@
 """Entrainment: droplets that the water tears off a slick's head and carries under the skirt (closure).
 
 Onset: waves grow on the interface from the Kelvin-Helmholtz speed on, 0.11 to 0.16 m/s; loss needs C_1 times that. C_1 = 2.35 gives
-0.36 m/s (0.7 kn), at which crews are taught that booms begin to lose oil; evidence spans 2.0 to 3.3, 0.31 to 0.51 m/s. Rate: q =
-C_e (U - U_e) h_f phi. C_e = 0.03 is uncertain within a decade; 10 % of a usual pool is lost in a minute at 1.1 kn, as trials report.
+0.36 m/s (0.7 kn), at which crews are taught that booms begin to lose oil; evidence spans 2.0 to 3.3, 0.31 to 0.51 m/s.
+Rate: q = C_e (U - U_e) h_f phi. C_e = 0.03 is uncertain within a decade; 10 % of a usual pool is lost in a minute at 1.1 kn, as
+trials report.
 Recapture: the largest drop that the flow does not break is 12 sigma / (rho_w U^2) (a Weber number of 12); the mean is 0.4 of it. It
 rises at w (Schiller and Naumann 1933) into the slick above during L / U, from water as deep as the skirt below the slick:
-phi = exp(-w L / (U (d - h_b))). Range: oils thinner than 3000 cSt. It does not scale with a Froude number: a small skirt is no model of a
-large one. Sources: Lamb, Hydrodynamics, chapter IX; Miller, Lindenmuth, Lehr and Abrahams 1971; onset ratio, rate and phi are assumed forms.
+phi = exp(-w L / (U (d - h_b))).
+Range: oils thinner than 3000 cSt. Droplets do not scale with a Froude number: a small skirt is no model of a large one.
+Sources: Lamb, Hydrodynamics, chapter IX; Miller, Lindenmuth, Lehr and Abrahams 1971; onset ratio, rate and phi are assumed forms.
 """
 
 from __future__ import annotations
@@ -67,7 +69,9 @@ def rise_speed(diameter: ArrayLike, oil: OilOnWater) -> Array:
     return np.asarray(rise)
 
 
-def escaping_share(speed: ArrayLike, held: ArrayLike, draft: ArrayLike, oil: OilOnWater, friction: float = FRICTION) -> Array:
+def escaping_share(
+    speed: ArrayLike, held: ArrayLike, draft: ArrayLike, oil: OilOnWater, friction: float = FRICTION
+) -> Array:
     """Compute the share of droplets that the slick does not catch again, phi = exp(-w L / (U (d - h_b))) [-].
 
     speed U (S,) [m/s], above 0; held V' (S,) [m2]; draft d (S,) [m] of the skirt as built: the depth over which droplets are spread. The
@@ -81,7 +85,10 @@ def escaping_share(speed: ArrayLike, held: ArrayLike, draft: ArrayLike, oil: Oil
 
 
 def head_share(speed: ArrayLike, held: ArrayLike, oil: OilOnWater, friction: float = FRICTION) -> Array:
-    """Return how much of a head wave the slick has, min(1, L / (5 h_b)) [-]; a little oil has little head. Form assumed."""
+    """Return how much of a head wave the slick has, min(1, L / (5 h_b)) (S,) [-]; a little oil has little head. Form assumed.
+
+    speed U (S,) [m/s]; held V' (S,) [m2].
+    """
     thickness = boom_thickness(speed, held, oil, friction)
     length = slick_length(speed, held, oil, friction)
     whole = WHOLE_HEAD * thickness

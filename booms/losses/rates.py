@@ -39,7 +39,7 @@ class Coefficients:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Drivers:
-    """What drives the closures at S segments.
+    """The quantities that drive the closures at S segments.
 
     speed      (S,) [m/s] of the undisturbed water against the segment, along its normal; 0 where it runs the other way
     draft      (S,) [m] from the local surface down to the foot
@@ -96,10 +96,14 @@ class Closures:
 
     def _entrained(self, speed: Array, held: Array, oil: OilOnWater) -> Array:
         """Compute the droplets lost (S,) [m2/s]; none of oil too viscous for droplets, and none where particles resolve them."""
-        if oil.kinematic_viscosity > VISCOUS_LIMIT or (self.resolution is not None and self.resolution.entrainment(oil)):
+        if oil.kinematic_viscosity > VISCOUS_LIMIT or (
+            self.resolution is not None and self.resolution.entrainment(oil)
+        ):
             return np.zeros_like(speed)
         torn = entrainment_rate(speed, oil, ratio=self.coefficients.onset_ratio, rate=self.coefficients.rate)
-        return torn * escaping_share(speed, held, np.full_like(speed, self.skirt_depth), oil, self.coefficients.friction)
+        return torn * escaping_share(
+            speed, held, np.full_like(speed, self.skirt_depth), oil, self.coefficients.friction
+        )
 
     def _overflow(self, drivers: Drivers, thickness: Array) -> Array:
         """Compute what runs over the top (S,) [m2/s], where the particles do not resolve it."""

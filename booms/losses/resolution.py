@@ -26,7 +26,7 @@ OVERFLOW_SPACINGS = 2.0
 
 @dataclass(frozen=True, kw_only=True)
 class Resolution:
-    """What the particles resolve: spacing [m], skirt_depth [m], and whether interfacial tension acts between the particles."""
+    """The resolution of the particles: spacing [m], skirt_depth [m], and whether interfacial tension acts between the particles."""
 
     spacing: float
     skirt_depth: float

@@ -46,7 +46,9 @@ def _find_segments(points: Array, line: Array, direction: Array, found: NDArray[
         found[i] = choice if choice >= 0 else beside
 
 
-def standing_share(velocity: Array, segment: NDArray[np.int64], normal: Array, boom_velocity: Array, speed: Array) -> Array:
+def standing_share(
+    velocity: Array, segment: NDArray[np.int64], normal: Array, boom_velocity: Array, speed: Array
+) -> Array:
     """Return how far each particle (N,) is held up, from 0, it moves with the water, to 1, it stands before its segment.
 
     1 - (v - v_segment) . n / U, within 0 and 1. velocity (N, 2) [m/s]; segment (N,) from 0 on; normal (S, 2) outward; boom_velocity (S, 2)

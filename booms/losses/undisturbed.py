@@ -35,9 +35,7 @@ def forced_flow(fluid: Fluid, boom: BoomState, height: float) -> Array | None:
     return flow if forced else None
 
 
-def flow_ahead(
-    position: Array, velocity: Array, boom: BoomState, *, draft: float, level: float, below: Array
-) -> Array:
+def flow_ahead(position: Array, velocity: Array, boom: BoomState, *, draft: float, level: float, below: Array) -> Array:
     """Return the mean horizontal velocity (S, 2) [m/s] of water 2 to 4 drafts ahead of each segment; NaN where there is none.
 
     position, velocity (N, 3) [m, m/s] of the water's particles. Those count that lie between `below` (S,) [m] under the still `level` [m],
@@ -52,7 +50,13 @@ def flow_ahead(
         ahead = -(offset @ outward)
         aside = np.abs(offset @ np.array([-outward[1], outward[0]]))
         deep = level - below[k] - position[:, 2]
-        chosen = (ahead >= NEAREST * draft) & (ahead <= FARTHEST * draft) & (aside <= reach) & (deep >= 0.0) & (deep <= draft)
+        chosen = (
+            (ahead >= NEAREST * draft)
+            & (ahead <= FARTHEST * draft)
+            & (aside <= reach)
+            & (deep >= 0.0)
+            & (deep <= draft)
+        )
         if chosen.any():
             result[k] = velocity[chosen, :2].mean(axis=0)
     return result

@@ -20,7 +20,7 @@ _RESOLVED, _MODELLED, _BAND = "#1f5fa8", "#e07b20", "#dfe8d8"
 
 
 def loss_by_speed(history: BoomHistory) -> tuple[Array, Array, Array]:
-    """Return speeds (K,) [m/s], the middles of steps of 0.1 kn, and the loss there (K,) [share of the pool a minute], resolved and modelled.
+    """Return speeds (K,) [m/s], the middles of steps of 0.1 kn, and the loss there (K,) [of the pool a minute], resolved and modelled.
 
     The loss of a recorded interval counts at its mean tow speed, over the oil held at its beginning. A step that took no time is left out.
     Oil that was taken back counts against the loss, but not below 0.

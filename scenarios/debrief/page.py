@@ -28,17 +28,15 @@ from recordings.replay.recording import Replay
 from scenarios.debrief.boom_history import BoomHistory, boom_histories
 from scenarios.debrief.diagrams import DIAGRAMS, probe_diagram
 from scenarios.debrief.grade import CRITERIA, LETTERS, Criterion, Grade, grade
-from scenarios.debrief.loss_curve import loss_curve, modelled_loss
 from scenarios.debrief.key_moments import KeyMoment, key_moments
+from scenarios.debrief.loss_curve import loss_curve, modelled_loss
 from scenarios.debrief.slick_map import slick_map
 from scenarios.text.quantities import force_in_words, volume_in_words
 
 PAGE = "debrief.html"
 _DPI = 110
 _COARSE = 5.0  # particles over the skirt's depth, below which leakage is resolved coarsely
-_COARSE_CLOSED = (
-    "The speed of the first loss is that of the closures, within the band of practice; how much is lost a minute is an order of magnitude."
-)
+_COARSE_CLOSED = "The speed of the first loss is that of the closures, in the band of practice; the loss a minute is an order of magnitude."
 _COARSE_ALONE = "Without closures the boom holds its oil at up to 1.8 times the speed at which real ones lose it."
 
 
@@ -176,7 +174,9 @@ def _rules_of_thumb(replay: Replay, history: BoomHistory) -> list[tuple[str, str
     if oils and waters and max(oils) < max(waters):
         heaviest = OilOnWater(oil_density=max(oils), water_density=max(waters))
         limit = float(suction_limit(boom.skirt_depth, heaviest))
-        rows.append(("Speed at which an upright skirt of this depth sucks the slick's front under (closure)", _knots(limit)))
+        rows.append(
+            ("Speed at which an upright skirt of this depth sucks the slick's front under (closure)", _knots(limit))
+        )
     speed = float(np.sqrt(np.mean(history.tow_speed[under_way] ** 2)))  # the force grows with the square of the speed
     gap = float(history.gap_ratio[under_way].mean())
     if waters and 0.0 < gap < 1.0 and history.tow_tension:
@@ -206,7 +206,9 @@ def _notes(replay: Replay) -> list[str]:
     for boom in replay.run.exercise.booms if replay.run.exercise else ():
         deep = boom.skirt_depth / spacing
         if deep < _COARSE:
-            coarse = f"The skirt of boom {boom.name} is only {deep:.2g} particles deep; draft and tension are not reliable."
+            coarse = (
+                f"The skirt of boom {boom.name} is only {deep:.2g} particles deep; draft and tension are not reliable."
+            )
             notes.append(f"{coarse} {_COARSE_CLOSED if _has_closures(replay) else _COARSE_ALONE}")
     if replay.run.exercise and len(replay.run.exercise.booms) > 1:
         notes.append(

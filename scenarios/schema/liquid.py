@@ -73,8 +73,8 @@ class PhaseSettings(Section):
     density            [kg/m3] at rest
     dynamic_viscosity  [Pa s]
     adhesion           [J/m2] work of adhesion to walls and bodies; with 0 the liquid does not stick
-    interfacial_tension  [N/m] of an oil on water, by which booms lose droplets; without it, 0.020 is assumed, and the run says so. It does not
-                       act between particles
+    interfacial_tension  [N/m] of an oil on water, by which booms lose droplets; without it, 0.020 is assumed, and the run says so. It does
+                       not act between particles
     role               how the scores count it; the default is oil if it is a named oil or lighter than 990 kg/m3
     color              red, green, blue, opacity, each 0 to 255
     """

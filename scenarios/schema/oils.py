@@ -12,7 +12,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-
 EXPANSION = 0.8  # [kg/m3 a degree]
 VISCOSITY_SLOPE = 2100.0  # [K]
 ZERO_CELSIUS = 273.15  # [K]

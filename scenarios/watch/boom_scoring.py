@@ -52,7 +52,7 @@ class BoomScore:
         tensions: Mapping[str, str],
         closures: ClosureLosses | None = None,
     ) -> None:
-        """Prepare the account; `tensions` has, for each end, the joint that carries the tow tension; closures None: only resolved losses."""
+        """Prepare the account; `tensions` has, for each end, the joint that carries the tow tension; closures None: there are none."""
         settings = scenario.booms[name]
         self.name = name
         self.report: ContainmentReport | None = None

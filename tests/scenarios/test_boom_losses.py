@@ -59,7 +59,7 @@ def test_modelled_loss_is_part_of_the_loss_and_the_same_on_two_threads_and_after
     restored = build(scenario_from(pool(threads=2)))
     third = restored.co_simulation()
     begin_from(state, third, restored)
-    third.run(1.0)
+    third.run(2.0)
     assert run_state_hash(third, restored) == run_state_hash(first, one)
     for simulation in (first, third):
         simulation.terminate("completed")
@@ -75,9 +75,15 @@ def test_without_closures_nothing_is_modelled() -> None:
 @pytest.mark.parametrize(
     ("changes", "text"),
     [
-        ({"oil": {"interfacial_tension": 2.0}}, "interfacial_tension.*is 2.0, allowed: 0.001 or more and at most 0.1 N/m"),
+        (
+            {"oil": {"interfacial_tension": 2.0}},
+            "interfacial_tension.*is 2.0, allowed: 0.001 or more and at most 0.1 N/m",
+        ),
         ({"oil": {"temperature": 90.0}}, "temperature.*is 90.0, allowed: -2 or more and at most 40 degrees C"),
-        ({"boom": {"skirt_depth": 0.09}}, "booms.a.skirt_depth.*is 0.09, allowed: 0.1 m or more, one fluid.particle_spacing"),
+        (
+            {"boom": {"skirt_depth": 0.09}},
+            "booms.a.skirt_depth.*is 0.09, allowed: 0.1 m or more, one fluid.particle_spacing",
+        ),
         ({"boom": {"losses": "guessed"}}, "losses.*is 'guessed'"),
         ({"oil": {"density": 1100.0}}, "booms.a.losses.*with 'oil' of 1100 kg/m3 on water of 1027"),
     ],

@@ -64,7 +64,9 @@ def test_a_burst_of_resolved_loss_counts_for_its_window_only():
 
 def test_the_cause_with_the_largest_claim_is_lost_first():
     budgets = owing()
-    budgets.add(losses(Cause.ENTRAINMENT, 1.4 * VOLUME) + losses(Cause.DRAINAGE, 0.8 * VOLUME), np.zeros((len(Cause), 1)), 0.1)
+    budgets.add(
+        losses(Cause.ENTRAINMENT, 1.4 * VOLUME) + losses(Cause.DRAINAGE, 0.8 * VOLUME), np.zeros((len(Cause), 1)), 0.1
+    )
     found = []
     while (cause := budgets.due(0, UNDER)) is not None:
         budgets.pay(0, UNDER, cause)

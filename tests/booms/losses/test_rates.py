@@ -95,5 +95,5 @@ def test_viscous_oil_is_lost_by_critical_accumulation():
 
 
 def test_coefficients_beyond_the_evidence_are_refused():
-    with pytest.raises(ValueError, match="onset_ratio is 4.0, allowed: 2 or more and at most 3.3"):
+    with pytest.raises(ValueError, match=r"onset_ratio is 4\.0, allowed: 2 or more and at most 3.3"):
         Coefficients(onset_ratio=4.0)

@@ -32,5 +32,7 @@ def test_oil_that_drifts_with_the_water_is_not_held_up():
     velocity = np.array([[0.0, 0.0], [-0.2, 0.3], [-0.4, 0.0], [-0.6, 0.0], [0.2, 0.0]])
     share = standing_share(velocity, np.zeros(5, np.int64), normal, np.zeros((1, 2)), np.array([0.4]))
     assert share == pytest.approx([1.0, 0.5, 0.0, 0.0, 1.0])
-    towed = standing_share(np.array([[0.4, 0.0]]), np.zeros(1, np.int64), normal, np.array([[0.4, 0.0]]), np.array([0.4]))
+    towed = standing_share(
+        np.array([[0.4, 0.0]]), np.zeros(1, np.int64), normal, np.array([[0.4, 0.0]]), np.array([0.4])
+    )
     assert towed == pytest.approx([1.0])
