@@ -89,7 +89,7 @@ class Closures:
         for cause in under:
             if cause is not Cause.PLANING:
                 result[cause, planes] = 0.0
-        over = self._overflow(drivers, np.where(drivers.held > 0.0, np.maximum(thickness, 0.0), 0.0))
+        over = self._overflow(drivers, thickness)
         result[Cause.SUBMERGENCE] = np.where(drivers.sunk, over, 0.0)
         result[Cause.SPLASH_OVER] = np.where(drivers.sunk, 0.0, over)
         return result
@@ -106,7 +106,10 @@ class Closures:
         )
 
     def _overflow(self, drivers: Drivers, thickness: Array) -> Array:
-        """Compute what runs over the top (S,) [m2/s], where the particles do not resolve it."""
+        """Compute what runs over the top (S,) [m2/s], where the particles do not resolve it.
+
+        The formula of the slick gives it a thickness only in a flow; without one, the particles decide alone.
+        """
         rate = overflow_rate(drivers.freeboard, thickness)
         if self.resolution is None:
             return rate
