@@ -32,8 +32,8 @@ STEP = 4.0  # s: of time, divided by the resolution
 FIRST, GROSS = 0.005, 0.10  # of the pool: the first loss, and what is lost in a minute at the gross loss
 CRAWL, RUSH = 0.5 * knot, 1.2 * knot  # m/s: at which hardly any oil is lost, and much
 
-DRAFT, STREAM_DEPTH = 0.25, 1.0  # m: of the skirt of case 42, and of its water
-BEGIN, RISE, SETTLED = 0.33, 0.1 * knot / 8.0, 4.0  # m/s, m/s2, s: of its current
+DRAFT, STREAM_DEPTH = 0.25, 0.8  # m: of the skirt of case 42, and of its water
+BEGIN, RISE, SETTLED = 0.36, 0.1 * knot / 8.0, 3.0  # m/s, m/s2, s: of its current
 SEEN = 0.01  # of its oil: the first loss
 
 
@@ -104,23 +104,23 @@ def stream(spacing: float) -> dict[str, Any]:
             "water": {"density": WATER_DENSITY, "dynamic_viscosity": 1.05e-3},
             "oil": {"oil": "alaska-north-slope", "interfacial_tension": 0.02},
         },
-        "tank": {"lower": [0.0, 0.0, 0.0], "upper": [3.5, 2.0, top], "periodic": ["x"], "open": ["+z"]},
+        "tank": {"lower": [0.0, 0.0, 0.0], "upper": [3.2, 1.6, top], "periodic": ["x"], "open": ["+z"]},
         "fill": {
             "water": {"shape": "slab", "phase": "water", "bottom": 0.0, "top": STREAM_DEPTH, "velocity": flow},
             "pool": {
-                "shape": "block", "phase": "oil", "lower": [1.0, 0.65, STREAM_DEPTH - 0.1],
-                "upper": [1.9, 1.35, STREAM_DEPTH + 0.1],
+                "shape": "block", "phase": "oil", "lower": [1.0, 0.5, STREAM_DEPTH - 0.1],
+                "upper": [1.7, 1.1, STREAM_DEPTH + 0.1],
             },
         },
         "forcing": {
             "current": {
-                "speed": BEGIN, "direction_deg": 180.0, "lower": [2.8, 0.0, 0.0], "upper": [3.5, 2.0, top],
+                "speed": BEGIN, "direction_deg": 180.0, "lower": [2.6, 0.0, 0.0], "upper": [3.2, 1.6, top],
                 "relaxation_time": 0.5,
             }
         },
         "booms": {
             "main": {
-                "ends": [[2.2, 1.55], [2.2, 0.45]], "length": 3.2, "segments": 12, "skirt_depth": DRAFT, "freeboard": 0.15,
+                "ends": [[2.2, 1.25], [2.2, 0.35]], "length": 3.0, "segments": 16, "skirt_depth": DRAFT, "freeboard": 0.15,
                 "buoyancy_to_weight": 6.0,
             }
         },
@@ -143,8 +143,11 @@ def stream_ramp(resolution: int, bench: Bench) -> Outcome:
         bench.count(step, 0.0, assembly.fluid.particle_count)
         report = assembly.scoring.booms[0].report
         assert report is not None  # after a step there is one
-        share = report.lost / (report.lost + report.retained)
-        rows.append((speed, share, sum(report.lost_modelled.values()) / max(report.lost, 1e-12)))
+        lost = (
+            report.lost - report.lost_by_cause["around_ends"]
+        )  # a thin slick may grow out of the mouth, which is no loss under way
+        share = lost / (report.lost + report.retained)
+        rows.append((speed, share, sum(report.lost_modelled.values()) / max(lost, 1e-12)))
         if share > SEEN:
             first = speed
     simulation.terminate("measured")
@@ -209,7 +212,8 @@ BOOM_RAMP = Case(
     title="First loss of a coarse boom with closures",
     source=f"{BAND}; the same at every spacing",
     setup=f"boom with a skirt of {DRAFT:g} m between two points in {STREAM_DEPTH:g} m of water; a pool of medium crude; the current "
-    f"grows from {BEGIN:g} m/s by 0.1 kn in 8 s; the first loss is {100 * SEEN:g} % of the oil",
+    f"grows from {BEGIN:g} m/s by 0.1 kn in 8 s; the first loss is {100 * SEEN:g} % of the oil, not counting what grows out of "
+    "the mouth",
     length=2.0 * DRAFT,
     length_symbol="2 d",
     resolutions=(5, 8, 12),
