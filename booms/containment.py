@@ -1,9 +1,9 @@
 """The oil that a towed boom holds, and the ways by which the rest was lost.
 
 Resolved by the particles, and only classified here: what flows under the skirt, over the top, around the ends or
-through the line of the boom, for parcels of at least one particle. Modelled, and given as numbers only: droplets torn
-off the oil's head wave, whose critical wavelength 2 pi sqrt(sigma / (g delta rho)) of 21-41 mm is finer than the
-particles; `droplet_onset_speed` tells from which speed on they are to be expected, and no volume is removed for them.
+through the line of the boom, for parcels of at least one particle. Modelled by the closures of `booms.losses`: what is finer than a
+particle, first of all droplets torn off the oil's head wave. The closures tell the account of each particle that they carry out
+(`ContainmentTracker.lose`), and the account keeps both kinds of loss apart.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class Cause(IntEnum):
 RESOLVED = (
     "drainage, critical accumulation, planing, submergence, splash-over, leakage: flow of parcels of a particle or more"
 )
-MODELLED = "droplet entrainment: onset speed only, no volume"
+MODELLED = "by closures, what is finer than a particle: droplet entrainment, and drainage and overflow as far as particles fall short"
 
 
 class _Fate(IntEnum):
@@ -89,6 +89,7 @@ class ContainmentReport:
     removed               oil that has left the simulated water without being lost
     recovered             oil that was lost and taken back, summed over time
     lost_by_cause         the oil that is lost now, by cause
+    lost_modelled         the part of it that closures carried out, by cause; the rest is resolved
     normal_speed [m/s], skirt_angle [rad]  largest along the boom
     effective_draft [m]   smallest along the boom; gap_ratio [-]
     """
@@ -102,6 +103,7 @@ class ContainmentReport:
     removed: float
     recovered: float
     lost_by_cause: Mapping[str, float]
+    lost_modelled: Mapping[str, float]
     gap_ratio: float
     normal_speed: float
     effective_draft: float
@@ -112,6 +114,8 @@ class ContainmentReport:
         names = ("retained", "free", "lost", "removed", "recovered", "inside", "outside")
         values = {f"metrics/oil_{name}": float(getattr(self, name)) for name in names}
         values |= {f"metrics/oil_lost/{cause}": volume for cause, volume in self.lost_by_cause.items()}
+        values |= {f"metrics/oil_lost_modelled/{cause}": volume for cause, volume in self.lost_modelled.items()}
+        values["metrics/oil_lost_modelled"] = math.fsum(self.lost_modelled.values())
         shape = ("gap_ratio", "normal_speed", "effective_draft", "skirt_angle")
         return values | {f"metrics/{name}": float(getattr(self, name)) for name in shape}
 
@@ -120,16 +124,19 @@ class ContainmentReport:
 class Standing:
     """Standing of the particles that are held or lost.
 
-    ids (N,), increasing; retained (N,); lost_at (N,) [s], -inf unless lost; cause (N,) of those lost.
+    ids (N,), increasing; retained (N,); lost_at (N,) [s], -inf unless lost; cause (N,) of those lost; modelled (N,): carried out by a
+    closure; segment (N,) that those lost passed, as many as there are segments for those that passed the gap.
     """
 
     ids: NDArray[np.int64]
     retained: NDArray[np.bool_]
     lost_at: Array
     cause: NDArray[np.int8]
+    modelled: NDArray[np.bool_]
+    segment: NDArray[np.int16]
 
 
-_BY_PARTICLE = ("_fate", "_was_inside", "_cause", "_known", "_lost_at")
+_BY_PARTICLE = ("_fate", "_was_inside", "_cause", "_known", "_lost_at", "_modelled", "_segment")
 
 
 class ContainmentTracker:
@@ -156,6 +163,8 @@ class ContainmentTracker:
         self._cause = np.zeros(0, dtype=np.int8)
         self._known = np.zeros(0, dtype=np.bool_)
         self._lost_at = np.zeros(0)  # [s], of those that are lost
+        self._modelled = np.zeros(0, dtype=np.bool_)
+        self._segment = np.zeros(0, dtype=np.int16)
         self._recovered = 0
 
     def update(
@@ -179,6 +188,16 @@ class ContainmentTracker:
         self._was_inside[index] = inside
         return self._report(time, index, inside, boom, water_level, np.array(current))
 
+    def lose(self, time: float, particle: int, cause: Cause, segment: int) -> None:
+        """Count a retained particle as lost at `time` [s] by a closure, which has carried it past `segment`.
+
+        Raises ValueError for a particle that the boom does not hold.
+        """
+        if not (0 <= particle < len(self._fate) and self._fate[particle] == _Fate.RETAINED):
+            raise ValueError(f"particle {particle} is not held by the boom, allowed: one that is")
+        self._fate[particle], self._cause[particle], self._lost_at[particle] = _Fate.LOST, cause, time
+        self._modelled[particle], self._segment[particle], self._was_inside[particle] = True, segment, False
+
     def standing(self) -> Standing:
         """Return the standing of the particles that are held or lost, which are few in a sea."""
         ids = np.flatnonzero(self._fate != _Fate.FREE)
@@ -188,6 +207,8 @@ class ContainmentTracker:
             retained=fate == _Fate.RETAINED,
             lost_at=np.where(fate == _Fate.LOST, lost_at, -np.inf),
             cause=self._cause[ids],
+            modelled=self._modelled[ids],
+            segment=self._segment[ids],
         )
 
     def save_state(self) -> dict[str, object]:
@@ -230,6 +251,7 @@ class ContainmentTracker:
             pool_bottom=self._pool_bottom(pool, boom, water_level)[np.minimum(edge[crossed], len(boom.position) - 1)],
         )
         self._cause[index[crossed]] = _causes(crossings, boom, water_level, current, self.options)
+        self._segment[index[crossed]] = edge[crossed]
 
     def _pool_bottom(self, pool: Array, boom: BoomState, water_level: float) -> Array:
         """Return the height (S,) [m] down to which retained oil reaches at each segment: the 5 % quantile of the oil nearby."""
@@ -251,6 +273,7 @@ class ContainmentTracker:
         fate[back | gathered] = _Fate.RETAINED
         fate[gone] = _Fate.LOST
         self._lost_at[index[gone]] = time
+        self._modelled[index[gone | back]] = False
         self._fate[index] = fate
         self._known[index] = True
 
@@ -269,6 +292,7 @@ class ContainmentTracker:
         present = np.zeros(len(self._fate), dtype=np.bool_)
         present[index] = True
         count = np.bincount(self._cause[lost], minlength=len(Cause))
+        modelled = np.bincount(self._cause[lost & self._modelled], minlength=len(Cause))
         foot = boom.heights(options.freeboard, options.skirt_depth)[1]
         return ContainmentReport(
             time=time,
@@ -280,6 +304,7 @@ class ContainmentTracker:
             removed=float((self._known & ~present & ~lost).sum()) * volume,
             recovered=self._recovered * volume,
             lost_by_cause={cause.name.lower(): float(count[cause]) * volume for cause in Cause},
+            lost_modelled={cause.name.lower(): float(modelled[cause]) * volume for cause in Cause},
             gap_ratio=boom.gap_ratio,
             normal_speed=float(boom.normal_speed(current).max()),
             effective_draft=float((water_level - foot).min()),

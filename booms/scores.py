@@ -79,14 +79,6 @@ def droplet_onset_speed(oil_density: float, water_density: float, interfacial_te
     return math.sqrt(2.0 * (water_density + oil_density) / (water_density * oil_density) * stiffness)
 
 
-def drainage_speed(oil_density: float, water_density: float, depth: float, critical_froude: float = 0.5) -> float:
-    """Compute the tow speed [m/s] at which oil begins to drain under a skirt: U = Fr sqrt(g (1 - rho_o / rho_w) d), Fr about 0.5.
-
-    depth [m] of the skirt. Fr is the densimetric Froude number of containment that flume tests give.
-    """
-    return critical_froude * math.sqrt(GRAVITY * (1.0 - oil_density / water_density) * depth)
-
-
 @dataclass
 class TensionRecord:
     """Mean and peak of a tension [N]; each sample counts for the time [s] that it lasted."""

@@ -86,6 +86,20 @@ def _off_seams(config: FluidConfig, places: NDArray[np.float32]) -> NDArray[np.f
     return np.stack(ends)
 
 
+def pairs_of_ids(first: ArrayLike, second: ArrayLike, present: NDArray[np.uint32]) -> NDArray[np.int64]:
+    """Return the ids of pairs (2, n); ValueError for unequal rows, ids that are not `present` (N,), and an id that occurs twice."""
+    rows = [np.asarray(first, np.int64).ravel(), np.asarray(second, np.int64).ravel()]
+    if rows[0].size != rows[1].size:
+        raise ValueError(f"pairs have {rows[0].size} first and {rows[1].size} second ids, allowed: as many of both")
+    pairs = np.stack(rows)
+    missing = pairs[~np.isin(pairs, present)]
+    if missing.size:
+        raise ValueError(f"particle {missing[0]} does not exist, allowed: ids of particles in the fluid")
+    if np.unique(pairs).size != pairs.size:
+        raise ValueError("pairs name a particle twice, allowed: each particle once")
+    return pairs
+
+
 def motion(handle: int, boundaries: Mapping[int, object], body: MovingBody) -> None:
     """Raise ValueError for a motion of a boundary that does not exist, or with numbers that no body can have."""
     if handle not in boundaries:

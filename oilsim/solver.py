@@ -102,6 +102,27 @@ class Fluid(FluidView):
             self.tools.lists.forget()
         self._disturbed()
 
+    def swap_particles(self, first: ArrayLike, second: ArrayLike) -> None:
+        """Let particles change places in pairs: first, second (n,) ids. Volumes, masses and each pair's momentum stay.
+
+        A particle takes over the velocity of its new place, but for a small change that it shares with its partner (`FluidState.swap`).
+        Accounts of energy and momentum book the change as "swaps". ValueError for ids that do not exist or occur twice.
+        """
+        chosen = checks.pairs_of_ids(first, second, self.state.id)
+        self.land()
+        order = np.argsort(self.state.id, kind="stable")
+        index = order[np.searchsorted(self.state.id, chosen, sorter=order)]
+        if self.tools.budget is not None:
+            self.tools.budget.open()
+        with self.tools.stage("swaps"):
+            mass = self.config.rest_volume * np.array([phase.rest_density for phase in self.config.phases])
+            self.state.swap(index[0], index[1], mass)
+        if self.tools.budget is not None:
+            self.tools.budget.suspend()
+        if self.tools.regions is not None:
+            self.tools.regions.wake(self.state.position[:, index.ravel()])
+        self._relative_speed = None
+
     def _disturbed(self) -> None:
         """Wake all that sleeps, and forget how the liquid was last seen to deform."""
         if self.tools.regions is not None:

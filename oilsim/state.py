@@ -108,6 +108,19 @@ class FluidState:
         team.run(take, chosen.size, chosen, before, tuple(after))
         self.position, self.velocity, self.shift, self.phase, self.id, self.pressure_impulse = after
 
+    def swap(self, first: NDArray[np.int64], second: NDArray[np.int64], mass: NDArray[np.float64]) -> None:
+        """Let the particles of the indices `first` and `second` (n,), all different, change places; mass (phases,) of a particle [kg].
+
+        A place keeps its velocity but for a change that both places of a pair share, dv = (m - M) / (m + M) (v - V). So the pair's
+        momentum stays: m v + M V = M (v + dv) + m (V + dv).
+        """
+        m, other = mass[self.phase[first]], mass[self.phase[second]]
+        before, after = self.velocity[:, first].astype(np.float64), self.velocity[:, second].astype(np.float64)
+        common = (m - other) / (m + other) * (before - after)
+        self.velocity[:, first], self.velocity[:, second] = before + common, after + common
+        for values in (self.phase, self.id):
+            values[first], values[second] = values[second], values[first].copy()
+
     def remove(self, leaving: NDArray[np.bool_], team: Team) -> bool:
         """Take out the particles `leaving` (N,); whether one of those that sleep was among them."""
         asleep, bordering = (int(np.count_nonzero(leaving[self.awake : end])) for end in (self.count, self.listed))

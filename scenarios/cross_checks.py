@@ -73,6 +73,7 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
     yield from _plane(parts)
     if parts.tank is not None:
         yield from _places(parts, parts.tank)
+    yield from _losses(parts)
     if parts.fluid is not None:
         yield from _sizes(parts, parts.fluid)
         yield from _explicit(parts.fluid, parts.phases.values())
@@ -239,9 +240,23 @@ def _inside(path: str, extent: tuple[Vector, Vector], tank: Tank) -> Iterator[Pr
             yield Problem(path, f"has {axis} = {reach} m, allowed: inside the tank, {bottom:g} to {top:g} m")
 
 
+def _losses(parts: Parts) -> Iterator[Problem]:
+    """Check that the oils of booms with closures float, which the closures go by."""
+    waters = [phase.rest_density for phase in parts.phases.values() if not phase.is_oil]
+    for name, boom in parts.booms.items():
+        for oil, phase in parts.phases.items():
+            if boom.losses == "closures" and waters and phase.is_oil and phase.rest_density >= waters[0]:
+                text = f'is "closures" with {oil!r} of {phase.rest_density:g} kg/m3 on water of {waters[0]:g}'
+                yield Problem(f"booms.{name}.losses", f'{text}, allowed: with lighter oil, else "resolved"')
+
+
 def _sizes(parts: Parts, fluid: FluidSettings) -> Iterator[Problem]:
-    """Check that pipes are not thinner than a particle."""
+    """Check that pipes are not thinner than a particle, and skirts not shallower."""
     d = fluid.particle_spacing
+    for name, boom in parts.booms.items():
+        if boom.skirt_depth < d:
+            text = f"is {boom.skirt_depth:g}, allowed: {d:g} m or more, one fluid.particle_spacing, or it holds no particle"
+            yield Problem(f"booms.{name}.skirt_depth", text)
     for name, emitter in parts.emitters.items():
         if emitter.radius < 0.5 * d:
             text = f"is {emitter.radius:g}, allowed: {0.5 * d:g} m or more, half of fluid.particle_spacing"

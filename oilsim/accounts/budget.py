@@ -31,10 +31,10 @@ from oilsim.state import FluidState
 Real = NDArray[np.float32]
 Double = NDArray[np.float64]
 
-# Causes by stage: stages that change positions alone, stages that add or remove particles (a step lies between them), and stages that
+# Causes by stage: stages that change positions alone, stages that add, remove or swap particles (a step lies between them), and stages that
 # change velocities.
 MOVES = {"flight": "gravity", "wrap": "periodic"}
-EXCHANGES = {"emitters": "emitters", "outflow": "outflow"}
+EXCHANGES = {"emitters": "emitters", "outflow": "outflow", "swaps": "swaps"}
 KICKS = {
     "gravity": "gravity", "density": "positions", "forcing": "forcing", "adhesion": "adhesion", "viscosity": "viscosity",
     "divergence": "pressure", "contact": "contact", "rotation": "rotation", "sleep": "sleep",

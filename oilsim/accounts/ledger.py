@@ -15,6 +15,7 @@ contact    of single particles with walls
 rotation   of free liquid, which gets back the momentum that other causes took: numerical
 sleep      regions that fall asleep: minus the motion that they still had
 outflow    liquid that leaves the domain
+swaps      particles that change places (`Fluid.swap_particles`)
 
 Gravity turns potential into kinetic energy, so its potential change is minus its work. The sum of both changes, round-off in the
 continuum, is the error of time stepping: dt g . change of momentum / 2, which does not grow by itself.
@@ -37,7 +38,7 @@ Double = NDArray[np.float64]
 
 CAUSES = (
     "emitters", "gravity", "periodic", "positions", "filter", "forcing", "adhesion", "viscosity", "pressure", "contact",
-    "rotation", "sleep", "outflow",
+    "rotation", "sleep", "outflow", "swaps",
 )  # fmt: skip
 TOUCHING = ("adhesion", "viscosity", "pressure", "contact")  # causes by which walls and bodies act on the liquid
 

@@ -62,6 +62,7 @@ _CAUSES = "oil_lost/*"
 _MEASURES = (
     _Measure("oil_retained", "oil held at the end", "l", 1e3, _last),
     _Measure("oil_lost", "oil lost at the end", "l", 1e3, _last),
+    _Measure("oil_lost_modelled", "of it carried out by closures", "l", 1e3, _last),
     _Measure(_CAUSES, "lost by {}", "l", 1e3, _last),
     _Measure("oil_recovered", "oil taken back", "l", 1e3, _last),
     _Measure("oil_removed", "oil that left the water without being lost", "l", 1e3, _last),

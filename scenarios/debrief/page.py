@@ -19,7 +19,9 @@ from matplotlib.figure import Figure
 from scipy.constants import knot
 
 from booms.containment import MODELLED, RESOLVED
-from booms.scores import drainage_speed, skirt_drag_coefficient, tow_force
+from booms.losses.drainage import suction_limit
+from booms.losses.liquids import OilOnWater
+from booms.scores import skirt_drag_coefficient, tow_force
 from recordings import palette
 from recordings.pictures.style import STYLE
 from recordings.replay.recording import Replay
@@ -27,12 +29,15 @@ from scenarios.debrief.boom_history import BoomHistory, boom_histories
 from scenarios.debrief.diagrams import DIAGRAMS, probe_diagram
 from scenarios.debrief.grade import CRITERIA, LETTERS, Criterion, Grade, grade
 from scenarios.debrief.key_moments import KeyMoment, key_moments
+from scenarios.debrief.loss_curve import loss_curve, modelled_loss
 from scenarios.debrief.slick_map import slick_map
 from scenarios.text.quantities import force_in_words, volume_in_words
 
 PAGE = "debrief.html"
 _DPI = 110
 _COARSE = 5.0  # particles over the skirt's depth, below which leakage is resolved coarsely
+_COARSE_CLOSED = "The speed of the first loss is that of the closures, in the band of practice; the loss a minute is an order of magnitude."
+_COARSE_ALONE = "Without closures the boom holds its oil at up to 1.8 times the speed at which real ones lose it."
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -110,7 +115,7 @@ def _chapter(
 ) -> BoomChapter:
     prefix = f"{history.boom.name}-" if several else ""
     diagrams = {}
-    for name, draw in DIAGRAMS.items():
+    for name, draw in {**DIAGRAMS, "loss": loss_curve}.items():
         figure = draw(history, moments)
         if figure is not None:
             diagrams[name] = _write_figure(figure, folder / f"{prefix}{name}.png")
@@ -138,7 +143,7 @@ def _write_figure(figure: Figure, path: Path) -> str:
 def _figures(replay: Replay, history: BoomHistory) -> list[tuple[str, str]]:
     """List the figures of a boom for the table."""
     oil = {name: float(volume[-1]) for name, volume in history.oil.items()}
-    losses = history.loss_speeds
+    losses, modelled = history.loss_speeds, float(modelled_loss(history)[-1])
     rows = [
         ("Oil held at the end", volume_in_words(oil["retained"])),
         ("Oil lost at the end", volume_in_words(oil["lost"])),
@@ -146,6 +151,7 @@ def _figures(replay: Replay, history: BoomHistory) -> list[tuple[str, str]]:
             (f"&nbsp;&nbsp;by {cause.replace('_', ' ')}", volume_in_words(float(v[-1])))
             for cause, v in history.causes.items()
         ),
+        ("&nbsp;&nbsp;carried out by closures (modelled); the rest is resolved", volume_in_words(modelled)),
         ("Lost and taken back, in total", volume_in_words(oil["recovered"])),
         ("Not met by the boom", volume_in_words(oil["free"])),
         ("Left the simulated area without being lost", volume_in_words(oil["removed"])),
@@ -166,8 +172,11 @@ def _rules_of_thumb(replay: Replay, history: BoomHistory) -> list[tuple[str, str
     waters = [phase.rest_density for phase in replay.run.phases if not phase.is_oil]
     rows = []
     if oils and waters and max(oils) < max(waters):
-        limit = drainage_speed(max(oils), max(waters), boom.skirt_depth)
-        rows.append(("Tow speed at which oil begins to drain under this skirt (Froude number 0.5)", _knots(limit)))
+        heaviest = OilOnWater(oil_density=max(oils), water_density=max(waters))
+        limit = float(suction_limit(boom.skirt_depth, heaviest))
+        rows.append(
+            ("Speed at which an upright skirt of this depth sucks the slick's front under (closure)", _knots(limit))
+        )
     speed = float(np.sqrt(np.mean(history.tow_speed[under_way] ** 2)))  # the force grows with the square of the speed
     gap = float(history.gap_ratio[under_way].mean())
     if waters and 0.0 < gap < 1.0 and history.tow_tension:
@@ -198,16 +207,22 @@ def _notes(replay: Replay) -> list[str]:
         deep = boom.skirt_depth / spacing
         if deep < _COARSE:
             coarse = (
-                f"The skirt of boom {boom.name} is only {deep:.2g} particles deep. The page shows how the boom fails,"
+                f"The skirt of boom {boom.name} is only {deep:.2g} particles deep; draft and tension are not reliable."
             )
-            notes.append(f"{coarse} but the speed at which it fails, its draft and its tension are not reliable.")
+            notes.append(f"{coarse} {_COARSE_CLOSED if _has_closures(replay) else _COARSE_ALONE}")
     if replay.run.exercise and len(replay.run.exercise.booms) > 1:
         notes.append(
             "Each boom has its own account: oil that one boom lost and another met, or that two booms hold, is in both accounts."
         )
     if replay.run.exercise:
-        notes += [f"The particles resolve {RESOLVED}.", f"Modelled: {MODELLED}."]
+        notes.append(f"The particles resolve {RESOLVED}.")
+        notes.append(f"Modelled: {MODELLED}." if _has_closures(replay) else "Modelled: nothing; closures were off.")
     return notes
+
+
+def _has_closures(replay: Replay) -> bool:
+    """Tell whether closures acted at a boom of the run."""
+    return any(name.endswith("closure_loss_rate") for name in replay.scalars)
 
 
 def _grades(chapters: Sequence[BoomChapter]) -> dict[str, Any]:

@@ -191,6 +191,11 @@ def _draw(recording: Path, picture: Path) -> None:
     draw_picture(recording, picture)
 
 
+def _lost(cause: str, volume: float, modelled: float) -> str:
+    """Say how much [m3] was lost by a cause, and how much of it a closure carried out."""
+    return f"{cause} {1e3 * volume:.1f} l" + (f" ({1e3 * modelled:.1f} l modelled)" if modelled else "")
+
+
 def _print_result(console: Console, result: dict[str, Any], options: RunOptions) -> None:
     """Print the closing table: the results, the speed, and the output files."""
     table = Table(show_header=False)
@@ -211,7 +216,8 @@ def _print_result(console: Console, result: dict[str, Any], options: RunOptions)
         )
     lost = result["oil_m3"]["lost"]
     if result["oil_m3"]["released"]:
-        gone = ", ".join(f"{cause} {1e3 * volume:.1f} l" for cause, volume in lost.items() if volume)
+        modelled = result["oil_m3"]["lost_modelled"]
+        gone = ", ".join(_lost(cause, volume, modelled.get(cause, 0.0)) for cause, volume in lost.items() if volume)
         table.add_row(
             "oil", f"released {1e3 * result['oil_m3']['released']:.1f} l" + (f"; lost: {gone}" if gone else "")
         )

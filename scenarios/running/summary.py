@@ -143,6 +143,7 @@ class SummaryObserver:
         """Sum up the oil [m3] by its fate; null if nothing accounts for it.
 
         Each particle counts once: released = retained + free + all of lost. Afloat is the part that is still in the water.
+        Lost modelled is the part of lost that closures carried out, by cause; the rest is resolved by the particles.
         """
         assembly = self._assembly
         volume = assembly.fluid.config.rest_volume
@@ -150,7 +151,9 @@ class SummaryObserver:
         counts = assembly.particle_counts()
         here = sum(counts[name] for name in oils)
         gone = sum(self._totals.removed.get(name, 0) for name in oils)
-        balance = assembly.scoring.balance or OilBalance(retained=0, free=here, lost_by_cause={}, lost_and_gone=0)
+        balance = assembly.scoring.balance or OilBalance(
+            retained=0, free=here, lost_by_cause={}, lost_modelled={}, lost_and_gone=0
+        )
         lost = dict(balance.lost_by_cause) | {"left_the_tank": gone - balance.lost_and_gone}
         return {
             "released": (here + gone) * volume,
@@ -158,6 +161,7 @@ class SummaryObserver:
             "retained": None if assembly.scoring.balance is None else balance.retained * volume,
             "free": balance.free * volume,
             "lost": {cause: count * volume for cause, count in lost.items()},
+            "lost_modelled": {cause: balance.lost_modelled.get(cause, 0) * volume for cause in balance.lost_by_cause},
             "recovered": None,
             "ashore": None,
         }

@@ -114,6 +114,9 @@ class BoomSettings(Section):
     tow_line            [m] length of line between each end and its vessel
     line_stiffness      [N] axial stiffness EA of these lines, which then only pull, have no mass and may be winched; without it, the lines
                         are rigid links
+    losses              "closures": what particles are too coarse to lose is modelled, taken out of the boom and labelled (docs/losses.md);
+                        "resolved": only what particles lose by themselves
+    seed                of the order in which the closures' losses fall due along the boom
     """
 
     ends: tuple[str | Point2, str | Point2]
@@ -126,6 +129,8 @@ class BoomSettings(Section):
     ballast_fraction: float = quantity_of(BoomDesign, "ballast_fraction")
     tow_line: float = quantity("m", default=0.0, at_least=0.0)
     line_stiffness: float | None = quantity("N", default=None, above=0.0)
+    losses: Literal["closures", "resolved"] = "closures"
+    seed: int = quantity("", default=0, at_least=0, at_most=2**31 - 1, whole=True)
 
     @property
     def end_labels(self) -> tuple[str, ...]:

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar, Literal, get_args
 
+from booms.losses.liquids import OilOnWater
 from oilsim.config import FluidConfig, contradictions
 from oilsim.emitter import PipeEmitter
 from oilsim.phases import Phase
@@ -68,17 +69,22 @@ class PhaseSettings(Section):
     """One liquid: an oil by its name (`scenarios.schema.oils`), with or without changed values, or a liquid by its own values.
 
     oil                name in the table of oils, which gives the values that are not stated here
+    temperature        [degrees C] of a named oil, to which the table's values are brought; the table's own is 15
     density            [kg/m3] at rest
     dynamic_viscosity  [Pa s]
     adhesion           [J/m2] work of adhesion to walls and bodies; with 0 the liquid does not stick
+    interfacial_tension  [N/m] of an oil on water, by which booms lose droplets; without it, 0.020 is assumed, and the run says so. It does
+                       not act between particles
     role               how the scores count it; the default is oil if it is a named oil or lighter than 990 kg/m3
     color              red, green, blue, opacity, each 0 to 255
     """
 
     oil: str | None = None
+    temperature: float | None = quantity("degrees C", default=None, at_least=oils.COLDEST, at_most=oils.WARMEST)
     density: float | None = quantity_of(Phase, "rest_density", default=None)
     dynamic_viscosity: float | None = quantity_of(Phase, "dynamic_viscosity", default=None)
     adhesion: float = quantity_of(Phase, "adhesion")
+    interfacial_tension: float | None = quantity_of(OilOnWater, "interfacial_tension", default=None)
     role: Literal["water", "oil"] | None = None
     color: tuple[int, int, int, int] | None = quantity("", default=None, at_least=0, at_most=255, whole=True)
 
@@ -90,18 +96,26 @@ class PhaseSettings(Section):
             for name in ("density", "dynamic_viscosity"):
                 if getattr(self, name) is None:
                     yield Problem(name, "is missing, allowed: a value, or the name of an oil")
+        if self.temperature is not None and self.oil is None:
+            yield Problem("temperature", f"is {self.temperature:g}, allowed: only with the name of an oil")
+        if self.interfacial_tension is not None and not self.is_oil:
+            yield Problem("interfacial_tension", f"is {self.interfacial_tension:g}, allowed: only of an oil")
 
     @property
     def rest_density(self) -> float:
         """Density at rest [kg/m3], stated or from the oils table."""
-        return self.density if self.density is not None else oils.OILS[str(self.oil)].density
+        if self.density is not None:
+            return self.density
+        oil = oils.OILS[str(self.oil)]
+        return oil.density if self.temperature is None else oil.density_at(self.temperature)
 
     @property
     def viscosity(self) -> float:
         """Dynamic viscosity [Pa s], stated or from the oils table."""
         if self.dynamic_viscosity is not None:
             return self.dynamic_viscosity
-        return oils.OILS[str(self.oil)].dynamic_viscosity
+        oil = oils.OILS[str(self.oil)]
+        return oil.dynamic_viscosity if self.temperature is None else oil.viscosity_at(self.temperature)
 
     @property
     def is_oil(self) -> bool:

@@ -7,9 +7,15 @@ the scenario file, because they differ from cargo to cargo and change with weath
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
+
+EXPANSION = 0.8  # [kg/m3 a degree]
+VISCOSITY_SLOPE = 2100.0  # [K]
+ZERO_CELSIUS = 273.15  # [K]
+COLDEST, WARMEST = -2.0, 40.0  # [degrees C] of the sea
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,6 +27,22 @@ class Oil:
     description: str
     source: str
     temperature: float = 15.0
+
+    def density_at(self, temperature: float) -> float:
+        """Compute the density [kg/m3] at a temperature [degrees C]: it falls by 0.8 kg/m3 a degree.
+
+        Crudes expand by 0.0007 to 0.0009 of their volume a degree.
+        """
+        return self.density - EXPANSION * (temperature - self.temperature)
+
+    def viscosity_at(self, temperature: float) -> float:
+        """Compute the dynamic viscosity [Pa s] at a temperature [degrees C]: nu = nu_0 exp(B (1 / T - 1 / T_0)), T absolute, B = 2100 K.
+
+        B is the one that NOAA's adios_db takes for an oil that was measured at one temperature (`KinematicViscosity`).
+        """
+        kelvin = [degrees + ZERO_CELSIUS for degrees in (temperature, self.temperature)]
+        thinner = math.exp(VISCOSITY_SLOPE * (1.0 / kelvin[0] - 1.0 / kelvin[1]))
+        return self.dynamic_viscosity * thinner * self.density_at(temperature) / self.density
 
 
 def _adios(record: str, density: float, dynamic_viscosity: float, description: str) -> Oil:

@@ -16,6 +16,7 @@ from booms.balance import OilBalance, balance, lost_ids
 from booms.boom_state import BoomState
 from booms.containment import PRACTICE_SPEED, ContainmentOptions, ContainmentReport, ContainmentTracker
 from booms.deployment import BoomLayout
+from booms.losses.closure_losses import ClosureLosses
 from booms.scores import HeldSpeed, LossSpeeds, TensionRecord
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 from oilsim.solver import Fluid
@@ -24,6 +25,7 @@ from recordings.replay.running_extremes import WORST
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of
 from scenarios.schema.weather import horizontal
+from scenarios.setup.boom_losses import closure_losses, has_closures, tension_of
 from scenarios.setup.fleet import Fleet
 from vessels.vessel import Vessel
 
@@ -42,11 +44,19 @@ class Notice:
 class BoomScore:
     """Keeps one boom's account from communication point to communication point; only `advance` changes it."""
 
-    def __init__(self, name: str, scenario: Scenario, layout: BoomLayout, tensions: Mapping[str, str]) -> None:
-        """Prepare the account; `tensions` has, for each end, the joint that carries the tow tension."""
+    def __init__(
+        self,
+        name: str,
+        scenario: Scenario,
+        layout: BoomLayout,
+        tensions: Mapping[str, str],
+        closures: ClosureLosses | None = None,
+    ) -> None:
+        """Prepare the account; `tensions` has, for each end, the joint that carries the tow tension; closures None: there are none."""
         settings = scenario.booms[name]
         self.name = name
         self.report: ContainmentReport | None = None
+        self.closures = closures
         self._layout = layout
         self._tension_joints = dict(tensions)
         self._tensions = {end: TensionRecord() for end in tensions}
@@ -90,10 +100,17 @@ class BoomScore:
         speed = self._tow_speed(world, current)
         series = report.scalars() | {"metrics/tow_speed": speed}
         series |= {"metrics/normal_speed_held": held, "metrics/normal_speed_limit": PRACTICE_SPEED}
+        if self.closures is not None:
+            series["metrics/closure_loss_rate"] = self.closures.rate
         series |= {f"metrics/current/{axis}": float(current[place]) for place, axis in enumerate("xy")}
         self._series = series | self._pull(world, step) | self._remember(report, held)
         self._losses.add(time, speed, report.lost, report.retained + report.lost)
         self._announce(report, speed, held)
+
+    def lose(self, time: float, fluid: Fluid, world: RigidBodyWorld, level: float) -> None:
+        """Let the closures carry out what is due at `time` [s], before the account takes the state in; level [m] of the still water."""
+        if self.closures is not None:
+            self.closures.act(time, fluid, self.tracker, self._state(world), level)
 
     def series(self) -> dict[str, float]:
         """Return the scores at the last communication point, by the names of their series; empty before the first."""
@@ -114,7 +131,9 @@ class BoomScore:
             "first loss", self._losses.first_loss is not None, f"has lost more than {share:g} % of its oil, {through}"
         )
         for cause, volume in report.lost_by_cause.items():
-            self._tell_once(cause, volume > 0.0, f"first oil lost by {cause.replace('_', ' ')}, {through}")
+            modelled, words = report.lost_modelled[cause], cause.replace("_", " ")
+            self._tell_once(cause, volume > modelled, f"first oil lost by {words} (resolved), {through}")
+            self._tell_once(f"modelled {cause}", modelled > 0.0, f"first oil lost by {words} (modelled), {through}")
         self._tell_once(
             "gross loss", self._losses.gross_loss is not None, f"loses more than 2 % of its oil per second, {through}"
         )
@@ -169,6 +188,7 @@ class BoomScore:
         """Return the account as it stands, as plain data."""
         return {
             "tracker": self.tracker.save_state(),
+            "closures": None if self.closures is None else self.closures.save_state(),
             "report": None if self.report is None else asdict(self.report),
             "tensions": {end: asdict(record) for end, record in self._tensions.items()},
             "losses": asdict(self._losses),
@@ -182,6 +202,8 @@ class BoomScore:
         """Go back to what `save_state` returned; `series` is empty until the next communication point."""
         self._series = {}
         self.tracker.restore_state(saved["tracker"])
+        if self.closures is not None:
+            self.closures.restore_state(saved["closures"])
         self.report = None if saved["report"] is None else ContainmentReport(**saved["report"])
         self._tensions = {end: TensionRecord(**record) for end, record in saved["tensions"].items()}
         self._losses, self._held = LossSpeeds(**deepcopy(saved["losses"])), HeldSpeed(**deepcopy(saved["held"]))
@@ -203,6 +225,7 @@ class BoomScore:
             "first_loss_speed_kn": _knots(self._losses.first_loss),
             "gross_loss_speed_kn": _knots(self._losses.gross_loss),
             "taken_back_m3": report.recovered,
+            "lost_modelled_share": sum(report.lost_modelled.values()) / report.lost if report.lost > 0.0 else None,
             "tow_tension_n": {end: {"mean": t.mean, "peak": t.peak} for end, t in self._tensions.items()},
         }
 
@@ -232,14 +255,18 @@ class Scoring:
         self._notices: list[Notice] = []
         self.balance: OilBalance | None = None  # without booms, and before the first communication point
         self.booms = tuple(
-            BoomScore(name, scenario, layout, fleet.tensions_of(name)) for name, layout in fleet.booms.items()
+            BoomScore(name, scenario, layout, fleet.tensions_of(name), closure_losses(scenario, name, layout))
+            for name, layout in fleet.booms.items()
         )
+        self._notices += assumptions(scenario)
 
     def advance(self, time: float) -> None:
         """Take the state at `time` [s] into all accounts."""
         self._announce_orders(time)
         if not self.booms or self._world is None:
             return
+        for boom in self.booms:
+            boom.lose(time, self._fluid, self._world, self._level)
         oil = self._oil()
         for boom in self.booms:
             boom.advance(time, self._world, oil, self._level, self._current)
@@ -320,6 +347,20 @@ def _orders(vessels: Iterable[Vessel]) -> Iterator[tuple[float, str]]:
         else:
             course = f"heading {math.degrees(heading):.0f} degrees from the x axis"
             yield start, f"{' and '.join(names)}: make {speed / knot:.2f} kn over the ground, {course}"
+
+
+def assumptions(scenario: Scenario) -> list[Notice]:
+    """List what the closures of a scenario's booms assume of its oils."""
+    booms = [name for name in scenario.booms if has_closures(scenario, name)]
+    return [
+        Notice(
+            f"the interfacial tension of {name!r} is not given: {tension_of(phase):g} N/m is assumed for its losses",
+            level="info",
+            source="oilsim",
+        )
+        for name, phase in scenario.phases.items()
+        if booms and phase.is_oil and phase.interfacial_tension is None
+    ]
 
 
 def _of_boom(key: str, boom: str) -> str:

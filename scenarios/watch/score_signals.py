@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from functools import partial
 
@@ -19,7 +20,7 @@ def scores_of(scenario: Scenario) -> dict[str, Signal]:
 
 
 def _scores(boom: str) -> Iterator[Signal]:
-    """Yield volumes of oil, also of lost oil by cause; the boom's shape; speeds at first and gross loss, 0 until they happen."""
+    """Yield volumes of oil, also of lost oil by cause and by closures; the boom's shape; speeds at first and gross loss, 0 until then."""
     prefix = f"booms.{boom}"
     for name in VOLUMES:
         yield Signal(name=f"{prefix}.oil_{name}", unit="m3", read=partial(_reported, boom, partial(_field, name)))
@@ -28,6 +29,7 @@ def _scores(boom: str) -> Iterator[Signal]:
         yield Signal(
             name=f"{prefix}.oil_lost.{name}", unit="m3", read=partial(_reported, boom, partial(_lost_by, name))
         )
+    yield Signal(name=f"{prefix}.oil_lost_modelled", unit="m3", read=partial(_reported, boom, _lost_modelled))
     for name, unit in SHAPE:
         yield Signal(name=f"{prefix}.{name}", unit=unit, read=partial(_reported, boom, partial(_field, name)))
     yield Signal(name=f"{prefix}.retained_share", unit="1", read=partial(_reported, boom, _retained_share))
@@ -46,6 +48,11 @@ def _field(name: str, report: ContainmentReport) -> float:
 
 def _lost_by(cause: str, report: ContainmentReport) -> float:
     return report.lost_by_cause[cause]
+
+
+def _lost_modelled(report: ContainmentReport) -> float:
+    """Return the part of the lost oil that closures carried out; the rest is resolved."""
+    return math.fsum(report.lost_modelled.values())
 
 
 def _retained_share(report: ContainmentReport) -> float:

@@ -70,7 +70,7 @@ def test_oil_lost_by_one_boom_after_another_is_lost_once_by_the_last_cause():
         assert found.retained + found.free + sum(found.lost_by_cause.values()) == 1
     assert [len(tracker.standing().lost_at) for tracker in account.trackers] == [1, 1]
     assert np.isfinite([tracker.standing().lost_at[0] for tracker in account.trackers]).all()  # both have lost it
-    assert found == OilBalance(retained=0, free=0, lost_by_cause={"splash_over": 1}, lost_and_gone=0)
+    assert found == OilBalance(retained=0, free=0, lost_by_cause={"splash_over": 1}, lost_modelled={}, lost_and_gone=0)
     assert lost_ids(account.trackers) == {"splash_over": np.array([0], np.uint32)}
 
 
@@ -78,7 +78,7 @@ def test_oil_lost_by_one_boom_and_held_by_the_next_is_held():
     account = Account(FIRST, SECOND)
     for place in [*past(FIRST[1], FOOT), past(SECOND[1], FOOT)[0]]:
         found = account.tell(p0=place)
-    assert found == OilBalance(retained=1, free=0, lost_by_cause={}, lost_and_gone=0)
+    assert found == OilBalance(retained=1, free=0, lost_by_cause={}, lost_modelled={}, lost_and_gone=0)
     assert lost_ids(account.trackers) == {}
 
 
@@ -90,7 +90,7 @@ def test_oil_within_two_booms_is_held_once_and_lost_when_the_outer_one_loses_it(
     assert found.retained == 1 and not found.lost_by_cause  # out of the inner one, within the outer one
     for place in past(AROUND[1], TOP):
         found = account.tell(p0=place)
-    assert found == OilBalance(retained=0, free=0, lost_by_cause={"splash_over": 1}, lost_and_gone=0)
+    assert found == OilBalance(retained=0, free=0, lost_by_cause={"splash_over": 1}, lost_modelled={}, lost_and_gone=0)
 
 
 @pytest.mark.parametrize("booms", [(FIRST,), (FIRST, SECOND)])
@@ -101,7 +101,7 @@ def test_what_has_left_the_water_is_lost_once_or_not_at_all(booms):
     for place in past(FIRST[1], FOOT):
         account.tell(p0=place, p1=place, p2=held, p3=free, p4=free)
     found = account.tell(p1=past(FIRST[1], FOOT)[-1], p3=free)
-    assert found == OilBalance(retained=0, free=1, lost_by_cause={"drainage": 2}, lost_and_gone=1)
+    assert found == OilBalance(retained=0, free=1, lost_by_cause={"drainage": 2}, lost_modelled={}, lost_and_gone=1)
 
 
 def test_restored_accounts_know_which_boom_lost_last():

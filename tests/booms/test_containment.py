@@ -188,3 +188,27 @@ def test_scalars_carry_the_account_by_name():
     assert scalars["metrics/oil_inside"] == pytest.approx(VOLUME)
     assert scalars["metrics/gap_ratio"] == pytest.approx(0.35)
     assert scalars["metrics/oil_lost/drainage"] == 0.0
+
+
+def test_oil_that_a_closure_carries_out_is_lost_modelled_until_it_is_taken_back():
+    tracker = make_tracker()
+    follow(tracker, [(APEX + 0.2, 0.0, WATER)])
+    tracker.lose(1.0, 0, Cause.ENTRAINMENT, 11)
+    report = follow(tracker, [(APEX - 0.1, 0.0, WATER - 0.25)])
+    assert (
+        report.lost
+        == report.lost_by_cause["entrainment"]
+        == report.lost_modelled["entrainment"]
+        == pytest.approx(VOLUME)
+    )
+    standing = tracker.standing()
+    assert (standing.modelled[0], standing.segment[0], standing.lost_at[0]) == (True, 11, 1.0)
+    with pytest.raises(ValueError, match="particle 0 is not held"):
+        tracker.lose(2.0, 0, Cause.DRAINAGE, 3)
+    back = follow(tracker, [(APEX + 0.2, 0.0, WATER)])
+    assert (back.lost, back.recovered) == (0.0, pytest.approx(VOLUME))
+    again = follow(
+        tracker, [(APEX + 0.03, 0.0, WATER - 0.25), (APEX - 0.03, 0.0, WATER - 0.25), (APEX - 0.2, 0.0, WATER)]
+    )
+    assert again.lost == pytest.approx(VOLUME)
+    assert not any(again.lost_modelled.values())  # this time the particles carried it out themselves

@@ -11,7 +11,6 @@ from booms.scores import (
     LossSpeeds,
     TensionRecord,
     catenary_parameter,
-    drainage_speed,
     droplet_onset_speed,
     encounter_rate,
     skirt_drag_coefficient,
@@ -43,12 +42,6 @@ def test_kelvin_helmholtz_onset_is_where_the_most_unstable_wave_turns():
     assert droplet_onset_speed(oil, water, sigma) == pytest.approx(onset, rel=1e-5)
     with pytest.raises(ValueError, match="oil density"):
         droplet_onset_speed(1100.0, 1027.0, 0.02)
-
-
-def test_containment_limits_of_three_oils():
-    for density, speed in ((840.0, 0.473), (900.0, 0.389), (950.0, 0.303)):
-        # water of 1027 kg/m3, skirt 0.5 m, critical Froude number 0.5
-        assert drainage_speed(density, 1027.0, 0.5) == pytest.approx(speed, abs=1e-3)
 
 
 def test_tow_force_balances_the_drag_over_the_gap():

@@ -22,6 +22,7 @@ from scenarios.cli import main
 from scenarios.debrief.boom_history import BoomHistory, boom_histories
 from scenarios.debrief.grade import CRITERIA, grade, read_criteria
 from scenarios.debrief.key_moments import key_moments
+from scenarios.debrief.loss_curve import loss_by_speed
 from scenarios.debrief.page import write_debrief
 from scenarios.problems import ScenarioError
 
@@ -250,12 +251,30 @@ def test_the_page_needs_nothing_else_and_shows_all(recording: Path, tmp_path: Pa
         assert criterion.title in page
     assert "leaks &lt;now&gt;" in page and "<now>" not in page
     assert "Oil &amp; &lt;boom&gt;" in page
-    assert page.count("<svg") == 6 and page.count("<img ") == 4
-    for name in ("map", "oil", "speed", "tension", "skirt", "along", "moment-1"):
+    assert page.count("<svg") == 7 and page.count("<img ") == 4
+    for name in ("map", "oil", "speed", "tension", "skirt", "along", "loss", "moment-1"):
         image = matplotlib.image.imread(tmp_path / "out" / f"{name}.png")
         assert image[..., :3].std() > 0.01  # something is drawn
     saved = json.loads((tmp_path / "out" / "grade.json").read_text())
     assert saved["main"]["grade"] == "C"
+
+
+def test_loss_over_speed_tells_modelled_from_resolved_and_adds_up(tmp_path: Path) -> None:
+    """Two litres of ten go at one step, as the tow goes from 0.3 to 0.5 m/s through the water; a quarter of them by closures."""
+
+    def labelled(index: int) -> dict[str, float]:
+        return {"oil_lost_modelled": 0.0005 if index > FRAMES // 2 else 0.0, "closure_loss_rate": 0.0}
+
+    path = write_exercise(tmp_path / "labelled.rrd", labelled)
+    (found,) = boom_histories(Replay(path))
+    speed, resolved, modelled = loss_by_speed(found)
+    at = np.flatnonzero(resolved > 0.0)
+    assert len(at) == 1 and speed[at[0]] == pytest.approx(0.4, abs=0.026)
+    # the step of 0.1 s holds ten litres at its beginning
+    assert resolved[at[0]] == pytest.approx(60.0 * 0.0015 / (0.010 * 0.1))
+    assert modelled[at[0]] == pytest.approx(60.0 * 0.0005 / (0.010 * 0.1))
+    page = write_debrief(path, tmp_path / "out").read_text(encoding="utf-8")
+    assert "carried out by closures (modelled)" in page and "by closures, what is finer than a particle" in page
 
 
 @pytest.mark.parametrize("free", [0.010, 0.0])

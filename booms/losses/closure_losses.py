@@ -1,0 +1,246 @@
+"""The closures of a boom at work in a run: they measure what drives them, and carry out the oil that particles are too coarse to lose.
+
+At every `INTERVAL` of simulated time the closures' losses are booked into budgets, less what the particles lost by themselves. Where a
+segment owes a particle, the held oil particle nearest to its foot changes place with a water particle behind and below the foot, or, over
+the top, behind the float. Volume, mass and momentum stay exact, and the lost oil is seen and drifts on.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from booms.boom_state import BoomState, signed_distance
+from booms.containment import Cause, ContainmentTracker, Standing
+from booms.losses.budgets import LossBudgets
+from booms.losses.lean import effective_draft
+from booms.losses.liquids import OilOnWater, mixed
+from booms.losses.rates import Closures, Drivers
+from booms.losses.slick import front_thickness
+from booms.losses.strips import segments_ahead, standing_share
+from booms.losses.undisturbed import flow_ahead, forced_flow, surface_ahead
+from booms.losses.ways import WAYS
+from oilsim.solver import Fluid
+
+Array = NDArray[np.float64]
+Ids = NDArray[np.int64]
+
+# [s] between two looks; numerical: short against waves and against the time d / U in which water passes a skirt
+INTERVAL = 0.1
+LEAST_FRONT = 0.1  # [-] share of its length that a segment counts as front at least, however it lies to the flow
+BEYOND = 1.5  # [spacings] behind the boom at which lost oil appears
+REACH = 3.0  # [spacings] around that place in which a water particle is looked for
+
+
+@dataclass(frozen=True, kw_only=True)
+class LostBoom:
+    """A boom as its closures know it: sizes [m], seed, and the rules.
+
+    closures: the rates; oils: by the name of their phase; waters: names of the other phases; segment_length, freeboard, float_width,
+    spacing [m]; seed: of the order in which segments' losses fall due.
+    """
+
+    closures: Closures
+    oils: Mapping[str, OilOnWater]
+    waters: Sequence[str]
+    segments: int
+    segment_length: float
+    freeboard: float
+    float_width: float
+    spacing: float
+    seed: int = 0
+
+
+class _HeldOil:
+    """The oil that the boom holds now: ids (N,), position (N, 3), velocity (N, 3), segment (N,) before which it lies, kind (N,)."""
+
+    def __init__(self, fluid: Fluid, oils: Sequence[str], standing: Standing, line: Array) -> None:
+        parts = [(fluid.phase_ids(name), fluid.phase_positions(name), fluid.phase_velocities(name)) for name in oils]
+        ids = np.concatenate([part[0] for part in parts]).astype(np.int64)
+        position = np.concatenate([part[1] for part in parts]).astype(np.float64)
+        kind = np.repeat(np.arange(len(parts)), [len(part[0]) for part in parts])
+        retained = np.isin(ids, standing.ids[standing.retained])
+        inside = np.zeros(len(ids), np.bool_)
+        inside[retained] = signed_distance(position[retained, :2], line)[0] > 0.0
+        self.ids, self.position, self.kind = ids[inside], position[inside], kind[inside]
+        self.velocity = np.concatenate([part[2] for part in parts]).astype(np.float64)[inside]
+        self.segment = np.full(len(self.ids), -1, np.int64)
+
+
+class ClosureLosses:
+    """The closures of one boom, with their budgets; only `act` changes anything."""
+
+    def __init__(self, boom: LostBoom) -> None:
+        self._boom = boom
+        self._volume = boom.spacing**3
+        self._budgets = LossBudgets(boom.segments, self._volume, boom.seed)
+        self._time: float | None = None
+        self._speed = np.zeros(boom.segments)  # [m/s] against each segment, low-pass
+        self._draft = np.full(boom.segments, boom.closures.skirt_depth)  # [m], low-pass
+        self._swaps = 0
+        self.rate = 0.0  # [m3/s] by all closures, at the last look
+
+    def act(self, time: float, fluid: Fluid, tracker: ContainmentTracker, state: BoomState, level: float) -> None:
+        """Add up the losses since the last look, and carry out what is due; `state` of the boom at `time` [s], level [m] of still water."""
+        before = self._time
+        if before is not None and time - before < INTERVAL * (1.0 - 1e-9):
+            return
+        self._time = time
+        standing = tracker.standing()
+        held = _HeldOil(fluid, list(self._boom.oils), standing, state.line())
+        flow = self._flow(fluid, state, level)
+        duration = 0.0 if before is None else time - before
+        drivers = self._drivers(fluid, state, level, held, flow, duration)
+        if before is None or not len(held.ids):
+            self.rate = 0.0
+            return
+        volumes = np.bincount(held.kind, minlength=len(self._boom.oils)).astype(np.float64)
+        oil = mixed(list(self._boom.oils.values()), volumes.tolist())
+        rates = self._boom.closures.rates(drivers, oil) * self._boom.segment_length
+        self.rate = float(rates.sum())
+        self._budgets.add(rates * duration, self._resolved(standing, before), duration)
+        for segment, way, cause in self._due():
+            self._carry_out(time, fluid, tracker, state, held, (segment, way, cause))
+
+    def _flow(self, fluid: Fluid, state: BoomState, level: float) -> Array:
+        """Return the undisturbed flow (S, 2) [m/s]; NaN where the water ahead tells none."""
+        draft = self._boom.closures.skirt_depth
+        flow = forced_flow(fluid, state, level - 0.5 * draft)
+        if flow is not None:
+            return flow
+        lightest = min(self._boom.oils.values(), key=lambda oil: oil.reduced_gravity)
+        below = front_thickness(self._speed, lightest) + self._boom.spacing
+        position = np.concatenate([fluid.phase_positions(name) for name in self._boom.waters]).astype(np.float64)
+        velocity = np.concatenate([fluid.phase_velocities(name) for name in self._boom.waters]).astype(np.float64)
+        return flow_ahead(position, velocity, state, draft=draft, level=level, below=below)
+
+    def _drivers(
+        self, fluid: Fluid, state: BoomState, level: float, held: _HeldOil, flow: Array, duration: float
+    ) -> Drivers:
+        """Bring the drivers up to date, low-pass over the time d / U in which the water passes the draft."""
+        boom, normal = self._boom, state.normal()
+        relative = flow - state.velocity[:, :2]
+        speed = np.maximum(0.0, (relative * normal).sum(axis=1))
+        top, foot = state.heights(boom.freeboard, boom.closures.skirt_depth)
+        ahead = 0.5 * boom.float_width + BEYOND * boom.spacing
+        surface = surface_ahead(fluid, state, ahead, level, 2.0 * boom.closures.skirt_depth)
+        known = np.isfinite(speed)
+        fastest = np.maximum(np.where(known, speed, 0.0), self._speed)
+        share = -np.expm1(-duration * fastest / boom.closures.skirt_depth)
+        self._speed += np.where(known, share * (np.where(known, speed, 0.0) - self._speed), 0.0)
+        self._draft += share * (effective_draft(surface, foot) - self._draft)
+        return Drivers(
+            speed=self._speed.copy(),
+            draft=self._draft.copy(),
+            held=self._held(state, held, np.nan_to_num(relative)),
+            lean=state.skirt_angle(),
+            freeboard=top - surface,
+            sunk=top < level,
+        )
+
+    def _held(self, state: BoomState, held: _HeldOil, relative: Array) -> Array:
+        """Return the oil held up before each segment, per metre of front (S,) [m2]; assigns the held particles to the segments."""
+        boom, normal = self._boom, state.normal()
+        mean = relative.mean(axis=0)
+        held.segment = segments_ahead(held.position[:, :2], state.line(), mean)
+        chosen = held.segment >= 0
+        standing = standing_share(
+            held.velocity[chosen, :2], held.segment[chosen], normal, state.velocity[:, :2], self._speed
+        )
+        volume = self._volume * np.bincount(held.segment[chosen], weights=standing, minlength=boom.segments)
+        size = float(np.hypot(*mean))
+        facing = np.abs(normal @ mean) / size if size > 0.0 else np.ones(boom.segments)
+        return np.asarray(volume / (boom.segment_length * np.maximum(facing, LEAST_FRONT)))
+
+    def _resolved(self, standing: Standing, since: float) -> Array:
+        """Return the oil [m3] that particles lost by themselves from `since` [s] on, by cause and segment (causes, S)."""
+        segments = self._boom.segments
+        fresh = (standing.lost_at >= since) & ~standing.modelled & (standing.segment < segments)
+        place = standing.cause[fresh].astype(np.int64) * segments + standing.segment[fresh]
+        count = np.bincount(place, minlength=len(Cause) * segments)
+        return self._volume * count.reshape(len(Cause), segments).astype(np.float64)
+
+    def _due(self) -> Iterator[tuple[int, int, Cause]]:
+        """Yield segment, way and cause of every particle that is due; one that cannot be carried out stays due until the next look."""
+        for segment in range(self._boom.segments):
+            for way in range(len(WAYS)):
+                for _ in range(int(self._budgets.owed[way, segment] / self._volume) + 1):
+                    cause = self._budgets.due(segment, way)
+                    if cause is not None:
+                        yield segment, way, cause
+
+    def _carry_out(
+        self,
+        time: float,
+        fluid: Fluid,
+        tracker: ContainmentTracker,
+        state: BoomState,
+        held: _HeldOil,
+        due: tuple[int, int, Cause],
+    ) -> None:
+        """Let a held particle of a segment change places with a water particle behind it, and tell the budget and the account."""
+        segment, way, cause = due
+        mine = np.flatnonzero(held.segment == segment)
+        place, highest = self._way_out(state, segment, way)
+        water = self._water_at(fluid, state, place, highest)
+        if not len(mine) or water is None:
+            return
+        distance = ((held.position[mine] - place) ** 2).sum(axis=1)
+        chosen = int(mine[int(np.argmin(distance))])
+        fluid.swap_particles([held.ids[chosen]], [water])
+        tracker.lose(time, int(held.ids[chosen]), cause, segment)
+        held.segment[chosen] = -1
+        self._budgets.pay(segment, way, cause)
+        self._swaps += 1
+
+    def _way_out(self, state: BoomState, segment: int, way: int) -> tuple[Array, float]:
+        """Return a place (3,) [m] behind a segment where lost oil appears, and the height [m] below which it does."""
+        boom, line = self._boom, state.line()
+        at = np.random.default_rng([boom.seed, self._swaps]).random()
+        top, foot = (height[segment] for height in state.heights(boom.freeboard, boom.closures.skirt_depth))
+        beyond = BEYOND * boom.spacing + (0.5 * boom.float_width if way else 0.0)
+        plan = line[segment] + at * (line[segment + 1] - line[segment]) + beyond * state.normal()[segment]
+        if way:
+            return np.array([*plan, min(top, state.position[segment, 2] + state.waterline)]), math.inf
+        return np.array([*plan, foot - 0.75 * boom.spacing]), float(foot) + 0.5 * boom.spacing
+
+    def _water_at(self, fluid: Fluid, state: BoomState, place: Array, highest: float) -> int | None:
+        """Return the id of the water particle nearest to a place (3,) [m], behind the boom and below a height [m]; None if none is near."""
+        particles, spacing = fluid.particles, self._boom.spacing
+        phases = [fluid.config.phase_index(name) for name in self._boom.waters]
+        near = np.ones(fluid.particle_count, np.bool_)
+        for axis in range(3):
+            near &= np.abs(particles.position[axis] - place[axis]) < REACH * spacing
+        index = np.flatnonzero(near)
+        index = index[np.isin(particles.phase[index], phases)]
+        position = particles.position[:, index].T.astype(np.float64)
+        behind = signed_distance(position[:, :2], state.line())[0] < -1.01 * spacing
+        allowed = behind & (position[:, 2] < highest)
+        if not allowed.any():
+            return None
+        index, position = index[allowed], position[allowed]
+        distance = ((position - place) ** 2).sum(axis=1)
+        order = np.lexsort((particles.id[index], distance))
+        return int(particles.id[index[order[0]]])
+
+    def save_state(self) -> dict[str, Any]:
+        """Return everything that is needed to go on from here."""
+        return {
+            "time": self._time,
+            "speed": self._speed.copy(),
+            "draft": self._draft.copy(),
+            "swaps": self._swaps,
+            "rate": self.rate,
+            "budgets": self._budgets.save_state(),
+        }
+
+    def restore_state(self, saved: Mapping[str, Any]) -> None:
+        """Go back to a state that `save_state` returned."""
+        self._time, self._swaps, self.rate = saved["time"], int(saved["swaps"]), float(saved["rate"])
+        self._speed, self._draft = saved["speed"].copy(), saved["draft"].copy()
+        self._budgets.restore_state(saved["budgets"])

@@ -1,0 +1,66 @@
+"""The loss of a boom over its speed through the water: the curve of a tow-speed ramp, resolved and modelled parts apart."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+from scipy.constants import knot
+
+from scenarios.debrief.boom_history import BoomHistory
+from scenarios.debrief.diagrams import empty_figure
+from scenarios.debrief.key_moments import KeyMoment
+
+Array = NDArray[np.float64]
+STEP = 0.1 * knot  # [m/s] width of a bar, as the steps of ASTM F2084
+PRACTICE = (0.6, 1.0)  # [kn] in which booms lose their first oil in practice: 0.31 to 0.51 m/s
+_RESOLVED, _MODELLED, _BAND = "#1f5fa8", "#e07b20", "#dfe8d8"
+
+
+def loss_by_speed(history: BoomHistory) -> tuple[Array, Array, Array]:
+    """Return speeds (K,) [m/s], the middles of steps of 0.1 kn, and the loss there (K,) [of the pool a minute], resolved and modelled.
+
+    The loss of a recorded interval counts at its mean tow speed, over the oil held at its beginning. A step that took no time is left out.
+    Oil that was taken back counts against the loss, but not below 0.
+    """
+    duration = np.diff(history.time)
+    step = np.floor(0.5 * (history.tow_speed[1:] + history.tow_speed[:-1]) / STEP).astype(np.int64)
+    lost = history.oil["lost"]
+    modelled = modelled_loss(history)
+    pool = np.maximum(history.oil["retained"][:-1], 0.0)
+    held = np.bincount(step, weights=pool * duration)
+    steps = np.flatnonzero(held > 0.0)
+    rates = []
+    for volume in (lost - modelled, modelled):
+        sums = np.bincount(step, weights=np.diff(volume), minlength=len(held))[steps]
+        rates.append(np.maximum(0.0, 60.0 * sums / held[steps]))
+    return (steps + 0.5) * STEP, rates[0], rates[1]
+
+
+def modelled_loss(history: BoomHistory) -> Array:
+    """Return the oil (N,) [m3] that closures have carried out; 0 in recordings without closures."""
+    return history.oil.get("lost_modelled", np.zeros_like(history.time))
+
+
+def loss_curve(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure | None:
+    """Draw the loss over the tow speed beside the band of practice; None if no oil was lost."""
+    if len(history.time) < 2 or not history.oil["lost"].any():
+        return None
+    figure = empty_figure(3.0)
+    axes = figure.subplots()
+    speed, resolved, modelled = loss_by_speed(history)
+    place, width = speed / knot, 0.85 * STEP / knot
+    axes.axvspan(*PRACTICE, color=_BAND, label="first loss in practice, 0.6 to 1.0 kn")
+    axes.bar(place, 100.0 * resolved, width, color=_RESOLVED, label="resolved by particles")
+    axes.bar(place, 100.0 * modelled, width, bottom=100.0 * resolved, color=_MODELLED, label="modelled by closures")
+    losses = history.loss_speeds
+    for found, name, style in ((losses.first_loss, "first loss", "--"), (losses.gross_loss, "gross loss", ":")):
+        if found is not None:
+            axes.axvline(found / knot, color="#c23030", linestyle=style, label=f"{name}, {found / knot:.2f} kn")
+    axes.set_xlabel("tow speed through the water [kn]")
+    axes.set_ylabel("% of the pool a minute")
+    axes.set_title("Loss over speed", loc="left")
+    axes.legend(frameon=False, fontsize=9, loc="upper left")
+    return figure

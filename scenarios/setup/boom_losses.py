@@ -1,0 +1,61 @@
+"""The closures of a scenario's booms: which booms have them, and the oils and sizes that they go by."""
+
+from __future__ import annotations
+
+from booms.deployment import BoomLayout
+from booms.losses.closure_losses import ClosureLosses, LostBoom
+from booms.losses.liquids import ASSUMED_TENSION, OilOnWater
+from booms.losses.rates import Closures
+from booms.losses.resolution import Resolution
+from scenarios.scenario import Scenario
+from scenarios.schema.liquid import PhaseSettings
+
+
+def has_closures(scenario: Scenario, boom: str) -> bool:
+    """Tell whether closures act at a boom: its settings ask for them, and there are oil and water."""
+    oils = [phase.is_oil for phase in scenario.phases.values()]
+    return scenario.booms[boom].losses == "closures" and any(oils) and not all(oils)
+
+
+def closure_losses(scenario: Scenario, boom: str, layout: BoomLayout) -> ClosureLosses | None:
+    """Create the closures of a boom; None where it has none."""
+    if not has_closures(scenario, boom):
+        return None
+    settings, spacing = scenario.booms[boom], scenario.fluid.particle_spacing
+    breadth = layout.segment.mesh.bounds[:, 1]
+    return ClosureLosses(
+        LostBoom(
+            closures=Closures(
+                skirt_depth=settings.skirt_depth,
+                resolution=Resolution(spacing=spacing, skirt_depth=settings.skirt_depth),
+            ),
+            oils=oils_of(scenario),
+            waters=[name for name, phase in scenario.phases.items() if not phase.is_oil],
+            segments=len(layout.segments),
+            segment_length=settings.length / settings.segments,
+            freeboard=settings.freeboard,
+            float_width=float(breadth[1] - breadth[0]),
+            spacing=spacing,
+            seed=settings.seed,
+        )
+    )
+
+
+def oils_of(scenario: Scenario) -> dict[str, OilOnWater]:
+    """Return the oils of a scenario by the names of their phases, on the first of its waters."""
+    water = next(phase.rest_density for phase in scenario.phases.values() if not phase.is_oil)
+    return {
+        name: OilOnWater(
+            oil_density=phase.rest_density,
+            water_density=water,
+            kinematic_viscosity=phase.viscosity / phase.rest_density,
+            interfacial_tension=tension_of(phase),
+        )
+        for name, phase in scenario.phases.items()
+        if phase.is_oil
+    }
+
+
+def tension_of(phase: PhaseSettings) -> float:
+    """Return the interfacial tension [N/m] of an oil on water, the assumed one if none is given."""
+    return ASSUMED_TENSION if phase.interfacial_tension is None else phase.interfacial_tension

@@ -1,0 +1,99 @@
+"""The chain of closures: orderings that crews and flumes see, the band of practice, and where closures are off."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.constants import knot
+
+from booms.containment import Cause
+from booms.losses.liquids import OilOnWater
+from booms.losses.rates import Closures, Coefficients, Drivers
+from booms.losses.resolution import Resolution
+
+OIL = OilOnWater(oil_density=900.0, water_density=1027.0, interfacial_tension=0.025)
+CLOSURES = Closures(skirt_depth=0.4)
+
+
+def drivers(speed=0.5, draft=0.4, held=0.3, lean=0.0, freeboard=0.3, sunk=False):
+    rows = np.broadcast_arrays(*map(np.atleast_1d, (speed, draft, held, lean, freeboard, sunk)))
+    names = ("speed", "draft", "held", "lean", "freeboard", "sunk")
+    return Drivers(**{name: row.copy() for name, row in zip(names, rows, strict=True)})
+
+
+def lost(closures=CLOSURES, oil=OIL, **values):
+    return closures.rates(drivers(**values), oil).sum(axis=0)
+
+
+def share_a_minute(speed_kn, held=0.3, oil=OIL, **closures):
+    return 60.0 * float(lost(replace(CLOSURES, **closures), oil, speed=speed_kn * knot, held=held)[0]) / held
+
+
+def test_a_boom_without_oil_or_flow_loses_none():
+    assert not CLOSURES.rates(drivers(held=0.0), OIL).any()
+    assert not CLOSURES.rates(drivers(speed=0.0), OIL).any()
+
+
+def test_hardly_any_loss_at_half_a_knot_and_a_catastrophe_above_one_and_a_tenth():
+    for density in (840.0, 900.0, 940.0):
+        oil = replace(OIL, oil_density=density)
+        assert share_a_minute(0.5, oil=oil) < 0.001
+        assert share_a_minute(1.2, oil=oil) > 0.10
+
+
+def test_faster_heavier_and_lower_tension_lose_more():
+    speeds = lost(speed=np.array([0.38, 0.42, 0.46, 0.5, 0.6]))
+    assert (np.diff(speeds) > 0.0).all()
+    densities = [float(lost(oil=replace(OIL, oil_density=rho))[0]) for rho in (840.0, 870.0, 900.0, 940.0)]
+    assert (np.diff(densities) > 0.0).all()
+    tensions = [float(lost(oil=replace(OIL, interfacial_tension=sigma))[0]) for sigma in (0.03, 0.02, 0.015)]
+    assert (np.diff(tensions) > 0.0).all()
+
+
+def test_a_leaning_skirt_and_a_thicker_pool_lose_more_by_drainage():
+    lean = np.radians([0.0, 20.0, 40.0])
+    found = CLOSURES.rates(drivers(speed=0.55, held=3.0, lean=lean, draft=0.3 * np.cos(lean)), OIL)[Cause.DRAINAGE]
+    assert (np.diff(found) > 0.0).all()
+    found = CLOSURES.rates(drivers(speed=0.55, held=np.array([1.0, 3.0, 6.0]), draft=0.3), OIL)[Cause.DRAINAGE]
+    assert found[0] == 0.0 and found[2] > found[1] > 0.0
+
+
+def test_waves_lose_more_than_calm_water_of_the_same_mean_speed():
+    phase = np.linspace(0.0, 2.0 * np.pi, 200, endpoint=False)
+    calm = float(lost(speed=0.36)[0])
+    assert float(lost(speed=0.36 + 0.1 * np.sin(phase)).mean()) > calm
+
+
+def test_a_skirt_that_leans_beyond_the_planing_angle_loses_by_planing():
+    upright, planing = (CLOSURES.rates(drivers(lean=lean), OIL)[:, 0] for lean in (0.3, 1.0))
+    assert planing[Cause.PLANING] == pytest.approx(upright.sum())
+    assert planing.sum() == pytest.approx(upright.sum())
+
+
+def test_overflow_has_its_cause_by_the_still_water():
+    found = CLOSURES.rates(drivers(speed=0.2, freeboard=-0.03, sunk=np.array([False, True])), OIL)
+    assert found[Cause.SPLASH_OVER, 0] > 0.0 == found[Cause.SUBMERGENCE, 0]
+    assert found[Cause.SUBMERGENCE, 1] > 0.0 == found[Cause.SPLASH_OVER, 1]
+
+
+def test_closures_are_off_where_particles_resolve_the_mechanism():
+    fine = replace(CLOSURES, resolution=Resolution(spacing=0.4 / 16, skirt_depth=0.4))
+    coarse = replace(CLOSURES, resolution=Resolution(spacing=0.4 / 15, skirt_depth=0.4))
+    sharp = replace(CLOSURES, resolution=Resolution(spacing=0.005, skirt_depth=0.4, tension_acts=True))
+    what = drivers(speed=0.7, held=5.0, freeboard=-0.04)
+    assert coarse.rates(what, OIL)[Cause.DRAINAGE] > 0.0
+    assert fine.rates(what, OIL)[Cause.DRAINAGE] == 0.0
+    assert fine.rates(what, OIL)[Cause.ENTRAINMENT] > 0.0  # no particles are fine enough without tension between them
+    assert sharp.rates(what, OIL)[Cause.ENTRAINMENT] == 0.0
+    assert coarse.rates(what, OIL)[Cause.SPLASH_OVER] > 0.0 == sharp.rates(what, OIL)[Cause.SPLASH_OVER]
+
+
+def test_viscous_oil_is_lost_by_critical_accumulation():
+    thick = OilOnWater(oil_density=980.0, water_density=1027.0, kinematic_viscosity=1e-2)
+    found = CLOSURES.rates(drivers(speed=0.3), thick)[:, 0]
+    assert found[Cause.CRITICAL_ACCUMULATION] > 0.0 == found[Cause.ENTRAINMENT]
+
+
+def test_coefficients_beyond_the_evidence_are_refused():
+    with pytest.raises(ValueError, match=r"onset_ratio is 4\.0, allowed: 2 or more and at most 3.3"):
+        Coefficients(onset_ratio=4.0)

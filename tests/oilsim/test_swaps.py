@@ -1,0 +1,102 @@
+"""Particles that change places: what they are moves, and volume, mass and momentum stay."""
+
+import numpy as np
+import pytest
+
+from oilsim.boundaries.boundary_particles import tank_walls
+from oilsim.config import FluidConfig
+from oilsim.initial_conditions import block
+from oilsim.phases import Phase
+from oilsim.solver import Fluid
+
+SPACING = 0.1
+DENSITIES = {"water": 1000.0, "oil": 850.0}
+
+
+def layers(**settings):
+    """Oil on water in a box that has no walls, with a shear."""
+    phases = tuple(Phase(name=name, rest_density=rho) for name, rho in DENSITIES.items())
+    config = FluidConfig(
+        particle_spacing=SPACING, phases=phases, lower=(-1.0, -1.0, -1.0), upper=(2.0, 2.0, 2.0), gravity=(0.0, 0.0, -1.0),
+        maximum_time_step=0.005, **settings,
+    )  # fmt: skip
+    fluid = Fluid(config, threads=1)
+    for phase, low, high in (("water", 0.0, 0.4), ("oil", 0.4, 0.6)):
+        points = block((0.0, 0.0, low), (0.6, 0.6, high), SPACING)
+        fluid.add_particles(points, phase=phase, velocity=np.outer(points[:, 2], [1.0, 0.0, 0.3]))
+    return fluid
+
+
+def pair(fluid):
+    """The first oil particle, and the last of the water."""
+    return int(fluid.phase_ids("oil")[0]), int(fluid.phase_ids("water")[-1])
+
+
+def place_of(fluid, particle):
+    return fluid.particles.position[:, fluid.particles.id == particle][:, 0]
+
+
+def test_what_a_particle_is_changes_place_and_nothing_is_lost():
+    fluid = layers()
+    oil, water = pair(fluid)
+    before = {name: fluid.phase_ids(name) for name in DENSITIES}
+    places, momentum = (place_of(fluid, oil).copy(), place_of(fluid, water).copy()), fluid.momentum()
+    fluid.swap_particles([oil], [water])
+    assert np.array_equal(place_of(fluid, oil), places[1])
+    assert np.array_equal(place_of(fluid, water), places[0])
+    for name, ids in before.items():
+        assert np.array_equal(fluid.phase_ids(name), ids)
+    assert fluid.momentum() == pytest.approx(momentum, rel=1e-7, abs=1e-7 * np.abs(momentum).max())
+
+
+def test_a_step_after_a_swap_is_that_of_a_restored_state():
+    """With neighbour lists that were kept over steps, and that no longer fit."""
+    first = layers()
+    for _ in range(3):
+        first.advance(0.005)
+    first.swap_particles(*[[one] for one in pair(first)])
+    second = layers()
+    second.restore_state(first.save_state())
+    for fluid in (first, second):
+        fluid.advance(0.01)
+    assert np.array_equal(first.particles.position, second.particles.position)
+    assert np.array_equal(first.particles.id, second.particles.id)
+
+
+def test_accounts_book_the_swap():
+    fluid = layers()
+    budget = fluid.watch()
+    fluid.advance(0.005)
+    oil, water = pair(fluid)
+    rise = place_of(fluid, oil)[2] - place_of(fluid, water)[2]
+    fluid.swap_particles([oil], [water])
+    fluid.advance(0.005)
+    swaps = budget.last.part("swaps")
+    lifted = (DENSITIES["water"] - DENSITIES["oil"]) * SPACING**3 * 1.0 * rise
+    assert swaps.potential == pytest.approx(lifted, rel=1e-5)
+    assert np.abs(swaps.momentum[:3]).max() < 1e-6 * np.abs(fluid.momentum()).max()
+    assert budget.last.energy_residual < 1e-5
+    assert budget.last.momentum_residual < 1e-5
+
+
+def test_a_swap_wakes_sleeping_liquid():
+    fluid = layers(sleep_speed=10.0)
+    fluid.add_boundary(tank_walls((0.0, 0.0, 0.0), (0.6, 0.6, 0.8), SPACING, sides=("-x", "+x", "-y", "+y", "-z")))
+    fluid.set_velocities(np.zeros((3, fluid.particle_count)))
+    for _ in range(100):
+        if fluid.advance(0.1).asleep:
+            break
+    assert fluid.particles.asleep
+    fluid.swap_particles(*[[one] for one in pair(fluid)])
+    assert fluid.advance(0.005).asleep == 0
+
+
+def test_bad_pairs_are_refused():
+    fluid = layers()
+    oil, water = pair(fluid)
+    with pytest.raises(ValueError, match="particle 99999 does not exist"):
+        fluid.swap_particles([oil], [99999])
+    with pytest.raises(ValueError, match="each particle once"):
+        fluid.swap_particles([oil, oil], [water, 0])
+    with pytest.raises(ValueError, match="1 first and 2 second"):
+        fluid.swap_particles([oil], [water, 0])

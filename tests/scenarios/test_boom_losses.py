@@ -1,0 +1,109 @@
+"""Closures in a run: oil that particles are too coarse to lose leaves the boom, labelled, once, and the same way every time."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+import numpy as np
+import pytest
+
+from scenarios.load import scenario_from
+from scenarios.problems import ScenarioError
+from scenarios.running.assembly import Assembly, build
+from scenarios.running.checkpoints import begin_from, run_state, run_state_hash
+from scenarios.running.summary import SummaryObserver
+from scenarios.setup.boom_losses import oils_of
+from tests.scenarios.test_oil_balance import BOOMS, Balance, channel
+
+STREAM = 0.55  # m/s, above the onset of entrainment
+
+
+def pool(**changes: Any) -> dict[str, Any]:
+    """A pool in the apex of a boom, in a stream; `boom`, `oil` and `threads` change those tables."""
+    data = channel(BOOMS["alone"])
+    for fill in data["fill"].values():
+        fill["velocity"] = [-STREAM, 0.0, 0.0]
+    data["fill"]["slick"] |= {"lower": [0.9, 0.6, 0.5], "upper": [1.6, 1.4, 0.66], "velocity": [0.0, 0.0, 0.0]}
+    data["forcing"]["current"]["speed"] = STREAM
+    data["booms"]["a"] |= changes.get("boom", {})
+    data["phases"]["oil"] |= changes.get("oil", {})
+    data["run"] |= {"threads": changes.get("threads", 1)}
+    return data
+
+
+def run_of(data: dict[str, Any], seconds: float) -> tuple[Assembly, Any, dict[str, Any]]:
+    assembly = build(scenario_from(data))
+    summary = SummaryObserver(assembly)
+    simulation = assembly.co_simulation([summary, Balance(assembly, summary)])
+    simulation.initialize()
+    simulation.run(seconds)
+    return assembly, simulation, summary.summary(seconds)
+
+
+def test_modelled_loss_is_part_of_the_loss_and_the_same_on_two_threads_and_after_a_restart() -> None:
+    one, first, summary = run_of(pool(), 2.0)
+    oil = summary["oil_m3"]
+    modelled = sum(oil["lost_modelled"].values())
+    assert modelled > 0.0
+    assert all(volume <= oil["lost"][cause] for cause, volume in oil["lost_modelled"].items())
+    series = one.scoring.series()
+    assert series["metrics/oil_lost_modelled"] == pytest.approx(modelled)
+    assert series["metrics/closure_loss_rate"] > 0.0
+    told = [notice.text for notice in one.scoring.take_notices()]
+    assert any("(modelled)" in text for text in told)
+    assert any("0.02 N/m is assumed" in text for text in told)
+    two, second, _ = run_of(pool(threads=2), 1.0)
+    state = copy.deepcopy(run_state(second, two))
+    second.terminate("stopped")
+    restored = build(scenario_from(pool(threads=2)))
+    third = restored.co_simulation()
+    begin_from(state, third, restored)
+    third.run(2.0)
+    assert run_state_hash(third, restored) == run_state_hash(first, one)
+    for simulation in (first, third):
+        simulation.terminate("completed")
+
+
+def test_without_closures_nothing_is_modelled() -> None:
+    assembly, simulation, summary = run_of(pool(boom={"losses": "resolved"}), 0.3)
+    assert not any(summary["oil_m3"]["lost_modelled"].values())
+    assert "metrics/closure_loss_rate" not in assembly.scoring.series()
+    simulation.terminate("completed")
+
+
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        (
+            {"oil": {"interfacial_tension": 2.0}},
+            "interfacial_tension.*is 2.0, allowed: 0.001 or more and at most 0.1 N/m",
+        ),
+        ({"oil": {"temperature": 90.0}}, "temperature.*is 90.0, allowed: -2 or more and at most 40 degrees C"),
+        (
+            {"boom": {"skirt_depth": 0.09}},
+            "booms.a.skirt_depth.*is 0.09, allowed: 0.1 m or more, one fluid.particle_spacing",
+        ),
+        ({"boom": {"losses": "guessed"}}, "losses.*is 'guessed'"),
+        ({"oil": {"density": 1100.0}}, "booms.a.losses.*with 'oil' of 1100 kg/m3 on water of 1027"),
+    ],
+)
+def test_bad_input_is_named(changes: dict[str, Any], text: str) -> None:
+    with pytest.raises(ScenarioError, match=text):
+        scenario_from(pool(**changes))
+
+
+def test_tension_and_temperature_belong_to_oils() -> None:
+    data = pool()
+    data["phases"]["sea"] |= {"interfacial_tension": 0.02, "temperature": 10.0}
+    with pytest.raises(ScenarioError) as found:
+        scenario_from(data)
+    assert "interfacial_tension" in str(found.value) or "temperature" in str(found.value)
+
+
+def test_oil_properties_are_those_at_the_scenarios_temperature() -> None:
+    cold, mild = (oils_of(scenario_from(pool(oil={"temperature": degrees})))["oil"] for degrees in (5.0, 15.0))
+    assert cold.oil_density == pytest.approx(mild.oil_density + 8.0)
+    ratio = np.exp(2100.0 * (1.0 / 278.15 - 1.0 / 288.15))
+    assert cold.kinematic_viscosity == pytest.approx(ratio * mild.kinematic_viscosity)
+    assert mild == oils_of(scenario_from(pool()))["oil"]
