@@ -22,7 +22,7 @@ from oilsim.slick.oil import Oil
 from oilsim.slick.parcels import Parcels, ParcelState, Rows
 from oilsim.slick.pools import arrange, hold, lose_around_ends, measure_pools, release_slack, slide
 from oilsim.slick.recovery import recover
-from oilsim.slick.spreading import Liquids, cell_size, spread
+from oilsim.slick.spreading.gradient_flow import Liquids, cell_size, spread
 from oilsim.slick.stranding import carry_stranded, strand
 from oilsim.slick.surface_flow import SurfaceFlow
 

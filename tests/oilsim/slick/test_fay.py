@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from oilsim.slick import fay
+from oilsim.slick.spreading import fay
 
 VOLUME, DENSITY, TENSION = 20.0, 875.0, 0.01
 WATER, VISCOSITY = 1027.0, 1.05e-6

@@ -101,7 +101,9 @@ def test_oil_slides_along_a_boom_at_an_angle_and_leaves_at_its_free_end(make_sli
     account, parcels = slick.account, slick.parcels
     assert account.lost > 1.0
     assert account.lost_by_cause["around_ends"] == pytest.approx(account.lost, rel=1e-12)
-    assert account.lost - 1e-12 <= account.passed["around_ends"] < 1.1 * account.lost  # some spreads back, and is caught again
+    assert (
+        account.lost - 1e-12 <= account.passed["around_ends"] < 1.1 * account.lost
+    )  # some spreads back, and is caught again
     lost = parcels.position[parcels.state == ParcelState.LOST]
     assert (lost[:, 0] > line[-1, 0]).mean() > 0.9
     ahead = parcels.position[(parcels.state == ParcelState.AFLOAT) & (np.abs(parcels.position[:, 0] - 20.0) < 10.0)]

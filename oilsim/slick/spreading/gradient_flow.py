@@ -1,7 +1,7 @@
 """Spreading: parcels move down the gradient of thickness, as fast as Fay's laws let the front of their slick move.
 
 Cells that touch form a slick. Its volume V, mean thickness h_m = 8/9 of the thickness that a volume element meets on average, radius
-R = (V / (pi h_m))^(1/2), mean age, density and spreading tension give R dR/dt by `oilsim.slick.fay`. Each parcel then moves with
+R = (V / (pi h_m))^(1/2), mean age, density and spreading tension give R dR/dt by `fay`. Each parcel then moves with
 
     u = -(M / 2) grad h^2,   M = (4/9) (R dR/dt) / h_m^2,
 
@@ -21,9 +21,18 @@ from numba import njit
 from numpy.typing import NDArray
 
 from oilsim.backend.jit import FAST, inlined
-from oilsim.slick.fay import spreading_rate
 from oilsim.slick.parcels import Parcels, Rows
-from oilsim.slick.thickness_grid import AREA, EDGE, WIDTH, ThicknessGrid, build_grid, gather, spline_slopes, splines
+from oilsim.slick.spreading.fay import spreading_rate
+from oilsim.slick.spreading.thickness_grid import (
+    AREA,
+    EDGE,
+    WIDTH,
+    ThicknessGrid,
+    build_grid,
+    gather,
+    spline_slopes,
+    splines,
+)
 
 Array = NDArray[np.float64]
 

@@ -1,0 +1,1 @@
+"""Spreading on calm water: the laws, the grid of thickness, and the motion of parcels."""
