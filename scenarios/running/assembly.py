@@ -44,6 +44,7 @@ from vessels.manual import ManualControl
 
 if TYPE_CHECKING:
     from coupling.fmu.isolated_fmu import Fmu
+    from coupling.participants.slick import SlickParticipant
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -53,7 +54,7 @@ class Assembly:
     fluid, world: the simulators themselves, for whoever wants more than the participants' variables; coupled: names of the
     bodies that exchange motion and wrench with the fluid; fleet: vessels and booms; accounts: scores and sums, advanced by the master;
     remarks: what a run falls short of; parts: what signals reach into; exchange, ledger: how bodies meet the fluid, and the accounts
-    of it; fmus: those that take part.
+    of it; slick: the oil of a run without particles, None of another; fmus: those that take part.
     """
 
     scenario: Scenario
@@ -71,6 +72,7 @@ class Assembly:
     frame_source: FrameSource
     exchange: BodyExchange
     ledger: ExchangeLedger
+    slick: SlickParticipant | None
     fmus: tuple[Fmu, ...]
 
     @property
@@ -125,7 +127,7 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
     simulators = build_simulators(scenario)
     scenario = simulators.scenario
     bodies, world, coupled = simulators.bodies, simulators.world, simulators.coupled
-    scoring = Scoring(scenario, simulators.fluid, world, simulators.fleet, simulators.level)
+    scoring = Scoring(scenario, simulators.fluid, world, simulators.fleet, simulators.level, simulators.slick)
     controls = _controls(simulators)
     accounts = RunAccounts(
         scoring=scoring,
@@ -133,6 +135,7 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
         totals=RunTotals(),
         figures=RunFigures(simulators.fluid, lambda: bodies.fluid.report),
     )
+    slicks = () if simulators.slick is None else (simulators.slick,)
     parts = _parts(simulators, controls, scoring)
     orders, readings = _boards(scenario, parts)
     return Assembly(
@@ -145,12 +148,13 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
         accounts=accounts,
         remarks=Remarks(scenario, world, simulators.left_out, simulators.thin, simulators.notes),
         parts=parts,
-        participants=(*fmus, *orders, *controls, *bodies.participants, *readings),
-        connections=_connections(scenario, bodies, controls),
+        participants=(*fmus, *orders, *controls, *bodies.participants, *slicks, *readings),
+        connections=(*_connections(scenario, bodies, controls), *_slick_connections(simulators.slick)),
         description=describe_run(simulators, text=text, overrides=overrides),
         frame_source=FrameReader(simulators, accounts, fmus),
         exchange=bodies.exchange,
         ledger=bodies.ledger,
+        slick=simulators.slick,
         fmus=fmus,
     )
 
@@ -203,6 +207,15 @@ def _connections(
     """List the connections between FMUs and signals, bodies and fluid, helmsmen and vessels."""
     fmus = connections_of(scenario.fmus).values()
     return (*fmus, *bodies.connections, *_vessel_connections(controls))
+
+
+def _slick_connections(slick: SlickParticipant | None) -> tuple[Connection, ...]:
+    """Connect the slick with the motion of the booms; none without a slick, whose code is imported only if there is one."""
+    if slick is None:
+        return ()
+    from scenarios.setup.parcels import slick_connections
+
+    return slick_connections(slick)
 
 
 def _vessel_connections(controls: Sequence[VesselControl | ManualControl]) -> list[Connection]:

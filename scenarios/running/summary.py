@@ -18,6 +18,7 @@ from recordings.frame import Event, Frame, RunDescription
 from scenarios.running.assembly import Assembly
 from scenarios.running.decimated_series import EvenSample
 from scenarios.versions import versions
+from scenarios.watch.slick_account import volumes
 
 
 class SummaryObserver:
@@ -146,6 +147,8 @@ class SummaryObserver:
         Lost modelled is the part of lost that closures carried out, by cause; the rest is resolved by the particles.
         """
         assembly = self._assembly
+        if assembly.slick is not None:
+            return dict(volumes(assembly.slick))
         volume = assembly.fluid.config.rest_volume
         oils = [name for name, phase in assembly.scenario.phases.items() if phase.is_oil]
         counts = assembly.particle_counts()

@@ -40,7 +40,7 @@ class Layout:
 
     level: of the still water [m]; positions: particles (N, 3) [m] by region, outside all bodies; left_out: for each region that bodies
     overlap, the liquid that is left out, in words; solids: all bodies, those of the fleet included; coupled: names of the bodies that
-    exchange motion and wrench with the fluid; world: None if nothing is coupled.
+    exchange motion and wrench with the fluid; world: None if nothing is coupled; sea: by formulas, None without one.
     """
 
     level: float
@@ -50,6 +50,7 @@ class Layout:
     solids: tuple[Solid, ...]
     coupled: tuple[str, ...]
     world: RigidBodyWorld | None
+    sea: Sea | None
 
 
 def lay_out(scenario: Scenario) -> Layout:
@@ -87,6 +88,7 @@ def lay_out(scenario: Scenario) -> Layout:
         solids=solids,
         coupled=() if bare else coupled,
         world=world,
+        sea=sea,
     )
 
 

@@ -24,7 +24,7 @@ from scenarios.setup.fleet import Fleet
 from scenarios.setup.placed_solids import Solid, table_entry
 from vessels.hull import Hull
 
-LEFT_OUT = 'run.detail is "none": no liquid is simulated, so {} is left out'
+LEFT_OUT = 'run.detail is "none": oil is a slick of parcels, and the sea is formulas, so {} is left out'
 
 
 def is_particle_free(scenario: Scenario) -> bool:
@@ -47,7 +47,8 @@ def left_out(scenario: Scenario) -> tuple[str, ...]:
     """Say what of the scenario as written a run without particles leaves out; empty for other runs."""
     if not is_particle_free(scenario):
         return ()
-    names = [f"{table}.{name}" for table in ("fill", "emitters") for name in getattr(scenario, table)]
+    names = [f"fill.{name}" for name, fill in scenario.fill.items() if not scenario.phases[fill.phase].is_oil]
+    names += [f"emitters.{name}" for name in scenario.emitters]
     names += [f"probes.{name}" for name, probe in scenario.probes.items() if not isinstance(probe, BodyProbe)]
     return (LEFT_OUT.format(", ".join(names)),) if names else ()
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,11 +18,14 @@ from scenarios.problems import problems_of
 from scenarios.scenario import Scenario
 from scenarios.setup.fleet import Fleet
 from scenarios.setup.fluid import build_fluid
-from scenarios.setup.layout import lay_out
+from scenarios.setup.layout import Layout, lay_out
 from scenarios.setup.particle_free import is_particle_free, left_out, without_particles
 from scenarios.setup.placed_solids import Solid, table_entry
 from scenarios.setup.sea import unused_sea
 from scenarios.setup.thin_bodies import thin_bodies
+
+if TYPE_CHECKING:
+    from coupling.participants.slick import SlickParticipant
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -31,7 +35,8 @@ class Simulators:
     level: of the still water [m]; solids: all bodies, those of the fleet too; coupled: names of those that exchange motion and
     wrench with the fluid, and `bodies` how they do; tank: the fluid's handle of the tank's sides, None without closed ones; world: None
     if nothing is coupled; left_out: what bodies take of the liquid at the start, in words, by region; thin: what is to be told of bodies
-    too thin for their particles, by name; notes: what was mended of bodies' meshes, and a sea that is not used, in words.
+    too thin for their particles, by name; notes: what was mended of bodies' meshes, and a sea that is not used, in words;
+    slick: the oil of a run without particles, None without any.
     """
 
     scenario: Scenario
@@ -46,6 +51,7 @@ class Simulators:
     left_out: Mapping[str, str]
     thin: Mapping[str, str]
     notes: tuple[str, ...]
+    slick: SlickParticipant | None = None
 
     def wrench(self, body: str) -> NDArray[np.float64]:
         """Return the wrench (6,) [N, N m] of the fluid, or of the sea without particles, on a body; 0 on a body that neither meets."""
@@ -56,7 +62,7 @@ class Simulators:
 
 def build_simulators(scenario: Scenario) -> Simulators:
     """Lay everything out and fill the tank; ScenarioError for what cannot be made."""
-    missing, scenario = left_out(scenario), without_particles(scenario)
+    written, scenario = scenario, without_particles(scenario)
     layout = lay_out(scenario)
     solids, coupled = layout.solids, layout.coupled
     with problems_of("fluid", "cannot be built"):
@@ -76,8 +82,19 @@ def build_simulators(scenario: Scenario) -> Simulators:
         world=layout.world,
         left_out=layout.left_out,
         thin=thin_bodies(solids, samplings, scenario.fluid.particle_spacing),
-        notes=(*(note for solid in solids for note in solid.notes), *unused_sea(scenario), *missing),
+        notes=(*(note for solid in solids for note in solid.notes), *unused_sea(scenario), *left_out(written)),
+        slick=_slick(written, layout),
     )
+
+
+def _slick(written: Scenario, layout: Layout) -> SlickParticipant | None:
+    """Build the oil of a run without particles; None in other runs, and without oil."""
+    if not is_particle_free(written) or layout.sea is None:
+        return None
+    from scenarios.setup.parcels import build_slick
+
+    with problems_of("fill", "cannot become a slick"):
+        return build_slick(written, layout.sea, layout.fleet.booms)
 
 
 def _sampled(solids: Sequence[Solid], particle_spacing: float) -> dict[int, SurfaceSampling]:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +27,11 @@ from scenarios.schema.exercise import body_of
 from scenarios.schema.weather import horizontal
 from scenarios.setup.boom_losses import closure_losses, has_closures, tension_of
 from scenarios.setup.fleet import Fleet
+from scenarios.watch.slick_account import lost_parcels, with_slick
 from vessels.vessel import Vessel
+
+if TYPE_CHECKING:
+    from coupling.participants.slick import SlickParticipant
 
 Array = NDArray[np.float64]
 
@@ -83,16 +87,24 @@ class BoomScore:
         )
 
     def advance(
-        self, time: float, world: RigidBodyWorld, oil: tuple[Array, NDArray[np.uint32]], level: float, current: Array
+        self,
+        time: float,
+        world: RigidBodyWorld,
+        oil: tuple[Array, NDArray[np.uint32]],
+        level: float,
+        current: Array,
+        slick: SlickParticipant | None,
     ) -> None:
         """Take the state at `time` [s] into the account.
 
-        oil: positions (N, 3) [m] and ids (N,); level [m] of the still water; current (3,) [m/s].
+        oil: positions (N, 3) [m] and ids (N,); level [m] of the still water; current (3,) [m/s]; slick: oil that is no particles.
         """
         state = self._state(world)
         report = self.tracker.update(
             time, state, *oil, water_level=level, current=(float(current[0]), float(current[1]))
         )
+        if slick is not None:
+            report = with_slick(report, slick, self.name)
         self.report = report
         held = float(self._held.add(time, state.normal_flow(current)).max())
         step = 0.0 if self._time is None else time - self._time
@@ -241,9 +253,16 @@ class Scoring:
     """
 
     def __init__(
-        self, scenario: Scenario, fluid: Fluid, world: RigidBodyWorld | None, fleet: Fleet, level: float
+        self,
+        scenario: Scenario,
+        fluid: Fluid,
+        world: RigidBodyWorld | None,
+        fleet: Fleet,
+        level: float,
+        slick: SlickParticipant | None = None,
     ) -> None:
-        """Prepare the accounts; `level` [m] is that of the still water."""
+        """Prepare the accounts; `level` [m] is that of the still water, `slick` the oil of a run without particles."""
+        self._slick = slick
         self._fluid = fluid
         self._world = world
         self._level = level
@@ -269,7 +288,7 @@ class Scoring:
             boom.lose(time, self._fluid, self._world, self._level)
         oil = self._oil()
         for boom in self.booms:
-            boom.advance(time, self._world, oil, self._level, self._current)
+            boom.advance(time, self._world, oil, self._level, self._current, self._slick)
         self.balance = balance([boom.tracker for boom in self.booms], oil[1])
 
     def series(self) -> dict[str, float]:
@@ -288,6 +307,8 @@ class Scoring:
 
     def lost_ids(self) -> dict[str, NDArray[np.uint32]]:
         """Return the ids (N,), increasing, of oil particles that booms have lost and none holds, by cause; each particle once."""
+        if self._slick is not None:
+            return lost_parcels(self._slick)
         return lost_ids([boom.tracker for boom in self.booms])
 
     def _announce_orders(self, time: float) -> None:

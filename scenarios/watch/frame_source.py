@@ -21,6 +21,7 @@ from scenarios.setup.placed_solids import Solid
 from scenarios.setup.simulators import Simulators
 from scenarios.watch.probe_readings import probe_readings
 from scenarios.watch.run_accounts import RunAccounts
+from scenarios.watch.slick_account import phase_of
 
 Array = NDArray[np.float64]
 
@@ -76,11 +77,15 @@ class FrameReader:
         return outputs
 
     def _phases(self) -> Mapping[str, PhaseFrame]:
-        fluid = self._simulators.fluid
-        return {
+        fluid, slick = self._simulators.fluid, self._simulators.slick
+        frames = {
             name: PhaseFrame(position=fluid.phase_positions(name), id=fluid.phase_ids(name))
             for name in self._simulators.scenario.phases
         }
+        if slick is not None:  # parcels of several oils are shown as one
+            oil = next(name for name, phase in self._simulators.scenario.phases.items() if phase.is_oil)
+            frames[oil] = phase_of(slick, self._simulators.level)
+        return frames
 
     def _body(self, solid: Solid) -> BodyFrame:
         world = self._simulators.world

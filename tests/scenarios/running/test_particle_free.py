@@ -41,7 +41,7 @@ def test_exercise_made_for_particles_runs_without_them():
 
 
 def test_what_is_left_out_is_told_by_check_and_run():
-    text = 'run.detail is "none": no liquid is simulated, so fill.water, fill.slick is left out'
+    text = 'run.detail is "none": oil is a slick of parcels, and the sea is formulas, so fill.water is left out'
     scenario = load_scenario("u-sweep", overrides=[BARE]).scenario
     cost = estimate(scenario)
     assert text in cost.told

@@ -1,0 +1,75 @@
+"""The closures of booms for oil that is no particles: the pools of a slick of parcels ahead of each segment (`oilsim.slick`).
+
+Nothing is resolved there, so every closure acts, and all that is lost is modelled. A pool tells neither lean nor freeboard: planing acts
+by the draft that lean leaves, and oil does not run over the top.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from booms.containment import Cause
+from booms.losses.liquids import OilOnWater
+from booms.losses.rates import Closures, Drivers
+from oilsim.slick.loss_cause import LossCause, Pools
+
+Array = NDArray[np.float64]
+
+# [m] a freeboard that no sea reaches; numerical; stands for one that a pool does not tell
+OUT_OF_REACH = 1e3
+
+
+@dataclass(frozen=True, kw_only=True)
+class PooledBoom:
+    """A boom of a slick: the rows of its segments there, and its closures."""
+
+    rows: slice
+    closures: Closures
+
+
+class SlickLosses:
+    """The `LossRate` of a slick whose booms have closures."""
+
+    def __init__(self, booms: Sequence[PooledBoom]) -> None:
+        self._booms = tuple(booms)
+
+    def __call__(self, pools: Pools) -> Mapping[LossCause, Array]:
+        """Return the rates (P,) [m3/s] by which each pool loses oil, of every cause that acts."""
+        total = np.zeros((len(Cause), len(pools.volume)))
+        for boom in self._booms:
+            held = np.zeros(len(pools.volume), np.bool_)
+            held[2 * boom.rows.start : 2 * boom.rows.stop] = True
+            rows = np.flatnonzero(held & (pools.volume > 0.0))
+            if len(rows):
+                total[:, rows] = boom.closures.rates(_drivers(pools, rows), _mean_oil(pools, rows)) * pools.length[rows]
+        return {LossCause[cause.name]: total[cause] for cause in Cause if total[cause].any()}
+
+
+def _drivers(pools: Pools, rows: NDArray[np.int64]) -> Drivers:
+    return Drivers(
+        speed=np.maximum(pools.normal_speed[rows], 0.0),
+        draft=pools.draft[rows],
+        held=pools.volume_per_front[rows],
+        lean=np.zeros(len(rows)),
+        freeboard=np.full(len(rows), OUT_OF_REACH),
+        sunk=np.zeros(len(rows), np.bool_),
+    )
+
+
+def _mean_oil(pools: Pools, rows: NDArray[np.int64]) -> OilOnWater:
+    """Return the mean of the oil that these pools hold, weighted by volume; of the viscosity, the geometric mean."""
+    weights = pools.volume[rows]
+    density, tension = (
+        float(np.average(values[rows], weights=weights)) for values in (pools.density, pools.interfacial_tension)
+    )
+    viscosity = float(np.exp(np.average(np.log(np.maximum(pools.viscosity[rows], 1e-9)), weights=weights)))
+    return OilOnWater(
+        oil_density=density,
+        water_density=pools.water_density,
+        kinematic_viscosity=viscosity / density,
+        interfacial_tension=tension,
+    )

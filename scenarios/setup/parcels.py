@@ -1,0 +1,152 @@
+"""The oil of a run without particles: a slick of parcels, held and lost by the scenario's booms (`oilsim.slick`, `booms.losses`)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from booms.deployment import BoomLayout
+from booms.losses.rates import Closures
+from booms.losses.slick_losses import PooledBoom, SlickLosses
+from coupling.assembly import BODIES
+from coupling.master.connection import Connection
+from coupling.participants.plan_barriers import BoomBodies
+from coupling.participants.slick import SlickParticipant
+from oilsim.sea import Sea
+from oilsim.slick.barriers import Boom
+from oilsim.slick.oil import Oil
+from oilsim.slick.slick import Slick, SlickSettings
+from oilsim.slick.spreading.fay import joined_radius
+from scenarios.scenario import Scenario
+from scenarios.schema.liquid import CylinderFill, Fill, SlabFill, SphereFill, Tank
+from scenarios.setup.boom_losses import tension_of
+
+Array = NDArray[np.float64]
+
+SLICK = "slick"
+# parcels of each fill; numerical; a pool of 66 segments holds some 15 each
+PARCELS = 1000
+# parcels that a boom loses of all oil at most; numerical
+LOST_PARCELS = 2000
+# [1] depth of a boom at which the water that runs against it is taken, in drafts; numerical; the middle of the skirt
+DEPTH = 0.5
+
+
+class Spill(NamedTuple):
+    """Oil at the start: volume [m3], center (2,) [m], radius [m] of a disc of the same area."""
+
+    volume: float
+    center: tuple[float, float]
+    radius: float
+
+
+class FloatingOilFlow:
+    """The motion of what floats on a sea: current at the surface, drift of the wind, Stokes drift, Langmuir cells."""
+
+    def __init__(self, sea: Sea) -> None:
+        self._sea = sea
+
+    def surface_velocity(self, points_xy: Array, time: float) -> Array:
+        """Return the velocity (N, 2) [m/s] at points (N, 2) [m]."""
+        current = self._sea.current(self._sea.description.level, time)
+        return np.asarray(current + self._sea.surface_drift(points_xy, time), np.float64)
+
+
+class WaterFlow:
+    """The mean motion of the water at a depth [m], by which it runs against booms: current and drift of the wind."""
+
+    def __init__(self, sea: Sea, depth: float) -> None:
+        self._sea, self._depth = sea, depth
+
+    def surface_velocity(self, points_xy: Array, time: float) -> Array:
+        """Return the velocity (N, 2) [m/s] at points (N, 2) [m], the same everywhere."""
+        current = self._sea.current(self._sea.description.level - self._depth, time)
+        return np.tile(current + self._sea.wind_drift(self._depth, time), (len(points_xy), 1))
+
+
+def build_slick(written: Scenario, sea: Sea, booms: Mapping[str, BoomLayout]) -> SlickParticipant | None:
+    """Build the slick of the oil that the scenario as written fills in; None without oil."""
+    spills = {
+        name: spill_of(fill, written.tank) for name, fill in written.fill.items() if written.phases[fill.phase].is_oil
+    }
+    if not spills:
+        return None
+    bodies = [_boom_bodies(name, layout) for name, layout in booms.items()]
+    barriers = [_boom(name, layout, own) for (name, layout), own in zip(booms.items(), bodies, strict=True)]
+    released = sum(spill.volume for spill in spills.values())
+    settings = SlickSettings(
+        loss_volume=released / LOST_PARCELS,
+        water_density=sea.description.density,
+        diffusivity=0.0 if sea.description.turbulence is None else sea.description.turbulence.diffusivity,
+        seed=written.run.seed,
+    )
+    slick = Slick(settings, barriers)
+    for name, spill in spills.items():
+        phase = written.phases[written.fill[name].phase]
+        oil = Oil(density=phase.rest_density, dynamic_viscosity=phase.viscosity, interfacial_tension=tension_of(phase))
+        slick.release(
+            oil, spill.volume, count=PARCELS, center=spill.center, radius=spill.radius, age=_age(spill, oil, settings)
+        )
+    deepest = max((layout.boom.skirt_depth for layout in booms.values()), default=0.0)
+    return SlickParticipant(
+        SLICK,
+        slick,
+        FloatingOilFlow(sea),
+        booms=bodies,
+        loss_rate=SlickLosses(
+            [
+                PooledBoom(rows=slick.barriers.rows(name), closures=Closures(skirt_depth=layout.boom.skirt_depth))
+                for name, layout in booms.items()
+                if written.booms[name].losses == "closures"
+            ]
+        ),
+        water=WaterFlow(sea, DEPTH * deepest),
+        level=sea.description.level,
+    )
+
+
+def slick_connections(slick: SlickParticipant) -> tuple[Connection, ...]:
+    """List the connections that tell the slick where the booms are."""
+    poses = [name for name in slick.variables if name.endswith(".pose")]
+    return tuple(Connection(BODIES, name, SLICK, name) for name in poses)
+
+
+def spill_of(fill: Fill, tank: Tank) -> Spill:
+    """Return the oil of a region as a disc of the same area."""
+    if isinstance(fill, SphereFill | CylinderFill):
+        height = 4.0 / 3.0 * fill.radius if isinstance(fill, SphereFill) else fill.height
+        center = fill.center if isinstance(fill, SphereFill) else fill.base
+        return Spill(math.pi * fill.radius**2 * height, (center[0], center[1]), fill.radius)
+    lower, upper = (tank.lower, tank.upper) if isinstance(fill, SlabFill) else (fill.lower, fill.upper)
+    depth = fill.top - fill.bottom if isinstance(fill, SlabFill) else upper[2] - lower[2]
+    area = (upper[0] - lower[0]) * (upper[1] - lower[1])
+    return Spill(area * depth, (0.5 * (lower[0] + upper[0]), 0.5 * (lower[1] + upper[1])), math.sqrt(area / math.pi))
+
+
+def _age(spill: Spill, oil: Oil, settings: SlickSettings) -> float:
+    """Return the time [s] in which the oil would have spread from a point to the radius of the spill, by bisection."""
+    buoyancy = 1.0 - oil.density / settings.water_density
+    terms = (spill.volume, buoyancy, oil.spreading_tension, settings.water_density, settings.water_viscosity)
+    low, high = 0.0, 1e7
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        if joined_radius(middle, *terms) < spill.radius:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+def _boom_bodies(name: str, layout: BoomLayout) -> BoomBodies:
+    start, end = (tuple(float(part) for part in point) for point in layout.segment.joint_points)
+    foot = (0.0, 0.0, layout.segment.waterline - layout.boom.skirt_depth)
+    return BoomBodies(name=name, bodies=tuple(one.name for one in layout.segments), start=start, end=end, foot=foot)  # type: ignore[arg-type]
+
+
+def _boom(name: str, layout: BoomLayout, bodies: BoomBodies) -> Boom:
+    poses = {one.name: np.concatenate([one.position, one.orientation]) for one in layout.segments}
+    return Boom(name=name, nodes=bodies.nodes(poses), draft=layout.boom.skirt_depth)

@@ -1,0 +1,69 @@
+"""The slick of a run without particles, in the terms of accounts and frames that particles have."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from booms.containment import ContainmentReport
+from recordings.frame import PhaseFrame
+
+if TYPE_CHECKING:
+    from coupling.participants.slick import SlickParticipant
+
+
+def with_slick(report: ContainmentReport, slick: SlickParticipant, boom: str) -> ContainmentReport:
+    """Return a boom's report with the oil [m3] that it holds and has lost as parcels; all that is lost is modelled."""
+    prefix = f"{boom}.passed."
+    lost = {name.removeprefix(prefix): float(slick.get(name)) for name in slick.variables if name.startswith(prefix)}
+    lost = {cause: volume for cause, volume in lost.items() if volume > 0.0}
+    held, free = float(slick.get(f"{boom}.held")), float(slick.get("afloat"))
+    return replace(
+        report,
+        inside=held,
+        outside=free,
+        retained=held,
+        free=free,
+        lost=sum(lost.values()),
+        lost_by_cause=lost,
+        lost_modelled=lost,
+    )
+
+
+def phase_of(slick: SlickParticipant, level: float) -> PhaseFrame:
+    """Return the parcels on the water as particles (N, 3) [m] at the surface's `level` [m]."""
+    parcels = slick.slick.parcels
+    position = np.column_stack([parcels.position, np.full(len(parcels), level)]).astype(np.float32)
+    order = np.argsort(parcels.id, kind="stable")
+    return PhaseFrame(position=position[order], id=parcels.id[order].astype(np.uint32))
+
+
+def lost_parcels(slick: SlickParticipant) -> dict[str, NDArray[np.uint32]]:
+    """Return the ids (N,), increasing, of the parcels that are lost now, by cause."""
+    from oilsim.slick.loss_cause import LossCause
+    from oilsim.slick.parcels import ParcelState
+
+    parcels = slick.slick.parcels
+    lost = parcels.state == ParcelState.LOST
+    ids = {cause.name.lower(): np.sort(parcels.id[lost & (parcels.cause == cause)]) for cause in LossCause}
+    return {name: found.astype(np.uint32) for name, found in ids.items() if len(found)}
+
+
+def volumes(slick: SlickParticipant) -> Mapping[str, Any]:
+    """Return the summary's `oil_m3` of a slick."""
+    account = slick.slick.account
+    lost = {cause: volume for cause, volume in account.lost_by_cause.items() if volume > 0.0}
+    return {
+        "released": account.released,
+        "afloat": account.released - account.recovered - account.stranded,
+        "retained": account.held,
+        "free": account.afloat,
+        "lost": lost | {"left_the_tank": 0.0},
+        "lost_modelled": lost,
+        "recovered": account.recovered,
+        "ashore": account.stranded,
+    }
