@@ -74,6 +74,18 @@ class Quantity:
         return f"is {value!r}, allowed: {kind}, {self.allowed}"
 
 
+class LimitedAttributes:
+    """Base of a class whose attributes named in `QUANTITIES` may change: the limits hold whenever one is assigned.
+
+    It does not matter who assigns: an order, a signal, a saved state or a program. Raises ValueError, like `require`.
+    """
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name in quantities(type(self)):
+            require(type(self).__name__.lower(), type(self), {name: value})
+        super().__setattr__(name, value)
+
+
 def quantity(
     unit: str,
     *,
