@@ -75,13 +75,15 @@ def build_simulators(scenario: Scenario) -> Simulators:
 
 
 def _sampled(solids: Sequence[Solid], particle_spacing: float) -> dict[int, SurfaceSampling]:
-    """Sample the surfaces of all wetted solids, by the id of their mesh; bodies with one mesh, as a boom's segments, share its sampling."""
+    """Sample the surfaces of all wetted solids, by the id of their mesh; a boom's segments share one."""
     samplings: dict[int, SurfaceSampling] = {}
     for solid in solids:
         mesh = solid.placed.mesh
         if solid.wetted and id(mesh) not in samplings:
             with problems_of(table_entry(solid.name), "cannot be sampled with particles"):
-                samplings[id(mesh)] = sample_surface(mesh, particle_spacing)
+                samplings[id(mesh)] = sample_surface(
+                    mesh, particle_spacing, minimum_thickness=solid.least_thickness(particle_spacing)
+                )
     return samplings
 
 
