@@ -36,7 +36,7 @@ def trials(folder: Path) -> dict[str, Callable[[int], int]]:
     samples, exercise = make_samples(folder), make_exercise()
     return {
         "scenarios": scenario_trial,
-        "meshes": partial(mesh_trial, samples=samples),
+        "meshes": partial(mesh_trial, meshes=samples.meshes),
         "fmus": partial(fmu_trial, samples=samples),
         "recordings": partial(recording_trial, samples=samples),
         "checkpoints": partial(checkpoint_trial, samples=samples),

@@ -73,16 +73,18 @@ class Samples:
     checkpoint: Path
 
 
+def make_meshes(folder: Path) -> tuple[Path, ...]:
+    """Write one ball in every format that is read."""
+    shape, files = trimesh.creation.icosphere(subdivisions=2, radius=0.4), []
+    for ending in ("stl", "obj", "ply", "glb"):
+        files.append(folder / f"rock.{ending}")
+        shape.export(files[-1])
+    return tuple(files)
+
+
 def make_samples(folder: Path) -> Samples:
     """Write the sound files; this runs the smallest scene that has all of it."""
-    shape = trimesh.creation.icosphere(subdivisions=2, radius=0.4)
-    meshes = []
-    for ending in ("stl", "obj", "ply", "off", "glb", "3mf", "dae"):
-        try:
-            shape.export(folder / f"rock.{ending}")
-        except (ImportError, ValueError):  # a format that needs a package that is not there
-            continue
-        meshes.append(folder / f"rock.{ending}")
+    meshes = make_meshes(folder)
     (folder / "model.py").write_text(
         "from coupling.fmu.scalar_model import ScalarModel, given, parameter\n\n\nclass Gust(ScalarModel):\n"
         '    base = parameter("m/s", 4.0)\n    speed = given("m/s", 4.0)\n\n'
@@ -95,7 +97,7 @@ def make_samples(folder: Path) -> Samples:
     settings = [word for term in terms for word in ("--set", term)]
     _made("run", "floating-box", "--record", str(folder / "box.rrd"), *settings)
     checkpoint = sorted((folder / "box.checkpoints").glob("*.npz"))[0]
-    return Samples(tuple(meshes), folder / "gust.fmu", folder / "box.rrd", checkpoint)
+    return Samples(meshes, folder / "gust.fmu", folder / "box.rrd", checkpoint)
 
 
 def _made(*arguments: str) -> None:
@@ -113,10 +115,10 @@ def _with(content: bytes, name: str, call: Callable[[Path], int]) -> int:
         file.unlink(missing_ok=True)
 
 
-def mesh_trial(seed: int, samples: Samples) -> int:
+def mesh_trial(seed: int, meshes: tuple[Path, ...]) -> int:
     """Check a scene with a body of a spoiled mesh."""
     chance = random.Random(seed)
-    mesh = chance.choice(samples.meshes)
+    mesh = chance.choice(meshes)
     return _with(spoiled(mesh.read_bytes(), chance), mesh.name, lambda file: _checked(MESH_TANK, file))
 
 
@@ -133,10 +135,12 @@ def _checked(text: str, file: Path) -> int:
 
 
 READERS = (
-    ["report", "{}", "--csv", "out"], ["repair", "{}", "--to", "out/mended.rrd"], ["compare", "{}", "{}", "--table"],
-    ["export", "{}", "--netcdf", "out/box.nc", "--start", "2026-05-01T08:00:00Z", "--site", "1,2"], 
-    ["debrief", "{}", "--out", "out/page"], ["export", "{}", "--vtk", "out/films"],
-)  # fmt: skip
+    ["report", "{}", "--csv", "out"],
+    ["repair", "{}", "--to", "out/mended.rrd"],
+    ["compare", "{}", "{}", "--table"],
+    ["export", "{}", "--netcdf", "out/box.nc", "--start", "2026-05-01T08:00:00Z", "--site", "1,2"],
+    ["export", "{}", "--vtk", "out/films"],
+)
 
 
 def recording_trial(seed: int, samples: Samples) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import tomllib
 from collections.abc import Callable
@@ -16,13 +17,17 @@ from oilsim.forcing import AiryWaves, Current, Wind
 from recordings.replay import Replay
 from scenarios.cli import main
 from scenarios.load import scenario_from
+from scenarios.problems import ScenarioError
 from scenarios.running.assembly import Assembly, build
 from scenarios.running.exercise_fmu import ExerciseParticipant
 from scenarios.running.plan import Plan
 from scenarios.scenario import Scenario
 from scenarios.schema.overrides import with_override
+from scenarios.schema.structuring import as_data
+from scenarios.setup.cost import require_memory
 from scenarios.signals.signal_participant import SignalBoard
 from scenarios.signals.signal_table import signals_of
+from tests.fuzz.scenario_files import paths_of
 
 TEXT = (Path(__file__).parent / "all_inputs.toml").read_text(encoding="utf-8")
 
@@ -188,3 +193,19 @@ def test_an_fmu_cannot_drive_a_wind_that_a_file_cannot_have(
     assert "Traceback" not in said
     recording = Replay(tmp_path / "storm.rrd")
     assert "failed" in recording.end_reason
+
+
+EXTREMES = (0.0, 5e-324, 1e-300, 1e300, -1e300, 1e12, -1e12, 10**400, 2**63, math.nan, math.inf, -math.inf)
+
+
+@pytest.mark.parametrize("value", EXTREMES)
+def test_every_number_of_a_scenario_may_be_given_any_value(value: float, scenario: Scenario) -> None:
+    """It is refused in words, or can be checked further: no overflow, no traceback; steps that nobody can count are refused."""
+    data = as_data(scenario)
+    numbers = [path for path, old in paths_of(data) if isinstance(old, int | float) and not isinstance(old, bool)]
+    assert len(numbers) > 60
+    for path in numbers:
+        with contextlib.suppress(ScenarioError):
+            taken = scenario_from(with_override(data, tuple(path.split(".")), value))
+            assert 1 <= taken.run.duration / taken.run.communication_step <= 1e9
+            require_memory(taken)
