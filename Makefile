@@ -3,7 +3,7 @@ BIN := .venv/bin
 READY := .venv/.ready
 export NUMBA_CACHE_DIR ?= $(CURDIR)/.numba_cache
 
-.PHONY: demo test lint docs bench pareto validate stress fuzz mutants clean
+.PHONY: demo test lint docs bench pareto validate stress fuzz clean
 
 demo: $(READY)  ## run the U-sweep exercise: recording, summary and picture
 	$(BIN)/oilsim run u-sweep --demo --record u-sweep.rrd --summary u-sweep.json --picture u-sweep.png
@@ -40,9 +40,6 @@ stress: $(READY)  ## SCENES random scenes, EXCHANGES of them coupled otherwise, 
 
 fuzz: $(READY)  ## SCENARIOS random scenario files, and EACH damaged meshes, FMUs, recordings, checkpoints, orders, signals, criteria: all are refused in words or work
 	$(BIN)/python -m tests.fuzz --scenarios $(or $(SCENARIOS),10000) $(foreach kind,meshes fmus recordings checkpoints orders signals criteria,--$(kind) $(or $(EACH),1000))
-
-mutants: $(READY)  ## MUTANTS seeded changes of the source, each against the tests of its room: which of them no test notices
-	$(BIN)/python -m tests.mutants --count $(or $(MUTANTS),200)
 
 clean:
 	rm -rf .venv .numba_cache build dist site *.egg-info

@@ -49,9 +49,14 @@ def dies() -> int:
     os.abort()
 
 
-def hangs() -> int:
+def sleeps() -> int:
     time.sleep(60.0)
     return 0
+
+
+def hangs() -> int:
+    while True:
+        pass
 
 
 def devours() -> int:
@@ -66,7 +71,8 @@ def litters() -> int:
 @pytest.mark.parametrize(
     ("call", "fault"),
     [
-        (dies, "was ended by SIGABRT"), (hangs, "took more than 0.5 s"), (devours, "ended in a traceback"), (litters, "left work/litter"),
+        (dies, "was ended by SIGABRT"), (sleeps, "slept for 0.5 s"), (hangs, "took more than 1 s"),
+        (devours, "ended in a traceback"), (litters, "left work/litter"),
         (lambda: 1 // 0, "ended in a traceback"), (lambda: 7, "ended with exit code 7"), (lambda: 2, "ended with exit code 2 and no word"),
         (lambda: 0, ""),
     ],
@@ -74,8 +80,9 @@ def litters() -> int:
 def test_the_stand_sees_every_kind_of_fault(
     call: Callable[[], int], fault: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    if call is hangs:
-        monkeypatch.setattr(trials, "LONGEST", 0.5)
+    if call is sleeps:
+        monkeypatch.setattr(trials, "WAITED", 0.5)
+    monkeypatch.setattr(trials, "LONGEST", 1)
     assert tried(call).fault.startswith(fault)
     if not fault:
         assert tried(call).fault == ""

@@ -16,7 +16,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NoReturn
 
-LONGEST = 10.0  # s of a trial
+LONGEST = 10  # s of processor time of a trial; a busy machine may let it wait longer
+WAITED = 90.0  # s after which a trial that sleeps is ended
 LARGEST = 1 << 30  # bytes that a trial may take beside those of this process
 SHOWN = 600  # characters of what a failed trial said last
 
@@ -43,8 +44,8 @@ def tried(call: Callable[[], int]) -> Outcome:
         os.close(reading)
         _run(call, place, writing)
     os.close(writing)
-    said = _said(reading, begun + LONGEST)
-    status = _ended(child, begun + LONGEST)
+    said = _said(reading, begun + WAITED)
+    status = _ended(child, begun + WAITED)
     seconds = time.monotonic() - begun
     left = sorted(str(path.relative_to(place)) for folder in ("work", "tmp") for path in (place / folder).rglob("*"))
     shutil.rmtree(place, ignore_errors=True)
@@ -63,6 +64,8 @@ def _run(call: Callable[[], int], place: Path, writing: int) -> NoReturn:
         os.environ["TMPDIR"] = tempfile.tempdir = str(place / "tmp")
         size = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0]) * os.sysconf("SC_PAGE_SIZE")
         resource.setrlimit(resource.RLIMIT_AS, (size + LARGEST, size + LARGEST))
+        used = int(time.process_time()) + 1
+        resource.setrlimit(resource.RLIMIT_CPU, (used + LONGEST, used + LONGEST))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
         code = call()
     except SystemExit as end:
@@ -103,6 +106,8 @@ def _ended(child: int, until: float) -> int | None:
 def _fault(status: int | None, said: str, left: list[str]) -> str:
     """Say what is wrong with the end of a trial."""
     if status is None:
+        return f"slept for {WAITED:g} s"
+    if status in (-signal.SIGXCPU, -signal.SIGKILL):
         return f"took more than {LONGEST:g} s"
     if status < 0:
         return f"was ended by {signal.Signals(-status).name}: {said[-SHOWN:]}"
