@@ -212,9 +212,9 @@ def checked_value(participant: str, variables: Mapping[str, Variable], name: str
 def checked_values(
     participant: str, variables: Mapping[str, Variable], values: Mapping[str, object]
 ) -> dict[str, Array]:
-    """Return copies of a saved value for each of `variables`, checked like `checked_value`; outputs are checked for their shapes.
+    """Return copies of a saved value for each of `variables`, of its shape, as (6,), in its unit, as [N, N m], outputs included.
 
-    Raises KeyError for a value that is missing.
+    Each is checked as `checked_value` does. Raises KeyError for a value that is missing.
     """
     as_inputs = {name: replace(variable, causality=Causality.INPUT) for name, variable in variables.items()}
     return {name: checked_value(participant, as_inputs, name, values[name]) for name in variables}
