@@ -3,7 +3,7 @@ BIN := .venv/bin
 READY := .venv/.ready
 export NUMBA_CACHE_DIR ?= $(CURDIR)/.numba_cache
 
-.PHONY: demo test lint docs bench pareto validate stress clean
+.PHONY: demo test lint docs bench pareto validate stress fuzz clean
 
 demo: $(READY)  ## run the U-sweep exercise: recording, summary and picture
 	$(BIN)/oilsim run u-sweep --demo --record u-sweep.rrd --summary u-sweep.json --picture u-sweep.png
@@ -38,6 +38,9 @@ pareto: $(READY)  ## run time against error, beside SPlisHSPlasH if installed: t
 stress: $(READY)  ## SCENES random scenes, EXCHANGES of them coupled otherwise, WORLDS pybullet worlds, held to what physics allows; scenes that fail are left in stress-report/
 	$(BIN)/python -m tests.stress --scenes $(or $(SCENES),500) --exchanges $(or $(EXCHANGES),200) --worlds $(or $(WORLDS),100)
 
+fuzz: $(READY)  ## SCENARIOS random scenario files, and EACH damaged meshes, FMUs, recordings, checkpoints, orders, signals, criteria: all are refused in words or work
+	$(BIN)/python -m tests.fuzz --scenarios $(or $(SCENARIOS),10000) $(foreach kind,meshes fmus recordings checkpoints orders signals criteria,--$(kind) $(or $(EACH),1000))
+
 clean:
 	rm -rf .venv .numba_cache build dist site *.egg-info
 
@@ -45,5 +48,5 @@ $(READY): pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "oilsim needs Python 3.11 or newer; set PYTHON=..."; exit 1; }
 	$(PYTHON) -m venv .venv
 	$(BIN)/pip install --quiet --upgrade pip
-	$(BIN)/pip install --quiet --editable '.[dev,fmu]'
+	$(BIN)/pip install --quiet --editable '.[dev]'
 	@touch $@

@@ -8,7 +8,7 @@ world frame and about the centre of mass; a wrench is the mean over a communicat
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Protocol, runtime_checkable
 
@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from coupling.units import Unit, read_unit
+from oilsim.quantity import Quantity
 
 Array = npt.NDArray[np.float64]
 
@@ -54,6 +55,7 @@ class Variable:
             parts, the master passes on the mean over all of them, so that no impulse is lost.
         si: the unit's relation to SI, if the participant knows more of it than the text says.
         numbers: the kind of numbers it holds (real, whole, or truth values); they are passed as floats all the same.
+        limits: of each number of an input or parameter; None: it takes any number.
     """
 
     name: str
@@ -63,6 +65,7 @@ class Variable:
     is_mean: bool = False
     si: Unit | None = None
     numbers: Numbers = Numbers.REAL
+    limits: Quantity | None = None
 
     @property
     def known_unit(self) -> Unit | None:
@@ -190,7 +193,7 @@ def variable_table(variables: Iterable[Variable]) -> dict[str, Variable]:
 def checked_value(participant: str, variables: Mapping[str, Variable], name: str, value: object) -> Array:
     """Return a float64 copy of `value`, checked to have the shape of the variable `name`, as (6,), in its unit, as [N, N m].
 
-    Raises ValueError for a variable that does not exist or is an output, and for a value of another shape.
+    Raises ValueError for a variable that does not exist or is an output, and for a value of another shape or beyond the variable's limits.
     """
     variable = variables.get(name)
     if variable is None:
@@ -200,4 +203,18 @@ def checked_value(participant: str, variables: Mapping[str, Variable], name: str
     array = np.array(value, dtype=np.float64)
     if array.shape != variable.shape:
         raise ValueError(f"{participant!r}: variable {name!r} has shape {array.shape}, allowed: {variable.shape}")
+    fault = None if variable.limits is None else variable.limits.fault(tuple(array.ravel().tolist()))
+    if fault:
+        raise ValueError(f"{participant!r}: variable {name!r} {fault}")
     return array
+
+
+def checked_values(
+    participant: str, variables: Mapping[str, Variable], values: Mapping[str, object]
+) -> dict[str, Array]:
+    """Return copies of a saved value for each of `variables`, of its shape, as (6,), in its unit, as [N, N m], outputs included.
+
+    Each is checked as `checked_value` does. Raises KeyError for a value that is missing.
+    """
+    as_inputs = {name: replace(variable, causality=Causality.INPUT) for name, variable in variables.items()}
+    return {name: checked_value(participant, as_inputs, name, values[name]) for name in variables}

@@ -39,6 +39,7 @@ from coupling.pybullet_world.links import LinkedBody, LinkKey, LinkSystem
 from coupling.pybullet_world.shapes import given_solid, link_mesh, link_pose
 from coupling.solids.signed_distance import Box
 from coupling.solids.surface_sampling import SurfaceSampling, particles_of, sample_surface
+from coupling.solids.thin_parts import HELD
 from oilsim.advance_report import AdvanceReport
 from oilsim.solver import Fluid
 
@@ -69,7 +70,7 @@ class FluidWorld:
         self._cut: dict[int, Array] = {}  # poses of bodies that are sampled in part
         self._solids: dict[LinkKey, trimesh.Trimesh] = {}  # of sampled links that may be set elsewhere
         self._places: dict[LinkKey, Array] = {}  # (3,) [m] of all links at the last step
-        self._samplings: dict[tuple[bytes, bytes], SurfaceSampling] = {}  # by vertices and faces
+        self._samplings: dict[tuple[bytes, bytes, float], SurfaceSampling] = {}  # by vertices and faces
         self._watch = DefaultsWatch(client, fluid.config.gravity)
         self._has_stepped = self._is_told = False
         self._require_client()
@@ -286,18 +287,18 @@ class FluidWorld:
                     f"it lies where the fluid does not come, allowed: in reach of its domain, {self.fluid.config.lower} to "
                     f"{self.fluid.config.upper} m"
                 )
-            return sample_surface(mesh, spacing, within=within)
-        shape = (mesh.vertices.tobytes(), mesh.faces.tobytes())
+            return sample_surface(mesh, spacing, minimum_thickness=HELD * spacing, within=within)
+        least = HELD * spacing if self._is_held(key) else spacing
+        shape = (mesh.vertices.tobytes(), mesh.faces.tobytes(), least)
         if shape not in self._samplings:
-            self._samplings[shape] = sample_surface(mesh, spacing)
+            self._samplings[shape] = sample_surface(mesh, spacing, minimum_thickness=least)
         return self._samplings[shape]
 
     def _reach(self, key: LinkKey, mesh: trimesh.Trimesh) -> Box | None:
         """Return the box, along the body's axes, in which a held base larger than the domain is sampled; None for any other link."""
-        config, (body, link) = self.fluid.config, key
+        config, body = self.fluid.config, key[0]
         lower, upper = np.array(config.lower), np.array(config.upper)
-        is_held = link < 0 and pybullet.getDynamicsInfo(body, link, physicsClientId=self._client)[0] == 0.0
-        if not is_held or np.max(mesh.extents) <= np.linalg.norm(upper - lower):
+        if not self._is_held(key) or np.max(mesh.extents) <= np.linalg.norm(upper - lower):
             return None
         if any(config.periodic):
             raise ValueError(
@@ -310,6 +311,10 @@ class FluidWorld:
         own = Rotation.from_quat(orientation).inv().apply(corners)
         margin = 2.0 * config.support_radius
         return own.min(axis=0) - margin, own.max(axis=0) + margin
+
+    def _is_held(self, key: LinkKey) -> bool:
+        """Tell whether a link is a base without mass, which the fluid does not move."""
+        return key[1] < 0 and pybullet.getDynamicsInfo(*key, physicsClientId=self._client)[0] == 0.0
 
     def _tell_inertia(self, key: LinkKey, mesh: trimesh.Trimesh) -> None:
         information = pybullet.getDynamicsInfo(*key, physicsClientId=self._client)

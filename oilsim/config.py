@@ -20,6 +20,10 @@ ROUNDING = 2.0**-24
 COARSEST = 1e-3
 # [d] from the origin, beyond which rounding moves particles by more than COARSEST; theory; COARSEST over ROUNDING
 FURTHEST = math.floor(COARSEST / ROUNDING)
+# [s] least time step that can be asked for; numerical; sound passes a spacing of 1 mm in 1e-6 s, and faster bodies end the run
+SHORTEST_STEP = 1e-9
+# [1] largest limit on iterations that can be asked for; numerical; a solve that has not ended by then will not
+MOST_ITERATIONS = 1_000_000
 VECTORS = ("gravity", "lower", "upper")
 MAY_BE_NONE = ("maximum_time_step",)
 
@@ -121,15 +125,15 @@ class FluidConfig:
     density_tolerance: float = quantity("", default=1e-3, above=0.0, below=0.1)
     divergence_tolerance: float = quantity("", default=1e-4, above=0.0, below=0.1)
     viscosity_tolerance: float = quantity("", default=1e-4, above=0.0, below=0.1)
-    density_iterations: int = quantity("", default=50, at_least=1, whole=True)
-    divergence_iterations: int = quantity("", default=100, at_least=1, whole=True)
-    viscosity_iterations: int = quantity("", default=200, at_least=1, whole=True)
+    density_iterations: int = quantity("", default=50, at_least=1, at_most=MOST_ITERATIONS, whole=True)
+    divergence_iterations: int = quantity("", default=100, at_least=1, at_most=MOST_ITERATIONS, whole=True)
+    viscosity_iterations: int = quantity("", default=200, at_least=1, at_most=MOST_ITERATIONS, whole=True)
     relaxation: float = quantity("", default=0.1, at_least=0.0, at_most=1.0)
     viscosity_correction: float = quantity("", default=1.0, above=0.0)
     explicit_viscosity: bool = False
-    minimum_time_step: float = quantity("s", default=1e-4, above=0.0)
-    maximum_time_step: float | None = quantity("s", default=None, above=0.0)
-    cfl: float = quantity("", default=0.4, above=0.0, at_most=1.0)
+    minimum_time_step: float = quantity("s", default=1e-4, at_least=SHORTEST_STEP)
+    maximum_time_step: float | None = quantity("s", default=None, at_least=SHORTEST_STEP)
+    cfl: float = quantity("", default=0.4, at_least=1e-3, at_most=1.0)
     sleep_speed: float = quantity("m/s", default=0.0, at_least=0.0)
 
     def __post_init__(self) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oilsim.initial_conditions import cylinder
-from oilsim.quantity import SHORTEST_DIRECTION, Quantity, require
+from oilsim.quantity import SHORTEST_DIRECTION, LimitedAttributes, Quantity, require
 
 Real = NDArray[np.float32]
 Vector = tuple[float, float, float]
@@ -20,7 +20,7 @@ Vector = tuple[float, float, float]
 HOLD = 3.0
 
 
-class PipeEmitter:
+class PipeEmitter(LimitedAttributes):
     """Pours `phase` out of a round pipe mouth at a constant speed.
 
     mouth [m], direction (made a unit vector), radius [m], speed [m/s], spacing d [m]; start [s] and volume [m3] bound it,

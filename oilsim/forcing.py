@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oilsim.physical_constants import AIR_DENSITY, GRAVITY
-from oilsim.quantity import Quantity, quantity, require
+from oilsim.quantity import LimitedAttributes, Quantity, is_number, quantity, require
 
 Real = NDArray[np.float32]
 Vector = tuple[float, float, float]
@@ -105,10 +105,19 @@ class Current:
     )
 
     def __init__(self, velocity: Vector, zone: Zone) -> None:
-        if np.shape(velocity) != (3,) or not all(math.isfinite(number) for number in velocity):
+        self.velocity, self.zone = velocity, zone
+
+    @property
+    def velocity(self) -> Vector:
+        """The present velocity (3,) [m/s]."""
+        return self._velocity
+
+    @velocity.setter
+    def velocity(self, velocity: Vector) -> None:
+        if np.shape(velocity) != (3,) or not all(is_number(number) and math.isfinite(number) for number in velocity):
             raise ValueError(f"current: velocity is {velocity} m/s, allowed: three finite numbers")
         require("current", Current, {"speed": round(math.hypot(*velocity[:2]), 9)})  # whose components are rounded
-        self.velocity, self.zone = velocity, zone
+        self._velocity = velocity
 
     def apply(self, view: ForcingView) -> None:
         """Change the velocities inside the zone by dv/dt = (u_current - v) / tau."""
@@ -142,7 +151,7 @@ def wave_number(period: float, depth: float, gravity: float = GRAVITY) -> float:
     return k
 
 
-class AiryWaves:
+class AiryWaves(LimitedAttributes):
     """Makes linear waves by relaxing velocities in a zone to the orbital velocities of Airy's theory.
 
     height crest to trough [m], period [s], direction [rad from +x], still water between bottom and level [m].
@@ -223,7 +232,7 @@ class AiryWaves:
         self.height, self.drift, self._carried = saved["height"], saved["drift"], saved["carried"]
 
 
-class Wind:
+class Wind(LimitedAttributes):
     """Wind stress on the free surface, with seeded gusts.
 
     stress = rho_air C_D |U - v| (U - v) [Pa] (horizontal), U = mean (1 + gust), and gust an Ornstein-Uhlenbeck process of

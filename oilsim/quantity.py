@@ -62,9 +62,13 @@ class Quantity:
         """Say what is wrong with `value` (a number, or numbers in tuples down to any depth); None for one that is allowed."""
         if isinstance(value, tuple):
             return next((fault for fault in map(self.fault, value) if fault), None)
-        if math.isfinite(value) and abs(float(value)) > LARGEST:
-            return f"is {float(value):g}, allowed: magnitudes up to {LARGEST:g}"
-        return None if self.accepts(float(value)) else f"is {value!r}, allowed: {self.allowed}"
+        try:
+            number = float(value)
+        except OverflowError:
+            return f"is larger than any float, allowed: magnitudes up to {LARGEST:g}"
+        if math.isfinite(number) and abs(number) > LARGEST:
+            return f"is {number:g}, allowed: magnitudes up to {LARGEST:g}"
+        return None if self.accepts(number) else f"is {value!r}, allowed: {self.allowed}"
 
     def misfit(self, value: Any) -> str | None:
         """Say that `value`, of any type, is no number, or holds entries that are none; None for numbers."""
@@ -72,6 +76,18 @@ class Quantity:
             return None
         kind = "a whole number" if self.whole else "a number"
         return f"is {value!r}, allowed: {kind}, {self.allowed}"
+
+
+class LimitedAttributes:
+    """Base of a class whose attributes named in `QUANTITIES` may change: the limits hold whenever one is assigned.
+
+    It does not matter who assigns: an order, a signal, a saved state or a program. Raises ValueError, like `require`.
+    """
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name in quantities(type(self)):
+            require(type(self).__name__.lower(), type(self), {name: value})
+        super().__setattr__(name, value)
 
 
 def quantity(

@@ -37,6 +37,13 @@ COMMANDS = (
 )  # fmt: skip
 
 
+EXTRAS = {
+    "fmpy": ("FMUs", "fmu"),
+    "shapely": ("outlines of slicks", "export"),
+    "vtkmodules": ("films for ParaView", "export"),
+}  # packages that oilsim runs without, for what they are needed, and the extra that installs them
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return its exit code."""
     for library in ("OPENBLAS", "OMP", "MKL"):
@@ -50,6 +57,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return BAD_INPUT
     except RecordingError as error:
         print(f"oilsim: {error}", file=sys.stderr)
+        return BAD_INPUT
+    except ModuleNotFoundError as error:
+        package = (error.name or "").partition(".")[0]
+        if package not in EXTRAS:
+            raise
+        what, extra = EXTRAS[package]
+        print(f"oilsim: {package} is not installed, needed for {what}: pip install 'oilsim[{extra}]'", file=sys.stderr)
         return BAD_INPUT
     except KeyboardInterrupt:
         return INTERRUPTED

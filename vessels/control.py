@@ -15,26 +15,33 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from coupling.participant import Causality, Status, StepResult, Variable, checked_value, variable_table
-from vessels.course import Course, wrap_angle
+from coupling.participant import Causality, Status, StepResult, Variable, checked_value, checked_values, variable_table
+from oilsim.forcing import Wind
+from oilsim.quantity import Quantity, quantities, quantity, quantity_of, require
+from vessels.course import Course, CourseLeg, wrap_angle
 from vessels.vessel import Vessel, planar_motion, planar_wrench
 
 Array = NDArray[np.float64]
-HELM_ORDERS = {"speed_order": "m/s", "heading_order": "rad"}
+HELM_ORDERS = {"speed_order": quantities(CourseLeg)["speed"], "heading_order": quantities(CourseLeg)["heading"]}
+STRONGEST = quantities(Wind)["speed"].at_most or 0.0
+WIND = Quantity(unit="m/s", at_least=-STRONGEST, at_most=STRONGEST)  # each component
 _SavedState = tuple[dict[str, Any], dict[str, Array]]
 
 
 @dataclass
 class _ControlState:
-    """Memory of the controller from step to step."""
+    """Memory of the controller from step to step; a saved one is checked when it is made anew."""
 
-    leg: int = -1
-    speed_order: float = 0.0
-    heading_order: float = 0.0
-    ramped_speed: float = 0.0
-    speed_integral: float = 0.0
-    heading_integral: float = 0.0
-    lane_integral: float = 0.0
+    leg: int = quantity("", default=-1, at_least=-1.0, whole=True)
+    speed_order: float = quantity_of(CourseLeg, "speed", default=0.0)
+    heading_order: float = quantity_of(CourseLeg, "heading", default=0.0)
+    ramped_speed: float = quantity("m/s", default=0.0)
+    speed_integral: float = quantity("m", default=0.0)
+    heading_integral: float = quantity("rad s", default=0.0)
+    lane_integral: float = quantity("m s", default=0.0)
+
+    def __post_init__(self) -> None:
+        require("helmsman", _ControlState, vars(self))
 
 
 class VesselControl:
@@ -121,10 +128,10 @@ class VesselControl:
         return asdict(self._state), {name: value.copy() for name, value in self._values.items()}
 
     def restore_state(self, state: object) -> None:
-        """Go back to a state that `save_state` returned."""
+        """Go back to a state that `save_state` returned; ValueError for orders beyond their limits."""
         memory, values = cast(_SavedState, state)
         self._state = _ControlState(**memory)
-        self._values = {name: value.copy() for name, value in values.items()}
+        self._values = checked_values(self.name, self._variables, values)
 
     def terminate(self) -> None:
         """Do nothing: the helmsman holds no resources."""
@@ -203,14 +210,14 @@ def _integrand(error: float, wanted: float, limited: float) -> float:
     return 0.0 if (wanted - limited) * error > 0.0 else error
 
 
-def control_variables(vessel: str, orders: Mapping[str, str]) -> list[Variable]:
-    """List the variables of a controller that steers the vessel of that name; `orders` gives the unit of each order."""
+def control_variables(vessel: str, orders: Mapping[str, Quantity]) -> list[Variable]:
+    """List the variables of a controller that steers the vessel of that name; `orders` gives unit and limits of each order."""
     given, taken = Causality.INPUT, Causality.OUTPUT
     return [
         Variable(f"{vessel}.pose", "m, 1", (7,), given),
         Variable(f"{vessel}.twist", "m/s, rad/s", (6,), given),
-        Variable(f"{vessel}.wind", "m/s", (3,), given),
-        *(Variable(f"{vessel}.{order}", unit, (), given) for order, unit in orders.items()),
+        Variable(f"{vessel}.wind", "m/s", (3,), given, limits=WIND),
+        *(Variable(f"{vessel}.{order}", limits.unit, (), given, limits=limits) for order, limits in orders.items()),
         Variable(f"{vessel}.applied_wrench", "N, N m", (6,), taken),
         Variable(f"{vessel}.thrust", "N", (), taken),
         Variable(f"{vessel}.side_thrust", "N", (), taken),

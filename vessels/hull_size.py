@@ -12,10 +12,10 @@ from oilsim.quantity import quantity, require
 class HullSize:
     """Size of a hull [m]; draft: keel below the design waterline; depth: keel to deck. ValueError for one that has no freeboard."""
 
-    length: float = quantity("m", above=0.0)
-    beam: float = quantity("m", above=0.0)
-    draft: float = quantity("m", above=0.0)
-    depth: float = quantity("m", above=0.0)
+    length: float = quantity("m", at_least=1e-3)
+    beam: float = quantity("m", at_least=1e-3)
+    draft: float = quantity("m", at_least=1e-3)
+    depth: float = quantity("m", at_least=1e-3)
 
     def __post_init__(self) -> None:
         require("hull", HullSize, vars(self), self._problems())

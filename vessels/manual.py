@@ -8,13 +8,18 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from coupling.participant import Status, StepResult, Variable, checked_value, variable_table
+from coupling.participant import Status, StepResult, Variable, checked_value, checked_values, variable_table
+from oilsim.quantity import Quantity
 from vessels.control import control_variables
 from vessels.vessel import Vessel, planar_motion, planar_wrench
 
 Array = NDArray[np.float64]
 
-MACHINERY_ORDERS = {"thrust_order": "N", "side_thrust_order": "N", "yaw_moment_order": "N m"}
+MACHINERY_ORDERS = {
+    "thrust_order": Quantity(unit="N"),
+    "side_thrust_order": Quantity(unit="N"),
+    "yaw_moment_order": Quantity(unit="N m"),
+}
 
 
 class ManualControl:
@@ -72,8 +77,8 @@ class ManualControl:
         return {name: value.copy() for name, value in self._values.items()}
 
     def restore_state(self, state: object) -> None:
-        """Go back to a state that `save_state` returned."""
-        self._values = {name: value.copy() for name, value in cast(dict[str, Array], state).items()}
+        """Go back to a state that `save_state` returned; ValueError for orders beyond their limits."""
+        self._values = checked_values(self.name, self._variables, cast(dict[str, Array], state))
 
     def terminate(self) -> None:
         """Do nothing: manual control holds no resources."""

@@ -91,4 +91,4 @@ def transfer(links: Iterable[Link], steppers: Steppers) -> None:
     for link in links:
         where = link.connection
         value = link.carried(steppers[where.source].outputs[where.source_variable])
-        steppers[where.target].set(where.target_variable, value)
+        steppers[where.target].set(where.target_variable, value, where)

@@ -62,7 +62,7 @@ def sweep(steppers: dict[str, Stepper], links: Sequence[Link]) -> list[Array]:
         where = link.connection
         values.append(link.carried(steppers[where.source].get(where.source_variable)))
         if np.isfinite(values[-1]).all():
-            steppers[where.target].set(where.target_variable, values[-1])
+            steppers[where.target].set(where.target_variable, values[-1], where)
     return values
 
 
@@ -75,7 +75,7 @@ def _solve_loop(steppers: dict[str, Stepper], links: Sequence[Link], changing: l
     for _ in range(LOOP_SWEEPS):
         for index in changing:
             where = links[index].connection
-            steppers[where.target].set(where.target_variable, values[index])
+            steppers[where.target].set(where.target_variable, values[index], where)
         results = sweep(steppers, links)
         x, y = (np.concatenate([np.ravel(given[index]) for index in changing]) for given in (values, results))
         if not np.isfinite(y).all():

@@ -23,6 +23,7 @@ from typing import NoReturn
 import numpy as np
 
 from coupling.errors import CoSimulationError, reason
+from coupling.master.connection import Connection
 from coupling.participant import (
     Array,
     Causality,
@@ -94,13 +95,15 @@ class Stepper:
         """Name of the participant."""
         return self.participant.name
 
-    def set(self, name: str, value: Array) -> None:
-        """Set an input of the participant; NotExchanged if it does not accept it."""
+    def set(self, name: str, value: Array, source: Connection | None = None) -> None:
+        """Set an input of the participant; NotExchanged if it does not accept it. The message names the `source`, if there is one."""
         self.inputs[name] = value
         try:
             self.participant.set(name, value)
         except Exception as cause:
-            raise NotExchanged(self.name, f"the input {name!r} does not accept {value}: {reason(cause)}") from cause
+            origin = f" from {source.source}:{source.source_variable}" if source is not None else ""
+            message = f"the input {name!r} does not accept {value}{origin}: {reason(cause)}"
+            raise NotExchanged(self.name, message) from cause
 
     def get(self, name: str) -> Array:
         """Return the present value of an output; NotExchanged if the participant does not give it, or not in its shape."""

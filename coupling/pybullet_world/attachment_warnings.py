@@ -36,7 +36,7 @@ class PlacedWalls:
 def swelling(sampling: SurfaceSampling, volume: float) -> float:
     """Return the volume that the fluid sees / the solid's `volume` [m3]; 1 if they hardly differ.
 
-    The fluid sees parts thinner than a particle as one particle thick.
+    The fluid sees parts thinner than the sampling's `minimum_thickness` as that thick.
     """
     times = 1.0 + sampling.excess_volume / volume
     return times if times > 1.0 + UNSAID else 1.0
@@ -47,8 +47,8 @@ def tell_thin_parts(name: str, sampling: SurfaceSampling, volume: float) -> None
     times = swelling(sampling, volume)
     if times > 1.0:
         warnings.warn(
-            f"{name} has parts thinner than a particle: the fluid sees and lifts {times:.3g} times its volume of {volume:.3g} m3; a "
-            f"particle_spacing below {sampling.particle_spacing:g} m resolves them",
+            f"{name} has parts thinner than {thinnest_seen(sampling)}: the fluid sees and lifts {times:.3g} times its volume of "
+            f"{volume:.3g} m3; a particle_spacing below {sampling.particle_spacing:g} m resolves them",
             stacklevel=4,
         )
     leak = leaking(sampling)
@@ -56,11 +56,23 @@ def tell_thin_parts(name: str, sampling: SurfaceSampling, volume: float) -> None
         warnings.warn(f"{name} {leak}", stacklevel=4)
 
 
+def thinnest_seen(sampling: SurfaceSampling) -> str:
+    """Say which thickness the fluid sees as it is at least."""
+    spacings = sampling.minimum_thickness / sampling.particle_spacing
+    return "a particle" if spacings <= 1.0 else f"{spacings:.2g} particle spacings"
+
+
 def leaking(sampling: SurfaceSampling) -> str:
-    """Say how thin plates are through which liquid may leak; "" if none are."""
+    """Say how thin plates are through which liquid may leak, or how they were thickened so that none does; "" if there are none."""
     thickness, spacing = sampling.thinnest_plate, sampling.particle_spacing
     if not np.isfinite(thickness):
         return ""
+    if sampling.minimum_thickness >= TIGHT * spacing:
+        return (
+            f"has plates {thickness:.2g} m thin, {thickness / spacing:.2g} particle spacings: it does not move by the liquid, and the "
+            f"fluid meets these plates as {sampling.minimum_thickness:.2g} m thick, so that nothing leaks; a particle_spacing up to "
+            f"{thickness / TIGHT:.2g} m resolves them"
+        )
     return (
         f"has plates {thickness:.2g} m thin, {thickness / spacing:.2g} particle spacings: liquid that stands more than two spacings "
         f"higher on one side may leak through; a particle_spacing up to {thickness / TIGHT:.2g} m, or plates of {TIGHT * spacing:.2g} m, "

@@ -39,6 +39,14 @@ class _Carried:
 
 
 @dataclass(frozen=True)
+class _Led:
+    """A joint without a rate at the last reading: its coordinates [rad, m], and whether somebody had set them since the reading before."""
+
+    place: tuple[float, ...]
+    is_set: bool
+
+
+@dataclass(frozen=True)
 class _Left:
     """A free body after a step: its expected place (3,) [m] at the next one, its velocity (3,) [m/s], and how often it was elsewhere."""
 
@@ -56,6 +64,7 @@ class DefaultsWatch:
         self._gravity = np.array(gravity)
         self._told: set[tuple[str, int]] = set()
         self._carried: dict[int, _Carried] = {}  # held bodies
+        self._led: dict[int, dict[int, _Led]] = {}  # by body, joints that rested at the last reading
         self._braked: dict[int, int] = {}  # loose bodies: in how many of the last steps just as default damping does
         self._left: dict[int, _Left] = {}  # loose bodies
 
@@ -63,6 +72,7 @@ class DefaultsWatch:
         """Forget a body that was removed; its number may be used again."""
         self._told = {(finding, of) for finding, of in self._told if of != body}
         self._carried.pop(body, None)
+        self._led.pop(body, None)
         self._braked.pop(body, None)
         self._left.pop(body, None)
 
@@ -82,6 +92,7 @@ class DefaultsWatch:
         first = 0
         for name, linked in bodies.items():
             rows = slice(first, first := first + len(linked.keys))
+            self._look_for_led_joints(name, linked.resting_joints, duration)
             self._look_for_clipping(name, linked, wrenches[rows], unexplained[rows], gravity, duration)
 
     def _look_for_gravity(self, gravity: Array) -> None:
@@ -113,6 +124,29 @@ class DefaultsWatch:
                 f"body {body} is held and moved step after step, but its velocity for the fluid is "
                 f"{twist[:3].tolist()} m/s; call resetBaseVelocity({body}, {velocity[0]}, {velocity[1]}) after "
                 "resetBasePositionAndOrientation",
+            )
+
+    def _look_for_led_joints(self, body: int, resting: Mapping[int, tuple[float, ...]], duration: float) -> None:
+        """Look for joints that are set elsewhere step after step, at rest: their links do not push the fluid as they move.
+
+        A step of the engine moves a joint by its new rate. A joint without a rate that is elsewhere was set there.
+        """
+        before, self._led[body] = self._led.get(body, {}), {}
+        for joint, place in resting.items():
+            last = before.get(joint)
+            is_set = last is not None and place != last.place
+            self._led[body][joint] = _Led(place, is_set)
+            if last is None or not (is_set and last.is_set):
+                continue
+            call = f"resetJointStateMultiDof({body}, {joint}, ...)"
+            if len(place) == 1:
+                call = (
+                    f"resetJointState({body}, {joint}, ..., targetVelocity={(place[0] - last.place[0]) / duration:.3g})"
+                )
+            self._tell(
+                (f"joint {joint} led", body),
+                f"joint {joint} of body {body} is set step after step, but without a velocity, so that its link is at rest for the fluid; "
+                f"give resetJointState its targetVelocity, as in {call}",
             )
 
     def _look_for_other_steps(

@@ -76,6 +76,7 @@ class LinkedBody:
         self._most = np.zeros((count, 3))  # torques [N, N m] that motors have given so far
         self._beaten = np.full((count, 3), np.nan)  # torques [N, N m] of motors whose joints last turned against them
         self._spent: set[tuple[int, float]] = set()  # constraints that once gave all, and how much that was [N, N m]
+        self._coordinates: list[tuple[float, ...]] = []  # of the joints at the last reading
         self._loose: list[TreeLink] = []  # at the last reading, as if no motor held a joint
 
     def save_state(self) -> _Learnt:
@@ -98,6 +99,11 @@ class LinkedBody:
     def is_held(self) -> bool:
         """True if the base did not move under forces at the last reading."""
         return self._loose[0].mass == 0.0
+
+    @property
+    def resting_joints(self) -> dict[int, tuple[float, ...]]:
+        """Coordinates, in [rad] and [m], of the joints whose rates were exactly 0 at the last reading, by number."""
+        return {n: where for n, where in enumerate(self._coordinates) if where and not self._rates[n].any()}
 
     @property
     def masses(self) -> Array:
@@ -216,6 +222,7 @@ class LinkedBody:
         numbers = range(len(self._joints))
         states = pybullet.getJointStatesMultiDof(self.unique_id, numbers, physicsClientId=self._client)
         rates, torques = (np.array([_triple(state[n]) for state in states]) for n in (1, 3))
+        self._coordinates = [tuple(state[0]) for state in states]
         changes = rates - self._rates
         steady = (np.abs(changes) <= STEADY * step_size).all(axis=1)
         overcome = ~steady & self._overcome(torques, changes, step_size)

@@ -36,10 +36,6 @@ class Hydrostatics:
         """Compute the transverse metacentric height GM = I_roll / V + z_B - z_G [m]; above 0 the body rights itself from a heel."""
         return self.roll_second_moment / self.displaced_volume + self.center_of_buoyancy[2] - center_of_mass_height
 
-    def longitudinal_metacentric_height(self, center_of_mass_height: float) -> float:
-        """Compute the longitudinal metacentric height GM = I_pitch / V + z_B - z_G [m]; above 0 the body rights itself from a trim."""
-        return self.pitch_second_moment / self.displaced_volume + self.center_of_buoyancy[2] - center_of_mass_height
-
 
 def hydrostatics(mesh: trimesh.Trimesh, waterline: float) -> Hydrostatics:
     """Return the hydrostatics of a watertight mesh that floats with the plane z = waterline [m] as the still-water surface.

@@ -6,7 +6,8 @@ cell's centroid. The kernel sums over the solid, and their gradients, are then t
 
 Thin parts, where d / 2 does not fit, get one layer on their middle plane, d / 2 short of their rim. A plate thinner than a
 particle cannot be seen by particles as thin as it is: the solid is taken to be `minimum_thickness` thick there, with its
-rim unmoved. `excess_volume` says by how much the sampled solid is larger than the mesh.
+rim unmoved. `excess_volume` says by how much the sampled solid is larger than the mesh. Solids that do not answer to the liquid are
+thickened to HELD spacings where they are thinner than TIGHT (`thin_parts`), so that nothing leaks.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from coupling.solids.even_points import choose_apart, push_apart, random_distanc
 from coupling.solids.feature_edges import inset_ridges, sharp_edges
 from coupling.solids.signed_distance import Box, SignedDistance
 from coupling.solids.solid_mesh import told_solid
-from coupling.solids.thin_parts import middle_plane, thinnest_plate
+from coupling.solids.thin_parts import HELD, TIGHT, middle_plane, thinnest_plate
 from coupling.solids.voronoi_shells import STEP, Shells
 from oilsim.boundaries.boundary_particles import BoundaryParticles
 
@@ -56,6 +57,7 @@ class SurfaceSampling:
         outer: number of points of the outer layer.
         excess_volume: sampled solid minus mesh [m3], to about a tenth; above 0 if there are parts thinner than a particle.
         thinnest_plate: thickness [m] of the thinnest plate, if liquid may leak through it (`thin_parts`); else infinite.
+        minimum_thickness: [m] as which thinner parts count.
         particle_spacing: d [m].
     """
 
@@ -66,6 +68,7 @@ class SurfaceSampling:
     outer: int
     excess_volume: float
     thinnest_plate: float
+    minimum_thickness: float
     particle_spacing: float
 
 
@@ -102,8 +105,8 @@ def sample_surface(
 
     The mesh is read as `solid_mesh` says, and a warning tells what was mended; its hollows are sampled too. `within`: lower and upper
     corner (3,) [m] of the box that is sampled, for a solid far larger than the fluid; None: all of it. Raises ValueError for a spacing that
-    is not above 0, a thickness above the spacing, a mesh that is no solid and one of more than LARGEST particles; UnresolvedSolidError for
-    a mesh smaller than a particle.
+    is not above 0, a thickness above HELD spacings, a mesh that is no solid and one of more than LARGEST particles; UnresolvedSolidError
+    for a mesh smaller than a particle.
     """
     spacing = particle_spacing
     thickness = spacing if minimum_thickness is None else minimum_thickness
@@ -113,7 +116,8 @@ def sample_surface(
     outer, is_middle = _spread(solid, layer, spacing)
     if len(outer) < 2:
         raise UnresolvedSolidError(f"mesh of size {mesh.extents} m is too small for particles of {spacing} m")
-    swollen = _SwollenSolid(solid, layer.middle, 0.5 * thickness)
+    middle = layer.middle if thickness <= spacing else np.concatenate([layer.middle, _plates(mesh, solid, spacing)])
+    swollen = _SwollenSolid(solid, middle, 0.5 * thickness)
     shells = Shells(swollen, spacing)
     inner = _inner_layer(mesh, solid, shells, spacing)
     outer, inner, volume = shells.settle(outer, inner, is_middle, CENTERINGS)
@@ -126,6 +130,7 @@ def sample_surface(
         outer=len(outer),
         excess_volume=_excess(solid, swollen, shells, spacing),
         thinnest_plate=thinnest_plate(solid, spacing),
+        minimum_thickness=thickness,
         particle_spacing=spacing,
     )
 
@@ -134,8 +139,10 @@ def _sampled_solid(mesh: trimesh.Trimesh, spacing: float, thickness: float, with
     """Return the mesh as a solid; ValueError if it cannot be sampled."""
     if not (np.isfinite(spacing) and spacing > 0.0):
         raise ValueError(f"particle_spacing is {spacing} m, allowed: above 0")
-    if not 0.0 <= thickness <= spacing:
-        raise ValueError(f"minimum_thickness is {thickness} m, allowed: 0 to the particle spacing, {spacing} m")
+    if not 0.0 <= thickness <= HELD * spacing:
+        raise ValueError(
+            f"minimum_thickness is {thickness} m, allowed: 0 to {HELD:g} particle spacings, {HELD * spacing:g} m"
+        )
     solid = told_solid(mesh, stacklevel=4).mesh
     count = float(solid.area) / spacing**2
     if within is None and count > LARGEST:
@@ -190,6 +197,18 @@ def _find_layer(mesh: trimesh.Trimesh, solid: SignedDistance, spacing: float) ->
     middle = np.concatenate([kept, left])
     corner, edge = inset_ridges(mesh, solid, half, 0.5 * step)
     return _Layer(corner, edge, inset, middle, rim)
+
+
+def _plates(mesh: trimesh.Trimesh, solid: SignedDistance, spacing: float) -> Array:
+    """Return places (K, 3) [m] on the middle planes of plates thinner than TIGHT spacings, as far as they are clear of their rim."""
+    step, half = CANDIDATE_STEP * spacing, 0.5 * TIGHT * spacing
+    surface = solid.nearest(solid.lattice(step, 0.0, step)[0])
+    depth, middle, beyond = middle_plane(solid, surface.point, surface.normal, half)
+    is_face = depth > 1e-4 * half
+    is_plate = is_face & (depth < 0.99 * half) & ((beyond * surface.normal).sum(axis=1) < -0.7)
+    rim = np.concatenate([surface.point[is_face & (depth < 0.99 * half) & ~is_plate], sharp_edges(mesh, step)[0]])
+    plate = middle[is_plate]
+    return plate if len(rim) == 0 or len(plate) == 0 else plate[cKDTree(rim).query(plate)[0] > half]
 
 
 def _inner_layer(mesh: trimesh.Trimesh, solid: SignedDistance, shells: Shells, spacing: float) -> Array:

@@ -24,6 +24,7 @@ from coupling.solids.hydrostatics import hydrostatics
 from coupling.solids.signed_distance import SignedDistance
 from coupling.solids.solid_mesh import told_solid
 from coupling.solids.surface_sampling import particles_of, sample_surface
+from coupling.solids.thin_parts import HELD
 from oilsim.boundaries.boundary_particles import tank_walls
 from oilsim.checks import finite
 from oilsim.config import FluidConfig
@@ -110,7 +111,8 @@ class Scene:
         solid = told_solid(mesh, f"scene: mesh of body {name!r}")
         properties, mesh = mass_properties(solid, density=density), solid.outer
         _require_centered(name, mesh, properties)
-        sampling = sample_surface(mesh, self.spacing)
+        least = self.spacing if motion == "free" else HELD * self.spacing
+        sampling = sample_surface(mesh, self.spacing, minimum_thickness=least)
         tell_thin_parts(f"body {name!r}", sampling, float(mesh.volume))
         self.world.add_body(
             name,

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scenarios.exit_codes import BAD_INPUT, DONE
+from scenarios.exit_codes import DONE
 from scenarios.problems import Problem, ScenarioError
 from scenarios.running.output_paths import require_apart
 
@@ -59,13 +58,9 @@ def _export(options: argparse.Namespace) -> int:
     apart = interval(options)
     replay = Replay(options.recording)
     site = _site(options, replay) if options.netcdf or options.geojson else None
-    try:
-        with file_errors():
-            _write(options, replay, site, apart)
-            print(*filter(None, (options.netcdf, options.geojson, options.vtk)), sep="\n")
-    except ModuleNotFoundError as error:
-        print(f"oilsim: {error.name} is not installed; install it with: pip install 'oilsim[export]'", file=sys.stderr)
-        return BAD_INPUT
+    with file_errors():
+        _write(options, replay, site, apart)
+        print(*filter(None, (options.netcdf, options.geojson, options.vtk)), sep="\n")
     return DONE
 
 

@@ -14,6 +14,7 @@ from typing import Any, Literal
 import numpy as np
 
 from booms.containment import PRACTICE_SPEED
+from oilsim.quantity import Quantity, is_number
 from scenarios.debrief.boom_history import BoomHistory
 from scenarios.problems import Problem, ScenarioError
 from scenarios.text.toml import read_toml
@@ -222,8 +223,9 @@ def _problems(key: str, table: Any) -> list[Problem]:
     for entry, value in table.items():
         if entry not in _ENTRIES:
             found.append(Problem(f"{key}.{entry}", f"is unknown, allowed: {', '.join(_ENTRIES)}"))
-        elif isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
-            found.append(Problem(f"{key}.{entry}", f"is {value!r}, allowed: a finite number"))
-        elif entry == "weight" and value < 0.0:
-            found.append(Problem(f"{key}.weight", f"is {value!r}, allowed: 0 or more"))
+            continue
+        limits = Quantity(at_least=0.0) if entry == "weight" else Quantity()
+        fault = limits.fault(value) if is_number(value) else f"is {value!r}, allowed: a number, {limits.allowed}"
+        if fault:
+            found.append(Problem(f"{key}.{entry}", fault))
     return found

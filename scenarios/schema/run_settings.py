@@ -12,6 +12,9 @@ from oilsim.quantity import quantity
 from scenarios.problems import Problem
 from scenarios.schema.quantity_fields import Section, Vector
 
+SHORTEST_STEP = 1e-6  # [s] of communication, a thousandth of what impacts need
+MOST_STEPS = 1e9  # communication steps of a run: a year at 30 a second; their times are still told apart
+
 
 @dataclass(frozen=True, kw_only=True)
 class RunSettings(Section):
@@ -26,18 +29,24 @@ class RunSettings(Section):
                         energy_residual and momentum_residual, the shares without a cause; false: all three are null
     """
 
-    duration: float = quantity("s", above=0.0)
-    communication_step: float = quantity("s", default=0.01, above=0.0, at_most=1.0)
+    duration: float = quantity("s", at_least=SHORTEST_STEP, at_most=1e8)
+    communication_step: float = quantity("s", default=0.01, at_least=SHORTEST_STEP, at_most=1.0)
     threads: int | None = quantity("", default=None, at_least=1, at_most=1024, whole=True)
     seed: int = quantity("", default=1, at_least=0, whole=True)
     detail: Literal["particles", "none"] = "particles"
     budget: bool = False
 
     def problems(self) -> Iterator[Problem]:
-        """Check that a run has at least one step."""
+        """Check that a run has at least one step, and not more than can be counted, written and waited for."""
         if self.communication_step > self.duration:
             yield Problem(
                 "communication_step", f"is {self.communication_step:g} s, allowed: up to duration = {self.duration:g} s"
+            )
+        elif self.duration / self.communication_step > MOST_STEPS:
+            steps = f"{self.duration / self.communication_step:.3g} steps in duration = {self.duration:g} s"
+            least = f"{self.duration / MOST_STEPS:g} s or more"
+            yield Problem(
+                "communication_step", f"is {self.communication_step:g} s, which makes {steps}, allowed: {least}"
             )
 
 
@@ -56,7 +65,7 @@ class RecordingSettings(Section):
                          and so do those that were asked for, so that --at reaches every time as before, from farther back
     """
 
-    frame_rate: float = quantity("1/s", default=30.0, above=0.0)
+    frame_rate: float = quantity("1/s", default=30.0, above=0.0, at_most=1e6)
     precision: float | None = quantity("m", default=None, at_least=0.0)
     water_every: int | None = quantity("", default=None, at_least=1, whole=True)
     checkpoint_interval: float = quantity("s", default=1.0, at_least=0.0)

@@ -14,6 +14,7 @@ from booms.deployment import PlacedBody
 from coupling.bodies import about_center_of_mass, mass_properties
 from coupling.rigid.prescribed_motion import PrescribedMotion
 from coupling.solids.solid_mesh import SolidMesh
+from coupling.solids.thin_parts import HELD
 from recordings.frame import Color
 from scenarios.problems import Problem
 from scenarios.scenario import Scenario
@@ -50,6 +51,10 @@ class Solid:
     def name(self) -> str:
         """Name of the body in the run: ``rock``, ``vessels/port``, ``boom/main/segment-03``."""
         return self.placed.name
+
+    def least_thickness(self, particle_spacing: float) -> float:
+        """Return the thickness [m] as which the fluid meets thinner parts: a body that does not answer to the liquid gets tight plates."""
+        return particle_spacing if self.motion == "free" else HELD * particle_spacing
 
     def world_mesh(self, own: trimesh.Trimesh | None = None) -> trimesh.Trimesh:
         """Place the mesh, or another one in its frame, where the body starts."""

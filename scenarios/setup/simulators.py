@@ -98,13 +98,15 @@ def _slick(written: Scenario, layout: Layout) -> SlickParticipant | None:
 
 
 def _sampled(solids: Sequence[Solid], particle_spacing: float) -> dict[int, SurfaceSampling]:
-    """Sample the surfaces of wetted solids, by the id of their mesh; bodies with one mesh, as a boom's segments, share its sampling."""
+    """Sample the surfaces of wetted solids, by the id of their mesh; a boom's segments share one."""
     samplings: dict[int, SurfaceSampling] = {}
     for solid in solids:
         mesh = solid.placed.mesh
         if id(mesh) not in samplings:
             with problems_of(table_entry(solid.name), "cannot be sampled with particles"):
-                samplings[id(mesh)] = sample_surface(mesh, particle_spacing)
+                samplings[id(mesh)] = sample_surface(
+                    mesh, particle_spacing, minimum_thickness=solid.least_thickness(particle_spacing)
+                )
     return samplings
 
 

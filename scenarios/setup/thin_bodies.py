@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-from coupling.pybullet_world.attachment_warnings import leaking, swelling
+from coupling.pybullet_world.attachment_warnings import leaking, swelling, thinnest_seen
 from coupling.solids.surface_sampling import SurfaceSampling, sample_surface
 from coupling.solids.thin_parts import plates_of
 from scenarios.setup.placed_solids import Solid, table_entry
@@ -13,9 +13,16 @@ from scenarios.setup.placed_solids import Solid, table_entry
 
 def thin_samplings(solids: Sequence[Solid], particle_spacing: float) -> dict[int, SurfaceSampling]:
     """Sample the bodies that have thin plates, and return the samplings by the id of their mesh; other bodies need no warning."""
-    meshes = {id(solid.placed.mesh): solid.placed.mesh for solid in solids if solid.wetted}
-    thin = {key: mesh for key, mesh in meshes.items() if math.isfinite(plates_of(mesh, particle_spacing))}
-    return {key: sample_surface(mesh, particle_spacing) for key, mesh in thin.items()}
+    meshes = {id(solid.placed.mesh): solid for solid in solids if solid.wetted}
+    thin = {
+        key: solid for key, solid in meshes.items() if math.isfinite(plates_of(solid.placed.mesh, particle_spacing))
+    }
+    return {
+        key: sample_surface(
+            solid.placed.mesh, particle_spacing, minimum_thickness=solid.least_thickness(particle_spacing)
+        )
+        for key, solid in thin.items()
+    }
 
 
 def thin_bodies(
@@ -27,7 +34,8 @@ def thin_bodies(
         for solid in solids
         if solid.wetted and id(solid.placed.mesh) in samplings
     }
-    told = swollen_bodies({name: swelling(*own) for name, own in sampled.items()}, particle_spacing)
+    least = {name: thinnest_seen(own[0]) for name, own in sampled.items()}
+    told = swollen_bodies({name: swelling(*own) for name, own in sampled.items()}, least, particle_spacing)
     for name, (sampling, _) in sampled.items():
         text = leaking(sampling)
         if text and table_entry(name).startswith("bodies."):  # the skirt of a boom has liquid on both sides
@@ -35,8 +43,11 @@ def thin_bodies(
     return told
 
 
-def swollen_bodies(times: Mapping[str, float], particle_spacing: float) -> dict[str, str]:
-    """List the warnings of bodies that the fluid meets with `times` their volume; the segments of a boom share one warning."""
+def swollen_bodies(times: Mapping[str, float], least: Mapping[str, str], particle_spacing: float) -> dict[str, str]:
+    """List the warnings of bodies that the fluid meets with `times` their volume; the segments of a boom share one warning.
+
+    least: in words, the thickness of the thinnest part that the fluid sees of each body as it is.
+    """
     entries: dict[str, dict[str, float]] = {}
     for name, value in times.items():
         if value > 1.0:
@@ -47,5 +58,5 @@ def swollen_bodies(times: Mapping[str, float], particle_spacing: float) -> dict[
         which, have, its = (f"{first} and {len(others)} more", "have", "their") if others else (first, "has", "its")
         text = f"the fluid meets and lifts {max(swollen.values()):.2g} times {its} volume"
         resolved = f"fluid.particle_spacing below {particle_spacing:g} m resolves them"
-        told[f"thin {first}"] = f"{which} {have} parts thinner than a particle: {text}; {resolved}"
+        told[f"thin {first}"] = f"{which} {have} parts thinner than {least[first]}: {text}; {resolved}"
     return told

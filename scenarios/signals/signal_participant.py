@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import cast
 
@@ -18,7 +17,13 @@ Array = NDArray[np.float64]
 def signal_variables(signals: Mapping[str, Signal]) -> dict[str, Variable]:
     """Turn signals into variables of shape (1,)."""
     return variable_table(
-        Variable(signal.name, signal.unit, (1,), Causality.INPUT if signal.is_input else Causality.OUTPUT)
+        Variable(
+            signal.name,
+            signal.unit,
+            (1,),
+            Causality.INPUT if signal.is_input else Causality.OUTPUT,
+            limits=signal.limits,
+        )
         for signal in signals.values()
     )
 
@@ -65,11 +70,8 @@ class SignalBoard:
         return np.array([signal.read(self._parts)])
 
     def set(self, name: str, value: Array) -> None:
-        """Set an input (1,) in its unit; ValueError for a number that is not finite."""
-        number = float(checked_value(self._name, self._variables, name, value)[0])
-        if not math.isfinite(number):
-            raise ValueError(f"signal {name!r} is {number}, allowed: a finite number of {self._signals[name].unit}")
-        self._values[name] = number
+        """Set an input (1,) in its unit; ValueError for a number beyond the limits of its key in a scenario file."""
+        self._values[name] = float(checked_value(self._name, self._variables, name, value)[0])
         self._given.add(name)
         self._put_into_effect(name)
 
@@ -88,9 +90,12 @@ class SignalBoard:
         return {"values": dict(self._values), "given": sorted(self._given)}
 
     def restore_state(self, state: object) -> None:
-        """Go back to a state that `save_state` returned, with its wind and current."""
+        """Go back to a state that `save_state` returned, with its wind and current; ValueError for a number beyond its limits."""
         saved = cast(dict[str, dict[str, float]], state)
-        self._values, self._given = dict(saved["values"]), set(saved["given"])
+        values = {
+            name: checked_value(self._name, self._variables, name, [saved["values"][name]]) for name in self._values
+        }
+        self._values, self._given = {name: float(value[0]) for name, value in values.items()}, set(saved["given"])
         self.renew()
 
     def terminate(self) -> None:

@@ -16,10 +16,13 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from oilsim.quantity import Quantity, quantities
 from scenarios.schema.bodies import Body, Fixed
 from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings, body_of, segment_names
 from scenarios.schema.weather import ForcingSettings
 from scenarios.signals.weather_inputs import CurrentListener, set_current, set_wind
+from vessels.control import HELM_ORDERS
+from vessels.manual import MACHINERY_ORDERS
 
 if TYPE_CHECKING:
     from booms.containment import ContainmentReport
@@ -107,8 +110,8 @@ Write = Callable[[RunParts, Mapping[str, float]], None]
 class Signal:
     """One number of a run.
 
-    An output has `read`. An input has `write`, which applies it, given the values of all inputs by name, and `start`, the value in the
-    scenario.
+    An output has `read`. An input has `write`, which applies it, given the values of all inputs by name; `start`, the value in the
+    scenario; and `limits`, those of the key in a scenario file.
     """
 
     name: str
@@ -116,6 +119,7 @@ class Signal:
     read: Read | None = None
     write: Write | None = None
     start: float = 0.0
+    limits: Quantity | None = None
 
     @property
     def is_input(self) -> bool:
@@ -143,22 +147,27 @@ def _tow(exercise: SignalTables) -> Iterator[Signal]:
     if tow is None or not followers:
         return
     at_first = tow.speed if tow.start == 0.0 else 0.0  # they wait in their places
-    for what, unit, start in (("speed", "m/s", at_first), ("heading", "rad", tow.heading)):
+    for what, start in (("speed", at_first), ("heading", tow.heading)):
         order = partial(_order, [(name, f"{what}_order") for name in followers], f"tow.{what}")
-        yield Signal(name=f"tow.{what}", unit=unit, write=order, start=start)
+        yield _input(f"tow.{what}", quantities(TowSettings)[what], order, start)
 
 
 def _orders(name: str, vessel: VesselSettings) -> Iterator[Signal]:
     """Yield the orders of a vessel that has its own, or no helmsman."""
     if vessel.control == "manual":
-        orders = [(f"{what}_order", unit, 0.0) for what, unit in PUSH]
+        starts = dict.fromkeys(MACHINERY_ORDERS, 0.0)
     elif vessel.legs:
-        orders = [("speed_order", "m/s", vessel.legs[0].speed), ("heading_order", "rad", vessel.legs[0].heading)]
+        starts = {"speed_order": vessel.legs[0].speed, "heading_order": vessel.legs[0].heading}
     else:
         return
-    for what, unit, start in orders:
+    for what, start in starts.items():
         signal = f"vessels.{name}.{what}"
-        yield Signal(name=signal, unit=unit, write=partial(_order, [(name, what)], signal), start=start)
+        limits = (MACHINERY_ORDERS | HELM_ORDERS)[what]
+        yield _input(signal, limits, partial(_order, [(name, what)], signal), start)
+
+
+def _input(name: str, limits: Quantity, write: Write, start: float = 0.0) -> Signal:
+    return Signal(name=name, unit=limits.unit, write=write, start=start, limits=limits)
 
 
 def _order(told: list[tuple[str, str]], signal: str, parts: RunParts, values: Mapping[str, float]) -> None:
@@ -194,7 +203,8 @@ def _boom(name: str, boom: BoomSettings) -> Iterator[Signal]:
         prefix = f"booms.{name}.{label}"
         yield Signal(name=f"{prefix}.tension", unit="N", read=partial(_tension, name, label))
         if boom.line_stiffness is not None and isinstance(end, str):
-            yield Signal(name=f"{prefix}.payout", unit="m", write=partial(_pay_out, name, label, f"{prefix}.payout"))
+            order = partial(_pay_out, name, label, f"{prefix}.payout")
+            yield _input(f"{prefix}.payout", Quantity(unit="m"), order)  # the line refuses a length that is not above 0
     for index, segment in enumerate(segment_names(name, boom.segments)):
         yield from _pose(f"booms.{name}.segment-{index:02d}", segment)
 
@@ -236,8 +246,9 @@ def _weather(forcing: ForcingSettings | None) -> Iterator[Signal]:
         return
     for kind, settings, write in (("wind", forcing.wind, _blow), ("current", forcing.current, _flow)):
         if settings is not None:
-            yield Signal(name=f"forcing.{kind}.speed", unit="m/s", write=write, start=settings.speed)
-            yield Signal(name=f"forcing.{kind}.direction", unit="rad", write=write, start=settings.direction)
+            limits = quantities(type(settings))
+            yield _input(f"forcing.{kind}.speed", limits["speed"], write, settings.speed)
+            yield _input(f"forcing.{kind}.direction", limits["direction"], write, settings.direction)
 
 
 def _blow(parts: RunParts, values: Mapping[str, float]) -> None:

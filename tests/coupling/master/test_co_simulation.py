@@ -172,7 +172,7 @@ def test_failing_participant_is_named_and_all_end_in_order() -> None:
 @pytest.mark.parametrize(
     ("call", "owner", "message"),
     [
-        ("set", "second", r"the input 'u' does not accept 1\.?\d*: no such quay"),
+        ("set", "second", r"the input 'u' does not accept 1\.?\d* from first:y: no such quay"),
         ("get", "first", r"the output '\w+' cannot be read: no such"),
     ],
 )

@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 from coupling.bodies import box, capsule, cylinder, sphere
 from coupling.solids.signed_distance import SignedDistance
 from coupling.solids.surface_sampling import PITCH, SurfaceSampling, particles_of, sample_surface
+from coupling.solids.thin_parts import HELD
 from oilsim.boundaries.boundary_particles import half_space_integral, lattice_wall_factor
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, lattice, normalisation
 
@@ -257,6 +258,18 @@ def test_thin_plate_gets_one_layer_on_its_middle_plane(thickness: float) -> None
     assert sampling.excess_volume + 80.0 * thickness == pytest.approx(swollen, rel=0.12)
 
 
+@pytest.mark.parametrize("thickness", [0.3, 0.9, 1.0, 1.1])
+def test_a_plate_of_a_held_solid_counts_as_thick_enough_to_be_tight(thickness: float) -> None:
+    """Its volume grows by what it is thickened, but for its rim; plates that are tight, and thick solids, stay as they are."""
+    mesh = box((10.0, 10.0, thickness))
+    sampling = sample_surface(mesh, 1.0, minimum_thickness=HELD)
+    assert (10.0 - HELD) ** 2 < sampling.excess_volume / (HELD - thickness) < 10.0**2
+    assert sampling.volume.sum() == pytest.approx(mesh.volume + sampling.excess_volume, rel=0.05)
+    for tight in (1.25, 4.0):
+        wide, own = box((10.0, 10.0, tight)), sample_surface(box((10.0, 10.0, tight)), 1.0)
+        np.testing.assert_array_equal(sample_surface(wide, 1.0, minimum_thickness=HELD).volume, own.volume)
+
+
 def test_plate_too_thin_for_two_sheets_has_one_that_zigzags() -> None:
     sampling = sample_surface(box((10.0, 8.0, 1.5)), 1.0)
     height = sampling.position[(np.abs(sampling.position[:, :2]) < 3.0).all(axis=1), 2]
@@ -293,7 +306,7 @@ def test_float_with_a_skirt_is_sampled_as_thick_and_thin() -> None:
 def test_what_cannot_be_sampled_is_refused() -> None:
     with pytest.raises(ValueError, match=r"particle_spacing is 0\.0 m, allowed: above 0"):
         sample_surface(box((1.0, 1.0, 1.0)), 0.0)
-    with pytest.raises(ValueError, match=r"minimum_thickness is 2\.0 m, allowed: 0 to the particle spacing"):
+    with pytest.raises(ValueError, match=r"minimum_thickness is 2\.0 m, allowed: 0 to 1\.3 particle spacings"):
         sample_surface(box((9.0, 9.0, 9.0)), 1.0, minimum_thickness=2.0)
     with pytest.raises(ValueError, match=r"too small for particles of 1\.0 m"):
         sample_surface(box((0.1, 0.1, 0.1)), 1.0)

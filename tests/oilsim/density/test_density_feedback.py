@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 
 from oilsim.boundaries.boundary_particles import tank_walls
-from oilsim.density.density_feedback import density_below_surface, surface_table
+from oilsim.density.density_feedback import (
+    FeedbackScales,
+    add_density_feedback,
+    density_below_surface,
+    surface_table,
+)
 from oilsim.initial_conditions import block
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, kernel, kernel_slope_over_q, lattice, normalisation
 
@@ -67,3 +72,13 @@ def test_water_that_has_swollen_below_its_surface_falls_together(make_fluid, lay
         fluid.advance(0.05)
     assert before > 0.05
     assert abs(swollen()) < 0.04  # of a spacing
+
+
+@pytest.mark.parametrize("error", [0.02, -0.02])
+def test_pressed_liquid_is_let_apart_and_swollen_liquid_drawn_together(error):
+    """By its share of the error in each time of return; a strain that keeps volumes adds nothing to it at rest."""
+    flow, rate = np.zeros((1, 16), np.float32), np.zeros(1, np.float32)
+    scales = FeedbackScales(np.float32(1.0), np.float32(0.01), np.float32(0.1))
+    terms = np.array([error], np.float32), np.zeros((3, 1), np.float32), np.zeros(1, np.uint8)
+    add_density_feedback(0, 1, *terms, flow, np.zeros(1, np.float32), surface_table(1.0, 3), scales, rate)
+    assert rate[0] == pytest.approx(error / 0.1, rel=1e-5)

@@ -65,9 +65,9 @@ FLUID = tuple(name for name in quantities(FluidSettings))
 PAIRS = {
     "fluid": Pair(
         FluidSettings,
-        {"particle_spacing": 0.1, "minimum_time_step": 1e-12, "maximum_time_step": 1e12},
+        {"particle_spacing": 0.1, "minimum_time_step": 1e-9, "maximum_time_step": 1e12},
         FluidConfig,
-        {"particle_spacing": 0.1, "minimum_time_step": 1e-12, "maximum_time_step": 1e12, "lower": (0, 0, 0),
+        {"particle_spacing": 0.1, "minimum_time_step": 1e-9, "maximum_time_step": 1e12, "lower": (0, 0, 0),
          "phases": (Phase(name="water", rest_density=1000.0),)},
         _same(*FLUID),
         _fluid,

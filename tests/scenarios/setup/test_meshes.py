@@ -122,12 +122,13 @@ def test_a_fill_inside_of_what_has_no_hollow_is_refused(tmp_path: Path) -> None:
 def test_check_tells_of_thin_plates_as_run_does() -> None:
     gate = '[bodies.gate]\nshape = "box"\nsize = [{}, 1.2, 0.9]\nposition = [0.7, 0.5, 0.45]\nmotion = "fixed"\n'
     thin = scenario_of(gate.format(0.05))
-    (told,) = estimate(thin).told
-    assert told.startswith("gate has plates 0.05") and "1 particle spacings: liquid that stands more than two" in told
-    assert told in [remark.text for remark in build(thin).remarks.look(None)]
+    swollen, told = estimate(thin).told
+    assert told.startswith("gate has plates 0.05") and "1 particle spacings: it does not move by the liquid" in told
+    assert "meets these plates as 0.065 m thick, so that nothing leaks" in told
+    assert {swollen, told} <= {remark.text for remark in build(thin).remarks.look(None)}
     thinner = estimate(scenario_of(gate.format(0.02))).told
     assert [text.split(":")[0] for text in thinner] == [
-        "gate has parts thinner than a particle",
+        "gate has parts thinner than 1.3 particle spacings",
         "gate has plates 0.02 m thin, 0.4 particle spacings",
     ]
     assert estimate(scenario_of(gate.format(0.065))).told == ()

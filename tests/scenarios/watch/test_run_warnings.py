@@ -72,7 +72,9 @@ def test_a_boom_of_thin_segments_is_told_once() -> None:
         "boom/other/segment-00": 1.2,
         "rock": 1.0,
     }
-    remarks = Remarks(scenario_from(SHELF), None, {}, swollen_bodies(swelling, 0.05))
+    remarks = Remarks(
+        scenario_from(SHELF), None, {}, swollen_bodies(swelling, dict.fromkeys(swelling, "a particle"), 0.05)
+    )
     main, other = remarks.look(None)
     assert main.source == "thin boom/main/segment-00"
     assert main.text.startswith("boom/main/segment-00 and 4 more have parts thinner than a particle: ")

@@ -1,0 +1,96 @@
+"""Give oilsim random, damaged and hostile input of every kind, and tell what it does not refuse in words.
+
+    python -m tests.fuzz [--scenarios N] [--meshes N] [--fmus N] [--recordings N] [--checkpoints N] [--orders N] [--signals N]
+                         [--criteria N] [--first SEED]
+
+A trial is had again by its seed: `--scenarios 1 --first SEED`, and 0 of the other kinds. The exit status is 1 if one failed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import multiprocessing
+import os
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from pathlib import Path
+
+from tests.fuzz.damaged_files import checkpoint_trial, fmu_trial, make_samples, mesh_trial, recording_trial
+from tests.fuzz.hostile_numbers import criteria_trial, make_exercise, order_trial, signal_trial
+from tests.fuzz.scenario_files import check_of, scenario_trial
+from tests.fuzz.trials import Outcome, tried
+
+COUNTS = {
+    "scenarios": 10_000, "meshes": 1000, "fmus": 1000, "recordings": 1000, "checkpoints": 1000, "orders": 1000, "signals": 1000,
+    "criteria": 1000,
+}  # fmt: skip
+
+
+def trials(folder: Path) -> dict[str, Callable[[int], int]]:
+    """Make what the trials share, and return them by kind; a trial takes a seed."""
+    samples, exercise = make_samples(folder), make_exercise()
+    return {
+        "scenarios": scenario_trial,
+        "meshes": partial(mesh_trial, meshes=samples.meshes),
+        "fmus": partial(fmu_trial, samples=samples),
+        "recordings": partial(recording_trial, samples=samples),
+        "checkpoints": partial(checkpoint_trial, samples=samples),
+        "orders": partial(order_trial, scenario=exercise[0]),
+        "signals": partial(signal_trial, exercise=exercise),
+        "criteria": criteria_trial,
+    }
+
+
+_trial: Callable[[int], int]  # of a worker
+
+
+def _take(trial: Callable[[int], int]) -> None:
+    global _trial
+    _trial = trial
+
+
+def _run(seed: int) -> Outcome:
+    return tried(partial(_trial, seed))
+
+
+def run_kind(kind: str, trial: Callable[[int], int], seeds: range, workers: int) -> bool:
+    """Run the trials of one kind and print what came of them; returns whether all were good."""
+    begun, ends, faults = time.monotonic(), Counter[str](), 0
+
+    slowest = 0.0
+    context = multiprocessing.get_context("fork")  # workers have what the trials share, which cannot be sent to them
+    with ProcessPoolExecutor(workers, context, initializer=_take, initargs=(trial,)) as pool:
+        for seed, outcome in zip(seeds, pool.map(_run, seeds), strict=True):
+            slowest = max(slowest, outcome.seconds)
+            ends["accepted" if outcome.code == 0 else "refused"] += 1
+            if outcome.fault:
+                faults += 1
+                how = f" ({' '.join(check_of(seed))})" if kind == "scenarios" else ""
+                print(f"{kind} seed {seed}{how}: {outcome.fault}", flush=True)
+    if seeds:
+        told = ", ".join(f"{count} {end}" for end, count in sorted(ends.items()))
+        print(f"{kind}: {told}, {faults} faults, slowest {slowest:.1f} s, {time.monotonic() - begun:.0f} s", flush=True)
+    return faults == 0
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run what the command line asks for; returns the exit status."""
+    parser = argparse.ArgumentParser(prog="fuzz", description="Give oilsim random, damaged and hostile input.")
+    for kind, count in COUNTS.items():
+        parser.add_argument(f"--{kind}", type=int, default=count, metavar="N", help=f"how many (default: {count})")
+    parser.add_argument("--first", type=int, default=0, metavar="SEED", help="seed of the first of each kind")
+    options = parser.parse_args(arguments)
+    first, workers = options.first, len(os.sched_getaffinity(0))
+    with tempfile.TemporaryDirectory(prefix="oilsim-fuzz-") as folder:
+        kinds = trials(Path(folder))
+        good = [run_kind(kind, kinds[kind], range(first, first + getattr(options, kind)), workers) for kind in COUNTS]
+    return 0 if all(good) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
