@@ -3,12 +3,25 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from datetime import datetime
 
 import cattrs
 
 Point3 = tuple[float, float, float]
+CAUSE_IN_WORDS: Mapping[str, str] = {
+    "entrainment": "swept under the skirt at over 0.7 kn",
+    "drainage": "drained under the skirt",
+    "critical_accumulation": "thick oil, drawn under the skirt",
+    "planing": "slipped under the leaning skirt",
+    "submergence": "ran over the boom, which was under water",
+    "splash_over": "splashed over the boom",
+    "around_ends": "swept past the boom's end",
+    "through": "passed between two sections of the boom",
+    "left_the_tank": "left the tank",
+}
+"""Words for each cause, by its name in series and summaries; they complete "oil that ..."."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,3 +105,8 @@ def exercise_from_json(text: str) -> ExerciseDescription | None:
 def site_from_json(text: str) -> Site | None:
     """Read the site that `to_json` wrote; None for an empty text."""
     return cattrs.structure(json.loads(text), Site) if text else None
+
+
+def cause_in_words(cause: str) -> str:
+    """Return the words for a cause; for one that another program has recorded, its name without underscores."""
+    return CAUSE_IN_WORDS.get(cause, cause.replace("_", " "))

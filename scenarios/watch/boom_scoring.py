@@ -19,12 +19,14 @@ from booms.deployment import BoomLayout
 from booms.scores import HeldSpeed, LossSpeeds, TensionRecord
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 from oilsim.solver import Fluid
+from recordings.exercise import cause_in_words
 from recordings.frame import EventLevel
 from recordings.replay.running_extremes import WORST
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of
 from scenarios.schema.weather import horizontal
 from scenarios.setup.fleet import Fleet
+from scenarios.watch.sea_edge import SeaEdge
 from vessels.vessel import Vessel
 
 Array = NDArray[np.float64]
@@ -59,6 +61,8 @@ class BoomScore:
         self._notices: list[Notice] = []
         self._series: dict[str, float] = {}
         spacing = scenario.fluid.particle_spacing
+        self._edge = SeaEdge(scenario.tank, slack=spacing)
+        self._ended = False  # once the boom has left the simulated sea
         self.tracker = ContainmentTracker(
             ContainmentOptions(
                 skirt_depth=settings.skirt_depth,
@@ -69,17 +73,22 @@ class BoomScore:
                     (phase.viscosity / phase.rest_density for phase in scenario.phases.values() if phase.is_oil),
                     default=0.0,
                 ),
+                period=self._edge.period,
             )
         )
 
     def advance(
         self, time: float, world: RigidBodyWorld, oil: tuple[Array, NDArray[np.uint32]], level: float, current: Array
     ) -> None:
-        """Take the state at `time` [s] into the account.
+        """Take the state at `time` [s] into the account, which ends once the boom or a vessel of it has left the simulated sea.
 
         oil: positions (N, 3) [m] and ids (N,); level [m] of the still water; current (3,) [m/s].
         """
         state = self._state(world)
+        self._look_out(world, state)
+        if self._ended:
+            self._series = {}
+            return
         report = self.tracker.update(
             time, state, *oil, water_level=level, current=(float(current[0]), float(current[1]))
         )
@@ -96,8 +105,15 @@ class BoomScore:
         self._announce(report, speed, held)
 
     def series(self) -> dict[str, float]:
-        """Return the scores at the last communication point, by the names of their series; empty before the first."""
+        """Return the scores at the last communication point, by the names of their series; empty before the first, and after the end."""
         return dict(self._series)
+
+    def _look_out(self, world: RigidBodyWorld, state: BoomState) -> None:
+        """Say where the boom or one of its vessels leaves the simulated sea, and where it sails on into a sea that repeats."""
+        places = np.concatenate([state.line(), *(world.pose(name)[None, :2] for name in self._vessels)])
+        for side, text, ends in self._edge.passed_by(places):
+            self._tell_once(f"edge {side}", True, text)
+            self._ended |= ends
 
     def take_notices(self) -> list[Notice]:
         """Return and forget the notices since the last call."""
@@ -110,14 +126,24 @@ class BoomScore:
         share = 100.0 * self._losses.first_share
         normal = f"water has run against the boom at more than 0.7 kn (normal to it) for {self._held.window:.2g} s"
         self._tell_once("too fast", held > PRACTICE_SPEED, normal)
-        self._tell_once(
-            "first loss", self._losses.first_loss is not None, f"has lost more than {share:g} % of its oil, {through}"
-        )
+        first, gross = self._losses.first_loss, self._losses.gross_loss
         for cause, volume in report.lost_by_cause.items():
-            self._tell_once(cause, volume > 0.0, f"first oil lost by {cause.replace('_', ' ')}, {through}")
-        self._tell_once(
-            "gross loss", self._losses.gross_loss is not None, f"loses more than 2 % of its oil per second, {through}"
-        )
+            self._tell_once(cause, self._losses.begun and volume > 0.0, f"first oil {cause_in_words(cause)}, {through}")
+        if first is not None:
+            self._tell_once("first loss", True, f"has lost more than {share:g} % of its oil, at {first / knot:.2f} kn")
+        if gross is not None:
+            rate, window = 100.0 * self._losses.gross_rate, self._losses.window
+            text = f"has lost more than {rate:g} % of its oil per second for {window:g} s, at {gross / knot:.2f} kn"
+            self._tell_once("gross loss", True, text)
+        self._take_back("first loss", first)
+        self._take_back("gross loss", gross)
+
+    def _take_back(self, loss: str, speed: float | None) -> None:
+        """Say that a loss that was told does not count any more."""
+        if speed is None and loss in self._told:
+            self._told.remove(loss)
+            text = f"has taken back what it had lost: its {loss} does not count"
+            self._notices.append(Notice(text, level="info", source=f"boom {self.name}"))
 
     def _tell_once(self, key: str, happens: bool, text: str) -> None:
         if happens and key not in self._told:
@@ -176,6 +202,7 @@ class BoomScore:
             "time": self._time,
             "worst": dict(self._worst),
             "told": sorted(self._told),
+            "ended": self._ended,
         }
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
@@ -187,6 +214,7 @@ class BoomScore:
         self._losses, self._held = LossSpeeds(**deepcopy(saved["losses"])), HeldSpeed(**deepcopy(saved["held"]))
         self._time, self._worst = saved["time"], dict(saved["worst"])
         self._told, self._notices = set(saved["told"]), []
+        self._ended = saved["ended"]
 
     def summary(self) -> dict[str, Any]:
         """Return the boom's scores; speeds are in knots and angles in degrees if the key says so."""
