@@ -39,9 +39,13 @@ class Cause(IntEnum):
 
 
 RESOLVED = (
-    "drainage, critical accumulation, planing, submergence, splash-over, leakage: flow of parcels of a particle or more"
+    "oil in parcels of a particle or more that goes under the skirt, over the boom, past its ends or between its sections;"
+    " every lost volume is of these"
 )
-MODELLED = "droplet entrainment: onset speed only, no volume"
+MODELLED = (
+    "droplets finer than a particle, which fast water tears off the oil: only the speed from which they are to be expected"
+    " is computed, no oil is taken away for them"
+)
 
 
 class _Fate(IntEnum):

@@ -4,24 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from datetime import datetime
+from typing import Any
 
 import cattrs
 
 Point3 = tuple[float, float, float]
-CAUSE_IN_WORDS: Mapping[str, str] = {
-    "entrainment": "swept under the skirt at over 0.7 kn",
-    "drainage": "drained under the skirt",
-    "critical_accumulation": "thick oil, drawn under the skirt",
-    "planing": "slipped under the leaning skirt",
-    "submergence": "ran over the boom, which was under water",
-    "splash_over": "splashed over the boom",
-    "around_ends": "swept past the boom's end",
-    "through": "passed between two sections of the boom",
-    "left_the_tank": "left the tank",
-}
-"""Words for each cause, by its name in series and summaries; they complete "oil that ..."."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,6 +25,8 @@ class BoomDescription:
     joint_points     both ends of a segment in its own frame [m]
     full_tension     [N] at which the colour scale of the boom ends: the bollard pull of the vessels that tow it, or the tension of a
                      boom between fixed ends by formula at 0.7 knots
+    deployment       kind of exercise: "sweep", "containment", "exclusion" or "diversion"
+    blockage         part [-] of the water's section that the boom, and what tows it, fill across their way; 0 if it was not recorded
     """
 
     name: str
@@ -47,6 +38,8 @@ class BoomDescription:
     waterline: float
     joint_points: tuple[Point3, Point3]
     full_tension: float
+    deployment: str = "sweep"
+    blockage: float = 0.0
 
 
 FIRST_YEAR, LAST_YEAR = 1583, 9000  # of the Gregorian calendar, and far from the end of Python's
@@ -85,11 +78,17 @@ class Site:
 
 @dataclass(frozen=True, kw_only=True)
 class ExerciseDescription:
-    """Booms, the uniform current (x, y) [m/s] and the level [m] of the still water."""
+    """Booms, the uniform current (x, y) [m/s] and the level [m] of the still water.
+
+    period    [m] after which the sea repeats along x and y; 0: it does not
+    criteria  what the scenario changes of the criteria of the grade, or adds to them: settings by name, for each criterion's key
+    """
 
     booms: tuple[BoomDescription, ...] = ()
     current: tuple[float, float] = (0.0, 0.0)
     water_level: float = 0.0
+    period: tuple[float, float] = (0.0, 0.0)
+    criteria: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
 
 def to_json(description: Site | ExerciseDescription | None) -> str:
@@ -105,8 +104,3 @@ def exercise_from_json(text: str) -> ExerciseDescription | None:
 def site_from_json(text: str) -> Site | None:
     """Read the site that `to_json` wrote; None for an empty text."""
     return cattrs.structure(json.loads(text), Site) if text else None
-
-
-def cause_in_words(cause: str) -> str:
-    """Return the words for a cause; for one that another program has recorded, its name without underscores."""
-    return CAUSE_IN_WORDS.get(cause, cause.replace("_", " "))

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from scenarios import cross_checks
 from scenarios.problems import Problem
 from scenarios.schema.bodies import Body
+from scenarios.schema.criteria import CriterionSettings
 from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings
 from scenarios.schema.fmu_settings import FmuSettings
 from scenarios.schema.liquid import Fill, FluidSettings, PhaseSettings, PipeEmitterSettings, Tank
@@ -48,6 +49,7 @@ class Scenario(Section):
     vessels: Mapping[str, VesselSettings] = field(default_factory=dict)
     booms: Mapping[str, BoomSettings] = field(default_factory=dict)
     tow: TowSettings | None = None
+    criteria: Mapping[str, CriterionSettings] = field(default_factory=dict)
     probes: Mapping[str, Probe] = field(default_factory=dict)
     fmus: Mapping[str, FmuSettings] = field(default_factory=dict)
     recording: RecordingSettings = field(default_factory=RecordingSettings)

@@ -6,7 +6,7 @@ import base64
 import io
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,20 +19,24 @@ from matplotlib.figure import Figure
 from scipy.constants import knot
 
 from booms.containment import MODELLED, RESOLVED
-from booms.scores import drainage_speed, skirt_drag_coefficient, tow_force
+from booms.resolution import blockage_in_words, skirt_in_words
+from booms.scores import catenary_parameter, drainage_speed, skirt_drag_coefficient, tow_force
 from recordings import palette
+from recordings.exercise import BoomDescription
 from recordings.pictures.style import STYLE
 from recordings.replay.recording import Replay
+from recordings.sink.legend import tension_colors
+from recordings.words import cause_in_words, force_in_words, three_figures, volume_in_words
 from scenarios.debrief.boom_history import BoomHistory, boom_histories
 from scenarios.debrief.diagrams import DIAGRAMS, probe_diagram
-from scenarios.debrief.grade import CRITERIA, LETTERS, Criterion, Grade, grade
-from scenarios.debrief.key_moments import KeyMoment, key_moments
+from scenarios.debrief.grade import LETTERS, Grade, criteria_from, grade
+from scenarios.debrief.key_moments import KeyMoment, is_technical, key_moments
 from scenarios.debrief.slick_map import slick_map
-from scenarios.text.quantities import force_in_words, volume_in_words
+from scenarios.schema.criteria import CriterionSettings
 
 PAGE = "debrief.html"
 _DPI = 110
-_COARSE = 5.0  # particles over the skirt's depth, below which leakage is resolved coarsely
+_SQUARE = 0.7  # part of the speed through the water that is across the line between the ends; with less, a boom hangs in no catenary
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -45,9 +49,15 @@ class BoomChapter:
     figures: list[tuple[str, str]]
 
 
-def write_debrief(recording: Path, folder: Path, criteria: tuple[Criterion, ...] = CRITERIA) -> Path:
-    """Read a recording and write its debrief into ``folder``, which is created if needed; return the page's path."""
+def write_debrief(recording: Path, folder: Path, criteria: Mapping[str, CriterionSettings] | None = None) -> Path:
+    """Read a recording and write its debrief into ``folder``, which is created if needed; return the page's path.
+
+    criteria: changes and additions to those of the deployment; by default those of the recorded scenario.
+    """
     replay = Replay(recording)
+    if criteria is None and replay.run.exercise is not None:
+        criteria = criteria_from(replay.run.exercise.criteria, str(recording))
+    criteria = criteria or {}
     histories = boom_histories(replay)
     moments = key_moments(replay, histories)
     folder.mkdir(parents=True, exist_ok=True)
@@ -83,8 +93,10 @@ def _rendered(replay: Replay, **parts: object) -> str:
             repaired_from=replay.repaired_from,
             changes=_changes(replay),
             letters=LETTERS,
-            events=replay.events,
-            causes=[(cause, palette.css(palette.cause_color(cause))) for cause in palette.CAUSES],
+            events=[event for event in replay.events if not is_technical(event)],
+            instructors_log=replay.events,
+            causes=[(cause_in_words(cause), palette.css(palette.cause_color(cause))) for cause in palette.CAUSES],
+            boom_colors=[tension_colors(boom, len(_booms(replay)) > 1).replace("**", "") for boom in _booms(replay)],
             notes=_notes(replay),
             **parts,
         )
@@ -95,8 +107,7 @@ def _environment() -> Environment:
     environment = Environment(
         loader=PackageLoader("scenarios.debrief", "."), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
-    environment.filters["force"] = force_in_words
-    environment.filters["figure"] = lambda value: f"{value:.1f}".removesuffix(".0") if value < 100.0 else f"{value:.0f}"
+    environment.filters["figure"] = three_figures
     return environment
 
 
@@ -104,7 +115,7 @@ def _chapter(
     replay: Replay,
     history: BoomHistory,
     moments: Sequence[KeyMoment],
-    criteria: tuple[Criterion, ...],
+    criteria: Mapping[str, CriterionSettings],
     folder: Path,
     several: bool,
 ) -> BoomChapter:
@@ -143,14 +154,14 @@ def _figures(replay: Replay, history: BoomHistory) -> list[tuple[str, str]]:
         ("Oil held at the end", volume_in_words(oil["retained"])),
         ("Oil lost at the end", volume_in_words(oil["lost"])),
         *(
-            (f"&nbsp;&nbsp;by {cause.replace('_', ' ')}", volume_in_words(float(v[-1])))
+            (f"&nbsp;&nbsp;{cause_in_words(cause)}", volume_in_words(float(v[-1])))
             for cause, v in history.causes.items()
         ),
         ("Lost and taken back, in total", volume_in_words(oil["recovered"])),
         ("Not met by the boom", volume_in_words(oil["free"])),
-        ("Left the simulated area without being lost", volume_in_words(oil["removed"])),
-        ("Tow speed at the first loss (0.5 % of the oil)", _knots(losses.first_loss)),
-        ("Tow speed at gross loss (2 % of the oil per second)", _knots(losses.gross_loss)),
+        ("Left the tank without being lost by the boom", volume_in_words(oil["removed"])),
+        ("Tow speed at the first loss (net 0.5 % of the oil, for 5 s)", _knots(losses.first_loss)),
+        ("Tow speed at gross loss (net 2 % of the oil per second, mean over 5 s)", _knots(losses.gross_loss)),
         (
             f"Highest speed normal to the boom that lasted {history.hold_time:.2g} s",
             _knots(history.highest_held_speed),
@@ -161,23 +172,47 @@ def _figures(replay: Replay, history: BoomHistory) -> list[tuple[str, str]]:
 
 def _rules_of_thumb(replay: Replay, history: BoomHistory) -> list[tuple[str, str]]:
     """List what rules of thumb give for the same tow, beside the measured values."""
-    boom, under_way = history.boom, history.under_way
+    boom = history.boom
     oils = [phase.rest_density for phase in replay.run.phases if phase.is_oil]
     waters = [phase.rest_density for phase in replay.run.phases if not phase.is_oil]
     rows = []
     if oils and waters and max(oils) < max(waters):
         limit = drainage_speed(max(oils), max(waters), boom.skirt_depth)
         rows.append(("Tow speed at which oil begins to drain under this skirt (Froude number 0.5)", _knots(limit)))
-    speed = float(np.sqrt(np.mean(history.tow_speed[under_way] ** 2)))  # the force grows with the square of the speed
-    gap = float(history.gap_ratio[under_way].mean())
-    if waters and 0.0 < gap < 1.0 and history.tow_tension:
-        force, _ = tow_force(
-            boom.length, gap, boom.skirt_depth, speed, drag_coefficient=skirt_drag_coefficient(), density=max(waters)
-        )
-        mean = np.mean([tension[under_way].mean() for tension in history.tow_tension.values()])
-        rows.append(("Mean tension at an end by the rule of thumb 26 A V²", force_in_words(float(force))))
-        rows.append(("Mean tension at an end, as recorded", force_in_words(float(mean))))
-    return rows
+    return rows + (_tension_rows(history, max(waters)) if waters and history.tow_tension else [])
+
+
+def _tension_rows(history: BoomHistory, density: float) -> list[tuple[str, str]]:
+    """List the mean tension by the rule of thumb, with its area and speed, beside the recorded one, once the boom is settled.
+
+    In a catenary, the tension at each end is 26 A V^2 with the area A = skirt depth x radius of the apex; V is the speed through the water
+    across the line between the ends, since the boom feels no other.
+    """
+    boom, settled = history.boom, history.settled
+    mean = np.mean([tension[settled].mean() for tension in history.tow_tension.values()])
+    recorded = ("Mean tension at an end, as recorded", force_in_words(float(mean)))
+    gap, across, whole = (
+        float(history.gap_ratio[settled].mean()),
+        history.speed_across[settled],
+        history.tow_speed[settled],
+    )
+    speed = float(np.sqrt(np.mean(across**2)))  # the force grows with the square of the speed
+    rule = "Mean tension at an end by the rule of thumb 26 A V²"
+    if speed < _SQUARE * float(np.sqrt(np.mean(whole**2))):
+        return [(rule, "does not apply: the boom does not lie square to the water's way"), recorded]
+    if not 0.0 < gap < 1.0 or speed == 0.0:
+        return [recorded]
+    force, _ = tow_force(
+        boom.length, gap, boom.skirt_depth, speed, drag_coefficient=skirt_drag_coefficient(), density=density
+    )
+    radius = catenary_parameter(boom.length, gap)
+    area = f"A = {boom.skirt_depth:g} m of skirt × {three_figures(radius)} m, the radius of the apex at a gap ratio of {gap:.2f}"
+    return [(f"{rule}, with {area} = {three_figures(radius * boom.skirt_depth)} m², and V = {speed / knot:.2f} kn across "
+             "the line between the ends", force_in_words(force)), recorded]  # fmt: skip
+
+
+def _booms(replay: Replay) -> Sequence[BoomDescription]:
+    return replay.run.exercise.booms if replay.run.exercise else ()
 
 
 def _changes(replay: Replay) -> str:
@@ -194,13 +229,9 @@ def _notes(replay: Replay) -> list[str]:
             f"Pictures and outlines show their recorded positions, which are exact to {500.0 * replay.precision:.2g} mm."
         )
     notes += [f"The recording has one in {count} frames of {name}." for name, count in replay.thinning.items()]
-    for boom in replay.run.exercise.booms if replay.run.exercise else ():
-        deep = boom.skirt_depth / spacing
-        if deep < _COARSE:
-            coarse = (
-                f"The skirt of boom {boom.name} is only {deep:.2g} particles deep. The page shows how the boom fails,"
-            )
-            notes.append(f"{coarse} but the speed at which it fails, its draft and its tension are not reliable.")
+    for boom in _booms(replay):
+        told = (skirt_in_words(boom.skirt_depth, spacing), blockage_in_words(boom.blockage))
+        notes += [f"Boom {boom.name}: {text}." for text in told if text]
     if replay.run.exercise and len(replay.run.exercise.booms) > 1:
         notes.append(
             "Each boom has its own account: oil that one boom lost and another met, or that two booms hold, is in both accounts."

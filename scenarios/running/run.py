@@ -14,6 +14,7 @@ from rich.table import Table
 
 from recordings.errors import RecordingError
 from recordings.files import RECORDING_ENDING, held, why_unwritable
+from recordings.words import cause_in_words, volume_in_words
 from scenarios.exit_codes import FAILED
 from scenarios.problems import Problem, ScenarioError
 from scenarios.running.assembly import Assembly, build
@@ -211,10 +212,10 @@ def _print_result(console: Console, result: dict[str, Any], options: RunOptions)
         )
     lost = result["oil_m3"]["lost"]
     if result["oil_m3"]["released"]:
-        gone = ", ".join(f"{cause} {1e3 * volume:.1f} l" for cause, volume in lost.items() if volume)
-        table.add_row(
-            "oil", f"released {1e3 * result['oil_m3']['released']:.1f} l" + (f"; lost: {gone}" if gone else "")
-        )
+        table.add_row("oil", f"{volume_in_words(result['oil_m3']['released'])} released")
+        for cause, volume in lost.items():
+            if volume:
+                table.add_row("", f"{volume_in_words(volume)} {cause_in_words(cause)}")
     for name in ("record", "summary", "picture"):
         path = getattr(options, name)
         if path is not None:

@@ -13,6 +13,7 @@ from typing import Literal
 from booms.boom import BoomDesign
 from oilsim.quantity import quantity, quantity_of
 from scenarios.problems import Problem
+from scenarios.schema.criteria import Deployment
 from scenarios.schema.quantity_fields import Point2, Section
 from vessels.course import CourseLeg
 from vessels.hull_size import HullSize
@@ -102,6 +103,8 @@ class VesselSettings(Section):
 class BoomSettings(Section):
     """A boom of jointed segments, laid in a U or along a line between two ends.
 
+    Between fixed points a boom that is longer than their distance bulges to the right of who looks from its first end to its second.
+
     ends                for each end, the name of a vessel or a fixed point (x, y) [m]; two points must be nearer to each other than the
                         boom's length, by at least a thousandth
     length              [m] of the boom along its skirt
@@ -114,6 +117,10 @@ class BoomSettings(Section):
     tow_line            [m] length of line between each end and its vessel
     line_stiffness      [N] axial stiffness EA of these lines, which then only pull, have no mass and may be winched; without it, the lines
                         are rigid links
+    deployment          how the debrief grades it: "sweep" meets and holds oil under way, "containment" holds it between moorings,
+                        "exclusion" keeps oil out of `area`, "diversion" leads oil into `area`; the default is a sweep if a vessel holds
+                        an end, else a containment
+    area                three or more corners (x, y) [m] of the water that an exclusion keeps clean, or to which a diversion leads the oil
     """
 
     ends: tuple[str | Point2, str | Point2]
@@ -126,6 +133,14 @@ class BoomSettings(Section):
     ballast_fraction: float = quantity_of(BoomDesign, "ballast_fraction")
     tow_line: float = quantity("m", default=0.0, at_least=0.0)
     line_stiffness: float | None = quantity("N", default=None, above=0.0)
+    deployment: Deployment | None = None
+    area: tuple[Point2, ...] = quantity("m", default=())
+
+    @property
+    def kind(self) -> Deployment:
+        """The kind of its deployment, stated or by its ends."""
+        towed = any(isinstance(end, str) for end in self.ends)
+        return self.deployment or ("sweep" if towed else "containment")
 
     @property
     def end_labels(self) -> tuple[str, ...]:
@@ -133,6 +148,11 @@ class BoomSettings(Section):
         return tuple(end if isinstance(end, str) else f"end-{index}" for index, end in enumerate(self.ends))
 
     def problems(self) -> Iterator[Problem]:
-        """Check that an elastic line has a length."""
+        """Check that an elastic line has a length, and that an area is there where the grade needs one."""
         if self.line_stiffness is not None and self.tow_line == 0.0:
             yield Problem("line_stiffness", "is given, allowed: only with tow_line above 0 m")
+        if self.deployment in ("exclusion", "diversion") and len(self.area) < 3:
+            text = f'has {len(self.area)} corners, allowed: 3 or more with deployment = "{self.deployment}"'
+            yield Problem("area", text)
+        elif 0 < len(self.area) < 3:
+            yield Problem("area", f"has {len(self.area)} corners, allowed: 3 or more")

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from coupling.rigid.rigid_body_world import FRICTION, RigidBodyWorld
 from coupling.solids.surface_sampling import LARGEST, sample_surface
+from recordings.words import volume_in_words
 from scenarios.problems import Problem, ScenarioError
 from scenarios.scenario import Scenario
 from scenarios.schema.liquid import Tank
@@ -19,7 +20,6 @@ from scenarios.setup.fill_lattice import empty_regions, placed_regions
 from scenarios.setup.fleet import LINE_RELAXATION_TIME, Fleet, place_fleet
 from scenarios.setup.fluid import clear_of, pipe_problems, sorted_by_hollow, water_level
 from scenarios.setup.placed_solids import Solid, own_solids, table_entry, vector
-from scenarios.text.quantities import volume_in_words
 
 Array = NDArray[np.float64]
 

@@ -12,6 +12,8 @@ from recordings.exercise import BoomDescription, ExerciseDescription, Site
 from recordings.frame import CameraView, MeshDescription, PhaseDescription, RunDescription
 from scenarios.scenario import Scenario, SiteSettings
 from scenarios.schema.probe_settings import PressureProbe, WaveGauge
+from scenarios.schema.structuring import as_data
+from scenarios.setup.boom_remarks import blockage
 from scenarios.setup.fleet import Fleet
 from scenarios.setup.fluid import horizontal
 from scenarios.setup.simulators import Simulators
@@ -80,16 +82,18 @@ def _describe_exercise(scenario: Scenario, fleet: Fleet, water_level: float) -> 
     current = scenario.forcing.current
     flow = (0.0, 0.0, 0.0) if current is None else horizontal(current.speed, current.direction)
     return ExerciseDescription(
-        booms=tuple(_describe_boom(name, layout, scenario) for name, layout in fleet.booms.items()),
+        booms=tuple(_describe_boom(name, layout, scenario, water_level) for name, layout in fleet.booms.items()),
         current=(flow[0], flow[1]),
         water_level=water_level,
+        period=scenario.tank.period,
+        criteria=as_data(scenario.criteria),
     )
 
 
-def _describe_boom(name: str, layout: BoomLayout, scenario: Scenario) -> BoomDescription:
+def _describe_boom(name: str, layout: BoomLayout, scenario: Scenario, water_level: float) -> BoomDescription:
     settings = scenario.booms[name]
     first, second = (tuple(float(part) for part in point) for point in layout.segment.joint_points)
-    labels = [end if isinstance(end, str) else f"end-{index}" for index, end in enumerate(settings.ends)]
+    labels = settings.end_labels
     pulls = [scenario.vessels[end].bollard_pull for end in settings.ends if isinstance(end, str)]
     return BoomDescription(
         name=name,
@@ -101,6 +105,8 @@ def _describe_boom(name: str, layout: BoomLayout, scenario: Scenario) -> BoomDes
         waterline=float(layout.segment.waterline),
         joint_points=((first[0], first[1], first[2]), (second[0], second[1], second[2])),
         full_tension=max(pulls, default=0.0) or _fixed_boom_tension(layout),
+        deployment=settings.kind,
+        blockage=blockage(name, scenario, water_level),
     )
 
 

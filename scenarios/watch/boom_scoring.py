@@ -13,20 +13,20 @@ from numpy.typing import NDArray
 from scipy.constants import knot
 
 from booms.balance import OilBalance, balance, lost_ids
-from booms.boom_state import BoomState
+from booms.boom_state import BoomState, beside, signed_distance
 from booms.containment import PRACTICE_SPEED, ContainmentOptions, ContainmentReport, ContainmentTracker
 from booms.deployment import BoomLayout
 from booms.scores import HeldSpeed, LossSpeeds, TensionRecord
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 from oilsim.solver import Fluid
-from recordings.exercise import cause_in_words
 from recordings.frame import EventLevel
 from recordings.replay.running_extremes import WORST
+from recordings.words import cause_in_words
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of
 from scenarios.schema.weather import horizontal
 from scenarios.setup.fleet import Fleet
-from scenarios.watch.sea_edge import SeaEdge
+from scenarios.watch.sea_edge import sides_passed
 from vessels.vessel import Vessel
 
 Array = NDArray[np.float64]
@@ -54,6 +54,8 @@ class BoomScore:
         self._tensions = {end: TensionRecord() for end in tensions}
         self._losses = LossSpeeds()
         self._held = HeldSpeed.at(PRACTICE_SPEED, settings.skirt_depth)
+        self._area = np.array(settings.area)
+        self._oil_in_area: float | None = None  # [m3]
         self._vessels = [body_of(end) for end in settings.ends if isinstance(end, str)]
         self._time: float | None = None
         self._worst: dict[str, float] = {}
@@ -61,19 +63,19 @@ class BoomScore:
         self._notices: list[Notice] = []
         self._series: dict[str, float] = {}
         spacing = scenario.fluid.particle_spacing
-        self._edge = SeaEdge(scenario.tank, slack=spacing)
+        self._tank, self._slack, self._volume = scenario.tank, spacing, spacing**3
         self._ended = False  # once the boom has left the simulated sea
         self.tracker = ContainmentTracker(
             ContainmentOptions(
                 skirt_depth=settings.skirt_depth,
                 freeboard=settings.freeboard,
-                particle_volume=spacing**3,
+                particle_volume=self._volume,
                 hysteresis=spacing,
                 kinematic_viscosity=max(
                     (phase.viscosity / phase.rest_density for phase in scenario.phases.values() if phase.is_oil),
                     default=0.0,
                 ),
-                period=self._edge.period,
+                period=scenario.tank.period,
             )
         )
 
@@ -99,6 +101,10 @@ class BoomScore:
         speed = self._tow_speed(world, current)
         series = report.scalars() | {"metrics/tow_speed": speed}
         series |= {"metrics/normal_speed_held": held, "metrics/normal_speed_limit": PRACTICE_SPEED}
+        if len(self._area):
+            within = beside(oil[0], self._area, self._tank.period)[:, :2]
+            self._oil_in_area = float((signed_distance(within, self._area)[0] > 0.0).sum()) * self._volume
+            series["metrics/oil_in_area"] = self._oil_in_area
         series |= {f"metrics/current/{axis}": float(current[place]) for place, axis in enumerate("xy")}
         self._series = series | self._pull(world, step) | self._remember(report, held)
         self._losses.add(time, speed, report.lost, report.retained + report.lost)
@@ -111,7 +117,7 @@ class BoomScore:
     def _look_out(self, world: RigidBodyWorld, state: BoomState) -> None:
         """Say where the boom or one of its vessels leaves the simulated sea, and where it sails on into a sea that repeats."""
         places = np.concatenate([state.line(), *(world.pose(name)[None, :2] for name in self._vessels)])
-        for side, text, ends in self._edge.passed_by(places):
+        for side, text, ends in sides_passed(self._tank, places, self._slack):
             self._tell_once(f"edge {side}", True, text)
             self._ended |= ends
 
@@ -203,6 +209,7 @@ class BoomScore:
             "worst": dict(self._worst),
             "told": sorted(self._told),
             "ended": self._ended,
+            "oil_in_area": self._oil_in_area,
         }
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
@@ -214,7 +221,7 @@ class BoomScore:
         self._losses, self._held = LossSpeeds(**deepcopy(saved["losses"])), HeldSpeed(**deepcopy(saved["held"]))
         self._time, self._worst = saved["time"], dict(saved["worst"])
         self._told, self._notices = set(saved["told"]), []
-        self._ended = saved["ended"]
+        self._ended, self._oil_in_area = saved["ended"], saved["oil_in_area"]
 
     def summary(self) -> dict[str, Any]:
         """Return the boom's scores; speeds are in knots and angles in degrees if the key says so."""
@@ -231,6 +238,7 @@ class BoomScore:
             "first_loss_speed_kn": _knots(self._losses.first_loss),
             "gross_loss_speed_kn": _knots(self._losses.gross_loss),
             "taken_back_m3": report.recovered,
+            "oil_in_area_m3": self._oil_in_area,
             "tow_tension_n": {end: {"mean": t.mean, "peak": t.peak} for end, t in self._tensions.items()},
         }
 
