@@ -2,7 +2,8 @@
 
 The dataclasses are the Python API. A scenario file says the same, table by table and key by key; `scenarios.load` reads it.
 Conventions: SI units, world frame with z up, angles counter-clockwise. In a file, a key for a speed may carry the suffix ``_kn`` (knots),
-and one for an angle ``_deg`` (degrees).
+and one for an angle ``_deg`` (degrees). Sailors' directions are taken too, in degrees clockwise from north: ``heading_compass`` for a
+heading, ``from_compass`` for where wind or waves come from, ``toward_compass`` for where a current runs to (`scenarios.schema.compass`).
 """
 
 from __future__ import annotations

@@ -24,6 +24,7 @@ from booms.scores import catenary_parameter, drainage_speed, skirt_drag_coeffici
 from recordings import palette
 from recordings.exercise import BoomDescription
 from recordings.pictures.style import STYLE
+from recordings.replay.joined import JoinedReplay
 from recordings.replay.recording import Replay
 from recordings.sink.legend import tension_colors
 from recordings.words import cause_in_words, force_in_words, three_figures, volume_in_words
@@ -54,7 +55,7 @@ def write_debrief(recording: Path, folder: Path, criteria: Mapping[str, Criterio
 
     criteria: changes and additions to those of the deployment; by default those of the recorded scenario.
     """
-    replay = Replay(recording)
+    replay = JoinedReplay(recording)
     if criteria is None and replay.run.exercise is not None:
         criteria = criteria_from(replay.run.exercise.criteria, str(recording))
     criteria = criteria or {}
@@ -82,7 +83,7 @@ def write_debrief(recording: Path, folder: Path, criteria: Mapping[str, Criterio
     return target
 
 
-def _rendered(replay: Replay, **parts: object) -> str:
+def _rendered(replay: JoinedReplay, **parts: object) -> str:
     """Return the page of a recording, made of its own facts and these parts."""
     return (
         _environment()
@@ -90,6 +91,8 @@ def _rendered(replay: Replay, **parts: object) -> str:
         .render(
             run=replay.run,
             end_reason=replay.end_reason,
+            pieces=_pieces(replay),
+            missing=replay.missing,
             repaired_from=replay.repaired_from,
             changes=_changes(replay),
             letters=LETTERS,
@@ -101,6 +104,16 @@ def _rendered(replay: Replay, **parts: object) -> str:
             **parts,
         )
     )
+
+
+def _pieces(replay: JoinedReplay) -> list[str]:
+    """Say where the run was continued, and with which orders."""
+    told = []
+    for branch in replay.branches:
+        orders = [e.text for e in replay.events if e.source == "instructor" and abs(e.time - branch.time) < 1e-6]
+        given = f", with the {'; '.join(orders)}" if orders else ""
+        told.append(f"At {branch.time:.1f} s the run was continued from {Path(branch.recording).name}{given}.")
+    return told
 
 
 def _environment() -> Environment:

@@ -116,7 +116,7 @@ def _draw_current(axes: Axes, replay: Replay) -> None:
 def _draw_north(axes: Axes, replay: Replay) -> None:
     """Draw an arrow to the north."""
     bearing = _bearing(replay)
-    _draw_arrow(axes, (1.30, 0.08), np.array([np.cos(bearing), np.sin(bearing)]), "N", "#26323b")
+    _draw_arrow(axes, (1.12, 0.34), np.array([np.cos(bearing), np.sin(bearing)]), "N", "#26323b")
 
 
 def _bearing(replay: Replay) -> float:

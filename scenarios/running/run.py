@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+import os
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -41,7 +42,7 @@ class RunOptions:
     """Files that a run leaves behind: recording, summary and picture, each or none; and whether it is shown live.
 
     checkpoints: folder for them; by default that of the recording, and none without a recording.
-    source: the scenario's file, which none of them may be.
+    overwrite: whether they may replace files that are there. source: the scenario's file, which none of them may be.
     """
 
     record: Path | None = None
@@ -49,6 +50,7 @@ class RunOptions:
     summary: Path | None = None
     picture: Path | None = None
     live: bool = False
+    overwrite: bool = False
     source: Path | None = None
 
     @property
@@ -93,7 +95,8 @@ def _run(plan: Plan, restart: Restart | None, options: RunOptions, console: Cons
             stack.enter_context(held(options.record))
         recorder = _recorder(scenario, options)
         console.print(f"building {scenario.name}", highlight=False, markup=False)
-        assembly = _with_plan(build(scenario, text=plan.text, overrides=plan.changes), plan)
+        branch = _branch(restart, options)
+        assembly = _described(build(scenario, text=plan.text, overrides=plan.changes), plan, branch)
         summary = SummaryObserver(assembly)
         folder = options.checkpoint_folder
         checkpoints = None if folder is None else stack.enter_context(checkpoint_writer(folder, plan))
@@ -132,10 +135,21 @@ def _leave(result: dict[str, Any], options: RunOptions, *, drawn: bool) -> Itera
         yield f"the picture {options.picture} cannot be drawn: {error}"
 
 
-def _with_plan(assembly: Assembly, plan: Plan) -> Assembly:
-    """Add to the assembly's description all that is needed to run the plan again."""
-    properties = dict(assembly.description.properties) | {"plan": json.dumps(plan.as_data())}
+def _described(assembly: Assembly, plan: Plan, branch: Mapping[str, str]) -> Assembly:
+    """Add to the assembly's description all that is needed to run the plan again, and from which recording it goes on."""
+    properties = dict(assembly.description.properties) | {"plan": json.dumps(plan.as_data()), **branch}
     return replace(assembly, description=replace(assembly.description, properties=properties))
+
+
+def _branch(restart: Restart | None, options: RunOptions) -> dict[str, str]:
+    """Return the property that names the recording from which a run goes on; empty if it goes on from none."""
+    source = None if restart is None else restart.recording
+    if restart is None or source is None or options.record is None:
+        return {}
+    from recordings.replay.joined import CONTINUES, Branch
+
+    relative = os.path.relpath(source.absolute(), options.record.absolute().parent)
+    return {CONTINUES: Branch(recording=relative, index=restart.index, time=restart.time).as_json()}
 
 
 def _recorder(scenario: Scenario, options: RunOptions) -> Recorder | None:
@@ -170,9 +184,16 @@ def _require_writable(options: RunOptions) -> None:
         if reason:
             text = f"is {str(path)!r}, which cannot be written: {reason}; allowed: a file in an existing folder"
             problems.append(Problem(f"--{name}", text))
+        elif path.is_file() and not options.overwrite:
+            text = f"is {str(path)!r}, which is there already; allowed: another name, or --overwrite to replace it"
+            problems.append(Problem(f"--{name}", text))
         elif name in endings and path.suffix not in endings[name]:
             allowed = " or ".join(endings[name])
             problems.append(Problem(f"--{name}", f"is {str(path)!r}, allowed: a name that ends with {allowed}"))
+    folder = options.checkpoint_folder
+    if folder is not None and not options.overwrite and any(folder.glob("step-*.npz")):
+        text = f"is {str(folder)!r}, which holds checkpoints of an earlier run; allowed: another folder, or --overwrite to replace them"
+        problems.append(Problem("--checkpoints", text))
     if problems:
         raise ScenarioError(problems, "oilsim")
 

@@ -103,8 +103,6 @@ class VesselSettings(Section):
 class BoomSettings(Section):
     """A boom of jointed segments, laid in a U or along a line between two ends.
 
-    Between fixed points a boom that is longer than their distance bulges to the right of who looks from its first end to its second.
-
     ends                for each end, the name of a vessel or a fixed point (x, y) [m]; two points must be nearer to each other than the
                         boom's length, by at least a thousandth
     length              [m] of the boom along its skirt
@@ -117,6 +115,8 @@ class BoomSettings(Section):
     tow_line            [m] length of line between each end and its vessel
     line_stiffness      [N] axial stiffness EA of these lines, which then only pull, have no mass and may be winched; without it, the lines
                         are rigid links
+    bulge               "left" or "right", seen from the first end to the second: the side to which a boom with slack is laid; by default
+                        the side to which the current drives a boom between fixed points, else the right
     deployment          how the debrief grades it: "sweep" meets and holds oil under way, "containment" holds it between moorings,
                         "exclusion" keeps oil out of `area`, "diversion" leads oil into `area`; the default is a sweep if a vessel holds
                         an end, else a containment
@@ -133,6 +133,7 @@ class BoomSettings(Section):
     ballast_fraction: float = quantity_of(BoomDesign, "ballast_fraction")
     tow_line: float = quantity("m", default=0.0, at_least=0.0)
     line_stiffness: float | None = quantity("N", default=None, above=0.0)
+    bulge: Literal["left", "right"] | None = None
     deployment: Deployment | None = None
     area: tuple[Point2, ...] = quantity("m", default=())
 

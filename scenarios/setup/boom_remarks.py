@@ -1,4 +1,4 @@
-"""Remarks on booms before a run: how finely the particles resolve the skirt, and how much of the water's section the boom fills."""
+"""Remarks on booms before a run: how finely particles resolve the skirt, how much of the section it fills, and to which side it bulges."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ from itertools import chain
 import numpy as np
 
 from booms.resolution import blockage_in_words, skirt_in_words
+from recordings.words import course_in_words
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import BoomSettings
+from scenarios.setup.fleet import bulge_of
 
 
 def boom_remarks(scenario: Scenario, level: float) -> dict[str, str]:
@@ -23,9 +25,27 @@ def _remarks(name: str, scenario: Scenario, level: float) -> Iterator[tuple[str,
         f"skirt {name}",
         f"boom {name}: {skirt_in_words(scenario.booms[name].skirt_depth, scenario.fluid.particle_spacing)}",
     )
+    text = _bulge_in_words(scenario.booms[name], scenario)
+    if text:
+        yield f"bulge {name}", f"boom {name}: {text}"
     text = blockage_in_words(blockage(name, scenario, level))
     if text:
         yield f"blockage {name}", f"boom {name}: {text}"
+
+
+def _bulge_in_words(boom: BoomSettings, scenario: Scenario) -> str:
+    """Say to which side a boom between fixed points is laid; empty for one with a vessel at an end."""
+    first, second = boom.ends
+    if isinstance(first, str) or isinstance(second, str):
+        return ""
+    side = 0.5 * math.pi if bulge_of(boom, scenario) == "left" else -0.5 * math.pi
+    toward = math.atan2(second[1] - first[1], second[0] - first[0]) + side
+    bearing = 0.5 * math.pi if scenario.site is None else scenario.site.bearing
+    text = f"it is laid so that it bulges towards {course_in_words(toward, bearing)} degrees of the compass"
+    current = scenario.forcing.current
+    if current is not None and math.cos(current.direction - toward) < -1e-6 and current.speed > 0.0:
+        text += ", against the current, which will swing it over"
+    return text
 
 
 def blockage(name: str, scenario: Scenario, level: float) -> float:

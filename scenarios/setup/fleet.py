@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ from scenarios.problems import Problem
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import BoomSettings, VesselSettings, body_of
 from scenarios.schema.quantity_fields import Point2
+from scenarios.schema.weather import horizontal
 from scenarios.setup.placed_solids import Solid
 from vessels.course import Course, CourseLeg
 from vessels.hull import float_hull, raked_barge, wigley_hull
@@ -164,7 +166,8 @@ def _laid(
     places = [_boom_end(end, settings, vessels, water_level) for end in settings.ends]
     if not any(isinstance(end, str) for end in settings.ends):
         _require_slack(math.dist(*places), settings.length)
-    layout = lay_between(boom, places[0], places[1], water_level=water_level, name=f"boom/{name}")
+    bulge = bulge_of(settings, scenario)
+    layout = lay_between(boom, places[0], places[1], water_level=water_level, name=f"boom/{name}", bulge=bulge)
     ends = _Ends()
     for index, (end, label) in enumerate(zip(settings.ends, settings.end_labels, strict=True)):
         segment, point = layout.segments[-index].name, layout.end_points[index]
@@ -191,13 +194,25 @@ def _laid(
     return layout, ends
 
 
+def bulge_of(settings: BoomSettings, scenario: Scenario) -> Literal["left", "right"]:
+    """Return the side to which a boom is laid, seen from its first end: as stated, or down the current between fixed ends."""
+    first, second = settings.ends
+    current = scenario.forcing.current
+    if settings.bulge is not None:
+        return settings.bulge
+    if isinstance(first, str) or isinstance(second, str) or current is None:
+        return "right"
+    flow = horizontal(current.speed, current.direction)
+    to_left = (second[0] - first[0]) * flow[1] - (second[1] - first[1]) * flow[0]
+    return "left" if to_left > 0.0 else "right"
+
+
 def _require_slack(distance: float, length: float) -> None:
     """Raise ValueError for a boom of that length [m] that is straight between two fixed ends: T = q L^2 / (8 sag) has no bound."""
     longest = (1.0 - SLACK) * length
     if distance > longest:
         raise ValueError(
             f"the ends are {distance:g} m apart, allowed: at most {longest:.6g} m for a boom of {length:g} m, which needs"
-            " some slack against the water"
             " slack to give way to the water"
         )
 

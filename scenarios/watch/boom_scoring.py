@@ -21,7 +21,7 @@ from coupling.rigid.rigid_body_world import RigidBodyWorld
 from oilsim.solver import Fluid
 from recordings.frame import EventLevel
 from recordings.replay.running_extremes import WORST
-from recordings.words import cause_in_words
+from recordings.words import cause_in_words, course_in_words
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of
 from scenarios.schema.weather import horizontal
@@ -263,7 +263,8 @@ class Scoring:
         self._oils = [name for name, phase in scenario.phases.items() if phase.is_oil]
         current = scenario.forcing.current
         self._current = np.zeros(3) if current is None else np.array(horizontal(current.speed, current.direction))
-        self._orders = tuple(_orders(fleet.vessels))
+        self._bearing = 0.5 * math.pi if scenario.site is None else scenario.site.bearing  # of the x axis, from north
+        self._orders = tuple(_orders(fleet.vessels, self._bearing))
         self._announced_until = -math.inf  # [s]
         self._notices: list[Notice] = []
         self.balance: OilBalance | None = None  # without booms, and before the first communication point
@@ -326,7 +327,7 @@ class Scoring:
 
     def take_orders(self, vessels: Iterable[Vessel]) -> None:
         """Announce the orders of these vessels' courses from now on."""
-        self._orders = tuple(_orders(vessels))
+        self._orders = tuple(_orders(vessels, self._bearing))
 
     def take_current(self, current: Array) -> None:
         """Compute speeds relative to water that flows at `current` (3,) [m/s] from now on."""
@@ -344,8 +345,11 @@ class Scoring:
         return np.concatenate(positions).astype(np.float64), np.concatenate(ids)
 
 
-def _orders(vessels: Iterable[Vessel]) -> Iterator[tuple[float, str]]:
-    """Yield the times [s] and texts of orders to vessels on a course; vessels with the same orders at the same time share a line."""
+def _orders(vessels: Iterable[Vessel], bearing: float) -> Iterator[tuple[float, str]]:
+    """Yield the times [s] and texts of orders to vessels on a course; vessels with the same orders at the same time share a line.
+
+    bearing [rad] of the x axis, clockwise from north.
+    """
     together: dict[tuple[float, float, float], list[str]] = {}
     for vessel in vessels:
         for leg in vessel.course.legs if vessel.course else ():
@@ -354,8 +358,8 @@ def _orders(vessels: Iterable[Vessel]) -> Iterator[tuple[float, str]]:
         if speed == 0.0:
             yield start, f"{' and '.join(names)}: hold your places"
         else:
-            course = f"heading {math.degrees(heading):.0f} degrees from the x axis"
-            yield start, f"{' and '.join(names)}: make {speed / knot:.2f} kn over the ground, {course}"
+            course = course_in_words(heading, bearing)
+            yield start, f"{' and '.join(names)}: make {speed / knot:.2f} kn over the ground, heading {course}"
 
 
 def _of_boom(key: str, boom: str) -> str:
