@@ -200,6 +200,13 @@ class AiryWaves:
         scale = amplitude * omega / -math.expm1(-2.0 * k * depth)
         return scale * (down + up) * np.cos(theta), scale * (down - up) * np.sin(theta)
 
+    @property
+    def surface_drift(self) -> float:
+        """Stokes drift [m/s] at the surface: a^2 omega k cosh(2 k h) / (2 sinh(k h)^2), Stokes (1847)."""
+        k, h = self.wave_number, self.level - self.bottom
+        steepness = (0.5 * self.height) ** 2 * 2.0 * math.pi / self.period * k
+        return steepness * 0.5 * (1.0 + math.exp(-4.0 * k * h)) / (0.5 * math.expm1(-2.0 * k * h) ** 2)
+
     def apply(self, view: ForcingView) -> None:
         """Move the waves with the current, then change the velocities inside the zone by dv/dt = (u_airy - v) / tau."""
         self._carried = (

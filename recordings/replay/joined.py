@@ -137,15 +137,16 @@ class _Opened:
     def _course(self, index: int) -> tuple[Any, ...]:
         scenario: dict[str, Any] = self._plan.get("scenario", {})
         course = {key: value for key, value in scenario.items() if key not in (*_TERMS, "run")}
-        settings: dict[str, Any] = scenario.get("run", {})
-        run = {key: value for key, value in settings.items() if key not in _RUN_TERMS}
+        run = {key: value for key, value in scenario.get("run", {}).items() if key not in _RUN_TERMS}
         return course, run, [action for action in self._plan.get("actions", []) if action["index"] < index]
 
 
 def _joined(earlier: list[tuple[dict[str, Piece], int]], last: dict[str, Piece]) -> dict[str, Piece]:
     """Join the series of pieces by name, each up to the step at which the next one begins."""
     parts, begin = defaultdict[str, list[Piece]](list), 0
-    for pieces, end in [*earlier, (last, np.iinfo(np.int64).max)]:
+    whole = list(earlier)
+    whole.append((last, np.iinfo(np.int64).max))
+    for pieces, end in whole:
         for name, piece in pieces.items():
             parts[name].append(_between(piece, begin, end))
         begin = end

@@ -72,6 +72,7 @@ class VesselSettings(Section):
     yaw_moment    [N m] largest steering moment
     side_thrust   [N] of transverse thrusters
     acceleration  [m/s2] at which the vessel approaches an ordered speed
+    superstructure_area  [m2] of what stands on deck, projected on the wind, from every side; the wind acts on the hull above the water too
     """
 
     shape: Literal["wigley", "barge"] = "barge"
@@ -87,6 +88,7 @@ class VesselSettings(Section):
     yaw_moment: float = quantity_of(Propulsion, "yaw_moment")
     side_thrust: float = quantity_of(Propulsion, "side_thrust")
     acceleration: float = quantity_of(ControlGains, "acceleration", default=0.1)
+    superstructure_area: float = quantity("m2", default=0.0, at_least=0.0)
 
     def problems(self) -> Iterator[Problem]:
         """Check that the deck lies above the water, and that the legs are in the order of time."""

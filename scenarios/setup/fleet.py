@@ -19,8 +19,9 @@ from scenarios.schema.quantity_fields import Point2
 from scenarios.schema.weather import horizontal
 from scenarios.setup.placed_solids import Solid
 from vessels.course import Course, CourseLeg
-from vessels.hull import float_hull, raked_barge, wigley_hull
-from vessels.vessel import ControlGains, Propulsion, Vessel
+from vessels.hull import Hull, float_hull, raked_barge, wigley_hull
+from vessels.vessel import ControlGains, Propulsion, Superstructure, Vessel
+from vessels.windage import DRAG_COEFFICIENT, Windage
 
 Array = NDArray[np.float64]
 
@@ -61,7 +62,7 @@ def place_fleet(scenario: Scenario, water_level: float, problems: list[Problem])
     vessels: dict[str, Vessel] = {}
     for name, settings in scenario.vessels.items():
         try:
-            vessels[name] = _vessel(name, settings, scenario)
+            vessels[name] = _vessel(name, settings, scenario, water_level)
         except ValueError as error:
             problems.append(Problem(f"vessels.{name}", f"cannot float: {error}"))
     solids = [_afloat(vessel, water_level) for vessel in vessels.values()]
@@ -98,11 +99,12 @@ def water_density(scenario: Scenario) -> float:
     return (waters or list(scenario.phases.values()))[0].rest_density
 
 
-def _vessel(name: str, settings: VesselSettings, scenario: Scenario) -> Vessel:
+def _vessel(name: str, settings: VesselSettings, scenario: Scenario, water_level: float) -> Vessel:
     size = (settings.length, settings.beam, settings.draft, settings.depth)
     mesh = wigley_hull(*size) if settings.shape == "wigley" else raked_barge(*size, rake=RAKE * settings.length)
     hull = float_hull(mesh, settings.draft, water_density=water_density(scenario))
     x, y, z = hull.deck_point(TOW_POINT * settings.length, 0.0)
+    in_wind = scenario.forcing.wind is not None
     return Vessel(
         name=name,
         hull=hull,
@@ -117,6 +119,18 @@ def _vessel(name: str, settings: VesselSettings, scenario: Scenario) -> Vessel:
         heading=settings.heading,
         tow_point=(float(x), float(y), float(z)),
         gains=ControlGains(acceleration=settings.acceleration, speed_bandwidth=TOWING_BANDWIDTH),
+        superstructure=_superstructure(settings, hull) if in_wind else None,
+        windage=Windage(hull.mesh, water_level) if in_wind else None,
+    )
+
+
+def _superstructure(settings: VesselSettings, hull: Hull) -> Superstructure:
+    """Return a superstructure as high as wide, amidships on deck."""
+    x, y, z = hull.deck_point(0.0)
+    return Superstructure(
+        area=settings.superstructure_area,
+        drag_coefficient=DRAG_COEFFICIENT,
+        center=(float(x), float(y), float(z) + 0.5 * math.sqrt(settings.superstructure_area)),
     )
 
 
