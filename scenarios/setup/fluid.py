@@ -277,6 +277,11 @@ def _waves(forcing: ForcingSettings, scenario: Scenario, level: float) -> AiryWa
 
 
 def _zone(settings: ZoneSettings, scenario: Scenario) -> Zone:
-    lower = scenario.tank.lower if settings.lower is None else settings.lower
-    upper = scenario.tank.upper if settings.upper is None else settings.upper
-    return Zone(lower, upper, settings.relaxation_time)
+    """Return the zone of a forcing; where it ends at a side of the tank, it goes on for the width of its edge, and is whole up to there."""
+    tank, edge = scenario.tank, settings.edge
+    lower, upper = list(settings.lower or tank.lower), list(settings.upper or tank.upper)
+    for axis in (0, 1):
+        in_plane = scenario.fluid.dimension == 2 and axis == 1
+        lower[axis] -= edge if in_plane or lower[axis] <= tank.lower[axis] else 0.0
+        upper[axis] += edge if in_plane or upper[axis] >= tank.upper[axis] else 0.0
+    return Zone((lower[0], lower[1], lower[2]), (upper[0], upper[1], upper[2]), settings.relaxation_time, edge)
