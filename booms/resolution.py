@@ -1,4 +1,4 @@
-"""How finely particles resolve a boom, and how much of the water's section it fills: which figures are not to be trusted for that."""
+"""Words on the particles of a boom's skirt and on the part of the water's section that it fills: which figures suffer from either."""
 
 from __future__ import annotations
 

@@ -165,7 +165,7 @@ class LossSpeeds:
 
     @property
     def begun(self) -> bool:
-        """Whether the tow has begun."""
+        """True once the tow has begun."""
         return self._lost_before is not None
 
     def add(self, time: float, tow_speed: float, lost: float, taken_in: float) -> None:

@@ -93,6 +93,7 @@ def _run(plan: Plan, restart: Restart | None, options: RunOptions, console: Cons
     with ExitStack() as stack, requests_by_posix_signal() as requests:
         if options.record is not None:
             stack.enter_context(held(options.record))
+        _require_new(options)
         recorder = _recorder(scenario, options)
         console.print(f"building {scenario.name}", highlight=False, markup=False)
         branch = _branch(restart, options)
@@ -184,16 +185,9 @@ def _require_writable(options: RunOptions) -> None:
         if reason:
             text = f"is {str(path)!r}, which cannot be written: {reason}; allowed: a file in an existing folder"
             problems.append(Problem(f"--{name}", text))
-        elif path.is_file() and not options.overwrite:
-            text = f"is {str(path)!r}, which is there already; allowed: another name, or --overwrite to replace it"
-            problems.append(Problem(f"--{name}", text))
         elif name in endings and path.suffix not in endings[name]:
             allowed = " or ".join(endings[name])
             problems.append(Problem(f"--{name}", f"is {str(path)!r}, allowed: a name that ends with {allowed}"))
-    folder = options.checkpoint_folder
-    if folder is not None and not options.overwrite and any(folder.glob("step-*.npz")):
-        text = f"is {str(folder)!r}, which holds checkpoints of an earlier run; allowed: another folder, or --overwrite to replace them"
-        problems.append(Problem("--checkpoints", text))
     if problems:
         raise ScenarioError(problems, "oilsim")
 
@@ -205,6 +199,27 @@ def _require_own_files(plan: Plan, restart: Restart | None, options: RunOptions)
         read["the scenario"] = options.source
     written = {f"--{name}": getattr(options, name) for name in ("record", "summary", "picture")}
     require_apart(read, written | {"--checkpoints": options.checkpoint_folder})
+
+
+def _require_new(options: RunOptions) -> None:
+    """Check that the run replaces no file of an earlier one, unless it is allowed to."""
+    if options.overwrite:
+        return
+    named = {name: getattr(options, name) for name in ("record", "summary", "picture")}
+    problems = [
+        Problem(
+            f"--{name}",
+            f"is {str(path)!r}, which is there already; allowed: another name, or --overwrite to replace it",
+        )
+        for name, path in named.items()
+        if path is not None and path.is_file() and path.stat().st_size > 0  # `held` has made an empty one
+    ]
+    folder = options.checkpoint_folder
+    if folder is not None and any(folder.glob("step-*.npz")):
+        text = f"is {str(folder)!r}, which holds checkpoints of an earlier run; allowed: another folder, or --overwrite to replace them"
+        problems.append(Problem("--checkpoints", text))
+    if problems:
+        raise ScenarioError(problems, "oilsim")
 
 
 def _draw(recording: Path, picture: Path) -> None:
