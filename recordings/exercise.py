@@ -81,6 +81,7 @@ class ExerciseDescription:
     """Booms, the uniform current (x, y) [m/s] and the level [m] of the still water.
 
     period    [m] after which the sea repeats along x and y; 0: it does not
+    wind      (x, y) [m/s] at the start, towards which it blows; 0 without one
     criteria  what the scenario changes of the criteria of the grade, or adds to them: settings by name, for each criterion's key
     """
 
@@ -88,6 +89,7 @@ class ExerciseDescription:
     current: tuple[float, float] = (0.0, 0.0)
     water_level: float = 0.0
     period: tuple[float, float] = (0.0, 0.0)
+    wind: tuple[float, float] = (0.0, 0.0)
     criteria: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
 

@@ -14,6 +14,7 @@ from recordings.replay.moments import Moment, read_moments, recorded_steps
 from recordings.replay.recording import Replay
 from recordings.words import force_in_words
 from scenarios.debrief.boom_history import BoomHistory
+from scenarios.debrief.order_words import order_in_words
 
 _MOST = 6  # moments on the page
 _CLOSE = 0.05  # fraction of the run's time; events closer than this share a moment
@@ -52,6 +53,16 @@ def key_moments(replay: Replay, histories: Sequence[BoomHistory]) -> list[KeyMom
     ]
 
 
+def deck_text(replay: Replay, event: Event) -> str:
+    """Return the text of an event in the words of the deck."""
+    return order_in_words(event.text, bearing_of(replay)) if event.source == "instructor" else event.text
+
+
+def bearing_of(replay: Replay) -> float:
+    """Return the compass bearing [rad] of the x axis: that of the site, else east."""
+    return float(np.radians(90.0 if replay.run.site is None else replay.run.site.bearing))
+
+
 def _around_booms(replay: Replay, moment: Moment) -> Moment:
     """Move the liquid of a sea that repeats by whole periods to where the booms are, which sail on beyond its length."""
     exercise = replay.run.exercise
@@ -87,7 +98,8 @@ def _gathered(
     for event in replay.events:
         if is_technical(event):
             continue
-        text = f"{event.source}: {event.text}" if event.source else event.text
+        said = deck_text(replay, event)
+        text = f"{event.source}: {said}" if event.source else said
         pressing = event.level != "info" or (event.source in _ORDERS and event.time > begin)
         happenings.append((event.time, 2 if pressing else 1, text))
     for history in histories:

@@ -7,7 +7,7 @@ import io
 import json
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +31,7 @@ from recordings.words import cause_in_words, force_in_words, three_figures, volu
 from scenarios.debrief.boom_history import BoomHistory, boom_histories
 from scenarios.debrief.diagrams import DIAGRAMS, probe_diagram
 from scenarios.debrief.grade import LETTERS, Grade, criteria_from, grade
-from scenarios.debrief.key_moments import KeyMoment, is_technical, key_moments
+from scenarios.debrief.key_moments import KeyMoment, deck_text, is_technical, key_moments
 from scenarios.debrief.slick_map import slick_map
 from scenarios.schema.criteria import CriterionSettings
 
@@ -96,8 +96,8 @@ def _rendered(replay: JoinedReplay, **parts: object) -> str:
             repaired_from=replay.repaired_from,
             changes=_changes(replay),
             letters=LETTERS,
-            events=[event for event in replay.events if not is_technical(event)],
-            instructors_log=replay.events,
+            events=[replace(e, text=deck_text(replay, e)) for e in replay.events if not is_technical(e)],
+            instructors_log=replay.events,  # as the program said them
             causes=[(cause_in_words(cause), palette.css(palette.cause_color(cause))) for cause in palette.CAUSES],
             boom_colors=[tension_colors(boom, len(_booms(replay)) > 1).replace("**", "") for boom in _booms(replay)],
             notes=_notes(replay),
@@ -110,8 +110,10 @@ def _pieces(replay: JoinedReplay) -> list[str]:
     """Say where the run was continued, and with which orders."""
     told = []
     for branch in replay.branches:
-        orders = [e.text for e in replay.events if e.source == "instructor" and abs(e.time - branch.time) < 1e-6]
-        given = f", with the {'; '.join(orders)}" if orders else ""
+        orders = [
+            deck_text(replay, e) for e in replay.events if e.source == "instructor" and abs(e.time - branch.time) < 1e-6
+        ]
+        given = f", with the orders: {'; '.join(orders)}" if orders else ""
         told.append(f"At {branch.time:.1f} s the run was continued from {Path(branch.recording).name}{given}.")
     return told
 

@@ -19,9 +19,9 @@ from recordings.exercise import BoomDescription
 from recordings.pictures.chart import draw_body, draw_map, draw_outline, draw_tracks
 from recordings.replay.moments import Moment
 from recordings.replay.recording import Replay
-from recordings.words import cause_in_words, course_in_words
+from recordings.words import cause_in_words, course_in_words, three_figures
 from scenarios.debrief.diagrams import empty_figure
-from scenarios.debrief.key_moments import KeyMoment
+from scenarios.debrief.key_moments import KeyMoment, bearing_of
 
 _ACROSS = (0, 1)
 
@@ -55,7 +55,7 @@ def slick_map(replay: Replay, moments: Sequence[KeyMoment]) -> Figure:
     axes.set_title("Outline of the slick, and line of the boom, at the key moments", loc="left")
     axes.set_axisbelow(True)
     axes.grid(color="#e3e8ec", linewidth=0.8)
-    _draw_current(axes, replay)
+    _draw_weather(axes, replay)
     return figure
 
 
@@ -104,24 +104,26 @@ def _draw_boom(axes: Axes, boom: BoomDescription, key: KeyMoment, color: str, *,
             axes.annotate(boom.name, (x, y), (6.0, 6.0), textcoords="offset points", fontsize=9, color=color, zorder=7)
 
 
-def _draw_current(axes: Axes, replay: Replay) -> None:
-    """Draw an arrow in the direction of the current, with its speed."""
-    current = np.array(replay.run.exercise.current if replay.run.exercise else (0.0, 0.0))
-    speed = float(np.linalg.norm(current))
-    if speed > 0.0:
-        toward = course_in_words(float(np.arctan2(current[1], current[0])), _bearing(replay))
-        _draw_arrow(axes, (1.12, 0.08), current / speed, f"current {speed / knot:.2g} kn\ntowards {toward}°", "#1f5fa8")
+def _draw_weather(axes: Axes, replay: Replay) -> None:
+    """Draw arrows along current and wind, with their speeds: a current by where it runs to, a wind by where it comes from."""
+    exercise, bearing = replay.run.exercise, bearing_of(replay)
+    if exercise is None:
+        return
+    for name, (x, y), turn, height, color in (
+        ("current {} kn\ntowards {}°", exercise.current, 0.0, 0.08, "#1f5fa8"),
+        ("wind {} kn\nfrom {}°", exercise.wind, np.pi, 0.34, "#5c6b76"),
+    ):
+        speed = float(np.hypot(x, y))
+        if speed > 0.0:
+            course = course_in_words(float(np.arctan2(y, x)) + turn, bearing)
+            text = name.format(three_figures(speed / knot), course)
+            _draw_arrow(axes, (1.12, height), np.array([x, y]) / speed, text, color)
 
 
 def _draw_north(axes: Axes, replay: Replay) -> None:
     """Draw an arrow to the north."""
-    bearing = _bearing(replay)
-    _draw_arrow(axes, (1.12, 0.34), np.array([np.cos(bearing), np.sin(bearing)]), "N", "#26323b")
-
-
-def _bearing(replay: Replay) -> float:
-    """Return the compass bearing [rad] of the x axis: that of the site, else east."""
-    return float(np.radians(90.0 if replay.run.site is None else replay.run.site.bearing))
+    bearing = bearing_of(replay)
+    _draw_arrow(axes, (1.04, 0.2), np.array([np.cos(bearing), np.sin(bearing)]), "N", "#26323b")
 
 
 def _draw_arrow(axes: Axes, middle: tuple[float, float], along: npt.NDArray[np.float64], text: str, color: str) -> None:

@@ -79,13 +79,14 @@ def _describe_exercise(scenario: Scenario, fleet: Fleet, water_level: float) -> 
     """Return the facts on the booms that a debrief needs; None without any."""
     if not fleet.booms:
         return None
-    current = scenario.forcing.current
-    flow = (0.0, 0.0, 0.0) if current is None else horizontal(current.speed, current.direction)
+    current, wind = (getattr(scenario.forcing, name) for name in ("current", "wind"))
+    flow, blow = ((0.0, 0.0, 0.0) if one is None else horizontal(one.speed, one.direction) for one in (current, wind))
     return ExerciseDescription(
         booms=tuple(_describe_boom(name, layout, scenario, water_level) for name, layout in fleet.booms.items()),
         current=(flow[0], flow[1]),
         water_level=water_level,
         period=scenario.tank.period,
+        wind=(blow[0], blow[1]),
         criteria=as_data(scenario.criteria),
     )
 

@@ -52,8 +52,8 @@ def test_all_pieces_are_joined_at_their_branches(folder: Path) -> None:
 
 def test_the_page_tells_the_branches_and_all_orders(folder: Path, tmp_path: Path) -> None:
     page = write_debrief(folder / "third.rrd", tmp_path).read_text(encoding="utf-8")
-    assert "At 0.1 s the run was continued from first.rrd, with the orders tow.speed=0.5" in page
-    assert "continued from second.rrd, with the orders tow.speed=0.1" in page
+    assert "At 0.1 s the run was continued from first.rrd, with the orders: tow at 0.97 kn" in page
+    assert "continued from second.rrd, with the orders: tow at 0.19 kn" in page
     assert "does not begin at the start of the run" not in page
     orders = [event.text for event in JoinedReplay(folder / "third.rrd").events if event.source == "instructor"]
     assert orders == ["orders tow.speed=0.5", "orders tow.speed=0.1"]
