@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from typing import Any
 
 import pytest
@@ -68,3 +69,22 @@ def test_a_boom_sails_on_where_the_sea_repeats() -> None:
     assert score.report is not None
     assert score.report.time == pytest.approx(1.0)
     assert score.series()
+
+
+def test_oil_in_a_boom_that_lies_across_a_periodic_side_is_inside() -> None:
+    """The vessels are 0.45 m past side -x and the boom reaches back across it; the oil in it lies before side +x."""
+    data = copy.deepcopy(RUNAWAY)
+    for vessel in data["vessels"].values():
+        vessel["position"][0] = 0.45
+    data["fill"]["oil"] |= {"lower": [2.6, 0.8, 0.6], "upper": [2.8, 1.2, 0.7]}
+    data["tow"]["speed"] = 0.2
+    assembly = build(scenario_from(data))
+    simulation = assembly.co_simulation()
+    simulation.initialize()
+    for _ in range(5):
+        simulation.step()
+    simulation.terminate("completed")
+    report = assembly.scoring.booms[0].report
+    assert report is not None
+    assert report.inside == report.retained == pytest.approx(8 * 0.1**3)
+    assert report.lost == report.outside == 0.0
