@@ -18,6 +18,7 @@ from coupling.bodies import MassProperties, require_closed
 from coupling.rigid.bullet_client import BulletClient
 from coupling.rigid.collision_step import Encounters
 from coupling.rigid.engine_step import Body, EngineStep
+from coupling.rigid.holds import Holds
 from coupling.rigid.joint_constraints import Articulation, Joints, PointJoint
 from coupling.rigid.lines import ElasticLine, Lines
 from coupling.rigid.prescribed_motion import AT_REST, STILL, UPRIGHT, Motion, PrescribedMotion, Quaternion, Vector
@@ -67,6 +68,7 @@ class RigidBodyWorld:
         self._accelerations: Array | None = None
         self._last_duration = sub_step
         self._state = RigidBodyState()
+        self._holds = Holds(self._state)
         self._client = BulletClient(gravity, solver_iterations)
         self._engine = EngineStep(self._client, self._state, self._gravity)
 
@@ -152,6 +154,18 @@ class RigidBodyWorld:
         self._state.append(mass_properties, start, is_free=motion == "free")
         self._place(body, start)
         self._held = None
+
+    def hold_until(self, name: str, time: float) -> None:
+        """Hold a free body where it is, without motion, until the end of the step that reaches `time` [s]; then it moves freely.
+
+        While it is held it answers no force, as a fixed body does. ValueError for a body that is not free, or that joints hold.
+        """
+        body = self._body(name)
+        if body.motion != "free" or body.is_jointed:
+            raise ValueError(
+                f"rigid bodies: {name!r} cannot be held until {time:g} s, allowed: a free body without joints"
+            )
+        self._holds.add(body.row, time, self.time)
 
     def add_half_space(self, point: Vector, normal: Vector, friction: float = FRICTION) -> None:
         """Let free bodies run into a plane through `point` [m], such as a tank's side; `normal`, a unit vector, points to their side."""
@@ -286,6 +300,7 @@ class RigidBodyWorld:
         for body in self._bodies.values():
             if not isinstance(body.motion, str):
                 self._place(body, body.motion.at(time))
+        self._holds.settle(self.time)
 
     def advance(self, duration: float) -> None:
         """Advance by `duration` [s] under the wrenches as set, in equal stretches not longer than the longest sub-step."""
@@ -302,6 +317,7 @@ class RigidBodyWorld:
         self._state.line_wrench = self.lines.end(duration)
         self._state.settle_reaction(momenta_before, duration, self._gravity)
         self._state.line_wrench = self.lines.present_pull(self._state.pose, self._state.twist)
+        self._holds.settle(self.time)
 
     def save_state(self) -> dict[str, object]:
         """Return everything that moves, as plain data that can be pickled."""
@@ -331,6 +347,7 @@ class RigidBodyWorld:
         self._articulation = None
         self.time = float(time)  # type: ignore[arg-type]
         self._last_duration = float(state["last_duration"])  # type: ignore[arg-type]
+        self._holds.settle(self.time)
 
     def close(self) -> None:
         """Disconnect the client; the world cannot be used afterwards."""
@@ -393,13 +410,17 @@ class RigidBodyWorld:
         pull = self.lines.pull_for(sub_step, self._state.pose, self._state.twist)
         wrench = self._state.wrench + self._state.applied_wrench + pull
         free = [body for body in self._bodies.values() if body.motion == "free"]
-        led = [(body, body.motion) for body in self._bodies.values() if not isinstance(body.motion, str)]
+        held = [body for body in free if not self._state.is_free[body.row]]
+        led = [(body, body.motion.at(end)) for body in self._bodies.values() if not isinstance(body.motion, str)]
+        if held:
+            led += [(body, self._holds.rest(body.row)) for body in held]
+            free = [body for body in free if body not in held]
         forces, joint_wrench = self._joint_forces(wrench, sub_step)
         if free:
-            self._engine.step(free, [(body, motion.at(end)) for body, motion in led], wrench + joint_wrench, sub_step)
+            self._engine.step(free, led, wrench + joint_wrench, sub_step)
             self._articulation = None
         for body, motion in led:
-            self._place(body, motion.at(end))
+            self._place(body, motion)
         self.time = end
         return forces
 

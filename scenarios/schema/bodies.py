@@ -21,9 +21,13 @@ FASTEST = 90.0  # [m/s] a component of a body at the start: at 100 a run is take
 
 @dataclass(frozen=True, kw_only=True)
 class Free(Section):
-    """The body moves freely under forces; it needs a mass or a density."""
+    """The body moves freely under forces; it needs a mass or a density.
+
+    release  [s] until which it is held where it starts
+    """
 
     TAG: ClassVar[tuple[str, str]] = ("kind", "free")
+    release: float = quantity("s", default=0.0, at_least=0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -152,13 +156,13 @@ class BodySettings(Section):
         """Check that a free body has one mass, and that only a free body has a velocity."""
         if self.mass is not None and self.density is not None:
             yield Problem("density", "is given beside mass, allowed: one of mass or density")
-        if isinstance(self.motion, Free):
-            if self.mass is None and self.density is None:
-                yield Problem("density", "is missing, allowed: mass or density, one of which a free body needs")
+        if isinstance(self.motion, Free) and self.mass is None and self.density is None:
+            yield Problem("density", "is missing, allowed: mass or density, one of which a free body needs")
+        if isinstance(self.motion, Free) and self.motion.release == 0.0:
             return
         for name in ("velocity", "angular_velocity"):
             if any(getattr(self, name)):
-                yield Problem(name, "is given, allowed: only for a free body")
+                yield Problem(name, "is given, allowed: only for a body that is free from the start")
 
 
 @dataclass(frozen=True, kw_only=True)

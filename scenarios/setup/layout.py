@@ -142,6 +142,8 @@ def _world(scenario: Scenario, solids: Sequence[Solid], fleet: Fleet, problems: 
             twist=(*solid.linear_velocity, *solid.angular_velocity),
             friction=FRICTION if solid.contact else None,
         )
+        if solid.release > 0.0:
+            world.hold_until(placed.name, solid.release)
     if any(solid.motion == "free" and solid.contact for solid in solids):
         _add_tank_sides(world, scenario.tank)
     for joint in fleet.joints:

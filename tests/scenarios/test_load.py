@@ -165,7 +165,7 @@ def test_mistake_is_found_and_explained(old: str, new: str, path: str, part: str
         (
             '[bodies.b]\nshape = "sphere"\nradius = 0.1\nposition = [0.5, 0.5, 0.5]\nmotion = "fixed"\nvelocity = [1.0, 0.0, 0.0]',
             "bodies.b.velocity",
-            "only for a free body",
+            "only for a body that is free from the start",
         ),
         ('[probes.p]\nkind = "pressure"\npoint = [2.0, 0.5, 0.0]', "probes.p.point", "inside the tank"),
         ('[probes.p]\nkind = "body"\nbody = "rock"', "probes.p.body", "is no body"),
