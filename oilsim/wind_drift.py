@@ -14,9 +14,11 @@ from numpy.typing import NDArray
 from oilsim.forcing import ForcingView, Wind, heading
 from oilsim.physical_constants import AIR_DENSITY
 
-SURFACE_DRIFT = 0.03  # [1] of the wind at 10 m, at the surface; empirical; 2 % shear (0.53 u*, Wu 1975) and 1 % Stokes drift of the waves
-KARMAN = 0.4  # [1] von Karman's constant
-# [m] length over which the shear begins; empirical; with it the drift at 10 m/s ends 10 m down, as in the logarithmic layer of Wu (1975)
+# [1] drift of the surface / the wind at 10 m; paper; 2 % by shear, 0.53 u* (Wu 1975), and 1 % Stokes drift of the waves
+SURFACE_DRIFT = 0.03
+# [1] von Karman's constant; paper; law of the wall (Wu 1975)
+KARMAN = 0.4
+# [m] length over which the shear begins; tuned; with it the drift at 10 m/s ends 10 m down
 ROUGHNESS = 1e-3
 
 
@@ -46,7 +48,7 @@ class WindDrift:
 
     # [s] within which lost shear comes back; numerical; a tenth of the time in which the mixing takes it away
     KEEPING = 1.0
-    # [s] time constant with which the drift follows a wind that changes; empirical; of the order of ten minutes at sea
+    # [s] time constant with which the drift follows a wind that changes; tuned; of the order of ten minutes at sea
     SPIN_UP = 600.0
 
     def __init__(self, wind: Wind, *, level: float, spacing: float, water_density: float, waves: float = 0.0) -> None:

@@ -39,7 +39,7 @@ def three_figures(number: float) -> str:
 
 def volume_in_words(volume: float) -> str:
     """Write a volume [m3] with three figures: in m3, or in litres below 1 m3."""
-    return f"{three_figures(volume)} m3" if volume >= 1.0 or volume == 0.0 else f"{three_figures(1e3 * volume)} litres"
+    return f"{three_figures(volume)} m3" if volume >= 1.0 else f"{three_figures(1e3 * volume)} litres"
 
 
 def force_unit(largest: float) -> tuple[float, str]:

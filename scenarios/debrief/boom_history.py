@@ -112,13 +112,14 @@ class BoomHistory:
         return np.asarray(self.under_way & over)
 
     @cached_property
-    def speed_across(self) -> Array:
-        """Speed (N,) [m/s] through the water across the line between the boom's ends, of all segments together."""
+    def through_water(self) -> tuple[Array, Array]:
+        """Speeds (N,) [m/s] through the water of all segments together: across the line between the boom's ends, and in whole."""
         lines = np.array([state.line()[[0, -1]] for state in self.states])
         along = lines[:, 1] - lines[:, 0]
         along /= np.maximum(np.linalg.norm(along, axis=1), 1e-12)[:, None]
         relative = np.array([state.velocity[:, :2].mean(axis=0) for state in self.states]) - self.current
-        return np.abs(along[:, 0] * relative[:, 1] - along[:, 1] * relative[:, 0])
+        across = np.abs(along[:, 0] * relative[:, 1] - along[:, 1] * relative[:, 0])
+        return across, np.linalg.norm(relative, axis=1)
 
     @cached_property
     def causes(self) -> dict[str, Array]:

@@ -126,7 +126,10 @@ def _shown(group: list[tuple[float, int, str]], begin: float) -> tuple[float, tu
 def _highest_tension(history: BoomHistory) -> list[tuple[float, int, str]]:
     if not history.tow_peak:
         return []
-    end, tension = max(history.tow_peak.items(), key=lambda item: float(item[1].max()))
+    peaks = {
+        end: np.where(history.settled, peak, 0.0) for end, peak in history.tow_peak.items()
+    }  # not the jerks of the start
+    end, tension = max(peaks.items(), key=lambda item: float(item[1].max()))
     row = int(tension.argmax())
     return [
         (

@@ -206,11 +206,8 @@ def _tension_rows(history: BoomHistory, density: float) -> list[tuple[str, str]]
     boom, settled = history.boom, history.settled
     mean = np.mean([tension[settled].mean() for tension in history.tow_tension.values()])
     recorded = ("Mean tension at an end, as recorded", force_in_words(float(mean)))
-    gap, across, whole = (
-        float(history.gap_ratio[settled].mean()),
-        history.speed_across[settled],
-        history.tow_speed[settled],
-    )
+    gap = float(history.gap_ratio[settled].mean())
+    across, whole = (speeds[settled] for speeds in history.through_water)
     speed = float(np.sqrt(np.mean(across**2)))  # the force grows with the square of the speed
     rule = "Mean tension at an end by the rule of thumb 26 A V²"
     if speed < _SQUARE * float(np.sqrt(np.mean(whole**2))):
