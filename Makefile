@@ -6,7 +6,7 @@ export NUMBA_CACHE_DIR ?= $(CURDIR)/.numba_cache
 .PHONY: demo test lint docs bench pareto validate stress fuzz clean
 
 demo: $(READY)  ## run the U-sweep exercise: recording, summary and picture
-	$(BIN)/oilsim run u-sweep --demo --record u-sweep.rrd --summary u-sweep.json --picture u-sweep.png
+	$(BIN)/oilsim run u-sweep --demo --overwrite --record u-sweep.rrd --summary u-sweep.json --picture u-sweep.png
 
 test: lint  ## lint, types, import layers, tests: what CI runs
 	$(BIN)/pytest -n 2

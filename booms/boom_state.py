@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+_NEAR = 0.1  # [1] periods around a boom within which the nearest of a point's images is found
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BoomState:
@@ -66,6 +68,27 @@ class BoomState:
         line = self.line()
         length = np.linalg.norm(np.diff(line, axis=0), axis=1).sum()
         return float(np.linalg.norm(line[-1] - line[0]) / length)
+
+
+def beside(points: Array, line: Array, period: tuple[float, float]) -> Array:
+    """Return points (N, 3) [m] of a sea that repeats, moved by whole periods to where they lie deepest in a boom, or nearest to it.
+
+    line (K, 2) [m] is closed across the gap; period [m] along x and y, 0 along an axis on which the sea does not repeat. A boom sails on
+    beyond the length of the sea, while the liquid enters it again at the opposite side.
+    """
+    moved, images = np.array(points, dtype=np.float64), [np.zeros(2)]
+    for axis, length in enumerate(period):
+        if length > 0.0:
+            low, high = line[:, axis].min(), line[:, axis].max()
+            moved[:, axis] -= length * np.round((moved[:, axis] - 0.5 * (low + high)) / length)
+            most = math.ceil(0.5 * (high - low) / length + 0.5 + _NEAR) - 1
+            steps = [length * step * np.eye(2)[axis] for step in range(-most, most + 1)]
+            images = [image + step for image in images for step in steps]
+    if len(images) == 1:
+        return moved
+    depths = np.array([signed_distance(moved[:, :2] + image, line)[0] for image in images])
+    moved[:, :2] += np.array(images)[depths.argmax(axis=0)]
+    return moved
 
 
 def signed_distance(points: Array, line: Array) -> tuple[Array, NDArray[np.int64]]:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.constants import hour, nautical_mile
 
-from booms.boom_state import BoomState, signed_distance
+from booms.boom_state import BoomState, beside, signed_distance
 
 Array = NDArray[np.float64]
 
@@ -39,7 +39,12 @@ class Cause(IntEnum):
 
 
 RESOLVED = (
-    "drainage, critical accumulation, planing, submergence, splash-over, leakage: flow of parcels of a particle or more"
+    "oil in parcels of a particle or more that goes under the skirt, over the boom, past its ends or between its sections;"
+    " every lost volume is of these"
+)
+MODELLED = (
+    "droplets finer than a particle, which fast water tears off the oil: only the speed from which they are to be expected"
+    " is computed, no oil is taken away for them"
 )
 MODELLED = "by closures, what is finer than a particle: droplet entrainment, and drainage and overflow as far as particles fall short"
 
@@ -61,6 +66,7 @@ class ContainmentOptions:
     entrainment_speed [m/s] normal to the boom: 0.7 knots in practice; at a model scale, sqrt(scale) times that.
     viscous_limit [m2/s]: kinematic viscosity above which oil fails by critical accumulation (3000 cSt).
     planing_angle [rad]: lean of the skirt from which the boom is said to plane.
+    period [m] of the sea along x and y, 0 along an axis on which it does not repeat: inside is inside across its periodic sides.
 
     Raises ValueError for a size, volume or entrainment speed that is not above 0.
     """
@@ -73,6 +79,7 @@ class ContainmentOptions:
     entrainment_speed: float = PRACTICE_SPEED
     viscous_limit: float = 3000e-6
     planing_angle: float = math.radians(45.0)
+    period: tuple[float, float] = (0.0, 0.0)
 
     def __post_init__(self) -> None:
         for name in ("skirt_depth", "freeboard", "particle_volume", "hysteresis", "entrainment_speed"):
@@ -180,8 +187,9 @@ class ContainmentTracker:
         """Bring the account to `time` [s] with the oil particles in the water: position (N, 3) [m], ids (N,)."""
         index = ids.astype(np.int64)
         self._make_room(index)
-        points = np.asarray(position, dtype=np.float64)
-        signed, edge = signed_distance(points[:, :2], boom.line())
+        line = boom.line()
+        points = beside(np.asarray(position, dtype=np.float64), line, self.options.period)
+        signed, edge = signed_distance(points[:, :2], line)
         inside = signed > 0.0
         self._settle_causes(index, points, inside, edge, boom, water_level, np.array(current))
         self._settle_fates(time, index, signed, inside)

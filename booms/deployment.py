@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import trimesh
@@ -109,12 +110,18 @@ def catenary_chain(segment_count: int, gap_ratio: float) -> Array:
 
 
 def lay_between(
-    boom: Boom, start: tuple[float, float], end: tuple[float, float], *, water_level: float, name: str = "boom"
+    boom: Boom,
+    start: tuple[float, float],
+    end: tuple[float, float],
+    *,
+    water_level: float,
+    name: str = "boom",
+    bulge: Literal["right", "left"] = "right",
 ) -> BoomLayout:
-    """Lay a boom from `start` to `end` (x, y) [m]: straight if they are its length apart, else slack to the right.
+    """Lay a boom from `start` to `end` (x, y) [m]: straight if they are its length apart, else slack, it bulges to one side.
 
-    Right is the side of someone who looks from start to end. Raises ValueError if the ends coincide, are farther apart than the boom is
-    long, or so near that neighbours turn beyond `Boom.maximum_turn`.
+    Right and left are those of someone who looks from start to end. Raises ValueError if the ends coincide, are farther apart than the
+    boom is long, or so near that neighbours turn beyond `Boom.maximum_turn`.
     """
     begin, along = np.array(start), np.array(end) - np.array(start)
     distance = float(np.linalg.norm(along))
@@ -123,7 +130,7 @@ def lay_between(
             f"the ends of boom {name!r} are {distance:g} m apart, allowed: above 0 m and at most its length, {boom.length:g} m"
         )
     along = along / distance
-    left = np.array([-along[1], along[0]])
+    left = np.array([-along[1], along[0]]) * (1.0 if bulge == "right" else -1.0)
     chain = boom.length * catenary_chain(boom.segment_count, distance / boom.length)
     middle = begin + 0.5 * distance * along
     return _layout(boom, middle + chain[:, :1] * along + chain[:, 1:] * left, water_level, name)

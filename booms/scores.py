@@ -14,6 +14,7 @@ from oilsim.physical_constants import GRAVITY
 
 Array = NDArray[np.float64]
 
+TOW_BEGINS = 0.1 * knot  # [m/s] through the water; a slower boom only lies there, and oil moves in and out at its mouth
 RULE_DENSITY = 1025.0  # [kg/m3] of sea water in the rule of thumb for the drag of a skirt
 
 
@@ -134,27 +135,62 @@ class HeldSpeed:
 class LossSpeeds:
     """The tow speeds [m/s] of first loss and of gross loss in a run with rising speed; None until they happen.
 
-    First loss: the lost share of all oil taken in first exceeds `first_share`. Gross loss: more than the share `gross_rate` of that oil is
-    lost a second, averaged over `window` [s], or over the time between two samples if that is longer; so one particle that passes within
-    a short step does not count as gross loss. After ASTM F2084, in which observers judge by eye.
+    Both count from the tow's beginning, when the boom first goes through the water at `TOW_BEGINS`; oil that was lost before does not
+    count. Losses are net: oil that is taken back is deducted.
+
+    First loss: the net lost share of all oil taken in has stayed above `first_share` for `window` [s]; the speed is that at which it rose
+    above. Gross loss: the mean net loss over `window` is more than the share `gross_rate` of that oil a second; the speed is the mean over
+    that time. Either is None again once half of that oil has come back. After ASTM F2084, in which observers judge by eye.
     """
 
     first_share: float = 0.005
     gross_rate: float = 0.02
-    window: float = 1.0
+    window: float = 5.0
     first_loss: float | None = None
     gross_loss: float | None = None
-    _past: list[tuple[float, float]] = field(default_factory=list)
+    _lost_before: float | None = None  # [m3] when the tow began
+    _above: tuple[float, float] | None = (
+        None  # time [s] and tow speed [m/s] since which the lost share is above first_share
+    )
+    _gross: tuple[float, float] = (0.0, 0.0)  # net loss [m3] before the gross loss, and in its window
+    _past: list[tuple[float, float, float]] = field(default_factory=list)  # time, tow speed, net loss
+
+    @property
+    def begun(self) -> bool:
+        """True once the tow has begun."""
+        return self._lost_before is not None
 
     def add(self, time: float, tow_speed: float, lost: float, taken_in: float) -> None:
-        """Add a sample at `time` [s]: volume lost so far and volume taken in so far [m3]; recovered oil is not deducted."""
-        if taken_in > 0.0 and self.first_loss is None and lost / taken_in > self.first_share:
-            self.first_loss = tow_speed
+        """Add a sample at `time` [s]: volume that is lost now and volume taken in so far [m3], at `tow_speed` [m/s] through the water."""
+        if self._lost_before is None:
+            if tow_speed < TOW_BEGINS:
+                return
+            self._lost_before = lost
+        net = lost - self._lost_before
+        self._add_first(time, tow_speed, net / taken_in if taken_in > 0.0 else 0.0)
+        self._past.append((time, tow_speed, net))
         begin = time - self.window * (1.0 - 1e-9)
-        while len(self._past) > 1 and self._past[1][0] <= begin:
+        while self._past[1:] and self._past[1][0] <= begin:
             self._past.pop(0)
-        if taken_in > 0.0 and self.gross_loss is None and self._past and self._past[0][0] <= begin:
-            before, lost_before = self._past[0]
-            if (lost - lost_before) / (taken_in * (time - before)) > self.gross_rate:
-                self.gross_loss = tow_speed
-        self._past.append((time, lost))
+        if self._past[0][0] <= begin:
+            self._add_gross(time, net, taken_in)
+
+    def _add_first(self, time: float, tow_speed: float, share: float) -> None:
+        if self.first_loss is not None:
+            if share <= 0.5 * self.first_share:
+                self.first_loss = self._above = None
+        elif share <= self.first_share:
+            self._above = None
+        else:
+            self._above = self._above or (time, tow_speed)
+            if time - self._above[0] >= self.window * (1.0 - 1e-9):
+                self.first_loss = self._above[1]
+
+    def _add_gross(self, time: float, net: float, taken_in: float) -> None:
+        before, lost = self._gross
+        if self.gross_loss is not None and net < before + 0.5 * lost:
+            self.gross_loss = None
+        since, _, net_then = self._past[0]
+        if self.gross_loss is None and net - net_then > self.gross_rate * taken_in * (time - since):
+            self._gross = net_then, net - net_then
+            self.gross_loss = float(np.mean([speed for _, speed, _ in self._past]))

@@ -32,7 +32,7 @@ RUNS: dict[str, list[str]] = {
 def make(name: str, folder: Path) -> None:
     """Run one scenario and draw it."""
     recording = folder / f"{name}.rrd"
-    code = main(["run", name, *RUNS[name], "--threads", "1", "--record", str(recording)])
+    code = main(["run", name, *RUNS[name], "--threads", "1", "--overwrite", "--record", str(recording)])
     if code != 0:
         raise SystemExit(f"{name} ended with {code}")
     whole = folder / f"{name}.png"

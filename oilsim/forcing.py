@@ -67,11 +67,16 @@ def heading(direction: float) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class Zone:
-    """A box of the domain [m] in which velocities relax to a target with a time constant [s]; ValueError for one that cannot."""
+    """A box of the domain [m] in which velocities relax to a target with a time constant [s]; ValueError for one that cannot.
+
+    edge [m]: width of the rim at the sides across x and y in which the relaxation rises smoothly from nothing, sin^2; a graded zone, or
+    sponge, reflects less. 0: it acts at once.
+    """
 
     lower: Vector = quantity("m")
     upper: Vector = quantity("m")
     relaxation_time: float = quantity("s", above=0.0)
+    edge: float = quantity("m", default=0.0, at_least=0.0)
 
     def __post_init__(self) -> None:
         require("zone", Zone, vars(self), self._problems())
@@ -89,9 +94,18 @@ class Zone:
             inside &= (position[axis] >= self.lower[axis]) & (position[axis] <= self.upper[axis])
         return np.flatnonzero(inside)
 
-    def share(self, time_step: float) -> np.float32:
-        """Return the share of the difference that one step of `time_step` [s] takes away, 1 - exp(-dt / tau)."""
-        return np.float32(-math.expm1(-time_step / self.relaxation_time))
+    def share(self, time_step: float, position: Real) -> np.float32 | Real:
+        """Return the share of the difference that one step of `time_step` [s] takes away, 1 - exp(-dt / tau).
+
+        In a zone with an edge it differs from particle to particle, (N,), with tau / sin^2(pi s / (2 edge)) at a way s from the nearest
+        side; position (3, N) [m] of particles inside.
+        """
+        if self.edge == 0.0:
+            return np.float32(-math.expm1(-time_step / self.relaxation_time))
+        ways = [way for a in (0, 1) for way in (position[a] - self.lower[a], self.upper[a] - position[a])]
+        depth = np.clip(np.min(ways, axis=0) / self.edge, 0.0, 1.0)
+        strength = np.sin(0.5 * math.pi * depth) ** 2
+        return np.asarray(-np.expm1(-time_step / self.relaxation_time * strength), dtype=np.float32)
 
 
 class Current:
@@ -122,7 +136,7 @@ class Current:
     def apply(self, view: ForcingView) -> None:
         """Change the velocities inside the zone by dv/dt = (u_current - v) / tau."""
         chosen = self.zone.members(view.position)
-        share = self.zone.share(view.time_step)
+        share = self.zone.share(view.time_step, view.position[:, chosen])
         for axis in (0, 1):
             view.velocity[axis, chosen] += share * (np.float32(self.velocity[axis]) - view.velocity[axis, chosen])
 
@@ -209,6 +223,13 @@ class AiryWaves(LimitedAttributes):
         scale = amplitude * omega / -math.expm1(-2.0 * k * depth)
         return scale * (down + up) * np.cos(theta), scale * (down - up) * np.sin(theta)
 
+    @property
+    def surface_drift(self) -> float:
+        """Stokes drift [m/s] at the surface: a^2 omega k cosh(2 k h) / (2 sinh(k h)^2), Stokes (1847)."""
+        k, h = self.wave_number, self.level - self.bottom
+        steepness = (0.5 * self.height) ** 2 * 2.0 * math.pi / self.period * k
+        return steepness * 0.5 * (1.0 + math.exp(-4.0 * k * h)) / (0.5 * math.expm1(-2.0 * k * h) ** 2)
+
     def apply(self, view: ForcingView) -> None:
         """Move the waves with the current, then change the velocities inside the zone by dv/dt = (u_airy - v) / tau."""
         self._carried = (
@@ -219,7 +240,7 @@ class AiryWaves(LimitedAttributes):
         along, up = self.velocity(x, y, z, view.time)
         to_x, to_y = heading(self.direction)
         target = (along * to_x + self.drift[0], along * to_y + self.drift[1], up)
-        share = self.zone.share(view.time_step)
+        share = self.zone.share(view.time_step, view.position[:, chosen])
         for axis, value in enumerate(target):
             view.velocity[axis, chosen] += share * (value - view.velocity[axis, chosen])
 

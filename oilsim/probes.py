@@ -16,6 +16,8 @@ Double = NDArray[np.float64]
 
 # [1] share of the kernel that liquid must fill for a reading; tuned; not on record
 PRESENT = 0.05
+# [1] share of a full layer of particles across the support that belongs to the surface at least; tuned; fewer are spray
+FEWEST = 0.15
 
 
 def _offsets(state: FluidState, tools: StepTools, point: Double) -> Double:
@@ -65,18 +67,30 @@ def surface_height_at(state: FluidState, tools: StepTools, points: Double) -> Do
     """Measure the height (K,) [m] of the free surface over points (K, 2) [m], by the particles within a support radius across.
 
     It lies half a spacing above the mean of the highest ones, those within three quarters of a spacing of the highest that hangs
-    together with the liquid below, like a gauge wire, not a spray detector.
+    together with the liquid below, like a gauge wire. Spray does not count: neither drops in the air nor single particles on the surface
+    (`FEWEST` of a layer). Where there is no liquid, the reading is the domain's lower side.
     """
     config = tools.config
     spacing, radius = config.particle_spacing, config.support_radius
+    layer = (
+        2.0 * radius / spacing if tools.constants.plane else np.pi * (radius / spacing) ** 2
+    )  # particles of a full one
+    fewest = max(2, int(np.ceil(FEWEST * layer)))
     result = np.full(len(points), config.lower[2])
     for n, point in enumerate(points):
         offset = _offsets(state, tools, point[:1] if tools.constants.plane else point)
         heights = np.sort(state.position[2, (offset**2).sum(axis=0) < radius**2].astype(np.float64))
-        if heights.size == 0:
-            continue
-        joined = np.flatnonzero(np.diff(heights, prepend=heights[0]) > 1.5 * spacing)
-        top = heights[: joined[0]] if joined.size else heights
-        upper = top[top > top[-1] - 0.75 * spacing]
-        result[n] = upper.mean() + 0.5 * spacing
+        parts = np.split(heights, np.flatnonzero(np.diff(heights) > 1.5 * spacing) + 1)
+        liquid = next((part for part in parts if len(part) >= fewest), None)
+        if liquid is not None:
+            result[n] = _top(liquid, 0.75 * spacing, fewest) + 0.5 * spacing
     return result
+
+
+def _top(heights: Double, thickness: float, fewest: int) -> float:
+    """Return the mean height [m] of the uppermost particles (n,), sorted, within `thickness` [m], without single ones above them."""
+    while True:
+        upper = heights > heights[-1] - thickness
+        if upper.all() or int(upper.sum()) >= fewest:
+            return float(heights[upper].mean())
+        heights = heights[~upper]

@@ -64,14 +64,15 @@ def force() -> rr.Arrows3D:
 def line(name: str, run: str = "") -> rr.SeriesLines:
     """Style the line of a series.
 
-    The label names the run if two runs are shown. A series of lost oil has the colour of its cause.
+    The label names the run if two runs are shown. A series of lost oil has the colour of its cause, any other one of its own.
     """
     last = name.rpartition("/")[2]
     label = " ".join(filter(None, (run, last.replace("_", " "))))
     if "oil_lost/" in name:
         return rr.SeriesLines(names=[label], colors=[palette.cause_color(last)], widths=[2.0])
-    colors = [palette.LIMIT] if name.endswith("_limit") else None
-    return rr.SeriesLines(names=[label], colors=colors)
+    return rr.SeriesLines(
+        names=[label], colors=[palette.LIMIT if name.endswith("_limit") else palette.series_color(name)]
+    )
 
 
 def _box_edges(lower: npt.NDArray[np.float32], upper: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
 from datetime import datetime
+from typing import Any
 
 import cattrs
 
@@ -23,6 +25,8 @@ class BoomDescription:
     joint_points     both ends of a segment in its own frame [m]
     full_tension     [N] at which the colour scale of the boom ends: the bollard pull of the vessels that tow it, or the tension of a
                      boom between fixed ends by formula at 0.7 knots
+    deployment       kind of exercise: "sweep", "containment", "exclusion" or "diversion"
+    blockage         part [-] of the water's section that the boom, and what tows it, fill across their way; 0 if it was not recorded
     """
 
     name: str
@@ -34,6 +38,8 @@ class BoomDescription:
     waterline: float
     joint_points: tuple[Point3, Point3]
     full_tension: float
+    deployment: str = "sweep"
+    blockage: float = 0.0
 
 
 FIRST_YEAR, LAST_YEAR = 1583, 9000  # of the Gregorian calendar, and far from the end of Python's
@@ -72,11 +78,19 @@ class Site:
 
 @dataclass(frozen=True, kw_only=True)
 class ExerciseDescription:
-    """Booms, the uniform current (x, y) [m/s] and the level [m] of the still water."""
+    """Booms, the uniform current (x, y) [m/s] and the level [m] of the still water.
+
+    period    [m] after which the sea repeats along x and y; 0: it does not
+    wind      (x, y) [m/s] at the start, towards which it blows; 0 without one
+    criteria  what the scenario changes of the criteria of the grade, or adds to them: settings by name, for each criterion's key
+    """
 
     booms: tuple[BoomDescription, ...] = ()
     current: tuple[float, float] = (0.0, 0.0)
     water_level: float = 0.0
+    period: tuple[float, float] = (0.0, 0.0)
+    wind: tuple[float, float] = (0.0, 0.0)
+    criteria: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
 
 def to_json(description: Site | ExerciseDescription | None) -> str:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import colorsys
+import zlib
+
 import numpy as np
 import numpy.typing as npt
 
@@ -30,12 +33,31 @@ CAUSES: dict[str, tuple[str, Color]] = {
     "around_ends": ("green", (40, 168, 62, 255)),
     "through": ("pink", (255, 150, 178, 255)),
 }
+_SERIES: dict[str, Color] = {
+    "oil_retained": (120, 84, 40, 255),
+    "oil_lost": (222, 32, 32, 255),
+    "port": (200, 40, 60, 255),
+    "starboard": (40, 150, 70, 255),
+    "tow_speed": (224, 123, 32, 255),
+    "normal_speed_held": (31, 95, 168, 255),
+}
+_HUES = 997  # prime, so that names that differ little get hues that differ much
 _TENSION = np.array([[255, 236, 150], [255, 186, 60], [246, 112, 20], [200, 24, 30], [110, 0, 40]])
 
 
 def cause_color(cause: str) -> Color:
     """Return the colour of oil that was lost by a cause."""
     return CAUSES.get(cause, ("grey", (120, 120, 120, 255)))[1]
+
+
+def series_color(name: str) -> Color:
+    """Return a colour for a series, the same in every run; tensions at port and starboard are red and green, held oil is dark."""
+    last = name.rpartition("/")[2]
+    if last in _SERIES:
+        return _SERIES[last]
+    hue = (zlib.crc32(name.encode()) % _HUES) / _HUES
+    red, green, blue = (round(255.0 * part) for part in colorsys.hsv_to_rgb(hue, 0.75, 0.8))
+    return red, green, blue, 255
 
 
 def css(color: Color) -> str:

@@ -17,6 +17,7 @@ from oilsim.phases import EXPLICIT_UP_TO
 from oilsim.quantity import SHORTEST_DIRECTION
 from scenarios.problems import Problem, unknown
 from scenarios.schema.bodies import Body, MeshBody
+from scenarios.schema.criteria import CriterionSettings, criteria_problems
 from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings, body_of, segment_names
 from scenarios.schema.fmu_settings import FmuSettings
 from scenarios.schema.liquid import (
@@ -40,7 +41,7 @@ NAME_PATTERN = r"[A-Za-z0-9][A-Za-z0-9_-]*"
 NAME_ALLOWED = "letters, digits, '-' and '_', beginning with a letter or digit"
 MESH_SUFFIXES = (".stl", ".obj", ".ply", ".glb")  # as of coupling.solids.mesh_files, which takes a second to import
 MOST_PARTICLES = 1e8  # some 300 GB of memory
-NAMED_TABLES = ("phases", "fill", "emitters", "bodies", "vessels", "booms", "probes", "fmus")
+NAMED_TABLES = ("phases", "fill", "emitters", "bodies", "vessels", "booms", "criteria", "probes", "fmus")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,6 +61,7 @@ class Parts:
     vessels: Mapping[str, VesselSettings] = field(default_factory=dict)
     booms: Mapping[str, BoomSettings] = field(default_factory=dict)
     tow: TowSettings | None = None
+    criteria: Mapping[str, CriterionSettings] = field(default_factory=dict)
     probes: Mapping[str, Probe] = field(default_factory=dict)
     fmus: Mapping[str, FmuSettings] = field(default_factory=dict)
 
@@ -69,6 +71,7 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
     yield from _names(parts)
     yield from _references(parts)
     yield from _orders(parts)
+    yield from (problem.below("criteria") for problem in criteria_problems(parts.criteria))
     yield from _meshes(parts)
     yield from _plane(parts)
     if parts.tank is not None:

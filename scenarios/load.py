@@ -11,9 +11,10 @@ from typing import Any, get_args
 from scenarios.cross_checks import NAMED_TABLES, Parts, problems_between
 from scenarios.problems import Problem, ScenarioError, suggestion
 from scenarios.scenario import Scenario
+from scenarios.schema.compass import without_compass
 from scenarios.schema.overrides import merged, parse_override, with_override
 from scenarios.schema.quantity_fields import field_kinds
-from scenarios.schema.structuring import structure
+from scenarios.schema.structuring import COMPASS, structure
 from scenarios.text.toml import read_toml
 
 
@@ -74,12 +75,21 @@ def load_scenario(source: str | Path, *, overrides: Iterable[str] = (), demo: bo
 
 def scenario_from(data: Mapping[str, Any], folder: Path | None = None) -> Scenario:
     """Build a scenario from plain data; relative mesh files are searched in `folder`. ScenarioError with every problem found."""
-    sound, problems = _structured(_with_paths(data, folder or Path.cwd()))
+    data, misread = without_compass(_with_paths(data, folder or Path.cwd()))
+    sound, problems = _structured(data)
+    unread = [_field_of(fault) for fault in misread]
+    problems = misread + [one for one in problems if one.path not in unread]
     if not problems:
         return Scenario(**sound)
     names = {table: tuple(data[table]) if isinstance(data.get(table), Mapping) else () for table in NAMED_TABLES}
     parts = {name: sound[name] for name in Parts.__dataclass_fields__ if name in sound}
     raise ScenarioError([*problems, *problems_between(Parts(names=names, given=frozenset(data), **parts))])
+
+
+def _field_of(problem: Problem) -> str:
+    """Return the path of the field that a compass course would give, which is not missing for itself."""
+    table, _, key = problem.path.rpartition(".")
+    return f"{table}.{COMPASS[key]}"
 
 
 def _changed(data: dict[str, Any], overrides: Iterable[str], demo: bool) -> dict[str, Any]:

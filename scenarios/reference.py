@@ -8,7 +8,17 @@ from dataclasses import MISSING, Field, fields
 from typing import Any, Literal, get_args, get_origin
 
 from oilsim.quantity import quantities
-from scenarios.schema import bodies, exercise, fmu_settings, liquid, probe_settings, run_settings, sea, weather
+from scenarios.schema import (
+    bodies,
+    criteria,
+    exercise,
+    fmu_settings,
+    liquid,
+    probe_settings,
+    run_settings,
+    sea,
+    weather,
+)
 from scenarios.schema.quantity_fields import Section, field_kinds
 from scenarios.schema.structuring import SUFFIXES
 from scenarios.schema.type_checks import shape_of
@@ -18,6 +28,10 @@ INTRODUCTION = """# Scenario files
 A scenario is a TOML file of tables. The dataclasses of `scenarios` say the same in Python, key by key. Units are SI, z points up,
 angles are counter-clockwise. A key in m/s may carry the suffix `_kn` (knots), a key in rad the suffix `_deg`. Named things have tables
 of their own, such as `[phases.oil]` or `[bodies.rock]`; the name is yours.
+
+Sailors' directions are taken too, in degrees clockwise from north: `heading_compass` in place of a `heading`, `from_compass` in place of
+the `direction` of wind or waves, by where they come from, and `toward_compass` in place of that of a current. North is +y, unless `[site]`
+has another `bearing`.
 
 `oilsim check FILE` reads a file, reports every problem at once, and estimates the cost of a run. `--set KEY=VALUE` changes an entry for
 one run: `--set phases.oil.dynamic_viscosity=0.1`, `--set tank.upper.2=2.0`, `--set vessels.port.legs.1.speed_kn=0.5`. The `[demo]` table
@@ -111,6 +125,7 @@ CHAPTERS: tuple[tuple[str, tuple[type[Section], ...]], ...] = (
     ("vessels.NAME.legs", (exercise.LegSettings,)),
     ("tow", (exercise.TowSettings,)),
     ("booms.NAME", (exercise.BoomSettings,)),
+    ("criteria.KEY", (criteria.CriterionSettings,)),
     ("probes.NAME", get_args(probe_settings.Probe)),
     ("fmus.NAME", (fmu_settings.FmuSettings,)),
     ("recording", (run_settings.RecordingSettings,)),

@@ -2,7 +2,8 @@
 
 The dataclasses are the Python API. A scenario file says the same, table by table and key by key; `scenarios.load` reads it.
 Conventions: SI units, world frame with z up, angles counter-clockwise. In a file, a key for a speed may carry the suffix ``_kn`` (knots),
-and one for an angle ``_deg`` (degrees).
+and one for an angle ``_deg`` (degrees). Sailors' directions are taken too, in degrees clockwise from north: ``heading_compass`` for a
+heading, ``from_compass`` for where wind or waves come from, ``toward_compass`` for where a current runs to (`scenarios.schema.compass`).
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from dataclasses import dataclass, field
 from scenarios import cross_checks
 from scenarios.problems import Problem
 from scenarios.schema.bodies import Body
+from scenarios.schema.criteria import CriterionSettings
 from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings
 from scenarios.schema.fmu_settings import FmuSettings
 from scenarios.schema.liquid import Fill, FluidSettings, PhaseSettings, PipeEmitterSettings, Tank
@@ -50,6 +52,7 @@ class Scenario(Section):
     vessels: Mapping[str, VesselSettings] = field(default_factory=dict)
     booms: Mapping[str, BoomSettings] = field(default_factory=dict)
     tow: TowSettings | None = None
+    criteria: Mapping[str, CriterionSettings] = field(default_factory=dict)
     probes: Mapping[str, Probe] = field(default_factory=dict)
     fmus: Mapping[str, FmuSettings] = field(default_factory=dict)
     recording: RecordingSettings = field(default_factory=RecordingSettings)

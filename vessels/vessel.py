@@ -15,6 +15,7 @@ from vessels.course import Course
 
 if TYPE_CHECKING:  # a scenario's limits are read from these classes without the meshes of hulls
     from vessels.hull import Hull
+    from vessels.windage import Windage
 
 Array = NDArray[np.float64]
 
@@ -78,7 +79,8 @@ class Vessel:
     """A vessel: its hull, machinery, course and place at the start.
 
     course: the orders of its helmsman, None without one; position (x, y) [m]: of midships at the start; heading [rad]: counter-clockwise
-    about z from +x; tow_point (3,) [m]: in the body frame, where a tow line is made fast.
+    about z from +x; tow_point (3,) [m]: in the body frame, where a tow line is made fast; superstructure, windage: what stands in the
+    wind on deck, and the hull above the water; None where the wind does not act.
     """
 
     name: str
@@ -90,6 +92,7 @@ class Vessel:
     tow_point: tuple[float, float, float]
     gains: ControlGains = field(default_factory=ControlGains)
     superstructure: Superstructure | None = None
+    windage: Windage | None = None
 
     def initial_pose(self, water_level: float) -> tuple[Array, Array]:
         """Return position (3,) [m] of the centre of mass and orientation (4,) xyzw at the start, afloat at the design draft."""
@@ -104,17 +107,18 @@ class Vessel:
         return self.initial_pose(water_level)[0] + rotated(np.array(self.tow_point), self.heading)
 
     def wind_wrench(self, pose: Array, twist: Array, wind: Array) -> Array:
-        """Compute force [N] and moment [N m] (6,) of the wind (3,) [m/s] on the superstructure.
+        """Compute force [N] and moment [N m] (6,) of the wind (3,) [m/s] on the superstructure and on the hull above the water.
 
         pose (7,) [m, 1], twist (6,) [m/s, rad/s]; about the centre of mass, in the world frame.
         """
+        on_hull = np.zeros(6) if self.windage is None else self.windage.wrench(pose, twist, wind)
         if self.superstructure is None:
-            return np.zeros(6)
+            return on_hull
         arm = _rotate(pose[3:], np.array(self.superstructure.center))
         velocity = twist[:3] + np.cross(twist[3:], arm)
         force = self.superstructure.wind_force(wind, velocity)
         force[2] = 0.0
-        return np.concatenate([force, np.cross(arm, force)])
+        return on_hull + np.concatenate([force, np.cross(arm, force)])
 
 
 def heading_of(orientation: Array) -> float:

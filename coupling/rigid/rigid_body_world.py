@@ -19,6 +19,7 @@ from coupling.rigid.bullet_client import BulletClient
 from coupling.rigid.collision_step import Encounters
 from coupling.rigid.engine_step import Body, EngineStep
 from coupling.rigid.environment import Environment, MetEnvironment
+from coupling.rigid.holds import Holds
 from coupling.rigid.joint_constraints import Articulation, Joints, PointJoint
 from coupling.rigid.lines import ElasticLine, Lines
 from coupling.rigid.prescribed_motion import AT_REST, STILL, UPRIGHT, Motion, PrescribedMotion, Quaternion, Vector
@@ -68,6 +69,7 @@ class RigidBodyWorld:
         self._accelerations: Array | None = None
         self._last_duration = sub_step
         self._state = RigidBodyState()
+        self._holds = Holds(self._state)
         self._client = BulletClient(gravity, solver_iterations)
         self._engine = EngineStep(self._client, self._state, self._gravity)
         self._sea: MetEnvironment | None = None
@@ -154,6 +156,18 @@ class RigidBodyWorld:
         self._state.append(mass_properties, start, is_free=motion == "free")
         self._place(body, start)
         self._held = None
+
+    def hold_until(self, name: str, time: float) -> None:
+        """Hold a free body where it is, without motion, until the end of the step that reaches `time` [s]; then it moves freely.
+
+        While it is held it answers no force, as a fixed body does. ValueError for a body that is not free, or that joints hold.
+        """
+        body = self._body(name)
+        if body.motion != "free" or body.is_jointed:
+            raise ValueError(
+                f"rigid bodies: {name!r} cannot be held until {time:g} s, allowed: a free body without joints"
+            )
+        self._holds.add(body.row, time, self.time)
 
     def add_half_space(self, point: Vector, normal: Vector, friction: float = FRICTION) -> None:
         """Let free bodies run into a plane through `point` [m], such as a tank's side; `normal`, a unit vector, points to their side."""
@@ -304,6 +318,7 @@ class RigidBodyWorld:
         for body in self._bodies.values():
             if not isinstance(body.motion, str):
                 self._place(body, body.motion.at(time))
+        self._holds.settle(self.time)
 
     def advance(self, duration: float) -> None:
         """Advance by `duration` [s] under the wrenches as set, in equal stretches not longer than the longest sub-step."""
@@ -324,6 +339,7 @@ class RigidBodyWorld:
         self._state.line_wrench = self.lines.end(duration)
         self._state.settle_reaction(momenta_before, duration, self._gravity)
         self._state.line_wrench = self.lines.present_pull(self._state.pose, self._state.twist)
+        self._holds.settle(self.time)
 
     def save_state(self) -> dict[str, object]:
         """Return everything that moves, as plain data that can be pickled."""
@@ -353,6 +369,7 @@ class RigidBodyWorld:
         self._sea_changed()
         self.time = float(time)  # type: ignore[arg-type]
         self._last_duration = float(state["last_duration"])  # type: ignore[arg-type]
+        self._holds.settle(self.time)
 
     def close(self) -> None:
         """Disconnect the client; the world cannot be used afterwards."""
@@ -432,16 +449,20 @@ class RigidBodyWorld:
         pull = self.lines.pull_for(sub_step, self._state.pose, self._state.twist)
         wrench = self._state.wrench + self._state.applied_wrench + pull + self._state.sea_load
         free = [body for body in self._bodies.values() if body.motion == "free"]
-        led = [(body, body.motion) for body in self._bodies.values() if not isinstance(body.motion, str)]
+        held = [body for body in free if not self._state.is_free[body.row]]
+        led = [(body, body.motion.at(end)) for body in self._bodies.values() if not isinstance(body.motion, str)]
+        if held:
+            led += [(body, self._holds.rest(body.row)) for body in held]
+            free = [body for body in free if body not in held]
         forces, joint_wrench = self._joint_forces(wrench, sub_step)
         if free:
             handed = wrench + joint_wrench
             if self._sea is not None:
                 handed = handed - self._sea.resisted(handed, self._gravity, sub_step)
-            self._engine.step(free, [(body, motion.at(end)) for body, motion in led], handed, sub_step)
+            self._engine.step(free, led, handed, sub_step)
             self._sea_changed()
         for body, motion in led:
-            self._place(body, motion.at(end))
+            self._place(body, motion)
         self.time = end
         return forces
 

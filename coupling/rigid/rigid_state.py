@@ -74,6 +74,13 @@ class RigidBodyState:
         self._inverse_inertia[~self.is_free] = 0.0
         self._ease = np.where(self.is_free, 1.0 / self.mass, 0.0)
 
+    def hold(self, row: int, held: bool) -> None:
+        """Let a body answer no force, as a fixed one does, or move freely again."""
+        self.is_free[row] = not held
+        self._ease[row] = 0.0 if held else 1.0 / self.mass[row]
+        self._inverse_inertia[row] = 0.0 if held else np.linalg.inv(self.inertia[row])
+        self._kept = None
+
     def save(self) -> dict[str, Array]:
         """Return a copy of each array that changes in a step, by the names in `MOVING`."""
         return {key: getattr(self, key).copy() for key in MOVING}

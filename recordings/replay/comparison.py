@@ -22,6 +22,7 @@ from recordings.replay.repair import open_reader
 from recordings.replay.running_extremes import WORST, reached
 from recordings.sink.plots import plots_with_series
 from recordings.sink.rerun_sink import flush, open_stream
+from recordings.words import cause_in_words
 
 SIDES = ("A", "B")
 _BACKGROUND = (224, 233, 240)
@@ -60,16 +61,16 @@ def _mean(values: Values) -> float:
 
 _CAUSES = "oil_lost/*"
 _MEASURES = (
-    _Measure("oil_retained", "oil held at the end", "l", 1e3, _last),
-    _Measure("oil_lost", "oil lost at the end", "l", 1e3, _last),
-    _Measure("oil_lost_modelled", "of it carried out by closures", "l", 1e3, _last),
-    _Measure(_CAUSES, "lost by {}", "l", 1e3, _last),
-    _Measure("oil_recovered", "oil taken back", "l", 1e3, _last),
-    _Measure("oil_removed", "oil that left the water without being lost", "l", 1e3, _last),
+    _Measure("oil_retained", "oil held at the end", "litres", 1e3, _last),
+    _Measure("oil_lost", "oil lost at the end", "litres", 1e3, _last),
+    _Measure("oil_lost_modelled", "of it carried out by closures (modelled)", "litres", 1e3, _last),
+    _Measure(_CAUSES, "oil {}", "litres", 1e3, _last),
+    _Measure("oil_recovered", "oil taken back", "litres", 1e3, _last),
+    _Measure("oil_removed", "oil that left the tank without being lost", "litres", 1e3, _last),
     _Measure("tow_speed", "mean speed through the water", "kn", _KNOTS, _mean),
     _Measure("normal_speed_held", "largest held speed normal to the boom", "kn", _KNOTS, _largest),
-    _Measure("tow_tension/*", "mean tow tension, {}", "N", 1.0, _mean),
-    _Measure("tow_tension/*", "largest tow tension, {}", "N", 1.0, _largest),
+    _Measure("tow_tension/*", "mean tow tension, {}", "kN", 1e-3, _mean),
+    _Measure("tow_tension/*", "largest tow tension, {}", "kN", 1e-3, _largest),
     _Measure("skirt_angle", "largest lean of the skirt", "deg", 180.0 / math.pi, _largest),
     _Measure("effective_draft", "smallest draft", "m", 1.0, _smallest),
     _Measure("gap_ratio", "gap ratio at the end", "", 1.0, _last),
@@ -126,7 +127,7 @@ def _start(name: str, pattern: str) -> int | None:
 def _label(name: str, start: int, measure: _Measure) -> str:
     """Write a score's label, with its boom if there are several."""
     found = name[start:].removeprefix(measure.pattern.removesuffix("*")).removesuffix("_deg")
-    label = measure.label.format(found.replace("_", " "))
+    label = measure.label.format(cause_in_words(found) if measure.pattern == _CAUSES else found.replace("_", " "))
     return f"boom {name[:start].strip('/')}: {label}" if start else label
 
 

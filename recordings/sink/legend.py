@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from recordings.exercise import BoomDescription
 from recordings.frame import RunDescription
 from recordings.palette import CAUSES, is_water
+from recordings.words import cause_in_words, force_in_words
 
 
 def legend(run: RunDescription) -> str:
@@ -11,12 +13,9 @@ def legend(run: RunDescription) -> str:
     booms = run.exercise.booms if run.exercise else ()
     lines = [f"**{run.properties.get('title') or run.name}**"]
     if booms:
-        causes = ", ".join(f"{name} *{cause.replace('_', ' ')}*" for cause, (name, _) in CAUSES.items())
-        full = max(boom.full_tension for boom in booms)
-        lines.append(f"**Oil** is dark. The colour of **lost oil** shows the cause of its loss: {causes}.")
-        lines.append(
-            f"The colour of the **boom** shows its tension: pale at 0 N, orange at {0.5 * full:.3g} N, dark red from {full:.3g} N on."
-        )
+        causes = ", ".join(f"{name} *{cause_in_words(cause)}*" for cause, (name, _) in CAUSES.items())
+        lines.append(f"**Oil** is dark. The colour of **lost oil** shows how it was lost: {causes}.")
+        lines += [f"The colour of {tension_colors(boom, len(booms) > 1)}." for boom in booms]
     elif run.oils:
         lines.append("**Oil** is dark.")
     if run.oils and any(map(is_water, run.phases)):
@@ -26,3 +25,10 @@ def legend(run: RunDescription) -> str:
             "Tab *Forces* shows the water's force on each body; an arrow of three body lengths is the body's whole buoyancy."
         )
     return "\n\n".join(lines)
+
+
+def tension_colors(boom: BoomDescription, several: bool) -> str:
+    """Say what a boom's colours mean; with several booms, each has a scale of its own."""
+    name = f"boom **{boom.name}**" if several else "the **boom**"
+    half, full = force_in_words(0.5 * boom.full_tension), force_in_words(boom.full_tension)
+    return f"{name} shows its tension: pale without any, orange at {half}, dark red from {full} on"

@@ -5,9 +5,9 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
+from recordings.words import volume_in_words
 from scenarios.commands.scenario_options import add_scenario, overrides
 from scenarios.exit_codes import DONE
-from scenarios.text.quantities import volume_in_words
 
 if TYPE_CHECKING:
     from rich.console import Console

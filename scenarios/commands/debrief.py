@@ -23,10 +23,10 @@ def register(commands: argparse._SubParsersAction) -> None:
 
 def _debrief(options: argparse.Namespace) -> int:
     from scenarios.commands.export_options import file_errors
-    from scenarios.debrief.grade import CRITERIA, read_criteria
+    from scenarios.debrief.grade import read_criteria
     from scenarios.debrief.page import write_debrief
 
-    criteria = CRITERIA if options.criteria is None else read_criteria(options.criteria)
+    criteria = None if options.criteria is None else read_criteria(options.criteria)
     folder = options.out or Path(f"{options.recording.stem}-debrief")
     with file_errors():
         print(write_debrief(options.recording, folder, criteria))

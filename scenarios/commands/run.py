@@ -27,11 +27,21 @@ def register(commands: argparse._SubParsersAction) -> None:
 
 def _add_run_options(parser: argparse.ArgumentParser) -> None:
     recording = parser.add_mutually_exclusive_group()
-    recording.add_argument("--record", type=Path, metavar="FILE.rrd", help="recording to write (default: NAME.rrd)")
+    recording.add_argument(
+        "--record",
+        type=Path,
+        metavar="FILE.rrd",
+        help="recording to write (default: NAME.rrd, or NAME-2.rrd if that is there)",
+    )
     recording.add_argument("--no-record", action="store_true", help="run without a recording")
     parser.add_argument("--summary", type=Path, metavar="FILE.json", help="write a summary of the results")
     parser.add_argument("--picture", type=Path, metavar="FILE.png", help="draw a picture of the run")
     parser.add_argument("--live", action="store_true", help="show the run in the viewer while it runs")
+    parser.add_argument(
+        "--overwrite",
+        action="store_true",
+        help="let this run replace the recording, summary or picture of an earlier one",
+    )
     parser.add_argument(
         "--checkpoints", type=Path, metavar="FOLDER", help="folder for saved states (default: FILE.checkpoints)"
     )
@@ -62,7 +72,7 @@ def _run(options: argparse.Namespace) -> int:
     from scenarios.running.run import run_scenario
 
     loaded = load_scenario(options.scenario, overrides=overrides(options), demo=options.demo)
-    record = None if options.no_record else options.record or Path(f"{loaded.scenario.name}.rrd")
+    record = None if options.no_record else options.record or _free(loaded.scenario.name)
     return run_scenario(
         loaded.scenario,
         text=loaded.text,
@@ -90,11 +100,16 @@ def _resume(options: argparse.Namespace) -> int:
 
 def _branch(source: Path, at: float) -> Path:
     """Choose a free name for the recording of a continued run: ``sweep-from-12s.rrd``, ``sweep-from-12s-2.rrd``, ..."""
+    stem = source.parent.stem if source.suffix == ".npz" else source.stem
+    return _free(f"{stem}-from-{at:g}s")
+
+
+def _free(stem: str) -> Path:
+    """Choose a name that no recording or folder of checkpoints has: ``stem.rrd``, ``stem-2.rrd``, ``stem-3.rrd``, ..."""
     from scenarios.running.checkpoints import checkpoint_folder
 
-    stem = source.parent.stem if source.suffix == ".npz" else source.stem
     suffixes = itertools.chain([""], (f"-{number}" for number in itertools.count(2)))
-    names = (Path(f"{stem}-from-{at:g}s{suffix}.rrd") for suffix in suffixes)
+    names = (Path(f"{stem}{suffix}.rrd") for suffix in suffixes)
     return next(name for name in names if not name.exists() and not checkpoint_folder(name).exists())
 
 
@@ -107,6 +122,7 @@ def _run_options(options: argparse.Namespace, record: Path | None, source: Path 
         summary=options.summary,
         picture=options.picture,
         live=options.live,
+        overwrite=options.overwrite,
         source=source,
     )
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 
 knot = 1852.0 / 3600.0  # [m/s]
 UNDER_WAY = 0.5  # fraction of the highest tow speed through the water from which on the boom counts as under way
+START_UP = 0.1  # lengths of the boom that it goes through the water until it has taken its shape
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -36,6 +37,7 @@ class BoomHistory:
     tow_speed     (N,) [m/s] through the water, mean of the vessels
     current       (N, 2) [m/s]
     water_level   [m]
+    series        all series of the recording by name, of several booms those of this one without its name
     """
 
     boom: BoomDescription
@@ -49,6 +51,7 @@ class BoomHistory:
     held_peak: Array | None
     oil: Mapping[str, Array]
     tow_speed: Array
+    series: Mapping[str, Series] = field(default_factory=dict)
 
     @cached_property
     def normal_flow(self) -> Array:
@@ -91,6 +94,32 @@ class BoomHistory:
     def under_way(self) -> NDArray[np.bool_]:
         """Instants (N,) at which the boom is towed, or held in a current, near its highest speed."""
         return np.asarray(self.tow_speed >= UNDER_WAY * self.tow_speed.max())
+
+    @cached_property
+    def settled(self) -> NDArray[np.bool_]:
+        """Instants (N,) under way at which the start-up is over: the boom has taken its shape, and the first jerks are past.
+
+        That takes a way through the water of `START_UP` of the boom's length from when it first was under way, but not more than half of
+        the time under way.
+        """
+        if len(self.time) < 2:
+            return self.under_way
+        step = np.diff(self.time, prepend=self.time[0])
+        way = np.cumsum(np.where(self.under_way, self.tow_speed * step, 0.0))
+        longest = 0.5 * float((step * self.under_way).sum())
+        begun = np.cumsum(step * self.under_way)
+        over = np.maximum(way / (START_UP * self.boom.length), begun / longest if longest else 1.0) >= 1.0 - 1e-9
+        return np.asarray(self.under_way & over)
+
+    @cached_property
+    def through_water(self) -> tuple[Array, Array]:
+        """Speeds (N,) [m/s] through the water of all segments together: across the line between the boom's ends, and in whole."""
+        lines = np.array([state.line()[[0, -1]] for state in self.states])
+        along = lines[:, 1] - lines[:, 0]
+        along /= np.maximum(np.linalg.norm(along, axis=1), 1e-12)[:, None]
+        relative = np.array([state.velocity[:, :2].mean(axis=0) for state in self.states]) - self.current
+        across = np.abs(along[:, 0] * relative[:, 1] - along[:, 1] * relative[:, 0])
+        return across, np.linalg.norm(relative, axis=1)
 
     @cached_property
     def causes(self) -> dict[str, Array]:
@@ -146,6 +175,7 @@ def _history(replay: Replay, exercise: ExerciseDescription, boom: BoomDescriptio
         held_peak=worst.get("normal_speed_held"),
         oil=_beginning_with("oil_", series),
         tow_speed=series.get("tow_speed", still),
+        series={name.removeprefix(prefix): one for name, one in replay.scalars.items()},
     )
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import colorsys
 from collections.abc import Callable, Sequence
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -15,6 +17,7 @@ from booms.containment import PRACTICE_SPEED
 from recordings import palette
 from recordings.replay.recording import Replay
 from recordings.sink.plots import labels, plots_with_series
+from recordings.words import cause_in_words, force_in_words, force_unit
 from scenarios.debrief.boom_history import BoomHistory
 from scenarios.debrief.key_moments import KeyMoment
 
@@ -23,6 +26,7 @@ _WIDTH = 8.6  # inches
 _HELD, _FREE = "#3b2a1a", "#c9bba7"
 _LINES = ("#1f5fa8", "#e07b20", "#4a8f4a", "#8a5aa8")
 _LITRES = 2.0  # [m3]; smaller volumes are shown in litres
+_GOLDEN = 0.618034  # of the circle of hues, by which the colours of further series differ
 
 
 def empty_figure(height: float) -> Figure:
@@ -32,6 +36,14 @@ def empty_figure(height: float) -> Figure:
     return figure
 
 
+def line_color(place: int) -> str:
+    """Return the colour of the series at a place in its diagram; no two series of a diagram share one."""
+    if place < len(_LINES):
+        return _LINES[place]
+    red, green, blue = colorsys.hsv_to_rgb((place * _GOLDEN) % 1.0, 0.75, 0.7)
+    return mpl.colors.to_hex((red, green, blue))
+
+
 def oil_diagram(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure:
     """Draw the oil over time: held, not met and lost by cause; below, the lost oil on its own scale."""
     figure = empty_figure(4.6)
@@ -39,7 +51,8 @@ def oil_diagram(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure:
     factor, unit = _volume_unit(history)
     parts = {"held": (history.oil["retained"], _HELD), "not met yet": (history.oil["free"], _FREE)}
     causes = {
-        _words(cause): (volume, palette.css(palette.cause_color(cause))) for cause, volume in history.causes.items()
+        cause_in_words(cause): (volume, palette.css(palette.cause_color(cause)))
+        for cause, volume in history.causes.items()
     }
     for axes, shown in ((whole, {**parts, **causes}), (lost, causes)):
         shown = {name: part for name, part in shown.items() if part[0].any()}
@@ -51,9 +64,9 @@ def oil_diagram(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure:
     if not causes:
         lost.text(0.5, 0.5, "no oil was lost", transform=lost.transAxes, ha="center", color="#5c6b76")
     whole.set_title("Where the oil was", loc="left")
-    lost.set_title("Lost oil by cause, on its own scale", loc="left", fontsize=10.5)
+    lost.set_title("How oil was lost, on a scale of its own", loc="left", fontsize=10.5)
     if whole.get_legend_handles_labels()[0]:  # a run without oil has nothing to draw
-        whole.legend(frameon=False, ncols=5, loc="lower right", bbox_to_anchor=(1.0, 0.98), fontsize=9)
+        whole.legend(frameon=False, ncols=1, loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize=9)
     _finish([whole, lost], moments)
     return figure
 
@@ -99,13 +112,18 @@ def tension_diagram(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figur
         return None
     figure = empty_figure(2.9)
     axes = figure.subplots()
-    for color, (end, tension) in zip(_LINES, history.tow_tension.items(), strict=False):
-        mean = tension[history.under_way].mean()
-        label = f"{end}: mean under way {mean:.3g} N, peak {history.tow_peak[end].max():.3g} N"
-        axes.plot(history.time, tension, color=color, linewidth=1.4, label=label)
-    axes.set_ylim(bottom=0.0, top=1.3 * max(float(tension.max()) for tension in history.tow_tension.values()))
-    axes.set_title("Tow tension at each end", loc="left")
-    axes.set_ylabel("N")
+    largest = max(float(tension.max()) for tension in history.tow_tension.values())
+    factor, unit = force_unit(max(float(peak.max()) for peak in history.tow_peak.values()))
+    for place, (end, tension) in enumerate(history.tow_tension.items()):
+        mean, peak = (
+            force_in_words(float(tension[history.settled].mean())),
+            force_in_words(float(history.tow_peak[end].max())),
+        )
+        label = f"{end}: mean once settled {mean}, peak {peak}"
+        axes.plot(history.time, factor * tension, color=line_color(place), linewidth=1.4, label=label)
+    axes.set_ylim(bottom=0.0, top=1.3 * factor * largest or None)
+    axes.set_title("Tension at each end", loc="left")
+    axes.set_ylabel(unit)
     axes.legend(frameon=False, fontsize=9, loc="upper left")
     _finish([axes], moments)
     return figure
@@ -145,7 +163,8 @@ def along_diagram(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure:
         ("Lean of the skirt", "deg", np.degrees(history.skirt_angle), "cividis", None),
     ]
     if not np.isnan(history.tension).any():
-        maps.append(("Tension", "N", history.tension, "inferno_r", None))
+        factor, unit = force_unit(float(history.tension.max()))
+        maps.append(("Tension", unit, factor * history.tension, "inferno_r", None))
     figure = empty_figure(1.75 * len(maps))
     rows = np.atleast_1d(figure.subplots(len(maps), 1, sharex=True))
     place = (np.arange(history.tension.shape[1]) + 0.5) * history.boom.length / history.tension.shape[1]
@@ -175,9 +194,9 @@ def probe_diagram(replay: Replay, moments: Sequence[KeyMoment]) -> Figure | None
     figure = empty_figure(1.0 + 1.3 * len(plots))
     rows = np.atleast_1d(figure.subplots(len(plots), 1, sharex=True))
     for axes, (title, names) in zip(rows, plots.items(), strict=True):
-        for color, name, label in zip(_LINES, names, labels(names), strict=False):
+        for place, (name, label) in enumerate(zip(names, labels(names), strict=True)):
             series = replay.scalars[name]
-            axes.plot(series.time, series.value, color=color, linewidth=1.4, label=label)
+            axes.plot(series.time, series.value, color=line_color(place), linewidth=1.4, label=label)
         axes.set_title(title, loc="left", fontsize=10.5)
         if len(names) > 1:
             axes.legend(frameon=False, ncols=3, fontsize=9, loc="lower right", bbox_to_anchor=(1.0, 0.96))
@@ -206,10 +225,6 @@ def _finish(rows: Sequence[Axes], moments: Sequence[KeyMoment], *, grid: bool = 
 def _volume_unit(history: BoomHistory) -> tuple[float, str]:
     largest = float((history.oil["retained"] + history.oil["lost"] + history.oil["free"]).max())
     return (1.0, "m³") if largest >= _LITRES else (1000.0, "litres")
-
-
-def _words(cause: str) -> str:
-    return cause.replace("_", " ")
 
 
 DIAGRAMS: dict[str, Callable[[BoomHistory, Sequence[KeyMoment]], Figure | None]] = {

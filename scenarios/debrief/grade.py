@@ -1,29 +1,33 @@
 """The grade of a boom exercise: stated criteria, what was measured for each, and the verdict.
 
 The page shows everything that enters the grade. Each criterion has two limits and a weight. It is met (1), partly met (1/2) or missed
-(0), and the grade is the weighted mean. A file can set a trainer's own limits and weights (`read_criteria`).
+(0), and the grade is the weighted mean. Which criteria count follows from the kind of deployment; the scenario and a trainer's own file
+(`read_criteria`) change, add and weigh them. Start-up transients do not count (`BoomHistory.settled`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from booms.containment import PRACTICE_SPEED
-from oilsim.quantity import Quantity, is_number
 from scenarios.debrief.boom_history import BoomHistory
 from scenarios.problems import Problem, ScenarioError
+from scenarios.schema.criteria import CRITERIA_OF, LIMITS, CriterionSettings, Statistic, criteria_problems, limits_of
+from scenarios.schema.structuring import structure
 from scenarios.text.toml import read_toml
 
+Array = NDArray[np.float64]
 Verdict = Literal["met", "partly met", "missed"]
 _POINTS: Mapping[Verdict, float] = {"met": 1.0, "partly met": 0.5, "missed": 0.0}
 LETTERS = (("A", 0.9), ("B", 0.75), ("C", 0.6), ("D", 0.4), ("E", 0.0))
 CAP = "D"  # the best grade if a decisive criterion is missed
-_ENTRIES = ("good", "acceptable", "weight")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,7 +36,7 @@ class Criterion:
 
     good, acceptable  limits: met up to the first, partly met up to the second; their order tells whether more or less is better
     what              text for the trainer: the quantity that is measured, and why it matters
-    measure           computes the value from an history, in the unit shown; None if it cannot be computed
+    measure           computes the value from a history, in the unit shown; None if it cannot be computed
     decisive          if this criterion is missed, the grade is capped
     """
 
@@ -83,91 +87,179 @@ def _held(history: BoomHistory) -> float | None:
     return 100.0 * float(history.oil["retained"][-1] / taken_in) if taken_in > 0.0 else None
 
 
+def _all_oil(history: BoomHistory) -> Array:
+    """Return all oil (N,) [m3] that the boom's account knows."""
+    return history.oil["retained"] + history.oil["lost"] + history.oil["free"] + history.oil["removed"]
+
+
 def _met(history: BoomHistory) -> float | None:
     taken_in = history.oil["retained"][-1] + history.oil["lost"][-1]
     there = taken_in + history.oil["free"][-1]
     return 100.0 * float(taken_in / there) if there > 0.0 else None
 
 
+def _in_area(history: BoomHistory) -> Array | None:
+    """Return the share (N,) [%] of all oil that was in the boom's area; None if it was not recorded, or without oil."""
+    oil = _all_oil(history)
+    return 100.0 * history.oil["in_area"] / oil.max() if "in_area" in history.oil and oil.any() else None
+
+
+def _most_in_area(history: BoomHistory) -> float | None:
+    shares = _in_area(history)
+    return None if shares is None else float(shares.max())
+
+
+def _led(history: BoomHistory) -> float | None:
+    shares = _in_area(history)
+    return None if shares is None else float(shares[-1])
+
+
 def _time_too_fast(history: BoomHistory) -> float:
-    return 100.0 * float((history.held_speed.max(axis=1) > PRACTICE_SPEED).mean())
+    return 100.0 * float((history.held_speed[history.settled].max(axis=1) > PRACTICE_SPEED).mean())
 
 
 def _gap(history: BoomHistory) -> float:
-    return 100.0 * abs(float(history.gap_ratio[history.under_way].mean()) - 1.0 / 3.0)
+    return 100.0 * abs(float(history.gap_ratio[history.settled].mean()) - 1.0 / 3.0)
 
 
 def _lean(history: BoomHistory) -> float:
-    return float(np.degrees(np.percentile(history.skirt_angle.max(axis=1), 95.0)))
+    return float(np.degrees(np.percentile(history.skirt_angle[history.settled].max(axis=1), 95.0)))
 
 
 def _draft(history: BoomHistory) -> float:
-    smallest = np.percentile(history.effective_draft.min(axis=1), 5.0)
+    smallest = np.percentile(history.effective_draft[history.settled].min(axis=1), 5.0)
     return 100.0 * float(smallest) / history.boom.skirt_depth
 
 
 def _snatch(history: BoomHistory) -> float | None:
-    means = {end: float(tension[history.under_way].mean()) for end, tension in history.tow_tension.items()}
+    means = {end: float(tension[history.settled].mean()) for end, tension in history.tow_tension.items()}
     if not means or not all(means.values()):
         return None
-    return max(float(history.tow_peak[end][history.under_way].max()) / mean for end, mean in means.items())
+    return max(float(history.tow_peak[end][history.settled].max()) / mean for end, mean in means.items())
 
 
 def _sharing(history: BoomHistory) -> float | None:
-    means = [float(tension[history.under_way].mean()) for tension in history.tow_tension.values()]
+    means = [float(tension[history.settled].mean()) for tension in history.tow_tension.values()]
     return 100.0 * (max(means) - min(means)) / max(means) if len(means) == 2 and max(means) > 0.0 else None
 
 
-CRITERIA = (
-    Criterion(
-        key="held", title="Oil held", unit="%", good=95.0, acceptable=80.0, weight=3.0, measure=_held, decisive=True,
+_STATISTICS: Mapping[Statistic, Callable[[Array], Any]] = {
+    "end": lambda values: values[-1],
+    "mean": np.mean,
+    "largest": np.max,
+    "smallest": np.min,
+}
+
+
+def _of_series(history: BoomHistory, name: str, statistic: Statistic) -> float | None:
+    """Measure a recorded series once the boom is settled; None if the recording does not have it."""
+    series = history.series.get(name)
+    if series is None or not history.settled.any():
+        return None
+    values = series.value[series.time >= history.time[history.settled.argmax()]]
+    return float(_STATISTICS[statistic](values)) if len(values) else None
+
+
+def _known(
+    key: str,
+    title: str,
+    unit: str,
+    measure: Callable[[BoomHistory], float | None],
+    *,
+    what: str,
+    decisive: bool = False,
+) -> Criterion:
+    """Create a criterion of the program's own, with its usual limits."""
+    good, acceptable, weight = LIMITS[key]
+    return Criterion(
+        key=key, title=title, unit=unit, good=good, acceptable=acceptable, weight=weight, what=what, measure=measure, decisive=decisive
+    )  # fmt: skip
+
+
+_OWN = (
+    _known(
+        "held", "Oil held", "%", _held, decisive=True,
         what="Share of the oil held at the end, of all oil that was ever in the boom. Holding oil is the boom's "
         "purpose. Lost oil counts until it is taken back.",
     ),
-    Criterion(
-        key="encountered", title="Oil met", unit="%", good=90.0, acceptable=60.0, weight=2.0, measure=_met,
+    _known(
+        "encountered", "Oil met", "%", _met,
         what="Share of the oil that got into the boom, of all oil in the water. A sweep must meet the slick: "
         "check position, heading and opening of the U.",
     ),
-    Criterion(
-        key="speed", title="Time over 0.7 kn", unit="%", good=0.0, acceptable=10.0, weight=2.0, measure=_time_too_fast,
-        what="Share of the time in which water kept running against some part of the boom at more than 0.7 knots "
-        "normal to it. Above this speed booms "
-        "lose oil. The speed is averaged over the time in which the water passes the skirt's depth, because "
-        "a shorter swing draws no oil under.",
+    _known(
+        "clean", "Oil in the protected water", "%", _most_in_area, decisive=True,
+        what="Largest share of all oil that was in the protected water at any time. The boom is there to keep it clean.",
     ),
-    Criterion(
-        key="gap", title="Gap ratio, distance from 1:3", unit="%", good=8.0, acceptable=15.0, weight=1.0, measure=_gap,
+    _known(
+        "led", "Oil led to the pocket", "%", _led, decisive=True,
+        what="Share of all oil that was in the recovery pocket at the end. The boom is there to lead the oil to it.",
+    ),
+    _known(
+        "speed", "Time over 0.7 kn", "%", _time_too_fast,
+        what="Share of the time in which water kept running against some part of the boom at more than 0.7 knots "
+        "normal to it. Above this speed booms lose oil. The speed is averaged over the time in which the water passes "
+        "the skirt's depth, because a shorter swing draws no oil under.",
+    ),
+    _known(
+        "gap", "Gap ratio, distance from 1:3", "%", _gap,
         what="Distance of the mean gap ratio under way from one third. A wider gap raises speed and tension in "
         "the apex; a narrower gap sweeps less.",
     ),
-    Criterion(
-        key="lean", title="Lean of the skirt", unit="deg", good=20.0, acceptable=35.0, weight=1.0, measure=_lean,
+    _known(
+        "lean", "Lean of the skirt", "deg", _lean,
         what="Lean of the most leaning segment, not exceeded for 95 % of the time. A leaning skirt has less "
         "draft, and the water slips under it.",
     ),
-    Criterion(
-        key="draft", title="Draft of the skirt", unit="%", good=80.0, acceptable=60.0, weight=1.0, measure=_draft,
+    _known(
+        "draft", "Draft of the skirt", "%", _draft,
         what="Draft of the shallowest segment, as a share of the skirt's depth, kept for 95 % of the time. Lean, "
         "heave and lift all reduce it.",
     ),
-    Criterion(
-        key="snatch", title="Snatch loads", unit="times", good=2.0, acceptable=3.0, weight=1.0, measure=_snatch,
+    _known(
+        "snatch", "Snatch loads", "times", _snatch,
         what="Peak of the tow tension over its mean, under way. Jerks break lines and shake oil out of the boom. "
         "Change speed slowly.",
     ),
-    Criterion(
-        key="sharing", title="Uneven pull", unit="%", good=15.0, acceptable=30.0, weight=1.0, measure=_sharing,
+    _known(
+        "sharing", "Uneven pull", "%", _sharing,
         what="Difference of the mean tension at the two ends, under way. Vessels that are abreast and on station "
         "pull equally.",
     ),
 )  # fmt: skip
+CRITERIA: Mapping[str, Criterion] = {criterion.key: criterion for criterion in _OWN}
 
 
-def grade(history: BoomHistory, criteria: tuple[Criterion, ...] = CRITERIA) -> Grade:
-    """Judge one boom's exercise; criteria that cannot be measured do not count."""
+def criteria_for(deployment: str, settings: Mapping[str, CriterionSettings]) -> tuple[Criterion, ...]:
+    """Return the criteria that count for a kind of deployment, with what `settings` change and add, in the order of the page."""
+    usual = CRITERIA_OF.get(deployment, CRITERIA_OF["sweep"])
+    keys = [*usual, *(key for key in settings if key not in usual)]
+    chosen = (_with_settings(key, settings.get(key)) for key in keys)
+    return tuple(criterion for criterion in chosen if criterion.weight > 0.0)
+
+
+def _with_settings(key: str, settings: CriterionSettings | None) -> Criterion:
+    """Return a criterion of the program with a scenario's limits and weight, or a scenario's own one."""
+    good, acceptable, weight = limits_of(key, settings)
+    if key in CRITERIA:
+        return replace(CRITERIA[key], good=good, acceptable=acceptable, weight=weight)
+    assert settings is not None and settings.series is not None  # `criteria_problems` has looked
+    return Criterion(
+        key=key,
+        title=settings.title or key,
+        unit=settings.unit,
+        good=good,
+        acceptable=acceptable,
+        weight=weight,
+        what=settings.why or f"Series {settings.series} of the recording: {settings.statistic}.",
+        measure=partial(_of_series, name=settings.series, statistic=settings.statistic),
+    )
+
+
+def grade(history: BoomHistory, settings: Mapping[str, CriterionSettings] | None = None) -> Grade:
+    """Judge one boom's exercise by the criteria of its deployment; criteria that cannot be measured do not count."""
     findings = []
-    for criterion in criteria:
+    for criterion in criteria_for(history.boom.deployment, settings or {}):
         value = criterion.measure(history)
         verdict = None if value is None else criterion.verdict(value)
         findings.append(Finding(criterion=criterion, value=value, verdict=verdict))
@@ -185,8 +277,8 @@ def grade(history: BoomHistory, criteria: tuple[Criterion, ...] = CRITERIA) -> G
     )
 
 
-def read_criteria(path: Path) -> tuple[Criterion, ...]:
-    """Read limits and weights from a TOML file with a table for each criterion: [held] good = 90, acceptable = 70, weight = 2.
+def read_criteria(path: Path) -> dict[str, CriterionSettings]:
+    """Read criteria from a TOML file with a table for each, by the key that the page shows: [held] good = 90, acceptable = 70, weight = 2.
 
     Raises ScenarioError with everything that is wrong in the file.
     """
@@ -196,36 +288,18 @@ def read_criteria(path: Path) -> tuple[Criterion, ...]:
         raise ScenarioError([Problem("file", f"cannot be read: {error.strerror or error}")], str(path)) from error
     except (ValueError, UnicodeDecodeError) as error:
         raise ScenarioError([Problem("file", f"is not valid TOML: {error}")], str(path)) from error
-    known = {criterion.key for criterion in CRITERIA}
-    problems = [Problem(key, f"is unknown, allowed: {', '.join(sorted(known))}") for key in tables if key not in known]
-    changed = []
-    for criterion in CRITERIA:
-        table = tables.get(criterion.key, {})
-        problems += _problems(criterion.key, table)
-        if not problems:
-            good, acceptable, weight = (float(table.get(entry, getattr(criterion, entry))) for entry in _ENTRIES)
-            changed.append(replace(criterion, good=good, acceptable=acceptable, weight=weight))
-    if not problems:
-        problems += [
-            Problem(criterion.key, "has equal limits `good` and `acceptable`, allowed: two different limits")
-            for criterion in changed
-            if criterion.good == criterion.acceptable
-        ]
+    return criteria_from(tables, str(path))
+
+
+def criteria_from(tables: Mapping[str, Any], source: str) -> dict[str, CriterionSettings]:
+    """Create the settings of criteria from plain tables; ScenarioError with everything that is wrong in `source`."""
+    found, problems = dict[str, CriterionSettings](), list[Problem]()
+    for key, table in tables.items():
+        try:
+            found[key] = structure(table, CriterionSettings)
+        except ScenarioError as error:
+            problems += [problem.below(key) for problem in error.problems]
+    problems += criteria_problems(found)
     if problems:
-        raise ScenarioError(problems, str(path))
-    return tuple(changed)
-
-
-def _problems(key: str, table: Any) -> list[Problem]:
-    if not isinstance(table, dict):
-        return [Problem(key, f"is {table!r}, allowed: a table with {', '.join(_ENTRIES)}")]
-    found = []
-    for entry, value in table.items():
-        if entry not in _ENTRIES:
-            found.append(Problem(f"{key}.{entry}", f"is unknown, allowed: {', '.join(_ENTRIES)}"))
-            continue
-        limits = Quantity(at_least=0.0) if entry == "weight" else Quantity()
-        fault = limits.fault(value) if is_number(value) else f"is {value!r}, allowed: a number, {limits.allowed}"
-        if fault:
-            found.append(Problem(f"{key}.{entry}", fault))
+        raise ScenarioError(problems, source)
     return found

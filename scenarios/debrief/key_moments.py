@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
+from recordings.frame import Event
 from recordings.pictures.scenes import render_moments
 from recordings.replay.moments import Moment, read_moments, recorded_steps
 from recordings.replay.recording import Replay
+from recordings.words import force_in_words
 from scenarios.debrief.boom_history import BoomHistory
-from scenarios.text.quantities import force_in_words
+from scenarios.debrief.order_words import order_in_words
 
 _MOST = 6  # moments on the page
 _CLOSE = 0.05  # fraction of the run's time; events closer than this share a moment
 _TELL_TIME = 0.05  # [s]; an event farther than this from the moment's time is shown with its own time
 _WIDTH = 930  # [pixels]
 _ORDERS = ("orders", "instructor")  # sources of orders
-_TECHNICAL = ("master", "oilsim")  # sources of technical messages, which stay in the log
+_TECHNICAL = ("master", "oilsim", "fluid", "thin", "leak", "skirt", "blockage")  # sources of talk of the solver
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -43,12 +45,49 @@ def key_moments(replay: Replay, histories: Sequence[BoomHistory]) -> list[KeyMom
     times = np.array([time for _, time in steps])
     told = _gathered(replay, histories, float(times[0]) if len(times) else 0.0, float(times[-1]) if len(times) else 0.0)
     chosen = [steps[min(int(np.searchsorted(times, time - 1e-9)), len(steps) - 1)] for time, _ in told]
-    moments = read_moments(replay, chosen)
+    moments = [_around_booms(replay, moment) for moment in read_moments(replay, chosen)]
     images = render_moments(replay.run, moments, _WIDTH, exercise_only=bool(histories))
     return [
         KeyMoment(number=number, captions=captions, moment=moment, image=image)
         for number, ((_, captions), moment, image) in enumerate(zip(told, moments, images, strict=True), start=1)
     ]
+
+
+def deck_text(replay: Replay, event: Event) -> str:
+    """Return the text of an event in the words of the deck."""
+    return order_in_words(event.text, bearing_of(replay)) if event.source == "instructor" else event.text
+
+
+def bearing_of(replay: Replay) -> float:
+    """Return the compass bearing [rad] of the x axis: that of the site, else east."""
+    return float(np.radians(90.0 if replay.run.site is None else replay.run.site.bearing))
+
+
+def _around_booms(replay: Replay, moment: Moment) -> Moment:
+    """Move the liquid of a sea that repeats by whole periods to where the booms are, which sail on beyond its length."""
+    exercise = replay.run.exercise
+    if exercise is None or not any(exercise.period):
+        return moment
+    names = [name for boom in exercise.booms for name in boom.segments if name in moment.bodies]
+    line = np.array([moment.bodies[name].position[:2] for name in names])
+    if not len(line):
+        return moment
+
+    def moved(groups: Mapping[str, npt.NDArray[np.float32]]) -> dict[str, npt.NDArray[np.float32]]:
+        middle, period = 0.5 * (line.min(axis=0) + line.max(axis=0)), np.array(exercise.period)
+        shifted = {}
+        for name, points in groups.items():
+            away = (points[:, :2] - middle) / np.where(period > 0.0, period, np.inf)
+            shift = np.column_stack([np.round(away) * period, np.zeros(len(points))])
+            shifted[name] = (points - shift).astype(np.float32)
+        return shifted
+
+    return replace(moment, positions=moved(moment.positions), lost=moved(moment.lost))
+
+
+def is_technical(event: Event) -> bool:
+    """Tell whether an event is talk of the solver, which stays in the instructor's log; how a run failed is for all."""
+    return event.source.partition(" ")[0] in _TECHNICAL and event.level != "error"
 
 
 def _gathered(
@@ -57,9 +96,10 @@ def _gathered(
     """Gather the times and captions of the moments, in order; events close together are one moment, and the most urgent are kept."""
     happenings = [(begin, 1, "the exercise begins"), (end, 0, "the exercise ends")]
     for event in replay.events:
-        if event.source in _TECHNICAL and event.level == "info":
+        if is_technical(event):
             continue
-        text = f"{event.source}: {event.text}" if event.source else event.text
+        said = deck_text(replay, event)
+        text = f"{event.source}: {said}" if event.source else said
         pressing = event.level != "info" or (event.source in _ORDERS and event.time > begin)
         happenings.append((event.time, 2 if pressing else 1, text))
     for history in histories:
@@ -86,7 +126,10 @@ def _shown(group: list[tuple[float, int, str]], begin: float) -> tuple[float, tu
 def _highest_tension(history: BoomHistory) -> list[tuple[float, int, str]]:
     if not history.tow_peak:
         return []
-    end, tension = max(history.tow_peak.items(), key=lambda item: float(item[1].max()))
+    peaks = {
+        end: np.where(history.settled, peak, 0.0) for end, peak in history.tow_peak.items()
+    }  # not the jerks of the start
+    end, tension = max(peaks.items(), key=lambda item: float(item[1].max()))
     row = int(tension.argmax())
     return [
         (

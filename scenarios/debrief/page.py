@@ -6,8 +6,8 @@ import base64
 import io
 import json
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,23 +21,29 @@ from scipy.constants import knot
 from booms.containment import MODELLED, RESOLVED
 from booms.losses.drainage import suction_limit
 from booms.losses.liquids import OilOnWater
-from booms.scores import skirt_drag_coefficient, tow_force
+from booms.resolution import blockage_in_words, skirt_in_words
+from booms.scores import catenary_parameter, skirt_drag_coefficient, tow_force
 from recordings import palette
+from recordings.exercise import BoomDescription
 from recordings.pictures.style import STYLE
+from recordings.replay.joined import JoinedReplay
 from recordings.replay.recording import Replay
+from recordings.sink.legend import tension_colors
+from recordings.words import cause_in_words, force_in_words, three_figures, volume_in_words
 from scenarios.debrief.boom_history import BoomHistory, boom_histories
 from scenarios.debrief.diagrams import DIAGRAMS, probe_diagram
-from scenarios.debrief.grade import CRITERIA, LETTERS, Criterion, Grade, grade
-from scenarios.debrief.key_moments import KeyMoment, key_moments
+from scenarios.debrief.grade import LETTERS, Grade, criteria_from, grade
+from scenarios.debrief.key_moments import KeyMoment, deck_text, is_technical, key_moments
 from scenarios.debrief.loss_curve import loss_curve, modelled_loss
 from scenarios.debrief.slick_map import slick_map
-from scenarios.text.quantities import force_in_words, volume_in_words
+from scenarios.schema.criteria import CriterionSettings
 
 PAGE = "debrief.html"
 _DPI = 110
 _COARSE = 5.0  # particles over the skirt's depth, below which leakage is resolved coarsely
 _COARSE_CLOSED = "The speed of the first loss is that of the closures, in the band of practice; the loss a minute is an order of magnitude."
 _COARSE_ALONE = "Without closures the boom holds its oil at up to 1.8 times the speed at which real ones lose it."
+_SQUARE = 0.7  # part of the speed through the water that is across the line between the ends; with less, a boom hangs in no catenary
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -50,9 +56,15 @@ class BoomChapter:
     figures: list[tuple[str, str]]
 
 
-def write_debrief(recording: Path, folder: Path, criteria: tuple[Criterion, ...] = CRITERIA) -> Path:
-    """Read a recording and write its debrief into ``folder``, which is created if needed; return the page's path."""
-    replay = Replay(recording)
+def write_debrief(recording: Path, folder: Path, criteria: Mapping[str, CriterionSettings] | None = None) -> Path:
+    """Read a recording and write its debrief into ``folder``, which is created if needed; return the page's path.
+
+    criteria: changes and additions to those of the deployment; by default those of the recorded scenario.
+    """
+    replay = JoinedReplay(recording)
+    if criteria is None and replay.run.exercise is not None:
+        criteria = criteria_from(replay.run.exercise.criteria, str(recording))
+    criteria = criteria or {}
     histories = boom_histories(replay)
     moments = key_moments(replay, histories)
     folder.mkdir(parents=True, exist_ok=True)
@@ -77,7 +89,7 @@ def write_debrief(recording: Path, folder: Path, criteria: tuple[Criterion, ...]
     return target
 
 
-def _rendered(replay: Replay, **parts: object) -> str:
+def _rendered(replay: JoinedReplay, **parts: object) -> str:
     """Return the page of a recording, made of its own facts and these parts."""
     return (
         _environment()
@@ -85,23 +97,38 @@ def _rendered(replay: Replay, **parts: object) -> str:
         .render(
             run=replay.run,
             end_reason=replay.end_reason,
+            pieces=_pieces(replay),
+            missing=replay.missing,
             repaired_from=replay.repaired_from,
             changes=_changes(replay),
             letters=LETTERS,
-            events=replay.events,
-            causes=[(cause, palette.css(palette.cause_color(cause))) for cause in palette.CAUSES],
+            events=[replace(e, text=deck_text(replay, e)) for e in replay.events if not is_technical(e)],
+            instructors_log=replay.events,  # as the program said them
+            causes=[(cause_in_words(cause), palette.css(palette.cause_color(cause))) for cause in palette.CAUSES],
+            boom_colors=[tension_colors(boom, len(_booms(replay)) > 1).replace("**", "") for boom in _booms(replay)],
             notes=_notes(replay),
             **parts,
         )
     )
 
 
+def _pieces(replay: JoinedReplay) -> list[str]:
+    """Say where the run was continued, and with which orders."""
+    told = []
+    for branch in replay.branches:
+        orders = [
+            deck_text(replay, e) for e in replay.events if e.source == "instructor" and abs(e.time - branch.time) < 1e-6
+        ]
+        given = f", with the orders: {'; '.join(orders)}" if orders else ""
+        told.append(f"At {branch.time:.1f} s the run was continued from {Path(branch.recording).name}{given}.")
+    return told
+
+
 def _environment() -> Environment:
     environment = Environment(
         loader=PackageLoader("scenarios.debrief", "."), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
-    environment.filters["force"] = force_in_words
-    environment.filters["figure"] = lambda value: f"{value:.1f}".removesuffix(".0") if value < 100.0 else f"{value:.0f}"
+    environment.filters["figure"] = three_figures
     return environment
 
 
@@ -109,7 +136,7 @@ def _chapter(
     replay: Replay,
     history: BoomHistory,
     moments: Sequence[KeyMoment],
-    criteria: tuple[Criterion, ...],
+    criteria: Mapping[str, CriterionSettings],
     folder: Path,
     several: bool,
 ) -> BoomChapter:
@@ -148,15 +175,15 @@ def _figures(replay: Replay, history: BoomHistory) -> list[tuple[str, str]]:
         ("Oil held at the end", volume_in_words(oil["retained"])),
         ("Oil lost at the end", volume_in_words(oil["lost"])),
         *(
-            (f"&nbsp;&nbsp;by {cause.replace('_', ' ')}", volume_in_words(float(v[-1])))
+            (f"&nbsp;&nbsp;{cause_in_words(cause)}", volume_in_words(float(v[-1])))
             for cause, v in history.causes.items()
         ),
         ("&nbsp;&nbsp;carried out by closures (modelled); the rest is resolved", volume_in_words(modelled)),
         ("Lost and taken back, in total", volume_in_words(oil["recovered"])),
         ("Not met by the boom", volume_in_words(oil["free"])),
-        ("Left the simulated area without being lost", volume_in_words(oil["removed"])),
-        ("Tow speed at the first loss (0.5 % of the oil)", _knots(losses.first_loss)),
-        ("Tow speed at gross loss (2 % of the oil per second)", _knots(losses.gross_loss)),
+        ("Left the tank without being lost by the boom", volume_in_words(oil["removed"])),
+        ("Tow speed at the first loss (net 0.5 % of the oil, for 5 s)", _knots(losses.first_loss)),
+        ("Tow speed at gross loss (net 2 % of the oil per second, mean over 5 s)", _knots(losses.gross_loss)),
         (
             f"Highest speed normal to the boom that lasted {history.hold_time:.2g} s",
             _knots(history.highest_held_speed),
@@ -167,7 +194,7 @@ def _figures(replay: Replay, history: BoomHistory) -> list[tuple[str, str]]:
 
 def _rules_of_thumb(replay: Replay, history: BoomHistory) -> list[tuple[str, str]]:
     """List what rules of thumb give for the same tow, beside the measured values."""
-    boom, under_way = history.boom, history.under_way
+    boom = history.boom
     oils = [phase.rest_density for phase in replay.run.phases if phase.is_oil]
     waters = [phase.rest_density for phase in replay.run.phases if not phase.is_oil]
     rows = []
@@ -177,16 +204,37 @@ def _rules_of_thumb(replay: Replay, history: BoomHistory) -> list[tuple[str, str
         rows.append(
             ("Speed at which an upright skirt of this depth sucks the slick's front under (closure)", _knots(limit))
         )
-    speed = float(np.sqrt(np.mean(history.tow_speed[under_way] ** 2)))  # the force grows with the square of the speed
-    gap = float(history.gap_ratio[under_way].mean())
-    if waters and 0.0 < gap < 1.0 and history.tow_tension:
-        force, _ = tow_force(
-            boom.length, gap, boom.skirt_depth, speed, drag_coefficient=skirt_drag_coefficient(), density=max(waters)
-        )
-        mean = np.mean([tension[under_way].mean() for tension in history.tow_tension.values()])
-        rows.append(("Mean tension at an end by the rule of thumb 26 A V²", force_in_words(float(force))))
-        rows.append(("Mean tension at an end, as recorded", force_in_words(float(mean))))
-    return rows
+    return rows + (_tension_rows(history, max(waters)) if waters and history.tow_tension else [])
+
+
+def _tension_rows(history: BoomHistory, density: float) -> list[tuple[str, str]]:
+    """List the mean tension by the rule of thumb, with its area and speed, beside the recorded one, once the boom is settled.
+
+    In a catenary, the tension at each end is 26 A V^2 with the area A = skirt depth x radius of the apex; V is the speed through the water
+    across the line between the ends, since the boom feels no other.
+    """
+    boom, settled = history.boom, history.settled
+    mean = np.mean([tension[settled].mean() for tension in history.tow_tension.values()])
+    recorded = ("Mean tension at an end, as recorded", force_in_words(float(mean)))
+    gap = float(history.gap_ratio[settled].mean())
+    across, whole = (speeds[settled] for speeds in history.through_water)
+    speed = float(np.sqrt(np.mean(across**2)))  # the force grows with the square of the speed
+    rule = "Mean tension at an end by the rule of thumb 26 A V²"
+    if speed < _SQUARE * float(np.sqrt(np.mean(whole**2))):
+        return [(rule, "does not apply: the boom does not lie square to the water's way"), recorded]
+    if not 0.0 < gap < 1.0 or speed == 0.0:
+        return [recorded]
+    force, _ = tow_force(
+        boom.length, gap, boom.skirt_depth, speed, drag_coefficient=skirt_drag_coefficient(), density=density
+    )
+    radius = catenary_parameter(boom.length, gap)
+    area = f"A = {boom.skirt_depth:g} m of skirt × {three_figures(radius)} m, the radius of the apex at a gap ratio of {gap:.2f}"
+    return [(f"{rule}, with {area} = {three_figures(radius * boom.skirt_depth)} m², and V = {speed / knot:.2f} kn across "
+             "the line between the ends", force_in_words(force)), recorded]  # fmt: skip
+
+
+def _booms(replay: Replay) -> Sequence[BoomDescription]:
+    return replay.run.exercise.booms if replay.run.exercise else ()
 
 
 def _changes(replay: Replay) -> str:
@@ -203,13 +251,11 @@ def _notes(replay: Replay) -> list[str]:
             f"Pictures and outlines show their recorded positions, which are exact to {500.0 * replay.precision:.2g} mm."
         )
     notes += [f"The recording has one in {count} frames of {name}." for name, count in replay.thinning.items()]
-    for boom in replay.run.exercise.booms if replay.run.exercise else ():
-        deep = boom.skirt_depth / spacing
-        if deep < _COARSE:
-            coarse = (
-                f"The skirt of boom {boom.name} is only {deep:.2g} particles deep; draft and tension are not reliable."
-            )
-            notes.append(f"{coarse} {_COARSE_CLOSED if _has_closures(replay) else _COARSE_ALONE}")
+    for boom in _booms(replay):
+        told = (skirt_in_words(boom.skirt_depth, spacing), blockage_in_words(boom.blockage))
+        notes += [f"Boom {boom.name}: {text}." for text in told if text]
+        if boom.skirt_depth / spacing < _COARSE:
+            notes.append(_COARSE_CLOSED if _has_closures(replay) else _COARSE_ALONE)
     if replay.run.exercise and len(replay.run.exercise.booms) > 1:
         notes.append(
             "Each boom has its own account: oil that one boom lost and another met, or that two booms hold, is in both accounts."

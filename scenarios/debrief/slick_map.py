@@ -6,9 +6,11 @@ from collections.abc import Sequence
 
 import matplotlib as mpl
 import numpy as np
+import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from mpl_toolkits.axes_grid1.anchored_artists import AnchoredSizeBar  # type: ignore[import-untyped]
 from scipy.constants import knot
 
 from recordings import palette
@@ -17,8 +19,9 @@ from recordings.exercise import BoomDescription
 from recordings.pictures.chart import draw_body, draw_map, draw_outline, draw_tracks
 from recordings.replay.moments import Moment
 from recordings.replay.recording import Replay
+from recordings.words import cause_in_words, course_in_words, three_figures
 from scenarios.debrief.diagrams import empty_figure
-from scenarios.debrief.key_moments import KeyMoment
+from scenarios.debrief.key_moments import KeyMoment, bearing_of
 
 _ACROSS = (0, 1)
 
@@ -35,7 +38,8 @@ def slick_map(replay: Replay, moments: Sequence[KeyMoment]) -> Figure:
         return figure
     shades = mpl.colormaps["viridis_r"](np.linspace(0.15, 1.0, len(moments)))
     marks = [
-        _draw_moment(axes, replay, key, mpl.colors.to_hex(shade)) for key, shade in zip(moments, shades, strict=True)
+        _draw_moment(axes, replay, key, mpl.colors.to_hex(shade), last=key is moments[-1])
+        for key, shade in zip(moments, shades, strict=True)
     ]
     _draw_vessels(axes, replay, moments[0].moment, moments[-1].moment)
     marks += [
@@ -46,21 +50,24 @@ def slick_map(replay: Replay, moments: Sequence[KeyMoment]) -> Figure:
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel("x [m]")
     axes.set_ylabel("y [m]")
+    _draw_north(axes, replay)
+    _draw_scale(axes)
     axes.set_title("Outline of the slick, and line of the boom, at the key moments", loc="left")
     axes.set_axisbelow(True)
     axes.grid(color="#e3e8ec", linewidth=0.8)
-    _draw_current(axes, replay)
+    _draw_weather(axes, replay)
     return figure
 
 
-def _draw_moment(axes: Axes, replay: Replay, key: KeyMoment, color: str) -> Line2D:
-    """Draw slick and booms at one moment; return their mark for the legend."""
+def _draw_moment(axes: Axes, replay: Replay, key: KeyMoment, color: str, *, last: bool) -> Line2D:
+    """Draw slick and booms at one moment, at the `last` with the names of several booms; return their mark for the legend."""
     run = replay.run
     for name, positions in key.moment.positions.items():
         if name in run.oils:
             draw_outline(axes, positions[:, :2], run.particle_spacing, "solid", color)
-    for boom in run.exercise.booms if run.exercise else ():
-        _draw_boom(axes, boom, key, color)
+    booms = run.exercise.booms if run.exercise else ()
+    for boom in booms:
+        _draw_boom(axes, boom, key, color, named=last and len(booms) > 1)
     return Line2D([], [], color=color, linewidth=2.0, label=f"{key.number}: {key.time:.1f} s")
 
 
@@ -79,39 +86,62 @@ def _draw_lost(axes: Axes, last: Moment) -> list[Line2D]:
     for cause, positions in last.lost.items():
         if len(positions):
             x, y = positions[:, 0], positions[:, 1]
-            label, tint = f"lost by {cause.replace('_', ' ')}", palette.css(palette.cause_color(cause))
+            label, tint = f"oil {cause_in_words(cause)}", palette.css(palette.cause_color(cause))
             (line,) = axes.plot(x, y, "o", markersize=4.0, color=tint, label=label, zorder=8)
             line.set(markeredgecolor="#444444", markeredgewidth=0.4)
             marks.append(line)
     return marks
 
 
-def _draw_boom(axes: Axes, boom: BoomDescription, key: KeyMoment, color: str) -> None:
+def _draw_boom(axes: Axes, boom: BoomDescription, key: KeyMoment, color: str, *, named: bool) -> None:
+    """Draw a boom's line, and its name if it is `named`."""
     places = [key.moment.bodies[name].position for name in boom.segments if name in key.moment.bodies]
     if places:
         line = np.array(places)
         axes.plot(line[:, 0], line[:, 1], color=color, linewidth=2.6, solid_capstyle="round", zorder=5)
+        if named:
+            x, y = line[len(line) // 2, :2]
+            axes.annotate(boom.name, (x, y), (6.0, 6.0), textcoords="offset points", fontsize=9, color=color, zorder=7)
 
 
-def _draw_current(axes: Axes, replay: Replay) -> None:
-    """Draw an arrow in the direction of the current, with its speed."""
-    current = np.array(replay.run.exercise.current if replay.run.exercise else (0.0, 0.0))
-    speed = float(np.linalg.norm(current))
-    if speed == 0.0:
+def _draw_weather(axes: Axes, replay: Replay) -> None:
+    """Draw arrows along current and wind, with their speeds: a current by where it runs to, a wind by where it comes from."""
+    exercise, bearing = replay.run.exercise, bearing_of(replay)
+    if exercise is None:
         return
-    along = current / speed
-    middle = np.array([1.12, 0.08])
-    ends = [tuple(middle + sign * 0.05 * along) for sign in (-1.0, 1.0)]
-    arrow = {"arrowstyle": "->", "color": "#1f5fa8", "linewidth": 1.8}
+    for name, (x, y), turn, height, color in (
+        ("current {} kn\ntowards {}°", exercise.current, 0.0, 0.08, "#1f5fa8"),
+        ("wind {} kn\nfrom {}°", exercise.wind, np.pi, 0.34, "#5c6b76"),
+    ):
+        speed = float(np.hypot(x, y))
+        if speed > 0.0:
+            course = course_in_words(float(np.arctan2(y, x)) + turn, bearing)
+            text = name.format(three_figures(speed / knot), course)
+            _draw_arrow(axes, (1.12, height), np.array([x, y]) / speed, text, color)
+
+
+def _draw_north(axes: Axes, replay: Replay) -> None:
+    """Draw an arrow to the north."""
+    bearing = bearing_of(replay)
+    _draw_arrow(axes, (1.04, 0.2), np.array([np.cos(bearing), np.sin(bearing)]), "N", "#26323b")
+
+
+def _draw_arrow(axes: Axes, middle: tuple[float, float], along: npt.NDArray[np.float64], text: str, color: str) -> None:
+    """Draw an arrow beside the map about `middle`, in fractions of the map, with a text above."""
+    ends = [tuple(np.array(middle) + sign * 0.05 * along) for sign in (-1.0, 1.0)]
+    arrow = {"arrowstyle": "->", "color": color, "linewidth": 1.8}
     axes.annotate(
-        "",
-        ends[1],
-        ends[0],
-        xycoords="axes fraction",
-        textcoords="axes fraction",
-        arrowprops=arrow,
-        annotation_clip=False,
+        "", ends[1], ends[0], xycoords="axes fraction", textcoords="axes fraction", arrowprops=arrow, annotation_clip=False
+    )  # fmt: skip
+    axes.text(middle[0], middle[1] + 0.07, text, transform=axes.transAxes, ha="center", fontsize=9, color=color)
+
+
+def _draw_scale(axes: Axes) -> None:
+    """Draw a bar of a round length, about a fifth of the map's width."""
+    low, high = axes.get_xlim()
+    exponent = np.floor(np.log10(0.2 * (high - low)))
+    length = next(step * 10.0**exponent for step in (5.0, 2.0, 1.0) if step * 10.0**exponent <= 0.2 * (high - low))
+    bar = AnchoredSizeBar(
+        axes.transData, length, f"{length:g} m", "lower left", frameon=False, size_vertical=0.0, pad=0.6
     )
-    axes.text(
-        1.12, 0.11, f"current {speed / knot:.2g} kn", transform=axes.transAxes, ha="center", fontsize=9, color="#1f5fa8"
-    )
+    axes.add_artist(bar)

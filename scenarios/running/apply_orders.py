@@ -27,7 +27,10 @@ def _drive(assembly: Assembly, scenario: Scenario) -> None:
     if settings.current is not None:
         set_current(assembly.fluid, assembly.scoring, settings.current.speed, settings.current.direction)
     if settings.wind is not None:
-        set_wind(assembly.fluid, assembly.parts.controls.values(), settings.wind.speed, settings.wind.direction)
+        parts = assembly.parts
+        set_wind(
+            parts.fluid, parts.controls.values(), parts.wind_on_bodies, settings.wind.speed, settings.wind.direction
+        )
     for forcing in assembly.fluid.forcings:
         if isinstance(forcing, AiryWaves) and settings.waves is not None:
             forcing.height = settings.waves.height

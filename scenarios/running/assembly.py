@@ -41,6 +41,7 @@ from scenarios.watch.run_totals import RunTotals
 from scenarios.watch.run_warnings import Remarks
 from vessels.control import VesselControl
 from vessels.manual import ManualControl
+from vessels.windage import Windage, WindOnBodies
 
 if TYPE_CHECKING:
     from coupling.fmu.isolated_fmu import Fmu
@@ -129,6 +130,8 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
     bodies, world, coupled = simulators.bodies, simulators.world, simulators.coupled
     scoring = Scoring(scenario, simulators.fluid, world, simulators.fleet, simulators.level, simulators.slick)
     controls = _controls(simulators)
+    blown = _wind_on_bodies(simulators)
+    _blow(simulators, controls, blown)
     accounts = RunAccounts(
         scoring=scoring,
         coupling=CouplingAccount(simulators.fluid, bodies.fluid, world, coupled, bodies.ledger),
@@ -136,7 +139,7 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
         figures=RunFigures(simulators.fluid, lambda: bodies.fluid.report),
     )
     slicks = () if simulators.slick is None else (simulators.slick,)
-    parts = _parts(simulators, controls, scoring)
+    parts = _parts(simulators, controls, blown, scoring)
     orders, readings = _boards(scenario, parts)
     return Assembly(
         scenario=scenario,
@@ -148,8 +151,16 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
         accounts=accounts,
         remarks=Remarks(scenario, world, simulators.left_out, simulators.thin, simulators.notes),
         parts=parts,
-        participants=(*fmus, *orders, *controls, *bodies.participants, *slicks, *readings),
-        connections=(*_connections(scenario, bodies, controls), *_slick_connections(simulators.slick)),
+        participants=(
+            *fmus,
+            *orders,
+            *controls,
+            *([blown] if blown else []),
+            *bodies.participants,
+            *slicks,
+            *readings,
+        ),
+        connections=(*_connections(scenario, bodies, controls, blown), *_slick_connections(simulators.slick)),
         description=describe_run(simulators, text=text, overrides=overrides),
         frame_source=FrameReader(simulators, accounts, fmus),
         exchange=bodies.exchange,
@@ -160,17 +171,40 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
 
 
 def _controls(simulators: Simulators) -> tuple[VesselControl | ManualControl, ...]:
-    """Create the helmsmen; the wind acts on their vessels as on the water."""
-    controls = tuple(
+    """Create the helmsmen."""
+    return tuple(
         VesselControl(vessel) if vessel.course else ManualControl(vessel) for vessel in simulators.fleet.vessels
     )
+
+
+def _wind_on_bodies(simulators: Simulators) -> WindOnBodies | None:
+    """Create the wind on free bodies and booms; None without wind, or without such bodies. Vessels have theirs from their helmsmen."""
+    if simulators.scenario.forcing.wind is None:
+        return None
+    steered = {body_of(vessel.name) for vessel in simulators.fleet.vessels}
+    free = [
+        solid for solid in simulators.solids if solid.wetted and solid.motion == "free" and solid.name not in steered
+    ]
+    meshes = {id(solid.placed.mesh): solid.placed.mesh for solid in free}  # a boom's segments share one
+    surfaces = {key: Windage(mesh, simulators.level) for key, mesh in meshes.items()}
+    return WindOnBodies({solid.name: surfaces[id(solid.placed.mesh)] for solid in free}) if free else None
+
+
+def _blow(
+    simulators: Simulators, controls: Sequence[VesselControl | ManualControl], bodies: WindOnBodies | None
+) -> None:
+    """Let the wind act on vessels and bodies as on the water."""
     wind = simulators.scenario.forcing.wind
     if wind is not None:
-        set_wind(simulators.fluid, controls, wind.speed, wind.direction)
-    return controls
+        set_wind(simulators.fluid, controls, bodies, wind.speed, wind.direction)
 
 
-def _parts(simulators: Simulators, controls: Sequence[VesselControl | ManualControl], scoring: Scoring) -> RunParts:
+def _parts(
+    simulators: Simulators,
+    controls: Sequence[VesselControl | ManualControl],
+    blown: WindOnBodies | None,
+    scoring: Scoring,
+) -> RunParts:
     """Return the parts that signals reach into."""
     return RunParts(
         fluid=simulators.fluid,
@@ -178,6 +212,7 @@ def _parts(simulators: Simulators, controls: Sequence[VesselControl | ManualCont
         controls={control.vessel.name: control for control in controls},
         scoring=scoring,
         tension_joints=simulators.fleet.tension_joints,
+        wind_on_bodies=blown,
     )
 
 
@@ -202,11 +237,16 @@ def _boards(scenario: Scenario, parts: RunParts) -> tuple[tuple[SignalBoard, ...
 
 
 def _connections(
-    scenario: Scenario, bodies: CoupledBodies, controls: Sequence[VesselControl | ManualControl]
+    scenario: Scenario,
+    bodies: CoupledBodies,
+    controls: Sequence[VesselControl | ManualControl],
+    blown: WindOnBodies | None,
 ) -> tuple[Connection, ...]:
-    """List the connections between FMUs and signals, bodies and fluid, helmsmen and vessels."""
+    """List the connections between FMUs and signals, bodies and fluid, helmsmen and vessels, wind and other bodies."""
     fmus = connections_of(scenario.fmus).values()
-    return (*fmus, *bodies.connections, *_vessel_connections(controls))
+    moved = [(one.name, one.vessel.name, body_of(one.vessel.name)) for one in controls]
+    moved += [(blown.name, body, body) for body in blown.body_names] if blown else []
+    return (*fmus, *bodies.connections, *(link for one in moved for link in _links(*one)))
 
 
 def _slick_connections(slick: SlickParticipant | None) -> tuple[Connection, ...]:
@@ -218,23 +258,14 @@ def _slick_connections(slick: SlickParticipant | None) -> tuple[Connection, ...]
     return slick_connections(slick)
 
 
-def _vessel_connections(controls: Sequence[VesselControl | ManualControl]) -> list[Connection]:
-    """Connect each helmsman with the motion of its vessel, and the vessel with the helmsman's wrench."""
-    connections = []
-    for control in controls:
-        vessel, body = control.vessel.name, body_of(control.vessel.name)
-        connections += [
-            Connection(
-                source=BODIES, source_variable=f"{body}.{what}", target=control.name, target_variable=f"{vessel}.{what}"
-            )
-            for what in ("pose", "twist")
-        ]
-        connections.append(
-            Connection(
-                source=control.name,
-                source_variable=f"{vessel}.applied_wrench",
-                target=BODIES,
-                target_variable=f"{body}.applied_wrench",
-            )
-        )
-    return connections
+def _links(participant: str, own: str, body: str) -> list[Connection]:
+    """Connect a participant with a body's motion, and the body with its wrench; `own` is what the participant calls the body."""
+    read = [
+        Connection(source=BODIES, source_variable=f"{body}.{what}", target=participant, target_variable=f"{own}.{what}")
+        for what in ("pose", "twist")
+    ]
+    wrench = "applied_wrench"
+    given = Connection(
+        source=participant, source_variable=f"{own}.{wrench}", target=BODIES, target_variable=f"{body}.{wrench}"
+    )
+    return [*read, given]

@@ -179,9 +179,15 @@ class Restart:
         """The files that the run goes on from, over which nothing may be written, by their names in messages."""
         folder = self.source.parent
         files = {"the checkpoint to continue from": self.source, "the checkpoints to continue from": folder}
-        if folder.suffix == _FOLDER_ENDING:
-            files["the recording to continue"] = folder.with_suffix(RECORDING_ENDING)
+        if self.recording is not None:
+            files["the recording to continue"] = self.recording
         return files
+
+    @property
+    def recording(self) -> Path | None:
+        """The recording that the run goes on from; None for a checkpoint that lies in no recording's folder."""
+        folder = self.source.absolute().parent
+        return folder.with_suffix(RECORDING_ENDING) if folder.suffix == _FOLDER_ENDING else None
 
     @property
     def time(self) -> float:

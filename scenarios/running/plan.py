@@ -18,7 +18,7 @@ from scenarios.schema.overrides import parse_override, with_override
 from scenarios.schema.structuring import as_data, spellings
 
 # Terms of a run that its course does not depend on.
-TERM_KEYS = ("run.duration", "run.threads", "recording.*", "camera.*", "title", "text", "demo", "demo.*")
+TERM_KEYS = ("run.duration", "run.threads", "recording.*", "camera.*", "criteria.*", "title", "text", "demo", "demo.*")
 # Orders that can be given while a run goes on: what a helmsman, the weather or a valve could do.
 ORDER_KEYS = (
     "tow.speed",

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+import os
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,6 +15,7 @@ from rich.table import Table
 
 from recordings.errors import RecordingError
 from recordings.files import RECORDING_ENDING, held, why_unwritable
+from recordings.words import cause_in_words, volume_in_words
 from scenarios.exit_codes import FAILED
 from scenarios.problems import Problem, ScenarioError
 from scenarios.running.assembly import Assembly, build
@@ -40,7 +42,7 @@ class RunOptions:
     """Files that a run leaves behind: recording, summary and picture, each or none; and whether it is shown live.
 
     checkpoints: folder for them; by default that of the recording, and none without a recording.
-    source: the scenario's file, which none of them may be.
+    overwrite: whether they may replace files that are there. source: the scenario's file, which none of them may be.
     """
 
     record: Path | None = None
@@ -48,6 +50,7 @@ class RunOptions:
     summary: Path | None = None
     picture: Path | None = None
     live: bool = False
+    overwrite: bool = False
     source: Path | None = None
 
     @property
@@ -90,9 +93,11 @@ def _run(plan: Plan, restart: Restart | None, options: RunOptions, console: Cons
     with ExitStack() as stack, requests_by_posix_signal() as requests:
         if options.record is not None:
             stack.enter_context(held(options.record))
+        _require_new(options)
         recorder = _recorder(scenario, options)
         console.print(f"building {scenario.name}", highlight=False, markup=False)
-        assembly = _with_plan(build(scenario, text=plan.text, overrides=plan.changes), plan)
+        branch = _branch(restart, options)
+        assembly = _described(build(scenario, text=plan.text, overrides=plan.changes), plan, branch)
         summary = SummaryObserver(assembly)
         folder = options.checkpoint_folder
         checkpoints = None if folder is None else stack.enter_context(checkpoint_writer(folder, plan))
@@ -131,10 +136,21 @@ def _leave(result: dict[str, Any], options: RunOptions, *, drawn: bool) -> Itera
         yield f"the picture {options.picture} cannot be drawn: {error}"
 
 
-def _with_plan(assembly: Assembly, plan: Plan) -> Assembly:
-    """Add to the assembly's description all that is needed to run the plan again."""
-    properties = dict(assembly.description.properties) | {"plan": json.dumps(plan.as_data())}
+def _described(assembly: Assembly, plan: Plan, branch: Mapping[str, str]) -> Assembly:
+    """Add to the assembly's description all that is needed to run the plan again, and from which recording it goes on."""
+    properties = dict(assembly.description.properties) | {"plan": json.dumps(plan.as_data()), **branch}
     return replace(assembly, description=replace(assembly.description, properties=properties))
+
+
+def _branch(restart: Restart | None, options: RunOptions) -> dict[str, str]:
+    """Return the property that names the recording from which a run goes on; empty if it goes on from none."""
+    source = None if restart is None else restart.recording
+    if restart is None or source is None or options.record is None:
+        return {}
+    from recordings.replay.joined import CONTINUES, Branch
+
+    relative = os.path.relpath(source.absolute(), options.record.absolute().parent)
+    return {CONTINUES: Branch(recording=relative, index=restart.index, time=restart.time).as_json()}
 
 
 def _recorder(scenario: Scenario, options: RunOptions) -> Recorder | None:
@@ -185,15 +201,36 @@ def _require_own_files(plan: Plan, restart: Restart | None, options: RunOptions)
     require_apart(read, written | {"--checkpoints": options.checkpoint_folder})
 
 
+def _require_new(options: RunOptions) -> None:
+    """Check that the run replaces no file of an earlier one, unless it is allowed to."""
+    if options.overwrite:
+        return
+    named = {name: getattr(options, name) for name in ("record", "summary", "picture")}
+    problems = [
+        Problem(
+            f"--{name}",
+            f"is {str(path)!r}, which is there already; allowed: another name, or --overwrite to replace it",
+        )
+        for name, path in named.items()
+        if path is not None and path.is_file() and path.stat().st_size > 0  # `held` has made an empty one
+    ]
+    folder = options.checkpoint_folder
+    if folder is not None and any(folder.glob("step-*.npz")):
+        text = f"is {str(folder)!r}, which holds checkpoints of an earlier run; allowed: another folder, or --overwrite to replace them"
+        problems.append(Problem("--checkpoints", text))
+    if problems:
+        raise ScenarioError(problems, "oilsim")
+
+
 def _draw(recording: Path, picture: Path) -> None:
     from recordings.pictures.picture import draw_picture
 
     draw_picture(recording, picture)
 
 
-def _lost(cause: str, volume: float, modelled: float) -> str:
-    """Say how much [m3] was lost by a cause, and how much of it a closure carried out."""
-    return f"{cause} {1e3 * volume:.1f} l" + (f" ({1e3 * modelled:.1f} l modelled)" if modelled else "")
+def _modelled(volume: float) -> str:
+    """Say how much of a loss [m3] closures carried out; empty if none."""
+    return f" ({volume_in_words(volume)} of it modelled)" if volume else ""
 
 
 def _print_result(console: Console, result: dict[str, Any], options: RunOptions) -> None:
@@ -217,10 +254,12 @@ def _print_result(console: Console, result: dict[str, Any], options: RunOptions)
     lost = result["oil_m3"]["lost"]
     if result["oil_m3"]["released"]:
         modelled = result["oil_m3"]["lost_modelled"]
-        gone = ", ".join(_lost(cause, volume, modelled.get(cause, 0.0)) for cause, volume in lost.items() if volume)
-        table.add_row(
-            "oil", f"released {1e3 * result['oil_m3']['released']:.1f} l" + (f"; lost: {gone}" if gone else "")
-        )
+        table.add_row("oil", f"{volume_in_words(result['oil_m3']['released'])} released")
+        for cause, volume in lost.items():
+            if volume:
+                table.add_row(
+                    "", f"{volume_in_words(volume)} {cause_in_words(cause)}{_modelled(modelled.get(cause, 0.0))}"
+                )
     for name in ("record", "summary", "picture"):
         path = getattr(options, name)
         if path is not None:

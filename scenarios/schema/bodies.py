@@ -13,7 +13,7 @@ from typing import ClassVar
 
 from oilsim.quantity import quantity, quantity_of
 from scenarios.problems import Problem
-from scenarios.schema.quantity_fields import Section, Vector, directed
+from scenarios.schema.quantity_fields import Point2, Section, Vector, directed, exactly_one
 from vessels.hull_size import HullSize
 
 FASTEST = 90.0  # [m/s] a component of a body at the start: at 100 a run is taken for blown up, and a body may fall
@@ -21,9 +21,13 @@ FASTEST = 90.0  # [m/s] a component of a body at the start: at 100 a run is take
 
 @dataclass(frozen=True, kw_only=True)
 class Free(Section):
-    """The body moves freely under forces; it needs a mass or a density."""
+    """The body moves freely under forces; it needs a mass or a density.
+
+    release  [s] until which it is held where it starts
+    """
 
     TAG: ClassVar[tuple[str, str]] = ("kind", "free")
+    release: float = quantity("s", default=0.0, at_least=0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,7 +95,38 @@ class TableMotion(Section):
             yield Problem("displacement", f"has {count} displacements, allowed: {len(self.time)}, one for each time")
 
 
-Motion = Free | Fixed | SineMotion | RampMotion | TableMotion
+@dataclass(frozen=True, kw_only=True)
+class RotationMotion(Section):
+    """A turn about an axis: steady at `rate`, as of a rotor, or to and fro by `amplitude` sin(2 pi t / period), as of a flap in a flume.
+
+    axis       direction of the axis; the turn is counter-clockwise seen from its tip
+    center     [m] a point of the axis in the world; the default is the body's centre of mass
+    rate       [rad/s] of a steady turn
+    amplitude  [rad] and
+    period     [s] of a swing
+    start      [s] before which the body rests
+    rise_time  [s] in which the rate, or the amplitude, grows smoothly from 0
+    """
+
+    TAG: ClassVar[tuple[str, str]] = ("kind", "rotation")
+    axis: Vector = quantity("")
+    center: Vector | None = quantity("m", default=None)
+    rate: float | None = quantity("rad/s", default=None)
+    amplitude: float | None = quantity("rad", default=None, above=0.0)
+    period: float | None = quantity("s", default=None, above=0.0)
+    start: float = quantity("s", default=0.0, at_least=0.0)
+    rise_time: float = quantity("s", default=0.0, at_least=0.0)
+
+    def problems(self) -> Iterator[Problem]:
+        """Check that the axis has a direction, and that the turn is either steady or a swing."""
+        yield from directed("axis", self.axis)
+        yield from exactly_one(self, "rate", "amplitude")
+        if (self.amplitude is None) != (self.period is None):
+            missing = "period" if self.period is None else "amplitude"
+            yield Problem(missing, "is missing, allowed: amplitude and period together, for a swing")
+
+
+Motion = Free | Fixed | SineMotion | RampMotion | TableMotion | RotationMotion
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -121,13 +156,13 @@ class BodySettings(Section):
         """Check that a free body has one mass, and that only a free body has a velocity."""
         if self.mass is not None and self.density is not None:
             yield Problem("density", "is given beside mass, allowed: one of mass or density")
-        if isinstance(self.motion, Free):
-            if self.mass is None and self.density is None:
-                yield Problem("density", "is missing, allowed: mass or density, one of which a free body needs")
+        if isinstance(self.motion, Free) and self.mass is None and self.density is None:
+            yield Problem("density", "is missing, allowed: mass or density, one of which a free body needs")
+        if isinstance(self.motion, Free) and self.motion.release == 0.0:
             return
         for name in ("velocity", "angular_velocity"):
             if any(getattr(self, name)):
-                yield Problem(name, "is given, allowed: only for a free body")
+                yield Problem(name, "is given, allowed: only for a body that is free from the start")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -152,6 +187,55 @@ class BoxBody(BodySettings):
 
     TAG: ClassVar[tuple[str, str]] = ("shape", "box")
     size: Vector = quantity("m", above=0.0)
+
+
+def _crosses_itself(outline: tuple[Point2, ...]) -> bool:
+    """Tell whether two sides of a closed polygon that are no neighbours meet, or two neighbours fold back."""
+
+    def turn(p: Point2, q: Point2, r: Point2) -> float:
+        return (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])
+
+    def within(p: Point2, q: Point2, r: Point2) -> bool:  # r, which is in line with p and q, between them
+        return min(p[0], q[0]) <= r[0] <= max(p[0], q[0]) and min(p[1], q[1]) <= r[1] <= max(p[1], q[1])
+
+    def meet(a: Point2, b: Point2, c: Point2, d: Point2) -> bool:
+        one, two, three, four = turn(a, b, c), turn(a, b, d), turn(c, d, a), turn(c, d, b)
+        touching = ((one, a, b, c), (two, a, b, d), (three, c, d, a), (four, c, d, b))
+        return (one * two < 0.0 and three * four < 0.0) or any(t == 0.0 and within(p, q, r) for t, p, q, r in touching)
+
+    sides = list(pairwise([*outline, outline[0]]))
+    count = len(sides)
+    apart = ((i, j) for i in range(count) for j in range(i + 2, count) if (i, j) != (0, count - 1))
+    folded = (
+        (turn(a, b, c) == 0.0 and within(a, b, c)) or a == b
+        for (a, b), (_, c) in zip(sides, sides[1:] + sides[:1], strict=True)
+    )
+    return any(meet(*sides[i], *sides[j]) for i, j in apart) or any(folded)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PolygonBody(BodySettings):
+    """A prism over a polygon: `outline` corners (x, z) [m], three or more in order, and `width` [m] along y; such as a wedge or a slope.
+
+    The outline may be concave, but must not cross itself. The origin of the shape is that of the outline, in the middle of the width.
+    """
+
+    TAG: ClassVar[tuple[str, str]] = ("shape", "polygon")
+    outline: tuple[Point2, ...] = quantity("m")
+    width: float = quantity("m", above=0.0)
+
+    def problems(self) -> Iterator[Problem]:
+        """Check that the outline has an area."""
+        yield from super().problems()
+        if len(self.outline) < 3:
+            yield Problem("outline", f"has {len(self.outline)} corners, allowed: 3 or more")
+            return
+        x, z = zip(*self.outline, strict=True)
+        area = 0.5 * sum(x[k - 1] * z[k] - x[k] * z[k - 1] for k in range(len(x)))
+        if abs(area) <= 1e-9 * (max(x) - min(x)) * (max(z) - min(z)):
+            yield Problem("outline", "has no area, allowed: corners that do not lie on one line")
+        elif _crosses_itself(self.outline):
+            yield Problem("outline", "crosses or touches itself, allowed: a simple polygon")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -211,4 +295,4 @@ class RockBody(BodySettings):
     seed: int = quantity("", default=1, at_least=0, whole=True)
 
 
-Body = MeshBody | BoxBody | CylinderBody | SphereBody | CapsuleBody | WigleyBody | RockBody
+Body = MeshBody | BoxBody | PolygonBody | CylinderBody | SphereBody | CapsuleBody | WigleyBody | RockBody

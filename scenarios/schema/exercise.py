@@ -13,6 +13,7 @@ from typing import Literal
 from booms.boom import BoomDesign
 from oilsim.quantity import quantity, quantity_of
 from scenarios.problems import Problem
+from scenarios.schema.criteria import Deployment
 from scenarios.schema.quantity_fields import Point2, Section
 from vessels.course import CourseLeg
 from vessels.hull_size import HullSize
@@ -71,6 +72,7 @@ class VesselSettings(Section):
     yaw_moment    [N m] largest steering moment
     side_thrust   [N] of transverse thrusters
     acceleration  [m/s2] at which the vessel approaches an ordered speed
+    superstructure_area  [m2] of what stands on deck, projected on the wind, from every side; the wind acts on the hull above the water too
     """
 
     shape: Literal["wigley", "barge"] = "barge"
@@ -86,6 +88,7 @@ class VesselSettings(Section):
     yaw_moment: float = quantity_of(Propulsion, "yaw_moment")
     side_thrust: float = quantity_of(Propulsion, "side_thrust")
     acceleration: float = quantity_of(ControlGains, "acceleration", default=0.1)
+    superstructure_area: float = quantity("m2", default=0.0, at_least=0.0)
 
     def problems(self) -> Iterator[Problem]:
         """Check that the deck lies above the water, and that the legs are in the order of time."""
@@ -117,6 +120,12 @@ class BoomSettings(Section):
     losses              "closures": what particles are too coarse to lose is modelled, taken out of the boom and labelled (docs/losses.md);
                         "resolved": only what particles lose by themselves
     seed                of the order in which the closures' losses fall due along the boom
+    bulge               "left" or "right", seen from the first end to the second: the side to which a boom with slack is laid; by default
+                        the side to which the current drives a boom between fixed points, else the right
+    deployment          how the debrief grades it: "sweep" meets and holds oil under way, "containment" holds it between moorings,
+                        "exclusion" keeps oil out of `area`, "diversion" leads oil into `area`; the default is a sweep if a vessel holds
+                        an end, else a containment
+    area                three or more corners (x, y) [m] of the water that an exclusion keeps clean, or to which a diversion leads the oil
     """
 
     ends: tuple[str | Point2, str | Point2]
@@ -131,6 +140,15 @@ class BoomSettings(Section):
     line_stiffness: float | None = quantity("N", default=None, above=0.0)
     losses: Literal["closures", "resolved"] = "closures"
     seed: int = quantity("", default=0, at_least=0, at_most=2**31 - 1, whole=True)
+    bulge: Literal["left", "right"] | None = None
+    deployment: Deployment | None = None
+    area: tuple[Point2, ...] = quantity("m", default=())
+
+    @property
+    def kind(self) -> Deployment:
+        """The kind of its deployment, stated or by its ends."""
+        towed = any(isinstance(end, str) for end in self.ends)
+        return self.deployment or ("sweep" if towed else "containment")
 
     @property
     def end_labels(self) -> tuple[str, ...]:
@@ -138,6 +156,11 @@ class BoomSettings(Section):
         return tuple(end if isinstance(end, str) else f"end-{index}" for index, end in enumerate(self.ends))
 
     def problems(self) -> Iterator[Problem]:
-        """Check that an elastic line has a length."""
+        """Check that an elastic line has a length, and that an area is there where the grade needs one."""
         if self.line_stiffness is not None and self.tow_line == 0.0:
             yield Problem("line_stiffness", "is given, allowed: only with tow_line above 0 m")
+        if self.deployment in ("exclusion", "diversion") and len(self.area) < 3:
+            text = f'has {len(self.area)} corners, allowed: 3 or more with deployment = "{self.deployment}"'
+            yield Problem("area", text)
+        elif 0 < len(self.area) < 3:
+            yield Problem("area", f"has {len(self.area)} corners, allowed: 3 or more")

@@ -149,6 +149,12 @@ class Tank(Section):
                 yield Problem("open", f"has {side!r}, but {side[1]} is periodic; allowed: one of the two")
 
     @property
+    def period(self) -> tuple[float, float]:
+        """Length [m] along x and y after which the liquid repeats; 0 where it does not."""
+        x, y = (high - low for low, high in zip(self.lower[:2], self.upper[:2], strict=True))
+        return (x if "x" in self.periodic else 0.0, y if "y" in self.periodic else 0.0)
+
+    @property
     def closed_sides(self) -> tuple[Side, ...]:
         """The sides that have a wall."""
         return tuple(side for side in SIDES if side not in self.open and side[1] not in self.periodic)

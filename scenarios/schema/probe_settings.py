@@ -19,7 +19,7 @@ class PressureProbe(Section):
 
 @dataclass(frozen=True, kw_only=True)
 class WaveGauge(Section):
-    """Height of the liquid's surface [m] over a point (x, y)."""
+    """Height of the liquid's surface [m] over a point (x, y), without spray; the tank's floor where it is dry."""
 
     TAG: ClassVar[tuple[str, str]] = ("kind", "wave-gauge")
     point: Point2 = quantity("m")

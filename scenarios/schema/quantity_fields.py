@@ -71,3 +71,13 @@ def above_lower(lower: Iterable[float], upper: Iterable[float]) -> Iterator[Prob
     for axis, low, high in zip("xyz", lower, upper, strict=True):
         if not high > low:
             yield Problem("upper", f"has {axis} = {high:g} m, allowed: above lower {axis} = {low:g} m")
+
+
+def exactly_one(section: Section, *names: str) -> Iterator[Problem]:
+    """Yield a problem unless exactly one of the named fields is given."""
+    given = [name for name in names if getattr(section, name) is not None]
+    choices = " or ".join(names)
+    if not given:
+        yield Problem(names[0], f"is missing, allowed: {choices}")
+    elif len(given) > 1:
+        yield Problem(given[1], f"is given beside {given[0]}, allowed: one of {choices}")

@@ -27,6 +27,8 @@ from scenarios.schema.quantity_fields import Section
 from scenarios.schema.type_checks import Misfit, shape_of, taken
 
 SUFFIXES: Mapping[str, tuple[str, float]] = {"_kn": ("m/s", knot), "_deg": ("rad", degree)}
+COMPASS: Mapping[str, str] = {"heading_compass": "heading", "from_compass": "direction", "toward_compass": "direction"}
+"""Keys of compass courses, and the fields that they give; `scenarios.schema.compass` converts them."""
 
 
 class Refusal(ValueError):
@@ -69,9 +71,9 @@ def as_data(value: Any) -> Any:
 
 
 def spellings(key: str) -> tuple[str, ...]:
-    """List all keys that mean the same field: ``speed_kn`` gives speed, speed_kn and speed_deg."""
-    base = next((key.removesuffix(suffix) for suffix in SUFFIXES if key.endswith(suffix)), key)
-    return (base, *(base + suffix for suffix in SUFFIXES))
+    """List all keys that mean the same field: ``speed_kn`` gives speed, speed_kn and speed_deg; compass courses are among them."""
+    base = next((key.removesuffix(suffix) for suffix in SUFFIXES if key.endswith(suffix)), COMPASS.get(key, key))
+    return (base, *(base + suffix for suffix in SUFFIXES), *(name for name, field in COMPASS.items() if field == base))
 
 
 def _problems(error: BaseException, path: tuple[str, ...] = ()) -> Iterator[Problem]:

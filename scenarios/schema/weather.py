@@ -36,11 +36,15 @@ class WindSettings(Section):
 
 @dataclass(frozen=True, kw_only=True)
 class ZoneSettings(Section):
-    """The zone in which a forcing acts, and how fast it acts."""
+    """The zone in which a forcing acts, and how fast it acts.
+
+    edge  [m] in which it rises smoothly from nothing at those sides across x and y that lie within the tank: a graded sponge
+    """
 
     lower: Vector | None = quantity_of(Zone, "lower", default=None)
     upper: Vector | None = quantity_of(Zone, "upper", default=None)
     relaxation_time: float = quantity_of(Zone, "relaxation_time", default=0.5)
+    edge: float = quantity_of(Zone, "edge")
 
     def problems(self) -> Iterator[Problem]:
         """Check that a zone has both corners and a volume, or no corner."""
@@ -49,6 +53,8 @@ class ZoneSettings(Section):
             yield Problem(missing, "is missing, allowed: both corners of the zone, or neither for the whole tank")
         elif self.lower is not None and self.upper is not None:
             yield from above_lower(self.lower, self.upper)
+        elif self.edge > 0.0:
+            yield Problem("edge", f"is {self.edge:g}, allowed: only with a zone, from lower to upper")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,4 +1,4 @@
-"""Prescribed motions of scenarios beyond those of `coupling.rigid.prescribed_motion`: towing with a smooth rise."""
+"""Prescribed motions of scenarios beyond those of `coupling.rigid.prescribed_motion`: towing with a smooth rise, and turns."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from coupling.rigid.prescribed_motion import (
     UPRIGHT,
@@ -16,7 +17,7 @@ from coupling.rigid.prescribed_motion import (
     Vector,
     WaypointMotion,
 )
-from scenarios.schema.bodies import BodySettings, RampMotion, SineMotion, TableMotion
+from scenarios.schema.bodies import BodySettings, RampMotion, RotationMotion, SineMotion, TableMotion
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,19 +38,62 @@ class TowingMotion:
     def at(self, time: float) -> Motion:
         """Return the motion at `time` [s]; see `PrescribedMotion.at`."""
         elapsed = min(time, self.end) - self.start
-        seconds, share = self._travelled(elapsed)
+        seconds, share = _risen(elapsed, self.rise_time)
         velocity = np.array(self.velocity)
         moving = 0.0 if time >= self.end else share
         return Motion(np.array(self.position) + seconds * velocity, np.array(self.orientation), moving * velocity)
 
-    def _travelled(self, elapsed: float) -> tuple[float, float]:
-        """Compute distance / V [s] and speed / V after `elapsed` [s] under way."""
+
+@dataclass(frozen=True, kw_only=True)
+class TurningMotion:
+    """A turn by an angle phi(t) [rad] about an axis through `center` [m]; the twist is its exact derivative.
+
+    Steady: phi' = W r, r as of `TowingMotion`. Swing: phi = a r sin(2 pi tau / T). tau is the time since `start`.
+    x = c + R(phi) (x_0 - c), v = phi' e x (x - c).
+    """
+
+    position: Vector
+    orientation: Quaternion
+    axis: Vector
+    center: Vector
+    rate: float | None = None
+    amplitude: float = 0.0
+    period: float = 1.0
+    start: float = 0.0
+    rise_time: float = 0.0
+
+    def at(self, time: float) -> Motion:
+        """Return the motion at `time` [s]; see `PrescribedMotion.at`."""
+        angle, rate = self._turned(time - self.start)
+        unit = np.array(self.axis) / np.linalg.norm(self.axis)
+        turn = Rotation.from_rotvec(angle * unit)
+        arm = turn.apply(np.array(self.position) - self.center)
+        orientation = (turn * Rotation.from_quat(self.orientation)).as_quat()
+        return Motion(np.array(self.center) + arm, orientation, np.cross(rate * unit, arm), rate * unit)
+
+    def _turned(self, elapsed: float) -> tuple[float, float]:
+        """Compute angle [rad] and rate [rad/s] after `elapsed` [s] of the turn."""
         if elapsed <= 0.0:
             return 0.0, 0.0
-        if elapsed >= self.rise_time:
-            return elapsed - 0.5 * self.rise_time, 1.0
-        angle = math.pi * elapsed / self.rise_time
-        return 0.5 * elapsed - 0.5 * self.rise_time * math.sin(angle) / math.pi, 0.5 * (1.0 - math.cos(angle))
+        seconds, share = _risen(elapsed, self.rise_time)
+        if self.rate is not None:
+            return self.rate * seconds, self.rate * share
+        omega = 2.0 * math.pi / self.period
+        growth = 0.0
+        if elapsed < self.rise_time:
+            growth = 0.5 * math.pi / self.rise_time * math.sin(math.pi * elapsed / self.rise_time)
+        sine, cosine = math.sin(omega * elapsed), math.cos(omega * elapsed)
+        return self.amplitude * share * sine, self.amplitude * (growth * sine + share * omega * cosine)
+
+
+def _risen(elapsed: float, rise_time: float) -> tuple[float, float]:
+    """Compute distance / V [s] and speed / V after `elapsed` [s] under way, with the smooth rise of `TowingMotion`."""
+    if elapsed <= 0.0:
+        return 0.0, 0.0
+    if elapsed >= rise_time:
+        return elapsed - 0.5 * rise_time, 1.0
+    angle = math.pi * elapsed / rise_time
+    return 0.5 * elapsed - 0.5 * rise_time * math.sin(angle) / math.pi, 0.5 * (1.0 - math.cos(angle))
 
 
 def prescribed_motion(body: BodySettings, position: Vector, orientation: Quaternion) -> PrescribedMotion | None:
@@ -72,6 +116,18 @@ def prescribed_motion(body: BodySettings, position: Vector, orientation: Quatern
             start=motion.start,
             rise_time=motion.rise_time,
             end=math.inf if motion.end is None else motion.end,
+        )
+    if isinstance(motion, RotationMotion):
+        return TurningMotion(
+            position=position,
+            orientation=orientation,
+            axis=motion.axis,
+            center=position if motion.center is None else motion.center,
+            rate=motion.rate,
+            amplitude=motion.amplitude or 0.0,
+            period=motion.period or 1.0,
+            start=motion.start,
+            rise_time=motion.rise_time,
         )
     if isinstance(motion, TableMotion):
         places = np.array(position) + np.array(motion.displacement)

@@ -21,7 +21,7 @@ from scenarios.scenario import Scenario
 from scenarios.schema.bodies import Fixed
 from scenarios.schema.liquid import BlockFill, Fill, SlabFill, SphereFill, Tank
 from scenarios.setup import particle_free
-from scenarios.setup.fill_lattice import Array, starting_positions
+from scenarios.setup.fill_lattice import Array, misfits, starting_positions
 from scenarios.setup.sea import build_sea, unused_sea
 
 if TYPE_CHECKING:
@@ -106,7 +106,7 @@ def estimate(scenario: Scenario) -> Cost:
     """Estimate the cost of a run; ScenarioError with everything that cannot be built or placed."""
     missing, scenario = particle_free.left_out(scenario), particle_free.without_particles(scenario)
     require_memory(scenario)
-    positions, left_out, solids = _start(scenario)
+    positions, left_out, solids, level = _start(scenario)
     particles = dict.fromkeys(scenario.phases, 0)
     for name, points in positions.items():
         particles[scenario.fill[name].phase] += len(points)
@@ -125,32 +125,41 @@ def estimate(scenario: Scenario) -> Cost:
         steps=steps,
         threads=threads,
         memory=BYTES_AT_REST + BYTES_PER_PARTICLE * most + BYTES_PER_BOUNDARY_PARTICLE * walls,
-        told=(*_told(scenario, solids), *missing),
+        told=(*_told(scenario, solids, level), *missing),
         seconds=START_SECONDS + SECONDS_PER_PARTICLE_STEP * share * alive * steps + _body_seconds(scenario),
     )
 
 
-def _start(scenario: Scenario) -> tuple[Mapping[str, Array], Mapping[str, str], Sequence[Solid]]:
-    """Return particles by region, the liquid that bodies displace in words, and all bodies; code for bodies is imported only if needed."""
+def _start(scenario: Scenario) -> tuple[Mapping[str, Array], Mapping[str, str], Sequence[Solid], float]:
+    """Return particles by region, the liquid that bodies displace in words, all bodies and, with bodies, the level of the water [m].
+
+    Code for bodies is imported only if needed.
+    """
     if not (scenario.bodies or scenario.vessels or scenario.booms or scenario.emitters):
         fluid = scenario.fluid
         build_sea(scenario)  # for its problems
-        return starting_positions(scenario.fill, scenario.tank, fluid.particle_spacing, fluid.dimension), {}, ()
+        return starting_positions(scenario.fill, scenario.tank, fluid.particle_spacing, fluid.dimension), {}, (), 0.0
     from scenarios.setup.layout import lay_out
 
     layout = lay_out(scenario)
-    return layout.positions, layout.left_out, layout.solids
+    return layout.positions, layout.left_out, layout.solids, layout.level
 
 
-def _told(scenario: Scenario, solids: Sequence[Solid]) -> tuple[str, ...]:
-    """List the warnings with which a run would start."""
+def _told(scenario: Scenario, solids: Sequence[Solid], level: float) -> tuple[str, ...]:
+    """List the warnings of fills, bodies, booms and the sea with which a run would start; `level` [m] of the water."""
+    fluid = scenario.fluid
+    fills = tuple(misfits(scenario.fill, scenario.tank, fluid.particle_spacing, fluid.dimension).values())
     if not solids or particle_free.is_particle_free(scenario):
-        return (*(note for solid in solids for note in solid.notes), *unused_sea(scenario))
+        return (*fills, *(note for solid in solids for note in solid.notes), *unused_sea(scenario))
+    from scenarios.setup.boom_remarks import boom_remarks
     from scenarios.setup.thin_bodies import thin_bodies, thin_samplings
 
     spacing = scenario.fluid.particle_spacing
     thin = thin_bodies(solids, thin_samplings(solids, spacing), spacing)
-    return (*(note for solid in solids for note in solid.notes), *thin.values(), *unused_sea(scenario))
+    return (
+        *fills, *(note for solid in solids for note in solid.notes), *thin.values(), *boom_remarks(scenario, level).values(),
+        *unused_sea(scenario),
+    )  # fmt: skip
 
 
 def _body_seconds(scenario: Scenario) -> float:

@@ -7,12 +7,14 @@ still works with another particle spacing. Only a block with an inset has a latt
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from recordings.words import volume_in_words
 from scenarios.problems import Problem, ScenarioError
 from scenarios.schema.liquid import BlockFill, CylinderFill, Fill, SlabFill, SphereFill, Tank
 from scenarios.schema.quantity_fields import Vector
@@ -21,6 +23,7 @@ Array = NDArray[np.float64]
 
 TOO_NEAR = 0.9  # of a spacing: particles of an earlier region that are nearer to a later one's give way
 LATTICE_SLACK = 1e-6  # of a spacing
+MISFIT = 0.03  # of a region's volume, by which its particles may differ from its shape without a word
 
 
 class Lattice:
@@ -142,3 +145,40 @@ def empty_regions(placed: Mapping[str, Array], spacing: float) -> Iterator[Probl
     """Yield a problem for each region without a particle, from positions (N, 3) [m] by region; spacing [m]."""
     text = f"has no particle at fluid.particle_spacing = {spacing:g} m, allowed: a larger region"
     yield from (Problem(f"fill.{name}", text) for name, points in placed.items() if len(points) == 0)
+
+
+def misfits(regions: Mapping[str, Fill], tank: Tank, spacing: float, dimension: int) -> dict[str, str]:
+    """Say by how much a region's particles exceed or fall short of its shape, by its name, where that is more than `MISFIT`.
+
+    A block with an inset leaves space on purpose, and is left out.
+    """
+    told = {}
+    for name, fill in regions.items():
+        if isinstance(fill, BlockFill) and fill.inset:
+            continue
+        shape = _content(fill, tank, dimension)
+        found = len(region_points(fill, tank, spacing, dimension)) * spacing**dimension
+        if found and abs(found - shape) > MISFIT * shape:
+            more = f"{found / shape:.2f} times" if found < 2.0 * shape else f"{found / shape:.2g} times"
+            text = f"fill.{name}: its particles hold {volume_in_words(found)}, {more} the {volume_in_words(shape)} of its shape"
+            reason = (
+                f"sizes are rounded to whole particles of fluid.particle_spacing = {spacing:g} m, one layer at least"
+            )
+            told[name] = f"{text}; {reason}"
+    return told
+
+
+def _content(fill: Fill, tank: Tank, dimension: int) -> float:
+    """Compute the volume [m3] of a region's shape within the tank; a plane is one metre thick."""
+    if isinstance(fill, SphereFill):
+        return math.pi * fill.radius**2 if dimension == 2 else 4.0 / 3.0 * math.pi * fill.radius**3
+    if isinstance(fill, CylinderFill):
+        plane = 2.0 * fill.radius * fill.height  # of an axis in the plane; one across it is cut as a disc
+        across = abs(fill.axis[1]) > max(abs(fill.axis[0]), abs(fill.axis[2]))
+        solid = math.pi * fill.radius**2 * fill.height
+        return solid if dimension == 3 else math.pi * fill.radius**2 if across else plane
+    low, high = (fill.lower, fill.upper) if isinstance(fill, BlockFill) else (tank.lower, tank.upper)
+    sides = [b - a for a, b in zip(low, high, strict=True)]
+    if isinstance(fill, SlabFill):
+        sides[2] = fill.top - fill.bottom
+    return sides[0] * sides[2] * (1.0 if dimension == 2 else sides[1])

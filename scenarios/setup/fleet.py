@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +16,12 @@ from scenarios.problems import Problem
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import BoomSettings, VesselSettings, body_of
 from scenarios.schema.quantity_fields import Point2
+from scenarios.schema.weather import horizontal
 from scenarios.setup.placed_solids import Solid
 from vessels.course import Course, CourseLeg
-from vessels.hull import float_hull, raked_barge, wigley_hull
-from vessels.vessel import ControlGains, Propulsion, Vessel
+from vessels.hull import Hull, float_hull, raked_barge, wigley_hull
+from vessels.vessel import ControlGains, Propulsion, Superstructure, Vessel
+from vessels.windage import DRAG_COEFFICIENT, Windage
 
 Array = NDArray[np.float64]
 
@@ -59,7 +62,7 @@ def place_fleet(scenario: Scenario, water_level: float, problems: list[Problem])
     vessels: dict[str, Vessel] = {}
     for name, settings in scenario.vessels.items():
         try:
-            vessels[name] = _vessel(name, settings, scenario)
+            vessels[name] = _vessel(name, settings, scenario, water_level)
         except ValueError as error:
             problems.append(Problem(f"vessels.{name}", f"cannot float: {error}"))
     solids = [_afloat(vessel, water_level) for vessel in vessels.values()]
@@ -96,11 +99,12 @@ def water_density(scenario: Scenario) -> float:
     return (waters or list(scenario.phases.values()))[0].rest_density
 
 
-def _vessel(name: str, settings: VesselSettings, scenario: Scenario) -> Vessel:
+def _vessel(name: str, settings: VesselSettings, scenario: Scenario, water_level: float) -> Vessel:
     size = (settings.length, settings.beam, settings.draft, settings.depth)
     mesh = wigley_hull(*size) if settings.shape == "wigley" else raked_barge(*size, rake=RAKE * settings.length)
     hull = float_hull(mesh, settings.draft, water_density=water_density(scenario))
     x, y, z = hull.deck_point(TOW_POINT * settings.length, 0.0)
+    in_wind = scenario.forcing.wind is not None
     return Vessel(
         name=name,
         hull=hull,
@@ -115,6 +119,18 @@ def _vessel(name: str, settings: VesselSettings, scenario: Scenario) -> Vessel:
         heading=settings.heading,
         tow_point=(float(x), float(y), float(z)),
         gains=ControlGains(acceleration=settings.acceleration, speed_bandwidth=TOWING_BANDWIDTH),
+        superstructure=_superstructure(settings, hull) if in_wind else None,
+        windage=Windage(hull.mesh, water_level) if in_wind else None,
+    )
+
+
+def _superstructure(settings: VesselSettings, hull: Hull) -> Superstructure:
+    """Return a superstructure as high as wide, amidships on deck."""
+    x, y, z = hull.deck_point(0.0)
+    return Superstructure(
+        area=settings.superstructure_area,
+        drag_coefficient=DRAG_COEFFICIENT,
+        center=(float(x), float(y), float(z) + 0.5 * math.sqrt(settings.superstructure_area)),
     )
 
 
@@ -164,7 +180,8 @@ def _laid(
     places = [_boom_end(end, settings, vessels, water_level) for end in settings.ends]
     if not any(isinstance(end, str) for end in settings.ends):
         _require_slack(math.dist(*places), settings.length)
-    layout = lay_between(boom, places[0], places[1], water_level=water_level, name=f"boom/{name}")
+    bulge = bulge_of(settings, scenario)
+    layout = lay_between(boom, places[0], places[1], water_level=water_level, name=f"boom/{name}", bulge=bulge)
     ends = _Ends()
     for index, (end, label) in enumerate(zip(settings.ends, settings.end_labels, strict=True)):
         segment, point = layout.segments[-index].name, layout.end_points[index]
@@ -191,13 +208,25 @@ def _laid(
     return layout, ends
 
 
+def bulge_of(settings: BoomSettings, scenario: Scenario) -> Literal["left", "right"]:
+    """Return the side to which a boom is laid, seen from its first end: as stated, or down the current between fixed ends."""
+    first, second = settings.ends
+    current = scenario.forcing.current
+    if settings.bulge is not None:
+        return settings.bulge
+    if isinstance(first, str) or isinstance(second, str) or current is None:
+        return "right"
+    flow = horizontal(current.speed, current.direction)
+    to_left = (second[0] - first[0]) * flow[1] - (second[1] - first[1]) * flow[0]
+    return "left" if to_left > 0.0 else "right"
+
+
 def _require_slack(distance: float, length: float) -> None:
     """Raise ValueError for a boom of that length [m] that is straight between two fixed ends: T = q L^2 / (8 sag) has no bound."""
     longest = (1.0 - SLACK) * length
     if distance > longest:
         raise ValueError(
             f"the ends are {distance:g} m apart, allowed: at most {longest:.6g} m for a boom of {length:g} m, which needs"
-            " some slack against the water"
             " slack to give way to the water"
         )
 

@@ -18,6 +18,7 @@ from oilsim.emitter import HOLD, PipeEmitter
 from oilsim.forcing import AiryWaves, Current, Wind, Zone
 from oilsim.phases import Phase
 from oilsim.solver import Fluid
+from oilsim.wind_drift import WindDrift
 from scenarios.problems import Problem
 from scenarios.scenario import Scenario
 from scenarios.schema.liquid import LEAK_MARGIN, PipeEmitterSettings, Tank
@@ -150,12 +151,20 @@ def build_fluid(scenario: Scenario, positions: Mapping[str, Array]) -> tuple[Flu
             no_slip=tank.no_slip,
         )
         handle = fluid.add_boundary(walls)
+    level = water_level(scenario, positions)
+    wind, drift = _wind(scenario, level)
+    carried = _drift_velocities(scenario, positions, drift)
     for name, fill in scenario.fill.items():
         velocity = starting_velocity(scenario) if fill.velocity is None else fill.velocity
-        fluid.add_particles(positions[name], phase=fill.phase, velocity=velocity)
+        fluid.add_particles(
+            positions[name], phase=fill.phase, velocity=velocity + carried[name] if name in carried else velocity
+        )
     for pipe in scenario.emitters.values():
         fluid.add_emitter(_pipe(pipe, settings.particle_spacing))
-    _add_forcings(fluid, scenario, water_level(scenario, positions))
+    _add_forcings(fluid, scenario, level)
+    for forcing in (wind, drift):
+        if forcing is not None:
+            fluid.add_forcing(forcing)
     if scenario.run.budget:
         fluid.watch()
     return fluid, handle
@@ -200,26 +209,54 @@ def _pipe(settings: PipeEmitterSettings, spacing: float) -> PipeEmitter:
 
 
 def _add_forcings(fluid: Fluid, scenario: Scenario, level: float) -> None:
-    """Add the current first, then the waves, which have priority in their zone, then the wind."""
+    """Add the current first, then the waves, which have priority in their zone."""
     forcing = scenario.forcing
     if forcing.current is not None:
         velocity = horizontal(forcing.current.speed, forcing.current.direction)
         fluid.add_forcing(Current(velocity, _zone(forcing.current, scenario)))
     if forcing.waves is not None:
         fluid.add_forcing(_waves(forcing, scenario, level))
-    if forcing.wind is not None:
-        wind = forcing.wind
-        fluid.add_forcing(
-            Wind(
-                speed=wind.speed,
-                direction=wind.direction,
-                spacing=scenario.fluid.particle_spacing,
-                seed=scenario.run.seed,
-                gustiness=wind.gustiness,
-                gust_time=wind.gust_time,
-                drag_coefficient=wind.drag_coefficient,
-            )
-        )
+
+
+def _wind(scenario: Scenario, level: float) -> tuple[Wind, WindDrift] | tuple[None, None]:
+    """Create the wind's stress and the drift that it has set up before the start, on still water up to `level` [m]; None without wind."""
+    forcing, wind = scenario.forcing, scenario.forcing.wind
+    if wind is None:
+        return None, None
+    stress = Wind(
+        speed=wind.speed,
+        direction=wind.direction,
+        spacing=scenario.fluid.particle_spacing,
+        seed=scenario.run.seed,
+        gustiness=wind.gustiness,
+        gust_time=wind.gust_time,
+        drag_coefficient=wind.drag_coefficient,
+    )
+    drift = WindDrift(
+        stress,
+        level=level,
+        spacing=scenario.fluid.particle_spacing,
+        water_density=max(phase.rest_density for phase in scenario.phases.values()),
+        waves=0.0 if forcing.waves is None else _waves(forcing, scenario, level).surface_drift,
+    )
+    return stress, drift
+
+
+def _drift_velocities(scenario: Scenario, positions: Mapping[str, Array], drift: WindDrift | None) -> dict[str, Array]:
+    """Return the velocities (N, 3) [m/s] by region that the wind's drift adds at the start to liquid that states none.
+
+    Along an axis with a wall, as much water flows back below as drifts at the surface.
+    """
+    fills = scenario.fill
+    carried = [name for name in positions if drift and fills[name].velocity is None and fills[name].inside is None]
+    if drift is None or not carried:
+        return {}
+    own = {name: drift.velocities(positions[name][:, 2]) for name in carried}
+    mean = np.concatenate(list(own.values()), axis=1).mean(axis=1)
+    for axis, name in enumerate("xy"):
+        if f"-{name}" not in scenario.tank.closed_sides and f"+{name}" not in scenario.tank.closed_sides:
+            mean[axis] = 0.0
+    return {name: np.vstack([speeds - mean[:, None], np.zeros(speeds.shape[1])]).T for name, speeds in own.items()}
 
 
 def _waves(forcing: ForcingSettings, scenario: Scenario, level: float) -> AiryWaves:
@@ -240,6 +277,11 @@ def _waves(forcing: ForcingSettings, scenario: Scenario, level: float) -> AiryWa
 
 
 def _zone(settings: ZoneSettings, scenario: Scenario) -> Zone:
-    lower = scenario.tank.lower if settings.lower is None else settings.lower
-    upper = scenario.tank.upper if settings.upper is None else settings.upper
-    return Zone(lower, upper, settings.relaxation_time)
+    """Return the zone of a forcing; where it ends at a side of the tank, it goes on for the width of its edge, and is whole up to there."""
+    tank, edge = scenario.tank, settings.edge
+    lower, upper = list(settings.lower or tank.lower), list(settings.upper or tank.upper)
+    for axis in (0, 1):
+        in_plane = scenario.fluid.dimension == 2 and axis == 1
+        lower[axis] -= edge if in_plane or lower[axis] <= tank.lower[axis] else 0.0
+        upper[axis] += edge if in_plane or upper[axis] >= tank.upper[axis] else 0.0
+    return Zone((lower[0], lower[1], lower[2]), (upper[0], upper[1], upper[2]), settings.relaxation_time, edge)

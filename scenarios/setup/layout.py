@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from coupling.rigid.rigid_body_world import FRICTION, RigidBodyWorld
 from coupling.solids.surface_sampling import LARGEST, sample_surface
 from oilsim.sea import Sea
+from recordings.words import volume_in_words
 from scenarios.problems import Problem, ScenarioError
 from scenarios.scenario import Scenario
 from scenarios.schema.liquid import Tank
@@ -22,7 +23,6 @@ from scenarios.setup.fluid import clear_of, pipe_problems, sorted_by_hollow, wat
 from scenarios.setup.particle_free import is_particle_free, load_bodies
 from scenarios.setup.placed_solids import Solid, own_solids, table_entry, vector
 from scenarios.setup.sea import build_sea
-from scenarios.text.quantities import volume_in_words
 
 Array = NDArray[np.float64]
 
@@ -165,6 +165,8 @@ def _world(scenario: Scenario, solids: Sequence[Solid], fleet: Fleet, problems: 
             twist=(*solid.linear_velocity, *solid.angular_velocity),
             friction=FRICTION if solid.contact else None,
         )
+        if solid.release > 0.0:
+            world.hold_until(placed.name, solid.release)
     if any(solid.motion == "free" and solid.contact for solid in solids):
         _add_tank_sides(world, scenario.tank)
     for joint in fleet.joints:

@@ -18,7 +18,7 @@ from coupling.solids.thin_parts import HELD
 from recordings.frame import Color
 from scenarios.problems import Problem
 from scenarios.scenario import Scenario
-from scenarios.schema.bodies import Body, Fixed, MeshBody
+from scenarios.schema.bodies import Body, Fixed, Free, MeshBody
 from scenarios.schema.quantity_fields import Vector
 from scenarios.setup.body_motions import prescribed_motion
 from scenarios.setup.body_shapes import body_solid
@@ -30,7 +30,7 @@ HELD_DENSITY = 1000.0  # [kg/m3] of a held body, whose mass nobody feels
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Solid:
-    """A body with its place, how it moves, and whether the liquid meets it.
+    """A body with its place, how it moves, and whether the liquid meets it; a free one is held until `release` [s].
 
     envelope: its surface without hollows, in the frame of its mesh, of a body whose hollows hold liquid; None of any other, whose mesh has
     no hollows; notes: what was mended of its mesh, and what hollows it has, in words.
@@ -40,6 +40,7 @@ class Solid:
     motion: PrescribedMotion | Literal["free", "fixed"] = "free"
     linear_velocity: Vector = (0.0, 0.0, 0.0)
     angular_velocity: Vector = (0.0, 0.0, 0.0)
+    release: float = 0.0
     contact: bool = True
     wetted: bool = True
     no_slip: bool = False
@@ -116,6 +117,7 @@ def _solid(name: str, body: Body, shape: SolidMesh, *, is_filled: bool) -> Solid
         motion=prescribed_motion(body, vector(position), (x, y, z, w)) or held,
         linear_velocity=body.velocity,
         angular_velocity=body.angular_velocity,
+        release=body.motion.release if isinstance(body.motion, Free) else 0.0,
         contact=body.contact,
         no_slip=body.no_slip,
         color=body.color,

@@ -12,6 +12,8 @@ from recordings.exercise import BoomDescription, ExerciseDescription, Site
 from recordings.frame import CameraView, MeshDescription, PhaseDescription, RunDescription
 from scenarios.scenario import Scenario, SiteSettings
 from scenarios.schema.probe_settings import PressureProbe, WaveGauge
+from scenarios.schema.structuring import as_data
+from scenarios.setup.boom_remarks import blockage
 from scenarios.setup.fleet import Fleet
 from scenarios.setup.fluid import horizontal
 from scenarios.setup.simulators import Simulators
@@ -82,19 +84,22 @@ def _describe_exercise(scenario: Scenario, fleet: Fleet, water_level: float) -> 
     """Return the facts on the booms that a debrief needs; None without any."""
     if not fleet.booms:
         return None
-    current = scenario.forcing.current
-    flow = (0.0, 0.0, 0.0) if current is None else horizontal(current.speed, current.direction)
+    current, wind = (getattr(scenario.forcing, name) for name in ("current", "wind"))
+    flow, blow = ((0.0, 0.0, 0.0) if one is None else horizontal(one.speed, one.direction) for one in (current, wind))
     return ExerciseDescription(
-        booms=tuple(_describe_boom(name, layout, scenario) for name, layout in fleet.booms.items()),
+        booms=tuple(_describe_boom(name, layout, scenario, water_level) for name, layout in fleet.booms.items()),
         current=(flow[0], flow[1]),
         water_level=water_level,
+        period=scenario.tank.period,
+        wind=(blow[0], blow[1]),
+        criteria=as_data(scenario.criteria),
     )
 
 
-def _describe_boom(name: str, layout: BoomLayout, scenario: Scenario) -> BoomDescription:
+def _describe_boom(name: str, layout: BoomLayout, scenario: Scenario, water_level: float) -> BoomDescription:
     settings = scenario.booms[name]
     first, second = (tuple(float(part) for part in point) for point in layout.segment.joint_points)
-    labels = [end if isinstance(end, str) else f"end-{index}" for index, end in enumerate(settings.ends)]
+    labels = settings.end_labels
     pulls = [scenario.vessels[end].bollard_pull for end in settings.ends if isinstance(end, str)]
     return BoomDescription(
         name=name,
@@ -106,6 +111,8 @@ def _describe_boom(name: str, layout: BoomLayout, scenario: Scenario) -> BoomDes
         waterline=float(layout.segment.waterline),
         joint_points=((first[0], first[1], first[2]), (second[0], second[1], second[2])),
         full_tension=max(pulls, default=0.0) or _fixed_boom_tension(layout),
+        deployment=settings.kind,
+        blockage=blockage(name, scenario, water_level),
     )
 
 

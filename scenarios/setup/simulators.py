@@ -16,6 +16,7 @@ from coupling.solids.surface_sampling import SurfaceSampling, particles_of, samp
 from oilsim.solver import Fluid
 from scenarios.problems import problems_of
 from scenarios.scenario import Scenario
+from scenarios.setup.boom_remarks import boom_remarks
 from scenarios.setup.fleet import Fleet
 from scenarios.setup.fluid import build_fluid
 from scenarios.setup.layout import Layout, lay_out
@@ -35,7 +36,7 @@ class Simulators:
     level: of the still water [m]; solids: all bodies, those of the fleet too; coupled: names of those that exchange motion and
     wrench with the fluid, and `bodies` how they do; tank: the fluid's handle of the tank's sides, None without closed ones; world: None
     if nothing is coupled; left_out: what bodies take of the liquid at the start, in words, by region; thin: what is to be told of bodies
-    too thin for their particles, by name; notes: what was mended of bodies' meshes, and a sea that is not used, in words;
+    too thin for their particles and of booms, by name; notes: what was mended of bodies' meshes, and a sea that is not used, in words;
     slick: the oil of a run without particles, None without any.
     """
 
@@ -81,7 +82,9 @@ def build_simulators(scenario: Scenario) -> Simulators:
         bodies=couple_world(fluid, {name: handles[name] for name in coupled}, layout.world),
         world=layout.world,
         left_out=layout.left_out,
-        thin=thin_bodies(solids, samplings, scenario.fluid.particle_spacing),
+        thin={}
+        if is_particle_free(scenario)
+        else thin_bodies(solids, samplings, scenario.fluid.particle_spacing) | boom_remarks(scenario, layout.level),
         notes=(*(note for solid in solids for note in solid.notes), *unused_sea(scenario), *left_out(written)),
         slick=_slick(written, layout),
     )

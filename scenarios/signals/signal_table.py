@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from oilsim.solver import Fluid
     from vessels.control import VesselControl
     from vessels.manual import ManualControl
+    from vessels.windage import WindOnBodies
 
 Array = NDArray[np.float64]
 POSE = (("x", "m"), ("y", "m"), ("z", "m"), ("roll", "rad"), ("pitch", "rad"), ("yaw", "rad"))
@@ -88,13 +89,17 @@ class Scores(CurrentListener, Protocol):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RunParts:
-    """The parts of a run that signals read and change; `controls` by vessel, `tension_joints` by boom and end."""
+    """The parts of a run that signals read and change; `controls` by vessel, `tension_joints` by boom and end.
+
+    wind_on_bodies: the wind on what no helmsman steers; None without wind or without such bodies.
+    """
 
     fluid: Fluid
     world: RigidBodyWorld | None
     controls: Mapping[str, VesselControl | ManualControl]
     scoring: Scores
     tension_joints: Mapping[tuple[str, str], str]
+    wind_on_bodies: WindOnBodies | None = None
 
     def body(self, name: str) -> tuple[Array, Array]:
         """Return pose (7,) [m, 1] and twist (6,) [m/s, rad/s] of a body."""
@@ -253,7 +258,7 @@ def _weather(forcing: ForcingSettings | None) -> Iterator[Signal]:
 
 def _blow(parts: RunParts, values: Mapping[str, float]) -> None:
     speed, direction = values["forcing.wind.speed"], values["forcing.wind.direction"]
-    set_wind(parts.fluid, parts.controls.values(), speed, direction)
+    set_wind(parts.fluid, parts.controls.values(), parts.wind_on_bodies, speed, direction)
 
 
 def _flow(parts: RunParts, values: Mapping[str, float]) -> None:

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from oilsim.solver import Fluid
     from vessels.control import VesselControl
     from vessels.manual import ManualControl
+    from vessels.windage import WindOnBodies
 
 
 class CurrentListener(Protocol):
@@ -24,13 +25,21 @@ class CurrentListener(Protocol):
         """Use `velocity` (3,) [m/s] as the velocity of the current from now on."""
 
 
-def set_wind(fluid: Fluid, controls: Iterable[VesselControl | ManualControl], speed: float, direction: float) -> None:
-    """Set the mean wind [m/s], [rad], for the liquid and for vessels; only the liquid has gusts."""
+def set_wind(
+    fluid: Fluid,
+    controls: Iterable[VesselControl | ManualControl],
+    bodies: WindOnBodies | None,
+    speed: float,
+    direction: float,
+) -> None:
+    """Set the mean wind [m/s], [rad], for the liquid, for vessels and for other bodies; only the liquid has gusts."""
     for forcing in fluid.forcings:
         if isinstance(forcing, Wind):
             forcing.speed, forcing.direction = speed, direction
     for control in controls:
         control.set(f"{control.vessel.name}.wind", np.array(horizontal(speed, direction)))
+    if bodies is not None:
+        bodies.set("wind", np.array(horizontal(speed, direction)))
 
 
 def set_current(fluid: Fluid, listener: CurrentListener, speed: float, direction: float) -> None:

@@ -59,6 +59,7 @@ def _run(variant: Variant, folder: Path, recorded: bool, console: Console) -> in
     options = RunOptions(
         record=folder / f"{variant.name}.rrd" if recorded else None,
         summary=folder / f"{variant.name}.json",
+        overwrite=True,  # what an earlier sweep has not run to its end
         source=variant.source,
     )
     return run_scenario(plan.scenario, text=plan.text, overrides=plan.overrides, options=options, console=console)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.constants import knot
 
 from booms.balance import OilBalance, balance, lost_ids
-from booms.boom_state import BoomState
+from booms.boom_state import BoomState, beside, signed_distance
 from booms.containment import PRACTICE_SPEED, ContainmentOptions, ContainmentReport, ContainmentTracker
 from booms.deployment import BoomLayout
 from booms.losses.closure_losses import ClosureLosses
@@ -22,11 +22,13 @@ from coupling.rigid.rigid_body_world import RigidBodyWorld
 from oilsim.solver import Fluid
 from recordings.frame import EventLevel
 from recordings.replay.running_extremes import WORST
+from recordings.words import cause_in_words, course_in_words
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of
 from scenarios.schema.weather import horizontal
 from scenarios.setup.boom_losses import closure_losses, has_closures, tension_of
 from scenarios.setup.fleet import Fleet
+from scenarios.watch.sea_edge import sides_passed
 from scenarios.watch.slick_account import lost_parcels, with_slick
 from vessels.vessel import Vessel
 
@@ -66,6 +68,8 @@ class BoomScore:
         self._tensions = {end: TensionRecord() for end in tensions}
         self._losses = LossSpeeds()
         self._held = HeldSpeed.at(PRACTICE_SPEED, settings.skirt_depth)
+        self._area = np.array(settings.area)
+        self._oil_in_area: float | None = None  # [m3]
         self._vessels = [body_of(end) for end in settings.ends if isinstance(end, str)]
         self._time: float | None = None
         self._worst: dict[str, float] = {}
@@ -73,16 +77,19 @@ class BoomScore:
         self._notices: list[Notice] = []
         self._series: dict[str, float] = {}
         spacing = scenario.fluid.particle_spacing
+        self._tank, self._slack, self._volume = scenario.tank, spacing, spacing**3
+        self._ended = False  # once the boom has left the simulated sea
         self.tracker = ContainmentTracker(
             ContainmentOptions(
                 skirt_depth=settings.skirt_depth,
                 freeboard=settings.freeboard,
-                particle_volume=spacing**3,
+                particle_volume=self._volume,
                 hysteresis=spacing,
                 kinematic_viscosity=max(
                     (phase.viscosity / phase.rest_density for phase in scenario.phases.values() if phase.is_oil),
                     default=0.0,
                 ),
+                period=scenario.tank.period,
             )
         )
 
@@ -95,11 +102,15 @@ class BoomScore:
         current: Array,
         slick: SlickParticipant | None,
     ) -> None:
-        """Take the state at `time` [s] into the account.
+        """Take the state at `time` [s] into the account, which ends once the boom or a vessel of it has left the simulated sea.
 
         oil: positions (N, 3) [m] and ids (N,); level [m] of the still water; current (3,) [m/s]; slick: oil that is no particles.
         """
         state = self._state(world)
+        self._look_out(world, state)
+        if self._ended:
+            self._series = {}
+            return
         report = self.tracker.update(
             time, state, *oil, water_level=level, current=(float(current[0]), float(current[1]))
         )
@@ -114,6 +125,10 @@ class BoomScore:
         series |= {"metrics/normal_speed_held": held, "metrics/normal_speed_limit": PRACTICE_SPEED}
         if self.closures is not None:
             series["metrics/closure_loss_rate"] = self.closures.rate
+        if len(self._area):
+            within = beside(oil[0], self._area, self._tank.period)[:, :2]
+            self._oil_in_area = float((signed_distance(within, self._area)[0] > 0.0).sum()) * self._volume
+            series["metrics/oil_in_area"] = self._oil_in_area
         series |= {f"metrics/current/{axis}": float(current[place]) for place, axis in enumerate("xy")}
         self._series = series | self._pull(world, step) | self._remember(report, held)
         self._losses.add(time, speed, report.lost, report.retained + report.lost)
@@ -125,8 +140,15 @@ class BoomScore:
             self.closures.act(time, fluid, self.tracker, self._state(world), level)
 
     def series(self) -> dict[str, float]:
-        """Return the scores at the last communication point, by the names of their series; empty before the first."""
+        """Return the scores at the last communication point, by the names of their series; empty before the first, and after the end."""
         return dict(self._series)
+
+    def _look_out(self, world: RigidBodyWorld, state: BoomState) -> None:
+        """Say where the boom or one of its vessels leaves the simulated sea, and where it sails on into a sea that repeats."""
+        places = np.concatenate([state.line(), *(world.pose(name)[None, :2] for name in self._vessels)])
+        for side, text, ends in sides_passed(self._tank, places, self._slack):
+            self._tell_once(f"edge {side}", True, text)
+            self._ended |= ends
 
     def take_notices(self) -> list[Notice]:
         """Return and forget the notices since the last call."""
@@ -139,16 +161,27 @@ class BoomScore:
         share = 100.0 * self._losses.first_share
         normal = f"water has run against the boom at more than 0.7 kn (normal to it) for {self._held.window:.2g} s"
         self._tell_once("too fast", held > PRACTICE_SPEED, normal)
-        self._tell_once(
-            "first loss", self._losses.first_loss is not None, f"has lost more than {share:g} % of its oil, {through}"
-        )
+        first, gross = self._losses.first_loss, self._losses.gross_loss
         for cause, volume in report.lost_by_cause.items():
-            modelled, words = report.lost_modelled[cause], cause.replace("_", " ")
-            self._tell_once(cause, volume > modelled, f"first oil lost by {words} (resolved), {through}")
-            self._tell_once(f"modelled {cause}", modelled > 0.0, f"first oil lost by {words} (modelled), {through}")
-        self._tell_once(
-            "gross loss", self._losses.gross_loss is not None, f"loses more than 2 % of its oil per second, {through}"
-        )
+            modelled, words = report.lost_modelled.get(cause, 0.0), cause_in_words(cause)
+            begun = self._losses.begun
+            self._tell_once(cause, begun and volume > modelled, f"first oil {words} (resolved), {through}")
+            self._tell_once(f"modelled {cause}", begun and modelled > 0.0, f"first oil {words} (modelled), {through}")
+        if first is not None:
+            self._tell_once("first loss", True, f"has lost more than {share:g} % of its oil, at {first / knot:.2f} kn")
+        if gross is not None:
+            rate, window = 100.0 * self._losses.gross_rate, self._losses.window
+            text = f"has lost more than {rate:g} % of its oil per second for {window:g} s, at {gross / knot:.2f} kn"
+            self._tell_once("gross loss", True, text)
+        self._take_back("first loss", first)
+        self._take_back("gross loss", gross)
+
+    def _take_back(self, loss: str, speed: float | None) -> None:
+        """Say that a loss that was told does not count any more."""
+        if speed is None and loss in self._told:
+            self._told.remove(loss)
+            text = f"has taken back what it had lost: its {loss} does not count"
+            self._notices.append(Notice(text, level="info", source=f"boom {self.name}"))
 
     def _tell_once(self, key: str, happens: bool, text: str) -> None:
         if happens and key not in self._told:
@@ -208,6 +241,8 @@ class BoomScore:
             "time": self._time,
             "worst": dict(self._worst),
             "told": sorted(self._told),
+            "ended": self._ended,
+            "oil_in_area": self._oil_in_area,
         }
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
@@ -221,6 +256,7 @@ class BoomScore:
         self._losses, self._held = LossSpeeds(**deepcopy(saved["losses"])), HeldSpeed(**deepcopy(saved["held"]))
         self._time, self._worst = saved["time"], dict(saved["worst"])
         self._told, self._notices = set(saved["told"]), []
+        self._ended, self._oil_in_area = saved["ended"], saved["oil_in_area"]
 
     def summary(self) -> dict[str, Any]:
         """Return the boom's scores; speeds are in knots and angles in degrees if the key says so."""
@@ -238,6 +274,7 @@ class BoomScore:
             "gross_loss_speed_kn": _knots(self._losses.gross_loss),
             "taken_back_m3": report.recovered,
             "lost_modelled_share": sum(report.lost_modelled.values()) / report.lost if report.lost > 0.0 else None,
+            "oil_in_area_m3": self._oil_in_area,
             "tow_tension_n": {end: {"mean": t.mean, "peak": t.peak} for end, t in self._tensions.items()},
         }
 
@@ -269,7 +306,8 @@ class Scoring:
         self._oils = [name for name, phase in scenario.phases.items() if phase.is_oil]
         current = scenario.forcing.current
         self._current = np.zeros(3) if current is None else np.array(horizontal(current.speed, current.direction))
-        self._orders = tuple(_orders(fleet.vessels))
+        self._bearing = 0.5 * math.pi if scenario.site is None else scenario.site.bearing  # of the x axis, from north
+        self._orders = tuple(_orders(fleet.vessels, self._bearing))
         self._announced_until = -math.inf  # [s]
         self._notices: list[Notice] = []
         self.balance: OilBalance | None = None  # without booms, and before the first communication point
@@ -338,7 +376,7 @@ class Scoring:
 
     def take_orders(self, vessels: Iterable[Vessel]) -> None:
         """Announce the orders of these vessels' courses from now on."""
-        self._orders = tuple(_orders(vessels))
+        self._orders = tuple(_orders(vessels, self._bearing))
 
     def take_current(self, current: Array) -> None:
         """Compute speeds relative to water that flows at `current` (3,) [m/s] from now on."""
@@ -356,8 +394,11 @@ class Scoring:
         return np.concatenate(positions).astype(np.float64), np.concatenate(ids)
 
 
-def _orders(vessels: Iterable[Vessel]) -> Iterator[tuple[float, str]]:
-    """Yield the times [s] and texts of orders to vessels on a course; vessels with the same orders at the same time share a line."""
+def _orders(vessels: Iterable[Vessel], bearing: float) -> Iterator[tuple[float, str]]:
+    """Yield the times [s] and texts of orders to vessels on a course; vessels with the same orders at the same time share a line.
+
+    bearing [rad] of the x axis, clockwise from north.
+    """
     together: dict[tuple[float, float, float], list[str]] = {}
     for vessel in vessels:
         for leg in vessel.course.legs if vessel.course else ():
@@ -366,8 +407,8 @@ def _orders(vessels: Iterable[Vessel]) -> Iterator[tuple[float, str]]:
         if speed == 0.0:
             yield start, f"{' and '.join(names)}: hold your places"
         else:
-            course = f"heading {math.degrees(heading):.0f} degrees from the x axis"
-            yield start, f"{' and '.join(names)}: make {speed / knot:.2f} kn over the ground, {course}"
+            course = course_in_words(heading, bearing)
+            yield start, f"{' and '.join(names)}: make {speed / knot:.2f} kn over the ground, heading {course}"
 
 
 def assumptions(scenario: Scenario) -> list[Notice]:

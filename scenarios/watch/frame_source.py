@@ -48,7 +48,8 @@ class FrameReader:
         self._pulls = _pulls(simulators.fleet)
         self._accounts = accounts
         self._fmus = fmus
-        self._probes = probe_readings(simulators.scenario.probes, simulators.fluid, self._pose_and_wrench)
+        scenario = simulators.scenario
+        self._probes = probe_readings(scenario.probes, simulators.fluid, self._pose_and_wrench, scenario.tank.lower[2])
 
     def __call__(self, point: CommunicationPoint) -> Frame:
         """Return the frame at a communication point; its particles must be asked for before the run goes on."""

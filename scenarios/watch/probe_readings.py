@@ -18,19 +18,22 @@ BodyReading = Callable[[str], tuple[Array, Array]]  # a body's pose (7,) and the
 AXES = ("x", "y", "z")
 
 
-def probe_readings(probes: Mapping[str, Probe], fluid: Fluid, body: BodyReading) -> Reading:
-    """Return a reading of all probes of a scenario; its series are named ``probes/<name>`` or ``probes/<name>/<component>``."""
-    readings = [_reading(f"probes/{name}", probe, fluid, body) for name, probe in probes.items()]
+def probe_readings(probes: Mapping[str, Probe], fluid: Fluid, body: BodyReading, floor: float) -> Reading:
+    """Return a reading of all probes of a scenario; its series are named ``probes/<name>`` or ``probes/<name>/<component>``.
+
+    floor [m] of the tank, which a wave gauge reads where it is dry.
+    """
+    readings = [_reading(f"probes/{name}", probe, fluid, body, floor) for name, probe in probes.items()]
     return lambda: {name: value for reading in readings for name, value in reading().items()}
 
 
-def _reading(path: str, probe: Probe, fluid: Fluid, body: BodyReading) -> Reading:
+def _reading(path: str, probe: Probe, fluid: Fluid, body: BodyReading, floor: float) -> Reading:
     if isinstance(probe, PressureProbe):
         points = np.array([probe.point])
         return lambda: {path: float(fluid.pressure_at(points)[0])}
     if isinstance(probe, WaveGauge):
         places = np.array([probe.point])
-        return lambda: {path: float(fluid.surface_height_at(places)[0])}
+        return lambda: {path: max(floor, float(fluid.surface_height_at(places)[0]))}
     if isinstance(probe, VelocityProbe):
         points = np.array([probe.point])
         return lambda: _components(path, AXES, fluid.velocity_at(points)[0])

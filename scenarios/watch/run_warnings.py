@@ -13,6 +13,7 @@ from coupling.rigid.rigid_body_world import RigidBodyWorld
 from oilsim.advance_report import AdvanceReport
 from recordings.frame import EventLevel
 from scenarios.scenario import Scenario
+from scenarios.setup.fill_lattice import misfits
 from scenarios.watch.boom_scoring import Notice
 
 TOLD = 2.0  # times a tolerance that a solve may leave before it is said: less is the same flow
@@ -36,6 +37,8 @@ class Remarks:
         """
         self._fluid, self._tank, self._world = scenario.fluid, scenario.tank, world
         self._left_out = left_out
+        fluid = scenario.fluid
+        self._misfits = misfits(scenario.fill, scenario.tank, fluid.particle_spacing, fluid.dimension)
         self._oil = {name for name, fill in scenario.fill.items() if scenario.phases[fill.phase].is_oil}
         self._notes = tuple(notes)
         self._thin = dict(thin)
@@ -60,10 +63,13 @@ class Remarks:
         self._made = set(saved["made"])
 
     def _fills(self) -> Iterator[tuple[str, Notice]]:
-        """Meshes that were mended, and liquid that bodies take the place of: of water what they displace, of oil a loss of the slick."""
+        """Liquid that particles do not fill exactly, or that bodies displace (of oil a loss of the slick), and meshes that were mended."""
         for name, text in self._left_out.items():
             level: EventLevel = "warning" if name in self._oil else "info"
             yield f"fill {name}", Notice(text, level=level, source="oilsim")
+        for name, text in self._misfits.items():
+            level = "warning" if name in self._oil else "info"
+            yield f"misfit {name}", Notice(text, level=level, source="oilsim")
         for text in self._notes:
             yield text, Notice(text, level="warning", source="oilsim")
 

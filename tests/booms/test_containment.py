@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from booms.boom import Boom
-from booms.boom_state import BoomState, signed_distance
+from booms.boom_state import BoomState, beside, signed_distance
 from booms.containment import Cause, ContainmentOptions, ContainmentTracker
 from booms.deployment import lay_u
 
@@ -212,3 +212,56 @@ def test_oil_that_a_closure_carries_out_is_lost_modelled_until_it_is_taken_back(
     )
     assert again.lost == pytest.approx(VOLUME)
     assert not any(again.lost_modelled.values())  # this time the particles carried it out themselves
+
+
+SEA = (4.0, 3.0)
+"""Period [m] along x and y of a sea that is shorter than the boom's way and narrower than twice its mouth."""
+
+
+def sailed_on(way: float) -> BoomState:
+    """The boom, `way` m further along x."""
+    state = boom_state()
+    return BoomState(**(vars(state) | {"position": state.position + np.array([way, 0.0, 0.0])}))
+
+
+def test_oil_stays_inside_when_the_boom_sails_on_across_periodic_sides():
+    """The boom and the oil in it go 9 m through a sea of 4 m: bodies sail on, particles enter again at the opposite side."""
+    held = np.array([(APEX + 0.4 + 0.1 * (k % 6), 0.1 * (k // 6) - 0.15, WATER) for k in range(24)])
+    tracker = make_tracker(period=SEA)
+    for way in np.arange(0.0, 9.0, 0.05):
+        sailed, wrapped = sailed_on(way), held + np.array([way, 0.0, 0.0])
+        wrapped[:, :2] %= SEA
+        report = tracker.update(way, sailed, wrapped, np.arange(24), water_level=WATER)
+        assert report.retained == report.inside == pytest.approx(24 * VOLUME)
+    assert report.lost == report.recovered == 0.0
+
+
+def test_oil_that_falls_astern_is_still_lost_in_a_periodic_sea():
+    tracker = make_tracker(period=SEA)
+    for step in range(10):
+        sailed = sailed_on(0.1 * step)
+        point = np.array([[(APEX + 0.3) % SEA[0], 0.1, WATER - 0.3]])
+        report = tracker.update(float(step), sailed, point, np.arange(1), water_level=WATER)
+    assert report.lost_by_cause["drainage"] == pytest.approx(VOLUME)
+
+
+@pytest.mark.parametrize("period", [(4.0, 3.0), (1.5, 0.0), (0.0, 0.7), (0.5, 0.6)])
+def test_a_point_is_taken_at_its_deepest_image(period):
+    """Against a search through all images in a wide frame, also for seas that are shorter than the boom."""
+    random = np.random.default_rng(5)
+    line = boom_state().line() + np.array([11.0, -7.0])
+    points = (
+        line.mean(axis=0) + random.uniform(-3.0, 3.0, (300, 2)) + np.array(period) * random.integers(-9, 9, (300, 2))
+    )
+    points = np.column_stack([points, np.zeros(300)])
+    shifts = [
+        (i * period[0], j * period[1])
+        for i in range(-40, 41) if period[0] or i == 0
+        for j in range(-40, 41) if period[1] or j == 0
+    ]  # fmt: skip
+    deepest = np.max([signed_distance(points[:, :2] + shift, line)[0] for shift in shifts], axis=0)
+    found = signed_distance(beside(points, line, period)[:, :2], line)[0]
+    near = deepest > -0.1 * min(length for length in period if length)
+    assert near.sum() > 20
+    assert found[near] == pytest.approx(deepest[near], abs=1e-9)
+    assert ((found > 0.0) == (deepest > 0.0)).all()

@@ -66,24 +66,62 @@ def test_mean_tension_is_weighted_with_time():
     assert (record.mean, record.peak) == (pytest.approx(20.0), 40.0)
 
 
+def losses_of(volumes, speed=lambda t: 0.1 * t, step=1.0, **terms):
+    """Follow a boom that had taken in 1 m3 and has lost these volumes at steps of `step` seconds."""
+    speeds = LossSpeeds(**terms)
+    for k, volume in enumerate(volumes):
+        speeds.add(step * k, speed(step * k), volume, 1.0)
+    return speeds
+
+
 def test_loss_speeds_are_those_at_which_loss_begins_and_gets_gross():
-    speeds = LossSpeeds(first_share=0.01, gross_rate=0.05)
     lost = [0.0, 0.005, 0.02, 0.05, 0.20, 0.40]
-    for k, volume in enumerate(lost):
-        speeds.add(float(k), 0.1 * k, volume, 1.0)
-    assert speeds.first_loss == pytest.approx(0.2)  # 2 % of the oil, the first sample above 1 %
-    assert speeds.gross_loss == pytest.approx(0.4)  # 15 % a second, the first rate above 5 %
+    speeds = losses_of(lost, first_share=0.01, gross_rate=0.12, window=1.0)
+    assert speeds.first_loss == pytest.approx(0.2)  # 2 % of the oil, the first sample above 1 %, at which it stays
+    assert speeds.gross_loss == pytest.approx(0.35)  # 15 % a second from 3 to 4 s, the first mean above 12 %
+
+
+def test_oil_that_peeps_out_before_the_tow_sets_no_loss_speed():
+    """2 % of the oil is outside while the boom lies there at 0.05 kn; then it is towed and loses nothing more, and then 1 %."""
+    lying, tow = 0.05 * KNOT, 0.6 * KNOT
+    speeds = losses_of([0.0] * 5 + [0.02] * 45, speed=lambda t: lying if t < 20.0 else tow)
+    assert speeds.begun
+    assert speeds.first_loss is None
+    for k in range(50, 60):
+        speeds.add(float(k), tow, 0.03, 1.0)
+    assert speeds.first_loss == pytest.approx(tow)
+    assert not losses_of([0.0, 0.5, 0.5], speed=lambda t: lying).begun
+
+
+def test_oil_that_comes_back_sets_no_loss_speed():
+    brief = losses_of([0.0] * 5 + [0.3] * 4 + [0.0] * 20, speed=lambda t: 0.3)
+    assert (brief.first_loss, brief.gross_loss) == (None, None)
+    long = losses_of([0.0] * 5 + [0.3] * 12, speed=lambda t: 0.3)
+    assert (long.first_loss, long.gross_loss) == (pytest.approx(0.3), pytest.approx(0.3))
+    for k in range(17, 20):
+        long.add(float(k), 0.3, 0.001, 1.0)
+    assert (long.first_loss, long.gross_loss) == (None, None)
+
+
+def test_loss_speeds_go_on_from_their_saved_account():
+    speeds = losses_of([0.0] * 5 + [0.3] * 3, speed=lambda t: 0.3)
+    other = LossSpeeds(**asdict(speeds))
+    for one in (speeds, other):
+        for k in range(8, 12):
+            one.add(float(k), 0.3, 0.3, 1.0)
+    assert asdict(other) == asdict(speeds)
+    assert other.first_loss is not None
 
 
 def test_one_particle_in_a_short_step_is_no_gross_loss():
-    """0.4 % of the oil within 0.02 s is 20 % a second for a moment, and 0.4 % a second over a second."""
+    """0.4 % of the oil within 0.02 s is 20 % a second for a moment, and 0.1 % a second over five seconds."""
     speeds = LossSpeeds()
-    for k in range(200):
+    for k in range(400):
         speeds.add(0.02 * k, 0.5, 0.004 if k >= 100 else 0.0, 1.0)
     assert speeds.gross_loss is None
-    for k in range(200, 300):
-        speeds.add(0.02 * k, 0.6, 0.004 + 0.001 * (k - 199), 1.0)  # 5 % a second from 4 s on
-    assert speeds.gross_loss == pytest.approx(0.6)
+    for k in range(400, 700):
+        speeds.add(0.02 * k, 0.6, 0.004 + 0.001 * (k - 399), 1.0)  # 5 % a second from 8 s on
+    assert speeds.gross_loss == pytest.approx(0.55, abs=0.05)  # 2 % a second over 5 s, 2 s after that
 
 
 def test_a_wobble_is_not_held_and_a_lasting_flow_is():

@@ -194,3 +194,13 @@ def test_adhesion_pulls_the_body_as_it_pulls_the_oil(make_fluid):
     body = fluid.tools.walls.moving[handle]
     assert body.impulse[2] < -1e-5
     assert body.impulse[:3] == pytest.approx(-fluid.momentum(), rel=1e-4, abs=1e-9)
+
+
+def test_a_zone_with_an_edge_rises_smoothly_from_its_sides():
+    graded, sharp = Zone((0, -1, 0), (4, 9, 1), 0.5, edge=1.0), Zone((0, -1, 0), (4, 9, 1), 0.5)
+    position = np.zeros((3, 5), np.float32)
+    position[0], position[1] = (0.0, 0.5, 1.0, 2.0, 4.0), 4.0
+    share = graded.share(0.1, position)
+    assert share == pytest.approx([0.0, 1.0 - np.exp(-0.1 / 0.5 * 0.5), *[float(sharp.share(0.1, position))] * 2, 0.0])
+    with pytest.raises(ValueError, match="edge"):
+        Zone((0, 0, 0), (1, 1, 1), 0.5, edge=-1.0)

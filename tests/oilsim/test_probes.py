@@ -49,3 +49,14 @@ def test_points_that_are_none_are_refused(wavy, points):
     for read in (wavy.pressure_at, wavy.velocity_at):
         with pytest.raises(ValueError, match="points ha"):
             read(points)
+
+
+def test_a_gauge_does_not_count_spray_and_a_dry_floor_is_dry(make_fluid):
+    fluid = make_fluid()
+    points = block((0, 0, 0), (1.0, 1.0, 0.4), SPACING)
+    fluid.add_particles(points, phase="water")
+    drops = [(0.5, 0.5, 0.5), (0.5, 0.55, 0.85), (1.55, 1.5, 0.75), (1.45, 1.5, 0.95)]
+    fluid.add_particles(drops, phase="water")
+    wet, dry, nothing = fluid.surface_height_at([(0.5, 0.5), (1.5, 1.5), (1.9, 0.2)])
+    assert wet == pytest.approx(0.4, abs=1e-6)
+    assert dry == nothing == fluid.config.lower[2]

@@ -165,7 +165,7 @@ def test_mistake_is_found_and_explained(old: str, new: str, path: str, part: str
         (
             '[bodies.b]\nshape = "sphere"\nradius = 0.1\nposition = [0.5, 0.5, 0.5]\nmotion = "fixed"\nvelocity = [1.0, 0.0, 0.0]',
             "bodies.b.velocity",
-            "only for a free body",
+            "only for a body that is free from the start",
         ),
         ('[probes.p]\nkind = "pressure"\npoint = [2.0, 0.5, 0.0]', "probes.p.point", "inside the tank"),
         ('[probes.p]\nkind = "body"\nbody = "rock"', "probes.p.body", "is no body"),
@@ -256,6 +256,52 @@ def test_suffixes_convert_to_si() -> None:
     assert scenario.forcing.wind is not None
     assert scenario.forcing.wind.speed == pytest.approx(18520.0 / 3600.0, rel=1e-12)
     assert scenario.forcing.wind.direction == pytest.approx(math.pi, rel=1e-12)
+
+
+BREEZE = """
+[tow]
+speed_kn = 0.5
+heading_compass = 45
+[forcing.wind]
+speed_kn = 20
+from_compass = 270
+[forcing.current]
+speed_kn = 0.3
+toward_compass = 180
+"""
+
+
+def test_sailors_give_compass_courses_and_winds_by_where_they_come_from(tmp_path: Path) -> None:
+    scenario = scenario_from(tomllib.loads(SMALL + BREEZE))
+    assert scenario.tow is not None and scenario.forcing.wind is not None and scenario.forcing.current is not None
+    assert math.degrees(scenario.tow.heading) == pytest.approx(45.0)  # north-east, between +x and +y
+    assert math.degrees(scenario.forcing.wind.direction) == pytest.approx(0.0)  # a west wind blows to the east
+    assert math.degrees(scenario.forcing.current.direction) == pytest.approx(-90.0)
+    turned = SMALL + BREEZE + "[site]\nlatitude = 58\nlongitude = 5\nbearing_deg = 0\n"  # x is north, y west
+    scenario = scenario_from(tomllib.loads(turned))
+    assert scenario.tow is not None and scenario.forcing.wind is not None
+    assert math.degrees(scenario.tow.heading) == pytest.approx(-45.0)
+    assert math.degrees(scenario.forcing.wind.direction) == pytest.approx(-90.0)
+    file = tmp_path / "breeze.toml"
+    file.write_text(SMALL + BREEZE)
+    for order in ("forcing.wind.direction_deg=90", "forcing.wind.from_compass=180"):
+        wind = load_scenario(file, overrides=[order]).scenario.forcing.wind
+        assert wind is not None and math.degrees(wind.direction) == pytest.approx(90.0)
+
+
+@pytest.mark.parametrize(
+    ("wind", "path", "text"),
+    [
+        ("from_compass = 400", "forcing.wind.from_compass", "is 400, allowed: a number, 0 to 360 degrees"),
+        ("from_compass = 'west'", "forcing.wind.from_compass", "is 'west', allowed: a number"),
+        ("from_compass = 10\ndirection_deg = 3", "forcing.wind.from_compass", "is given beside direction_deg"),
+        ("toward_compass = 10", "forcing.wind.toward_compass", "is unknown"),
+    ],
+)
+def test_wrong_compass_courses_are_refused(wind: str, path: str, text: str) -> None:
+    found = problems_of(f"[forcing.wind]\nspeed = 5\n{wind}\n[tow]\nspeed = 0.2\nheading_compass = -1\n")
+    assert text in found[path]
+    assert set(found) == {path, "tow.heading_compass"}
 
 
 def test_overrides_reach_tables_lists_and_new_entries(tmp_path: Path) -> None:

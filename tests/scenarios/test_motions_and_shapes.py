@@ -4,13 +4,25 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from coupling.rigid.engine_step import SPEED_LIMIT
+from scenarios.problems import ScenarioError
 from scenarios.scenario import RunSettings, Scenario
-from scenarios.schema.bodies import FASTEST, BoxBody, Fixed, RampMotion, RockBody, SphereBody, TableMotion
+from scenarios.schema.bodies import (
+    FASTEST,
+    BoxBody,
+    Fixed,
+    PolygonBody,
+    RampMotion,
+    RockBody,
+    RotationMotion,
+    SphereBody,
+    TableMotion,
+)
 from scenarios.schema.liquid import FluidSettings, PhaseSettings, SlabFill, Tank
 from scenarios.setup.body_motions import TowingMotion, prescribed_motion
-from scenarios.setup.body_shapes import body_solid, rock
+from scenarios.setup.body_shapes import body_solid, prism, rock
 from scenarios.setup.placed_solids import own_solids
 
 
@@ -29,6 +41,64 @@ def test_towing_distance() -> None:
     assert motion.at(3.0).position[0] == pytest.approx(1.0, rel=1e-12)
     assert motion.at(9.0).position[0] == pytest.approx(1.0, rel=1e-12)
     assert not motion.at(9.0).linear_velocity.any()
+
+
+@pytest.mark.parametrize(
+    "motion",
+    [
+        RotationMotion(axis=(0.0, 1.0, 0.0), center=(0.0, 0.0, 1.0), rate=2.0, start=0.5, rise_time=1.0),
+        RotationMotion(axis=(1.0, 2.0, 0.5), center=(0.3, 0.0, 0.0), amplitude=0.4, period=1.3, rise_time=2.0),
+        RotationMotion(axis=(0.0, 0.0, 1.0), rate=-3.0),
+    ],
+)
+def test_the_twist_of_a_turn_is_the_derivative_of_its_pose(motion: RotationMotion) -> None:
+    body = BoxBody(position=(0, 0, 0), size=(1, 1, 1), motion=motion)
+    tilted = Rotation.from_euler("xyz", [0.1, 0.2, 0.3]).as_quat()
+    turning = prescribed_motion(body, (1.0, 2.0, 3.0), tuple(tilted.tolist()))
+    assert turning is not None
+    center = np.array(motion.center or (1.0, 2.0, 3.0))
+    h = 1e-5
+    for time in (0.2, 0.8, 1.4, 2.7, 4.0):
+        before, now, after = (turning.at(time + step) for step in (-h, 0.0, h))
+        np.testing.assert_allclose(now.linear_velocity, (after.position - before.position) / (2.0 * h), atol=1e-7)
+        turn = Rotation.from_quat(after.orientation) * Rotation.from_quat(before.orientation).inv()
+        np.testing.assert_allclose(now.angular_velocity, turn.as_rotvec() / (2.0 * h), atol=1e-7)
+        assert np.linalg.norm(now.position - center) == pytest.approx(
+            np.linalg.norm(np.array((1.0, 2.0, 3.0)) - center)
+        )
+
+
+def test_a_steady_turn_and_a_swing_have_their_angles() -> None:
+    rotor = prescribed_motion(
+        BoxBody(position=(0, 0, 0), size=(1, 1, 1), motion=RotationMotion(axis=(0.0, 0.0, 1.0), center=(0.0, 0.0, 0.0), rate=1.0)),
+        (1.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0),
+    )  # fmt: skip
+    assert rotor is not None
+    np.testing.assert_allclose(rotor.at(0.5 * np.pi).position, [0.0, 1.0, 0.0], atol=1e-12)
+    for wrong in ({}, {"rate": 1.0, "amplitude": 1.0, "period": 1.0}, {"amplitude": 1.0}, {"rate": 1.0, "period": 2.0}):
+        with pytest.raises(ScenarioError, match="allowed"):
+            RotationMotion(axis=(0.0, 0.0, 1.0), **wrong)
+
+
+@pytest.mark.parametrize("step", [1, -1])
+def test_a_prism_has_the_volume_of_its_outline_in_either_sense(step: int) -> None:
+    outline = ((0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 0.2), (0.0, 1.0))[::step]  # concave
+    mesh = prism(outline, 0.5)
+    assert mesh.is_watertight and mesh.is_winding_consistent
+    assert mesh.volume == pytest.approx(0.5 * (2.0 - 0.5 * 2.0 * 0.8))
+    np.testing.assert_allclose(mesh.bounds, [[0.0, -0.25, 0.0], [2.0, 0.25, 1.0]])
+    body = PolygonBody(position=(0, 0, 0), outline=outline, width=0.5, motion=Fixed())
+    assert body_solid(body).mesh.volume == pytest.approx(mesh.volume)
+
+
+def test_an_outline_without_area_or_that_crosses_itself_is_refused() -> None:
+    with pytest.raises(ScenarioError, match="has no area"):
+        PolygonBody(position=(0, 0, 0), outline=((0, 0), (1, 1), (2, 2)), width=1.0, motion=Fixed())
+    crossing = ((0, 0), (2, 0), (0.5, 1), (1.5, 1)), ((0, 0), (2, 0), (0.5, 1.0), (1.5, 1.0), (1.0, -1.0))
+    touching = ((0, 0), (2, 0), (2, 1), (1, 0), (0, 1)), ((0, 0), (1, 0), (2, 0), (1, 0), (0, 1))
+    for outline in (*crossing, *touching):
+        with pytest.raises(ScenarioError, match=r"crosses or touches itself|has no area"):
+            PolygonBody(position=(0, 0, 0), outline=outline, width=1.0, motion=Fixed())
 
 
 def test_motions_of_bodies_start_where_the_body_is() -> None:

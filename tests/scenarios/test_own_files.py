@@ -101,7 +101,7 @@ def test_what_would_be_written_over_is_refused_and_stays(
 def test_a_recording_that_another_run_writes_is_refused_by_name(
     begun: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Checkpoints of the run under way stay too; once it has ended, its recording can be written over."""
+    """Checkpoints of the run under way stay too, even if the new run may replace files."""
     monkeypatch.chdir(begun)
     before = contents(begun)
     for name in ("me.rrd", "other.rrd"):
@@ -109,7 +109,7 @@ def test_a_recording_that_another_run_writes_is_refused_by_name(
             assert main(["run", "mine.toml", *QUICK, "--record", name]) == 2
             assert f"recording {name}: is being written by another run" in capsys.readouterr().err
     with held(Path("me.checkpoints")):
-        assert main(["run", "mine.toml", *QUICK, "--no-record", "--checkpoints", "me.checkpoints"]) == 2
+        assert main(["run", "mine.toml", *QUICK, "--no-record", "--overwrite", "--checkpoints", "me.checkpoints"]) == 2
         assert "me.checkpoints: is being written by another run" in capsys.readouterr().err
     assert contents(begun) == before
 
@@ -129,7 +129,7 @@ def test_the_recording_is_held_while_a_run_writes_it(
     monkeypatch.setattr(SummaryObserver, "step_completed", intrude)
     assert main(["run", str(begun / "mine.toml"), "--record", record]) == 0
     assert codes == [2]
-    assert main(["run", str(begun / "mine.toml"), "--record", record]) == 0
+    assert main(["run", str(begun / "mine.toml"), "--record", record, "--overwrite"]) == 0
 
 
 def test_a_branch_takes_no_name_whose_checkpoints_are_there(begun: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -140,3 +140,18 @@ def test_a_branch_takes_no_name_whose_checkpoints_are_there(begun: Path, monkeyp
     assert (begun / "me-from-0.02s-2.rrd").is_file()
     assert checkpoint_folder(begun / "me-from-0.02s-2.rrd").is_dir()
     assert not list(kept.iterdir())
+
+
+def test_a_second_run_writes_over_no_earlier_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    short = ["run", "still-column", "--set", "fluid.particle_spacing=0.1", "--until", "0.02", "--threads", "1"]
+    assert main(short) == 0
+    kept = Path("still-column.rrd").read_bytes()
+    assert main([*short, "--summary", "one.json"]) == 0
+    assert Path("still-column-2.rrd").is_file() and Path("still-column.rrd").read_bytes() == kept
+    assert main([*short, "--record", "still-column.rrd"]) == 2
+    assert main([*short, "--summary", "one.json"]) == 2
+    assert main([*short, "--record", "new.rrd", "--checkpoints", "still-column.checkpoints"]) == 2
+    assert Path("still-column.rrd").read_bytes() == kept and not Path("new.rrd").exists()
+    assert main([*short, "--record", "still-column.rrd", "--overwrite"]) == 0
+    assert Path("still-column.rrd").read_bytes() != kept

@@ -372,7 +372,7 @@ def test_signals_reach_what_they_are_called_after(folder: Path) -> None:
     ):
         board.set(name, np.array([value]))
         assert board.get(name)[0] == value
-    current, waves, wind = fluid.forcings
+    current, waves, wind, _ = fluid.forcings  # and the drift under the wind
     assert (wind.speed, wind.direction) == (5.0, math.pi / 2)
     assert control.get("tug.wind") == pytest.approx([0.0, 5.0, 0.0], abs=1e-12)
     assert current.velocity == pytest.approx((-0.3, 0.0, 0.0), abs=1e-12)

@@ -1,0 +1,95 @@
+"""The criteria by which an exercise is graded: which count for which kind of deployment, their limits, and a scenario's own.
+
+The page of a debrief shows each criterion with its key, and a scenario, or a trainer's file, changes it by that key.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from oilsim.quantity import quantity
+from scenarios.problems import Problem, suggestion
+from scenarios.schema.quantity_fields import Section
+
+Deployment = Literal["sweep", "containment", "exclusion", "diversion"]
+Statistic = Literal["end", "mean", "largest", "smallest"]
+
+# key: limit up to which it is met, limit up to which it is partly met, weight
+LIMITS: Mapping[str, tuple[float, float, float]] = {
+    "held": (95.0, 80.0, 3.0),
+    "encountered": (90.0, 60.0, 2.0),
+    "clean": (1.0, 5.0, 3.0),
+    "led": (90.0, 60.0, 3.0),
+    "speed": (0.0, 10.0, 2.0),
+    "gap": (8.0, 15.0, 1.0),
+    "lean": (20.0, 35.0, 1.0),
+    "draft": (80.0, 60.0, 1.0),
+    "snatch": (2.0, 3.0, 1.0),
+    "sharing": (15.0, 30.0, 1.0),
+}
+_ANY_BOOM = ("speed", "lean", "draft", "snatch")
+CRITERIA_OF: Mapping[str, tuple[str, ...]] = {
+    "sweep": ("held", "encountered", "speed", "gap", "lean", "draft", "snatch", "sharing"),
+    "containment": ("held", *_ANY_BOOM),
+    "exclusion": ("clean", *_ANY_BOOM),
+    "diversion": ("led", *_ANY_BOOM),
+}
+"""Keys of the criteria that count for each kind of deployment, in the order of the page."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class CriterionSettings(Section):
+    """A change to a criterion, or a criterion of the scenario's own, which measures a recorded series.
+
+    A key of the page changes that criterion's limits or weight, and adds it where the deployment does not have it; the weight 0 leaves it
+    out. Any other key is a new criterion: it needs `series`, `good` and `acceptable`.
+
+    good        limit up to which the criterion is met
+    acceptable  limit up to which it is partly met; it is above `good` if less is better
+    weight      in the grade, beside 1 to 3 of the program's own
+    series      name of a series of the recording, such as ``oil_lost/around_ends`` or ``probes/gauge``, in its own unit
+    statistic   value of the series that counts: at the end, or its mean, largest or smallest value once the boom is settled
+    title, unit, why  text for the page
+    """
+
+    good: float | None = quantity("", default=None)
+    acceptable: float | None = quantity("", default=None)
+    weight: float | None = quantity("", default=None, at_least=0.0)
+    series: str | None = None
+    statistic: Statistic = "end"
+    title: str | None = None
+    unit: str = ""
+    why: str = ""
+
+    def problems(self) -> Iterator[Problem]:
+        """Check that a criterion of the scenario's own has its limits."""
+        for name in ("good", "acceptable"):
+            if self.series is not None and getattr(self, name) is None:
+                yield Problem(name, "is missing, allowed: a number, which a criterion with a series needs")
+
+
+def limits_of(key: str, settings: CriterionSettings | None) -> tuple[float, float, float]:
+    """Return the limits and the weight of a criterion as a scenario sets them."""
+    good, acceptable, weight = LIMITS.get(key, (0.0, 0.0, 1.0))
+    if settings is None:
+        return good, acceptable, weight
+    return (
+        good if settings.good is None else settings.good,
+        acceptable if settings.acceptable is None else settings.acceptable,
+        weight if settings.weight is None else settings.weight,
+    )
+
+
+def criteria_problems(criteria: Mapping[str, CriterionSettings]) -> Iterator[Problem]:
+    """Yield problems of a scenario's criteria together with the program's own."""
+    for key, settings in criteria.items():
+        good, acceptable, _ = limits_of(key, settings)
+        if key not in LIMITS and settings.series is None:
+            hint = suggestion(key, LIMITS) or ","
+            yield Problem(key, f"is unknown{hint} allowed: {', '.join(sorted(LIMITS))}, or another key with a series")
+        elif key in LIMITS and settings.series is not None:
+            yield Problem(f"{key}.series", "is given, allowed: only for a key that the program does not have itself")
+        elif good == acceptable:
+            yield Problem(key, "has equal limits `good` and `acceptable`, allowed: two different limits")

@@ -1,0 +1,83 @@
+"""Remarks on booms before a run: how finely particles resolve the skirt, how much of the section it fills, and to which side it bulges."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import chain
+
+import numpy as np
+
+from booms.resolution import blockage_in_words, skirt_in_words
+from recordings.words import course_in_words
+from scenarios.scenario import Scenario
+from scenarios.schema.exercise import BoomSettings
+from scenarios.setup.fleet import bulge_of
+
+
+def boom_remarks(scenario: Scenario, level: float) -> dict[str, str]:
+    """Return what is to be said of each boom in water up to `level` [m], by ``skirt main`` or ``blockage main``."""
+    return dict(chain.from_iterable(_remarks(name, scenario, level) for name in scenario.booms))
+
+
+def _remarks(name: str, scenario: Scenario, level: float) -> Iterator[tuple[str, str]]:
+    yield (
+        f"skirt {name}",
+        f"boom {name}: {skirt_in_words(scenario.booms[name].skirt_depth, scenario.fluid.particle_spacing)}",
+    )
+    text = _bulge_in_words(scenario.booms[name], scenario)
+    if text:
+        yield f"bulge {name}", f"boom {name}: {text}"
+    text = blockage_in_words(blockage(name, scenario, level))
+    if text:
+        yield f"blockage {name}", f"boom {name}: {text}"
+
+
+def _bulge_in_words(boom: BoomSettings, scenario: Scenario) -> str:
+    """Say to which side a boom between fixed points is laid; empty for one with a vessel at an end."""
+    first, second = boom.ends
+    if isinstance(first, str) or isinstance(second, str):
+        return ""
+    side = 0.5 * math.pi if bulge_of(boom, scenario) == "left" else -0.5 * math.pi
+    toward = math.atan2(second[1] - first[1], second[0] - first[0]) + side
+    bearing = 0.5 * math.pi if scenario.site is None else scenario.site.bearing
+    text = f"it is laid so that it bulges towards {course_in_words(toward, bearing)} degrees of the compass"
+    current = scenario.forcing.current
+    if current is not None and math.cos(current.direction - toward) < -1e-6 and current.speed > 0.0:
+        text += ", against the current, which will swing it over"
+    return text
+
+
+def blockage(name: str, scenario: Scenario, level: float) -> float:
+    """Compute the share [-] of the water's section that a boom and the hulls that tow it fill, across the way of the water.
+
+    The way is that of the tow or of the vessel's first leg under way, or of the current. Open sides do not hold the water in: the share is
+    0 where one lies across. `level` [m] of the still water.
+    """
+    boom, tank = scenario.booms[name], scenario.tank
+    way = _way(boom, scenario)
+    if way is None:
+        return 0.0
+    across = np.array([-math.sin(way), math.cos(way)])
+    axis = int(np.argmax(np.abs(across)))
+    if {f"-{'xy'[axis]}", f"+{'xy'[axis]}"} & set(tank.open):
+        return 0.0
+    vessels = [scenario.vessels[end] for end in boom.ends if isinstance(end, str)]
+    ends = [scenario.vessels[end].position if isinstance(end, str) else end for end in boom.ends]
+    opening = abs(float((np.array(ends[1]) - np.array(ends[0])) @ across))
+    filled = opening * boom.skirt_depth + sum(vessel.beam * vessel.draft for vessel in vessels)
+    section = (tank.upper[axis] - tank.lower[axis]) / abs(across[axis]) * (level - tank.lower[2])
+    return float(min(1.0, filled / section)) if section > 0.0 else 0.0
+
+
+def _way(boom: BoomSettings, scenario: Scenario) -> float | None:
+    """Return the direction [rad] in which the boom goes through the water, or the water past it; None if neither moves."""
+    for end in boom.ends:
+        for leg in scenario.vessels[end].legs if isinstance(end, str) else ():
+            if leg.speed != 0.0:
+                return leg.heading
+    towed = any(isinstance(end, str) for end in boom.ends)
+    if towed and scenario.tow is not None and scenario.tow.speed > 0.0:
+        return scenario.tow.heading
+    current = scenario.forcing.current
+    return None if current is None or current.speed == 0.0 else current.direction

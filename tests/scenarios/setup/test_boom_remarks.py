@@ -1,0 +1,108 @@
+"""Remarks before a run: particles of a skirt, blockage, the side to which a boom bulges, and fills that do not fit the spacing."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+import numpy as np
+import pytest
+
+from scenarios.load import scenario_from
+from scenarios.setup.boom_remarks import blockage, boom_remarks
+from scenarios.setup.cost import estimate
+from scenarios.setup.fill_lattice import misfits
+from scenarios.setup.fleet import place_fleet
+
+MOORED: dict[str, Any] = {
+    "name": "moored",
+    "run": {"duration": 1.0},
+    "fluid": {"particle_spacing": 0.1},
+    "phases": {"sea": {"density": 1025.0, "dynamic_viscosity": 0.001}, "oil": {"oil": "brent"}},
+    "tank": {"lower": [0.0, 0.0, 0.0], "upper": [6.0, 4.0, 1.5], "open": ["+z"], "periodic": ["x"]},
+    "fill": {
+        "sea": {"shape": "slab", "phase": "sea", "bottom": 0.0, "top": 0.8},
+        "oil": {"shape": "block", "phase": "oil", "lower": [1.0, 1.5, 0.8], "upper": [2.0, 2.5, 0.95]},
+    },
+    "forcing": {"current": {"speed": 0.3, "direction": 0.0}},
+    "booms": {
+        "inlet": {
+            "ends": [[3.0, 3.6], [3.0, 0.4]], "length": 3.7, "segments": 12, "skirt_depth": 0.4, "freeboard": 0.2,
+            "buoyancy_to_weight": 6.0,
+        }
+    },
+}  # fmt: skip
+
+
+def changed(**entries: Any) -> Any:
+    """The scenario with entries changed, by paths with double underscores."""
+    data = copy.deepcopy(MOORED)
+    for path, value in entries.items():
+        *tables, key = path.split("__")
+        place = data
+        for table in tables:
+            place = place[table]
+        place[key] = value
+    return scenario_from(data)
+
+
+def test_the_share_of_the_section_that_a_boom_fills() -> None:
+    """Ends 3.2 m apart across the current, 0.4 m deep, in 4 m x 0.8 m: 40 %."""
+    assert blockage("inlet", changed(), 0.8) == pytest.approx(3.2 * 0.4 / (4.0 * 0.8))
+    assert blockage("inlet", changed(forcing__current__direction=np.pi), 0.8) == pytest.approx(0.4)
+    along = changed(forcing__current__direction=0.5 * np.pi)
+    assert blockage("inlet", along, 0.8) == pytest.approx(0.0, abs=1e-12)
+    assert blockage("inlet", changed(tank__open=["+z", "-y"]), 0.8) == 0.0
+    assert blockage("inlet", changed(forcing={}), 0.8) == 0.0
+
+
+def test_remarks_name_particles_blockage_and_side() -> None:
+    told = boom_remarks(changed(), 0.8)
+    assert "its skirt is 4 particles deep" in told["skirt inlet"] and "not to be trusted" in told["skirt inlet"]
+    assert (
+        "it fills 40 % of the water's section" in told["blockage inlet"]
+        and "1.7 times as fast" in told["blockage inlet"]
+    )
+    assert told["bulge inlet"].endswith("bulges towards 090 degrees of the compass")
+    against = boom_remarks(changed(booms__inlet__bulge="right"), 0.8)["bulge inlet"]
+    assert "towards 270" in against and "against the current" in against
+    fine = boom_remarks(changed(fluid__particle_spacing=0.02), 0.8)["skirt inlet"]
+    assert "20 particles deep: loss speeds come out too high" in fine
+    assert set(told.values()) <= set(estimate(changed()).told)
+
+
+@pytest.mark.parametrize(
+    ("bulge", "direction", "side"), [(None, 0.0, 1), (None, np.pi, -1), ("left", np.pi, 1), ("right", 0.0, -1)]
+)
+def test_a_moored_boom_is_laid_down_the_current_or_as_stated(bulge: str | None, direction: float, side: int) -> None:
+    entries: dict[str, Any] = {"forcing__current__direction": direction} | (
+        {"booms__inlet__bulge": bulge} if bulge else {}
+    )
+    problems: list[Any] = []
+    fleet = place_fleet(changed(**entries), 0.8, problems)
+    assert not problems
+    middle = fleet.booms["inlet"].segments[6].position[0]
+    assert side * (middle - 3.0) > 0.5
+
+
+def test_fills_that_do_not_fit_the_spacing_are_told() -> None:
+    scenario = changed()
+    told = misfits(scenario.fill, scenario.tank, 0.1, 3)
+    assert set(told) == {"oil"}
+    assert "its particles hold 200 litres, 1.33 times the 150 litres of its shape" in told["oil"]
+    assert any("1.33 times" in text for text in estimate(scenario).told)
+    assert misfits(scenario.fill, scenario.tank, 0.05, 3) == {}
+    ball = changed(fill__oil={"shape": "sphere", "phase": "oil", "center": [1.5, 2.0, 0.9], "radius": 0.09})
+    assert "fill.oil: its particles hold 8 litres" in misfits(ball.fill, ball.tank, 0.1, 3)["oil"]
+
+
+def test_an_exclusion_needs_its_area() -> None:
+    with pytest.raises(ValueError, match=r"booms.inlet.area has 0 corners, allowed: 3 or more"):
+        changed(booms__inlet__deployment="exclusion")
+    assert (
+        changed(booms__inlet__deployment="exclusion", booms__inlet__area=[[4, 0], [5, 0], [5, 4]]).booms["inlet"].kind
+        == "exclusion"
+    )
+    assert changed().booms["inlet"].kind == "containment"
+    with pytest.raises(ValueError, match=r"criteria.hold is unknown, did you mean 'held'"):
+        scenario_from(MOORED | {"criteria": {"hold": {"weight": 2.0}}})

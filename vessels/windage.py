@@ -1,0 +1,135 @@
+"""The wind's drag on what a floating body shows above the water: freeboard, deck and whatever stands on it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+from coupling.participant import Causality, Status, StepResult, Variable, checked_value, variable_table
+from oilsim.physical_constants import AIR_DENSITY
+
+Array = NDArray[np.float64]
+DRAG_COEFFICIENT = (
+    1.0  # [1] of boxes and hulls in the wind; the rule 26 A (V / 40)^2 kgf of responders, V in knots, is 0.98
+)
+_PANELS = 12.0  # panels of a body's length, by which the waterline cuts its surface finely enough
+
+
+class Windage:
+    """The surface of a body in the wind, by panels: F = 0.5 rho_air Cd A V |V|, with A the area above the water that faces the wind.
+
+    The area is exact for convex bodies; of others, what stands in the lee of the same body counts too.
+    """
+
+    def __init__(self, mesh: trimesh.Trimesh, level: float, drag_coefficient: float = DRAG_COEFFICIENT) -> None:
+        """Take a closed mesh in the body frame [m], and the level [m] of the still water, below which there is no wind."""
+        edge = float(mesh.extents.max()) / _PANELS
+        panels = trimesh.Trimesh(*trimesh.remesh.subdivide_to_size(mesh.vertices, mesh.faces, edge), process=False)
+        self._center, self._level, self._drag = np.array(panels.triangles_center), level, drag_coefficient
+        self._outward = np.array(panels.face_normals) * panels.area_faces[:, None]  # [m2]
+
+    def wrench(self, pose: Array, twist: Array, wind: Array) -> Array:
+        """Compute force [N] and moment [N m] (6,) of a horizontal wind (3,) [m/s] about the body's origin, in the world frame.
+
+        pose (7,) [m, 1] and twist (6,) [m/s, rad/s] of the body.
+        """
+        relative = np.asarray(wind, dtype=np.float64) - twist[:3]
+        relative[2] = 0.0
+        speed = float(np.hypot(relative[0], relative[1]))
+        if speed == 0.0:
+            return np.zeros(6)
+        turn = _matrix(pose[3:])
+        arm = self._center @ turn.T
+        facing = np.maximum(0.0, -(self._outward @ turn.T) @ (relative / speed))
+        facing[arm[:, 2] + pose[2] <= self._level] = 0.0
+        area = float(facing.sum())
+        force = 0.5 * AIR_DENSITY * self._drag * area * speed * relative
+        center = facing @ arm / area if area > 0.0 else np.zeros(3)
+        return np.concatenate([force, np.cross(center, force)])
+
+
+class WindOnBodies:
+    """The wind on floating bodies that no helmsman steers, a `coupling.participant.Participant`.
+
+    Inputs: <body>.pose (7,) [m, 1], <body>.twist (6,) [m/s, rad/s], and one wind (3,) [m/s]. Output: <body>.applied_wrench (6,) [N, N m].
+    """
+
+    name = "wind"
+
+    def __init__(self, bodies: Mapping[str, Windage]) -> None:
+        """Take the surfaces of the bodies by name."""
+        self._bodies = dict(bodies)
+        self._variables = variable_table([Variable("wind", "m/s", (3,), Causality.INPUT), *_variables(list(bodies))])
+        self._values = {name: np.zeros(variable.shape) for name, variable in self._variables.items()}
+        for body in bodies:
+            self._values[f"{body}.pose"][6] = 1.0
+
+    @property
+    def variables(self) -> Mapping[str, Variable]:
+        """Every variable by its name."""
+        return self._variables
+
+    @property
+    def body_names(self) -> tuple[str, ...]:
+        """Names of the bodies in the wind."""
+        return tuple(self._bodies)
+
+    def enter_initialization_mode(self, start_time: float) -> None:
+        """Do nothing: there is nothing to prepare."""
+
+    def exit_initialization_mode(self) -> None:
+        """Do nothing: no value depends on others yet."""
+
+    def get(self, name: str) -> Array:
+        """Return a copy of the variable's value."""
+        return self._values[name].copy()
+
+    def set(self, name: str, value: Array) -> None:
+        """Set a pose, a twist or the wind."""
+        self._values[name] = checked_value(self.name, self._variables, name, value)
+
+    def do_step(self, time: float, step_size: float) -> StepResult:
+        """Choose the wrenches that act from `time` to `time + step_size` [s]."""
+        for body, windage in self._bodies.items():
+            pose, twist = self._values[f"{body}.pose"], self._values[f"{body}.twist"]
+            self._values[f"{body}.applied_wrench"] = windage.wrench(pose, twist, self._values["wind"])
+        return StepResult(Status.OK, time + step_size)
+
+    def save_state(self) -> object:
+        """Return copies of every variable."""
+        return {name: value.copy() for name, value in self._values.items()}
+
+    def restore_state(self, state: object) -> None:
+        """Go back to a state that `save_state` returned; TypeError for anything else."""
+        if not isinstance(state, dict):
+            raise TypeError(
+                f"'wind': restore_state got a {type(state).__name__}, allowed: a state that save_state returned"
+            )
+        self._values = {name: value.copy() for name, value in state.items()}
+
+    def terminate(self) -> None:
+        """Do nothing: the wind holds no resources."""
+
+
+def _variables(bodies: Sequence[str]) -> list[Variable]:
+    given, taken = Causality.INPUT, Causality.OUTPUT
+    found = []
+    for body in bodies:
+        found += [Variable(f"{body}.pose", "m, 1", (7,), given), Variable(f"{body}.twist", "m/s, rad/s", (6,), given)]
+        found.append(Variable(f"{body}.applied_wrench", "N, N m", (6,), taken))
+    return found
+
+
+def _matrix(orientation: Array) -> Array:
+    """Return the rotation matrix (3, 3) of a quaternion xyzw."""
+    x, y, z, w = (float(part) for part in orientation)
+    return np.array(
+        [
+            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)],
+            [2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)],
+            [2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)],
+        ]
+    )
