@@ -253,7 +253,7 @@ def _slick_connections(slick: SlickParticipant | None) -> tuple[Connection, ...]
     """Connect the slick with the motion of the booms; none without a slick, whose code is imported only if there is one."""
     if slick is None:
         return ()
-    from scenarios.setup.parcels import slick_connections
+    from scenarios.setup.at_sea.parcels import slick_connections
 
     return slick_connections(slick)
 

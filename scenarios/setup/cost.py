@@ -20,9 +20,9 @@ from scenarios.problems import Problem, ScenarioError
 from scenarios.scenario import Scenario
 from scenarios.schema.bodies import Fixed
 from scenarios.schema.liquid import BlockFill, Fill, SlabFill, SphereFill, Tank
-from scenarios.setup import particle_free
+from scenarios.setup.at_sea import particle_free
+from scenarios.setup.at_sea.build_sea import build_sea, unused_sea
 from scenarios.setup.fill_lattice import Array, misfits, starting_positions
-from scenarios.setup.sea import build_sea, unused_sea
 
 if TYPE_CHECKING:
     from scenarios.setup.placed_solids import Solid

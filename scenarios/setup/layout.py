@@ -17,12 +17,12 @@ from scenarios.problems import Problem, ScenarioError
 from scenarios.scenario import Scenario
 from scenarios.schema.liquid import Tank
 from scenarios.schema.probe_settings import BodyProbe
+from scenarios.setup.at_sea.build_sea import build_sea
+from scenarios.setup.at_sea.particle_free import is_particle_free, load_bodies
 from scenarios.setup.fill_lattice import empty_regions, placed_regions
 from scenarios.setup.fleet import LINE_RELAXATION_TIME, Fleet, place_fleet, water_density
 from scenarios.setup.fluid import clear_of, pipe_problems, sorted_by_hollow, water_level
-from scenarios.setup.particle_free import is_particle_free, load_bodies
 from scenarios.setup.placed_solids import Solid, own_solids, table_entry, vector
-from scenarios.setup.sea import build_sea
 
 Array = NDArray[np.float64]
 

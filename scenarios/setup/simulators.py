@@ -16,13 +16,13 @@ from coupling.solids.surface_sampling import SurfaceSampling, particles_of, samp
 from oilsim.solver import Fluid
 from scenarios.problems import problems_of
 from scenarios.scenario import Scenario
+from scenarios.setup.at_sea.build_sea import unused_sea
+from scenarios.setup.at_sea.particle_free import is_particle_free, left_out, without_particles
 from scenarios.setup.boom_remarks import boom_remarks
 from scenarios.setup.fleet import Fleet
 from scenarios.setup.fluid import build_fluid
 from scenarios.setup.layout import Layout, lay_out
-from scenarios.setup.particle_free import is_particle_free, left_out, without_particles
 from scenarios.setup.placed_solids import Solid, table_entry
-from scenarios.setup.sea import unused_sea
 from scenarios.setup.thin_bodies import thin_bodies
 
 if TYPE_CHECKING:
@@ -94,7 +94,7 @@ def _slick(written: Scenario, layout: Layout) -> SlickParticipant | None:
     """Build the oil of a run without particles; None in other runs, and without oil."""
     if not is_particle_free(written) or layout.sea is None:
         return None
-    from scenarios.setup.parcels import build_slick
+    from scenarios.setup.at_sea.parcels import build_slick
 
     with problems_of("fill", "cannot become a slick"):
         return build_slick(written, layout.sea, layout.fleet.booms)

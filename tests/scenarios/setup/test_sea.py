@@ -17,10 +17,10 @@ from scenarios.cli import main
 from scenarios.load import load_scenario
 from scenarios.problems import ScenarioError
 from scenarios.running.exercise_fmu import SCENARIO_FILE, exercise_content
-from scenarios.setup.flow_columns import FlowFileError
-from scenarios.setup.flow_files import read_flow
+from scenarios.setup.at_sea.build_sea import build_sea
+from scenarios.setup.at_sea.flow_columns import FlowFileError
+from scenarios.setup.at_sea.flow_files import read_flow
 from scenarios.setup.layout import lay_out
-from scenarios.setup.sea import build_sea
 
 BASIC = """
 name = "bay"

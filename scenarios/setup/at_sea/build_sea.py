@@ -40,8 +40,8 @@ from scenarios.schema.sea import (
     SteadySeaCurrent,
     TidalSeaCurrent,
 )
-from scenarios.setup.flow_columns import FlowFileError
-from scenarios.setup.flow_files import Kind, in_utc, read_flow
+from scenarios.setup.at_sea.flow_columns import FlowFileError
+from scenarios.setup.at_sea.flow_files import Kind, in_utc, read_flow
 
 Built = TypeVar("Built")
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from scipy.io import netcdf_file
 
 from oilsim.sea import FlowTable
-from scenarios.setup.flow_columns import SPELLINGS, UNITS, Column, FlowFileError, in_si, velocity_of
+from scenarios.setup.at_sea.flow_columns import SPELLINGS, UNITS, Column, FlowFileError, in_si, velocity_of
 
 Double = NDArray[np.float64]
 Kind = Literal["wind", "current"]
