@@ -113,7 +113,16 @@ def test_shipped_scenario_runs(name: str) -> None:
     assert set(result) == SUMMARY_KEYS
     assert result["steps"] == 3
     assert set(result["particles"]) == {*scenario.phases, "boundary"}
-    assert set(result["oil_m3"]) == {"released", "afloat", "retained", "free", "lost", "recovered", "ashore"}
+    assert set(result["oil_m3"]) == {
+        "released",
+        "afloat",
+        "retained",
+        "free",
+        "lost",
+        "lost_modelled",
+        "recovered",
+        "ashore",
+    }
     assert set(result["step_ms"]) == {"median", "p95", "max"}
 
 
