@@ -250,7 +250,8 @@ class Fluid(FluidView):
         """Begin a step if none has begun, and fly on for its rest, but not for more than `left`; returns for how long [s]."""
         state = self.state
         if state.to_fly == 0.0:
-            wanted = self._time_step()
+            is_void = len(state.id) == 0 and not self.emitters  # nothing moves, and nothing will
+            wanted = left if is_void else self._time_step()
             state.step = state.to_fly = equal_steps(left, wanted) if self._keeps_step() else wanted
         flight = state.to_fly if state.to_fly <= left * (1.0 + 1e-9) else left
         with self.tools.stage("emitters"):

@@ -8,15 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from oilsim.boundaries.walls import rotation_matrix
+from coupling.rigid.rotations import rotation_matrices
 
 Array = npt.NDArray[np.float64]
 Point = tuple[float, float, float]
 
 
-def _placed(pose: Array, points: Sequence[Point]) -> Array:
-    """Points (N, 3) [m] of a body's frame, in the world."""
-    return np.asarray(pose[:3] + np.asarray(points, np.float64) @ rotation_matrix(pose[3:]).T)
+def _placed(poses: Array, points: Sequence[Point]) -> Array:
+    """Return points (K, 3) [m] of the frames of B bodies in the world, (B, K, 3); poses (B, 7) [m, 1]."""
+    turned = np.einsum("bij,kj->bki", rotation_matrices(poses[:, 3:]), np.asarray(points, np.float64))
+    return np.asarray(poses[:, None, :3] + turned)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,14 +38,16 @@ class BoomBodies:
 
     def nodes(self, poses: Mapping[str, Array]) -> Array:
         """Return the nodes (S + 1, 2) [m]; poses (7,) [m, 1] by body."""
-        ends = np.stack([_placed(poses[body], (self.start, self.end))[:, :2] for body in self.bodies])
+        ends = _placed(self._poses(poses), (self.start, self.end))[:, :, :2]
         inner = 0.5 * (ends[:-1, 1] + ends[1:, 0])
         return np.concatenate([ends[:1, 0], inner, ends[-1:, 1]])
 
-    def draft(self, poses: Mapping[str, Array], level: float) -> Array:
-        """Return the depth of each foot (S,) [m] below a surface at `level` [m], 0 above it; poses (7,) [m, 1] by body."""
-        feet = [_placed(poses[body], (self.foot,))[0, 2] for body in self.bodies]
-        return np.maximum(level - np.array(feet), 0.0)
+    def feet(self, poses: Mapping[str, Array]) -> Array:
+        """Return the feet (S, 3) [m] of the segments; poses (7,) [m, 1] by body."""
+        return _placed(self._poses(poses), (self.foot,))[:, 0]
+
+    def _poses(self, poses: Mapping[str, Array]) -> Array:
+        return np.array([poses[body] for body in self.bodies])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,4 +65,4 @@ class HullBody:
 
     def outline(self, poses: Mapping[str, Array]) -> Array:
         """Return the outline (N, 2) [m]; poses (7,) [m, 1] by body."""
-        return _placed(poses[self.body], self.nodes)[:, :2]
+        return _placed(poses[self.body][None], self.nodes)[0, :, :2]

@@ -11,6 +11,7 @@ The slick does not act on the bodies.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -27,12 +28,19 @@ ACCOUNT = ("released", "afloat", "held", "lost", "stranded", "recovered")
 BY_SEGMENT = {"held_by_segment": "m3", "thickness": "m", "normal_speed": "m/s", "draft": "m"}
 
 
+class Surface(Protocol):
+    """The surface of a sea."""
+
+    def elevation(self, xy: Array, time: float) -> Array:
+        """Return the height (N,) [m] of the surface at places (N, 2) [m] at `time` [s]."""
+
+
 class SlickParticipant:
     """Steps a `Slick` whose barriers named by `booms` and `hulls` follow bodies; see the module for its variables.
 
     flow: motion of floating oil; water: that of the water at the booms' depth, the same if None; loss_rate: closures; level [m] of the
-    surface. Releases and recovery are calls of the slick, between steps. Raises ValueError for a boom that the slick does not
-    have, or has with another number of segments.
+    surface, or the `surface` of a sea with waves, from which the draft of booms is measured. Releases and recovery are calls of the slick,
+    between steps. Raises ValueError for a boom that the slick does not have, or has with another number of segments.
     """
 
     def __init__(
@@ -46,8 +54,9 @@ class SlickParticipant:
         loss_rate: LossRate = no_loss,
         water: SurfaceFlow | None = None,
         level: float = 0.0,
+        surface: Surface | None = None,
     ) -> None:
-        self._name, self._slick, self._level = name, slick, level
+        self._name, self._slick, self._level, self._surface = name, slick, level, surface
         self._flow, self._water, self._loss_rate = flow, water, loss_rate
         self._booms, self._hulls = tuple(booms), tuple(hulls)
         self._rows = {boom.name: slick.barriers.rows(boom.name) for boom in booms}
@@ -58,6 +67,7 @@ class SlickParticipant:
         named = [*(body for boom in booms for body in boom.bodies), *(hull.body for hull in hulls)]
         self._bodies = list(dict.fromkeys(named))
         self._inputs: dict[str, Array] = {}
+        self._start = 0.0
         self._account = slick.account
         inputs = [Variable(f"{body}.pose", "m, 1", (7,), Causality.INPUT) for body in self._bodies]
         self._variables = variable_table([*inputs, *self._declared_outputs()])
@@ -90,14 +100,15 @@ class SlickParticipant:
         return self._slick
 
     def enter_initialization_mode(self, start_time: float) -> None:
-        """Do nothing: a slick has no clock."""
+        """Note the time [s] at which the barriers are first seen."""
+        self._start = start_time
 
     def exit_initialization_mode(self) -> None:
         """Put the barriers where their bodies are; ValueError for a body whose pose has not been set."""
         lacking = [f"{body}.pose" for body in self._bodies if f"{body}.pose" not in self._inputs]
         if lacking:
             raise ValueError(f"{self._name!r}: inputs {', '.join(lacking)} are not set, allowed: a connection for each")
-        self._move_barriers()
+        self._move_barriers(self._start)
         self._slick.barriers.settle()
         self.observe()
 
@@ -143,16 +154,18 @@ class SlickParticipant:
 
     def do_step(self, time: float, step_size: float) -> StepResult:
         """Go from `time` to `time + step_size` [s] in one step of the slick."""
-        self._move_barriers()
+        self._move_barriers(time + step_size)
         self._slick.step(self._flow, time, step_size, self._loss_rate, water=self._water)
         self.observe()
         return StepResult(Status.OK, time + step_size)
 
-    def _move_barriers(self) -> None:
-        """Tell the slick where the bodies are."""
+    def _move_barriers(self, time: float) -> None:
+        """Tell the slick where the bodies are at `time` [s]."""
         poses = {body: self._inputs[f"{body}.pose"] for body in self._bodies}
         for boom in self._booms:
-            self._slick.move(boom.name, boom.nodes(poses), boom.draft(poses, self._level))
+            feet = boom.feet(poses)
+            heights = self._level if self._surface is None else self._surface.elevation(feet[:, :2], time)
+            self._slick.move(boom.name, boom.nodes(poses), np.maximum(heights - feet[:, 2], 0.0))
         for hull in self._hulls:
             self._slick.move(hull.name, hull.outline(poses))
 

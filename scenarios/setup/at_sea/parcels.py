@@ -105,7 +105,7 @@ def build_slick(written: Scenario, sea: Sea, booms: Mapping[str, BoomLayout]) ->
             ]
         ),
         water=WaterFlow(sea, DEPTH * deepest),
-        level=sea.description.level,
+        surface=sea,
     )
 
 
