@@ -78,7 +78,8 @@ class Vessel:
     """A vessel: its hull, machinery, course and place at the start.
 
     course: the orders of its helmsman, None without one; position (x, y) [m]: of midships at the start; heading [rad]: counter-clockwise
-    about z from +x; tow_point (3,) [m]: in the body frame, where a tow line is made fast.
+    about z from +x; tow_point (3,) [m]: in the body frame, where a tow line is made fast. engine_runs: without its engine, a vessel has
+    neither thrust nor steering.
     """
 
     name: str
@@ -90,6 +91,7 @@ class Vessel:
     tow_point: tuple[float, float, float]
     gains: ControlGains = field(default_factory=ControlGains)
     superstructure: Superstructure | None = None
+    engine_runs: bool = True
 
     def initial_pose(self, water_level: float) -> tuple[Array, Array]:
         """Return position (3,) [m] of the centre of mass and orientation (4,) xyzw at the start, afloat at the design draft."""

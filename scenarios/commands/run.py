@@ -33,6 +33,12 @@ def _add_run_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--picture", type=Path, metavar="FILE.png", help="draw a picture of the run")
     parser.add_argument("--live", action="store_true", help="show the run in the viewer while it runs")
     parser.add_argument(
+        "--pace",
+        type=float,
+        metavar="X",
+        help="keep to the clock: X simulated seconds a second (default: as fast as it can)",
+    )
+    parser.add_argument(
         "--checkpoints", type=Path, metavar="FOLDER", help="folder for saved states (default: FILE.checkpoints)"
     )
 
@@ -108,6 +114,8 @@ def _run_options(options: argparse.Namespace, record: Path | None, source: Path 
         picture=options.picture,
         live=options.live,
         source=source,
+        takes_orders=True,
+        pace=options.pace,
     )
 
 
@@ -121,6 +129,8 @@ def _contradictions(options: argparse.Namespace) -> Iterator[Problem]:
         seconds = getattr(options, name)
         if seconds is not None and not (math.isfinite(seconds) and seconds > 0.0):
             yield Problem(f"--{name}", f"is {seconds} s, allowed: above 0 s")
+    if options.pace is not None and not (math.isfinite(options.pace) and options.pace > 0.0):
+        yield Problem("--pace", f"is {options.pace}, allowed: above 0, for example 1 for real time")
     if options.resume is None and options.scenario is None:
         yield Problem("NAME-or-FILE", "is missing, allowed: a scenario's name or file, or --resume FILE")
     if options.demo and options.resume is not None and options.scenario is None:

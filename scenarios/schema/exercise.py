@@ -29,6 +29,11 @@ def segment_names(boom: str, count: int) -> tuple[str, ...]:
     return tuple(f"boom/{boom}/segment-{index:02d}" for index in range(count))
 
 
+def joint_name(boom: str, number: int) -> str:
+    """Return the name of a joint of a boom, counted from 1 at its first end."""
+    return f"boom/{boom}/joint-{number:02d}"
+
+
 @dataclass(frozen=True, kw_only=True)
 class LegSettings(Section):
     """Orders from `start` [s] until the next leg: speed [m/s] over the ground, and heading [rad].
@@ -71,6 +76,7 @@ class VesselSettings(Section):
     yaw_moment    [N m] largest steering moment
     side_thrust   [N] of transverse thrusters
     acceleration  [m/s2] at which the vessel approaches an ordered speed
+    engine        "running", or "stopped": no thrust and no steering, whatever is ordered
     """
 
     shape: Literal["wigley", "barge"] = "barge"
@@ -86,6 +92,7 @@ class VesselSettings(Section):
     yaw_moment: float = quantity_of(Propulsion, "yaw_moment")
     side_thrust: float = quantity_of(Propulsion, "side_thrust")
     acceleration: float = quantity_of(ControlGains, "acceleration", default=0.1)
+    engine: Literal["running", "stopped"] = "running"
 
     def problems(self) -> Iterator[Problem]:
         """Check that the deck lies above the water, and that the legs are in the order of time."""
@@ -114,6 +121,7 @@ class BoomSettings(Section):
     tow_line            [m] length of line between each end and its vessel
     line_stiffness      [N] axial stiffness EA of these lines, which then only pull, have no mass and may be winched; without it, the lines
                         are rigid links
+    parted              numbers of the joints that have parted, counted from 1 at the first end to segments - 1
     """
 
     ends: tuple[str | Point2, str | Point2]
@@ -126,6 +134,7 @@ class BoomSettings(Section):
     ballast_fraction: float = quantity_of(BoomDesign, "ballast_fraction")
     tow_line: float = quantity("m", default=0.0, at_least=0.0)
     line_stiffness: float | None = quantity("N", default=None, above=0.0)
+    parted: tuple[int, ...] = ()
 
     @property
     def end_labels(self) -> tuple[str, ...]:
@@ -133,6 +142,9 @@ class BoomSettings(Section):
         return tuple(end if isinstance(end, str) else f"end-{index}" for index, end in enumerate(self.ends))
 
     def problems(self) -> Iterator[Problem]:
-        """Check that an elastic line has a length."""
+        """Check that an elastic line has a length, and that joints that part are there."""
         if self.line_stiffness is not None and self.tow_line == 0.0:
             yield Problem("line_stiffness", "is given, allowed: only with tow_line above 0 m")
+        last = self.segments - 1
+        if not all(0 < number <= last for number in self.parted) or len(set(self.parted)) < len(self.parted):
+            yield Problem("parted", f"is {list(self.parted)}, allowed: numbers from 1 to {last}, each once")

@@ -114,6 +114,7 @@ def _vessel(name: str, settings: VesselSettings, scenario: Scenario) -> Vessel:
         position=settings.position,
         heading=settings.heading,
         tow_point=(float(x), float(y), float(z)),
+        engine_runs=settings.engine == "running",
         gains=ControlGains(acceleration=settings.acceleration, speed_bandwidth=TOWING_BANDWIDTH),
     )
 
