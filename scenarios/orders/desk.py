@@ -63,7 +63,7 @@ class OrderDesk:
         """Take the one request of a sender, and pass on the answer when the run gives it."""
         self._senders += 1
         try:
-            with suppress(OSError, TimeoutError):
+            with suppress(OSError, TimeoutError, asyncio.CancelledError):  # cancelled as the run ends
                 writer.write(await self._heard(reader))
                 async with asyncio.timeout(SLOWEST):
                     await writer.drain()

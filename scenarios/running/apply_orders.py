@@ -31,9 +31,9 @@ def give_orders(assembly: Assembly, scenario: Scenario) -> None:
         course = course_of(scenario.vessels[control.vessel.name], scenario)
         if course is not None and course != control.vessel.course:
             control.change_course(course)
-    for control in assembly.parts.controls.values():
-        runs = scenario.vessels[control.vessel.name].engine == "running"
-        control.vessel = replace(control.vessel, engine_runs=runs)
+    for station in assembly.parts.controls.values():
+        runs = scenario.vessels[station.vessel.name].engine == "running"
+        station.vessel = replace(station.vessel, engine_runs=runs)
     _part(assembly, scenario)
     assembly.scoring.take_orders([control.vessel for control in assembly.controls])
     for pipe in pipes:

@@ -27,7 +27,9 @@ from scenarios.running.pace import MOST_BEHIND, Pace
 from scenarios.running.run import RunOptions, resume, run_scenario
 from scenarios.running.verify import verify
 from scenarios.scenario import Scenario
+from scenarios.schema.sea import JonswapSeaWaves, SteadySeaWind
 from scenarios.text.toml import read_toml
+from tests.docs.guide import DOCS, commands
 
 STEP = 0.02
 PACE = 0.25  # slow enough for a few orders
@@ -204,7 +206,7 @@ def test_what_may_not_be_ordered_changes_nothing_and_is_told(
             "tow.speed=0.5",
             "fluid.particle_spacing=0.1",
         ): "fluid.particle_spacing cannot be changed during a run, allowed: tow.speed",
-        ("tow.speed=900",): "tow.speed is 900, allowed: 0 or more and at most 20",
+        ("tow.speed=900",): "tow.speed is 900.0, allowed: 0 or more and at most 20 m/s",
         ("tow.spede=0.5",): "tow.spede is unknown, did you mean 'speed'?",
         ("tow.speed",): "order is 'tow.speed', allowed: key=value",
         ("run.duration=9",): "run.duration cannot be changed during a run",
@@ -244,7 +246,7 @@ def test_wrong_loud_and_slow_senders_do_not_disturb_the_run(tmp_path: Path) -> N
         assert b"cannot be read" in _answer(card, b"[" * 50_000 + b"\n")
         assert b"allowed: up to 65536" in _answer(card, b"x" * (LONGEST + 10) + b"\n")
         for token in ("", "wrong", "\N{LATIN SMALL LETTER E WITH ACUTE}"):
-            assert b"token is not that of this run" in _answer(card, request_line("pause", [], token))
+            assert b"is not that of this run" in _answer(card, request_line("pause", [], token))
         for content in (
             '"settings": [7]',
             '"settings": ["a=1\\nb=2"]',
@@ -275,6 +277,24 @@ def _answer(card: RunCard, line: bytes) -> bytes:
             link.sendall(line)
             link.shutdown(socket.SHUT_WR)
         return link.recv(65536)
+
+
+def test_orders_of_the_guide(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Every order to the sweep, as it stands on the page, to a smaller boom in waves and wind."""
+    monkeypatch.chdir(tmp_path)
+    orders = [call for call in commands(DOCS / "guides" / "orders.md") if call[:2] == ["order", "sweep.rrd"]]
+    scenario, record = tow(duration=0.2), tmp_path / "sweep.rrd"
+    waves = JonswapSeaWaves(significant_height=0.2, peak_period=3.0, direction=0.0, count=20)
+    boom = replace(scenario.booms["main"], segments=22)
+    sea = replace(scenario.sea, waves=waves, wind=SteadySeaWind(speed=5.0, direction=0.0))
+    with going_on(replace(scenario, sea=sea, booms={"main": boom}), record):
+        pause(record)
+        for call in orders:
+            assert main(call) == 0
+    assert len(orders) == len([text for text in said(record) if text.startswith("orders")]) + 1 == 6
+    assert_made_again(record)
 
 
 def test_only_the_user_reaches_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
