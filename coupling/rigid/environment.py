@@ -48,7 +48,7 @@ class MetEnvironment:
 
     @property
     def is_met(self) -> bool:
-        """Whether the loads at the present instant are known."""
+        """True if the loads at the present instant are known."""
         return self._loads is not None
 
     def forget(self) -> None:

@@ -43,7 +43,7 @@ class OrderDesk:
 
     @property
     def is_empty(self) -> bool:
-        """Whether no request waits."""
+        """True if no request waits."""
         return self._waiting.empty()
 
     def take(self, patience: float = 0.0) -> Request | None:
