@@ -67,10 +67,20 @@ class Action:
         """The text of the order's event; `settings_of` reads it back."""
         return f"{_ORDERED}{shlex.join(self.settings)}"
 
+    @property
+    def texts(self) -> set[str]:
+        """The texts that its event may have: older recordings have the settings without quotes."""
+        return {self.text, f"{_ORDERED}{' '.join(self.settings)}"}
+
 
 def settings_of(text: str) -> tuple[str, ...]:
-    """Return the settings that the text of an event orders; none if it is no order's text."""
-    return tuple(shlex.split(text.removeprefix(_ORDERED))) if text.startswith(_ORDERED) else ()
+    """Return the settings that the text of an event orders; none if it is no order's text. ScenarioError for one that is damaged."""
+    if not text.startswith(_ORDERED):
+        return ()
+    try:
+        return tuple(shlex.split(text.removeprefix(_ORDERED)))
+    except ValueError as error:
+        raise ScenarioError([Problem("the event", f"{text!r} cannot be read: {error}")], "oilsim") from error
 
 
 @dataclass(frozen=True, kw_only=True)

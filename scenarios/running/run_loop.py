@@ -124,10 +124,9 @@ class RunLoop:
             self.simulation.initialize()
             self._tell()
         else:
-            before = sum(action.index < restart.index for action in self.plan.actions)
-            self._given = int(restart.state.get("orders_given", before))
-            give_orders(self._assembly, self.plan.scenario_after(self._given))
             with fitting(restart.source):
+                self._given = self._given_before(restart)
+                give_orders(self._assembly, self.plan.scenario_after(self._given))
                 begin_from(restart.state, self.simulation, self._assembly)
                 for name, keeper in self._keepers.items():
                     if name in restart.state:
@@ -139,6 +138,15 @@ class RunLoop:
             self.simulation.emit(f"no checkpoints: {self._assembly.why_not_kept}", level="warning", source="oilsim")
         if self._checkpoints is not None and self._checkpoints.is_due(0):
             self._save(self._checkpoints, asked=False)
+
+    def _given_before(self, restart: Restart) -> int:
+        """Return how many actions of the plan were given before the checkpoint; ValueError for a number that cannot be."""
+        before = sum(action.index < restart.index for action in self.plan.actions)
+        until = sum(action.index <= restart.index for action in self.plan.actions)
+        given = int(restart.state.get("orders_given", before))
+        if not before <= given <= until:
+            raise ValueError(f"it was saved after {given} orders, allowed: {before} to {until}")
+        return given
 
     def _tell(self) -> None:
         """Tell observers what the accounts and warnings of the last step found."""

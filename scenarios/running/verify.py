@@ -81,13 +81,14 @@ def _plan_of(replay: Replay, threads: int | None) -> Plan:
 def _with_orders(plan: Plan, replay: Replay) -> Plan:
     """Add the orders that came while the run went on: the events of the log that are not of its plan."""
     step = plan.scenario.run.communication_step
-    planned = Counter((action.index, action.settings) for action in plan.actions)
+    planned = Counter((action.index, text) for action in plan.actions for text in action.texts)
     for event in replay.events:
-        settings = settings_of(event.text) if event.source == "instructor" else ()
+        if event.source != "instructor":
+            continue
         index = round(event.time / step)
-        if planned[index, settings] > 0:
-            planned[index, settings] -= 1
-        elif settings:
+        if planned[index, event.text] > 0:
+            planned[index, event.text] -= 1
+        elif settings := settings_of(event.text):
             plan = plan.ordered(settings, index)
     return plan
 

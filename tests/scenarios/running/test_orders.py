@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import json
+import signal
 import socket
 import stat
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from rich.console import Console
 
+from coupling.fmu.trial_process import STOPPING
 from recordings.replay.recording import Replay
 from scenarios.cli import main
 from scenarios.load import load_scenario, scenario_from
@@ -25,6 +27,7 @@ from scenarios.problems import ScenarioError
 from scenarios.running.checkpoints import find_restart
 from scenarios.running.pace import MOST_BEHIND, Pace
 from scenarios.running.run import RunOptions, resume, run_scenario
+from scenarios.running.run_requests import RunRequests
 from scenarios.running.verify import verify
 from scenarios.scenario import Scenario
 from scenarios.schema.sea import JonswapSeaWaves, SteadySeaWind
@@ -73,8 +76,10 @@ def tow(**terms: float) -> Scenario:
 
 
 @contextmanager
-def going_on(scenario: Scenario, record: Path, *, resumed: bool = False, pace: float | None = PACE) -> Iterator[None]:
-    """Run in a thread, from the start or from the last checkpoint of ``whole.rrd``; it has ended after the block."""
+def going_on(
+    scenario: Scenario, record: Path, *, resumed: bool = False, pace: float | None = PACE, code: int = 0
+) -> Iterator[None]:
+    """Run in a thread, from the start or from the last checkpoint of ``whole.rrd``; it has ended with that exit code after the block."""
     options = RunOptions(record=record, summary=record.with_suffix(".json"), takes_orders=True, pace=pace)
     codes: list[int] = []
 
@@ -97,9 +102,9 @@ def going_on(scenario: Scenario, record: Path, *, resumed: bool = False, pace: f
         yield
     finally:
         with suppress(ScenarioError, NoAnswerError):
-            go_on(record)  # so that a failing test ends
+            go_on(record, patience=30.0)  # so that a failing test ends
         thread.join(250)
-    assert codes == [0]
+    assert codes == [code]
 
 
 def said(record: Path, source: str = "instructor") -> list[str]:
@@ -148,28 +153,39 @@ def test_orders_change_the_run_are_events_and_are_verified(tmp_path: Path) -> No
     assert_made_again(second)
 
 
-def test_checkpoint_in_a_pause_holds_the_orders_given_there(tmp_path: Path) -> None:
-    """A run that was stopped after an order, at the same communication point, goes on with it as if it had not been stopped."""
-    record = tmp_path / "whole.rrd"
-    with going_on(tow(duration=0.2), record):
-        pause(record)
-        order(record, "sea.wind={kind='steady', speed=9, direction=1}", "booms.main.parted=[2]")
-        order(record, "tow.speed=0.1")
-        order(record, "tow.speed=0.3")
-        go_on(record)
-    restart = find_restart(record)
-    assert restart.state["orders_given"] == 3
-    assert [action.index for action in restart.plan.actions] == [0, 0, 0]
-    with going_on(tow(duration=0.4), tmp_path / "second.rrd", resumed=True, pace=None):
+def test_run_that_is_stopped_in_a_pause_goes_on_with_the_orders_given_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """To the last bit as if it had not been stopped; a checkpoint with another number of orders is refused."""
+    first, second, third = (tmp_path / f"{name}.rrd" for name in ("whole", "second", "third"))
+    requests = RunRequests()
+    orders = [
+        ("sea.wind={kind='steady', speed=9, direction=1}", "booms.main.parted=[2]"),
+        ("tow.speed=0.1",),
+        ("tow.speed=0.3",),
+    ]
+    with monkeypatch.context() as patch:
+        patch.setattr("scenarios.running.run.requests_by_posix_signal", lambda: nullcontext(requests))
+        with going_on(tow(), first, code=128 + signal.SIGTERM):
+            pause(first)
+            for settings in orders:
+                order(first, *settings)
+            requests.ask(signal.SIGTERM)
+    STOPPING.clear()
+    restart = find_restart(first)
+    assert (restart.index, restart.state["orders_given"], len(restart.plan.actions)) == (0, 3, 3)
+    with going_on(tow(duration=0.2), second, resumed=True, pace=None):
         pass
-    with going_on(tow(duration=0.4), tmp_path / "third.rrd", pace=None):
+    with going_on(tow(duration=0.2), third, pace=None):
         pause("tow")
-        order("tow", "sea.wind={kind='steady', speed=9, direction=1}", "booms.main.parted=[2]")
-        order("tow", "tow.speed=0.1")
-        order("tow", "tow.speed=0.3")
+        for settings in orders:
+            order("tow", *settings)
         go_on("tow")
-    second, third = (summary(tmp_path / f"{name}.rrd") for name in ("second", "third"))
-    assert second["state_hash"] == third["state_hash"] is not None
+    assert summary(second)["state_hash"] == summary(third)["state_hash"] is not None
+    assert_made_again(second)
+    damaged = replace(restart, state={**restart.state, "orders_given": 7})
+    assert resume(damaged, options=RunOptions(summary=tmp_path / "damaged.json"), console=QUIET) == 1
+    assert "saved after 7 orders, allowed: 0 to 3" in summary(tmp_path / "damaged.rrd")["ended"]
 
 
 def test_wind_waves_and_a_release_are_added_to_water_of_particles(tmp_path: Path) -> None:
