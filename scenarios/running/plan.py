@@ -207,26 +207,24 @@ def _require_orders(scenario: Scenario, settings: Sequence[str]) -> None:
     """
     before = as_data(scenario)
     problems: list[Problem] = []
-    readable = []
+    readable: dict[str, tuple[str, ...]] = {}
     for setting in settings:
         try:
-            keys, _ = parse_override(setting)
             _with_setting(before, setting)
+            readable[setting] = parse_override(setting)[0]
         except ScenarioError as error:
             problems.extend(error.problems)
-            continue
-        unfelt = _why_unfelt(keys, scenario)
-        if unfelt:
-            problems.append(Problem(f"--set {'.'.join(keys)}", unfelt))
-        else:
-            readable.append(setting)
+    felt = [setting for setting, keys in readable.items() if not _why_unfelt(keys, scenario)]
     try:
-        after = as_data(_with_settings(scenario, readable))
+        after = as_data(_with_settings(scenario, felt))
     except ScenarioError as error:
         problems.extend(error.problems)
         after = before
-    for setting in readable:
-        problems.extend(_not_orders(parse_override(setting)[0], before, after))
+    for setting, keys in readable.items():
+        if setting in felt:
+            problems.extend(_not_orders(keys, before, after))
+        else:
+            problems.append(Problem(f"--set {'.'.join(keys)}", _why_unfelt(keys, scenario)))
     problems.extend(_mended(before, after))
     if problems:
         raise ScenarioError(problems, "oilsim")
