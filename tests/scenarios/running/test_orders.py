@@ -11,6 +11,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import replace
+from io import StringIO
 from pathlib import Path
 
 import pytest
@@ -332,6 +333,9 @@ def test_only_the_user_reaches_the_run(tmp_path: Path, monkeypatch: pytest.Monke
     folder.chmod(0o755)
     with pytest.raises(ScenarioError, match="has the mode 755"):
         order("tow", "tow.speed=1")
+    console = Console(file=StringIO(), width=500)
+    assert run_scenario(tow(duration=0.04), options=RunOptions(takes_orders=True), console=console) == 0
+    assert "no orders can be given while this run goes on" in console.file.getvalue()
 
 
 def test_card_of_a_killed_run_is_removed(tmp_path: Path) -> None:
