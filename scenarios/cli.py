@@ -1,4 +1,4 @@
-"""The `oilsim` command: list, check, run and sweep scenarios; replay, debrief, compare, verify, export and repair recordings.
+"""The `oilsim` command: list, check, run and sweep scenarios, give orders to runs, and replay, compare, verify and export recordings.
 
 Exit codes: 0 done; 1 a run failed (its recording up to then is kept) or a difference was found; 2 bad input (the message says what,
 where, and what is allowed).
@@ -21,6 +21,7 @@ from scenarios.commands import (
     export,
     export_fmu,
     list,
+    order,
     repair,
     replay,
     report,
@@ -33,7 +34,7 @@ from scenarios.exit_codes import BAD_INPUT, INTERRUPTED
 from scenarios.problems import ScenarioError
 
 COMMANDS = (
-    list, check, run, sweep, replay, debrief, compare, verify, report, export, repair, signals, build_fmu, export_fmu,
+    list, check, run, order, sweep, replay, debrief, compare, verify, report, export, repair, signals, build_fmu, export_fmu,
 )  # fmt: skip
 
 

@@ -111,10 +111,14 @@ class VesselControl:
         """Choose the wrench that acts from `time` to `time + step_size` [s]."""
         self._take_orders(time)
         position, heading, surge, sway, turn_rate = self._motion()
-        offset = self._lane_offset(position)
-        thrust = self._thrust(surge, step_size)
-        side = self._side_thrust(offset, sway, step_size)
-        moment = self._yaw_moment(heading, turn_rate, self._bow_correction(offset, step_size), step_size)
+        if self.vessel.engine_runs:
+            offset = self._lane_offset(position)
+            thrust = self._thrust(surge, step_size)
+            side = self._side_thrust(offset, sway, step_size)
+            moment = self._yaw_moment(heading, turn_rate, self._bow_correction(offset, step_size), step_size)
+        else:  # its integrals wait, and it will get under way from the speed that it then drifts at
+            thrust, side, moment = 0.0, 0.0, 0.0
+            self._state.ramped_speed = surge
         pose, twist, wind = (self._values[f"{self.vessel.name}.{what}"] for what in ("pose", "twist", "wind"))
         wrench = planar_wrench(heading, thrust, side, moment) + self.vessel.wind_wrench(pose, twist, wind)
         outputs = {"thrust": thrust, "side_thrust": side, "yaw_moment": moment, "speed": surge, "heading": heading}

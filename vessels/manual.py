@@ -65,6 +65,8 @@ class ManualControl:
         thrust = min(max(self._order("thrust"), -propulsion.astern_pull), propulsion.bollard_pull)
         side = min(max(self._order("side_thrust"), -propulsion.side_thrust), propulsion.side_thrust)
         moment = min(max(self._order("yaw_moment"), -propulsion.yaw_moment), propulsion.yaw_moment)
+        if not self.vessel.engine_runs:
+            thrust, side, moment = 0.0, 0.0, 0.0
         outputs = {"thrust": thrust, "side_thrust": side, "yaw_moment": moment, "speed": surge, "heading": heading}
         for name, value in outputs.items():
             self._values[f"{vessel}.{name}"] = np.array(value)

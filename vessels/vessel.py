@@ -80,7 +80,8 @@ class Vessel:
 
     course: the orders of its helmsman, None without one; position (x, y) [m]: of midships at the start; heading [rad]: counter-clockwise
     about z from +x; tow_point (3,) [m]: in the body frame, where a tow line is made fast; superstructure, windage: what stands in the
-    wind on deck, and the hull above the water; None where the wind does not act.
+    wind on deck, and the hull above the water; None where the wind does not act. engine_runs: without its engine, a vessel has neither
+    thrust nor steering.
     """
 
     name: str
@@ -93,6 +94,7 @@ class Vessel:
     gains: ControlGains = field(default_factory=ControlGains)
     superstructure: Superstructure | None = None
     windage: Windage | None = None
+    engine_runs: bool = True
 
     def initial_pose(self, water_level: float) -> tuple[Array, Array]:
         """Return position (3,) [m] of the centre of mass and orientation (4,) xyzw at the start, afloat at the design draft."""

@@ -105,6 +105,10 @@ class BulletClient:
             self._call(pybullet.setCollisionFilterPair, first.unique_id, second_id, -1, -1, 0)
         return joint
 
+    def remove_joint(self, joint: int) -> None:
+        """Remove a joint by its handle; its bodies still do not collide with each other."""
+        self._call(pybullet.removeConstraint, joint)
+
     def joint_force(self, joint: int) -> Array:
         """Return the force (3,) [N] of a joint on its first body in the last step."""
         return -np.array(self._call(pybullet.getConstraintState, joint)[:3])

@@ -41,7 +41,7 @@ class MetEnvironment:
     """An environment and the rows of the bodies that it loads, in its order; it keeps `state` up to date."""
 
     def __init__(self, environment: Environment, rows: list[int], state: RigidBodyState) -> None:
-        self._environment, self._rows, self._state = environment, rows, state
+        self.environment, self._rows, self._state = environment, rows, state
         self._loads: BodyLoads | None = None
         self._sub_step = 0.0
         self._impulse = np.zeros((0, 6))
@@ -69,7 +69,7 @@ class MetEnvironment:
         if self._loads is not None and sub_step == self._sub_step:
             return False
         if self._loads is None:
-            self._loads = self._environment.loads(time, state.pose[rows], state.twist[rows])
+            self._loads = self.environment.loads(time, state.pose[rows], state.twist[rows])
         self._sub_step = sub_step
         state.sea_load[rows] = self._loads.wrench
         state.resist(rows, self._loads.added_mass + sub_step * self._loads.damping)

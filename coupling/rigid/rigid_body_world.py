@@ -61,6 +61,7 @@ class RigidBodyWorld:
         self._bodies: dict[str, Body] = {}
         self._encounters = Encounters()
         self._joints: dict[str, int] = {}
+        self._parted: list[str] = []
         self._tensions: dict[str, float] = {}
         self.lines = Lines()
         self._point_joints: list[PointJoint] = []
@@ -105,7 +106,7 @@ class RigidBodyWorld:
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """Names of all joints, in the order in which they were added."""
+        """Names of the joints that hold, in the order in which they were added."""
         return tuple(self._joints)
 
     def add_body(
@@ -182,7 +183,7 @@ class RigidBodyWorld:
         Two joints on a line make a hinge. Jointed bodies do not collide with each other. Raises ValueError for a name in use, an unknown
         body or another kind.
         """
-        if name in self._joints:
+        if name in self._joints or name in self._parted:
             raise ValueError(f"rigid bodies: joint {name!r} is added twice, allowed: each name once")
         if kind != "point":
             raise ValueError(f"rigid bodies: joint {name!r} is of the kind {kind!r}, allowed: 'point'")
@@ -202,6 +203,21 @@ class RigidBodyWorld:
         row = -1 if second is None else second.row
         self._point_joints.append(PointJoint(first.row, row, first_point, second_point))
         self._held = self._articulation = None
+
+    def part_joint(self, name: str) -> None:
+        """Let a joint part: from now on it holds nothing, and its tension is 0. ValueError for one that does not hold.
+
+        The bodies that it held pass through each other, as before: they overlap where the joint was.
+        """
+        if name not in self._joints:
+            raise ValueError(f"rigid bodies: joint {name!r} does not hold, allowed: {', '.join(self._joints)}")
+        place = list(self._joints).index(name)
+        self._client.remove_joint(self._joints.pop(name))
+        del self._point_joints[place], self._tensions[name]
+        self._parted.append(name)
+        for body in self._bodies.values():
+            body.is_jointed = any(body.row in (joint.first, joint.second) for joint in self._point_joints)
+        self._held = self._articulation = self._accelerations = None
 
     def add_line(
         self,
@@ -239,6 +255,18 @@ class RigidBodyWorld:
                 f"rigid bodies: the environment loads {held[0]!r}, which is not free, allowed: free bodies"
             )
         self._sea, self._articulation = MetEnvironment(environment, rows, self._state), None
+
+    @property
+    def environment(self) -> Environment | None:
+        """The sea that loads bodies; None without one."""
+        return None if self._sea is None else self._sea.environment
+
+    def change_environment(self, environment: Environment) -> None:
+        """Let another sea load the bodies that one loads already, from now on; ValueError without one."""
+        if self._sea is None:
+            raise ValueError("rigid bodies: no environment can be changed, allowed: after set_environment")
+        self._sea.environment = environment
+        self._sea_changed()
 
     def sea_wrench(self, name: str) -> Array:
         """Return the wrench (6,) [N, N m] of the environment on a body, mean over the last advance."""
@@ -300,6 +328,8 @@ class RigidBodyWorld:
         """Return the magnitude of the force [N] in a joint or a line, mean over the last advance; ValueError for an unknown name."""
         if name in self.lines.names:
             return self.lines.tension(name)
+        if name in self._parted:
+            return 0.0
         if name not in self._joints:
             raise ValueError(f"rigid bodies: joint {name!r} does not exist, allowed: {', '.join(self._joints)}")
         return self._tensions[name]

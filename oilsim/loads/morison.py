@@ -26,6 +26,7 @@ Damping is the derivative of both by the body's twist. Source: Morison et al. 19
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from typing import NamedTuple
 
 import numpy as np
@@ -82,6 +83,12 @@ class FloatingBodies:
         self._densities = np.array([sea.description.density, AIR_DENSITY, sea.description.gravity])
         self._parts, self._stations = stacked_parts(models), stacked_stations(models)
         self._count = len(models)
+
+    def in_sea(self, sea: Sea) -> FloatingBodies:
+        """Return the same bodies afloat in another sea, of water of the same density and gravity."""
+        other = copy(self)
+        other.sea = sea
+        return other
 
     def loads(self, time: float, pose: Array, twist: Array) -> BodyLoads:
         """Return the loads at `time` [s]; pose (B, 7) [m, 1] with quaternions xyzw, twist (B, 6) [m/s, rad/s]."""

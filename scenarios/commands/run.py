@@ -43,6 +43,12 @@ def _add_run_options(parser: argparse.ArgumentParser) -> None:
         help="let this run replace the recording, summary or picture of an earlier one",
     )
     parser.add_argument(
+        "--pace",
+        type=float,
+        metavar="X",
+        help="keep to the clock: X simulated seconds a second (default: as fast as it can)",
+    )
+    parser.add_argument(
         "--checkpoints", type=Path, metavar="FOLDER", help="folder for saved states (default: FILE.checkpoints)"
     )
 
@@ -124,6 +130,8 @@ def _run_options(options: argparse.Namespace, record: Path | None, source: Path 
         live=options.live,
         overwrite=options.overwrite,
         source=source,
+        takes_orders=True,
+        pace=options.pace,
     )
 
 
@@ -137,6 +145,8 @@ def _contradictions(options: argparse.Namespace) -> Iterator[Problem]:
         seconds = getattr(options, name)
         if seconds is not None and not (math.isfinite(seconds) and seconds > 0.0):
             yield Problem(f"--{name}", f"is {seconds} s, allowed: above 0 s")
+    if options.pace is not None and not (math.isfinite(options.pace) and options.pace > 0.0):
+        yield Problem("--pace", f"is {options.pace}, allowed: above 0, for example 1 for real time")
     if options.resume is None and options.scenario is None:
         yield Problem("NAME-or-FILE", "is missing, allowed: a scenario's name or file, or --resume FILE")
     if options.demo and options.resume is not None and options.scenario is None:

@@ -1,29 +1,84 @@
-"""Orders during a run: how they reach helmsmen, current, waves, wind and pipes."""
+"""Orders during a run: how they reach helmsmen, engines, booms, current, waves, wind, pipes and the sea without particles."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+from itertools import islice
+
+from oilsim.emitter import PipeEmitter
 from oilsim.forcing import AiryWaves, Wind
+from oilsim.loads.morison import FloatingBodies
+from scenarios.problems import ScenarioError
 from scenarios.running.assembly import Assembly
 from scenarios.scenario import Scenario
-from scenarios.setup.fleet import course_of
+from scenarios.schema.exercise import joint_name
+from scenarios.setup.at_sea.build_sea import build_sea
+from scenarios.setup.at_sea.particle_free import without_particles
+from scenarios.setup.fleet import course_of, water_density
+from scenarios.setup.fluid import forcings_of, pipe_of, pipe_problems
 from scenarios.signals.weather_inputs import set_current, set_wind
 
 
 def give_orders(assembly: Assembly, scenario: Scenario) -> None:
-    """Bring every part to what `scenario` says of it; it differs from the assembly's own in `plan.ORDER_KEYS` only."""
+    """Bring every part to what `scenario` says of it; it differs from the assembly's own by orders that `plan` allows.
+
+    Raises ScenarioError, and changes nothing, if a new part cannot be made.
+    """
+    felt = without_particles(scenario)
+    environment = _environment(assembly, felt)
+    pipes = _new_pipes(assembly, felt)
     for control in assembly.controls:
         course = course_of(scenario.vessels[control.vessel.name], scenario)
         if course is not None and course != control.vessel.course:
             control.change_course(course)
+    for station in assembly.parts.controls.values():
+        runs = scenario.vessels[station.vessel.name].engine == "running"
+        station.vessel = replace(station.vessel, engine_runs=runs)
+    _part(assembly, scenario)
     assembly.scoring.take_orders([control.vessel for control in assembly.controls])
-    for emitter, pipe in zip(assembly.fluid.emitters, scenario.emitters.values(), strict=True):
-        emitter.speed = pipe.speed
-    _drive(assembly, scenario)
+    for pipe in pipes:
+        assembly.fluid.add_emitter(pipe)
+    for emitter, settings in zip(assembly.fluid.emitters, felt.emitters.values(), strict=True):
+        emitter.speed = settings.speed
+    if environment is not None and assembly.world is not None:
+        assembly.world.change_environment(environment)
+    _drive(assembly, felt)
+
+
+def _part(assembly: Assembly, scenario: Scenario) -> None:
+    """Let the joints of booms part that have parted in `scenario` and still hold."""
+    for boom, settings in scenario.booms.items():
+        for number in settings.parted:
+            joint = joint_name(boom, number)
+            if assembly.world is not None and joint in assembly.world.joint_names:
+                assembly.world.part_joint(joint)
+                assembly.scoring.take_parting(boom, number)
+
+
+def _environment(assembly: Assembly, scenario: Scenario) -> FloatingBodies | None:
+    """Return the bodies afloat in the sea of `scenario`; None in a run whose bodies no such sea loads."""
+    present = None if assembly.world is None else assembly.world.environment
+    sea = build_sea(scenario, water_density(scenario)) if isinstance(present, FloatingBodies) else None
+    return None if sea is None or not isinstance(present, FloatingBodies) else present.in_sea(sea)
+
+
+def _new_pipes(assembly: Assembly, scenario: Scenario) -> list[PipeEmitter]:
+    """Create the pipes that the fluid does not have yet; ScenarioError for those that reach into a body or out of the tank."""
+    spacing, known = scenario.fluid.particle_spacing, len(assembly.fluid.emitters)
+    fresh = dict(islice(scenario.emitters.items(), known, None))
+    if fresh:
+        problems = list(pipe_problems(replace(scenario, emitters=fresh), assembly.present_meshes()))
+        if problems:
+            raise ScenarioError(problems, "oilsim")
+    return [pipe_of(settings, spacing) for settings in fresh.values()]
 
 
 def _drive(assembly: Assembly, scenario: Scenario) -> None:
-    """Set current, waves and wind as in `scenario`."""
-    settings = scenario.forcing
+    """Set current, waves and wind as in `scenario`; one that is not there yet takes the place that it would have had from the start."""
+    settings, forcings = scenario.forcing, assembly.fluid.forcings
+    for place, forcing in enumerate(forcings_of(scenario, assembly.level)):
+        if place == len(forcings) or type(forcings[place]) is not type(forcing):
+            forcings.insert(place, forcing)
     if settings.current is not None:
         set_current(assembly.fluid, assembly.scoring, settings.current.speed, settings.current.direction)
     if settings.wind is not None:
@@ -31,7 +86,7 @@ def _drive(assembly: Assembly, scenario: Scenario) -> None:
         set_wind(
             parts.fluid, parts.controls.values(), parts.wind_on_bodies, settings.wind.speed, settings.wind.direction
         )
-    for forcing in assembly.fluid.forcings:
+    for forcing in forcings:
         if isinstance(forcing, AiryWaves) and settings.waves is not None:
             forcing.height = settings.waves.height
         elif isinstance(forcing, Wind) and settings.wind is not None:

@@ -27,6 +27,7 @@ from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of
 from scenarios.schema.fmu_settings import ORDER_BOARD, READING_BOARD, connections_of
 from scenarios.setup.fleet import Fleet
+from scenarios.setup.placed_solids import Solid
 from scenarios.setup.run_description import describe_run
 from scenarios.setup.simulators import Simulators, build_simulators
 from scenarios.signals.signal_participant import SignalBoard
@@ -44,6 +45,8 @@ from vessels.manual import ManualControl
 from vessels.windage import Windage, WindOnBodies
 
 if TYPE_CHECKING:
+    from trimesh import Trimesh
+
     from coupling.fmu.isolated_fmu import Fmu
     from coupling.participants.slick import SlickParticipant
 
@@ -55,10 +58,13 @@ class Assembly:
     fluid, world: the simulators themselves, for whoever wants more than the participants' variables; coupled: names of the
     bodies that exchange motion and wrench with the fluid; fleet: vessels and booms; accounts: scores and sums, advanced by the master;
     remarks: what a run falls short of; parts: what signals reach into; exchange, ledger: how bodies meet the fluid, and the accounts
-    of it; slick: the oil of a run without particles, None of another; fmus: those that take part.
+    of it; slick: the oil of a run without particles, None of another; fmus: those that take part; solids: all bodies as placed at the
+    start; level: of the still water [m].
     """
 
     scenario: Scenario
+    solids: tuple[Solid, ...]
+    level: float
     fluid: Fluid
     world: RigidBodyWorld | None
     fluid_participant: FluidParticipant
@@ -106,6 +112,14 @@ class Assembly:
         counts = {name: len(self.fluid.phase_ids(name)) for name in self.scenario.phases}
         return counts | {"boundary": self.fluid.boundary_count}
 
+    def present_meshes(self) -> dict[str, Trimesh]:
+        """Return the meshes [m] of all bodies that the liquid meets, by name, where they are now."""
+        return {
+            solid.name: solid.world_mesh(pose=None if self.world is None else self.world.pose(solid.name))
+            for solid in self.solids
+            if solid.wetted
+        }
+
     def co_simulation(self, observers: Sequence[Observer] = ()) -> CoSimulation:
         """Create the coupled run with these observers."""
         simulation = CoSimulation(
@@ -143,6 +157,8 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
     orders, readings = _boards(scenario, parts)
     return Assembly(
         scenario=scenario,
+        solids=simulators.solids,
+        level=simulators.level,
         fluid=simulators.fluid,
         world=world,
         fluid_participant=bodies.fluid,

@@ -103,6 +103,10 @@ class CheckpointWriter:
         except OSError as error:
             raise CheckpointError(folder, f"cannot be written: {error.strerror or error}") from error
 
+    def follow(self, plan: Plan) -> None:
+        """Write `plan`, to which orders were added, into the checkpoints from now on."""
+        self._plan = plan
+
     def is_due(self, index: int) -> bool:
         """Tell whether a checkpoint is due at a communication point without a request."""
         return self._every > 0 and index % self._every == 0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatch
@@ -24,14 +25,34 @@ ORDER_KEYS = (
     "tow.speed",
     "tow.heading",
     "vessels.*.legs",
+    "vessels.*.engine",
+    "booms.*.parted",
     "forcing.current.speed",
     "forcing.current.direction",
     "forcing.wind.speed",
     "forcing.wind.direction",
     "forcing.wind.gustiness",
     "forcing.waves.height",
+    "sea.current.speed",
+    "sea.current.direction",
+    "sea.wind.speed",
+    "sea.wind.direction",
+    "sea.wind.gust_intensity",
+    "sea.waves.height",
+    "sea.waves.significant_height",
     "emitters.*.speed",
 )
+# Tables that an order may add to a run that began without them.
+NEW_TABLES = (
+    "forcing.current",
+    "forcing.wind",
+    "forcing.waves",
+    "sea.current",
+    "sea.wind",
+    "sea.waves",
+    "emitters.*",
+)
+_ORDERED = "orders "  # how the text of an order's event begins
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,6 +61,26 @@ class Action:
 
     index: int
     settings: tuple[str, ...]
+
+    @property
+    def text(self) -> str:
+        """The text of the order's event; `settings_of` reads it back."""
+        return f"{_ORDERED}{shlex.join(self.settings)}"
+
+    @property
+    def texts(self) -> set[str]:
+        """The texts that its event may have: older recordings have the settings without quotes."""
+        return {self.text, f"{_ORDERED}{' '.join(self.settings)}"}
+
+
+def settings_of(text: str) -> tuple[str, ...]:
+    """Return the settings that the text of an event orders; none if it is no order's text. ScenarioError for one that is damaged."""
+    if not text.startswith(_ORDERED):
+        return ()
+    try:
+        return tuple(shlex.split(text.removeprefix(_ORDERED)))
+    except ValueError as error:
+        raise ScenarioError([Problem("the event", f"{text!r} cannot be read: {error}")], "oilsim") from error
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,11 +102,13 @@ class Plan:
 
     def scenario_at(self, index: int) -> Scenario:
         """Return the scenario with all changes up to and at the communication point `index`."""
+        return self.scenario_after(sum(action.index <= index for action in self.actions))
+
+    def scenario_after(self, count: int) -> Scenario:
+        """Return the scenario with the changes of the first `count` actions."""
         scenario = self.scenario
-        for action in self.actions:
-            if action.index <= index:
-                for setting in action.settings:
-                    scenario = _with_setting(scenario, setting)[0]
+        for action in self.actions[:count]:
+            scenario = _with_settings(scenario, action.settings)
         return scenario
 
     def settings_due(self, index: int) -> tuple[str, ...]:
@@ -78,24 +121,36 @@ class Plan:
         Later actions are dropped, because the run now differs. Raises ScenarioError, which names every setting that is neither.
         """
         plan = replace(self, actions=tuple(action for action in self.actions if action.index <= index))
-        now = plan.scenario_at(index)
         orders: list[str] = []
         problems: list[Problem] = []
         for setting in _last_of_each(settings):
             try:
-                if _kind(now, setting) == "term":
+                if _is_term(plan.scenario_at(index), setting):
                     overrides = tuple(_last_of_each((*plan.overrides, setting)))
-                    plan = replace(plan, scenario=_with_setting(plan.scenario, setting)[0], overrides=overrides)
+                    plan = replace(plan, scenario=_with_settings(plan.scenario, [setting]), overrides=overrides)
                 else:
-                    now = _with_setting(now, setting)[0]
                     orders.append(setting)
             except ScenarioError as error:
                 problems.extend(error.problems)
+        try:
+            plan = plan.ordered(orders, index) if orders else plan
+        except ScenarioError as error:
+            problems.extend(error.problems)
         if problems:
             raise ScenarioError(problems, "oilsim")
-        if orders:
-            plan = replace(plan, actions=(*plan.actions, Action(index=index, settings=tuple(orders))))
-        plan.scenario_at(index)  # orders that contradict each other are found here
+        return plan
+
+    def ordered(self, settings: Sequence[str], index: int) -> Plan:
+        """Return the plan with these orders at the communication point `index`, after those that it has there; later ones stay.
+
+        Raises ScenarioError, which names every setting that cannot be ordered, and what a scenario may not be.
+        """
+        orders = tuple(_last_of_each(settings))
+        _require_orders(self.scenario_at(index), orders)
+        place = sum(action.index <= index for action in self.actions)
+        action = Action(index=index, settings=orders)
+        plan = replace(self, actions=(*self.actions[:place], action, *self.actions[place:]))
+        plan.scenario_after(len(plan.actions))  # orders that contradict each other are found here
         return plan
 
     def as_data(self) -> dict[str, Any]:
@@ -139,56 +194,102 @@ def _last_of_each(settings: Sequence[str]) -> list[str]:
     return [settings[place] for place in sorted(last.values())]
 
 
-def _kind(scenario: Scenario, setting: str) -> str:
-    """Tell whether a setting is a "term" or an "order"; ScenarioError if it can only be changed before a run.
-
-    A setting that changes nothing is classified by its key: an order is given, and logged, even if it already holds.
-    """
+def _is_term(scenario: Scenario, setting: str) -> bool:
+    """Return whether a setting is one of the terms of a run, which its course does not depend on, rather than an order."""
     keys, _ = parse_override(setting)
-    missing = _missing_part(scenario, keys)
-    if missing:
-        raise ScenarioError(
-            [
-                Problem(
-                    f"--set {'.'.join(keys)}",
-                    f"changes {missing}, but the run was started without it; allowed: tables that the run has",
-                )
-            ]
-        )
-    paths = _with_setting(scenario, setting)[1] or _entries_of(keys, scenario)
-    if all(_matches(path, TERM_KEYS) for path in paths):
-        return "term"
-    for path in paths:
-        if not _matches(path, ORDER_KEYS):
-            allowed = ", ".join(path for path in (*ORDER_KEYS, *TERM_KEYS[:2]))
-            raise ScenarioError([Problem(f"--set {path}", f"cannot be changed during a run, allowed: {allowed}")])
-    return "order"
+    return all(_matches(path, TERM_KEYS) for path in _entries_of(keys, as_data(scenario)))
 
 
-def _with_setting(scenario: Scenario, setting: str) -> tuple[Scenario, list[str]]:
-    """Apply one setting to the scenario; return the scenario, and the paths of all entries that differ."""
+def _require_orders(scenario: Scenario, settings: Sequence[str]) -> None:
+    """Raise ScenarioError unless all settings, given together, are orders to a run of this scenario.
+
+    A setting that changes nothing is judged by its key: an order is given, and logged, even if it already holds.
+    """
     before = as_data(scenario)
-    changed = scenario_from(with_override(before, *parse_override(setting)))
-    old, new = dict(_leaves(before)), dict(_leaves(as_data(changed)))
-    return changed, sorted(path for path in old.keys() | new.keys() if old.get(path) != new.get(path))
+    problems: list[Problem] = []
+    readable: dict[str, tuple[str, ...]] = {}
+    for setting in settings:
+        try:
+            _with_setting(before, setting)
+            readable[setting] = parse_override(setting)[0]
+        except ScenarioError as error:
+            problems.extend(error.problems)
+    felt = [setting for setting, keys in readable.items() if not _why_unfelt(keys, scenario)]
+    try:
+        after = as_data(_with_settings(scenario, felt))
+    except ScenarioError as error:
+        problems.extend(error.problems)
+        after = before
+    for setting, keys in readable.items():
+        if setting in felt:
+            problems.extend(_not_orders(keys, before, after))
+        else:
+            problems.append(Problem(f"--set {'.'.join(keys)}", _why_unfelt(keys, scenario)))
+    problems.extend(_mended(before, after))
+    if problems:
+        raise ScenarioError(problems, "oilsim")
 
 
-def _entries_of(keys: Sequence[str], scenario: Scenario) -> list[str]:
+def _why_unfelt(keys: Sequence[str], scenario: Scenario) -> str:
+    """Say why nothing in a run of this scenario feels an entry; empty if something does."""
+    table, is_bare = keys[0], scenario.run.detail == "none"
+    if table == "tow" and scenario.tow is None:
+        return "changes tow, but the run was started without it; allowed: tables that the run has"
+    if table == "emitters" and is_bare:
+        return 'cannot be ordered: run.detail is "none", and no liquid is simulated; allowed: in runs with particles'
+    if table == "forcing" and is_bare and scenario.sea is not None:
+        return 'is not felt: run.detail is "none", and the weather is that of [sea]; allowed: sea.current, sea.wind, sea.waves'
+    if table == "sea" and not (is_bare and scenario.sea is not None):
+        return "is not felt by any part of this run; allowed: forcing.current, forcing.wind, forcing.waves"
+    return ""
+
+
+def _mended(before: Mapping[str, Any], after: Mapping[str, Any]) -> Iterator[Problem]:
+    """Yield the booms of which joints would hold again that have parted."""
+    for name, boom in before.get("booms", {}).items():
+        mended = [number for number in boom["parted"] if number not in after["booms"][name]["parted"]]
+        if mended:
+            text = f"leaves out {mended}, allowed: {boom['parted']}, which have parted, and more"
+            yield Problem(f"--set booms.{name}.parted", text)
+
+
+def _not_orders(keys: tuple[str, ...], before: Mapping[str, Any], after: Mapping[str, Any]) -> Iterator[Problem]:
+    """Yield a problem for every entry under a key, among all that changed, that can only be set before a run."""
+    old, new = dict(_leaves(before)), dict(_leaves(after))
+    changed = sorted(path for path in old.keys() | new.keys() if old.get(path) != new.get(path))
+    for path in [path for path in changed if _overlap(path, keys)] or _entries_of(keys, before):
+        if not _matches(path, ORDER_KEYS) and not _is_new(path, before):
+            added = f"what a run began without: {', '.join(NEW_TABLES)}; with --resume: {', '.join(TERM_KEYS[:2])}"
+            yield Problem(f"--set {path}", f"cannot be changed during a run, allowed: {', '.join(ORDER_KEYS)}; {added}")
+
+
+def _is_new(path: str, before: Mapping[str, Any]) -> bool:
+    """Return whether a path lies in a table that an order may add, and that is not there before."""
+    outer, _, rest = path.partition(".")
+    name = rest.partition(".")[0]
+    return _matches(f"{outer}.{name}", NEW_TABLES) and name not in before.get(outer, {})
+
+
+def _with_settings(scenario: Scenario, settings: Sequence[str]) -> Scenario:
+    """Return the scenario with all settings, given together; ScenarioError if that is none."""
+    data = as_data(scenario)
+    for setting in settings:
+        data = _with_setting(data, setting)
+    return scenario_from(data)
+
+
+def _with_setting(data: Mapping[str, Any], setting: str) -> dict[str, Any]:
+    return with_override(data, *parse_override(setting))
+
+
+def _overlap(path: str, keys: Sequence[str]) -> bool:
+    """Return whether a path, in any spelling, is what a key names, contains it, or lies in it."""
+    return all(part in spellings(key) for part, key in zip(path.split("."), keys, strict=False))
+
+
+def _entries_of(keys: Sequence[str], data: Mapping[str, Any]) -> list[str]:
     """List the paths of all entries that a key, in any spelling, names, contains or lies in; the key itself if there is none."""
-    found = [
-        path
-        for path, _ in _leaves(as_data(scenario))
-        if all(part in spellings(key) for part, key in zip(path.split("."), keys, strict=False))
-    ]
-    return found or [".".join(keys)]
-
-
-def _missing_part(scenario: Scenario, keys: Sequence[str]) -> str:
-    """Return the optional table that a setting concerns, if the run does not have it."""
-    if keys[0] == "tow" and scenario.tow is None:
-        return "tow"
-    part = keys[1] if keys[0] == "forcing" and len(keys) > 1 else ""
-    return f"forcing.{part}" if part and getattr(scenario.forcing, part, "") is None else ""
+    return [path for path, _ in _leaves(data) if _overlap(path, keys)] or [".".join(keys)]
 
 
 def _leaves(data: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:

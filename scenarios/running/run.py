@@ -20,7 +20,9 @@ from scenarios.exit_codes import FAILED
 from scenarios.problems import Problem, ScenarioError
 from scenarios.running.assembly import Assembly, build
 from scenarios.running.checkpoints import Restart, checkpoint_folder, checkpoint_writer
+from scenarios.running.instructor import Instructor
 from scenarios.running.output_paths import require_apart
+from scenarios.running.pace import Pace
 from scenarios.running.plan import Plan
 from scenarios.running.recorder_options import grid, thinning
 from scenarios.running.run_loop import RunLoop
@@ -33,6 +35,7 @@ from scenarios.watch.progress import ProgressDisplay
 
 if TYPE_CHECKING:
     from recordings.sink.recorder import Recorder
+    from scenarios.orders.desk import OrderDesk
 
 _PICTURE_ENDINGS = (".png", ".jpg", ".pdf", ".svg")  # of what matplotlib draws, what is of use
 
@@ -43,6 +46,7 @@ class RunOptions:
 
     checkpoints: folder for them; by default that of the recording, and none without a recording.
     overwrite: whether they may replace files that are there. source: the scenario's file, which none of them may be.
+    takes_orders: whether `oilsim order` reaches the run while it goes on; pace: simulated seconds a second, None as fast as it can.
     """
 
     record: Path | None = None
@@ -52,6 +56,8 @@ class RunOptions:
     live: bool = False
     overwrite: bool = False
     source: Path | None = None
+    takes_orders: bool = False
+    pace: float | None = None
 
     @property
     def checkpoint_folder(self) -> Path | None:
@@ -101,6 +107,8 @@ def _run(plan: Plan, restart: Restart | None, options: RunOptions, console: Cons
         summary = SummaryObserver(assembly)
         folder = options.checkpoint_folder
         checkpoints = None if folder is None else stack.enter_context(checkpoint_writer(folder, plan))
+        pace = None if options.pace is None else Pace(options.pace)
+        desk = _desk(scenario.name, options, stack, console) if options.takes_orders else None
         with ProgressDisplay(scenario.name, scenario.run.duration, console) as progress:
             loop = RunLoop(
                 plan,
@@ -109,17 +117,31 @@ def _run(plan: Plan, restart: Restart | None, options: RunOptions, console: Cons
                 requests=requests,
                 keepers={"summary": summary} | ({"recorder": recorder} if recorder else {}),
                 checkpoints=checkpoints,
+                instructor=None if desk is None and pace is None else Instructor(desk, pace),
             )
             error = loop.run(restart)
     summary.state_hash = loop.state_hash
     if error is not None and not summary.reason.startswith("failed"):
         summary.reason = f"failed: {error}"  # it was told of the end before what failed there
-    result = summary.summary(loop.simulation.communication_point.time, plan.changes)
+    result = summary.summary(loop.simulation.communication_point.time, loop.plan.changes)
+    result["pace"] = None if pace is None else pace.figures()
     _print_result(console, result, options)
     failures = [*([] if error is None else [str(error)]), *_leave(result, options, drawn=error is None)]
     for failure in failures:
         console.print(f"oilsim: {failure}", style="red", highlight=False, markup=False)
     return FAILED if failures else requests.exit_code
+
+
+def _desk(name: str, options: RunOptions, stack: ExitStack, console: Console) -> OrderDesk | None:
+    """Open the desk for orders until the stack is closed; None, which is told, where there is no place for it."""
+    from scenarios.orders.desk import open_desk
+
+    try:
+        return stack.enter_context(open_desk(name, options.record))
+    except OSError as error:
+        told = f"oilsim: no orders can be given while this run goes on: {error}"
+        console.print(told, style="yellow", highlight=False, markup=False)
+        return None
 
 
 def _leave(result: dict[str, Any], options: RunOptions, *, drawn: bool) -> Iterator[str]:
@@ -246,6 +268,11 @@ def _print_result(console: Console, result: dict[str, Any], options: RunOptions)
         times = result["step_ms"]
         table.add_row("time per step", f"median {times['median']:.1f} ms, 95 % below {times['p95']:.1f} ms")
         table.add_row("density error", f"mean {100 * result['density_error']['mean']:.3f} %")
+    pace = result["pace"]
+    if pace is not None:
+        lag = f"95 % of the steps less than {pace['lag_ms']['p95']:.0f} ms behind the clock"
+        late = f"; the clock was set back by {pace['set_back_s']:.1f} s in all" if pace["set_back_s"] else ""
+        table.add_row("pace", f"{pace['pace']:g} {'kept' if pace['kept'] else 'not kept'}: {lag}{late}")
     table.add_row("particles", ", ".join(f"{name} {count:,}" for name, count in result["particles"].items()))
     if result["left_the_tank"]:
         table.add_row(

@@ -1,8 +1,12 @@
-"""The loop of a run, step by step: orders given when they are due, checkpoints written, and an orderly end whatever happens."""
+"""The loop of a run, step by step: orders given when they are due or when they come, checkpoints written, and an orderly end.
+
+An order acts at a communication point. Orders are given one by one, also where several belong to one point, so that a run that is
+made again gets them exactly as the first one did.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, Protocol
@@ -21,6 +25,7 @@ from scenarios.running.checkpoints import (
     run_state,
     run_state_hash,
 )
+from scenarios.running.instructor import Instructor
 from scenarios.running.plan import Plan
 from scenarios.running.run_requests import RunRequests
 
@@ -47,14 +52,17 @@ class RunLoop:
         requests: RunRequests,
         keepers: Mapping[str, Keeper],
         checkpoints: CheckpointWriter | None,
+        instructor: Instructor | None = None,
     ) -> None:
         """`keepers` are the observers, by name, whose accounts belong into checkpoints; `checkpoints` None: none are written.
 
-        Nor are they with an FMU whose state cannot be kept; `state_hash` stays None then.
+        Nor are they with an FMU whose state cannot be kept; `state_hash` stays None then. `instructor`: gives orders while it runs.
         """
-        self.simulation = simulation
+        self.simulation, self.plan = simulation, plan
         self.state_hash: str | None = None
-        self._plan, self._assembly = plan, assembly
+        self._assembly = assembly
+        self._given = 0  # actions of the plan
+        self._instructor = instructor
         self._requests, self._keepers = requests, {"totals": assembly.accounts.totals, **keepers}
         self._checkpoints = checkpoints
 
@@ -63,11 +71,13 @@ class RunLoop:
         simulation, requests = self.simulation, self._requests
         try:
             self.begin(restart)
-            while requests.stop is None and not self._is_done():
+            while self._goes_on():
                 self.step()
                 if not simulation.is_running:
                     return None  # a participant has ended it
                 self._save_if_due()
+                if self._instructor is not None:
+                    self._instructor.keep_time(self)
             if requests.stop is not None:
                 self._save_and_say()
             elif self._checkpoints is not None:
@@ -83,10 +93,30 @@ class RunLoop:
 
     def step(self) -> None:
         """Give the orders that are due, make one communication step, and tell what happened in it."""
-        self._give_orders()
+        self._give_planned()
         self.simulation.step()
         if self.simulation.is_running:
             self._tell()
+
+    def order(self, settings: Sequence[str]) -> None:
+        """Give orders that are not in the plan, here and now, and take them into it.
+
+        Raises ScenarioError, and gives none of them, if they are not allowed.
+        """
+        self._give_planned()
+        index = self.simulation.communication_point.index
+        plan = self.plan.ordered(settings, index)
+        give_orders(self._assembly, plan.scenario_after(self._given + 1))
+        self.plan = plan
+        if self._checkpoints is not None:
+            self._checkpoints.follow(plan)
+        self._count_given()
+
+    def take_requests(self) -> bool:
+        """Write a checkpoint if one is asked for; return whether a stop is."""
+        if self._requests.take_checkpoint():
+            self._save_and_say()
+        return self._requests.stop is not None
 
     def begin(self, restart: Restart | None = None) -> None:
         """Begin at the start, or at the state of a checkpoint, which is the first checkpoint of this run too."""
@@ -94,8 +124,9 @@ class RunLoop:
             self.simulation.initialize()
             self._tell()
         else:
-            give_orders(self._assembly, self._plan.scenario_at(restart.index - 1))
             with fitting(restart.source):
+                self._given = self._given_before(restart)
+                give_orders(self._assembly, self.plan.scenario_after(self._given))
                 begin_from(restart.state, self.simulation, self._assembly)
                 for name, keeper in self._keepers.items():
                     if name in restart.state:
@@ -108,23 +139,42 @@ class RunLoop:
         if self._checkpoints is not None and self._checkpoints.is_due(0):
             self._save(self._checkpoints, asked=False)
 
+    def _given_before(self, restart: Restart) -> int:
+        """Return how many actions of the plan were given before the checkpoint; ValueError for a number that cannot be."""
+        before = sum(action.index < restart.index for action in self.plan.actions)
+        until = sum(action.index <= restart.index for action in self.plan.actions)
+        given = int(restart.state.get("orders_given", before))
+        if not before <= given <= until:
+            raise ValueError(f"it was saved after {given} orders, allowed: {before} to {until}")
+        return given
+
     def _tell(self) -> None:
         """Tell observers what the accounts and warnings of the last step found."""
         remarks = self._assembly.remarks.look(self._assembly.report())
         for notice in [*self._assembly.scoring.take_notices(), *remarks]:
             self.simulation.emit(notice.text, level=notice.level, source=notice.source)
 
+    def _goes_on(self) -> bool:
+        """Return whether the run makes another step; the instructor is heard before."""
+        if self._requests.stop is None and not self._is_done() and self._instructor is not None:
+            self._instructor.attend(self)
+        return self._requests.stop is None and not self._is_done()
+
     def _is_done(self) -> bool:
-        run = self._plan.scenario.run
+        run = self.plan.scenario.run
         return self.simulation.communication_point.time >= run.duration - 1e-6 * run.communication_step
 
-    def _give_orders(self) -> None:
-        """Give the orders of the plan at this communication point."""
-        index = self.simulation.communication_point.index
-        settings = self._plan.settings_due(index)
-        if settings:
-            give_orders(self._assembly, self._plan.scenario_at(index))
-            self.simulation.emit(f"orders {' '.join(settings)}", source="instructor")
+    def _give_planned(self) -> None:
+        """Give the orders of the plan at this communication point, one after the other, as they were given before."""
+        index, actions = self.simulation.communication_point.index, self.plan.actions
+        while self._given < len(actions) and actions[self._given].index <= index:
+            give_orders(self._assembly, self.plan.scenario_after(self._given + 1))
+            self._count_given()
+
+    def _count_given(self) -> None:
+        """Count the next action of the plan as given, and tell observers."""
+        self.simulation.emit(self.plan.actions[self._given].text, source="instructor")
+        self._given += 1
 
     def _save_if_due(self) -> None:
         """Write a checkpoint at its time or when asked for."""
@@ -149,4 +199,5 @@ class RunLoop:
     def _save(self, checkpoints: CheckpointWriter, *, asked: bool) -> Path:
         state = run_state(self.simulation, self._assembly)
         state |= {name: keeper.save_state() for name, keeper in self._keepers.items()}
+        state["orders_given"] = self._given
         return checkpoints.write(self.simulation.communication_point.index, state, asked=asked)

@@ -30,6 +30,11 @@ def segment_names(boom: str, count: int) -> tuple[str, ...]:
     return tuple(f"boom/{boom}/segment-{index:02d}" for index in range(count))
 
 
+def joint_name(boom: str, number: int) -> str:
+    """Return the name of a joint of a boom, counted from 1 at its first end."""
+    return f"boom/{boom}/joint-{number:02d}"
+
+
 @dataclass(frozen=True, kw_only=True)
 class LegSettings(Section):
     """Orders from `start` [s] until the next leg: speed [m/s] over the ground, and heading [rad].
@@ -73,6 +78,7 @@ class VesselSettings(Section):
     side_thrust   [N] of transverse thrusters
     acceleration  [m/s2] at which the vessel approaches an ordered speed
     superstructure_area  [m2] of what stands on deck, projected on the wind, from every side; the wind acts on the hull above the water too
+    engine        "running", or "stopped": no thrust and no steering, whatever is ordered
     """
 
     shape: Literal["wigley", "barge"] = "barge"
@@ -89,6 +95,7 @@ class VesselSettings(Section):
     side_thrust: float = quantity_of(Propulsion, "side_thrust")
     acceleration: float = quantity_of(ControlGains, "acceleration", default=0.1)
     superstructure_area: float = quantity("m2", default=0.0, at_least=0.0)
+    engine: Literal["running", "stopped"] = "running"
 
     def problems(self) -> Iterator[Problem]:
         """Check that the deck lies above the water, and that the legs are in the order of time."""
@@ -126,6 +133,7 @@ class BoomSettings(Section):
                         "exclusion" keeps oil out of `area`, "diversion" leads oil into `area`; the default is a sweep if a vessel holds
                         an end, else a containment
     area                three or more corners (x, y) [m] of the water that an exclusion keeps clean, or to which a diversion leads the oil
+    parted              numbers of the joints that have parted, counted from 1 at the first end to segments - 1
     """
 
     ends: tuple[str | Point2, str | Point2]
@@ -150,13 +158,15 @@ class BoomSettings(Section):
         towed = any(isinstance(end, str) for end in self.ends)
         return self.deployment or ("sweep" if towed else "containment")
 
+    parted: tuple[int, ...] = ()
+
     @property
     def end_labels(self) -> tuple[str, ...]:
         """The names of the two ends: their vessels', or ``end-0`` and ``end-1`` at fixed points."""
         return tuple(end if isinstance(end, str) else f"end-{index}" for index, end in enumerate(self.ends))
 
     def problems(self) -> Iterator[Problem]:
-        """Check that an elastic line has a length, and that an area is there where the grade needs one."""
+        """Check that an elastic line has a length, that an area is there where the grade needs one, and that joints that part are there."""
         if self.line_stiffness is not None and self.tow_line == 0.0:
             yield Problem("line_stiffness", "is given, allowed: only with tow_line above 0 m")
         if self.deployment in ("exclusion", "diversion") and len(self.area) < 3:
@@ -164,3 +174,6 @@ class BoomSettings(Section):
             yield Problem("area", text)
         elif 0 < len(self.area) < 3:
             yield Problem("area", f"has {len(self.area)} corners, allowed: 3 or more")
+        last = self.segments - 1
+        if not all(0 < number <= last for number in self.parted) or len(set(self.parted)) < len(self.parted):
+            yield Problem("parted", f"is {list(self.parted)}, allowed: numbers from 1 to {last}, each once")

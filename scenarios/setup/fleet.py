@@ -118,6 +118,7 @@ def _vessel(name: str, settings: VesselSettings, scenario: Scenario, water_level
         position=settings.position,
         heading=settings.heading,
         tow_point=(float(x), float(y), float(z)),
+        engine_runs=settings.engine == "running",
         gains=ControlGains(acceleration=settings.acceleration, speed_bandwidth=TOWING_BANDWIDTH),
         superstructure=_superstructure(settings, hull) if in_wind else None,
         windage=Windage(hull.mesh, water_level) if in_wind else None,

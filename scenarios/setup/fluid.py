@@ -15,7 +15,7 @@ from coupling.solids.signed_distance import SignedDistance
 from oilsim.boundaries.boundary_particles import tank_walls
 from oilsim.config import FluidConfig
 from oilsim.emitter import HOLD, PipeEmitter
-from oilsim.forcing import AiryWaves, Current, Wind, Zone
+from oilsim.forcing import AiryWaves, Current, Forcing, Wind, Zone
 from oilsim.phases import Phase
 from oilsim.solver import Fluid
 from oilsim.wind_drift import WindDrift
@@ -152,7 +152,8 @@ def build_fluid(scenario: Scenario, positions: Mapping[str, Array]) -> tuple[Flu
         )
         handle = fluid.add_boundary(walls)
     level = water_level(scenario, positions)
-    wind, drift = _wind(scenario, level)
+    forcings = tuple(forcings_of(scenario, level))
+    drift = next((forcing for forcing in forcings if isinstance(forcing, WindDrift)), None)
     carried = _drift_velocities(scenario, positions, drift)
     for name, fill in scenario.fill.items():
         velocity = starting_velocity(scenario) if fill.velocity is None else fill.velocity
@@ -160,11 +161,9 @@ def build_fluid(scenario: Scenario, positions: Mapping[str, Array]) -> tuple[Flu
             positions[name], phase=fill.phase, velocity=velocity + carried[name] if name in carried else velocity
         )
     for pipe in scenario.emitters.values():
-        fluid.add_emitter(_pipe(pipe, settings.particle_spacing))
-    _add_forcings(fluid, scenario, level)
-    for forcing in (wind, drift):
-        if forcing is not None:
-            fluid.add_forcing(forcing)
+        fluid.add_emitter(pipe_of(pipe, settings.particle_spacing))
+    for forcing in forcings:
+        fluid.add_forcing(forcing)
     if scenario.run.budget:
         fluid.watch()
     return fluid, handle
@@ -181,7 +180,7 @@ def pipe_problems(scenario: Scenario, solids: Mapping[str, trimesh.Trimesh]) -> 
     """Yield problems of pipes that reach out of the tank, or into a body at the start (meshes in the world frame)."""
     tank, spacing = scenario.tank, scenario.fluid.particle_spacing
     for name, settings in scenario.emitters.items():
-        points = _pipe(settings, spacing).entrance
+        points = pipe_of(settings, spacing).entrance
         for axis in (axis for axis in range(3) if "xyz"[axis] not in tank.periodic):
             low, high = points[:, axis].min(), points[:, axis].max()
             if low < tank.lower[axis] or high > tank.upper[axis]:
@@ -195,7 +194,8 @@ def pipe_problems(scenario: Scenario, solids: Mapping[str, trimesh.Trimesh]) -> 
                 )
 
 
-def _pipe(settings: PipeEmitterSettings, spacing: float) -> PipeEmitter:
+def pipe_of(settings: PipeEmitterSettings, spacing: float) -> PipeEmitter:
+    """Create a pipe of a scenario; `spacing` [m] of the particles."""
     return PipeEmitter(
         phase=settings.phase,
         mouth=settings.mouth,
@@ -208,21 +208,22 @@ def _pipe(settings: PipeEmitterSettings, spacing: float) -> PipeEmitter:
     )
 
 
-def _add_forcings(fluid: Fluid, scenario: Scenario, level: float) -> None:
-    """Add the current first, then the waves, which have priority in their zone."""
+def forcings_of(scenario: Scenario, level: float) -> Iterator[Forcing]:
+    """Create the current first, then the waves, which have priority in their zone, then the wind; `level` [m] of the still water."""
     forcing = scenario.forcing
     if forcing.current is not None:
         velocity = horizontal(forcing.current.speed, forcing.current.direction)
-        fluid.add_forcing(Current(velocity, _zone(forcing.current, scenario)))
+        yield Current(velocity, _zone(forcing.current, scenario))
     if forcing.waves is not None:
-        fluid.add_forcing(_waves(forcing, scenario, level))
+        yield _waves(forcing, scenario, level)
+    yield from _wind(scenario, level)
 
 
-def _wind(scenario: Scenario, level: float) -> tuple[Wind, WindDrift] | tuple[None, None]:
-    """Create the wind's stress and the drift that it has set up before the start, on still water up to `level` [m]; None without wind."""
+def _wind(scenario: Scenario, level: float) -> tuple[Wind, WindDrift] | tuple[()]:
+    """Create the wind's stress and the drift that it has set up before the start, on still water up to `level` [m]; () without wind."""
     forcing, wind = scenario.forcing, scenario.forcing.wind
     if wind is None:
-        return None, None
+        return ()
     stress = Wind(
         speed=wind.speed,
         direction=wind.direction,

@@ -15,6 +15,7 @@ from oilsim.sea import Sea
 from recordings.words import volume_in_words
 from scenarios.problems import Problem, ScenarioError
 from scenarios.scenario import Scenario
+from scenarios.schema.exercise import joint_name
 from scenarios.schema.liquid import Tank
 from scenarios.schema.probe_settings import BodyProbe
 from scenarios.setup.at_sea.build_sea import build_sea
@@ -171,6 +172,9 @@ def _world(scenario: Scenario, solids: Sequence[Solid], fleet: Fleet, problems: 
         _add_tank_sides(world, scenario.tank)
     for joint in fleet.joints:
         world.add_joint(joint.name, joint.body_a, joint.body_b, vector(joint.point))
+    for name, boom in scenario.booms.items():
+        for joint_number in boom.parted if name in fleet.booms else ():
+            world.part_joint(joint_name(name, joint_number))
     _add_lines(world, fleet, problems)
     problems += _overlaps(world, scenario.fluid.particle_spacing)
     return world

@@ -139,6 +139,12 @@ class BoomScore:
         if self.closures is not None:
             self.closures.act(time, fluid, self.tracker, self._state(world), level)
 
+    def take_parting(self, number: int) -> None:
+        """Announce that a joint, counted from 1 at the first end, has parted."""
+        between = f"has parted at joint {number}, between segments {number - 1} and {number}"
+        meaning = "its line counts as closed across the opening, and oil that passes there as lost through a joint"
+        self._tell_once(f"parted {number}", True, f"{between}; {meaning}")
+
     def series(self) -> dict[str, float]:
         """Return the scores at the last communication point, by the names of their series; empty before the first, and after the end."""
         return dict(self._series)
@@ -373,6 +379,10 @@ class Scoring:
         self.balance = None if saved["balance"] is None else OilBalance(**saved["balance"])
         self._announced_until, self._notices = saved["announced_until"], []
         self._current = np.array(saved["current"])
+
+    def take_parting(self, boom: str, number: int) -> None:
+        """Announce that a joint of a boom, counted from 1 at its first end, has parted."""
+        next(score for score in self.booms if score.name == boom).take_parting(number)
 
     def take_orders(self, vessels: Iterable[Vessel]) -> None:
         """Announce the orders of these vessels' courses from now on."""

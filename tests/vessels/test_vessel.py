@@ -1,6 +1,7 @@
 """Vessel control on a planar body with quadratic drag, and the conventions of heading, thrust and wind."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -234,3 +235,22 @@ def test_vessel_without_a_helmsman_pushes_as_ordered_and_as_its_machinery_can():
     control.restore_state(saved)
     control.do_step(2 * STEP, STEP)
     assert control.get("tug.applied_wrench") == pytest.approx([2.0, 10.0, 0.0, 0.0, 0.0, 3.0])
+
+
+@pytest.mark.parametrize("side_thrust", [0.0, 10.0])
+def test_without_its_engine_a_vessel_drifts_and_then_obeys_again(side_thrust):
+    """No thrust and no steering; its integrals have not grown meanwhile, so that it comes back to its speed without overshoot."""
+    hull = PlanarHull(
+        make_vessel(CourseLeg(start_time=0.0, speed=0.5, heading=0.0, through=(0.0, 0.0)), side_thrust=side_thrust)
+    ).run(20.0)
+    hull.control.vessel = replace(hull.control.vessel, engine_runs=False)
+    hull.run(40.0)
+    assert hull.control.get("tug.applied_wrench").tolist() == [0.0] * 6
+    assert hull.velocity[0] < 0.2
+    hull.control.vessel = replace(hull.control.vessel, engine_runs=True)
+    fastest = max(hull.run(40.0 + second).velocity[0] for second in range(1, 20))
+    assert 0.49 < fastest < 0.55
+    manual = ManualControl(make_vessel(engine_runs=False))
+    manual.set("tug.thrust_order", np.array(5.0))
+    manual.do_step(0.0, STEP)
+    assert manual.get("tug.thrust") == 0.0

@@ -144,3 +144,29 @@ def test_envelope_solves_what_is_full_and_refuses_what_is_not_positive():
     assert matrix @ EnvelopeCholesky(matrix).solved(right) == pytest.approx(right, abs=1e-10)
     with pytest.raises(np.linalg.LinAlgError):
         EnvelopeCholesky(-matrix)
+
+
+def test_parted_joint_lets_go_and_the_rest_holds():
+    """Under a fixed point the first half goes on hanging, and the second falls by g t^2 / 2; a state fits where the joint has parted."""
+    world, whole, again = (chain(4, anchored=True) for _ in range(3))
+    world.advance(0.05)
+    momentum = world.momentum()
+    world.part_joint("joint-1")
+    assert world.momentum() == pytest.approx(momentum)
+    assert world.joint_names == ("joint-0", "joint-2", "anchor")
+    before = [0.5 * (world.pose(f"link-{n}")[:3] + world.pose(f"link-{n + 1}")[:3]) for n in (0, 2)]
+    falling = 0.5 * (world.twist("link-2")[2] + world.twist("link-3")[2])
+    world.advance(0.05)
+    after = 0.5 * (world.pose("link-2")[2] + world.pose("link-3")[2])
+    assert after - before[1][2] == pytest.approx(falling * 0.05 - 0.5 * 9.81 * 0.05**2, rel=0.02)
+    assert np.linalg.norm(world.pose("link-0")[:3] - [0.0, 0.0, 1.0]) == pytest.approx(0.2, abs=1e-3)
+    assert world.tension("joint-1") == 0.0 < world.tension("anchor")
+    again.part_joint("joint-1")
+    again.restore_state(world.save_state())
+    for each in (world, again):
+        each.advance(0.05)
+    assert all(np.array_equal(world.pose(name), again.pose(name)) for name in world.body_names)
+    with pytest.raises(ValueError, match="state has joints"):
+        whole.restore_state(world.save_state())
+    with pytest.raises(ValueError, match="'joint-1' does not hold, allowed: joint-0"):
+        world.part_joint("joint-1")

@@ -227,15 +227,13 @@ def test_terms_may_change_and_the_rest_is_refused_by_name(tmp_path: Path) -> Non
             (
                 "fluid.particle_spacing=0.2",
                 "tow.speed=1",
-                "forcing.wind.speed=3",
                 "phases.oil.adhesion=1",
                 "run.budget=true",  # of half a run, told as if of all
             ),
             None,
         )
     assert [problem.path for problem in caught.value.problems] == [
-        "--set fluid.particle_spacing", "--set tow.speed", "--set forcing.wind.speed", "--set phases.oil.adhesion",
-        "--set run.budget",
+        "--set fluid.particle_spacing", "--set tow.speed", "--set phases.oil.adhesion", "--set run.budget",
     ]  # fmt: skip
     assert "cannot be changed during a run, allowed: tow.speed" in str(caught.value)
     assert "changes tow, but the run was started without it" in str(caught.value)

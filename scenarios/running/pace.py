@@ -1,0 +1,70 @@
+"""The pace of a run: it waits for the clock, so that a simulated second takes a second, or as many as asked for.
+
+With p the pace, a communication point at t is due at the wall time T_0 + (t - t_0) / p; it lags by the wall time at which the run has
+reached it less that. A run that is early waits. One that is late goes on at once and catches up, but only `MOST_BEHIND`: beyond that,
+the clock is set back, because a run that has been slow for a minute must not race through the next one. The summary tells by how much
+it was set back.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from scenarios.running.decimated_series import EvenSample
+
+MOST_BEHIND = 1.0  # [s] that a late run catches up
+ENOUGH = 0.05  # [s] of lag that 95 % of the steps stay below where the machine keeps the pace
+GLANCE = 0.1  # [s] between looks at whether to stop
+
+
+class Pace:
+    """The clock of a run that makes `pace` simulated seconds a second; ValueError unless that is above 0."""
+
+    def __init__(self, pace: float) -> None:
+        if not 0.0 < pace < float("inf"):
+            raise ValueError(f"the pace is {pace}, allowed: above 0")
+        self._pace = pace
+        self._origin: float | None = None  # wall time [s] at which simulated time 0 would be due
+        self._lags = EvenSample()
+        self._longest = self._set_back = 0.0
+        self._is_behind = False
+
+    def keep(self, simulated: float, is_stopped: Callable[[], bool]) -> str:
+        """Wait until a communication point at `simulated` [s] is due, or a stop is asked for; return what is to be told, mostly nothing."""
+        now = time.perf_counter()
+        if self._origin is None:
+            self._origin = now - simulated / self._pace
+        due = self._origin + simulated / self._pace
+        while (early := due - time.perf_counter()) > 0.0 and not is_stopped():
+            time.sleep(min(early, GLANCE))
+        lag = max(0.0, time.perf_counter() - due)
+        self._lags.append(lag)
+        self._longest = max(self._longest, lag)
+        if lag <= MOST_BEHIND:
+            return ""
+        self._origin += lag
+        self._set_back += lag
+        if self._is_behind:
+            return ""
+        self._is_behind = True
+        return f"cannot keep the pace {self._pace:g}: {lag:.1f} s behind the clock, which is set back; the summary tells by how much"
+
+    def wait(self, seconds: float) -> None:
+        """Leave out a pause of that many seconds."""
+        if self._origin is not None:
+            self._origin += seconds
+
+    def figures(self) -> dict[str, Any]:
+        """Return the lag [ms] of the communication points behind the clock, and by how much [s] that was set back."""
+        lags = np.array(self._lags.values) if len(self._lags.values) else np.zeros(1)
+        p95 = float(np.percentile(lags, 95.0))
+        return {
+            "pace": self._pace,
+            "lag_ms": {"median": 1e3 * float(np.median(lags)), "p95": 1e3 * p95, "max": 1e3 * self._longest},
+            "set_back_s": self._set_back,
+            "kept": p95 < ENOUGH and self._set_back == 0.0,
+        }
