@@ -6,7 +6,7 @@ import argparse
 from typing import TYPE_CHECKING
 
 from recordings.words import volume_in_words
-from scenarios.commands.scenario_options import add_scenario, overrides
+from scenarios.commands.options.scenario import add_scenario, overrides
 from scenarios.exit_codes import DONE
 
 if TYPE_CHECKING:

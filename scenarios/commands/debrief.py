@@ -22,7 +22,7 @@ def register(commands: argparse._SubParsersAction) -> None:
 
 
 def _debrief(options: argparse.Namespace) -> int:
-    from scenarios.commands.export_options import file_errors
+    from scenarios.commands.options.export import file_errors
     from scenarios.debrief.grade import read_criteria
     from scenarios.debrief.page import write_debrief
 

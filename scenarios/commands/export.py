@@ -50,7 +50,7 @@ def register(commands: argparse._SubParsersAction) -> None:
 
 def _export(options: argparse.Namespace) -> int:
     from recordings.replay.recording import Replay
-    from scenarios.commands.export_options import file_errors, interval, require_some
+    from scenarios.commands.options.export import file_errors, interval, require_some
 
     require_some(options, "netcdf", "geojson", "vtk")
     written = {f"--{name}": getattr(options, name) for name in ("netcdf", "geojson", "vtk")}

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from scenarios.commands.build_fmu import add_version, require_folder
-from scenarios.commands.scenario_options import add_scenario, overrides
+from scenarios.commands.options.scenario import add_scenario, overrides
 from scenarios.exit_codes import DONE
 from scenarios.problems import Problem, ScenarioError
 from scenarios.running.output_paths import require_apart

@@ -31,7 +31,7 @@ def register(commands: argparse._SubParsersAction) -> None:
 def _report(options: argparse.Namespace) -> int:
     from recordings.export.tables import Format, write_tables
     from recordings.replay.recording import Replay
-    from scenarios.commands.export_options import file_errors, interval, particle_ids, require_some
+    from scenarios.commands.options.export import file_errors, interval, particle_ids, require_some
 
     require_some(options, "csv", "parquet")
     apart, ids = interval(options), particle_ids("--ids", options.ids)

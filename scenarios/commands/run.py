@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scenarios.commands.scenario_options import add_scenario, overrides
+from scenarios.commands.options.scenario import add_scenario, overrides
 from scenarios.problems import Problem, ScenarioError
 
 if TYPE_CHECKING:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from scenarios.commands.scenario_options import add_scenario, overrides
+from scenarios.commands.options.scenario import add_scenario, overrides
 from scenarios.exit_codes import DONE
 
 

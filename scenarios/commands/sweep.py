@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from scenarios.commands.scenario_options import add_scenario, overrides
+from scenarios.commands.options.scenario import add_scenario, overrides
 
 
 def register(commands: argparse._SubParsersAction) -> None:
