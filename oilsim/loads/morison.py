@@ -71,7 +71,7 @@ class _Water(NamedTuple):
     wind: Array
 
 
-# [m] above any surface: there the sea gives the values of its surface; numerical
+# [m] above any surface; numerical; there a sea gives the values of its surface
 ALOFT = 1e4
 
 

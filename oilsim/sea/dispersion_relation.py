@@ -1,4 +1,4 @@
-"""Wave number of linear waves on a current that may be sheared, and the steepest wave that does not break.
+"""Wave number of linear waves on a current that may be sheared, the steepest wave that does not break, and its second harmonic.
 
 Without a current, `oilsim.forcing.wave_number` solves sigma^2 = g k tanh(k h). On a current the frequency seen from the ground is
 omega = sigma + k . U. A sheared current U(z) carries a wave of number k by its mean with the weight cosh 2k(h + z) (Stewart and Joy 1974;
@@ -6,6 +6,8 @@ Kirby and Chen 1989, first order), written here as a share of the current at the
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,3 +78,10 @@ def wave_number_on_current(
 def steepest_height(wave_number: float, depth: float) -> float:
     """Return the height crest to trough [m] at which a regular wave breaks: 0.142 L tanh(kh) (Miche 1944)."""
     return float(MICHE * 2.0 * np.pi / wave_number * np.tanh(wave_number * depth))
+
+
+def second_harmonic(amplitude: float, wave_number: float, depth: float) -> float:
+    """Return the amplitude [m] of the bound second harmonic, k a^2 / 4 cosh kh (2 + cosh 2kh) / sinh^3 kh."""
+    k, a, tanh = wave_number, amplitude, math.tanh(wave_number * depth)
+    # cosh kh (2 + cosh 2kh) / sinh^3 kh = (3 - tanh^2) / tanh^3, finite in water however deep
+    return 0.25 * k * a * a * (3.0 - tanh * tanh) / tanh**3

@@ -12,12 +12,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from oilsim.backend.jit import FAST
 from oilsim.quantity import quantity, require
-from oilsim.sea.vector_math import sine_cosine
 
 Double = NDArray[np.float64]
 
@@ -85,14 +82,3 @@ class KaimalGusts:
         phase = random.uniform(0.0, 2.0 * np.pi, self.count)
         omega = 2.0 * np.pi * frequency
         return GustComponents(np.sqrt(2.0 * variance), omega, omega / speed, phase)
-
-
-@njit(**FAST)
-def add_gusts(along, gusts, time, gust):
-    """Add the gust (N,) [-], over the mean speed, at places `along` the wind (N,) [m] and `time` [s]; gusts: GustComponents."""
-    for j in range(gusts.amplitude.shape[0]):
-        a, k = gusts.amplitude[j], gusts.wave_number[j]
-        shift = gusts.frequency[j] * time + gusts.phase[j]
-        for i in range(along.shape[0]):
-            _, c = sine_cosine(shift - k * along[i])
-            gust[i] += a * c

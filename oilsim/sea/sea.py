@@ -10,12 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from oilsim.sea.description import SeaDescription, profile
-from oilsim.sea.gusts import add_gusts
+from oilsim.sea.dispersion_relation import second_harmonic
+from oilsim.sea.gust_kernel import add_gusts
 from oilsim.sea.jonswap import JonswapWaves
 from oilsim.sea.langmuir import LARGEST_NUMBER, WEAKEST_WIND, langmuir_number
 from oilsim.sea.linear_waves import WaveField, linear_field, sum_elevation
 from oilsim.sea.regular_waves import RegularWaves
-from oilsim.sea.stokes_waves import add_harmonic, second_harmonic, stokes_field
+from oilsim.sea.stokes_waves import add_harmonic, stokes_field
 from oilsim.sea.wave_components import NO_WAVES, WaveComponents
 
 Double = NDArray[np.float64]

@@ -13,13 +13,12 @@ above the surface takes the value at the surface, one below the bottom that at t
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 from oilsim.backend.jit import ALLOCATING, FAST, inlined
+from oilsim.sea.dispersion_relation import second_harmonic
 from oilsim.sea.linear_waves import (
     BLOCK,
     DEEP,
@@ -42,13 +41,6 @@ from oilsim.sea.vector_math import exponential, sine_cosine
 from oilsim.sea.wave_components import StillWater, WaveComponents
 
 Double = NDArray[np.float64]
-
-
-def second_harmonic(amplitude: float, wave_number: float, depth: float) -> float:
-    """Return the amplitude [m] of the bound second harmonic, k a^2 / 4 cosh kh (2 + cosh 2kh) / sinh^3 kh."""
-    k, a, tanh = wave_number, amplitude, math.tanh(wave_number * depth)
-    # cosh kh (2 + cosh 2kh) / sinh^3 kh = (3 - tanh^2) / tanh^3, finite in water however deep
-    return 0.25 * k * a * a * (3.0 - tanh * tanh) / tanh**3
 
 
 @njit(**FAST)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import fields
 from datetime import datetime
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from oilsim.physical_constants import SEA_WATER_DENSITY
 from oilsim.sea import (
@@ -17,7 +17,6 @@ from oilsim.sea import (
     KaimalGusts,
     LangmuirCells,
     RegularWaves,
-    Sea,
     SeaDescription,
     SteadyFlow,
     TidalFlow,
@@ -43,6 +42,9 @@ from scenarios.schema.sea import (
 from scenarios.setup.at_sea.flow_columns import FlowFileError
 from scenarios.setup.at_sea.flow_files import Kind, in_utc, read_flow
 
+if TYPE_CHECKING:
+    from oilsim.sea import Sea
+
 Built = TypeVar("Built")
 
 
@@ -54,6 +56,8 @@ def build_sea(scenario: Scenario, density: float = SEA_WATER_DENSITY) -> Sea | N
     settings, problems = scenario.sea, list[Problem]()
     if settings is None:
         return None
+    from oilsim.sea import Sea  # its kernels take time to import
+
     gravity = math.hypot(*scenario.fluid.gravity)
     current = _current(settings, scenario, problems)
     wind = _wind(settings, scenario, problems)

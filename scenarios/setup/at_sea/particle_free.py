@@ -8,21 +8,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
-from coupling.rigid.rigid_body_world import RigidBodyWorld
-from coupling.solids.hydrostatics import hydrostatics, waterline_for_volume
-from oilsim.loads.load_model import LoadModel
-from oilsim.loads.morison import FloatingBodies
-from oilsim.sea import Sea
 from scenarios.problems import Problem, ScenarioError
 from scenarios.scenario import Scenario
 from scenarios.schema.liquid import BlockFill, SlabFill
 from scenarios.schema.probe_settings import BodyProbe
 from scenarios.schema.sea import RegularSeaWaves, SeaSettings, SteadySeaCurrent, SteadySeaWind
 from scenarios.schema.weather import CurrentSettings, ForcingSettings
-from scenarios.setup.fleet import Fleet
-from scenarios.setup.placed_solids import Solid, table_entry
-from vessels.hull import Hull
+
+if TYPE_CHECKING:
+    from coupling.rigid.rigid_body_world import RigidBodyWorld
+    from oilsim.loads.load_model import LoadModel
+    from oilsim.sea import Sea
+    from scenarios.setup.fleet import Fleet
+    from scenarios.setup.placed_solids import Solid
 
 LEFT_OUT = 'run.detail is "none": oil is a slick of parcels, and the sea is formulas, so {} is left out'
 
@@ -55,6 +55,9 @@ def left_out(scenario: Scenario) -> tuple[str, ...]:
 
 def load_bodies(world: RigidBodyWorld, sea: Sea, fleet: Fleet, solids: Sequence[Solid]) -> None:
     """Let the sea load all free bodies of the world; ScenarioError with every body that does not float."""
+    from oilsim.loads.morison import FloatingBodies
+    from scenarios.setup.placed_solids import table_entry
+
     models = dict(_models_of_fleet(fleet))
     problems = []
     for solid in solids:
@@ -85,6 +88,8 @@ def _models_of_fleet(fleet: Fleet) -> Iterator[tuple[str, LoadModel]]:
 
 def _body_loads(solid: Solid, water_density: float) -> LoadModel:
     """Return the load model of a body of any shape, afloat upright as its mesh is drawn; ValueError for one that sinks."""
+    from coupling.solids.hydrostatics import hydrostatics, waterline_for_volume
+    from vessels.hull import Hull
     from vessels.loads import hull_loads
 
     mesh, properties = solid.placed.mesh, solid.placed.mass_properties

@@ -202,7 +202,7 @@ def test_currents_are_as_fast_in_both(direction: float) -> None:
 def test_settings_at_odds_are_refused_alike() -> None:
     water = (Phase(name="water", rest_density=1000.0),)
     for odd in (
-        {"minimum_time_step": 0.1},
+        {"minimum_time_step": 0.1, "maximum_time_step": 0.05},
         {"sleep_speed": 0.1, "scheme": "paper"},
         {"sleep_speed": 0.1, "gravity": (0.0, 0.0, 0.0)},
     ):
