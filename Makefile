@@ -3,13 +3,16 @@ BIN := .venv/bin
 READY := .venv/.ready
 export NUMBA_CACHE_DIR ?= $(CURDIR)/.numba_cache
 
-.PHONY: demo test lint docs bench pareto validate stress fuzz clean
+.PHONY: demo test test-all lint docs bench pareto validate stress fuzz clean
 
 demo: $(READY)  ## run the U-sweep exercise: recording, summary and picture
 	$(BIN)/oilsim run u-sweep --demo --overwrite --record u-sweep.rrd --summary u-sweep.json --picture u-sweep.png
 
 test: lint  ## lint, types, import layers, tests: what CI runs
 	$(BIN)/pytest -n 2
+
+test-all: lint  ## the same, with the tests that are marked slow
+	$(BIN)/pytest -n 2 -m 'slow or not slow'
 
 lint: $(READY)
 	$(BIN)/ruff check .

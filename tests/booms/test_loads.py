@@ -55,7 +55,9 @@ def along_normal_only(model: LoadModel) -> LoadModel:
     return LoadModel(parts=model.parts, stations=tuple(stations))
 
 
-@pytest.mark.parametrize(("segments", "tension", "sag"), [(20, 0.04, 0.012), (40, 0.01, 0.003)])
+@pytest.mark.parametrize(
+    ("segments", "tension", "sag"), [pytest.param(20, 0.04, 0.012, marks=pytest.mark.slow), (40, 0.01, 0.003)]
+)
 def test_moored_boom_takes_the_shape_and_tension_of_the_catenary(segments, tension, sag):
     """Gap 0.3 L, normal drag only: T = 0.0500 q d L, sag = 0.4525 L (`tests/booms/data/boom_catenary.csv`); 40 segments: tension
     1 %, sag 0.3 % of L; 20 segments: 3 %, as the chain has corners.

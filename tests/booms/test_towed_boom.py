@@ -70,7 +70,10 @@ def joints(world, count):
     return np.concatenate([starts, ends[-1:]])
 
 
-@pytest.mark.parametrize(("count", "gap_ratio"), [(20, 0.5), (40, 0.333), (60, 0.3)])
+@pytest.mark.parametrize(
+    ("count", "gap_ratio"),
+    [pytest.param(20, 0.5, marks=pytest.mark.slow), (40, 0.333), pytest.param(60, 0.3, marks=pytest.mark.slow)],
+)
 def test_sag_and_tension_of_a_chain_in_a_stream(count, gap_ratio):
     tension, sag = TABLE[np.isclose(TABLE[:, 0], gap_ratio)][0, 1:3]
     world = moored_chain(vee(count, gap_ratio * LENGTH))

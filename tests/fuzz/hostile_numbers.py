@@ -79,7 +79,8 @@ def criteria_trial(seed: int) -> int:
     """Read spoiled criteria."""
     chance = random.Random(seed)
     lines = [
-        f"[{one.key}]\ngood = {one.good}\nacceptable = {one.acceptable}\nweight = {one.weight}\n" for one in CRITERIA
+        f"[{one.key}]\ngood = {one.good}\nacceptable = {one.acceptable}\nweight = {one.weight}\n"
+        for one in CRITERIA.values()
     ]
     text = "".join(chance.sample(lines, chance.randint(1, len(lines))))
     for _ in range(chance.randint(1, 3)):

@@ -28,7 +28,7 @@ def work_is_shared(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def make_fluid() -> Callable[..., Fluid]:
-    """Build a fluid of water with spacing 0.1 m in a box of 2 m; keywords change the configuration."""
+    """Build a fluid of water with spacing 0.1 m in a box of 2 m, with steps of 10 ms at most; keywords change the configuration."""
 
     def make(threads: int = 1, **options: Any) -> Fluid:
         settings: dict[str, Any] = {
@@ -36,6 +36,7 @@ def make_fluid() -> Callable[..., Fluid]:
             "phases": (WATER,),
             "lower": (0.0, 0.0, 0.0),
             "upper": (2.0, 2.0, 2.0),
+            "maximum_time_step": 0.01,
         }
         return Fluid(FluidConfig(**(settings | options)), threads=threads)
 

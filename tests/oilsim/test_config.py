@@ -38,7 +38,7 @@ def test_gravity_lies_in_the_plane_of_two_dimensions():
     ("terms", "message"),
     [
         ({"divergence_iterations": 2.5}, r"divergence_iterations is 2\.5, allowed: a whole number, 1 or more"),
-        ({"cfl": None}, "cfl is None, allowed: a number, above 0 and at most 1"),
+        ({"cfl": None}, "cfl is None, allowed: a number, 0.001 or more and at most 1"),
         ({"particle_spacing": "0.1"}, "particle_spacing is '0.1', allowed: a number, above 0 m"),
         ({"gravity": 9.81}, r"gravity is 9\.81, allowed: three finite numbers"),
         ({"periodic": (True,)}, r"periodic is \(True,\), allowed: True or False for each of x, y and z"),

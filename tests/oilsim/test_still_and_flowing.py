@@ -34,6 +34,7 @@ def tank(particles, tolerance, phases=(WATER,), width=DEPTH, periodic=False):
             upper=(width if periodic else 1.2, 1.2, 1.2),
             periodic=(periodic, False, False),
             divergence_tolerance=tolerance,
+            maximum_time_step=0.01,
         ),
         threads=1,
     )
@@ -90,6 +91,7 @@ def test_deep_water_does_not_swing_at_the_longest_stable_step():
     assert np.mean([report.iterations["divergence"] for report in reports[-200:]]) < 15
 
 
+@pytest.mark.slow
 def test_deep_water_hardly_begins_to_circulate():
     # with M^-1 for the whole of the force it is at 0.004 to 0.006 by then, and stays there
     width = 0.75 * DEPTH

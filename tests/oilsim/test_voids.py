@@ -23,7 +23,7 @@ def stirred_box() -> Fluid:
     fluid = Fluid(
         FluidConfig(
             particle_spacing=SPACING, phases=(WATER,), dimension=2, gravity=(0.0, 0.0, 0.0),
-            lower=(-room, -1.0, -room), upper=(SIDE + room, 1.0, SIDE + room),
+            lower=(-room, -1.0, -room), upper=(SIDE + room, 1.0, SIDE + room), maximum_time_step=0.01,
         )
     )  # fmt: skip
     upper = (TIGHT * SIDE, 0.0, TIGHT * SIDE)

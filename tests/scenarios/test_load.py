@@ -99,7 +99,7 @@ def test_small_scenario_is_sound() -> None:
         ("particle_spacing = 0.1", "particle_spacing = 0.1\ndimension = 4", "fluid.dimension", "at most 3"),
         ("particle_spacing = 0.1", 'particle_spacing = 0.1\nscheme = "papr"', "fluid.scheme", "did you mean 'paper'?"),
         ("particle_spacing = 0.1", "particle_spacing = 0.1\nexplicit_viscosity = 1", "fluid.explicit_viscosity", "true or false"),
-        ("duration = 0.1", "duration = 0.0", "run.duration", "above 0 s"),
+        ("duration = 0.1", "duration = 0.0", "run.duration", "1e-06 or more and at most 1e+08 s"),
         ("duration = 0.1", "duration = 0.001", "run.communication_step", "up to duration"),
         ("duration = 0.1", "duration = 0.1\nthreads = 0", "run.threads", "1 or more"),
         ('oil = "brent"', 'oil = "brnt"', "phases.oil.oil", "did you mean 'brent'?"),

@@ -73,7 +73,7 @@ def test_recording_debrief_and_comparison_know_the_peaks_of_the_summary(tmp_path
     assert max(tension.max() for tension in history.tow_tension.values()) < 0.9 * max(peaks.values())
     assert history.highest_held_speed / knot == pytest.approx(summary["largest_held_normal_speed_kn"])
     found = {score.label: score.first for score in scores(replay, replay)}
-    assert {end: found[f"largest tow tension, {end}"] for end in peaks} == pytest.approx(peaks)
+    assert {end: 1e3 * found[f"largest tow tension, {end}"] for end in peaks} == pytest.approx(peaks)  # kN
     assert found["largest held speed normal to the boom"] == pytest.approx(summary["largest_held_normal_speed_kn"])
     assert found["largest lean of the skirt"] == pytest.approx(summary["largest_skirt_angle_deg"])
     assert found["smallest draft"] == pytest.approx(summary["smallest_effective_draft_m"])

@@ -82,6 +82,7 @@ def forget(monkeypatch: pytest.MonkeyPatch, *told: str) -> None:
     monkeypatch.setattr("coupling.assembly.BodyInterface", silent)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("scheme", "iteration", "is_mass_known"),
     [
@@ -266,7 +267,7 @@ def diagonal(mesh: trimesh.Trimesh, spacing: float) -> np.ndarray:
     return np.diag(added_mass(boundary_particles("body", mesh, spacing), spacing, 3, WATER))
 
 
-@pytest.mark.parametrize("spacing", [0.05, 0.03, 0.01])
+@pytest.mark.parametrize("spacing", [0.05, 0.03, pytest.param(0.01, marks=pytest.mark.slow)])
 def test_added_mass_is_within_a_factor_of_two(spacing: float) -> None:
     # sphere 1/2 rho V, and none that turns it; cube 0.67 rho V; disc 8/3 rho a^3 across
     displaced = WATER * 4.0 / 3.0 * math.pi * 0.12**3

@@ -29,6 +29,7 @@ from scenarios.cli import main
 from scenarios.load import load_scenario
 from scenarios.running.assembly import build
 from scenarios.running.exercise_fmu import ExerciseParticipant
+from scenarios.signals.weather_inputs import set_current, set_wind
 
 EXAMPLE = Path(__file__).parents[3] / "docs" / "fmus" / "winch-tow.toml"
 STEP, STEPS, ORDERED = 0.02, 12, 4  # s, number, step from which the orders below are given
@@ -51,6 +52,7 @@ gustiness = 0.3
 speed = 0.1
 """
 
+VERSIONS = (pytest.param(2, marks=pytest.mark.slow), 3)
 Build = Callable[[int], Path]
 
 
@@ -85,11 +87,9 @@ def own_run(folder: Path) -> dict[str, float]:
     for k in range(STEPS):
         if k == ORDERED:
             control.set("tug.speed_order", np.array(0.5))
-            control.set("tug.wind", np.array([9.0, 0.0, 0.0]))
-            current, wind = assembly.fluid.forcings
-            wind.speed = 9.0
-            current.velocity = (0.1 * np.cos(0.4), 0.1 * np.sin(0.4), 0.0)
-            assembly.scoring.take_current(np.array(current.velocity))
+            parts = assembly.parts
+            set_wind(parts.fluid, parts.controls.values(), parts.wind_on_bodies, 9.0, 0.0)
+            set_current(parts.fluid, assembly.scoring, 0.1, 0.4)
         run.step()
     result = {name: exercise._signals[name].read(assembly.parts) for name in outputs}
     run.terminate()
@@ -112,13 +112,13 @@ def begun(path: Path) -> FmuParticipant:
     return fmu
 
 
-@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("version", VERSIONS)
 def test_it_agrees_with_our_own_master(exported: Build, own_run: dict[str, float], version: Literal[2, 3]) -> None:
     """All outputs, poses, tensions, oil and scores: closer than 1e-9; in fact equal, bit for bit."""
     before = os.getcwd(), dict(os.environ)
     fmu = begun(exported(version))
     drive(fmu)
-    assert len(own_run) == 60
+    assert len(own_run) == 61
     for name, value in own_run.items():
         assert float(fmu.get(name)[0]) == value, name
     assert own_run["vessels.tug.thrust"] != 0.0
@@ -127,7 +127,7 @@ def test_it_agrees_with_our_own_master(exported: Build, own_run: dict[str, float
     fmu.terminate()
 
 
-@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("version", VERSIONS)
 def test_its_state_goes_back_and_into_another_instance(
     exported: Build, own_run: dict[str, float], version: Literal[2, 3]
 ) -> None:
@@ -163,7 +163,7 @@ def test_a_current_set_after_a_state_was_saved_goes_with_it(folder: Path) -> Non
     exercise.terminate()
 
 
-@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("version", VERSIONS)
 def test_it_is_sound_and_fmpy_runs_it(exported: Build, own_run: dict[str, float], version: Literal[2, 3]) -> None:
     path = exported(version)
     assert validate_fmu(str(path)) == []
@@ -207,7 +207,7 @@ def initialize(fmu: FMU2Slave | FMU3Slave) -> None:
     fmu.exitInitializationMode()
 
 
-@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("version", VERSIONS)
 def test_its_state_can_be_saved_before_the_run_begins(exported: Build, tmp_path: Path, version: int) -> None:
     """What was given in time counts, what was given after it was saved does not."""
     path = exported(version)
@@ -264,7 +264,7 @@ def clients() -> int:
     return sum(pybullet.isConnected(client) for client in range(100))
 
 
-@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("version", VERSIONS)
 def test_an_instance_that_is_reset_or_freed_leaves_nothing(exported: Build, tmp_path: Path, version: int) -> None:
     before = clients()
     fmu = slave(exported(version), tmp_path)
@@ -302,7 +302,7 @@ simulation.free()
 @pytest.mark.skipif(
     importlib.util.find_spec("ecospy") is None, reason="the independent master comes with the extra dev"
 )
-@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("version", VERSIONS)
 def test_an_independent_master_gets_the_same(
     exported: Build, own_run: dict[str, float], version: Literal[2, 3], tmp_path: Path
 ) -> None:
@@ -381,7 +381,7 @@ def test_it_needs_no_file_of_the_scenario(exported: Build, tmp_path: Path) -> No
     assert packed["fmus"]["winch"]["file"] == "fmus-winch.fmu"
 
 
-@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("version", VERSIONS)
 def test_a_shipped_exercise_is_exported(
     tmp_path: Path, version: Literal[2, 3], capsys: pytest.CaptureFixture[str]
 ) -> None:

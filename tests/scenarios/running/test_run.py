@@ -37,6 +37,7 @@ SPACINGS = {
     "floating-box": 0.1,
     "rock-coating": 0.03,
     "still-column": 0.1,
+    "sweep-200m": 0.25,
     "tow-speed-ramp": 0.125,
     "two-layer": 0.1,
     "u-sweep": 0.125,

@@ -24,7 +24,7 @@ SETTINGS = [
 def record(path: Path, *settings: str) -> Path:
     """Ten steps, each of them recorded."""
     settings = [part for setting in (*SETTINGS, *settings) for part in ("--set", setting)]
-    assert main(["run", "two-layer", *settings, "--threads", "1", "--record", str(path)]) == 0
+    assert main(["run", "two-layer", *settings, "--threads", "1", "--overwrite", "--record", str(path)]) == 0
     return path
 
 

@@ -149,7 +149,7 @@ def test_a_fixed_body_out_of_the_tank_is_refused() -> None:
 
 def test_a_boom_is_not_told_for_its_vessel() -> None:
     """A vessel that is no hull has no boom laid behind it; another boom is told all the same."""
-    vessel = "length = 1e-10\nbeam = 0.2\ndraft = 0.1\ndepth = 0.2\nposition = [0.5, 0.5]\nbollard_pull = 1.0\nyaw_moment = 1.0\n"
+    vessel = "length = 0.001\nbeam = 0.2\ndraft = 0.1\ndepth = 0.2\nposition = [0.5, 0.5]\nbollard_pull = 1.0\nyaw_moment = 1.0\n"
     boom = "length = 0.4\nskirt_depth = 0.2\nfreeboard = 0.1\nbuoyancy_to_weight = 500.0\n"
     found = problems_of(
         scenario_of(
