@@ -20,7 +20,8 @@ from coupling.rigid.collision_step import Encounters
 from coupling.rigid.engine_step import Body, EngineStep
 from coupling.rigid.environment import Environment, MetEnvironment
 from coupling.rigid.holds import Holds
-from coupling.rigid.joint_constraints import Articulation, Joints, PointJoint
+from coupling.rigid.joint_answer import JointAnswer
+from coupling.rigid.joint_constraints import PointJoint
 from coupling.rigid.lines import ElasticLine, Lines
 from coupling.rigid.prescribed_motion import AT_REST, STILL, UPRIGHT, Motion, PrescribedMotion, Quaternion, Vector
 from coupling.rigid.rigid_state import RigidBodyState, pose_of, twist_of
@@ -31,7 +32,6 @@ from oilsim.physical_constants import GRAVITY
 Array = npt.NDArray[np.float64]
 
 FRICTION = 0.5  # coefficient of contacts, where nothing else is said
-CLOSING = 0.2  # of a joint's gap, in a step of the engine: as much as pybullet would
 
 
 class RigidBodyWorld:
@@ -64,16 +64,12 @@ class RigidBodyWorld:
         self._parted: list[str] = []
         self._tensions: dict[str, float] = {}
         self.lines = Lines()
-        self._point_joints: list[PointJoint] = []
-        self._held: Joints | None = None
-        self._articulation: Articulation | None = None
-        self._accelerations: Array | None = None
         self._last_duration = sub_step
         self._state = RigidBodyState()
         self._holds = Holds(self._state)
         self._client = BulletClient(gravity, solver_iterations)
         self._engine = EngineStep(self._client, self._state, self._gravity)
-        self._sea: MetEnvironment | None = None
+        self._answer = JointAnswer(self._state, self._gravity, sub_step)
 
     @property
     def body_names(self) -> tuple[str, ...]:
@@ -156,7 +152,7 @@ class RigidBodyWorld:
         self._encounters.add_body(mesh.bounds, is_free=motion == "free", touches=friction is not None)
         self._state.append(mass_properties, start, is_free=motion == "free")
         self._place(body, start)
-        self._held = None
+        self._answer.forget()
 
     def hold_until(self, name: str, time: float) -> None:
         """Hold a free body where it is, without motion, until the end of the step that reaches `time` [s]; then it moves freely.
@@ -201,8 +197,8 @@ class RigidBodyWorld:
             self._encounters.keep_apart(first.row, second.row)
         self._tensions[name] = 0.0
         row = -1 if second is None else second.row
-        self._point_joints.append(PointJoint(first.row, row, first_point, second_point))
-        self._held = self._articulation = None
+        self._answer.joints.append(PointJoint(first.row, row, first_point, second_point))
+        self._answer.forget()
 
     def part_joint(self, name: str) -> None:
         """Let a joint part: from now on it holds nothing, and its tension is 0. ValueError for one that does not hold.
@@ -213,11 +209,11 @@ class RigidBodyWorld:
             raise ValueError(f"rigid bodies: joint {name!r} does not hold, allowed: {', '.join(self._joints)}")
         place = list(self._joints).index(name)
         self._client.remove_joint(self._joints.pop(name))
-        del self._point_joints[place], self._tensions[name]
+        del self._answer.joints[place], self._tensions[name]
         self._parted.append(name)
         for body in self._bodies.values():
-            body.is_jointed = any(body.row in (joint.first, joint.second) for joint in self._point_joints)
-        self._held = self._articulation = self._accelerations = None
+            body.is_jointed = any(body.row in (joint.first, joint.second) for joint in self._answer.joints)
+        self._answer.forget()
 
     def add_line(
         self,
@@ -254,19 +250,20 @@ class RigidBodyWorld:
             raise ValueError(
                 f"rigid bodies: the environment loads {held[0]!r}, which is not free, allowed: free bodies"
             )
-        self._sea, self._articulation = MetEnvironment(environment, rows, self._state), None
+        self._answer.sea = MetEnvironment(environment, rows, self._state)
+        self._answer.moved()
 
     @property
     def environment(self) -> Environment | None:
         """The sea that loads bodies; None without one."""
-        return None if self._sea is None else self._sea.environment
+        return None if self._answer.sea is None else self._answer.sea.environment
 
     def change_environment(self, environment: Environment) -> None:
         """Let another sea load the bodies that one loads already, from now on; ValueError without one."""
-        if self._sea is None:
+        if self._answer.sea is None:
             raise ValueError("rigid bodies: no environment can be changed, allowed: after set_environment")
-        self._sea.environment = environment
-        self._sea_changed()
+        self._answer.sea.environment = environment
+        self._answer.moved()
 
     def sea_wrench(self, name: str) -> Array:
         """Return the wrench (6,) [N, N m] of the environment on a body, mean over the last advance."""
@@ -279,7 +276,7 @@ class RigidBodyWorld:
     def set_applied_wrench(self, name: str, wrench: Array) -> None:
         """Set the wrench (6,) [N, N m] of other causes, such as thrust; it acts until it is set again."""
         self._state.applied_wrench[self._body(name).row] = wrench
-        self._accelerations = None
+        self._answer.pushed()
 
     def pose(self, name: str) -> Array:
         """Return position [m] and orientation xyzw (7,)."""
@@ -295,7 +292,7 @@ class RigidBodyWorld:
 
     def inverse_mass(self, name: str) -> Array:
         """Return the twist by impulse (6, 6) [1/kg, 1/(kg m2)], world frame; 0 for a fixed or guided body."""
-        self._meet_sea()
+        self._answer.meet_sea(self.time)
         return self._state.inverse_mass(self._body(name).row)
 
     def mass_matrix(self, name: str) -> Array:
@@ -305,7 +302,7 @@ class RigidBodyWorld:
     def coupled_inverse_mass(self, names: Sequence[str]) -> Array:
         """Return the twists (6 n, 6 n) [1/kg] of the named bodies by impulses on them, joints included; 0 for fixed or guided ones."""
         rows = np.array([self._body(name).row for name in names])
-        return self._articulated().inverse_mass((6 * rows[:, None] + np.arange(6)).ravel())
+        return self._answer.articulated(self.time).inverse_mass((6 * rows[:, None] + np.arange(6)).ravel())
 
     def free_acceleration(self, name: str) -> Array:
         """Return d(twist)/dt (6,) [m/s2, rad/s2] by everything but the fluid; for a guided body, that of its motion.
@@ -314,11 +311,11 @@ class RigidBodyWorld:
         steps.
         """
         body = self._body(name)
-        self._meet_sea()
+        self._answer.meet_sea(self.time)
         if body.motion == "free":
             if not body.is_jointed:
                 return self._state.free_acceleration(body.row, self._gravity)
-            return self._jointed_accelerations()[body.row]
+            return self._answer.accelerations(self.time, self._last_duration)[body.row]
         if isinstance(body.motion, str):
             return np.zeros(6)
         now, later = body.motion.at(self.time), body.motion.at(self.time + self._ahead)
@@ -358,14 +355,14 @@ class RigidBodyWorld:
         impulses = dict.fromkeys(self._joints, 0.0)
         self._engine.touched.clear()
         self.lines.begin(duration, len(self._bodies))
-        if self._sea is not None:
-            self._sea.begin()
+        if self._answer.sea is not None:
+            self._answer.sea.begin()
         for index in range(count):
             self._advance_stretch(begin + index * stretch, stretch, impulses)
         self._tensions = {name: impulse / duration for name, impulse in impulses.items()}
         self._last_duration = duration
-        if self._sea is not None:
-            self._sea.end(duration)
+        if self._answer.sea is not None:
+            self._answer.sea.end(duration)
         self._state.line_wrench = self.lines.end(duration)
         self._state.settle_reaction(momenta_before, duration, self._gravity)
         self._state.line_wrench = self.lines.present_pull(self._state.pose, self._state.twist)
@@ -396,7 +393,7 @@ class RigidBodyWorld:
         self._state.restore(arrays)
         self._tensions = dict(tensions)
         self.lines.restore_state(state["lines"])  # type: ignore[arg-type]
-        self._sea_changed()
+        self._answer.moved()
         self.time = float(time)  # type: ignore[arg-type]
         self._last_duration = float(state["last_duration"])  # type: ignore[arg-type]
         self._holds.settle(self.time)
@@ -413,45 +410,9 @@ class RigidBodyWorld:
     def _place(self, body: Body, motion: Motion) -> None:
         """Put a body where `motion` says."""
         self._client.place(body.bullet, motion)
-        self._articulation = None
+        self._answer.placed()
         self._state.pose[body.row] = pose_of(motion)
         self._state.twist[body.row] = twist_of(motion)
-
-    def _meet_sea(self, sub_step: float | None = None) -> None:
-        """Note the loads of the sea at the present instant, for a sub-step [s]; without one, only if they are not known."""
-        if self._sea is None or (sub_step is None and self._sea.is_met):
-            return
-        if self._sea.meet(self.time, sub_step or self._sub_step):
-            self._articulation = None
-
-    def _sea_changed(self) -> None:
-        """Forget what depends on where the bodies are."""
-        self._articulation = None
-        if self._sea is not None:
-            self._sea.forget()
-
-    def _articulated(self) -> Articulation:
-        """Return the joints at the present instant."""
-        if self._articulation is None:
-            self._meet_sea()
-        if self._held is None:
-            self._held = Joints(self._point_joints, len(self._bodies))
-        if self._articulation is None:
-            state = self._state
-            inverse_mass = state.inverse_mass_matrix()
-            self._articulation = Articulation(self._held, state.pose, state.twist, inverse_mass)
-            self._accelerations = None
-        return self._articulation
-
-    def _jointed_accelerations(self) -> Array:
-        """Return accelerations (B, 6) with the joints' answer to gravity, applied wrenches and turning."""
-        articulation = self._articulated()
-        if self._accelerations is None:
-            state = self._state
-            self._accelerations = articulation.acceleration(
-                state.known_accelerations(self._gravity), self._last_duration
-            )
-        return self._accelerations
 
     def _own_point(self, body: Body, point: Vector) -> Array:
         """Convert a world point to the body's axes, from its centre of mass."""
@@ -460,8 +421,8 @@ class RigidBodyWorld:
 
     def _advance_stretch(self, begin: float, duration: float, impulses: dict[str, float]) -> None:
         """Advance by `duration` [s] from the time `begin` in equal sub-steps; add the impulses [N s] of joints to `impulses`."""
-        self._meet_sea(duration)
-        held = self._articulated() if self._joints and self._state.is_free.any() else None
+        self._answer.meet_sea(self.time, duration)
+        held = self._answer.articulated(self.time) if self._answer.is_needed else None
         rate = step_rate(self._state, self._gravity, held, self.lines, self._encounters, duration)
         count = max(1, math.ceil(duration * rate - 1e-9))
         sub_step = duration / count
@@ -475,7 +436,7 @@ class RigidBodyWorld:
 
         Return the forces (J, 3) [N] of joints on their first bodies, including those that the engine adds because of contacts.
         """
-        self._meet_sea(sub_step)
+        self._answer.meet_sea(self.time, sub_step)
         pull = self.lines.pull_for(sub_step, self._state.pose, self._state.twist)
         wrench = self._state.wrench + self._state.applied_wrench + pull + self._state.sea_load
         free = [body for body in self._bodies.values() if body.motion == "free"]
@@ -484,21 +445,14 @@ class RigidBodyWorld:
         if held:
             led += [(body, self._holds.rest(body.row)) for body in held]
             free = [body for body in free if body not in held]
-        forces, joint_wrench = self._joint_forces(wrench, sub_step)
+        forces, joint_wrench = self._answer.forces(self.time, wrench, sub_step)
         if free:
             handed = wrench + joint_wrench
-            if self._sea is not None:
-                handed = handed - self._sea.resisted(handed, self._gravity, sub_step)
+            if self._answer.sea is not None:
+                handed = handed - self._answer.sea.resisted(handed, self._gravity, sub_step)
             self._engine.step(free, led, handed, sub_step)
-            self._sea_changed()
+            self._answer.moved()
         for body, motion in led:
             self._place(body, motion)
         self.time = end
         return forces
-
-    def _joint_forces(self, wrench: Array, sub_step: float) -> tuple[Array, Array]:
-        """Return the forces (J, 3) [N] with which joints answer a `wrench` (B, 6) over a sub-step [s], and their own wrench (B, 6)."""
-        if not (self._joints and self._state.is_free.any()):
-            return np.zeros((len(self._joints), 3)), np.zeros(wrench.shape)
-        free = self._state.accelerations_under(wrench, self._gravity)
-        return self._articulated().forces(free, sub_step, CLOSING)

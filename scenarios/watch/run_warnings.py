@@ -14,7 +14,7 @@ from oilsim.advance_report import AdvanceReport
 from recordings.frame import EventLevel
 from scenarios.scenario import Scenario
 from scenarios.setup.fill_lattice import misfits
-from scenarios.watch.boom_scoring import Notice
+from scenarios.watch.boom_score import Notice
 
 TOLD = 2.0  # times a tolerance that a solve may leave before it is said: less is the same flow
 

@@ -1,0 +1,283 @@
+"""The scores of a boom exercise: where the oil is, how fast and how hard the boom was towed, and when it first leaked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from copy import deepcopy
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.constants import knot
+
+from booms.boom_state import BoomState, beside, signed_distance
+from booms.containment import PRACTICE_SPEED, ContainmentOptions, ContainmentReport, ContainmentTracker
+from booms.deployment import BoomLayout
+from booms.losses.closure_losses import ClosureLosses
+from booms.scores import HeldSpeed, LossSpeeds, TensionRecord
+from coupling.rigid.rigid_body_world import RigidBodyWorld
+from oilsim.solver import Fluid
+from recordings.frame import EventLevel
+from recordings.replay.running_extremes import WORST
+from recordings.words import cause_in_words
+from scenarios.scenario import Scenario
+from scenarios.schema.exercise import body_of
+from scenarios.watch.sea_edge import sides_passed
+from scenarios.watch.slick_account import with_slick
+
+if TYPE_CHECKING:
+    from coupling.participants.slick import SlickParticipant
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Notice:
+    """Text worth a line in the log, how serious it is, and who says it."""
+
+    text: str
+    level: EventLevel
+    source: str
+
+
+class BoomScore:
+    """Keeps one boom's account from communication point to communication point; only `advance` changes it."""
+
+    def __init__(
+        self,
+        name: str,
+        scenario: Scenario,
+        layout: BoomLayout,
+        tensions: Mapping[str, str],
+        closures: ClosureLosses | None = None,
+    ) -> None:
+        """Prepare the account; `tensions` has, for each end, the joint that carries the tow tension; closures None: there are none."""
+        settings = scenario.booms[name]
+        self.name = name
+        self.report: ContainmentReport | None = None
+        self.closures = closures
+        self._layout = layout
+        self._tension_joints = dict(tensions)
+        self._tensions = {end: TensionRecord() for end in tensions}
+        self._losses = LossSpeeds()
+        self._held = HeldSpeed.at(PRACTICE_SPEED, settings.skirt_depth)
+        self._area = np.array(settings.area)
+        self._oil_in_area: float | None = None  # [m3]
+        self._vessels = [body_of(end) for end in settings.ends if isinstance(end, str)]
+        self._time: float | None = None
+        self._worst: dict[str, float] = {}
+        self._told: set[str] = set()
+        self._notices: list[Notice] = []
+        self._series: dict[str, float] = {}
+        spacing = scenario.fluid.particle_spacing
+        self._tank, self._slack, self._volume = scenario.tank, spacing, spacing**3
+        self._ended = False  # once the boom has left the simulated sea
+        self.tracker = ContainmentTracker(
+            ContainmentOptions(
+                skirt_depth=settings.skirt_depth,
+                freeboard=settings.freeboard,
+                particle_volume=self._volume,
+                hysteresis=spacing,
+                kinematic_viscosity=max(
+                    (phase.viscosity / phase.rest_density for phase in scenario.phases.values() if phase.is_oil),
+                    default=0.0,
+                ),
+                period=scenario.tank.period,
+            )
+        )
+
+    def advance(
+        self,
+        time: float,
+        world: RigidBodyWorld,
+        oil: tuple[Array, NDArray[np.uint32]],
+        level: float,
+        current: Array,
+        slick: SlickParticipant | None,
+    ) -> None:
+        """Take the state at `time` [s] into the account, which ends once the boom or a vessel of it has left the simulated sea.
+
+        oil: positions (N, 3) [m] and ids (N,); level [m] of the still water; current (3,) [m/s]; slick: oil that is no particles.
+        """
+        state = self._state(world)
+        self._look_out(world, state)
+        if self._ended:
+            self._series = {}
+            return
+        report = self.tracker.update(
+            time, state, *oil, water_level=level, current=(float(current[0]), float(current[1]))
+        )
+        if slick is not None:
+            report = with_slick(report, slick, self.name)
+        self.report = report
+        held = float(self._held.add(time, state.normal_flow(current)).max())
+        step = 0.0 if self._time is None else time - self._time
+        self._time = time
+        speed = self._tow_speed(world, current)
+        series = report.scalars() | {"metrics/tow_speed": speed}
+        series |= {"metrics/normal_speed_held": held, "metrics/normal_speed_limit": PRACTICE_SPEED}
+        if self.closures is not None:
+            series["metrics/closure_loss_rate"] = self.closures.rate
+        if len(self._area):
+            within = beside(oil[0], self._area, self._tank.period)[:, :2]
+            self._oil_in_area = float((signed_distance(within, self._area)[0] > 0.0).sum()) * self._volume
+            series["metrics/oil_in_area"] = self._oil_in_area
+        series |= {f"metrics/current/{axis}": float(current[place]) for place, axis in enumerate("xy")}
+        self._series = series | self._pull(world, step) | self._remember(report, held)
+        self._losses.add(time, speed, report.lost, report.retained + report.lost)
+        self._announce(report, speed, held)
+
+    def lose(self, time: float, fluid: Fluid, world: RigidBodyWorld, level: float) -> None:
+        """Let the closures carry out what is due at `time` [s], before the account takes the state in; level [m] of the still water."""
+        if self.closures is not None:
+            self.closures.act(time, fluid, self.tracker, self._state(world), level)
+
+    def take_parting(self, number: int) -> None:
+        """Announce that a joint, counted from 1 at the first end, has parted."""
+        between = f"has parted at joint {number}, between segments {number - 1} and {number}"
+        meaning = "its line counts as closed across the opening, and oil that passes there as lost through a joint"
+        self._tell_once(f"parted {number}", True, f"{between}; {meaning}")
+
+    def series(self) -> dict[str, float]:
+        """Return the scores at the last communication point, by the names of their series; empty before the first, and after the end."""
+        return dict(self._series)
+
+    def _look_out(self, world: RigidBodyWorld, state: BoomState) -> None:
+        """Say where the boom or one of its vessels leaves the simulated sea, and where it sails on into a sea that repeats."""
+        places = np.concatenate([state.line(), *(world.pose(name)[None, :2] for name in self._vessels)])
+        for side, text, ends in sides_passed(self._tank, places, self._slack):
+            self._tell_once(f"edge {side}", True, text)
+            self._ended |= ends
+
+    def take_notices(self) -> list[Notice]:
+        """Return and forget the notices since the last call."""
+        notices, self._notices = self._notices, []
+        return notices
+
+    def _announce(self, report: ContainmentReport, speed: float, held: float) -> None:
+        """Announce what happens for the first time."""
+        through = f"at {speed / knot:.2f} kn through the water"
+        share = 100.0 * self._losses.first_share
+        normal = f"water has run against the boom at more than 0.7 kn (normal to it) for {self._held.window:.2g} s"
+        self._tell_once("too fast", held > PRACTICE_SPEED, normal)
+        first, gross = self._losses.first_loss, self._losses.gross_loss
+        for cause, volume in report.lost_by_cause.items():
+            modelled, words = report.lost_modelled.get(cause, 0.0), cause_in_words(cause)
+            begun = self._losses.begun
+            self._tell_once(cause, begun and volume > modelled, f"first oil {words} (resolved), {through}")
+            self._tell_once(f"modelled {cause}", begun and modelled > 0.0, f"first oil {words} (modelled), {through}")
+        if first is not None:
+            self._tell_once("first loss", True, f"has lost more than {share:g} % of its oil, at {first / knot:.2f} kn")
+        if gross is not None:
+            rate, window = 100.0 * self._losses.gross_rate, self._losses.window
+            text = f"has lost more than {rate:g} % of its oil per second for {window:g} s, at {gross / knot:.2f} kn"
+            self._tell_once("gross loss", True, text)
+        self._take_back("first loss", first)
+        self._take_back("gross loss", gross)
+
+    def _take_back(self, loss: str, speed: float | None) -> None:
+        """Say that a loss that was told does not count any more."""
+        if speed is None and loss in self._told:
+            self._told.remove(loss)
+            text = f"has taken back what it had lost: its {loss} does not count"
+            self._notices.append(Notice(text, level="info", source=f"boom {self.name}"))
+
+    def _tell_once(self, key: str, happens: bool, text: str) -> None:
+        if happens and key not in self._told:
+            self._told.add(key)
+            self._notices.append(Notice(text, level="warning", source=f"boom {self.name}"))
+
+    def _state(self, world: RigidBodyWorld) -> BoomState:
+        names = [segment.name for segment in self._layout.segments]
+        poses = np.array([world.pose(name) for name in names])
+        return BoomState(
+            position=poses[:, :3],
+            orientation=poses[:, 3:],
+            velocity=np.array([world.twist(name)[:3] for name in names]),
+            joint_points=self._layout.segment.joint_points,
+            waterline=self._layout.segment.waterline,
+        )
+
+    def _tow_speed(self, world: RigidBodyWorld, current: Array) -> float:
+        """Compute the mean speed [m/s] of the towing vessels through the water."""
+        speeds = [float(np.linalg.norm(world.twist(name)[:2] - current[:2])) for name in self._vessels]
+        return float(np.mean(speeds)) if speeds else float(np.linalg.norm(current[:2]))
+
+    def _pull(self, world: RigidBodyWorld, duration: float) -> dict[str, float]:
+        """Return the tow tension [N] at each end, which acted for `duration` [s], and its peak."""
+        scalars: dict[str, float] = {}
+        for end, joint in self._tension_joints.items():
+            tension, record = world.tension(joint), self._tensions[end]
+            record.add(tension, duration)
+            scalars |= {f"metrics/tow_tension/{end}": tension, f"metrics/{WORST}tow_tension/{end}": record.peak}
+        return scalars
+
+    def _remember(self, report: ContainmentReport, held: float) -> dict[str, float]:
+        """Keep the extreme values of the summary's scores for recordings, which do not hold every communication point."""
+        for key, value in (("normal_speed_held", held), ("skirt_angle", report.skirt_angle)):
+            self._worst[key] = max(self._worst.get(key, 0.0), value)
+        draft = report.effective_draft
+        self._worst["effective_draft"] = min(self._worst.get("effective_draft", draft), draft)
+        return {f"metrics/{WORST}{key}": value for key, value in self._worst.items()}
+
+    def first_loss_speed(self) -> float | None:
+        """Return the tow speed [m/s] at the first loss; None before it."""
+        return self._losses.first_loss
+
+    def gross_loss_speed(self) -> float | None:
+        """Return the tow speed [m/s] at the gross loss; None before it."""
+        return self._losses.gross_loss
+
+    def save_state(self) -> dict[str, Any]:
+        """Return the account as it stands, as plain data."""
+        return {
+            "tracker": self.tracker.save_state(),
+            "closures": None if self.closures is None else self.closures.save_state(),
+            "report": None if self.report is None else asdict(self.report),
+            "tensions": {end: asdict(record) for end, record in self._tensions.items()},
+            "losses": asdict(self._losses),
+            "held": asdict(self._held),
+            "time": self._time,
+            "worst": dict(self._worst),
+            "told": sorted(self._told),
+            "ended": self._ended,
+            "oil_in_area": self._oil_in_area,
+        }
+
+    def restore_state(self, saved: Mapping[str, Any]) -> None:
+        """Go back to what `save_state` returned; `series` is empty until the next communication point."""
+        self._series = {}
+        self.tracker.restore_state(saved["tracker"])
+        if self.closures is not None:
+            self.closures.restore_state(saved["closures"])
+        self.report = None if saved["report"] is None else ContainmentReport(**saved["report"])
+        self._tensions = {end: TensionRecord(**record) for end, record in saved["tensions"].items()}
+        self._losses, self._held = LossSpeeds(**deepcopy(saved["losses"])), HeldSpeed(**deepcopy(saved["held"]))
+        self._time, self._worst = saved["time"], dict(saved["worst"])
+        self._told, self._notices = set(saved["told"]), []
+        self._ended, self._oil_in_area = saved["ended"], saved["oil_in_area"]
+
+    def summary(self) -> dict[str, Any]:
+        """Return the boom's scores; speeds are in knots and angles in degrees if the key says so."""
+        report = self.report
+        if report is None:
+            return {}
+        taken_in = report.retained + report.lost
+        return {
+            "retained_share": report.retained / taken_in if taken_in > 0.0 else None,
+            "gap_ratio": report.gap_ratio,
+            "largest_held_normal_speed_kn": self._worst["normal_speed_held"] / knot,
+            "largest_skirt_angle_deg": float(np.degrees(self._worst["skirt_angle"])),
+            "smallest_effective_draft_m": self._worst["effective_draft"],
+            "first_loss_speed_kn": _knots(self._losses.first_loss),
+            "gross_loss_speed_kn": _knots(self._losses.gross_loss),
+            "taken_back_m3": report.recovered,
+            "lost_modelled_share": sum(report.lost_modelled.values()) / report.lost if report.lost > 0.0 else None,
+            "oil_in_area_m3": self._oil_in_area,
+            "tow_tension_n": {end: {"mean": t.mean, "peak": t.peak} for end, t in self._tensions.items()},
+        }
+
+
+def _knots(speed: float | None) -> float | None:
+    return None if speed is None else speed / knot
