@@ -76,7 +76,7 @@ class JointAnswer:
         return self._articulation
 
     def accelerations(self, time: float, duration: float) -> Array:
-        """Return accelerations (B, 6) [m/s2, rad/s2] by gravity, applied wrenches and turning, joints included, which close in `duration`."""
+        """Return accelerations (B, 6) [m/s2, rad/s2] by all known forces; joints answer them and close within `duration` [s]."""
         articulation = self.articulated(time)
         if self._accelerations is None:
             self._accelerations = articulation.acceleration(self._state.known_accelerations(self._gravity), duration)
