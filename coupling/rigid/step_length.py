@@ -15,6 +15,9 @@ Array = npt.NDArray[np.float64]
 TURNED = (
     0.025  # [rad], largest turn; a tumbling body then gains or loses less than a thousandth of its energy in ten turns
 )
+TURNED_AT_SEA = (
+    0.1  # [rad], largest turn of bodies that a sea loads: its damping takes far more energy than the step's error makes
+)
 SWUNG = 0.5  # [rad], largest swing under the forces of joints; from 2 on swings grow
 SHORTEST = 5e-4  # [s], shortest step because of turns and swings, and of any single line when it is added
 
@@ -29,7 +32,7 @@ def step_rate(
 ) -> float:
     """Return the steps per second that bodies, joints (`held`) and lines need now, within the next `duration` [s]; gravity (3,) [m/s2]."""
     spin = np.linalg.norm(state.twist[state.is_free, 3:], axis=1)
-    patient = float(spin.max(initial=0.0)) / TURNED
+    patient = float(spin.max(initial=0.0)) / (TURNED if state.resistance is None else TURNED_AT_SEA)
     wrench = state.wrench + state.applied_wrench + lines.present_pull(state.pose, state.twist) + state.sea_load
     if held is not None:
         free = state.accelerations_under(wrench, gravity)

@@ -130,6 +130,7 @@ def drag_of_a_slide(client: int, density: float, gain: float = 1.0) -> np.ndarra
     return np.array(drag[10:])
 
 
+@pytest.mark.slow
 def test_what_a_strong_motor_moves_feels_the_same_water_whatever_it_weighs(client: int) -> None:
     """A motor that slowed its joint down passed for one that is overcome: drag of the light fell to nothing, and came back as a blow."""
     pybullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=client)

@@ -150,6 +150,7 @@ def test_bodies_apart_accelerate_as_each_alone(world: RigidBodyWorld, space: Rig
     assert not world.free_acceleration("held").any()
 
 
+@pytest.mark.slow
 def test_pendulum_period(world: RigidBodyWorld) -> None:
     # physical pendulum, small swing: T = 2 pi sqrt((I + m l^2) / (m g l)) (1 + theta^2 / 16)
     size, arm, swing = (0.1, 0.1, 0.4), 1.0, 0.1

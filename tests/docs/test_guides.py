@@ -45,7 +45,6 @@ def made_small(arguments: list[str], spacing: str = "0.16") -> list[str]:
     return arguments
 
 
-@pytest.mark.slow
 @pytest.mark.timeout(600)
 def test_trainers_guide(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     guide = DOCS / "guides" / "trainer.md"

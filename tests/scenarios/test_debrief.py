@@ -347,6 +347,7 @@ def test_a_boom_that_met_no_oil_is_debriefed_without_a_word_on_what_it_held(free
     assert "Left the tank without being lost by the boom" in page
 
 
+@pytest.mark.slow
 def test_a_run_without_booms_is_debriefed_without_a_grade(tmp_path: Path) -> None:
     small = ["--set", "fluid.particle_spacing=0.1", "--until", "0.04", "--threads", "1"]
     record = tmp_path / "still.rrd"

@@ -61,7 +61,7 @@ def test_most_random_scenes_can_be_built() -> None:
             fluid = build(scenario_from(random_scene(seed))).fluid
             built += fluid.particle_count > 0
             fluid.close()
-    assert built > 0.75 * len(SEEDS)
+    assert built >= 0.75 * len(SEEDS)
 
 
 def test_scene_that_fails_is_left_as_the_same_scenario() -> None:

@@ -45,6 +45,7 @@ def accelerations(scene: TankScene, steps: int) -> np.ndarray:
     return np.diff(speeds, axis=0) / (STEP * GRAVITY)
 
 
+@pytest.mark.slow
 def test_lagged_exchange_blows_up() -> None:
     # without the added mass ma the release acceleration is (1 - s) / s = 9 g, with it (1 - s) / (s + Ca) < 2 g. Then errors
     # grow by ma / m a step, to many times what gravity or buoyancy could do

@@ -113,6 +113,7 @@ def test_many_stiff_lines_on_one_body_are_stable_together(relaxation_time: float
     world.close()
 
 
+@pytest.mark.slow
 def test_a_stiff_line_that_a_winch_makes_short_stays_stable(world: RigidBodyWorld) -> None:
     # over a twentieth of its length it is 20 times as stiff a spring and damper, which steps of half a millisecond do not bear
     world.add_body("load", BOX, mass_properties(BOX, mass=MASS), (0.0, 0.0, -2.1))

@@ -223,6 +223,7 @@ UNSEEN = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", UNSEEN)
 def test_liquid_sees_as_much_of_the_solid_and_its_gradient_as_of_a_lattice(name: str) -> None:
     mesh = moved(UNSEEN[name], (0.4, -0.2, 0.9))

@@ -120,6 +120,7 @@ def test_relaxation_moves_particles_within_a_linear_flow(make_fluid, dimension):
     assert np.abs(state.velocity - expected)[:, core].max() < 100 * EPSILON * np.abs(velocity).max()
 
 
+@pytest.mark.slow
 def test_shifts_even_out_neighbours(make_fluid):
     # in a closed periodic box: the spread of densities and |g|, 0 on a lattice, fall; the mean density is given
     fluid = make_fluid(dimension=2, periodic=(True, False, True), gravity=(0.0, 0.0, 0.0))

@@ -108,6 +108,7 @@ def test_still_water_lies_still(make_fluid):
     assert rms(fluid, 20) < 5e-4 * math.sqrt(9.81)
 
 
+@pytest.mark.slow
 def test_a_loose_solve_does_not_feed_waves(make_fluid):
     # a wave as long as two basins; with the last step's pressure alone to begin with it came late, and the wave grew by a half
     length, depth = 2.01, 0.3

@@ -89,6 +89,7 @@ def travelled(sleep_speed, duration=2.0):
     return along(fluid) - start, min(shares), max(shares)
 
 
+@pytest.mark.slow
 def test_wave_through_sleeping_water_is_as_much_slower_as_the_sleep_speed_lets_it_be():
     whole = travelled(0.0)[0]
     lost = []

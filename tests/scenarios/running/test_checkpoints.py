@@ -144,6 +144,7 @@ def test_too_many_checkpoints_are_thinned_out_and_every_time_can_still_be_gone_b
     assert find_restart(tmp_path / "whole.rrd", 3 * STEP).index == 0
 
 
+@pytest.mark.slow
 def test_orders_on_the_way_are_the_same_whether_given_before_or_after_a_restart(tmp_path: Path) -> None:
     """An instructor goes back to step 7 and tows faster into a turned current: as if it had been planned so.
 
@@ -198,6 +199,7 @@ def test_what_holds_from_the_beginning_is_told_there(tmp_path: Path) -> None:
     assert again == told[1:]
 
 
+@pytest.mark.slow
 def test_a_pipe_is_shut_and_opened_by_order(tmp_path: Path) -> None:
     """Shut at step 4 of 12: the oil is what it was then. Opened again at step 8, at twice the speed: it grows twice as fast."""
     pouring = ("rock-coating", "fluid.particle_spacing=0.03", f"run.communication_step={STEP}", "emitters.pipe.speed=3")

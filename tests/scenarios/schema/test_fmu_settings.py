@@ -74,6 +74,7 @@ def participant(assembly: Assembly, name: str) -> IsolatedFmu:
     return found
 
 
+@pytest.mark.slow
 def test_winch_renders_until_the_line_pulls_as_ordered(folder: Path) -> None:
     """On the winch the tug pays out line under load; with the brake set the line keeps its length and pulls harder."""
     lengths, tensions = {}, {}
