@@ -9,12 +9,22 @@ WIDE_SEA = 0.05  # part of the section that a boom may fill without a word: the 
 _NARROWEST = 0.05  # part of the section that is taken to stay open, for the words alone
 
 
-def skirt_in_words(skirt_depth: float, spacing: float) -> str:
-    """Say how many particles deep a skirt is, and which figures are not to be trusted for that; depth and spacing [m]."""
+def skirt_in_words(skirt_depth: float, spacing: float, *, has_closures: bool) -> str:
+    """Say how many particles deep a skirt is, and which figures are not to be trusted for that; depth and spacing [m].
+
+    has_closures: whether what particles are too coarse to lose is modelled (`booms.losses`).
+    """
     count = skirt_depth / spacing
     deep = f"its skirt is {count:.2g} particles deep"
+    if count < COARSE and has_closures:
+        return (
+            f"{deep}: the speed of the first loss is modelled, within the band of practice; "
+            "lost volumes, draft and tension are not to be trusted"
+        )
     if count < COARSE:
         return f"{deep}: how the boom fails can be seen, but loss speeds, lost volumes, draft and tension are not to be trusted"
+    if count < FINE and has_closures:
+        return f"{deep}: the speed of the first loss is modelled, within the band of practice"
     if count < FINE:
         return (
             f"{deep}: loss speeds come out too high, at 16 particles by about half; {FINE:g} particles would give them"

@@ -252,7 +252,10 @@ def _notes(replay: Replay) -> list[str]:
         )
     notes += [f"The recording has one in {count} frames of {name}." for name, count in replay.thinning.items()]
     for boom in _booms(replay):
-        told = (skirt_in_words(boom.skirt_depth, spacing), blockage_in_words(boom.blockage))
+        told = (
+            skirt_in_words(boom.skirt_depth, spacing, has_closures=_has_closures(replay)),
+            blockage_in_words(boom.blockage),
+        )
         notes += [f"Boom {boom.name}: {text}." for text in told if text]
         if boom.skirt_depth / spacing < _COARSE:
             notes.append(_COARSE_CLOSED if _has_closures(replay) else _COARSE_ALONE)

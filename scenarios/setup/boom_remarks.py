@@ -12,6 +12,7 @@ from booms.resolution import blockage_in_words, skirt_in_words
 from recordings.words import course_in_words
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import BoomSettings
+from scenarios.setup.boom_losses import has_closures
 from scenarios.setup.fleet import bulge_of
 
 
@@ -23,7 +24,7 @@ def boom_remarks(scenario: Scenario, level: float) -> dict[str, str]:
 def _remarks(name: str, scenario: Scenario, level: float) -> Iterator[tuple[str, str]]:
     yield (
         f"skirt {name}",
-        f"boom {name}: {skirt_in_words(scenario.booms[name].skirt_depth, scenario.fluid.particle_spacing)}",
+        f"boom {name}: {_skirt(scenario, name)}",
     )
     text = _bulge_in_words(scenario.booms[name], scenario)
     if text:
@@ -81,3 +82,8 @@ def _way(boom: BoomSettings, scenario: Scenario) -> float | None:
         return scenario.tow.heading
     current = scenario.forcing.current
     return None if current is None or current.speed == 0.0 else current.direction
+
+
+def _skirt(scenario: Scenario, boom: str) -> str:
+    closed = has_closures(scenario, boom)
+    return skirt_in_words(scenario.booms[boom].skirt_depth, scenario.fluid.particle_spacing, has_closures=closed)

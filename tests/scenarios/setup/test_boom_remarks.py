@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from booms.resolution import skirt_in_words
 from scenarios.load import scenario_from
 from scenarios.setup.boom_remarks import blockage, boom_remarks
 from scenarios.setup.cost import estimate
@@ -67,7 +68,7 @@ def test_remarks_name_particles_blockage_and_side() -> None:
     against = boom_remarks(changed(booms__inlet__bulge="right"), 0.8)["bulge inlet"]
     assert "towards 270" in against and "against the current" in against
     fine = boom_remarks(changed(fluid__particle_spacing=0.02), 0.8)["skirt inlet"]
-    assert "20 particles deep: loss speeds come out too high" in fine
+    assert "20 particles deep: the speed of the first loss is modelled" in fine
     assert set(told.values()) <= set(estimate(changed()).told)
 
 
@@ -106,3 +107,12 @@ def test_an_exclusion_needs_its_area() -> None:
     assert changed().booms["inlet"].kind == "containment"
     with pytest.raises(ValueError, match=r"criteria.hold is unknown, did you mean 'held'"):
         scenario_from(MOORED | {"criteria": {"hold": {"weight": 2.0}}})
+
+
+def test_words_on_a_skirt_follow_from_its_particles_and_from_closures() -> None:
+    alone = [skirt_in_words(0.25, spacing, has_closures=False) for spacing in (0.1, 0.02, 0.005)]
+    closed = [skirt_in_words(0.25, spacing, has_closures=True) for spacing in (0.1, 0.02, 0.005)]
+    assert "loss speeds, lost volumes, draft and tension are not to be trusted" in alone[0]
+    assert "loss speeds come out too high" in alone[1]
+    assert alone[2] == closed[2]
+    assert all("the speed of the first loss is modelled" in words for words in closed[:2])
