@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from booms.containment import Cause, ContainmentTracker
+from booms.containment import ContainmentTracker
+from oilsim.slick.loss_cause import LossCause
 
 _NOT_LOST = -1
 
@@ -38,13 +39,13 @@ def balance(trackers: Sequence[ContainmentTracker], ids: NDArray[np.integer]) ->
     """Count the particles by their fate; `ids` (N,) are those in the water now, and every boom has been updated with them."""
     seen, cause, retained, modelled = _settled(trackers)
     present, lost = np.isin(seen, ids), cause != _NOT_LOST
-    counts = np.bincount(cause[lost], minlength=len(Cause))
-    closures = np.bincount(cause[lost & modelled], minlength=len(Cause))
+    counts = np.bincount(cause[lost], minlength=len(LossCause))
+    closures = np.bincount(cause[lost & modelled], minlength=len(LossCause))
     return OilBalance(
         retained=int((present & retained).sum()),
         free=len(ids) - int((present & (retained | lost)).sum()),
-        lost_by_cause={one.name.lower(): int(counts[one]) for one in Cause if counts[one]},
-        lost_modelled={one.name.lower(): int(closures[one]) for one in Cause if closures[one]},
+        lost_by_cause={one.name.lower(): int(counts[one]) for one in LossCause if counts[one]},
+        lost_modelled={one.name.lower(): int(closures[one]) for one in LossCause if closures[one]},
         lost_and_gone=int((lost & ~present).sum()),
     )
 
@@ -52,7 +53,7 @@ def balance(trackers: Sequence[ContainmentTracker], ids: NDArray[np.integer]) ->
 def lost_ids(trackers: Sequence[ContainmentTracker]) -> dict[str, NDArray[np.uint32]]:
     """Return the ids (K,) of the particles that are lost now, in increasing order, by cause; only causes that occur."""
     seen, cause, _, _ = _settled(trackers)
-    found = {one.name.lower(): seen[cause == one].astype(np.uint32) for one in Cause}
+    found = {one.name.lower(): seen[cause == one].astype(np.uint32) for one in LossCause}
     return {name: ids for name, ids in found.items() if len(ids)}
 
 

@@ -18,24 +18,12 @@ from numpy.typing import NDArray
 from scipy.constants import hour, nautical_mile
 
 from booms.boom_state import BoomState, beside, signed_distance
+from oilsim.slick.loss_cause import LossCause
 
 Array = NDArray[np.float64]
 
 PRACTICE_SPEED = 0.7 * nautical_mile / hour
 """Speed normal to a boom, 0.7 knots [m/s], above which booms lose oil in practice."""
-
-
-class Cause(IntEnum):
-    """The ways in which oil leaves a boom; `ContainmentTracker` has the rules."""
-
-    ENTRAINMENT = 0
-    DRAINAGE = 1
-    CRITICAL_ACCUMULATION = 2
-    PLANING = 3
-    SUBMERGENCE = 4
-    SPLASH_OVER = 5
-    AROUND_ENDS = 6
-    THROUGH = 7
 
 
 RESOLVED = (
@@ -196,7 +184,7 @@ class ContainmentTracker:
         self._was_inside[index] = inside
         return self._report(time, index, inside, boom, water_level, np.array(current))
 
-    def lose(self, time: float, particle: int, cause: Cause, segment: int) -> None:
+    def lose(self, time: float, particle: int, cause: LossCause, segment: int) -> None:
         """Count a retained particle as lost at `time` [s] by a closure, which has carried it past `segment`.
 
         Raises ValueError for a particle that the boom does not hold.
@@ -299,8 +287,8 @@ class ContainmentTracker:
         lost = self._known & (self._fate == _Fate.LOST)
         present = np.zeros(len(self._fate), dtype=np.bool_)
         present[index] = True
-        count = np.bincount(self._cause[lost], minlength=len(Cause))
-        modelled = np.bincount(self._cause[lost & self._modelled], minlength=len(Cause))
+        count = np.bincount(self._cause[lost], minlength=len(LossCause))
+        modelled = np.bincount(self._cause[lost & self._modelled], minlength=len(LossCause))
         foot = boom.heights(options.freeboard, options.skirt_depth)[1]
         return ContainmentReport(
             time=time,
@@ -311,8 +299,8 @@ class ContainmentTracker:
             lost=float(lost.sum()) * volume,
             removed=float((self._known & ~present & ~lost).sum()) * volume,
             recovered=self._recovered * volume,
-            lost_by_cause={cause.name.lower(): float(count[cause]) * volume for cause in Cause},
-            lost_modelled={cause.name.lower(): float(modelled[cause]) * volume for cause in Cause},
+            lost_by_cause={cause.name.lower(): float(count[cause]) * volume for cause in LossCause},
+            lost_modelled={cause.name.lower(): float(modelled[cause]) * volume for cause in LossCause},
             gap_ratio=boom.gap_ratio,
             normal_speed=float(boom.normal_speed(current).max()),
             effective_draft=float((water_level - foot).min()),
@@ -340,13 +328,13 @@ def _causes(
     under = crossings.height <= foot + grace
     viscous = options.kinematic_viscosity > options.viscous_limit
     rules = [
-        (crossings.edge >= len(boom.position), Cause.AROUND_ENDS),
-        (under & (boom.skirt_angle()[segment] > options.planing_angle), Cause.PLANING),
-        (under & viscous, Cause.CRITICAL_ACCUMULATION),
-        (under & drains, Cause.DRAINAGE),
-        (under, Cause.ENTRAINMENT),
-        (top < water_level, Cause.SUBMERGENCE),
-        (crossings.height > top - grace, Cause.SPLASH_OVER),
+        (crossings.edge >= len(boom.position), LossCause.AROUND_ENDS),
+        (under & (boom.skirt_angle()[segment] > options.planing_angle), LossCause.PLANING),
+        (under & viscous, LossCause.CRITICAL_ACCUMULATION),
+        (under & drains, LossCause.DRAINAGE),
+        (under, LossCause.ENTRAINMENT),
+        (top < water_level, LossCause.SUBMERGENCE),
+        (crossings.height > top - grace, LossCause.SPLASH_OVER),
     ]
-    choice = np.select([rule for rule, _ in rules], [int(cause) for _, cause in rules], int(Cause.THROUGH))
+    choice = np.select([rule for rule, _ in rules], [int(cause) for _, cause in rules], int(LossCause.THROUGH))
     return choice.astype(np.int8)

@@ -102,7 +102,7 @@ def _names(parts: Parts) -> Iterator[Problem]:
                 yield Problem(table, f"has an entry {name!r}, allowed: {NAME_ALLOWED}")
     if not parts.names["phases"]:
         yield Problem("phases", "is empty, allowed: one phase or more")
-    bare = parts.run is not None and parts.run.detail == "none"
+    bare = parts.run is not None and not parts.run.has_particles
     if not parts.names["fill"] and not parts.names["emitters"] and not bare:
         yield Problem("fill", "is empty and so is emitters, allowed: liquid in one of them")
 

@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from booms.containment import Cause
 from booms.losses.ways import WAYS
+from oilsim.slick.loss_cause import LossCause
 
 Array = NDArray[np.float64]
 
@@ -34,7 +34,7 @@ class LossBudgets:
         """Begin with shares of `particle_volume` [m3] drawn from `seed`."""
         self._volume = particle_volume
         self.owed: Array = particle_volume * np.random.default_rng(seed).random((len(WAYS), segments))
-        self._claims = np.zeros((len(Cause), segments))  # [m3] by the closures, less what was paid, by cause
+        self._claims = np.zeros((len(LossCause), segments))  # [m3] by the closures, less what was paid, by cause
 
     def add(self, closure: Array, resolved: Array, duration: float) -> None:
         """Add the closures' losses (causes, S) [m3] of `duration` [s], and the particles' own losses there in that time."""
@@ -43,14 +43,14 @@ class LossBudgets:
             self.owed[row] += closure[list(way)].sum(axis=0) - resolved[list(way)].sum(axis=0)
         self._claims += closure
 
-    def due(self, segment: int, way: int) -> Cause | None:
+    def due(self, segment: int, way: int) -> LossCause | None:
         """Return the cause by which a particle of a segment is due on a way out; None where less than a particle is owed."""
         if self.owed[way, segment] < self._volume:
             return None
         causes = WAYS[way]
         return causes[int(np.argmax(self._claims[list(causes), segment]))]
 
-    def pay(self, segment: int, way: int, cause: Cause) -> None:
+    def pay(self, segment: int, way: int, cause: LossCause) -> None:
         """Take one particle off what a segment owes."""
         self.owed[way, segment] -= self._volume
         self._claims[cause, segment] -= self._volume

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from booms.boom_state import BoomState, signed_distance
-from booms.containment import Cause, ContainmentTracker, Standing
+from booms.containment import ContainmentTracker, Standing
 from booms.losses.budgets import LossBudgets
 from booms.losses.lean import effective_draft
 from booms.losses.liquids import OilOnWater, mixed
@@ -25,6 +25,7 @@ from booms.losses.slick import front_thickness
 from booms.losses.strips import segments_ahead, standing_share
 from booms.losses.undisturbed import flow_ahead, forced_flow, surface_ahead
 from booms.losses.ways import WAYS
+from oilsim.slick.loss_cause import LossCause
 from oilsim.solver import Fluid
 
 Array = NDArray[np.float64]
@@ -162,10 +163,10 @@ class ClosureLosses:
         segments = self._boom.segments
         fresh = (standing.lost_at >= since) & ~standing.modelled & (standing.segment < segments)
         place = standing.cause[fresh].astype(np.int64) * segments + standing.segment[fresh]
-        count = np.bincount(place, minlength=len(Cause) * segments)
-        return self._volume * count.reshape(len(Cause), segments).astype(np.float64)
+        count = np.bincount(place, minlength=len(LossCause) * segments)
+        return self._volume * count.reshape(len(LossCause), segments).astype(np.float64)
 
-    def _due(self) -> Iterator[tuple[int, int, Cause]]:
+    def _due(self) -> Iterator[tuple[int, int, LossCause]]:
         """Yield segment, way and cause of every particle that is due; one that cannot be carried out stays due until the next look."""
         for segment in range(self._boom.segments):
             for way in range(len(WAYS)):
@@ -181,7 +182,7 @@ class ClosureLosses:
         tracker: ContainmentTracker,
         state: BoomState,
         held: _HeldOil,
-        due: tuple[int, int, Cause],
+        due: tuple[int, int, LossCause],
     ) -> None:
         """Let a held particle of a segment change places with a water particle behind it, and tell the budget and the account."""
         segment, way, cause = due

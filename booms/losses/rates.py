@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from booms.containment import Cause
 from booms.losses.accumulation import VISCOUS_LIMIT, accumulation_rate
 from booms.losses.drainage import SUCTION, drainage_rate, held_thickness
 from booms.losses.entrainment import ONSET_RATIO, RATE, entrainment_rate, escaping_share, head_share
@@ -18,6 +17,7 @@ from booms.losses.resolution import Resolution
 from booms.losses.slick import FRICTION, boom_thickness
 from booms.losses.ways import UNDER_FOOT
 from oilsim.quantity import quantity, require
+from oilsim.slick.loss_cause import LossCause
 
 Array = NDArray[np.float64]
 
@@ -71,27 +71,27 @@ class Closures:
 
     def rates(self, drivers: Drivers, oil: OilOnWater) -> Array:
         """Compute the losses by cause and segment (causes, S) [m2/s per metre of boom]."""
-        result = np.zeros((len(Cause), len(drivers.speed)))
+        result = np.zeros((len(LossCause), len(drivers.speed)))
         wet = (drivers.held > 0.0) & (drivers.speed > SLOWEST)
         speed, held = np.where(wet, drivers.speed, 1.0), np.where(wet, drivers.held, 0.0)
         friction = self.coefficients.friction
         # a thin pool has less of a front than the formula of a long slick gives: share of it that is there
         share = np.where(wet, head_share(speed, held, oil, friction), 0.0)
         thickness = np.where(wet, boom_thickness(speed, held, oil, friction), 0.0)
-        result[Cause.ENTRAINMENT] = share * self._entrained(speed, held, oil)
+        result[LossCause.ENTRAINMENT] = share * self._entrained(speed, held, oil)
         if self.resolution is None or not self.resolution.drainage:
             limit = held_thickness(speed, drivers.draft, oil, self.coefficients.suction)
-            result[Cause.DRAINAGE] = share * drainage_rate(thickness, limit, oil)
-            result[Cause.CRITICAL_ACCUMULATION] = share * accumulation_rate(speed, thickness, oil)
+            result[LossCause.DRAINAGE] = share * drainage_rate(thickness, limit, oil)
+            result[LossCause.CRITICAL_ACCUMULATION] = share * accumulation_rate(speed, thickness, oil)
         planes = drivers.lean > self.planing_angle
         under = list(UNDER_FOOT)
-        result[Cause.PLANING, planes] = result[:, planes][under].sum(axis=0)
+        result[LossCause.PLANING, planes] = result[:, planes][under].sum(axis=0)
         for cause in under:
-            if cause is not Cause.PLANING:
+            if cause is not LossCause.PLANING:
                 result[cause, planes] = 0.0
         over = self._overflow(drivers, thickness)
-        result[Cause.SUBMERGENCE] = np.where(drivers.sunk, over, 0.0)
-        result[Cause.SPLASH_OVER] = np.where(drivers.sunk, 0.0, over)
+        result[LossCause.SUBMERGENCE] = np.where(drivers.sunk, over, 0.0)
+        result[LossCause.SPLASH_OVER] = np.where(drivers.sunk, 0.0, over)
         return result
 
     def _entrained(self, speed: Array, held: Array, oil: OilOnWater) -> Array:

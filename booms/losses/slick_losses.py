@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from booms.containment import Cause
 from booms.losses.liquids import OilOnWater
 from booms.losses.rates import Closures, Drivers
 from oilsim.slick.loss_cause import LossCause, Pools
@@ -39,14 +38,14 @@ class SlickLosses:
 
     def __call__(self, pools: Pools) -> Mapping[LossCause, Array]:
         """Return the rates (P,) [m3/s] by which each pool loses oil, of every cause that acts."""
-        total = np.zeros((len(Cause), len(pools.volume)))
+        total = np.zeros((len(LossCause), len(pools.volume)))
         for boom in self._booms:
             held = np.zeros(len(pools.volume), np.bool_)
             held[2 * boom.rows.start : 2 * boom.rows.stop] = True
             rows = np.flatnonzero(held & (pools.volume > 0.0))
             if len(rows):
                 total[:, rows] = boom.closures.rates(_drivers(pools, rows), _mean_oil(pools, rows)) * pools.length[rows]
-        return {LossCause[cause.name]: total[cause] for cause in Cause if total[cause].any()}
+        return {cause: total[cause] for cause in LossCause if total[cause].any()}
 
 
 def _drivers(pools: Pools, rows: NDArray[np.int64]) -> Drivers:

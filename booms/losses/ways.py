@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from booms.containment import Cause
+from oilsim.slick.loss_cause import LossCause
 
-UNDER_FOOT = (Cause.ENTRAINMENT, Cause.DRAINAGE, Cause.CRITICAL_ACCUMULATION, Cause.PLANING)
+UNDER_FOOT = (LossCause.ENTRAINMENT, LossCause.DRAINAGE, LossCause.CRITICAL_ACCUMULATION, LossCause.PLANING)
 """The causes by which oil passes under the skirt."""
-OVER_TOP = (Cause.SUBMERGENCE, Cause.SPLASH_OVER)
+OVER_TOP = (LossCause.SUBMERGENCE, LossCause.SPLASH_OVER)
 """The causes by which oil passes over the float."""
 WAYS = (UNDER_FOOT, OVER_TOP)

@@ -35,11 +35,19 @@ class Surface(Protocol):
         """Return the height (N,) [m] of the surface at places (N, 2) [m] at `time` [s]."""
 
 
+class FlatSurface:
+    """A surface without waves, at the height 0."""
+
+    def elevation(self, xy: Array, time: float) -> Array:
+        """Return zeros (N,) [m]."""
+        return np.zeros(len(xy))
+
+
 class SlickParticipant:
     """Steps a `Slick` whose barriers named by `booms` and `hulls` follow bodies; see the module for its variables.
 
-    flow: motion of floating oil; water: that of the water at the booms' depth, the same if None; loss_rate: closures; level [m] of the
-    surface, or the `surface` of a sea with waves, from which the draft of booms is measured. Releases and recovery are calls of the slick,
+    flow: motion of floating oil; water: that of the water at the booms' depth, the same if None; loss_rate: closures; surface: from
+    which the draft of booms is measured, by default flat at the height 0. Releases and recovery are calls of the slick,
     between steps. Raises ValueError for a boom that the slick does not have, or has with another number of segments.
     """
 
@@ -53,10 +61,9 @@ class SlickParticipant:
         hulls: Sequence[HullBody] = (),
         loss_rate: LossRate = no_loss,
         water: SurfaceFlow | None = None,
-        level: float = 0.0,
         surface: Surface | None = None,
     ) -> None:
-        self._name, self._slick, self._level, self._surface = name, slick, level, surface
+        self._name, self._slick, self._surface = name, slick, surface or FlatSurface()
         self._flow, self._water, self._loss_rate = flow, water, loss_rate
         self._booms, self._hulls = tuple(booms), tuple(hulls)
         self._rows = {boom.name: slick.barriers.rows(boom.name) for boom in booms}
@@ -164,8 +171,8 @@ class SlickParticipant:
         poses = {body: self._inputs[f"{body}.pose"] for body in self._bodies}
         for boom in self._booms:
             feet = boom.feet(poses)
-            heights = self._level if self._surface is None else self._surface.elevation(feet[:, :2], time)
-            self._slick.move(boom.name, boom.nodes(poses), np.maximum(heights - feet[:, 2], 0.0))
+            depth = self._surface.elevation(feet[:, :2], time) - feet[:, 2]
+            self._slick.move(boom.name, boom.nodes(poses), np.maximum(depth, 0.0))
         for hull in self._hulls:
             self._slick.move(hull.name, hull.outline(poses))
 

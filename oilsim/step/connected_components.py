@@ -11,7 +11,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from oilsim.backend.jit import ALLOCATING, FAST, inlined
+from oilsim.backend.disjoint_sets import find, join
+from oilsim.backend.jit import ALLOCATING, FAST
 from oilsim.boundaries.contacts import BodyPairs
 from oilsim.neighborhood.neighbor_search import Pairs
 
@@ -19,22 +20,6 @@ Part = NDArray[np.int32]
 
 # [1] neighbours of each particle that are joined first; paper (Sutton et al. 2018); their two rounds
 SAMPLED = 2
-
-
-@inlined
-def find(parent, node):
-    """Return the root of a node by the indices in `parent` (nodes,) int32, halving the way there."""
-    while parent[node] != node:
-        parent[node] = parent[parent[node]]
-        node = parent[node]
-    return node
-
-
-@inlined
-def join(parent, a, b):
-    """Put the nodes a and b under one root, the smaller of both; parent (nodes,) int32: index of each node's parent."""
-    a, b = find(parent, a), find(parent, b)
-    parent[max(a, b)] = min(a, b)
 
 
 @njit(**FAST)

@@ -232,7 +232,7 @@ def _require_orders(scenario: Scenario, settings: Sequence[str]) -> None:
 
 def _why_unfelt(keys: Sequence[str], scenario: Scenario) -> str:
     """Say why nothing in a run of this scenario feels an entry; empty if something does."""
-    table, is_bare = keys[0], scenario.run.detail == "none"
+    table, is_bare = keys[0], not scenario.run.has_particles
     if table == "tow" and scenario.tow is None:
         return "changes tow, but the run was started without it; allowed: tables that the run has"
     if table == "emitters" and is_bare:

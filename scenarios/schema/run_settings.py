@@ -36,6 +36,11 @@ class RunSettings(Section):
     detail: Literal["particles", "none"] = "particles"
     budget: bool = False
 
+    @property
+    def has_particles(self) -> bool:
+        """True if the liquid is simulated as particles; else the sea is formulas and oil is parcels."""
+        return self.detail == "particles"
+
     def problems(self) -> Iterator[Problem]:
         """Check that a run has at least one step, and not more than can be counted, written and waited for."""
         if self.communication_step > self.duration:

@@ -19,7 +19,7 @@ def has_closures(scenario: Scenario, boom: str) -> bool:
 
 def closure_losses(scenario: Scenario, boom: str, layout: BoomLayout) -> ClosureLosses | None:
     """Create the closures of a boom; None where it has none."""
-    if not has_closures(scenario, boom) or scenario.run.detail == "none":
+    if not has_closures(scenario, boom) or not scenario.run.has_particles:
         return None
     settings, spacing = scenario.booms[boom], scenario.fluid.particle_spacing
     breadth = layout.segment.mesh.bounds[:, 1]

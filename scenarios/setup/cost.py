@@ -67,7 +67,7 @@ def require_memory(scenario: Scenario) -> None:
         key: BYTES_PER_PARTICLE * measure / fluid.particle_spacing**fluid.dimension for key, measure in counts.items()
     }
     pitch = BOUNDARY_SPACING * fluid.particle_spacing
-    closed = 0.0 if particle_free.is_particle_free(scenario) else _wall_measure(scenario.tank, plane)
+    closed = 0.0 if not scenario.run.has_particles else _wall_measure(scenario.tank, plane)
     needs["tank"] = BYTES_PER_BOUNDARY_PARTICLE * closed / pitch ** (fluid.dimension - 1)
     needs |= {"emitters": BYTES_PER_PARTICLE * sum(_emitted(scenario).values())}
     there = memory_there()
@@ -111,7 +111,7 @@ def estimate(scenario: Scenario) -> Cost:
     for name, points in positions.items():
         particles[scenario.fill[name].phase] += len(points)
     emitted = _emitted(scenario)
-    boundary = {} if particle_free.is_particle_free(scenario) else _boundary(scenario, solids)
+    boundary = {} if not scenario.run.has_particles else _boundary(scenario, solids)
     threads = scenario.run.threads or os.cpu_count() or 1
     steps = _steps(scenario, [float(points[:, 2].max()) for points in positions.values()])
     alive = sum(particles.values()) + 0.5 * sum(emitted.values())
@@ -149,7 +149,7 @@ def _told(scenario: Scenario, solids: Sequence[Solid], level: float) -> tuple[st
     """List the warnings of fills, bodies, booms and the sea with which a run would start; `level` [m] of the water."""
     fluid = scenario.fluid
     fills = tuple(misfits(scenario.fill, scenario.tank, fluid.particle_spacing, fluid.dimension).values())
-    if not solids or particle_free.is_particle_free(scenario):
+    if not solids or not scenario.run.has_particles:
         return (*fills, *(note for solid in solids for note in solid.notes), *unused_sea(scenario))
     from scenarios.setup.boom_remarks import boom_remarks
     from scenarios.setup.thin_bodies import thin_bodies, thin_samplings

@@ -244,7 +244,7 @@ def _boom(settings: BoomSettings, scenario: Scenario) -> Boom:
         water_density=water_density(scenario),
     )
     boom = design.boom()
-    return boom if scenario.run.detail == "none" else boom.resolved_by(scenario.fluid.particle_spacing)
+    return boom if not scenario.run.has_particles else boom.resolved_by(scenario.fluid.particle_spacing)
 
 
 def _boom_end(end: str | Point2, settings: BoomSettings, vessels: Mapping[str, Vessel], water_level: float) -> Point2:

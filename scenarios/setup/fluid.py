@@ -140,7 +140,7 @@ def build_fluid(scenario: Scenario, positions: Mapping[str, Array]) -> tuple[Flu
     fluid = Fluid(config, threads=scenario.run.threads)
     sides = tuple(side for side in tank.closed_sides if settings.dimension == 3 or side[1] != "y")
     handle = None
-    if sides and scenario.run.detail != "none":
+    if sides and scenario.run.has_particles:
         walls = tank_walls(
             tank.lower,
             tank.upper,

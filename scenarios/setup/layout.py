@@ -19,7 +19,7 @@ from scenarios.schema.exercise import joint_name
 from scenarios.schema.liquid import Tank
 from scenarios.schema.probe_settings import BodyProbe
 from scenarios.setup.at_sea.build_sea import build_sea
-from scenarios.setup.at_sea.particle_free import is_particle_free, load_bodies
+from scenarios.setup.at_sea.particle_free import load_bodies
 from scenarios.setup.fill_lattice import empty_regions, placed_regions
 from scenarios.setup.fleet import LINE_RELAXATION_TIME, Fleet, place_fleet, water_density
 from scenarios.setup.fluid import clear_of, pipe_problems, sorted_by_hollow, water_level
@@ -59,7 +59,7 @@ def lay_out(scenario: Scenario) -> Layout:
     fluid, problems = scenario.fluid, list[Problem]()
     regions = placed_regions(scenario.fill, scenario.tank, fluid.particle_spacing, fluid.dimension)
     problems += empty_regions(regions, fluid.particle_spacing)
-    bare = is_particle_free(scenario)
+    bare = not scenario.run.has_particles
     level = scenario.sea.level if bare and scenario.sea is not None else water_level(scenario, regions)
     fleet = place_fleet(scenario, level, problems)
     solids = (*own_solids(scenario, problems), *fleet.solids)
@@ -150,7 +150,7 @@ def _sampling_problems(solids: Sequence[Solid], spacing: float) -> Iterator[Prob
 
 def _world(scenario: Scenario, solids: Sequence[Solid], fleet: Fleet, problems: list[Problem]) -> RigidBodyWorld:
     """Put all solids and joints into one rigid-body world, with the tank's walls if a body could run into them."""
-    sub_step = SEA_SUB_STEP if is_particle_free(scenario) else SUB_STEP
+    sub_step = SEA_SUB_STEP if not scenario.run.has_particles else SUB_STEP
     step = scenario.run.communication_step
     world = RigidBodyWorld(gravity=scenario.fluid.gravity, sub_step=sub_step, communication_step=step)
     for solid in solids:

@@ -17,7 +17,7 @@ from oilsim.solver import Fluid
 from scenarios.problems import problems_of
 from scenarios.scenario import Scenario
 from scenarios.setup.at_sea.build_sea import unused_sea
-from scenarios.setup.at_sea.particle_free import is_particle_free, left_out, without_particles
+from scenarios.setup.at_sea.particle_free import left_out, without_particles
 from scenarios.setup.boom_remarks import boom_remarks
 from scenarios.setup.fleet import Fleet
 from scenarios.setup.fluid import build_fluid
@@ -68,7 +68,7 @@ def build_simulators(scenario: Scenario) -> Simulators:
     solids, coupled = layout.solids, layout.coupled
     with problems_of("fluid", "cannot be built"):
         fluid, tank = build_fluid(scenario, layout.positions)
-    wetted = [] if is_particle_free(scenario) else [solid for solid in solids if solid.wetted]
+    wetted = [] if not scenario.run.has_particles else [solid for solid in solids if solid.wetted]
     samplings = _sampled(wetted, scenario.fluid.particle_spacing)
     handles = _wet(fluid, wetted, samplings, coupled)
     return Simulators(
@@ -83,7 +83,7 @@ def build_simulators(scenario: Scenario) -> Simulators:
         world=layout.world,
         left_out=layout.left_out,
         thin={}
-        if is_particle_free(scenario)
+        if not scenario.run.has_particles
         else thin_bodies(solids, samplings, scenario.fluid.particle_spacing) | boom_remarks(scenario, layout.level),
         notes=(*(note for solid in solids for note in solid.notes), *unused_sea(scenario), *left_out(written)),
         slick=_slick(written, layout),
@@ -92,7 +92,7 @@ def build_simulators(scenario: Scenario) -> Simulators:
 
 def _slick(written: Scenario, layout: Layout) -> SlickParticipant | None:
     """Build the oil of a run without particles; None in other runs, and without oil."""
-    if not is_particle_free(written) or layout.sea is None:
+    if written.run.has_particles or layout.sea is None:
         return None
     from scenarios.setup.at_sea.parcels import build_slick
 

@@ -6,7 +6,8 @@ import math
 from collections.abc import Callable, Iterator
 from functools import partial
 
-from booms.containment import Cause, ContainmentReport
+from booms.containment import ContainmentReport
+from oilsim.slick.loss_cause import LossCause
 from scenarios.scenario import Scenario
 from scenarios.signals.signal_table import RunParts, ScoredBoom, Signal
 
@@ -24,7 +25,7 @@ def _scores(boom: str) -> Iterator[Signal]:
     prefix = f"booms.{boom}"
     for name in VOLUMES:
         yield Signal(name=f"{prefix}.oil_{name}", unit="m3", read=partial(_reported, boom, partial(_field, name)))
-    for cause in Cause:
+    for cause in LossCause:
         name = cause.name.lower()
         yield Signal(
             name=f"{prefix}.oil_lost.{name}", unit="m3", read=partial(_reported, boom, partial(_lost_by, name))

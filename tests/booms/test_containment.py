@@ -8,8 +8,9 @@ from scipy.spatial.transform import Rotation
 
 from booms.boom import Boom
 from booms.boom_state import BoomState, beside, signed_distance
-from booms.containment import Cause, ContainmentOptions, ContainmentTracker
+from booms.containment import ContainmentOptions, ContainmentTracker
 from booms.deployment import lay_u
+from oilsim.slick.loss_cause import LossCause
 
 WATER = 0.5
 BOOM = Boom(
@@ -93,23 +94,23 @@ def test_normal_speed_is_that_across_the_segment():
 @pytest.mark.parametrize(
     ("through", "boom", "options", "cause"),
     [
-        ((APEX, 0.0, WATER - 0.25), {"velocity": (0.5, 0, 0)}, {}, Cause.ENTRAINMENT),
-        ((APEX, 0.0, WATER - 0.25), {"velocity": (0.2, 0, 0)}, {}, Cause.DRAINAGE),
-        ((APEX, 0.0, WATER - 0.25), {"velocity": (0.2, 0, 0)}, {"entrainment_speed": 0.15}, Cause.ENTRAINMENT),
-        ((APEX, 0.0, WATER - 0.25), {}, {"kinematic_viscosity": 4e-3}, Cause.CRITICAL_ACCUMULATION),
-        ((APEX, 0.0, WATER - 0.25), {"heel": math.radians(60)}, {}, Cause.PLANING),
-        ((APEX, 0.0, WATER + 0.02), {"sink": 0.15}, {}, Cause.SUBMERGENCE),
-        ((APEX, 0.0, WATER + 0.14), {}, {}, Cause.SPLASH_OVER),
-        ((APEX, 0.0, WATER - 0.05), {}, {}, Cause.THROUGH),
-        ((0.0, 0.3, WATER), {}, {}, Cause.AROUND_ENDS),
+        ((APEX, 0.0, WATER - 0.25), {"velocity": (0.5, 0, 0)}, {}, LossCause.ENTRAINMENT),
+        ((APEX, 0.0, WATER - 0.25), {"velocity": (0.2, 0, 0)}, {}, LossCause.DRAINAGE),
+        ((APEX, 0.0, WATER - 0.25), {"velocity": (0.2, 0, 0)}, {"entrainment_speed": 0.15}, LossCause.ENTRAINMENT),
+        ((APEX, 0.0, WATER - 0.25), {}, {"kinematic_viscosity": 4e-3}, LossCause.CRITICAL_ACCUMULATION),
+        ((APEX, 0.0, WATER - 0.25), {"heel": math.radians(60)}, {}, LossCause.PLANING),
+        ((APEX, 0.0, WATER + 0.02), {"sink": 0.15}, {}, LossCause.SUBMERGENCE),
+        ((APEX, 0.0, WATER + 0.14), {}, {}, LossCause.SPLASH_OVER),
+        ((APEX, 0.0, WATER - 0.05), {}, {}, LossCause.THROUGH),
+        ((0.0, 0.3, WATER), {}, {}, LossCause.AROUND_ENDS),
     ],
 )
 def test_each_way_out_has_its_cause(through, boom, options, cause):
-    outward = 1.0 if cause is Cause.AROUND_ENDS else -1.0
+    outward = 1.0 if cause is LossCause.AROUND_ENDS else -1.0
     path = [np.add(through, (outward * step, 0.0, 0.0)) for step in (-0.2, -0.03, 0.03, 0.2)]
     report = follow(make_tracker(**options), path, boom_state(**boom))
     assert report.lost == pytest.approx(VOLUME)
-    assert report.lost_by_cause == {c.name.lower(): VOLUME if c is cause else 0.0 for c in Cause}
+    assert report.lost_by_cause == {c.name.lower(): VOLUME if c is cause else 0.0 for c in LossCause}
 
 
 def test_oil_down_to_the_foot_of_the_skirt_drains_even_when_towed_fast():
@@ -193,7 +194,7 @@ def test_scalars_carry_the_account_by_name():
 def test_oil_that_a_closure_carries_out_is_lost_modelled_until_it_is_taken_back():
     tracker = make_tracker()
     follow(tracker, [(APEX + 0.2, 0.0, WATER)])
-    tracker.lose(1.0, 0, Cause.ENTRAINMENT, 11)
+    tracker.lose(1.0, 0, LossCause.ENTRAINMENT, 11)
     report = follow(tracker, [(APEX - 0.1, 0.0, WATER - 0.25)])
     assert (
         report.lost
@@ -204,7 +205,7 @@ def test_oil_that_a_closure_carries_out_is_lost_modelled_until_it_is_taken_back(
     standing = tracker.standing()
     assert (standing.modelled[0], standing.segment[0], standing.lost_at[0]) == (True, 11, 1.0)
     with pytest.raises(ValueError, match="particle 0 is not held"):
-        tracker.lose(2.0, 0, Cause.DRAINAGE, 3)
+        tracker.lose(2.0, 0, LossCause.DRAINAGE, 3)
     back = follow(tracker, [(APEX + 0.2, 0.0, WATER)])
     assert (back.lost, back.recovered) == (0.0, pytest.approx(VOLUME))
     again = follow(

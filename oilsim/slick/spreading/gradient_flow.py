@@ -20,7 +20,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from oilsim.backend.jit import FAST, inlined
+from oilsim.backend.disjoint_sets import find, join
+from oilsim.backend.jit import FAST
 from oilsim.slick.parcels import Parcels, Rows
 from oilsim.slick.spreading.fay import spreading_rate
 from oilsim.slick.spreading.thickness_grid import (
@@ -53,25 +54,6 @@ class Liquids(NamedTuple):
     water_viscosity: float
 
 
-@inlined
-def find_root(parent, cell):
-    """Return the first cell of the slick of `cell`, with paths in parent (C,) [-] made shorter."""
-    while parent[cell] != cell:
-        parent[cell] = parent[parent[cell]]
-        cell = parent[cell]
-    return cell
-
-
-@inlined
-def unite(parent, one, other):
-    """Make two cells of parent (C,) [-] parts of one slick, known by the smaller number."""
-    one, other = find_root(parent, one), find_root(parent, other)
-    if one < other:
-        parent[other] = one
-    else:
-        parent[one] = other
-
-
 @njit(**FAST)
 def join_cells(thickness, neighbor, parent):
     """Fill parent (C,) [-] so that cells of thickness (C,) [m] that touch have one root; neighbor (B, 2) slots of the next blocks."""
@@ -89,9 +71,9 @@ def join_cells(thickness, neighbor, parent):
                 right = cell + WIDTH if i < EDGE else neighbor[slot, 0] * AREA + WIDTH + j
                 above = cell + 1 if j < EDGE else neighbor[slot, 1] * AREA + i * WIDTH + 1
                 if right >= 0 and thickness[right] > 0.0:
-                    unite(parent, cell, right)
+                    join(parent, cell, right)
                 if above >= 0 and thickness[above] > 0.0:
-                    unite(parent, cell, above)
+                    join(parent, cell, above)
 
 
 @njit(**FAST)
@@ -107,7 +89,7 @@ def number_slicks(thickness, parent, slick):
                 cell = slot * AREA + i * WIDTH + j
                 if thickness[cell] <= 0.0:
                     continue
-                root = find_root(parent, cell)
+                root = find(parent, cell)
                 slick[cell] = count if root == cell else slick[root]
                 count += 1 if root == cell else 0
     return count

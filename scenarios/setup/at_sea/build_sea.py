@@ -90,7 +90,7 @@ def unused_sea(scenario: Scenario) -> tuple[str, ...]:
     """Say that no part of a run feels the sea yet; empty without one."""
     return (
         ()
-        if scenario.sea is None or scenario.run.detail == "none"
+        if scenario.sea is None or not scenario.run.has_particles
         else ("sea: is checked, but no part of this run uses it; particles feel [forcing]",)
     )
 

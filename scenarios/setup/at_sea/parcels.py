@@ -24,6 +24,7 @@ from oilsim.slick.spreading.fay import joined_radius
 from scenarios.scenario import Scenario
 from scenarios.schema.liquid import CylinderFill, Fill, SlabFill, SphereFill, Tank
 from scenarios.setup.boom_losses import tension_of
+from scenarios.setup.placed_solids import vector
 
 Array = NDArray[np.float64]
 
@@ -142,9 +143,9 @@ def _age(spill: Spill, oil: Oil, settings: SlickSettings) -> float:
 
 
 def _boom_bodies(name: str, layout: BoomLayout) -> BoomBodies:
-    start, end = (tuple(float(part) for part in point) for point in layout.segment.joint_points)
+    start, end = (vector(point) for point in layout.segment.joint_points)
     foot = (0.0, 0.0, layout.segment.waterline - layout.boom.skirt_depth)
-    return BoomBodies(name=name, bodies=tuple(one.name for one in layout.segments), start=start, end=end, foot=foot)  # type: ignore[arg-type]
+    return BoomBodies(name=name, bodies=tuple(one.name for one in layout.segments), start=start, end=end, foot=foot)
 
 
 def _boom(name: str, layout: BoomLayout, bodies: BoomBodies) -> Boom:

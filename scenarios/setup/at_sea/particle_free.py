@@ -27,14 +27,9 @@ if TYPE_CHECKING:
 LEFT_OUT = 'run.detail is "none": oil is a slick of parcels, and the sea is formulas, so {} is left out'
 
 
-def is_particle_free(scenario: Scenario) -> bool:
-    """Return whether the scenario is run without particles."""
-    return scenario.run.detail == "none"
-
-
 def without_particles(scenario: Scenario) -> Scenario:
     """Return the scenario as it is run: with a sea and without its liquid if it is run without particles, else as it is."""
-    if not is_particle_free(scenario):
+    if scenario.run.has_particles:
         return scenario
     sea = scenario.sea or _sea_of_the_tank(scenario)
     steady = sea.current if isinstance(sea.current, SteadySeaCurrent) else None
@@ -45,7 +40,7 @@ def without_particles(scenario: Scenario) -> Scenario:
 
 def left_out(scenario: Scenario) -> tuple[str, ...]:
     """Say what of the scenario as written a run without particles leaves out; empty for other runs."""
-    if not is_particle_free(scenario):
+    if scenario.run.has_particles:
         return ()
     names = [f"fill.{name}" for name, fill in scenario.fill.items() if not scenario.phases[fill.phase].is_oil]
     names += [f"emitters.{name}" for name in scenario.emitters]

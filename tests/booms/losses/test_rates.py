@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.constants import knot
 
-from booms.containment import Cause
 from booms.losses.liquids import OilOnWater
 from booms.losses.rates import Closures, Coefficients, Drivers
 from booms.losses.resolution import Resolution
+from oilsim.slick.loss_cause import LossCause
 
 OIL = OilOnWater(oil_density=900.0, water_density=1027.0, interfacial_tension=0.025)
 CLOSURES = Closures(skirt_depth=0.4)
@@ -52,9 +52,9 @@ def test_faster_heavier_and_lower_tension_lose_more():
 
 def test_a_leaning_skirt_and_a_thicker_pool_lose_more_by_drainage():
     lean = np.radians([0.0, 20.0, 40.0])
-    found = CLOSURES.rates(drivers(speed=0.55, held=3.0, lean=lean, draft=0.3 * np.cos(lean)), OIL)[Cause.DRAINAGE]
+    found = CLOSURES.rates(drivers(speed=0.55, held=3.0, lean=lean, draft=0.3 * np.cos(lean)), OIL)[LossCause.DRAINAGE]
     assert (np.diff(found) > 0.0).all()
-    found = CLOSURES.rates(drivers(speed=0.55, held=np.array([1.0, 3.0, 6.0]), draft=0.3), OIL)[Cause.DRAINAGE]
+    found = CLOSURES.rates(drivers(speed=0.55, held=np.array([1.0, 3.0, 6.0]), draft=0.3), OIL)[LossCause.DRAINAGE]
     assert found[0] == 0.0 and found[2] > found[1] > 0.0
 
 
@@ -66,14 +66,14 @@ def test_waves_lose_more_than_calm_water_of_the_same_mean_speed():
 
 def test_a_skirt_that_leans_beyond_the_planing_angle_loses_by_planing():
     upright, planing = (CLOSURES.rates(drivers(lean=lean), OIL)[:, 0] for lean in (0.3, 1.0))
-    assert planing[Cause.PLANING] == pytest.approx(upright.sum())
+    assert planing[LossCause.PLANING] == pytest.approx(upright.sum())
     assert planing.sum() == pytest.approx(upright.sum())
 
 
 def test_overflow_has_its_cause_by_the_still_water():
     found = CLOSURES.rates(drivers(speed=0.2, freeboard=-0.03, sunk=np.array([False, True])), OIL)
-    assert found[Cause.SPLASH_OVER, 0] > 0.0 == found[Cause.SUBMERGENCE, 0]
-    assert found[Cause.SUBMERGENCE, 1] > 0.0 == found[Cause.SPLASH_OVER, 1]
+    assert found[LossCause.SPLASH_OVER, 0] > 0.0 == found[LossCause.SUBMERGENCE, 0]
+    assert found[LossCause.SUBMERGENCE, 1] > 0.0 == found[LossCause.SPLASH_OVER, 1]
 
 
 def test_closures_are_off_where_particles_resolve_the_mechanism():
@@ -81,17 +81,19 @@ def test_closures_are_off_where_particles_resolve_the_mechanism():
     coarse = replace(CLOSURES, resolution=Resolution(spacing=0.4 / 15, skirt_depth=0.4))
     sharp = replace(CLOSURES, resolution=Resolution(spacing=0.005, skirt_depth=0.4, tension_acts=True))
     what = drivers(speed=0.7, held=5.0, freeboard=-0.04)
-    assert coarse.rates(what, OIL)[Cause.DRAINAGE] > 0.0
-    assert fine.rates(what, OIL)[Cause.DRAINAGE] == 0.0
-    assert fine.rates(what, OIL)[Cause.ENTRAINMENT] > 0.0  # no particles are fine enough without tension between them
-    assert sharp.rates(what, OIL)[Cause.ENTRAINMENT] == 0.0
-    assert coarse.rates(what, OIL)[Cause.SPLASH_OVER] > 0.0 == sharp.rates(what, OIL)[Cause.SPLASH_OVER]
+    assert coarse.rates(what, OIL)[LossCause.DRAINAGE] > 0.0
+    assert fine.rates(what, OIL)[LossCause.DRAINAGE] == 0.0
+    assert (
+        fine.rates(what, OIL)[LossCause.ENTRAINMENT] > 0.0
+    )  # no particles are fine enough without tension between them
+    assert sharp.rates(what, OIL)[LossCause.ENTRAINMENT] == 0.0
+    assert coarse.rates(what, OIL)[LossCause.SPLASH_OVER] > 0.0 == sharp.rates(what, OIL)[LossCause.SPLASH_OVER]
 
 
 def test_viscous_oil_is_lost_by_critical_accumulation():
     thick = OilOnWater(oil_density=980.0, water_density=1027.0, kinematic_viscosity=1e-2)
     found = CLOSURES.rates(drivers(speed=0.3), thick)[:, 0]
-    assert found[Cause.CRITICAL_ACCUMULATION] > 0.0 == found[Cause.ENTRAINMENT]
+    assert found[LossCause.CRITICAL_ACCUMULATION] > 0.0 == found[LossCause.ENTRAINMENT]
 
 
 def test_coefficients_beyond_the_evidence_are_refused():

@@ -30,7 +30,7 @@ def paddle(client: int, joint: int) -> int:
 
 
 def led(world: FluidWorld, body: int, rate: float | None, steps: int) -> list[str]:
-    """What is said in some steps, before each of which the joint is set on by 1 rad/s or m/s; with rate None it is left alone."""
+    """Return the warnings of some steps; before each the joint moves on by 1 rad/s or m/s, with rate None it is left alone."""
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
         for step in range(steps):

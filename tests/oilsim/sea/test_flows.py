@@ -74,7 +74,8 @@ def test_all_faults_of_a_table_are_told_at_once():
 
 
 def test_a_longest_gap_may_be_given():
-    FlowTable([0.0, 60.0, 120.0, 600.0], [(0, 0)] * 4, longest_gap=480.0)
+    table = FlowTable([0.0, 60.0, 120.0, 600.0], [(0, 0), (0, 0), (0, 0), (4, 0)], longest_gap=480.0)
+    assert table.velocity(360.0) == pytest.approx([2.0, 0.0])  # between the rows of the gap
 
 
 def test_the_power_law_of_a_current():
