@@ -9,7 +9,7 @@ GRAVITY = 9.80665  # [m/s2] standard, of the tonne as a force
 _KILO_FROM = 100.0  # [N] from which a force is written in kN
 _TONNES_FROM = 1000.0  # [N] from which it is written in tonnes too
 CAUSE_IN_WORDS: Mapping[str, str] = {
-    "entrainment": "swept under the skirt at over 0.7 kn",
+    "entrainment": "swept under the skirt",
     "drainage": "drained under the skirt",
     "critical_accumulation": "thick oil, drawn under the skirt",
     "planing": "slipped under the leaning skirt",

@@ -106,6 +106,10 @@ class SlickParticipant:
         """The slick, for releases, recovery and pictures."""
         return self._slick
 
+    def change_flow(self, flow: SurfaceFlow, water: SurfaceFlow | None, surface: Surface) -> None:
+        """Let another sea carry the oil from now on; `flow`, `water` and `surface` as at the beginning."""
+        self._flow, self._water, self._surface = flow, water, surface
+
     def enter_initialization_mode(self, start_time: float) -> None:
         """Note the time [s] at which the barriers are first seen."""
         self._start = start_time

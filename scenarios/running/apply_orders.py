@@ -42,6 +42,10 @@ def give_orders(assembly: Assembly, scenario: Scenario) -> None:
         emitter.speed = settings.speed
     if environment is not None and assembly.world is not None:
         assembly.world.change_environment(environment)
+        if assembly.slick is not None:
+            from scenarios.setup.at_sea.parcels import carry_slick  # only a run with parcels pays for its kernels
+
+            carry_slick(assembly.slick, environment.sea, assembly.fleet.booms)
     _drive(assembly, felt)
 
 

@@ -92,7 +92,6 @@ def build_slick(written: Scenario, sea: Sea, booms: Mapping[str, BoomLayout]) ->
         slick.release(
             oil, spill.volume, count=PARCELS, center=spill.center, radius=spill.radius, age=_age(spill, oil, settings)
         )
-    deepest = max((layout.boom.skirt_depth for layout in booms.values()), default=0.0)
     return SlickParticipant(
         SLICK,
         slick,
@@ -105,9 +104,19 @@ def build_slick(written: Scenario, sea: Sea, booms: Mapping[str, BoomLayout]) ->
                 if written.booms[name].losses == "closures"
             ]
         ),
-        water=WaterFlow(sea, DEPTH * deepest),
+        water=_water(sea, booms),
         surface=sea,
     )
+
+
+def carry_slick(slick: SlickParticipant, sea: Sea, booms: Mapping[str, BoomLayout]) -> None:
+    """Let another sea carry the slick from now on."""
+    slick.change_flow(FloatingOilFlow(sea), _water(sea, booms), sea)
+
+
+def _water(sea: Sea, booms: Mapping[str, BoomLayout]) -> WaterFlow:
+    """Return the motion of the water at the middle of the deepest skirt."""
+    return WaterFlow(sea, DEPTH * max((layout.boom.skirt_depth for layout in booms.values()), default=0.0))
 
 
 def slick_connections(slick: SlickParticipant) -> tuple[Connection, ...]:
