@@ -106,6 +106,11 @@ class SlickParticipant:
         """The slick, for releases, recovery and pictures."""
         return self._slick
 
+    @property
+    def flow(self) -> SurfaceFlow:
+        """The motion of floating oil, which carries the slick."""
+        return self._flow
+
     def change_flow(self, flow: SurfaceFlow, water: SurfaceFlow | None, surface: Surface) -> None:
         """Let another sea carry the oil from now on; `flow`, `water` and `surface` as at the beginning."""
         self._flow, self._water, self._surface = flow, water, surface

@@ -75,7 +75,7 @@ def test_ordered_wind_carries_the_slick_as_it_loads_the_bodies():
         loaded, sea=replace(loaded.sea, waves=None, wind=replace(loaded.sea.wind, speed=20.0, direction=0.5 * np.pi))
     )
     give_orders(assembly, windy)
-    velocity = assembly.slick._flow.surface_velocity(np.zeros((1, 2)), 0.0)[0]
+    velocity = assembly.slick.flow.surface_velocity(np.zeros((1, 2)), 0.0)[0]
     current = loaded.sea.current.speed
     assert velocity[0] == pytest.approx(-current, abs=0.01)
     assert 0.4 < velocity[1] < 0.8
