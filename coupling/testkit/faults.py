@@ -106,7 +106,7 @@ class FaultyParticipant:
         """Return the participant's value, of the variable's shape, as (6,), and unit, as [m]; outputs as the fault leaves them."""
         value = self._participant.get(name)
         is_output = self.variables[name].causality is Causality.OUTPUT
-        return self._factor * value if is_output and self._factor != 1.0 else value
+        return np.asarray(self._factor * value) if is_output and self._factor != 1.0 else value
 
     def set(self, name: str, value: Array) -> None:
         """Set the variable of the wrapped participant, of its shape, as (6,), and unit, as [m]."""
