@@ -24,6 +24,10 @@ TENSIONS = (1e-3, 0.06)  # [N/m] oil on water; clean alkanes have 0.05
 POUR_POINTS = (190.0, 350.0)  # [K]
 API_AGREEMENT = 25.0  # [kg/m3] by which density at 15 C and API gravity may differ
 SLOPES = (0.0, 20000.0)  # [K] of ln(viscosity) over 1 / T; colder oil is never thinner
+RISES = {
+    "density": 1.002,
+    "viscosity": 1.05,
+}  # [-] ratio to the next lower temperature that is still a laboratory's scatter
 HEADER_LINE = 2  # [-] line of the file that names the columns, counted from 1
 
 
@@ -81,8 +85,11 @@ def _fault(oil: OilRecord) -> str:
     density = oil.density_at(API_TEMPERATURE)
     if oil.api is not None and abs(density - api_density(oil.api)) > API_AGREEMENT:
         return f"density {density:.0f} kg/m3 at 60 F contradicts API gravity {oil.api:g} ({api_density(oil.api):.0f} kg/m3)"
-    if oil.thickens_when_warmed():
-        return "viscosity rises with temperature"
+    if not DENSITIES[0] <= oil.density_at(15.0) <= DENSITIES[1]:
+        return f"density {oil.density_at(15.0):.0f} kg/m3 at 15 C is no oil's"
+    rising = [quantity for quantity, slack in RISES.items() if oil.rises_when_warmed(quantity, slack)]
+    if rising:
+        return f"{' and '.join(rising)} rises with temperature"
     if not SLOPES[0] < oil.viscosity_slope <= SLOPES[1]:
         return f"viscosity changes with temperature as no oil's does: {oil.viscosity_slope:.0f} K of ln(viscosity) over 1/T"
     return ""

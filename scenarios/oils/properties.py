@@ -100,10 +100,10 @@ class OilRecord:
             return _usual_slope(math.log(values[0]), temperatures[0])
         return _slope(1.0 / temperatures, np.log(values))
 
-    def thickens_when_warmed(self) -> bool:
-        """Tell whether a measurement of viscosity lies more than a twentieth above that at the next lower temperature."""
-        values = self._means("viscosity")[1]
-        return bool((values[1:] > 1.05 * values[:-1]).any())
+    def rises_when_warmed(self, quantity: str, slack: float) -> bool:
+        """Tell whether a mean of a quantity of the fresh oil is above `slack` times that at the next lower temperature."""
+        values = self._means(quantity)[1]
+        return bool((values[1:] > slack * values[:-1]).any())
 
     @cached_property
     def density_gain(self) -> float:
