@@ -146,6 +146,8 @@ class OilRecord:
     def _fresh_viscosity(self, kelvin: float) -> float:
         """Kinematic viscosity [m2/s] of the fresh oil."""
         temperatures, values = self._means("viscosity")
+        if kelvin in temperatures:
+            return float(values[temperatures == kelvin][0])
         places, logs = -1.0 / temperatures, np.log(values)
         return math.exp(_along(-1.0 / kelvin, places, logs, -self.viscosity_slope))
 
