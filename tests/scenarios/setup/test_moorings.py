@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import tomllib
 
-import numpy as np
 import pytest
 
 from scenarios.load import scenario_from
@@ -131,22 +130,3 @@ def test_ground_and_length_are_checked_when_everything_has_its_place() -> None:
     )
     found = problems_of(coarse + water.replace("-1.0", "-10.0") + BUOY + f'[moorings.deep]\nbody = "buoy"\n{LEG}')
     assert found["moorings.deep.anchor"].startswith("lies on no ground: the tank is open below")
-
-
-def test_moored_buoy_rides_down_current_of_its_anchor() -> None:
-    text = (
-        BASE
-        + '[sea.current]\nkind = "steady"\nspeed = 1.0\ndirection_deg = 180.0\n'
-        + BUOY
-        + f'[moorings.buoy]\nbody = "buoy"\n{LEG}'
-    )
-    assembly = build(scenario_from(tomllib.loads(text)))
-    simulation = assembly.co_simulation()
-    simulation.initialize()
-    for _ in range(100):
-        simulation.step()
-    leg, pose = assembly.world.lines["moorings/buoy"], assembly.world.pose("buoy")
-    assert leg.dragged == 0.0
-    assert np.hypot(pose[0] - 25.0, pose[1]) < 30.0
-    assert leg.pull_now.horizontal > 10.0
-    simulation.terminate()
