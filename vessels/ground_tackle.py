@@ -38,7 +38,7 @@ CONCRETE_IN_WATER = 0.57
 
 @dataclass(frozen=True, kw_only=True)
 class Stuff:
-    """What a chain or rope of diameter d [m] has: mass in water over d^2 [kg/m3], EA over d^2 [Pa], breaking load over d^2 [Pa].
+    """Properties of chain or rope of diameter d [m]: mass in water over d^2 [kg/m3], EA over d^2 [Pa], breaking load over d^2 [Pa].
 
     For a chain d is that of its bar, and its breaking load falls a little with d.
     """

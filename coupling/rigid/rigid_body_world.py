@@ -250,7 +250,7 @@ class RigidBodyWorld:
         *,
         relaxation_time: float = 0.0,
     ) -> None:
-        """Moor a body at `point` of the world [m] by a leg of `parts`, from there down, to an anchor; see `coupling.rigid.moorings`.
+        """Hold a body at `point` of the world [m] by a leg of `parts`, from there down, to an anchor; see `coupling.rigid.moorings`.
 
         Raises ValueError for a leg that is too stiff, with the largest stiffness allowed.
         """

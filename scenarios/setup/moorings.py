@@ -83,7 +83,7 @@ def place_moorings(
 
 
 def add_legs(world: RigidBodyWorld, legs: tuple[PlacedLeg, ...], problems: list[Problem]) -> None:
-    """Moor the bodies of the world; a leg that is too stiff to be stepped is a problem."""
+    """Add the legs to the world; a leg that is too stiff to be stepped is a problem."""
     for leg in legs:
         try:
             world.add_mooring_leg(

@@ -35,7 +35,7 @@ STEPS = 100
 
 
 class Pull(NamedTuple):
-    """How a leg pulls.
+    """The pull of a leg.
 
     horizontal: [N]; vertical: downwards at its upper end [N]; at_anchor: upwards there [N]; stiffness: d(horizontal) / d(distance) [N/m];
     stiffest: a bound on the stiffness [N/m] in any direction, the norm of d(horizontal, vertical) / d(distance, height).
@@ -92,7 +92,10 @@ def span_of(parts: Array, horizontal: float, vertical: float) -> Array:
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def vertical_for(parts: Array, height: float, horizontal: float, guess: float) -> float:
-    """Return the vertical pull [N] at the upper end with which a leg under `horizontal` [N] spans `height` [m], 0 or more."""
+    """Return the vertical pull [N] at the upper end with which a leg under `horizontal` [N] spans `height` [m], 0 or more.
+
+    parts (P, 3): as of `span_of`.
+    """
     low, high = 0.0, max(guess, 1.0)
     while span_of(parts, horizontal, high)[1] < height:
         low, high = high, 2.0 * high
@@ -116,7 +119,7 @@ def vertical_for(parts: Array, height: float, horizontal: float, guess: float) -
 def pull_of(parts: Array, distance: float, height: float, guess: tuple[float, float]) -> Pull:
     """Return the pull of a leg whose upper end is `distance` and `height` [m] from its anchor, height 0 or more.
 
-    guess: horizontal and vertical pull [N] near the solution; any two numbers above 0 do. A slack leg pulls only down, by what hangs.
+    parts (P, 3): as of `span_of`; guess: horizontal and vertical pull [N] near the solution; any two numbers above 0 do. A slack leg pulls only down, by what hangs.
     """
     h, v = max(guess[0], SLACK), guess[1]
     low, high = SLACK, max(2.0 * h, 1.0)
@@ -148,7 +151,10 @@ def pull_of(parts: Array, distance: float, height: float, guess: tuple[float, fl
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def distance_under(parts: Array, height: float, horizontal: float, guess: float) -> tuple[float, float, float]:
-    """Return the distance [m] that a leg spans under `horizontal` [N] at `height` [m], and the vertical pulls at its ends [N]."""
+    """Return the distance [m] that a leg spans under `horizontal` [N] at `height` [m], and the vertical pulls at its ends [N].
+
+    parts (P, 3): as of `span_of`.
+    """
     v = vertical_for(parts, height, max(horizontal, SLACK), guess)
     found = span_of(parts, max(horizontal, SLACK), v)
     return found[0], v, found[6]

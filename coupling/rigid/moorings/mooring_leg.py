@@ -107,7 +107,7 @@ class MooringLeg:
 
     @property
     def place(self) -> Array:
-        """Where the anchor lies now, (3,) [m]."""
+        """The place of the anchor now, (3,) [m]."""
         return self._place.copy()
 
     @property
