@@ -119,7 +119,8 @@ def vertical_for(parts: Array, height: float, horizontal: float, guess: float) -
 def pull_of(parts: Array, distance: float, height: float, guess: tuple[float, float]) -> Pull:
     """Return the pull of a leg whose upper end is `distance` and `height` [m] from its anchor, height 0 or more.
 
-    parts (P, 3): as of `span_of`; guess: horizontal and vertical pull [N] near the solution; any two numbers above 0 do. A slack leg pulls only down, by what hangs.
+    parts (P, 3): as of `span_of`; guess: horizontal and vertical pull [N] near the solution; any two numbers above 0 do.
+    A slack leg pulls only down, by what hangs.
     """
     h, v = max(guess[0], SLACK), guess[1]
     low, high = SLACK, max(2.0 * h, 1.0)
