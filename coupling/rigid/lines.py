@@ -178,8 +178,8 @@ class Lines:
         self._lines[name].ordered_length = length
 
     def part(self, name: str) -> None:
-        """Take all stiffness from a line that parts."""
-        self._lines[name].stiffness = 0.0
+        """Let a line part: from now on it holds nothing."""
+        self._lines[name].parted = True
 
     def tension(self, name: str) -> float:
         """Return the mean tension [N] over the last advance."""

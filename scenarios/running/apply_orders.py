@@ -65,7 +65,7 @@ def _cast_off(assembly: Assembly, scenario: Scenario) -> None:
     """Let the mooring legs part that have parted in `scenario`."""
     for name, leg in scenario.moorings.items():
         if leg.parted and assembly.world is not None:
-            assembly.world.lines[leg_name(name)].parted = True
+            assembly.world.part_line(leg_name(name))
 
 
 def _environment(assembly: Assembly, scenario: Scenario) -> FloatingBodies | None:

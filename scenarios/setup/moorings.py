@@ -92,7 +92,8 @@ def add_legs(world: RigidBodyWorld, legs: tuple[PlacedLeg, ...], problems: list[
         except ValueError as error:
             problems.append(Problem(f"{leg.name.replace('/', '.')}.parts", f"cannot be used: {error}"))
             continue
-        world.lines[leg.name].parted = leg.parted
+        if leg.parted:
+            world.part_line(leg.name)
 
 
 def _part(part: PartSettings) -> LegPart:
