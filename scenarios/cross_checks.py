@@ -144,7 +144,8 @@ def _plane(parts: Parts) -> Iterator[Problem]:
         return
     for table in ("bodies", "vessels", "booms", "moorings", "emitters"):
         if parts.names[table]:
-            yield Problem(table, "is given, allowed: only with fluid.dimension = 3")
+            text = "is given, allowed: only with fluid.dimension = 3; a tank that repeats along y (tank.periodic) is a plane with bodies"
+            yield Problem(table, text)
     across = {f"fill.{name}.velocity": fill.velocity for name, fill in parts.fill.items()}
     across["fluid.gravity"] = parts.fluid.gravity
     for path, vector in across.items():
