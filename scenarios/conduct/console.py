@@ -1,0 +1,110 @@
+"""`conduct`: an exercise with its console, until the console is closed."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+import socket
+import webbrowser
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+
+import uvicorn
+
+from recordings.sink.viewer import LOOPBACK
+from scenarios.conduct.access import Access
+from scenarios.conduct.commands import LONGEST
+from scenarios.conduct.conducted_run import Errand
+from scenarios.conduct.server import PageServer, running
+from scenarios.conduct.session import Session
+from scenarios.text.terminal import terminal
+
+BACKLOG = 64  # [1] connections that wait to be taken
+MOST_CONNECTIONS = 200  # [1] at a time, pages and files
+
+
+@dataclass(frozen=True, kw_only=True)
+class ConsoleOptions:
+    """Where the console listens, and whether it opens a browser.
+
+    host: address to listen at; port: 0 chooses a free one; password: asked for besides the token, needed with another host than this
+    machine's own; opens: whether to open the instructor's page in the browser.
+    """
+
+    host: str = LOOPBACK
+    port: int = 0
+    password: str | None = None
+    opens: bool = True
+
+
+def conduct(errand: Errand, vessels: Sequence[str], options: ConsoleOptions) -> int:
+    """Serve the console of `errand` until it is told to stop; return the exit code. OSError for a place that is taken."""
+    access = Access(vessels, options.password)
+    with socket.create_server((options.host, options.port), backlog=BACKLOG) as listener:
+        host, port = listener.getsockname()[:2]
+        addresses = addresses_of(access, host, port)
+        _tell(addresses, errand)
+        if options.opens:
+            with suppress(webbrowser.Error):
+                webbrowser.open(addresses["instructor"])
+        asyncio.run(_serve(errand, access, listener, host))
+    return 0
+
+
+def addresses_of(access: Access, host: str, port: int) -> Mapping[str, str]:
+    """Return the address of each role's page."""
+    return {role.name: f"http://{host}:{port}/#{token}" for role, token in access.tokens.items()}
+
+
+async def _serve(errand: Errand, access: Access, listener: socket.socket, host: str) -> None:
+    server: PageServer | None = None
+
+    def changed() -> None:
+        if server is not None:
+            server.notice()
+
+    session = Session(errand, changed)
+    hosts = ["*"] if host in ("0.0.0.0", "::") else [host, "localhost"]
+    server = PageServer(access, session, hosts=hosts)
+    config = uvicorn.Config(
+        server.application,
+        ws="websockets-sansio",
+        ws_max_size=LONGEST,
+        ws_per_message_deflate=False,
+        limit_concurrency=MOST_CONNECTIONS,
+        log_level="warning",
+        server_header=False,
+        timeout_graceful_shutdown=2,
+        lifespan="off",
+    )
+    pages = _PageProcess(config)
+    loop = asyncio.get_running_loop()
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        loop.add_signal_handler(number, pages.end)
+    async with running(session):
+        await pages.serve(sockets=[listener])
+
+
+class _PageProcess(uvicorn.Server):
+    """A server that leaves signals to the console, which has a run to end."""
+
+    def end(self) -> None:
+        """Serve no more; pages that are open are closed."""
+        self.should_exit = True
+
+    @contextmanager
+    def capture_signals(self) -> Iterator[None]:
+        """Take no signals."""
+        yield
+
+
+def _tell(addresses: Mapping[str, str], errand: Errand) -> None:
+    """Print the addresses of the pages."""
+    console = terminal()
+    console.print(
+        f"conduct {errand.scenario}, recorded in {errand.record}; Ctrl-C ends it", highlight=False, markup=False
+    )
+    width = max(map(len, addresses))
+    for name, address in addresses.items():
+        console.print(f"  {name:<{width}}  {address}", highlight=False, markup=False, soft_wrap=True)
