@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import time as wall_clock
 from collections import deque
+from contextlib import suppress
 from typing import Any
 
+from coupling.master.observer_dispatch import CommunicationPoint
 from recordings.frame import Event, Frame, RunDescription
 from scenarios.conduct.latest import LatestSender
 from scenarios.conduct.snapshot import scene_of, state_of
@@ -55,9 +57,10 @@ class ConsoleFeed:
             {"time": event.time, "text": event.text, "level": event.level, "source": event.source, "mark": _mark(event)}
         )
         if event.source == "instructor":  # it speaks at communication points, where the frame still holds
+            if self._frame is None:
+                self._frame = self._resumed(event.time)
             self._heed(event.text)
-            if self._frame is not None:
-                self._show(self._frame)
+            self._show(self._frame)
 
     def terminated(self, reason: str) -> None:
         """Send the last state, and the reason of the end."""
@@ -65,16 +68,21 @@ class ConsoleFeed:
             self._show(self._frame)
         self._sender.send({"kind": "ended", "reason": reason, "console_seconds": self.seconds})
 
+    def _resumed(self, time: float) -> Frame:
+        """Return the frame at which a run goes on, at `time` [s]: it is shown to nobody else, as the run before has recorded it."""
+        step = self._plan.scenario.run.communication_step
+        index = round(time / step)
+        self._scenario = self._plan.scenario_at(index)
+        return self._assembly.frame_source(CommunicationPoint(index, time, step))
+
     def _heed(self, text: str) -> None:
         """Take an instructor's words into what is shown."""
         if text in (PAUSED, GOES_ON):
             self._is_paused = text == PAUSED
             self._marks.clear()
         elif (settings := settings_of(text)) and self._frame is not None:
-            try:
+            with suppress(ScenarioError):  # it is in the plan already, as with a joint that has parted
                 self._plan = self._plan.ordered(settings, self._frame.index)
-            except ScenarioError:
-                return  # it is in the plan already, as with a joint that has parted
             self._scenario = self._plan.scenario_at(self._frame.index)
 
     def _show(self, frame: Frame) -> None:
