@@ -33,6 +33,9 @@ def register(commands: argparse._SubParsersAction) -> None:
         "--pace", type=float, default=1.0, metavar="X", help="simulated seconds a second at the start (default: 1)"
     )
     parser.add_argument("--no-browser", action="store_true", help="only print the addresses of the pages")
+    parser.add_argument(
+        "--no-scene", action="store_true", help="leave out the 3-D view, which costs a slow machine time"
+    )
     parser.set_defaults(command=_conduct)
 
 
@@ -53,7 +56,11 @@ def _conduct(options: argparse.Namespace) -> int:
         pace=options.pace,
     )
     console = ConsoleOptions(
-        host=options.host, port=options.port, password=password, opens=not options.no_browser and sys.stdout.isatty()
+        host=options.host,
+        port=options.port,
+        password=password,
+        opens=not options.no_browser and sys.stdout.isatty(),
+        shows_scene=not options.no_scene,
     )
     try:
         return conduct(errand, list(loaded.scenario.vessels), console)

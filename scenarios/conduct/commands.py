@@ -12,6 +12,7 @@ steer                       vessel, speed [m/s], heading [rad], keeps_line
 engine                      vessel, runs
 branch                      time [s], settings: orders at that moment
 debrief                     of the recording so far
+look                        time [s]: the state nearest to it, for a page that looks back
 """
 
 from __future__ import annotations
@@ -35,6 +36,7 @@ _ENTRIES: Mapping[str, Mapping[str, str]] = {
     "step": {},
     "end": {},
     "debrief": {},
+    "look": {"time": "number"},
     "pace": {"value": "number or null"},
     "mark": {"name": "text"},
     "order": {"settings": "texts"},

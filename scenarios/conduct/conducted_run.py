@@ -26,7 +26,8 @@ class Errand:
     """A run to make: a scenario from its start, or a recorded run from a moment on.
 
     scenario: name or file, with the changes `overrides`, shortened if `demo`; source: the recording to continue at `at` [s] instead, with
-    the orders `settings` there; record: the recording to write; pace: simulated seconds a second; paused: whether it begins paused.
+    the orders `settings` there; record: the recording to write; pace: simulated seconds a second; paused: whether it begins paused; viewer:
+    address of the viewer that shows it too, empty without one.
     """
 
     scenario: str
@@ -38,6 +39,7 @@ class Errand:
     settings: tuple[str, ...] = ()
     pace: float = 1.0
     paused: bool = True
+    viewer: str = ""
 
 
 def start_run(errand: Errand) -> tuple[BaseProcess, Connection]:
@@ -77,6 +79,7 @@ def _end_with_console() -> None:
 
 def _run(errand: Errand, sender: LatestSender) -> int:
     """Run the errand; return the exit code."""
+    from recordings.sink.live import LiveView
     from scenarios.conduct.console_feed import ConsoleFeed
     from scenarios.load import load_scenario
     from scenarios.running.assembly import Assembly
@@ -95,6 +98,7 @@ def _run(errand: Errand, sender: LatestSender) -> int:
             record=errand.record,
             summary=errand.record.with_suffix(".json"),
             source=source,
+            live=LiveView(errand.viewer) if errand.viewer else False,
             takes_orders=True,
             pace=pace,
             begins_paused=errand.paused,

@@ -7,12 +7,13 @@ import signal
 import socket
 import webbrowser
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass, replace
 
 import uvicorn
 
-from recordings.sink.viewer import LOOPBACK
+from recordings.sink.viewer import LOOPBACK, ViewerError
+from recordings.sink.web_viewer import WebViewer, web_viewer
 from scenarios.conduct.access import Access
 from scenarios.conduct.commands import LONGEST
 from scenarios.conduct.conducted_run import Errand
@@ -21,6 +22,7 @@ from scenarios.conduct.session import Session
 from scenarios.text.terminal import terminal
 
 BACKLOG = 64  # [1] connections that wait to be taken
+EVERYWHERE = ("0.0.0.0", "::")  # addresses by which a server listens at all of a machine's
 MOST_CONNECTIONS = 200  # [1] at a time, pages and files
 
 
@@ -29,35 +31,55 @@ class ConsoleOptions:
     """Where the console listens, and whether it opens a browser.
 
     host: address to listen at; port: 0 chooses a free one; password: asked for besides the token, needed with another host than this
-    machine's own; opens: whether to open the instructor's page in the browser.
+    machine's own; opens: whether to open the instructor's page in the browser; shows_scene: whether pages embed a 3-D view.
     """
 
     host: str = LOOPBACK
     port: int = 0
     password: str | None = None
     opens: bool = True
+    shows_scene: bool = True
 
 
 def conduct(errand: Errand, vessels: Sequence[str], options: ConsoleOptions) -> int:
     """Serve the console of `errand` until it is told to stop; return the exit code. OSError for a place that is taken."""
     access = Access(vessels, options.password)
-    with socket.create_server((options.host, options.port), backlog=BACKLOG) as listener:
+    with (
+        socket.create_server((options.host, options.port), backlog=BACKLOG) as listener,
+        _scene(options.shows_scene) as viewer,
+    ):
         host, port = listener.getsockname()[:2]
         addresses = addresses_of(access, host, port)
         _tell(addresses, errand)
         if options.opens:
             with suppress(webbrowser.Error):
                 webbrowser.open(addresses["instructor"])
-        asyncio.run(_serve(errand, access, listener, host))
+        asyncio.run(_serve(replace(errand, viewer=viewer.feed), access, listener, viewer.page))
     return 0
 
 
 def addresses_of(access: Access, host: str, port: int) -> Mapping[str, str]:
     """Return the address of each role's page."""
-    return {role.name: f"http://{host}:{port}/#{token}" for role, token in access.tokens.items()}
+    name = socket.gethostname() if host in EVERYWHERE else host
+    return {role.name: f"http://{name}:{port}/#{token}" for role, token in access.tokens.items()}
 
 
-async def _serve(errand: Errand, access: Access, listener: socket.socket, host: str) -> None:
+@contextmanager
+def _scene(is_wanted: bool) -> Iterator[WebViewer]:
+    """Serve the 3-D view within the block; its addresses are empty where it is not wanted, or does not start, which is told."""
+    with ExitStack() as stack:
+        viewer = WebViewer("", "")
+        if is_wanted:
+            try:
+                viewer = stack.enter_context(web_viewer())
+            except ViewerError as error:
+                terminal(stderr=True).print(f"oilsim: pages have no 3-D view: {error}", style="yellow", markup=False)
+        yield viewer
+
+
+async def _serve(errand: Errand, access: Access, listener: socket.socket, view: str) -> None:
+    """Serve pages, with the 3-D view at the address `view`, until told to end."""
+    host = listener.getsockname()[0]
     server: PageServer | None = None
 
     def changed() -> None:
@@ -65,8 +87,8 @@ async def _serve(errand: Errand, access: Access, listener: socket.socket, host: 
             server.notice()
 
     session = Session(errand, changed)
-    hosts = ["*"] if host in ("0.0.0.0", "::") else [host, "localhost"]
-    server = PageServer(access, session, hosts=hosts)
+    hosts = ["*"] if host in EVERYWHERE else [host, "localhost"]
+    server = PageServer(access, session, hosts=hosts, viewer=view)
     config = uvicorn.Config(
         server.application,
         ws="websockets-sansio",

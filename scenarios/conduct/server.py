@@ -159,6 +159,9 @@ class PageServer:
             number = data.get("id")
             page.answer(number if isinstance(number, int) else 0, problems=_plain(error))
             return
+        if command.verb == "look":
+            page.answer(command.id, told="a state", state=self._session.album.nearest(float(command.entries["time"])))
+            return
         page.answer(command.id, taken=True)
 
         async def work() -> None:

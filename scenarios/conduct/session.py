@@ -19,7 +19,7 @@ from typing import Any
 from scenarios.conduct.access import Role
 from scenarios.conduct.commands import Command
 from scenarios.conduct.conducted_run import Errand, start_run
-from scenarios.conduct.history import History
+from scenarios.conduct.history import Album, History
 from scenarios.conduct.inbox import Inbox
 from scenarios.debrief.order_words import order_in_words
 from scenarios.orders.client import NoAnswerError, ask
@@ -53,7 +53,7 @@ class Session:
         self.scene: dict[str, Any] | None = None
         self.state: dict[str, Any] | None = None
         self.state_text = ""
-        self.history = History()
+        self.history, self.album = History(), Album()
         self.lines: deque[dict[str, Any]] = deque(maxlen=MOST_LINES)
         self.line_count = 0
         self.marks: list[dict[str, Any]] = []
@@ -210,11 +210,13 @@ class Session:
                 case "state":
                     self.state, self.state_text = message, text.decode()
                     self.history.take(message)
+                    self.album.take(message["time"], self.state_text)
                 case "lines":
                     for line in message["lines"]:
                         self._add(line)
                 case "ended" | "failed":
-                    self.phase, self.reason = message["kind"], message.get("reason") or message["text"]
+                    self.reason = message.get("reason") or message["text"]
+                    self.phase = "failed" if self.reason.startswith("failed") else message["kind"]
         self._changed()
 
     def _add(self, line: dict[str, Any]) -> None:

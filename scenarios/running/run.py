@@ -35,6 +35,7 @@ from scenarios.watch.progress import ProgressDisplay
 
 if TYPE_CHECKING:
     from coupling.observer import Observer
+    from recordings.sink.live import LiveView
     from recordings.sink.recorder import Recorder
     from scenarios.orders.desk import OrderDesk
 
@@ -43,7 +44,7 @@ _PICTURE_ENDINGS = (".png", ".jpg", ".pdf", ".svg")  # of what matplotlib draws,
 
 @dataclass(frozen=True, kw_only=True)
 class RunOptions:
-    """Files that a run leaves behind: recording, summary and picture, each or none; and whether it is shown live.
+    """Files that a run leaves behind: recording, summary and picture, each or none; and whether it is shown live, and in which viewer.
 
     checkpoints: folder for them; by default that of the recording, and none without a recording.
     overwrite: whether they may replace files that are there. source: the scenario's file, which none of them may be.
@@ -56,7 +57,7 @@ class RunOptions:
     checkpoints: Path | None = None
     summary: Path | None = None
     picture: Path | None = None
-    live: bool = False
+    live: bool | LiveView = False
     overwrite: bool = False
     source: Path | None = None
     takes_orders: bool = False
@@ -195,7 +196,7 @@ def _recorder(scenario: Scenario, options: RunOptions) -> Recorder | None:
     if options.live:
         from recordings.sink.live import LiveView
 
-        live = LiveView()
+        live = options.live if isinstance(options.live, LiveView) else LiveView()
     return Recorder(
         options.record,
         scenario.recording.frame_rate,

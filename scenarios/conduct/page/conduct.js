@@ -1,9 +1,11 @@
 // The console's page: it shows what the server tells, and gives the orders of its role.
 import { buildControls, showMarks, showVessels } from "./controls.js";
 import { Charts, showGauges } from "./gauges.js";
+import { Debriefs } from "./debrief.js";
 import { Link } from "./link.js";
 import { Log } from "./log.js";
 import { PlanView } from "./plan.js";
+import { Timeline } from "./timeline.js";
 import { clock } from "./units.js";
 
 const SCALES = [0.1, 0.25, 0.5, 1, 2, 5, 10, null];
@@ -24,6 +26,7 @@ const on = {
   hello(message) {
     conduct.hello = message;
     at("log").replaceChildren();
+    timeline.begin();
     document.body.classList.toggle("crew", message.role === "vessel");
     at("role").textContent = message.role === "vessel" ? `Vessel ${message.vessel}` : message.role[0].toUpperCase() + message.role.slice(1);
     at("transport").hidden = message.role !== "instructor";
@@ -31,8 +34,16 @@ const on = {
     plan.own = message.vessel || null;
     at("notice").hidden = true;
   },
-  session(message) { conduct.session = message; phase(); showMarks(message, link); },
+  session(message) {
+    const isNew = message.run !== conduct.session?.run;
+    conduct.session = message;
+    at("tab-debrief").hidden = !message.debriefs.length;
+    if (isNew) select("plan");
+    phase();
+    showMarks(message, link);
+  },
   scene(message) {
+    timeline.present();
     conduct.scene = message;
     at("title").textContent = message.title || message.name;
     document.title = `${message.name}: ${conduct.hello.vessel || conduct.hello.role}`;
@@ -45,13 +56,12 @@ const on = {
     charts.begin(conduct.scene, message.rows);
     for (const row of message.rows) for (const [name, [x, y]] of Object.entries(row.vessels)) plan.remember(name, x, y);
   },
-  lines(message) { log.add(message.lines); },
+  lines(message) { log.add(message.lines); timeline.add(message.lines); },
   state(message) {
     conduct.state = message;
-    plan.spots = floats(message.oil);
-    plan.show(message);
+    timeline.reach(message.time);
     charts.add(message);
-    showGauges(at("gauges"), conduct.scene, message);
+    if (timeline.past === null) show(message);
     showVessels(conduct.scene, message);
     conduct.helm?.follow(message.vessels[conduct.hello.vessel]?.ordered);
     fillOnce(message);
@@ -64,6 +74,12 @@ const on = {
     at("phase").textContent = "away"; at("phase").className = "pill away";
   },
 };
+
+function show(state) {
+  plan.spots = floats(state.oil);
+  plan.show(state, timeline.past !== null);
+  showGauges(at("gauges"), conduct.scene, state);
+}
 
 function floats(text) {
   const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
@@ -111,6 +127,7 @@ function select(name) {
     at(`tab-${one}`).setAttribute("aria-selected", String(one === name));
     at(`view-${one}`).hidden = one !== name;
   }
+  at("timeline").hidden = name !== "plan";
   if (name === "scene" && !at("view-scene").firstChild) {
     const frame = document.createElement("iframe");
     frame.title = "3-D view";
@@ -123,13 +140,15 @@ function select(name) {
 async function debrief() {
   notice("The run ends, and its debrief is written …", false, 0);
   const answer = await link.give("debrief");
-  if (!answer.told) return;
-  const page = await fetch(`/debrief/${encodeURIComponent(answer.told)}`, { headers: { authorization: `Bearer ${token}`, "x-password": link.password } });
-  const frame = document.createElement("iframe");
-  frame.title = "Debrief";
-  frame.src = URL.createObjectURL(await page.blob());
-  at("view-debrief").replaceChildren(frame);
-  at("tab-debrief").hidden = false;
+  if (answer.told) await openDebriefs([...new Set([...conduct.session.debriefs, answer.told])]);
+}
+
+async function openDebriefs(names) {
+  try {
+    await debriefs.show(names);
+  } catch (error) {
+    return notice(`the debrief cannot be shown: ${error.message}`, true);
+  }
   select("debrief");
   notice("");
 }
@@ -151,7 +170,8 @@ at("boom-by").addEventListener("change", () => { plan.boomBy = at("boom-by").val
 at("follow").addEventListener("change", () => plan.setFollow(at("follow").checked));
 plan.onFollow = (wanted) => { at("follow").checked = wanted; };
 at("fit").addEventListener("click", () => { plan.fit(); plan.setFollow(true); });
-for (const name of ["plan", "scene", "debrief"]) at(`tab-${name}`).addEventListener("click", () => select(name));
+for (const name of ["plan", "scene"]) at(`tab-${name}`).addEventListener("click", () => select(name));
+at("tab-debrief").addEventListener("click", () => openDebriefs(conduct.session.debriefs));
 at("password").addEventListener("close", () => link.retry(at("password-text").value));
 
 document.addEventListener("keydown", (event) => {
@@ -166,3 +186,5 @@ document.addEventListener("keydown", (event) => {
 
 const token = location.hash.slice(1);
 const link = conduct.link = new Link(token, (message) => on[message.kind]?.(message));
+const timeline = new Timeline(at, link, show), debriefs = new Debriefs(at("view-debrief"), link, token);
+timeline.onPresent = () => { if (conduct.state) show(conduct.state); };

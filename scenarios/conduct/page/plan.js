@@ -35,9 +35,10 @@ export class PlanView {
     if (track.length > 4000) this.tracks[name] = track.filter((_, index) => index % 2 === 0);
   }
 
-  show(state) {
+  // Shows a state; of the past, it adds nothing to the tracks.
+  show(state, isPast = false) {
     this.state = state;
-    for (const [name, vessel] of Object.entries(state.vessels)) this.remember(name, vessel.x, vessel.y);
+    if (!isPast) for (const [name, vessel] of Object.entries(state.vessels)) this.remember(name, vessel.x, vessel.y);
     this.redraw();
   }
 

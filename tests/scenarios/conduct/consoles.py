@@ -35,6 +35,7 @@ class Page:
         while not done(self):
             message = json.loads(self.socket.recv(timeout=max(0.01, deadline - time.monotonic())))
             self.told[message["kind"]] = message
+            assert message.get("phase") != "failed", message["reason"]
             if message["kind"] == "lines":
                 self.lines += message["lines"]
             elif message["kind"] == "answer" and not message.get("taken"):

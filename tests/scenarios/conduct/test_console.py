@@ -132,6 +132,7 @@ def test_what_cannot_be_read_is_answered_and_harms_nothing(served: Console) -> N
         assert page.state["paused"]
 
 
+@pytest.mark.slow
 def test_a_branch_from_a_mark_and_the_run_is_made_again_bit_for_bit(served: Console) -> None:
     with served.page("instructor") as page:
         page.give("mark", name="before it is slower")
