@@ -20,21 +20,22 @@ from scenarios.commands import (
     debrief,
     export,
     list,
+    oils,
     order,
     repair,
     replay,
     report,
     run,
-    signals,
     sweep,
     verify,
 )  # fmt: skip
-from scenarios.commands.fmus import build_fmu, export_fmu
+from scenarios.commands.fmus import build_fmu, export_fmu, signals
 from scenarios.exit_codes import BAD_INPUT, INTERRUPTED
 from scenarios.problems import ScenarioError
 
 COMMANDS = (
-    list, check, run, conduct, order, sweep, replay, debrief, compare, verify, report, export, repair, signals, build_fmu, export_fmu,
+    list, oils, check, run, conduct, order, sweep, replay, debrief, compare, verify, report, export, repair,
+    signals, build_fmu, export_fmu,
 )  # fmt: skip
 
 

@@ -1,1 +1,1 @@
-"""Subcommands that make FMUs: of an exercise, and of a model of one equation."""
+"""Subcommands around FMUs: of an exercise, of a model of one equation, and the signals that they may take."""
