@@ -28,7 +28,7 @@ MOST_CONNECTIONS = 200  # [1] at a time, pages and files
 
 @dataclass(frozen=True, kw_only=True)
 class ConsoleOptions:
-    """Where the console listens, and whether it opens a browser.
+    """The place at which a console listens, and the things that it shows.
 
     host: address to listen at; port: 0 chooses a free one; password: asked for besides the token, needed with another host than this
     machine's own; opens: whether to open the instructor's page in the browser; shows_scene: whether pages embed a 3-D view.

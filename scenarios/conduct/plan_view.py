@@ -46,7 +46,7 @@ def oil_spots(assembly: Assembly, frame: Frame) -> Spots:
 
 
 def spots_of_parcels(parcels: Parcels) -> Spots:
-    """Return the parcels that are not recovered as spots (N, 5); a spot's area times its thickness is the parcel's volume."""
+    """Return the parcels that are not recovered as spots (N, 5): x, y, radius, thickness [m], fate; area times thickness is the volume."""
     from oilsim.slick.parcels import ParcelState
 
     fates = {
@@ -78,5 +78,5 @@ def spots_of_particles(places: NDArray[np.float64], volume: float, cell: float, 
 
 
 def as_text(array: NDArray[np.float32]) -> str:
-    """Return the bytes of an array, little-endian float32, as base64."""
+    """Return the bytes of spots (N, 5), little-endian float32, as base64."""
     return base64.b64encode(np.ascontiguousarray(array, dtype="<f4").tobytes()).decode("ascii")

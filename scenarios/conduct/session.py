@@ -77,7 +77,7 @@ class Session:
 
     @property
     def summary(self) -> dict[str, Any]:
-        """What all pages know of the session besides scene, state and log."""
+        """The facts of the session that all pages know besides scene, state and log."""
         return {
             "kind": "session",
             "run": self.run_number,

@@ -1,4 +1,4 @@
-"""What pages show of a run: its scene once, and its state at a moment, as plain data that is JSON.
+"""Scene and state of a run for its pages: the scene once, the state at each moment, as plain data that is JSON.
 
 All is in SI units, in the world frame; the page turns it into knots, compass courses, litres and tonnes.
 """

@@ -49,7 +49,10 @@ def go_on(run: str | Path, *, patience: float = PATIENCE) -> Answer:
 
 
 def ask(run: str | Path, kind: Kind, settings: tuple[str, ...] = (), patience: float = PATIENCE) -> Answer:
-    """Send one request of a kind with its words, and wait for its answer. Errors as those of `order`."""
+    """Send one request of a kind with its words, and wait for its answer up to `patience` [s].
+
+    Raises ScenarioError and NoAnswerError as `order` does.
+    """
     try:
         card = find_run(run)
         line = _exchanged(card, request_line(kind, settings, card.token), patience)
