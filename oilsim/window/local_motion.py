@@ -31,8 +31,6 @@ Double = NDArray[np.float64]
 
 # [m] least way from a body's middle to the points; numerical; slopes are differences over twice of it
 LEAST = 1e-2
-# (4,) of the points: the axis of each, and its side
-AXIS, SIDE = (0, 0, 1, 1), (1.0, -1.0, 1.0, -1.0)
 
 
 class LocalMotion(NamedTuple):
@@ -50,8 +48,9 @@ def gauss_points(shape: Double) -> Double:
     squares, axes = np.linalg.eigh(flat.T @ flat / len(flat))
     ways = np.maximum(np.sqrt(np.maximum(squares, 0.0)), LEAST)
     points = np.zeros((4, 3))
-    for n, (axis, side) in enumerate(zip(AXIS, SIDE, strict=True)):
-        points[n, :2] = side * ways[axis] * axes[:, axis]
+    for axis in (0, 1):
+        points[2 * axis, :2] = ways[axis] * axes[:, axis]
+        points[2 * axis + 1] = -points[2 * axis]
     return points
 
 
