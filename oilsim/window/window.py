@@ -121,7 +121,7 @@ class Window:
         self.fluid.add_particles(water, phase=phases[0].name)
 
     def follow(self, target: Double, time: float) -> None:
-        """Put the middle where the water at `target` (2 or 3,) [m] in the world is at rest."""
+        """Put the middle where the water at `target` (2,) [m] in the world is at rest, at `time` [s]."""
         level = self.motion.sea.description.level
         place = np.array([[target[0], target[1], level]])
         self.rim.center = (place - self.motion.travel(time))[0, :2]
