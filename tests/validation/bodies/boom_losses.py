@@ -144,10 +144,10 @@ def stream_ramp(resolution: int, bench: Bench) -> Outcome:
         report = assembly.scoring.booms[0].report
         assert report is not None  # after a step there is one
         lost = (
-            report.lost - report.lost_by_cause["around_ends"]
-        )  # a thin slick may grow out of the mouth, which is no loss under way
+            report.passed - report.lost_by_cause["around_ends"]
+        )  # a slick may grow out of the mouth: no loss under way
         share = lost / (report.lost + report.retained)
-        rows.append((speed, share, sum(report.lost_modelled.values()) / max(lost, 1e-12)))
+        rows.append((speed, share, report.passed_modelled / max(lost, 1e-12)))
         if share > SEEN:
             first = speed
     simulation.terminate("measured")
