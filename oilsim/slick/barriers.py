@@ -26,7 +26,7 @@ NEAR = 5.0
 
 
 class Immersion(NamedTuple):
-    """How the S segments of a boom sit in the water; a scalar holds for all of them.
+    """Position of the S segments of a boom in the water; a scalar holds for all of them.
 
     draft         (S,) [m] from the surface down to the skirt's foot, 0 or more
     lean          (S,) [rad] of the skirt from the vertical
@@ -89,7 +89,7 @@ Barrier = Boom | Outline
 
 
 def checked_immersion(boom: Boom, immersion: Immersion) -> dict[str, NDArray[Any]]:
-    """Return a boom's immersion as arrays (S,) by name; ValueError for another shape, a draft below 0, or values that are no numbers."""
+    """Return a boom's immersion as arrays (S,) [m, rad] by name; ValueError for another shape, a draft below 0, or no numbers."""
     arrays = {}
     for name, value in immersion._asdict().items():
         given = np.asarray(value, np.bool_ if name == "is_submerged" else np.float64)
