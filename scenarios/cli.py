@@ -14,6 +14,7 @@ from collections.abc import MutableSequence, Sequence
 
 from recordings.errors import RecordingError
 from scenarios.commands import (
+    booms,
     build_fmu,
     check,
     compare,
@@ -35,7 +36,7 @@ from scenarios.exit_codes import BAD_INPUT, INTERRUPTED
 from scenarios.problems import ScenarioError
 
 COMMANDS = (
-    list, oils, check, run, order, sweep, replay, debrief, compare, verify, report, export, repair, signals, build_fmu, export_fmu,
+    list, oils, booms, check, run, order, sweep, replay, debrief, compare, verify, report, export, repair, signals, build_fmu, export_fmu,
 )  # fmt: skip
 
 

@@ -34,6 +34,7 @@ from scenarios.signals.signal_participant import SignalBoard
 from scenarios.signals.signal_table import RunParts, signals_of
 from scenarios.signals.weather_inputs import set_wind
 from scenarios.watch.boom_scoring import Scoring
+from scenarios.watch.boom_strength import BoomStrength
 from scenarios.watch.coupling_series import CouplingAccount
 from scenarios.watch.frame_source import FrameReader
 from scenarios.watch.run_accounts import RunAccounts
@@ -56,10 +57,10 @@ class Assembly:
     """A run that is ready to start: its parts, and what observers are shown.
 
     fluid, world: the simulators themselves, for whoever wants more than the participants' variables; coupled: names of the
-    bodies that exchange motion and wrench with the fluid; fleet: vessels and booms; accounts: scores and sums, advanced by the master;
-    remarks: what a run falls short of; parts: what signals reach into; exchange, ledger: how bodies meet the fluid, and the accounts
-    of it; slick: the oil of a run without particles, None of another; fmus: those that take part; solids: all bodies as placed at the
-    start; level: of the still water [m].
+    bodies that exchange motion and wrench with the fluid; fleet: vessels and booms; strength: lets overloaded booms part; accounts: scores
+    and sums, advanced by the master; remarks: what a run falls short of; parts: what signals reach into; exchange, ledger: how bodies
+    meet the fluid, and the accounts of it; slick: the oil of a run without particles, None of another; fmus: those that take part;
+    solids: all bodies as placed at the start; level: of the still water [m].
     """
 
     scenario: Scenario
@@ -70,6 +71,7 @@ class Assembly:
     fluid_participant: FluidParticipant
     coupled: tuple[str, ...]
     fleet: Fleet
+    strength: BoomStrength
     accounts: RunAccounts
     remarks: Remarks
     parts: RunParts
@@ -126,7 +128,7 @@ class Assembly:
             self.participants,
             self.connections,
             self.scenario.run.communication_step,
-            exchange=Exchange(self.exchange, self.ledger, [self.accounts.advance]),
+            exchange=Exchange(self.exchange, self.ledger, [lambda _: self.strength.advance(), self.accounts.advance]),
             watching=Watching(observers, self.frame_source, self.description),
         )
         self.accounts.coupling.follow(lambda: simulation.wall_seconds)
@@ -164,6 +166,7 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
         fluid_participant=bodies.fluid,
         coupled=coupled,
         fleet=simulators.fleet,
+        strength=BoomStrength(scenario, world, simulators.fleet, scoring),
         accounts=accounts,
         remarks=Remarks(scenario, world, simulators.left_out, simulators.thin, simulators.notes),
         parts=parts,
