@@ -27,6 +27,7 @@ ORDER_KEYS = (
     "vessels.*.legs",
     "vessels.*.engine",
     "booms.*.parted",
+    "skimmers.*.running",
     "forcing.current.speed",
     "forcing.current.direction",
     "forcing.wind.speed",

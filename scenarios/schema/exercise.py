@@ -196,7 +196,7 @@ class BoomSettings(Section):
     parted: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
-        """Take what is not stated from the catalogue, then check everything."""
+        """Take what is not stated from the catalogue, then check everything; ScenarioError with every problem."""
         found = [] if self.boom is None else list(_boom_problems(self.boom))
         entry = None if found or self.boom is None else catalogue()[self.boom]
         for name, usual in FROM_CATALOGUE.items():
