@@ -1,8 +1,8 @@
 """A skimmer and its storage: how much of the oil at its mouth it takes in a step, and what it pumps with it. A closure: *modelled*.
 
-Oil passes a round mouth of diameter w in the mean time pi w / (4 U), with U the larger of the water's speed past the mouth and (g' h)^(1/2),
-at which oil of thickness h flows towards a mouth that stands still. The mouth takes the share TE of the oil that passes, so it takes oil
-of volume V at the rate V U ln(1 / (1 - TE)) / (pi w / 4), and no more than N RE, with N the nameplate and RE the recovery efficiency.
+Oil passes a round mouth of diameter w in the mean time pi w / (4 U), with U the larger of the water's speed past the mouth and
+(g' h)^(1/2), at which oil of thickness h flows towards a mouth that stands still. The mouth takes the share TE of the oil that passes. So it takes oil
+of volume V at the rate V U ln(1 / (1 - TE)) / (pi w / 4), and no more than N RE, with N the nameplate, RE the recovery efficiency.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ class Skimmer:
         self.account.decanted += let_out
 
     def wanted(self, volume: float, density: float, speed: float, duration: float) -> float:
-        """Return the oil [m3] to take in a step, of `volume` [m3] of `density` [kg/m3] at the mouth, past which water runs at `speed` [m/s]."""
+        """Return the oil [m3] to take in a step, of `volume` [m3] of `density` [kg/m3] at the mouth; `speed` [m/s] of the water past it."""
         design = self.design
         self._met = 0.0
         if not self.is_running or self.ashore_until is not None or volume <= 0.0:
