@@ -41,6 +41,7 @@ COMMANDS = (
 
 
 EXTRAS = {
+    "distributed": ("sweeps on a Dask cluster", "cluster"),
     "fmpy": ("FMUs", "fmu"),
     "shapely": ("outlines of slicks", "export"),
     "vtkmodules": ("films for ParaView", "export"),

@@ -114,6 +114,7 @@ class SummaryObserver:
             "budget": None if budget is None else budget_entries(budget),
             "oil_m3": self._oil_volumes(),
             "scores": self._scores(),
+            "skimmers": self._assembly.skimmers.summary(),
             "probes": self._probe_series(),
             "state_hash": self.state_hash,
             "events": [
