@@ -43,7 +43,19 @@ NAME_PATTERN = r"[A-Za-z0-9][A-Za-z0-9_-]*"
 NAME_ALLOWED = "letters, digits, '-' and '_', beginning with a letter or digit"
 MESH_SUFFIXES = (".stl", ".obj", ".ply", ".glb")  # as of coupling.solids.mesh_files, which takes a second to import
 MOST_PARTICLES = 1e8  # some 300 GB of memory
-NAMED_TABLES = ("phases", "fill", "emitters", "bodies", "vessels", "booms", "moorings", "skimmers", "criteria", "probes", "fmus")
+NAMED_TABLES = (
+    "phases",
+    "fill",
+    "emitters",
+    "bodies",
+    "vessels",
+    "booms",
+    "moorings",
+    "skimmers",
+    "criteria",
+    "probes",
+    "fmus",
+)
 
 
 @dataclass(frozen=True, kw_only=True)

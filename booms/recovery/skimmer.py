@@ -1,8 +1,9 @@
 """A skimmer and its storage: how much of the oil at its mouth it takes in a step, and what it pumps with it. A closure: *modelled*.
 
-Oil passes a round mouth of diameter w in the mean time pi w / (4 U), with U the larger of the water's speed past the mouth and
-(g' h)^(1/2), at which oil of thickness h flows towards a mouth that stands still. The mouth takes the share TE of the oil that passes. So it takes oil
-of volume V at the rate V U ln(1 / (1 - TE)) / (pi w / 4), and no more than N RE, with N the nameplate, RE the recovery efficiency.
+Oil passes a round mouth of diameter w in the mean time pi w / (4 U). U is the larger of the water's speed past the mouth and
+(g' h)^(1/2), at which oil of thickness h flows towards a mouth that stands still. The mouth takes the share TE of the oil that passes.
+So it takes oil of volume V at the rate V U ln(1 / (1 - TE)) / (pi w / 4), and no more than N RE, with N the nameplate and RE the
+recovery efficiency.
 """
 
 from __future__ import annotations

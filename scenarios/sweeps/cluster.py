@@ -27,14 +27,13 @@ def run_on_cluster(waiting: Sequence[Variant], folder: Path, address: str, conso
     Raises ScenarioError if the scheduler cannot be reached.
     """
     with _client(address) as client:
-        started, code, done = wall_clock.perf_counter(), DONE, 0
+        started, code = wall_clock.perf_counter(), DONE
         futures = {
             client.submit(run_elsewhere, variant.plan.as_data(), key=f"oilsim-{variant.name}", pure=False): variant
             for variant in waiting
         }
-        for future in as_completed(futures):
+        for done, future in enumerate(as_completed(futures), 1):
             variant = futures[future]
-            done += 1
             told = _take(future, variant, folder)
             code = code if told.startswith("completed") else FAILED
             spent = wall_clock.perf_counter() - started
@@ -45,7 +44,7 @@ def run_on_cluster(waiting: Sequence[Variant], folder: Path, address: str, conso
 
 def _client(address: str) -> Client:
     try:
-        return Client(address, timeout=TIMEOUT, set_as_default=False)
+        return Client(address, timeout=TIMEOUT)
     except (OSError, ValueError, TimeoutError) as error:
         text = f"is {address!r}, which does not answer: {error}; allowed: the address of a Dask scheduler, as tcp://host:8786"
         raise ScenarioError([Problem("--scheduler", text)], "oilsim") from error
