@@ -19,11 +19,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import csr_array
+from numba import njit
 
-from coupling.rigid.rotations import applied, cross, rotation_matrices
+from coupling.rigid.rotations import applied
 
 Array = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
 
 STABLE = 2.0  # used instead of the limit 4, because joints and water around the bodies change w
 
@@ -52,44 +53,14 @@ class ElasticLine:
                 raise ValueError(f"{name} is {getattr(self, name)}, allowed: above 0")
         self.ordered_length = self.laid_length = self.length
 
-    def ends(self, pose: Array) -> tuple[Array, Array]:
-        """Return positions (2, 3) [m] of both ends, and arms (2, 3) [m] from the centres of mass; pose (B, 7)."""
-        rows = list(self.rows)
-        turned = applied(rotation_matrices(pose[rows, 3:]), self.points)
-        held = np.array(self.rows)[:, None] >= 0
-        return np.where(held, pose[rows, :3] + turned, self.points), np.where(held, turned, self.points)
-
-    def pull(self, pose: Array, twist: Array, payout_rate: float) -> tuple[float, Array]:
-        """Return the tension [N] and the wrenches (2, 6) [N, N m] on the bodies; pose (B, 7), twist (B, 6), payout_rate dL/dt [m/s]."""
-        positions, arms = self.ends(pose)
-        span = positions[1] - positions[0]
-        distance = float(np.linalg.norm(span))
-        if distance <= self.length:
-            return 0.0, np.zeros((2, 6))
-        along = span / distance
-        rows = list(self.rows)
-        speed = (twist[rows, :3] + cross(twist[rows, 3:], arms)) @ along
-        rate = float(sum(sign * v for sign, row, v in zip((-1.0, 1.0), rows, speed, strict=True) if row >= 0))
-        stretch = distance - self.length + self.relaxation_time * (rate - payout_rate)
-        tension = max(0.0, self.stiffness / self.length * stretch)
-        force = np.outer((1.0, -1.0), tension * along)
-        return tension, np.hstack([force, cross(arms, force)])
-
     def stretching(self, pose: Array) -> Array:
-        """Return the row (B, 6) [-] with which twists of the bodies lengthen the line, dl/dt = sum of row times twist."""
-        positions, arms = self.ends(pose)
-        span = positions[1] - positions[0]
-        along = span / max(float(np.linalg.norm(span)), 1e-12)
-        total = np.zeros((len(pose), 6))
-        for sign, row, arm in zip((-1.0, 1.0), self.rows, arms, strict=True):
-            if row >= 0:
-                total[row] += sign * np.concatenate([along, np.cross(arm, along)])
-        return total
+        """Return the row (B, 6) [-] with which twists of the bodies lengthen the line, dl/dt = sum of row times twist; pose (B, 7)."""
+        return _stretching(np.array([self.rows]), self.points[None], pose)[0]
 
-    def stiffest(self, pose: Array, inverse_mass: csr_array, sub_step: float) -> float:
-        """Return the largest EA [N] that is stable in sub-steps of that length [s]; pose (B, 7), inverse_mass (6 B, 6 B)."""
-        stretching = self.stretching(pose).ravel()
-        compliance = float(stretching @ (inverse_mass @ stretching))
+    def stiffest(self, pose: Array, inverse_masses: Array, sub_step: float) -> float:
+        """Return the largest EA [N] that is stable in sub-steps of that length [s]; pose (B, 7), inverse_masses (B, 6, 6)."""
+        stretching = self.stretching(pose)
+        compliance = float((stretching * applied(inverse_masses, stretching)).sum())
         if compliance == 0.0:
             return math.inf
         return STABLE * self.length / (compliance * (sub_step**2 + 2.0 * sub_step * self.relaxation_time))
@@ -102,6 +73,7 @@ class Lines:
         self._lines: dict[str, ElasticLine] = {}
         self._payout_rate: dict[str, float] = {}
         self._impulse = np.zeros((0, 6))
+        self._rows, self._points = np.zeros((0, 2), np.int64), np.zeros((0, 2, 3))
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -122,13 +94,25 @@ class Lines:
         """Return the unstretched length [m] when the line was added."""
         return self._lines[name].laid_length
 
-    def longest_step(self, pose: Array, inverse_mass: csr_array) -> float:
-        """Return the longest sub-step [s] that is stable if all lines (one or more) are taut. pose (B, 7), inverse_mass (6 B, 6 B)."""
+    def _places(self) -> tuple[Ints, Array]:
+        """Return the rows (L, 2) of all lines' bodies and the points (L, 2, 3) [m] of their ends, which never change."""
+        if len(self._rows) < len(self._lines):
+            lines = self._lines.values()
+            self._rows, self._points = (
+                np.array([line.rows for line in lines]),
+                np.array([line.points for line in lines]),
+            )
+        return self._rows, self._points
+
+    def longest_step(self, pose: Array, inverse_masses: Array) -> float:
+        """Return the longest sub-step [s] that is stable if all lines (one or more) are taut. pose (B, 7), inverse_masses (B, 6, 6)."""
         lines = self._lines.values()
-        stretching = np.array([line.stretching(pose).ravel() for line in lines])
+        rows, points = self._places()
+        stretching = _stretching(rows, points, pose)
+        answer = np.array([applied(inverse_masses, row) for row in stretching]).reshape(len(rows), -1)
         shortest = np.array([min(line.length, line.ordered_length) for line in lines])
         stiffness = np.array([line.stiffness for line in lines]) / shortest
-        compliance = stretching @ (inverse_mass @ stretching.T)
+        compliance = stretching.reshape(len(rows), -1) @ answer.T
         elastic = _largest(compliance, stiffness)
         damping = _largest(compliance, stiffness * [line.relaxation_time for line in lines])
         return STABLE / (damping + math.sqrt(damping**2 + STABLE * elastic)) if elastic > 0.0 else math.inf
@@ -160,13 +144,19 @@ class Lines:
 
     def present_pull(self, pose: Array, twist: Array, *, booked: float = 0.0) -> Array:
         """Return the present wrenches (B, 6) [N, N m] on all bodies; records tensions for `booked` seconds. pose (B, 7), twist (B, 6)."""
-        total = np.zeros((len(pose), 6))
-        for name, line in self._lines.items():
-            tension, wrenches = line.pull(pose, twist, self._payout_rate.get(name, 0.0))
-            line.tension += tension * booked
-            for row, wrench in zip(line.rows, wrenches, strict=True):
-                if row >= 0:
-                    total[row] += wrench
+        if not self._lines:
+            return np.zeros((len(pose), 6))
+        rows, points = self._places()
+        terms = np.array(
+            [
+                (line.length, line.stiffness, line.relaxation_time, self._payout_rate.get(name, 0.0))
+                for name, line in self._lines.items()
+            ]
+        )
+        tension, total = _pull(rows, points, terms, pose, twist)
+        if booked:
+            for line, pull in zip(self._lines.values(), tension.tolist(), strict=True):
+                line.tension += pull * booked
         return total
 
     def end(self, duration: float) -> Array:
@@ -195,3 +185,77 @@ def _largest(compliance: Array, stiffness: Array) -> float:
     """Return the largest eigenvalue of `compliance` (L, L) times diag(`stiffness`) (L,)."""
     root = np.sqrt(stiffness)
     return float(np.linalg.eigvalsh(root[:, None] * compliance * root)[-1])
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _ends(rows: Ints, points: Array, pose: Array) -> tuple[Array, Array]:
+    """Return positions (2, 3) [m] of both ends of a line, and arms (2, 3) [m] from the centres of mass; pose (B, 7)."""
+    position, arm = points.copy(), points.copy()
+    for end in range(2):
+        if rows[end] < 0:
+            continue
+        x, y, z, w = pose[rows[end], 3:]
+        a, b, c = points[end]
+        # R p = p + 2 q x (q x p + w p)
+        d, e, f = y * c - z * b + w * a, z * a - x * c + w * b, x * b - y * a + w * c
+        arm[end, 0] += 2.0 * (y * f - z * e)
+        arm[end, 1] += 2.0 * (z * d - x * f)
+        arm[end, 2] += 2.0 * (x * e - y * d)
+        for axis in range(3):
+            position[end, axis] = pose[rows[end], axis] + arm[end, axis]
+    return position, arm
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _stretching(rows: Ints, points: Array, pose: Array) -> Array:
+    """Return `ElasticLine.stretching` (L, B, 6) of lines; rows (L, 2), points (L, 2, 3) [m], pose (B, 7)."""
+    total = np.zeros((len(rows), len(pose), 6))
+    for line in range(len(rows)):
+        position, arm = _ends(rows[line], points[line], pose)
+        span = position[1] - position[0]
+        along = span / max(np.sqrt((span**2).sum()), 1e-12)
+        for end in range(2):
+            if rows[line, end] >= 0:
+                _push(total[line, rows[line, end]], arm[end], (2.0 * end - 1.0) * along)
+    return total
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _push(wrench: Array, arm: Array, force: Array) -> None:
+    """Add `force` (3,) at `arm` (3,) [m] to a wrench (6,)."""
+    for axis in range(3):
+        after, before = (axis + 1) % 3, (axis + 2) % 3
+        wrench[axis] += force[axis]
+        wrench[3 + axis] += arm[after] * force[before] - arm[before] * force[after]
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _pull(rows: Ints, points: Array, terms: Array, pose: Array, twist: Array) -> tuple[Array, Array]:
+    """Return tensions (L,) [N] of lines and their wrenches (B, 6) [N, N m] on all bodies; see the module.
+
+    rows (L, 2), points (L, 2, 3) [m]; terms (L, 4): length [m], stiffness [N], relaxation time [s], payout rate [m/s]; pose (B, 7),
+    twist (B, 6).
+    """
+    tension, total = np.zeros(len(rows)), np.zeros((len(pose), 6))
+    for line in range(len(rows)):
+        length, stiffness, relaxation_time, payout_rate = terms[line]
+        position, arm = _ends(rows[line], points[line], pose)
+        span = position[1] - position[0]
+        distance = np.sqrt((span**2).sum())
+        if distance <= length:
+            continue
+        along, rate = span / distance, 0.0
+        for end in range(2):
+            row = rows[line, end]
+            if row >= 0:
+                for axis in range(3):
+                    after, before = (axis + 1) % 3, (axis + 2) % 3
+                    speed = twist[row, axis] + twist[row, 3 + after] * arm[end, before]
+                    speed -= twist[row, 3 + before] * arm[end, after]
+                    rate += (2.0 * end - 1.0) * along[axis] * speed
+        stretch = distance - length + relaxation_time * (rate - payout_rate)
+        tension[line] = max(0.0, stiffness / length * stretch)
+        for end in range(2):
+            if rows[line, end] >= 0:
+                _push(total[rows[line, end]], arm[end], (1.0 - 2.0 * end) * tension[line] * along)
+    return tension, total
