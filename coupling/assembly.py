@@ -21,6 +21,7 @@ from coupling.master.co_simulation import CoSimulation
 from coupling.master.connection import Connection
 from coupling.master.exchange_ledger import ENERGY_LIMIT, GAUSS_SEIDEL, BodyBond, Exchange, ExchangeLedger
 from coupling.master.fixed_point import Aitken, Iteration
+from coupling.master.observer_dispatch import NOBODY, Watching
 from coupling.participant import Participant
 from coupling.participants.client_links import ClientLinksParticipant, link_name
 from coupling.participants.fluid import FluidParticipant
@@ -58,6 +59,10 @@ class ExchangeOptions:
 MONOLITHIC = ExchangeOptions()
 
 
+def _as_it_is(participant: Participant) -> Participant:
+    return participant
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CoupledBodies:
     """A fluid and the bodies that exchange motion and wrench with it, ready for a master.
@@ -77,10 +82,24 @@ class CoupledBodies:
         """Fluid and bodies, in the order in which they step."""
         return (self.fluid,) if self.bodies is None else (self.fluid, self.bodies)
 
-    def co_simulation(self, step_size: float) -> CoSimulation:
-        """Create the run of fluid and bodies alone, in communication steps of `step_size` [s]."""
+    def co_simulation(
+        self,
+        step_size: float,
+        *,
+        others: Sequence[Participant] = (),
+        connections: Sequence[Connection] = (),
+        alter: Callable[[Participant], Participant] = _as_it_is,
+        watching: Watching = NOBODY,
+    ) -> CoSimulation:
+        """Create the run of fluid and bodies, in communication steps of `step_size` [s].
+
+        others: further participants, which step first, with their `connections`. alter: returns what takes part in each one's place.
+        """
         exchange = Exchange(self.exchange, self.ledger) if self.exchange.interfaces else GAUSS_SEIDEL
-        return CoSimulation(self.participants, self.connections, step_size, exchange=exchange)
+        participants = [alter(one) for one in (*others, *self.participants)]
+        return CoSimulation(
+            participants, (*connections, *self.connections), step_size, exchange=exchange, watching=watching
+        )
 
 
 def couple_world(

@@ -21,6 +21,7 @@ from scenarios.commands import (
     export,
     export_fmu,
     list,
+    oils,
     order,
     repair,
     replay,
@@ -34,7 +35,7 @@ from scenarios.exit_codes import BAD_INPUT, INTERRUPTED
 from scenarios.problems import ScenarioError
 
 COMMANDS = (
-    list, check, run, order, sweep, replay, debrief, compare, verify, report, export, repair, signals, build_fmu, export_fmu,
+    list, oils, check, run, order, sweep, replay, debrief, compare, verify, report, export, repair, signals, build_fmu, export_fmu,
 )  # fmt: skip
 
 

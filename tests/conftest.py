@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import os
 import sys
+from importlib.metadata import entry_points
 
 for name in (f"{library}_NUM_THREADS" for library in ("OPENBLAS", "OMP", "MKL")):
     told = os.environ.setdefault(name, "1") if "numpy" not in sys.modules else os.environ.get(name)
     assert told is not None, f"a plugin of pytest loads numpy before it could be told to use one thread: set {name}=1"
+
+if not any(entry.name == "oilsim" for entry in entry_points(group="pytest11")):
+    pytest_plugins = ["scenarios.bench.plugin"]  # from a source tree that is not installed

@@ -43,7 +43,7 @@ class IsolatedFmu:
     """A participant that runs one FMU in a process of its own, which is started when the run begins; else the same as `FmuParticipant`.
 
     Every call that reaches the FMU raises the ValueError, TypeError or NotImplementedError of `FmuParticipant`, and RuntimeError if the
-    FMU fails, its process crashes or has not been started, or the answer does not come within `STEP_PATIENCE` (before the first step
+    FMU fails, its process crashes or has not been started, or the answer does not come within `step_patience` (before the first step
     `START_PATIENCE`).
     """
 
@@ -53,13 +53,19 @@ class IsolatedFmu:
         path: str | Path,
         start_values: Mapping[str, float | bool] | None = None,
         units: Mapping[str, str] | None = None,
+        *,
+        step_patience: float = STEP_PATIENCE,
     ) -> None:
-        """Read the FMU's model description and raise the errors of `FmuParticipant`; no process is started yet."""
+        """Read the FMU's model description and raise the errors of `FmuParticipant`; no process is started yet.
+
+        step_patience [s]: wall time that one call may take from the first step on.
+        """
         self._here = FmuParticipant(name, path, start_values, units)  # for what is known without running it
         self._file = Path(path).name
         self._arguments = (name, str(Path(path).resolve()), dict(start_values or {}), dict(units or {}))
         self._why_not_kept = self._here.why_not_kept
         self._step_size: float | None = None
+        self._patience = step_patience
         self._child: subprocess.Popen[bytes] | None = None
         self._folder: tempfile.TemporaryDirectory[str] | None = None
         self._dropped: list[int] = []  # states that nobody can restore any more
@@ -73,6 +79,11 @@ class IsolatedFmu:
     def why_not_kept(self) -> str:
         """Reason why the FMU's state cannot be kept outside its process as bytes; empty if it can. See `FmuParticipant.why_not_kept`."""
         return self._why_not_kept
+
+    @property
+    def process_id(self) -> int | None:
+        """Number of the FMU's process; None while it has none."""
+        return None if self._child is None else self._child.pid
 
     def expect_step(self, step_size: float) -> None:
         """Prepare for whole steps of `step_size` [s]: the FMU is told so when its process starts."""
@@ -139,14 +150,14 @@ class IsolatedFmu:
         self._release = weakref.finalize(self, _kill, self._child)
         self._say((self._arguments, self._step_size))
 
-    def _ask(self, verb: str, *arguments: object, patience: float = STEP_PATIENCE) -> Any:
+    def _ask(self, verb: str, *arguments: object, patience: float | None = None) -> Any:
         """Have the process do something; RuntimeError if it crashes or does not come back, else what the FMU's own call raised."""
         if self._child is None:
             allowed = "between enter_initialization_mode and terminate"
             raise RuntimeError(f"{self.name!r} is not running, allowed: {allowed}")
         dropped, self._dropped[:] = list(self._dropped), []
         self._say((verb, arguments, dropped))
-        self._wait(verb, patience)
+        self._wait(verb, self._patience if patience is None else patience)
         assert self._child.stdout is not None  # a pipe was asked for
         try:
             failure, value, self._why_not_kept = pickle.load(self._child.stdout)

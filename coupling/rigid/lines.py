@@ -123,6 +123,10 @@ class Lines:
             raise ValueError(f"the length of line {name!r} is {length} m, allowed: above 0 m")
         self._lines[name].ordered_length = length
 
+    def part(self, name: str) -> None:
+        """Take all stiffness from a line that parts."""
+        self._lines[name].stiffness = 0.0
+
     def tension(self, name: str) -> float:
         """Return the mean tension [N] over the last advance."""
         return self._lines[name].tension

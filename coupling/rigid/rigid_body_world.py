@@ -242,6 +242,13 @@ class RigidBodyWorld:
         self.lines.add(name, line)
         self._state.line_wrench = self.lines.present_pull(self._state.pose, self._state.twist)
 
+    def part_line(self, name: str) -> None:
+        """Let an elastic line part: from now on it does not pull. ValueError for an unknown name."""
+        if name not in self.lines.names:
+            raise ValueError(f"rigid bodies: line {name!r} does not exist, allowed: {', '.join(self.lines.names)}")
+        self.lines.part(name)
+        self._state.line_wrench = self.lines.present_pull(self._state.pose, self._state.twist)
+
     def set_environment(self, environment: Environment, names: Sequence[str]) -> None:
         """Let a sea load the named bodies, all of which have been added; ValueError for an unknown body, or one that is not free."""
         rows = [self._body(name).row for name in names]

@@ -1,38 +1,43 @@
-"""Fluid and bodies under the master, assembled in a few lines: a tank of water, or empty space."""
+"""Fluid and bodies under the master, assembled in a few lines."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from functools import partial
 from types import TracebackType
 from typing import Literal
 
 import numpy as np
 import trimesh
-from scipy.optimize import brentq
-from scipy.spatial.transform import Rotation
 
 from coupling.assembly import MONOLITHIC, ExchangeOptions, couple_world
 from coupling.bodies import MassProperties, mass_properties
 from coupling.master.body_exchange import BodyExchange
 from coupling.master.co_simulation import CoSimulation
+from coupling.master.connection import Connection
 from coupling.master.exchange_ledger import ExchangeLedger
-from coupling.participant import Array
+from coupling.master.observer_dispatch import Watching
+from coupling.observer import Observer
+from coupling.participant import Array, Participant
 from coupling.pybullet_world.attachment_warnings import tell_thin_parts
 from coupling.rigid.prescribed_motion import AT_REST, STILL, UPRIGHT, PrescribedMotion, Quaternion, Twist, Vector
-from coupling.rigid.rigid_body_world import RigidBodyWorld
-from coupling.solids.hydrostatics import hydrostatics
+from coupling.rigid.rigid_body_world import FRICTION, RigidBodyWorld
 from coupling.solids.signed_distance import SignedDistance
 from coupling.solids.solid_mesh import told_solid
 from coupling.solids.surface_sampling import particles_of, sample_surface
 from coupling.solids.thin_parts import HELD
+from coupling.testkit.faults import FaultPlan
+from coupling.testkit.frames import SceneFrames, describe, turnover, with_particles
+from coupling.testkit.history import History
+from coupling.testkit.readings import Basin, Live, Readings, history_readings, placed, still_level
 from oilsim.boundaries.boundary_particles import tank_walls
 from oilsim.checks import finite
 from oilsim.config import FluidConfig
 from oilsim.initial_conditions import block
-from oilsim.phases import Phase
 from oilsim.solver import Fluid
+from recordings.frame import Frame
 
-WATER = Phase(name="water", rest_density=1000.0)
 CLEARANCE = 0.5  # spacings between a body's surface and the nearest particle at the start
 STEP = 0.01  # [s]
 OFF_CENTER = 1e-6  # of a mesh's size: distance of its centre of mass from its origin, of meshes from files
@@ -43,7 +48,9 @@ class Scene:
     """A fluid and rigid bodies under the master: add bodies, then liquid around them, then run.
 
     fluid, world: the simulators. simulation: the coupled run, made at the first access. exchange, ledger: coupling and accounts of the run;
-    None before. bottom: height [m] of the tank's floor, or of the domain's. Use a scene in a `with` block, which ends the run.
+    None before. faults: what is to fail, see `coupling.testkit.faults`. history: what happened so far.
+
+    Use a scene in a `with` block, which ends the run.
     """
 
     def __init__(
@@ -53,7 +60,9 @@ class Scene:
         threads: int | None = 1,
         communication_step: float = STEP,
         exchange: ExchangeOptions = MONOLITHIC,
+        name: str = "scene",
     ) -> None:
+        self.name = name
         self.fluid = Fluid(config, threads)
         self.world = RigidBodyWorld(gravity=config.gravity, communication_step=communication_step)
         self.meshes: dict[str, trimesh.Trimesh] = {}
@@ -63,8 +72,14 @@ class Scene:
         self._simulation: CoSimulation | None = None
         self.exchange: BodyExchange | None = None
         self.ledger: ExchangeLedger | None = None
-        self._level_area: float | None = None
-        self.bottom = config.lower[2]
+        self.faults = FaultPlan()
+        self.history = History()
+        self._others: list[Participant] = []
+        self._connections: list[Connection] = []
+        self._observers: list[Observer] = []
+        self._gauges: dict[str, tuple[float, float]] = {}
+        self._basin: Basin | None = None
+        self._is_closed = False
 
     def __enter__(self) -> Scene:
         return self
@@ -76,17 +91,22 @@ class Scene:
 
     def close(self) -> None:
         """End the run and release the fluid and the world."""
+        if self._is_closed:
+            return
+        self._is_closed = True
         if self._simulation is not None:
             self._simulation.terminate()
         self.fluid.close()
         self.world.close()
 
-    def add_walls(self, lower: Vector, upper: Vector, *, no_slip: bool = False) -> None:
-        """Add a tank that is open at the top, with its inside from `lower` to `upper` [m]; `level` then refers to this tank."""
+    def add_walls(self, lower: Vector, upper: Vector, *, no_slip: bool = False, basin: Basin | None = None) -> None:
+        """Add a tank that is open at the top, with its inside from `lower` to `upper` [m].
+
+        `level` then refers to this tank, or to the part `basin` of it that holds the liquid.
+        """
         sides = ("-x", "+x", "-y", "+y", "-z")
         self.fluid.add_boundary(tank_walls(lower, upper, self.spacing, sides=sides, no_slip=no_slip))
-        self._level_area = (upper[0] - lower[0]) * (upper[1] - lower[1])
-        self.bottom = lower[2]
+        self._basin = basin or Basin((upper[0] - lower[0]) * (upper[1] - lower[1]), lower[2])
 
     def add_body(
         self,
@@ -99,15 +119,15 @@ class Scene:
         twist: Twist = AT_REST,
         motion: Literal["free", "fixed"] | PrescribedMotion = "free",
         no_slip: bool = False,
+        touches: bool = True,
     ) -> None:
         """Add a body of even `density` [kg/m3]; `mesh` is about its centre of mass, `position` [m] is where that lies.
 
         The mesh is read as a solid (`coupling.solids.solid_mesh`): a warning tells what was mended, and sealed hollows stay dry. twist:
-        (6,) linear and angular velocity at the start [m/s, rad/s]. no_slip: viscous liquids stick to the body. Raises ValueError for a mesh
-        that is no solid or not about its centre of mass, and once the run has begun.
+        (6,) linear and angular velocity at the start [m/s, rad/s]. no_slip: viscous liquids stick to the body. touches: it runs into
+        other bodies and sides. Raises ValueError for a mesh that is no solid or not about its centre of mass, and once the run has begun.
         """
-        if self._simulation is not None:
-            raise ValueError(f"scene: body {name!r} is added after the run has begun, allowed: before")
+        self._require_not_begun(f"body {name!r}")
         solid = told_solid(mesh, f"scene: mesh of body {name!r}")
         properties, mesh = mass_properties(solid, density=density), solid.outer
         _require_centered(name, mesh, properties)
@@ -122,6 +142,7 @@ class Scene:
             orientation,
             motion=motion,
             twist=twist,
+            friction=FRICTION if touches else None,
         )
         self._handles[name] = self.fluid.add_boundary(particles_of(name, sampling, no_slip=no_slip))
         self.meshes[name] = mesh
@@ -174,37 +195,90 @@ class Scene:
     def level(self) -> float:
         """Compute the height [m] at which the water would stand if it lay still in the tank around the bodies as they are.
 
-        Solves A (level - bottom) = V_water + V_displaced(level), between the levels with all bodies dry and with all submerged. Raises
-        ValueError for a scene without a tank.
+        Raises ValueError for a scene without a tank.
         """
-        if self._level_area is None:
+        if self._basin is None:
             raise ValueError("scene has no tank, whose level could be told, allowed: after add_walls")
-        area, water = self._level_area, self.fluid.particle_count * self.fluid.config.rest_volume
-        bodies = [self.placed(name) for name in self.meshes]
-        lowest = self.bottom + water / area
-        highest = lowest + sum(float(mesh.volume) for mesh in bodies) / area
-
-        def missing(level: float) -> float:
-            return area * (level - self.bottom) - water - sum(_displaced(mesh, level) for mesh in bodies)
-
-        return float(brentq(missing, lowest, highest)) if missing(lowest) < 0.0 else lowest
+        water = self.fluid.particle_count * self.fluid.config.rest_volume
+        names = set(self.meshes) - set(self._basin.without)
+        return still_level(self._basin, water, [self.placed(name) for name in sorted(names)])
 
     def draft(self, name: str) -> float:
         """Return the depth [m] of the body's lowest point below the still-water level; ValueError for a scene without a tank."""
         return self.level() - float(self.placed(name).bounds[0, 2])
 
     def placed(self, name: str) -> trimesh.Trimesh:
-        """Return the body's mesh in the world frame, at its present pose."""
-        pose, mesh = self.world.pose(name), self.meshes[name].copy()
-        mesh.vertices = Rotation.from_quat(pose[3:]).apply(mesh.vertices) + pose[:3]
-        return mesh
+        """Return the body's mesh [m] in the world frame, at its present pose."""
+        return placed(self.meshes[name], self.world.pose(name))
+
+    def add_gauge(self, name: str, at: tuple[float, float]) -> None:
+        """Measure the height [m] of the surface at (x, y) [m] from now on, the series `probes/NAME`; ValueError once the run has begun."""
+        self._require_not_begun(f"gauge {name!r}")
+        self._gauges[name] = (float(at[0]), float(at[1]))
+
+    def add_participant(self, participant: Participant, connections: Sequence[Connection] = ()) -> None:
+        """Let an FMU, a controller or anything else take part, which steps before fluid and bodies.
+
+        connections: of its variables with others; the bodies are the participant "bodies" (`coupling.participants.rigid_bodies`), the fluid
+        is "fluid". Raises ValueError once the run has begun.
+        """
+        self._require_not_begun(f"participant {participant.name!r}")
+        self._others.append(participant)
+        self._connections += connections
+
+    def watch(self, observer: Observer) -> None:
+        """Show the run to an observer, a `Recorder` for example; ValueError once the run has begun."""
+        self._require_not_begun(f"observer {type(observer).__name__}")
+        self._observers.append(observer)
+
+    def readings(self) -> Readings:
+        """Return the readings of the run up to now; the run begins if it has not."""
+        if self._simulation is None:
+            _ = self.simulation
+        return history_readings(
+            self.history,
+            particles=lambda phase: self.fluid.phase_positions(phase).astype(np.float64),
+            gravity=abs(self.fluid.config.gravity[2]),
+            basin=self._basin,
+            live=Live(
+                fluid=self.fluid,
+                step=self.step,
+                momentum=self.world.momentum,
+                energy=self.world.energy,
+                turnover=partial(turnover, self.world, self.meshes),
+            ),
+            source=f"the {self.name}",
+        )
 
     def _coupled(self) -> CoSimulation:
         if self.meshes:
             self._refuse_overlaps()
         coupled = couple_world(self.fluid, self._handles, self.world if self.meshes else None, self._options)
         self.exchange, self.ledger = coupled.exchange, coupled.ledger
-        return coupled.co_simulation(self._step)
+        others = [*self.faults.partings(self.world), *self._others]
+        self.faults.require_met([one.name for one in (*others, *coupled.participants)])
+        return coupled.co_simulation(
+            self._step,
+            others=others,
+            connections=self._connections,
+            alter=self.faults.applied,
+            watching=Watching(
+                self.faults.observers([self.history, *self._observers]),
+                self._frames(),
+                describe(self.name, self.fluid, self.meshes),
+            ),
+        )
+
+    def last_frame(self) -> Frame:
+        """Return the frame of the present moment, with its particles."""
+        return with_particles(self._frames()(self.simulation.communication_point))
+
+    def _frames(self) -> SceneFrames:
+        return SceneFrames(self.fluid, self.world, self._gauges)
+
+    def _require_not_begun(self, what: str) -> None:
+        if self._simulation is not None:
+            raise ValueError(f"scene: {what} is added after the run has begun, allowed: before")
 
     def _refuse_overlaps(self) -> None:
         """Refuse bodies that lie deep in each other or in a side, since the first step would throw them apart."""
@@ -224,81 +298,3 @@ def _require_centered(name: str, mesh: trimesh.Trimesh, properties: MassProperti
             f"scene: mesh of body {name!r} has its centre of mass at {properties.center_of_mass.tolist()} m, allowed: at 0; "
             "coupling.bodies.about_center_of_mass puts it there"
         )
-
-
-def _displaced(mesh: trimesh.Trimesh, level: float) -> float:
-    """Return the volume [m3] of a mesh below a level [m]."""
-    return hydrostatics(mesh, level).displaced_volume if level > mesh.bounds[0, 2] else 0.0
-
-
-def tank(
-    *,
-    size: Vector,
-    depth: float,
-    particle_spacing: float,
-    phase: Phase = WATER,
-    sleep_speed: float = 0.0,
-    exchange: ExchangeOptions = MONOLITHIC,
-) -> TankScene:
-    """Create a tank from the origin to `size` [m], open at the top, which fills to `depth` [m] around its bodies when the run begins.
-
-    Regions that move at less than `sleep_speed` [m/s] fall asleep (`oilsim.step.sleeping_regions`). Raises ValueError for a size that is
-    not above 0, and for a depth that is not above 0 or exceeds the tank's height.
-    """
-    if not (finite("tank: size", size, 3) > 0.0).all():
-        raise ValueError(f"tank: size is {size} m, allowed: above 0")
-    if not 0.0 < depth <= size[2]:
-        raise ValueError(f"tank: depth is {depth} m, allowed: above 0, to its height of {size[2]} m")
-    margin = 4.0 * particle_spacing
-    config = FluidConfig(
-        particle_spacing=particle_spacing,
-        phases=(phase,),
-        lower=(-margin, -margin, -margin),
-        upper=(size[0] + margin, size[1] + margin, size[2] + margin),
-        divergence_iterations=400,
-        sleep_speed=sleep_speed,
-    )
-    return TankScene(config, size, depth, exchange)
-
-
-class TankScene(Scene):
-    """A scene in a tank that fills itself when its run begins."""
-
-    def __init__(
-        self,
-        config: FluidConfig,
-        size: Vector,
-        depth: float,
-        exchange: ExchangeOptions = MONOLITHIC,
-    ) -> None:
-        super().__init__(config, exchange=exchange)
-        self._size, self._depth = size, depth
-        self.add_walls((0.0, 0.0, 0.0), size)
-        for corner, inward in (((0.0, 0.0, 0.0), np.eye(3)), (size, -np.eye(3)[:2])):
-            for x, y, z in inward.tolist():
-                self.world.add_half_space(corner, (x, y, z))
-
-    def _coupled(self) -> CoSimulation:
-        width, length, _ = self._size
-        self.fill((0.0, 0.0, 0.0), (width, length, self._depth), phase=self.fluid.config.phases[0].name)
-        return super()._coupled()
-
-
-def empty_space(
-    *,
-    size: Vector,
-    particle_spacing: float,
-    phases: tuple[Phase, ...] = (WATER,),
-    communication_step: float = STEP,
-    exchange: ExchangeOptions = MONOLITHIC,
-) -> Scene:
-    """Create a scene without walls and gravity in a domain of `size` [m] about the origin, in which momentum is constant.
-
-    Angular momentum is constant up to rounding if fluid and bodies each make one step of their own in each `communication_step` [s]; a
-    step of the bodies is 1/240 s or less. With more steps, the fluid and the moving body count one impulse at different places.
-    """
-    x, y, z = (0.5 * length for length in size)
-    config = FluidConfig(
-        particle_spacing=particle_spacing, phases=phases, lower=(-x, -y, -z), upper=(x, y, z), gravity=(0.0, 0.0, 0.0)
-    )
-    return Scene(config, communication_step=communication_step, exchange=exchange)

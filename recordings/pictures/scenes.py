@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
+from scipy.spatial import ConvexHull
 
 from recordings import palette
 from recordings.frame import BodyFrame, CameraView, Color, MeshDescription, PhaseDescription, RunDescription
-from recordings.pictures.raster import Canvas, fitted_projection
+from recordings.pictures.raster import Canvas, Projection, fitted_projection
 from recordings.replay.moments import Moment, placed_vertices
 
 Points = npt.NDArray[np.float64]
@@ -28,6 +29,29 @@ def render_moments(
 
     With ``exercise_only`` the camera frames bodies and oil, and not all of the water.
     """
+    projection, height = _shared_view(run, moments, width, exercise_only)
+    depth = _water_depth(run, moments)
+    return [_render(run, moment, Canvas(projection, width, height), depth) for moment in moments]
+
+
+def render_marked(
+    run: RunDescription, moment: Moment, width: int, marked: Collection[str]
+) -> tuple[Points, dict[str, Points]]:
+    """Draw one moment, and return the picture (height, width, 3) with the outline (C, 2) [pixels] of each marked body that has a mesh."""
+    projection, height = _shared_view(run, [moment], width, False)
+    image = _render(run, moment, Canvas(projection, width, height), _water_depth(run, [moment]))
+    outlines = {}
+    for name in marked:
+        if name in run.meshes and name in moment.bodies:
+            pixels, _ = projection(placed_vertices(run.meshes[name].vertices, moment.bodies[name]))
+            outlines[name] = pixels[ConvexHull(pixels).vertices]
+    return image, outlines
+
+
+def _shared_view(
+    run: RunDescription, moments: Sequence[Moment], width: int, exercise_only: bool
+) -> tuple[Projection, int]:
+    """Return the projection that shows all moments, and the height of their pictures [pixels]."""
     camera = run.camera or _usual_camera(moments)
     eye, target = np.array(camera.eye), np.array(camera.target)
     if exercise_only:
@@ -40,9 +64,7 @@ def render_moments(
     needed = float(np.ptp(tight(seen)[0][:, 1])) + 2.0 * margin
     height = int(np.clip(needed, _SCENE_HEIGHTS[0] * width, _SCENE_HEIGHTS[1] * width))
     fitted = fitted_projection(eye, target, seen, room, int(height - 2.0 * margin))
-    projection = replace(fitted, center=fitted.center + margin)
-    depth = _water_depth(run, moments)
-    return [_render(run, moment, Canvas(projection, width, height), depth) for moment in moments]
+    return replace(fitted, center=fitted.center + margin), height
 
 
 def _render(run: RunDescription, moment: Moment, canvas: Canvas, depth: float) -> Points:

@@ -17,6 +17,11 @@ from recordings.sample import rounded
 OF_THE_MACHINE = ("real_time_factor", "coupling/wall_seconds/*")  # series that depend on the machine's speed
 
 
+def is_of_the_machine(series: str) -> bool:
+    """Tell whether a series depends on the machine's speed."""
+    return any(fnmatch(series, pattern) for pattern in OF_THE_MACHINE)
+
+
 class ReplayCheck:
     """An observer that compares frames until the first one that differs.
 
@@ -39,7 +44,7 @@ class ReplayCheck:
         self._scalars = {
             name: _Rows(series.index, series.value)
             for name, series in replay.scalars.items()
-            if not any(fnmatch(name, pattern) for pattern in OF_THE_MACHINE)
+            if not is_of_the_machine(name)
         }
         indices = [rows.index for rows in (*self._bodies.values(), *self._scalars.values())]
         indices += [replay.phase_times(name).index for name in self._particles]

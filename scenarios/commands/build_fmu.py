@@ -6,6 +6,7 @@ import argparse
 import re
 from importlib import resources
 from pathlib import Path
+from typing import Literal
 
 from scenarios.exit_codes import DONE
 from scenarios.problems import Problem, ScenarioError, suggestion
@@ -44,11 +45,17 @@ def require_folder(path: Path, option: str) -> None:
 
 
 def _build(options: argparse.Namespace) -> int:
+    output = options.output or Path(f"{Path(options.model).stem}.fmu")
+    print(f"{output}: {build_fmu(options.model, output, options.fmi)}, FMI {options.fmi}")
+    return DONE
+
+
+def build_fmu(model_name: str, output: Path, version: Literal[2, 3]) -> str:
+    """Build an FMU from a shipped model or the source of one, and return the model's name; ScenarioError if it cannot be built."""
     from coupling.fmu.export import FmuContent, FmuExportError, export_fmu
     from coupling.fmu.scalar_model import MODEL_FILE, model_in
 
-    source = _source(options.model)
-    output = options.output or Path(f"{Path(options.model).stem}.fmu")
+    source = _source(model_name)
     require_folder(output, "--output")
     require_apart({"the model": source}, {"--output": output})
     try:
@@ -64,11 +71,10 @@ def _build(options: argparse.Namespace) -> int:
             any_step=True,
             files={MODEL_FILE: source},
         )
-        export_fmu(content, output, options.fmi)
+        export_fmu(content, output, version)
     except (FmuExportError, NotImplementedError, ValueError) as error:
-        raise ScenarioError([Problem(str(options.model), f"cannot be built as an FMU: {error}")], "oilsim") from error
-    print(f"{output}: {model.name}, FMI {options.fmi}")
-    return DONE
+        raise ScenarioError([Problem(model_name, f"cannot be built as an FMU: {error}")], "oilsim") from error
+    return model.name
 
 
 def _source(model: str) -> Path:

@@ -18,7 +18,7 @@ def _list(_: argparse.Namespace) -> int:
     from rich.text import Text
 
     from scenarios.load import library_paths, load_scenario
-    from scenarios.schema.oils import OILS
+    from scenarios.oils.library import SHORT_NAMES, library
     from scenarios.text.terminal import terminal
 
     console = terminal()
@@ -28,10 +28,10 @@ def _list(_: argparse.Namespace) -> int:
         scenario = load_scenario(name).scenario
         table.add_row(name, scenario.title, f"{scenario.run.duration:g} s")
     console.print(table)
-    said = ' at 15 °C (set oil = "NAME" in a phase; values from the ADIOS oil library)'
-    console.print(Text.assemble(("Oils", "bold"), said))
-    oils = Table("name", "density [kg/m3]", "viscosity [Pa s]", "description")
-    for name, oil in OILS.items():
-        oils.add_row(name, f"{oil.density:g}", f"{oil.dynamic_viscosity:g}", oil.description)
+    console.print(Text.assemble(("Oils", "bold"), " (all of them, and the card of one, with: oilsim oils WORD)"))
+    oils = Table("name", "density [kg/m3]", "viscosity [Pa s]", "description", title="at 15 °C", title_justify="left")
+    for name, (record, description) in SHORT_NAMES.items():
+        oil = library()[record]
+        oils.add_row(name, f"{oil.density_at(15.0):.0f}", f"{oil.viscosity_at(15.0):.3g}", description)
     console.print(oils)
     return DONE

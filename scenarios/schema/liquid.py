@@ -16,13 +16,16 @@ from oilsim.config import FluidConfig, contradictions
 from oilsim.emitter import PipeEmitter
 from oilsim.phases import Phase
 from oilsim.quantity import quantity, quantity_of
-from scenarios.problems import Problem, unknown
-from scenarios.schema import oils
+from scenarios.oils.library import fault_of, oil_named
+from scenarios.oils.properties import MOST_EVAPORATED, MOST_WATER
+from scenarios.problems import Problem
 from scenarios.schema.quantity_fields import Section, Vector, above_lower, directed
 
 Axis = Literal["x", "y"]
 Side = Literal["-x", "+x", "-y", "+y", "-z", "+z"]
 LIGHTEST_WATER = 990.0  # [kg/m3]; fresh water at 20 C has 998
+COLDEST, WARMEST = -2.0, 40.0  # [degrees C] of the sea
+LABORATORY = 15.0  # [degrees C] at which a named oil is taken if no temperature is given
 LEAK_MARGIN = 1.0  # spacings behind a closed side after which a particle counts as lost
 SIDES: tuple[Side, ...] = get_args(Side)
 
@@ -66,21 +69,26 @@ class FluidSettings(Section):
 
 @dataclass(frozen=True, kw_only=True)
 class PhaseSettings(Section):
-    """One liquid: an oil by its name (`scenarios.schema.oils`), with or without changed values, or a liquid by its own values.
+    """One liquid: an oil by its name (`oilsim oils SEARCH`), with or without changed values, or a liquid by its own values.
 
-    oil                name in the table of oils, which gives the values that are not stated here
-    temperature        [degrees C] of a named oil, to which the table's values are brought; the table's own is 15
+    oil                short name, record or full name of an oil of the ADIOS library, which gives the values that are not stated here
+    temperature        [degrees C] of a named oil; without it, 15
+    evaporated         share of a named oil's mass that has evaporated before the start: it makes the oil denser and more viscous
+    water_content      share of sea water in the volume of a named oil that has become an emulsion (Mooney 1951); the scores count the
+                       emulsion as oil
     density            [kg/m3] at rest
     dynamic_viscosity  [Pa s]
     adhesion           [J/m2] work of adhesion to walls and bodies; with 0 the liquid does not stick
-    interfacial_tension  [N/m] of an oil on water, by which booms lose droplets; without it, 0.020 is assumed, and the run says so. It does
-                       not act between particles
+    interfacial_tension  [N/m] of an oil on water, by which booms lose droplets; without it, a named oil has that of the library, if it was
+                       measured, else 0.020 is assumed, and the run says so. It does not act between particles
     role               how the scores count it; the default is oil if it is a named oil or lighter than 990 kg/m3
     color              red, green, blue, opacity, each 0 to 255
     """
 
     oil: str | None = None
-    temperature: float | None = quantity("degrees C", default=None, at_least=oils.COLDEST, at_most=oils.WARMEST)
+    temperature: float | None = quantity("degrees C", default=None, at_least=COLDEST, at_most=WARMEST)
+    evaporated: float = quantity("", default=0.0, at_least=0.0, at_most=MOST_EVAPORATED)
+    water_content: float = quantity("", default=0.0, at_least=0.0, at_most=MOST_WATER)
     density: float | None = quantity_of(Phase, "rest_density", default=None)
     dynamic_viscosity: float | None = quantity_of(Phase, "dynamic_viscosity", default=None)
     adhesion: float = quantity_of(Phase, "adhesion")
@@ -90,32 +98,43 @@ class PhaseSettings(Section):
 
     def problems(self) -> Iterator[Problem]:
         """Check that density and viscosity are known, from the table or stated."""
-        if self.oil is not None and self.oil not in oils.OILS:
-            yield Problem("oil", f"is {self.oil!r}, which {unknown(self.oil, oils.OILS, 'oil of the table')}")
-        elif self.oil is None:
+        if self.oil is not None:
+            fault = fault_of(self.oil)
+            if fault:
+                yield Problem("oil", f"is {self.oil!r}, which {fault}")
+        else:
             for name in ("density", "dynamic_viscosity"):
                 if getattr(self, name) is None:
                     yield Problem(name, "is missing, allowed: a value, or the name of an oil")
-        if self.temperature is not None and self.oil is None:
-            yield Problem("temperature", f"is {self.temperature:g}, allowed: only with the name of an oil")
+        states = {"temperature": None, "evaporated": 0.0, "water_content": 0.0}
+        for name, usual in states.items():
+            if self.oil is None and getattr(self, name) != usual:
+                yield Problem(name, f"is {getattr(self, name):g}, allowed: only with the name of an oil")
         if self.interfacial_tension is not None and not self.is_oil:
             yield Problem("interfacial_tension", f"is {self.interfacial_tension:g}, allowed: only of an oil")
 
     @property
     def rest_density(self) -> float:
-        """Density at rest [kg/m3], stated or from the oils table."""
-        if self.density is not None:
-            return self.density
-        oil = oils.OILS[str(self.oil)]
-        return oil.density if self.temperature is None else oil.density_at(self.temperature)
+        """Density at rest [kg/m3], stated or from the library of oils."""
+        return self._of_library("density_at") if self.density is None else self.density
 
     @property
     def viscosity(self) -> float:
-        """Dynamic viscosity [Pa s], stated or from the oils table."""
-        if self.dynamic_viscosity is not None:
-            return self.dynamic_viscosity
-        oil = oils.OILS[str(self.oil)]
-        return oil.dynamic_viscosity if self.temperature is None else oil.viscosity_at(self.temperature)
+        """Dynamic viscosity [Pa s], stated or from the library of oils."""
+        return self._of_library("viscosity_at") if self.dynamic_viscosity is None else self.dynamic_viscosity
+
+    @property
+    def tension(self) -> float | None:
+        """Interfacial tension [N/m] with water, stated or from the library of oils; None if it is not known."""
+        if self.interfacial_tension is not None or self.oil is None:
+            return self.interfacial_tension
+        return oil_named(self.oil).interfacial_tension
+
+    def _of_library(self, quantity: Literal["density_at", "viscosity_at"]) -> float:
+        """Return a quantity of the named oil in its state at the start."""
+        temperature = LABORATORY if self.temperature is None else self.temperature
+        state = {"evaporated": self.evaporated, "water_content": self.water_content}
+        return float(getattr(oil_named(str(self.oil)), quantity)(temperature, **state))
 
     @property
     def is_oil(self) -> bool:

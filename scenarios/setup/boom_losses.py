@@ -58,4 +58,4 @@ def oils_of(scenario: Scenario) -> dict[str, OilOnWater]:
 
 def tension_of(phase: PhaseSettings) -> float:
     """Return the interfacial tension [N/m] of an oil on water, the assumed one if none is given."""
-    return ASSUMED_TENSION if phase.interfacial_tension is None else phase.interfacial_tension
+    return ASSUMED_TENSION if phase.tension is None else phase.tension

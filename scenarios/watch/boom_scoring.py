@@ -171,7 +171,7 @@ def assumptions(scenario: Scenario) -> list[Notice]:
             source="oilsim",
         )
         for name, phase in scenario.phases.items()
-        if booms and phase.is_oil and phase.interfacial_tension is None
+        if booms and phase.is_oil and phase.tension is None
     ]
 
 

@@ -12,58 +12,6 @@ from scipy.optimize import least_squares, minimize_scalar
 Double = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class DampedCosine:
-    """c + a exp(-rate t) cos(omega t + phase): period [s], decay rate [1/s], share of the amplitude lost a period."""
-
-    amplitude: float
-    rate: float
-    omega: float
-    phase: float
-    offset: float
-
-    @property
-    def period(self) -> float:
-        """2 pi / omega [s]."""
-        return 2.0 * math.pi / self.omega
-
-    @property
-    def loss(self) -> float:
-        """1 - exp(-rate T)."""
-        return 1.0 - math.exp(-self.rate * self.period)
-
-    def at(self, time: ArrayLike) -> Double:
-        """The fitted curve at `time` [s]."""
-        t = np.asarray(time, np.float64)
-        return self.offset + self.amplitude * np.exp(-self.rate * t) * np.cos(self.omega * t + self.phase)
-
-
-def fit_damped_cosine(time: ArrayLike, signal: ArrayLike, period: float) -> DampedCosine:
-    """Least-squares fit of a damped cosine to `signal` (n,) at `time` (n,) [s], started at a guessed `period` [s].
-
-    Linear in a cos, a sin and c, so only rate and omega are iterated; starts at 0.85 to 1.15 of the guess find the best.
-    """
-    t, y = np.asarray(time, np.float64), np.asarray(signal, np.float64)
-
-    def linear_part(parameters: Double) -> tuple[Double, Double]:
-        rate, omega = parameters
-        decay = np.exp(-rate * t)
-        basis = np.stack([decay * np.cos(omega * t), decay * np.sin(omega * t), np.ones_like(t)], axis=1)
-        weights = np.linalg.lstsq(basis, y, rcond=None)[0]
-        return weights, basis @ weights - y
-
-    guess = 2.0 * math.pi / period
-    fits = [
-        least_squares(lambda p: linear_part(p)[1], (0.05 / period, share * guess), x_scale=(1.0 / period, guess))
-        for share in (0.85, 0.92, 1.0, 1.08, 1.15)
-    ]
-    rate, omega = min(fits, key=lambda fit: fit.cost).x
-    cosine, sine, offset = linear_part(np.array([rate, omega]))[0]
-    return DampedCosine(
-        float(np.hypot(cosine, sine)), float(rate), float(omega), float(np.arctan2(-sine, cosine)), float(offset)
-    )
-
-
 def mode_amplitude(velocity: ArrayLike, mode: ArrayLike, mass: ArrayLike = 1.0) -> float:
     """Amplitude of a velocity field (3, N) along `mode` (3, N), sum m v.phi / sum m phi.phi, with `mass` (N,) or 1."""
     v, phi, m = (np.asarray(each, np.float64) for each in (velocity, mode, mass))
@@ -150,11 +98,3 @@ def crossing_time(time: ArrayLike, signal: ArrayLike, threshold: float) -> float
         return float(t[0])
     share = (threshold - y[first - 1]) / (y[first] - y[first - 1])
     return float(t[first - 1] + share * (t[first] - t[first - 1]))
-
-
-def order_of_convergence(spacing: ArrayLike, error: ArrayLike) -> float:
-    """Slope of ln error over ln spacing by least squares; NaN for fewer than two errors or where one is 0 or unknown."""
-    d, e = np.asarray(spacing, np.float64), np.asarray(error, np.float64)
-    if e.size < 2 or not (np.isfinite(e).all() and (e > 0.0).all()):
-        return math.nan
-    return float(np.polyfit(np.log(d), np.log(e), 1)[0])

@@ -18,8 +18,8 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 
+from coupling.testkit.fits import order_of_convergence
 from tests.validation.case import Case, Outcome, Panel, Quantity, Trace
-from tests.validation.measure import order_of_convergence
 
 COLORS = ("#9ecae1", "#4292c6", "#08306b")  # coarse, middle, reference
 STYLES = ("-", "--", "-.", ":")

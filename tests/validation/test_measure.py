@@ -11,19 +11,6 @@ from tests.validation import measure
 from tests.validation.liquids.drop import ellipse_axes
 
 
-def test_damped_cosine_is_recovered_under_noise():
-    t = np.arange(0.0, 7.0, 0.01)
-    made = measure.DampedCosine(amplitude=0.1, rate=0.05, omega=2.0 * math.pi / 1.134, phase=0.3, offset=0.004)
-    noise = np.random.default_rng(0).normal(0.0, 0.002, t.size)
-    fit = measure.fit_damped_cosine(t, made.at(t) + noise, 1.05)
-    # 700 samples of 2 % noise over 6 periods leave about 0.02 / sqrt(350) / 20 rad of phase a radian of time, 1e-4 of the period
-    assert fit.period == pytest.approx(1.134, rel=3e-4)
-    assert fit.loss == pytest.approx(1.0 - math.exp(-0.05 * 1.134), abs=2e-3)
-    assert fit.amplitude == pytest.approx(0.1, rel=0.01)
-    assert fit.phase == pytest.approx(0.3, abs=0.01)
-    assert fit.offset == pytest.approx(0.004, abs=5e-4)
-
-
 def test_mode_amplitude_ignores_what_is_orthogonal():
     x = (np.arange(64) + 0.5) / 64
     mode = np.zeros((3, 64))
@@ -81,14 +68,6 @@ def test_arrival_is_interpolated_and_absence_is_nan():
     t = np.linspace(0.0, 4.0, 41)
     assert measure.crossing_time(t, np.maximum(0.0, t - 2.43), 0.2) == pytest.approx(2.63, abs=1e-9)
     assert math.isnan(measure.crossing_time(t, np.zeros(41), 0.2))
-
-
-@pytest.mark.parametrize("order", [1.0, 2.0])
-def test_order_of_convergence(order):
-    spacing = np.array([0.1, 0.05, 0.025])
-    assert measure.order_of_convergence(spacing, 3.0 * spacing**order) == pytest.approx(order)
-    assert math.isnan(measure.order_of_convergence(spacing, [0.1, 0.0, 0.1]))
-    assert math.isnan(measure.order_of_convergence(spacing[:1], [0.1]))
 
 
 def test_ellipse_obeys_the_equations_of_motion():

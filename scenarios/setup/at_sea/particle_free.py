@@ -18,6 +18,9 @@ from scenarios.schema.sea import RegularSeaWaves, SeaSettings, SteadySeaCurrent,
 from scenarios.schema.weather import CurrentSettings, ForcingSettings
 
 if TYPE_CHECKING:
+    from trimesh import Trimesh
+
+    from coupling.bodies import MassProperties
     from coupling.rigid.rigid_body_world import RigidBodyWorld
     from oilsim.loads.load_model import LoadModel
     from oilsim.sea import Sea
@@ -59,7 +62,8 @@ def load_bodies(world: RigidBodyWorld, sea: Sea, fleet: Fleet, solids: Sequence[
         if solid.motion != "free" or not solid.wetted or solid.name in models:
             continue
         try:
-            models[solid.name] = _body_loads(solid, sea.description.density)
+            placed = solid.placed
+            models[solid.name] = loads_of_mesh(placed.mesh, placed.mass_properties, sea.description.density)
         except ValueError as error:
             problems.append(
                 Problem(table_entry(solid.name), f'{error}, allowed with run.detail = "none": bodies that float')
@@ -81,13 +85,15 @@ def _models_of_fleet(fleet: Fleet) -> Iterator[tuple[str, LoadModel]]:
         yield body_of(vessel.name), hull_loads(vessel.hull)
 
 
-def _body_loads(solid: Solid, water_density: float) -> LoadModel:
-    """Return the load model of a body of any shape, afloat upright as its mesh is drawn; ValueError for one that sinks."""
+def loads_of_mesh(mesh: Trimesh, properties: MassProperties, water_density: float) -> LoadModel:
+    """Return the load model of a body of any shape, afloat upright as its mesh is drawn; ValueError for one that sinks.
+
+    mesh [m] is about the body's centre of mass; water_density [kg/m3].
+    """
     from coupling.solids.hydrostatics import hydrostatics, waterline_for_volume
     from vessels.hull import Hull
     from vessels.loads import hull_loads
 
-    mesh, properties = solid.placed.mesh, solid.placed.mass_properties
     waterline = waterline_for_volume(mesh, properties.mass / water_density)
     hull = Hull(
         mesh=mesh,

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 from coupling.errors import CoSimulationError
-from coupling.fmu import isolated_fmu
 from coupling.fmu.export import FmuContent, export_fmu
 from coupling.fmu.fmu_participant import FmuParticipant
 from coupling.fmu.isolated_fmu import IsolatedFmu
@@ -114,13 +113,9 @@ def test_states_are_saved_and_restored(built: Callable[[str], Path]) -> None:
         ("hang", r"hang\.fmu does not come back from do_step within 2 s"),
     ],
 )
-def test_trouble_in_a_step_is_told_by_name(
-    built: Callable[[str], Path], trouble: str, told: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(isolated_fmu, "STEP_PATIENCE", 2.0)
-    monkeypatch.setattr(IsolatedFmu._ask, "__kwdefaults__", {"patience": 2.0})
+def test_trouble_in_a_step_is_told_by_name(built: Callable[[str], Path], trouble: str, told: str) -> None:
     with pytest.raises(CoSimulationError, match=f"'one' failed at 0.06 s: {told}"):
-        run_of(IsolatedFmu("one", built(trouble)), 6)
+        run_of(IsolatedFmu("one", built(trouble), step_patience=2.0), 6)
 
 
 def test_a_stop_is_heeded_while_an_fmu_hangs(built: Callable[[str], Path]) -> None:

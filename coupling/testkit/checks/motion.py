@@ -1,0 +1,198 @@
+"""Checks of bodies over time: force, period and damping, terminal speed, added mass, joint gap, tension."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial.transform import Rotation
+
+from coupling.testkit.fits import DampedCosine, fit_damped_cosine
+from coupling.testkit.history import BodyTrack, Track
+from coupling.testkit.readings import Array, Readings
+from coupling.testkit.sources import readings_of
+from coupling.testkit.verdict import Context, require_at_most, require_near
+
+Vector = tuple[float, float, float]
+Along = Literal["x", "y", "z"]
+Quantity = Literal["x", "y", "z", "roll", "pitch", "yaw"]
+
+STEADY_SHARE = 0.25  # of a run, at its end, over which a steady value is taken
+
+
+def assert_force(
+    source: object,
+    body: str,
+    expected: float | Callable[[Array], Array],
+    *,
+    along: Along,
+    within: float,
+    since: float = 0.0,
+) -> None:
+    """Require that the fluid's force on a body is `expected` [N], to `within` [N]; CheckFailed if not.
+
+    expected: a number, with which the mean force after `since` [s] is compared, or a curve: a function of the times (N,) [s] that returns
+    forces (N,) [N], each of which is compared. Raises ValueError if nothing was recorded after `since`.
+    """
+    readings = readings_of(source)
+    track = readings.body(body)
+    chosen = _after(track.time, since)
+    force, what = track.wrench[chosen, "xyz".index(along)], f"force along {along} on {body!r}"
+    if callable(expected):
+        _compare_curves(
+            what, track.time[chosen], force, np.asarray(expected(track.time[chosen])), within, readings, body
+        )
+    else:
+        require_near(f"mean {what}", float(force.mean()), expected, within, "N", readings.context(body))
+
+
+def assert_period(
+    source: object, body: str, expected: float, *, of: Quantity, within: float, since: float = 0.0
+) -> None:
+    """Require that a damped oscillation has the period `expected` [s], to `within` [s]; CheckFailed if not.
+
+    of: the coordinate that oscillates, [m] or [rad]. A damped cosine is fitted to it after `since` [s].
+    """
+    readings = readings_of(source)
+    found = _oscillation(readings, body, of, expected, since).period
+    require_near(f"period of {body!r} in {of}", found, expected, within, "s", readings.context(body))
+
+
+def assert_damping(
+    source: object, body: str, expected: float, *, of: Quantity, period: float, within: float, since: float = 0.0
+) -> None:
+    """Require that an oscillation loses `expected` [1] of its amplitude in a period, to `within` [1]; CheckFailed if not.
+
+    of: as in `assert_period`. period [s]: a guess, from which the fit of a damped cosine begins.
+    """
+    readings = readings_of(source)
+    found = _oscillation(readings, body, of, period, since).loss
+    require_near(f"damping a period of {body!r} in {of}", found, expected, within, "", readings.context(body))
+
+
+def assert_terminal_speed(source: object, body: str, expected: float, *, along: Along, within: float) -> None:
+    """Require that a body has reached the steady velocity `expected` [m/s], to `within` [m/s]; CheckFailed if not.
+
+    The velocity is the mean over the last quarter of the run, within which it must not change by more than `within`.
+    """
+    readings = readings_of(source)
+    track = readings.body(body)
+    late = _after(track.time, track.time[-1] - STEADY_SHARE * (track.time[-1] - track.time[0]))
+    speed = track.twist[late, "xyz".index(along)]
+    what = f"velocity along {along} of {body!r}"
+    change = abs(float(speed[len(speed) // 2 :].mean() - speed[: max(1, len(speed) // 2)].mean()))
+    require_at_most(
+        f"{what} is not steady: its late change", change, within, "m/s", Context(bodies=(body,), time=readings.time)
+    )
+    require_near(f"terminal {what}", float(speed.mean()), expected, within, "m/s", readings.context(body))
+
+
+def assert_added_mass(source: object, body: str, expected: float, *, along: Along, within: float) -> None:
+    """Require that a submerged body that moves off from rest carries an added mass of `expected` [kg], to `within` [kg].
+
+    m_a = (F_b - F) / a in the first step, with F the fluid's force, F_b the buoyancy rho g V along z, and a the acceleration. rho is the
+    density of the first phase. Raises CheckFailed for another mass, and ValueError for a body that does not begin at rest, or does not
+    accelerate.
+    """
+    readings = readings_of(source)
+    track, axis = readings.body(body), "xyz".index(along)
+    if len(track.time) < 2 or abs(track.twist[0, axis]) > 1e-9:
+        raise ValueError(
+            f"added mass of {body!r}: velocity at the start is not 0 or no step was made, allowed: a start from rest"
+        )
+    acceleration = float((track.twist[1, axis] - track.twist[0, axis]) / (track.time[1] - track.time[0]))
+    if abs(acceleration) < 1e-9:
+        raise ValueError(
+            f"added mass of {body!r}: acceleration along {along} is 0 m/s2, allowed: a body that moves off"
+        )
+    density = readings.run.phases[0].rest_density
+    buoyancy = density * readings.gravity * float(readings.mesh(body).volume) if along == "z" else 0.0
+    found = (buoyancy - float(track.wrench[1, axis])) / acceleration
+    require_near(f"added mass of {body!r} along {along}", found, expected, within, "kg", readings.context(body))
+
+
+def assert_joint_gap(
+    source: object,
+    body_a: str,
+    point_a: Vector,
+    body_b: str | None,
+    point_b: Vector,
+    *,
+    within: float,
+) -> None:
+    """Require that the two ends of a joint stay together to `within` [m] all the time; CheckFailed if not.
+
+    point_a, point_b [m]: the ends along the axes of their bodies, from the centre of mass; of the world if body_b is None.
+    """
+    readings = readings_of(source)
+    track = readings.body(body_a)
+    ends = _place(track, point_a) - (np.array(point_b) if body_b is None else _place(readings.body(body_b), point_b))
+    gaps = np.linalg.norm(ends, axis=1)
+    worst = int(np.argmax(gaps))
+    names = (body_a,) if body_b is None else (body_a, body_b)
+    context = Context(bodies=names, time=float(track.time[worst]))
+    require_at_most(
+        f"joint of {' and '.join(map(repr, names))}", float(gaps[worst]), within, "m", context, verb="gapes by"
+    )
+
+
+def assert_tension(source: object, name: str, expected: float, *, within: float, since: float = 0.0) -> None:
+    """Require that the mean tension after `since` [s] of a line or joint, or of a boom's segment, is `expected` [N], to `within` [N].
+
+    name: of a series `tension/NAME`, or of a body. Raises CheckFailed if not, ValueError for an unknown name.
+    """
+    readings = readings_of(source)
+    series = readings.series.get(f"tension/{name}")
+    if series is None and name not in readings.bodies:
+        known = [one.removeprefix("tension/") for one in readings.series if one.startswith("tension/")]
+        raise ValueError(
+            f"{readings.source} has no tension of {name!r}, allowed: {', '.join([*known, *readings.bodies])}"
+        )
+    track = Track(readings.body(name).time, readings.body(name).tension) if series is None else series
+    found = float(track.value[_after(track.time, since)].mean())
+    bodies = (name,) if name in readings.bodies else ()
+    require_near(f"mean tension of {name!r}", found, expected, within, "N", readings.context(*bodies))
+
+
+def _compare_curves(
+    what: str, time: Array, found: Array, expected: Array, within: float, readings: Readings, body: str
+) -> None:
+    """Require that two curves (N,) over time (N,) [s] are as near as `within`, in N."""
+    if expected.shape != found.shape:
+        raise ValueError(f"{what}: the expected curve has shape {expected.shape}, allowed: {found.shape}")
+    worst = int(np.argmax(np.abs(found - expected)))
+    context = Context(bodies=(body,), time=float(time[worst]), spacing=readings.spacing)
+    require_near(what, float(found[worst]), float(expected[worst]), within, "N", context)
+
+
+def _oscillation(readings: Readings, body: str, of: Quantity, period: float, since: float) -> DampedCosine:
+    """Fit a damped cosine to a coordinate after `since` [s]; ValueError for less than half a period."""
+    track = readings.body(body)
+    chosen = _after(track.time, since)
+    if of in ("x", "y", "z"):
+        signal = track.pose[chosen, "xyz".index(of)]
+    else:
+        angles = Rotation.from_quat(track.pose[chosen, 3:]).as_euler("ZYX")
+        signal = np.unwrap(angles[:, ("yaw", "pitch", "roll").index(of)])
+    seen = float(track.time[chosen][-1] - track.time[chosen][0])
+    if not seen > 0.5 * period:
+        raise ValueError(
+            f"oscillation of {body!r}: {seen:.3g} s were seen, allowed: more than half a period, {0.5 * period:.3g} s"
+        )
+    return fit_damped_cosine(track.time[chosen] - track.time[chosen][0], signal, period)
+
+
+def _after(time: Array, since: float) -> npt.NDArray[np.bool_]:
+    chosen = np.asarray(time >= since - 1e-9)
+    if not (math.isfinite(since) and chosen.any()):
+        last = time[-1] if len(time) else math.nan
+        raise ValueError(f"since is {since} s, allowed: up to {last:.6g} s, the end of the run")
+    return chosen
+
+
+def _place(track: BodyTrack, point: Vector) -> Array:
+    """Return the places (N, 3) [m] of a point of a body over time."""
+    return np.asarray(Rotation.from_quat(track.pose[:, 3:]).apply(np.array(point)) + track.pose[:, :3])

@@ -1,0 +1,160 @@
+"""Scenes to begin with: a tank of water, a flume with a wave maker, and empty space."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from coupling.assembly import MONOLITHIC, ExchangeOptions
+from coupling.bodies import box
+from coupling.master.co_simulation import CoSimulation
+from coupling.rigid.prescribed_motion import OscillatingMotion, Vector
+from coupling.testkit.readings import Basin
+from coupling.testkit.scene import STEP, Scene
+from oilsim.checks import finite
+from oilsim.config import FluidConfig
+from oilsim.forcing import wave_number
+from oilsim.phases import Phase
+
+WATER = Phase(name="water", rest_density=1000.0)
+MARGIN = 4.0  # spacings of the domain beyond the walls
+ROOM = 1.8  # height of a flume, in depths: a crest of the steepest wave reaches 0.8 depths over the level
+PISTON = 4.0  # spacings: thickness of the piston
+RAMP = 1.0  # periods in which the stroke of the piston grows
+STROKES = 0.3  # largest amplitude of the stroke, in depths: theory is linear
+
+
+def tank(
+    *,
+    size: Vector,
+    depth: float,
+    particle_spacing: float,
+    phase: Phase = WATER,
+    sleep_speed: float = 0.0,
+    exchange: ExchangeOptions = MONOLITHIC,
+) -> TankScene:
+    """Create a tank from the origin to `size` [m], open at the top, which fills to `depth` [m] around its bodies when the run begins.
+
+    Regions that move at less than `sleep_speed` [m/s] fall asleep (`oilsim.step.sleeping_regions`). Raises ValueError for a size that is
+    not above 0, and for a depth that is not above 0 or exceeds the tank's height.
+    """
+    if not (finite("tank: size", size, 3) > 0.0).all():
+        raise ValueError(f"tank: size is {size} m, allowed: above 0")
+    if not 0.0 < depth <= size[2]:
+        raise ValueError(f"tank: depth is {depth} m, allowed: above 0, to its height of {size[2]} m")
+    config = _config((0.0, 0.0, 0.0), size, particle_spacing, phase, sleep_speed=sleep_speed)
+    return TankScene(config, (0.0, 0.0, 0.0), size, depth, exchange=exchange)
+
+
+class TankScene(Scene):
+    """A scene in a tank from `lower` to `upper` [m] that fills itself to `depth` [m] above z = 0 when its run begins, from x = 0 on."""
+
+    def __init__(
+        self,
+        config: FluidConfig,
+        lower: Vector,
+        upper: Vector,
+        depth: float,
+        *,
+        exchange: ExchangeOptions = MONOLITHIC,
+        name: str = "tank",
+        basin: Basin | None = None,
+    ) -> None:
+        super().__init__(config, exchange=exchange, name=name)
+        self._upper, self._depth = upper, depth
+        self.add_walls(lower, upper, basin=basin)
+        for corner, inward in ((lower, np.eye(3)), (upper, -np.eye(3)[:2])):
+            for x, y, z in inward.tolist():
+                self.world.add_half_space(corner, (x, y, z))
+
+    def _coupled(self) -> CoSimulation:
+        width, length, _ = self._upper
+        self.fill((0.0, 0.0, 0.0), (width, length, self._depth), phase=self.fluid.config.phases[0].name)
+        return super()._coupled()
+
+
+def empty_space(
+    *,
+    size: Vector,
+    particle_spacing: float,
+    phases: tuple[Phase, ...] = (WATER,),
+    communication_step: float = STEP,
+    exchange: ExchangeOptions = MONOLITHIC,
+) -> Scene:
+    """Create a scene without walls and gravity in a domain of `size` [m] about the origin, in which momentum is constant.
+
+    Angular momentum is constant up to rounding if fluid and bodies each make one step of their own in each `communication_step` [s]; a
+    step of the bodies is 1/240 s or less. With more steps, the fluid and the moving body count one impulse at different places.
+    """
+    x, y, z = (0.5 * length for length in size)
+    config = FluidConfig(
+        particle_spacing=particle_spacing, phases=phases, lower=(-x, -y, -z), upper=(x, y, z), gravity=(0.0, 0.0, 0.0)
+    )
+    return Scene(config, communication_step=communication_step, exchange=exchange, name="empty space")
+
+
+def flume(
+    *,
+    length: float,
+    depth: float,
+    particle_spacing: float,
+    wave: tuple[float, float],
+    width: float | None = None,
+    exchange: ExchangeOptions = MONOLITHIC,
+) -> TankScene:
+    """Create a flume along x that ends in a wall, with a piston at x = 0 and gauges "near" and "far", one and two depths from it.
+
+    length, depth [m]; wave: height [m] and period [s] of the wave. The piston's stroke follows from linear theory (`wave_maker`) and grows
+    over a period; the body "piston" is the wave maker. width [m]: six spacings if it is None. The walls slip. Raises ValueError for
+    lengths that are not above 0, a flume shorter than two depths, and a stroke that is longer than 0.6 depths.
+    """
+    height, period = finite("flume: wave", wave, 2).tolist()
+    across = 6.0 * particle_spacing if width is None else width
+    if not min(height, period, depth, across) > 0.0 or not length > 2.0 * depth:
+        raise ValueError(
+            f"flume: length is {length} m, depth {depth} m, width {across} m, wave ({height} m, {period} s), allowed: above 0, and a "
+            "length above two depths"
+        )
+    amplitude, longest = 0.5 * height / wave_maker(period, depth), STROKES * depth
+    if amplitude > longest:
+        told = f"the stroke for a wave of {height} m and {period} s is {2 * amplitude:.3g} m"
+        raise ValueError(f"flume: {told}, allowed: up to {2 * longest:.3g} m")
+    back = math.ceil((amplitude + PISTON * particle_spacing) / particle_spacing + 1.0) * particle_spacing
+    lower, upper = (-back, 0.0, 0.0), (length, across, ROOM * depth)
+    config = _config(lower, upper, particle_spacing, WATER)
+    scene = TankScene(
+        config, lower, upper, depth, exchange=exchange, name="flume", basin=Basin(length * across, 0.0, ("piston",))
+    )
+    thickness, tall = PISTON * particle_spacing, ROOM * depth
+    place = (-0.5 * thickness, 0.5 * across, 0.5 * tall)
+    motion = OscillatingMotion(
+        position=place, direction=(1.0, 0.0, 0.0), amplitude=amplitude, period=period, ramp_time=RAMP * period
+    )
+    plate = box((thickness, across, tall))
+    scene.add_body("piston", plate, density=1000.0, position=place, motion=motion, touches=False)
+    for gauge, away in (("near", 1.0), ("far", 2.0)):
+        scene.add_gauge(gauge, (away * depth, 0.5 * across))
+    return scene
+
+
+def _config(lower: Vector, upper: Vector, spacing: float, phase: Phase, **options: float) -> FluidConfig:
+    """Describe the fluid of a tank with room for its walls."""
+    margin = MARGIN * spacing
+    return FluidConfig(
+        particle_spacing=spacing,
+        phases=(phase,),
+        lower=(lower[0] - margin, lower[1] - margin, lower[2] - margin),
+        upper=(upper[0] + margin, upper[1] + margin, upper[2] + margin),
+        divergence_iterations=400,
+        **options,  # type: ignore[arg-type]
+    )
+
+
+def wave_maker(period: float, depth: float) -> float:
+    """Return wave height over stroke of a piston [1], 4 sinh^2 kh / (sinh 2kh + 2kh), with period [s] and depth h [m].
+
+    Linear theory: Biesel and Suquet (1951), as in Dean and Dalrymple, Water Wave Mechanics, equation 6.25.
+    """
+    kh = wave_number(period, depth) * depth
+    return 4.0 * math.sinh(kh) ** 2 / (math.sinh(2.0 * kh) + 2.0 * kh)

@@ -1,0 +1,175 @@
+"""A fluid in a pybullet world of the user's own, watched for checks and recordings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from coupling.master.observer_dispatch import CommunicationPoint
+from coupling.observer import Observer
+from coupling.plugin import FluidWorld
+from coupling.pybullet_import import pybullet
+from coupling.pybullet_world.shapes import link_mesh, link_pose
+from coupling.testkit.frames import describe, particles_of, with_particles
+from coupling.testkit.history import History
+from coupling.testkit.readings import Array, Basin, Live, Readings, history_readings
+from recordings.frame import BodyFrame, Frame
+
+LinkKey = tuple[int, int]
+
+
+def watch(
+    world: FluidWorld,
+    bodies: Mapping[str, int | LinkKey],
+    *,
+    basin: Basin | None = None,
+    name: str = "pybullet world",
+) -> WatchedWorld:
+    """Watch the named bodies of a `FluidWorld`: unique ids, or pairs of id and link.
+
+    basin: the tank, from which the still level follows; None if checks state the level. Step the result instead of the world. Raises
+    ValueError for a body that does not exist or has no collision shape.
+    """
+    return WatchedWorld(world, bodies, basin=basin, name=name)
+
+
+class WatchedWorld:
+    """Steps a `FluidWorld` and keeps its history; made by `watch`. ValueError for a body without a collision shape."""
+
+    def __init__(
+        self, world: FluidWorld, bodies: Mapping[str, int | LinkKey], *, basin: Basin | None, name: str
+    ) -> None:
+        self.world, self.name, self.history = world, name, History()
+        self._keys: dict[str, LinkKey] = {
+            one: key if isinstance(key, tuple) else (key, -1) for one, key in bodies.items()
+        }
+        self._basin, self._observers, self._index, self._has_begun = basin, list[Observer](), 0, False
+        self._meshes = {}
+        for one, (body, link) in self._keys.items():
+            mesh = link_mesh(world.client, body, link)
+            if mesh is None:
+                raise ValueError(f"{one!r}: link {link} of body {body} has no collision shape, allowed: links with one")
+            self._meshes[one] = mesh
+
+    def watch(self, observer: Observer) -> None:
+        """Show the run to an observer; ValueError once it has begun."""
+        if self._has_begun:
+            raise ValueError(f"observer {type(observer).__name__} is added after the run has begun, allowed: before")
+        self._observers.append(observer)
+
+    def step(self) -> None:
+        """Make one step of fluid and client."""
+        self._begin()
+        self.world.step()
+        self._index += 1
+        self._show()
+
+    def run(self, duration: float) -> None:
+        """Run for `duration` [s], in whole steps of the client; ValueError for a duration that is not above 0."""
+        if not duration > 0.0:
+            raise ValueError(f"duration of the run is {duration} s, allowed: above 0")
+        for _ in range(max(1, round(duration / self._step_size()))):
+            self.step()
+
+    def readings(self) -> Readings:
+        """Return the readings of the run up to now."""
+        self._begin()
+        fluid = self.world.fluid
+        return history_readings(
+            self.history,
+            particles=lambda phase: fluid.phase_positions(phase).astype(np.float64),
+            gravity=abs(fluid.config.gravity[2]),
+            basin=self._basin,
+            live=Live(
+                fluid=fluid, step=self.step, momentum=self._momentum, energy=self._energy, turnover=self._turnover
+            ),
+            source=f"the {self.name}",
+        )
+
+    def last_frame(self) -> Frame:
+        """Return the frame of the present moment, with its particles."""
+        return with_particles(self._frame())
+
+    def close(self) -> None:
+        """Tell observers of the end; fluid and client stay their owner's."""
+        for observer in self._everybody() if self._has_begun else ():
+            observer.terminated("finished")
+        self._has_begun = False
+
+    def _begin(self) -> None:
+        if not self._has_begun:
+            self._has_begun = True
+            run = describe(self.name, self.world.fluid, self._meshes)
+            for observer in self._everybody():
+                observer.initialized(run)
+            self._show()
+
+    def _everybody(self) -> Sequence[Observer]:
+        return (self.history, *self._observers)
+
+    def _step_size(self) -> float:
+        return float(pybullet.getPhysicsEngineParameters(physicsClientId=self.world.client)["fixedTimeStep"])
+
+    def _show(self) -> None:
+        frame = self._frame()
+        for observer in self._everybody():
+            observer.step_completed(frame)
+
+    def _frame(self) -> Frame:
+        fluid = self.world.fluid
+        point = CommunicationPoint(self._index, self._index * self._step_size(), self._step_size())
+        return Frame(
+            index=point.index,
+            time=point.time,
+            bodies={name: self._body(key) for name, key in self._keys.items()},
+            read_phases=lambda: particles_of(fluid),
+        )
+
+    def _body(self, key: LinkKey) -> BodyFrame:
+        position, orientation = link_pose(self.world.client, *key)
+        linear, angular = self._velocity(key)
+        return BodyFrame(
+            position=np.array(position),
+            orientation=np.array(orientation),
+            linear_velocity=linear,
+            angular_velocity=angular,
+            wrench=self.world.wrench(*key),
+        )
+
+    def _velocity(self, key: LinkKey) -> tuple[Array, Array]:
+        client = self.world.client
+        if key[1] < 0:
+            found = pybullet.getBaseVelocity(key[0], physicsClientId=client)
+        else:
+            found = pybullet.getLinkState(*key, computeLinkVelocity=1, physicsClientId=client)[6:8]
+        return np.array(found[0]), np.array(found[1])
+
+    def _momenta(self) -> tuple[Array, Array, Array, Array]:
+        """Return mass (B,) [kg], place (B, 3) [m], momentum (B, 3) [kg m/s] and spin about the centre of mass (B, 3) [kg m2/s]."""
+        rows = []
+        for key in self._keys.values():
+            mass, _, inertia = pybullet.getDynamicsInfo(*key, physicsClientId=self.world.client)[:3]
+            position, orientation = link_pose(self.world.client, *key)
+            turn, (velocity, rate) = Rotation.from_quat(orientation).as_matrix(), self._velocity(key)
+            rows.append((mass, *position, *(mass * velocity), *(turn @ (np.array(inertia) * (turn.T @ rate)))))
+        table = np.array(rows, dtype=np.float64).reshape(-1, 10)
+        return table[:, 0], table[:, 1:4], table[:, 4:7], table[:, 7:]
+
+    def _momentum(self) -> Array:
+        _, place, linear, spin = self._momenta()
+        return np.concatenate([linear.sum(axis=0), (np.cross(place, linear) + spin).sum(axis=0)])
+
+    def _energy(self) -> float:
+        masses, place, linear, spin = self._momenta()
+        rates = np.array([self._velocity(key)[1] for key in self._keys.values()]).reshape(-1, 3)
+        moving = 0.5 * (linear**2).sum(axis=1)[masses > 0.0] / masses[masses > 0.0]
+        height = place @ np.array(self.world.fluid.config.gravity)
+        return float(moving.sum() + 0.5 * (spin * rates).sum() - masses @ height)
+
+    def _turnover(self) -> tuple[float, float, float]:
+        _, place, linear, spin = self._momenta()
+        sizes = [float(np.linalg.norm(mesh.vertices, axis=1).max()) for mesh in self._meshes.values()]
+        far = float((np.linalg.norm(place, axis=1) + sizes).max(initial=0.0))
+        return float(np.linalg.norm(linear, axis=1).sum()), float(np.linalg.norm(spin, axis=1).sum()), far

@@ -1,0 +1,155 @@
+"""`oilsim oils`: search the library of oils, and show the card of one at a temperature and in a weathered state."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING
+
+from scenarios.exit_codes import DONE
+from scenarios.oils.properties import ZERO_CELSIUS
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from scenarios.oils.properties import OilRecord
+
+
+def register(commands: argparse._SubParsersAction) -> None:
+    """Add the subcommand's parser to `commands`."""
+    parser = commands.add_parser(
+        "oils", help="search the oils that a scenario may name; one that is found alone is shown as a card"
+    )
+    parser.add_argument("search", metavar="SEARCH", nargs="*", help="words of a name, record, place or product")
+    parser.add_argument("--temperature", type=float, default=15.0, metavar="C", help="degrees Celsius (default: 15)")
+    parser.add_argument(
+        "--evaporated", type=float, default=0.0, metavar="F", help="share of the mass that has evaporated"
+    )
+    parser.add_argument("--water", type=float, default=0.0, metavar="Y", help="share of water in the emulsion's volume")
+    parser.add_argument("--refused", action="store_true", help="list the records and values that were refused, and why")
+    parser.set_defaults(command=_oils)
+
+
+def _oils(options: argparse.Namespace) -> int:
+    from scenarios.oils.library import SHORT_NAMES, fault_of, oil_named, search
+    from scenarios.text.terminal import terminal
+
+    console = terminal()
+    if options.refused:
+        console.print(_refused())
+        return DONE
+    _check(options)
+    text = " ".join(options.search)
+    if text and not fault_of(text):
+        console.print(_card(oil_named(text), options))
+        return DONE
+    found = search(options.search) if text else [oil_named(name) for name in SHORT_NAMES]
+    if len(found) == 1:
+        console.print(_card(found[0], options))
+        return DONE
+    console.print(_list_of(found, options))
+    head = (
+        f"{len(found)} oils" if text else "the oils with a short name; search the whole library with oilsim oils WORD"
+    )
+    console.print(f'{head}; in a scenario: oil = "RECORD", short name or full name', highlight=False)
+    return DONE
+
+
+def _check(options: argparse.Namespace) -> None:
+    """Raise ScenarioError for a state that no phase of a scenario may have."""
+    from scenarios.problems import Problem, ScenarioError
+    from scenarios.schema.liquid import PhaseSettings
+
+    state = {"temperature": options.temperature, "evaporated": options.evaporated, "water_content": options.water}
+    try:
+        PhaseSettings(oil="diesel", **state)
+    except ScenarioError as error:
+        named = {"water_content": "--water"}
+        raise ScenarioError(
+            [Problem(named.get(fault.path, f"--{fault.path}"), fault.text) for fault in error.problems], "oilsim"
+        ) from error
+
+
+def _list_of(found: list[OilRecord], options: argparse.Namespace) -> Table:
+    from rich.table import Table
+
+    from scenarios.oils.library import SHORT_NAMES
+
+    short = {record: name for name, (record, _) in SHORT_NAMES.items()}
+    table = Table("record", "name (short name)", "API", "kg/m3", "cSt", "pour point")
+    for oil in found:
+        table.add_row(
+            oil.record,
+            oil.name + (f" ({short[oil.record]})" if oil.record in short else ""),
+            f"{oil.gravity:.1f}",
+            f"{oil.density_at(options.temperature):.0f}",
+            f"{oil.kinematic_viscosity_at(options.temperature) * 1e6:.3g}",
+            "" if oil.pour_point is None else f"{oil.pour_point - ZERO_CELSIUS:.0f} °C",
+        )
+    table.title, table.title_justify = f"at {options.temperature:g} °C, fresh", "left"
+    return table
+
+
+def _card(oil: OilRecord, options: argparse.Namespace) -> Table:
+    from rich.table import Table
+
+    from scenarios.oils.properties import emulsion_factor
+
+    temperature, state = options.temperature, {"evaporated": options.evaporated, "water_content": options.water}
+    card = Table(show_header=False, title=f"{oil.name} ({oil.record})", title_justify="left")
+    density = oil.density_at(temperature, **state)
+    viscosity = oil.viscosity_at(temperature, **state)
+    card.add_row("place, product", ", ".join(part for part in (oil.location, oil.product) if part))
+    card.add_row("state", f"{temperature:g} °C, {options.evaporated:.0%} evaporated, {options.water:.0%} water")
+    card.add_row("density", f"{density:.1f} kg/m3; fresh oil {oil.gravity:.1f} °API")
+    card.add_row("viscosity", f"{viscosity:.4g} Pa s = {viscosity * 1e3:.4g} cP; {viscosity / density * 1e6:.4g} cSt")
+    tension = "not measured" if oil.interfacial_tension is None else f"{oil.interfacial_tension * 1e3:.1f} mN/m"
+    card.add_row("interfacial tension", f"{tension} (fresh oil on water)")
+    card.add_row("pour point", _pour_point(oil, temperature))
+    for quantity in ("density", "viscosity"):
+        card.add_row(f"{quantity} measured", _measured(oil, quantity, temperature))
+    for quantity, law in (
+        ("density", f"x (1 + {oil.density_gain:.3g} F)"),
+        ("viscosity", f"x exp({oil.viscosity_gain:.3g} F)"),
+    ):
+        card.add_row(f"{quantity}, share F evaporated", f"{law}, {_origin(oil, quantity)}")
+    if options.water:
+        card.add_row("emulsion", f"viscosity x {emulsion_factor(options.water):.3g} (Mooney 1951)")
+    card.add_row("reference", oil.reference or "none given")
+    return card
+
+
+def _pour_point(oil: OilRecord, temperature: float) -> str:
+    if oil.pour_point is None:
+        return "not measured"
+    told = f"{oil.pour_point - ZERO_CELSIUS:.0f} °C (fresh oil)"
+    return told + (
+        ": the oil is near solid, its viscosity here means little"
+        if temperature < oil.pour_point - ZERO_CELSIUS
+        else ""
+    )
+
+
+def _measured(oil: OilRecord, quantity: str, temperature: float) -> str:
+    """Say at which temperatures a quantity was measured, and how it comes to the wanted one."""
+    places = oil.temperatures(quantity)
+    if not places:
+        return "by API gravity, and 0.8 kg/m3 a degree"
+    told = "at " + ", ".join(f"{place:g}" for place in places) + " °C"
+    if places[0] <= temperature <= places[-1]:
+        return told
+    return told + ("; extrapolated" if len(places) > 1 else "; brought to the temperature by the usual slope")
+
+
+def _origin(oil: OilRecord, quantity: str) -> str:
+    return "from its weathered samples" if oil.gain_is_measured(quantity) else "typical"
+
+
+def _refused() -> Table:
+    from rich.table import Table
+
+    from scenarios.oils.library import refusals
+
+    table = Table("record", "name", "refused", "reason")
+    for row in refusals():
+        table.add_row(row["record"], row["name"], row["refused"], row["reason"])
+    return table

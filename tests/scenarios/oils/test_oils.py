@@ -1,0 +1,166 @@
+"""The library of oils: formulas by hand, a clean table, and errors that name what is near."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+
+from scenarios.cli import main
+from scenarios.oils.adios_import import DENSITIES, TENSIONS, read_library
+from scenarios.oils.library import SHORT_NAMES, fault_of, library, oil_named, refusals, search
+from scenarios.oils.properties import Measurement, OilRecord, api_density, api_gravity, emulsion_factor
+from scenarios.problems import ScenarioError
+from scenarios.schema.liquid import PhaseSettings
+
+
+def oil(*measurements: Measurement, api: float | None = None) -> OilRecord:
+    return OilRecord(
+        record="T1",
+        name="TEST",
+        location="",
+        product="crude",
+        reference="",
+        api=api,
+        pour_point=None,
+        interfacial_tension=None,
+        measurements=measurements,
+    )
+
+
+TWICE = (Measurement("density", 273.15, 0.0, 910.0), Measurement("density", 293.15, 0.0, 896.0))
+THIN = (Measurement("viscosity", 273.15, 0.0, 1e-4), Measurement("viscosity", 293.15, 0.0, 4e-5))
+
+
+def test_density_is_linear_and_viscosity_exponential_in_the_inverse_temperature() -> None:
+    found = oil(*TWICE, *THIN)
+    assert found.density_at(10.0) == pytest.approx(903.0)
+    assert found.density_at(30.0) == pytest.approx(889.0)  # 0.7 kg/m3 a degree goes on
+    slope = math.log(1e-4 / 4e-5) / (1.0 / 273.15 - 1.0 / 293.15)
+    assert found.viscosity_slope == pytest.approx(slope)
+    for degrees in (-1.0, 10.0, 35.0):
+        expected = 1e-4 * math.exp(slope * (1.0 / (degrees + 273.15) - 1.0 / 273.15))
+        assert found.kinematic_viscosity_at(degrees) == pytest.approx(expected, rel=1e-12)
+        assert found.viscosity_at(degrees) == pytest.approx(expected * found.density_at(degrees), rel=1e-12)
+
+
+def test_one_viscosity_is_carried_by_the_slope_of_the_library() -> None:
+    """B = 14070 + 2130 log10(nu_15), where nu_15 itself comes from B: 1e-5 m2/s at 15 C gives 3420 K."""
+    at_15 = oil(*TWICE, Measurement("viscosity", 288.15, 0.0, 1e-5))
+    assert at_15.viscosity_slope == pytest.approx(3420.0)
+    elsewhere = oil(*TWICE, Measurement("viscosity", 311.15, 0.0, at_15.kinematic_viscosity_at(38.0)))
+    assert elsewhere.viscosity_slope == pytest.approx(3420.0)
+    assert elsewhere.kinematic_viscosity_at(15.0) == pytest.approx(1e-5)
+
+
+def test_the_slope_of_the_library_is_fitted_to_its_oils() -> None:
+    several = [found for found in library().values() if len(found.temperatures("viscosity")) > 1]
+    misses = sorted(
+        abs(found.viscosity_slope - 14070.0 - 2130.0 * math.log10(found.kinematic_viscosity_at(15.0)))
+        for found in several
+    )
+    assert len(several) > 600
+    assert misses[len(misses) // 2] < 1000.0
+    assert misses[int(0.9 * len(misses))] < 3200.0
+
+
+def test_weathering_follows_the_records_own_samples_and_mooney() -> None:
+    aged = (Measurement("viscosity", 273.15, 0.2, 5e-4), Measurement("density", 273.15, 0.2, 946.4))
+    found = oil(*TWICE, *THIN, *aged)
+    assert found.viscosity_gain == pytest.approx(math.log(5.0) / 0.2)
+    assert found.density_gain == pytest.approx(0.2)
+    assert found.density_at(0.0, evaporated=0.1) == pytest.approx(910.0 * 1.02)
+    assert found.density_at(0.0, water_content=0.5) == pytest.approx((910.0 + 1027.0) / 2.0, abs=1.5)
+    assert emulsion_factor(0.7) == pytest.approx(math.exp(1.75 / 0.545))
+    ratio = found.viscosity_at(0.0, evaporated=0.2, water_content=0.7) / found.viscosity_at(0.0, evaporated=0.2)
+    assert ratio == pytest.approx(emulsion_factor(0.7))
+    assert oil(*TWICE, *THIN).viscosity_gain == 5.0
+
+
+def test_api_gravity_and_density_are_inverse() -> None:
+    assert api_density(10.0) == pytest.approx(999.016)
+    assert api_gravity(api_density(32.5)) == pytest.approx(32.5)
+
+
+def test_every_shipped_oil_is_sound() -> None:
+    assert len(library()) > 1300
+    for found in library().values():
+        assert DENSITIES[0] <= found.density_at(15.0) <= DENSITIES[1], found.record
+        assert found.density_at(5.0) > found.density_at(25.0) - 2.0, found.record
+        assert 1e-7 < found.kinematic_viscosity_at(40.0) < found.kinematic_viscosity_at(0.0) < 1e4, found.record
+        assert found.interfacial_tension is None or TENSIONS[0] <= found.interfacial_tension <= TENSIONS[1]
+    dropped = {row["record"] for row in refusals() if row["refused"] == "oil"}
+    assert len(dropped) > 50
+    assert not dropped & set(library())
+
+
+def test_short_names_give_the_known_values() -> None:
+    crude = oil_named("alaska-north-slope")
+    assert (crude.density_at(15.0), crude.viscosity_at(15.0)) == pytest.approx((875.0, 1.54e-2))
+    assert oil_named("bunker-c").viscosity_at(15.0) == pytest.approx(45.0)
+    assert all(oil_named(name).record == record for name, (record, _) in SHORT_NAMES.items())
+
+
+def test_names_that_are_unclear_are_refused_with_what_is_near() -> None:
+    assert "did you mean 'brent'?" in fault_of("brnt")
+    assert "names 2 oils, allowed: one record" in fault_of(next(twin for twin in names_of_two()))
+    assert "is refused" in fault_of(next(row["record"] for row in refusals() if row["refused"] == "oil"))
+    assert [found.record for found in search(["north", "slope", "2011"])] == ["AD02574"]
+
+
+def names_of_two() -> list[str]:
+    names = [found.name for found in library().values()]
+    return [name for name in names if names.count(name) == 2]
+
+
+def test_a_phase_takes_its_values_from_the_library_unless_it_states_them() -> None:
+    state = {"temperature": 5.0, "evaporated": 0.1, "water_content": 0.4}
+    phase = PhaseSettings(oil="AD00730", density=950.0, **state)
+    named = oil_named("maya")
+    assert phase.rest_density == 950.0
+    assert phase.viscosity == named.viscosity_at(5.0, evaporated=0.1, water_content=0.4)
+    assert phase.tension == named.interfacial_tension == pytest.approx(0.027)
+    with pytest.raises(ScenarioError) as found:
+        PhaseSettings(density=900.0, dynamic_viscosity=0.1, temperature=0.0, evaporated=0.1, water_content=0.2)
+    assert [problem.path for problem in found.value.problems] == ["temperature", "evaporated", "water_content"]
+
+
+def test_import_takes_sound_rows_and_says_why_it_refuses_others(tmp_path: Path) -> None:
+    heads = ["Oil_Name", "ADIOS_Oil_ID", "Location", "Reference", "API", "Pour_Point_Max_K", "Product_Type"]
+    heads += [f"Oil_{water}_Interfacial_Tension_N_m" for water in ("Water", "SeaWater")]
+    kinds = {"Density": ("_Kg_m_3", 4), "KVis": ("_m_2_s", 6), "DVis": ("_kg_ms", 6)}
+    for stem, (unit, count) in kinds.items():
+        for number in range(1, count + 1):
+            heads += [f"{stem}{number}{unit}", f"{stem}{number}_Ref_Temp_K", f"{stem}{number}_Weathering"]
+    sound = {"Oil_Name": "SOUND", "ADIOS_Oil_ID": "AD1", "API": "30", "KVis1_m_2_s": "1e-5", "KVis1_Ref_Temp_K": "288"}
+    rows = [
+        sound | {"Oil_Water_Interfacial_Tension_N_m": "25"},  # mN/m
+        sound | {"ADIOS_Oil_ID": "AD2", "Density1_Kg_m_3": "0.876", "Density1_Ref_Temp_K": "288"},  # g/cm3
+        sound | {"ADIOS_Oil_ID": "AD3", "KVis1_Ref_Temp_K": "15"},  # degrees C
+        sound | {"ADIOS_Oil_ID": "AD4", "Density1_Kg_m_3": "980", "Density1_Ref_Temp_K": "288"},
+        sound | {"ADIOS_Oil_ID": "AD5", "KVis2_m_2_s": "2e-5", "KVis2_Ref_Temp_K": "311"},
+    ]
+    lines = ["5\t9/20/2017\tadios", "\t".join(heads), *("\t".join(row.get(head, "") for head in heads) for row in rows)]
+    (tmp_path / "lib.txt").write_text("\n".join(lines), encoding="utf-8")
+    kept, refused = read_library(tmp_path / "lib.txt")
+    assert [found.record for found in kept] == ["AD1", "AD2"]
+    assert kept[0].interfacial_tension is None
+    assert kept[0].temperatures("viscosity") == (15.0,)
+    told = {record: (what, reason) for record, _, what, reason in refused if what == "oil"}
+    assert "no viscosity" in told["AD3"][1]
+    assert "contradicts API gravity 30" in told["AD4"][1]
+    assert "rises with temperature" in told["AD5"][1]
+    assert {(record, what) for record, _, what, _ in refused} >= {("AD1", "value"), ("AD2", "value"), ("AD3", "value")}
+
+
+def test_command_shows_lists_and_cards(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["oils", "maya", "--temperature", "5", "--water", "0.6"]) == 0
+    card = capsys.readouterr().out
+    assert "°API" in card
+    assert "cSt" in card
+    assert "Mooney" in card
+    assert main(["oils", "bunker", "c"]) == 0
+    assert "AD02051" in capsys.readouterr().out
+    assert main(["oils", "maya", "--water", "2"]) == 2
+    assert "--water is 2.0, allowed: 0 or more and at most 0.9" in capsys.readouterr().err
