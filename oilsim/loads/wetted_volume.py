@@ -58,7 +58,10 @@ def wetted_volume(triangles: Array, point: Array, normal: Array) -> Array:
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def add_wetted_volume(triangles, point, normal, total, corner):
-    """Write the result of `wetted_volume` to `total` (5,) [m3, m4, m2]; `corner` (3, 3) [m] is room for a triangle."""
+    """Write the result of `wetted_volume` to `total` (5,) [m3, m4, m2], with its `triangles`, `point` and `normal`.
+
+    corner (3, 3) [m] is room for a triangle.
+    """
     total[:] = 0.0
     level = point[0] * normal[0] + point[1] * normal[1] + point[2] * normal[2]
     for t in range(len(triangles)):

@@ -56,7 +56,10 @@ class EngineStep:
         self.is_behind = False  # its bodies have not followed steps without it
 
     def step_without_engine(self, free: Sequence[Body], wrench: Array, sub_step: float) -> None:
-        """Move `free` bodies, which touch nothing, as `step` would; the engine's bodies follow when it is needed again."""
+        """Move `free` bodies, which touch nothing, by `wrench` (B, 6) [N, N m] as `step` would.
+
+        The engine's bodies follow when it is needed again.
+        """
         state = self._state
         bodies = FreeBodies(
             np.array([body.row for body in free]),
