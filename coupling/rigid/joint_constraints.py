@@ -53,7 +53,7 @@ class PointJoint:
 
 
 class Sides(NamedTuple):
-    """The sides of all joints, one for each body that a joint holds: first row of J, sign [1 or -1], body, and rows, 3 or 6 (S,)."""
+    """The sides of all joints, one for each body that a joint holds: first row of J, sign, body, and number of rows, 3 or 6, each (S,) [1]."""
 
     start: Ints
     sign: Array
