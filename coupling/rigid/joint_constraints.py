@@ -53,7 +53,10 @@ class PointJoint:
 
 
 class Sides(NamedTuple):
-    """The sides of all joints, one for each body that a joint holds: first row of J, sign, body, and number of rows, 3 or 6, each (S,) [1]."""
+    """The sides of all joints, one for each body that a joint holds.
+
+    first row of J, sign, body, and number of rows, 3 or 6, each (S,) [1].
+    """
 
     start: Ints
     sign: Array
