@@ -5,8 +5,10 @@ damping [s] (Kelvin-Voigt):
 
     T = max(0, EA / L (l - L + tau (dl/dt - dL/dt)))   while l > L, else 0.
 
-A line has no mass. Its force is computed anew in every sub-step of the rigid bodies, whose length h is chosen for it. Symplectic Euler with
-damping is stable while (h^2 + 2 h tau) EA / L w < 4, with w the sum over both ends of the speed along the line by unit impulse [1/kg].
+A line has no mass. Where T passes its breaking load, it parts, and holds nothing from then on. Mooring legs stand among the lines
+(`coupling.rigid.moorings`). The force of a line is computed anew in every sub-step of the rigid bodies, whose length h is chosen for
+it. Symplectic Euler with damping is stable while (h^2 + 2 h tau) EA / L w < 4, with w the sum over both ends of the speed along the line
+by unit impulse [1/kg].
 Lines that share bodies are stiffer together: there h^2 a + 2 h b < 4, with a the largest eigenvalue of sqrt(k_l k_m) w_lm, k = EA / L,
 b the same with k tau for k, and w_lm the speed at which line l grows by unit impulse along m.
 """
@@ -16,15 +18,16 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from numba import njit
 
+from coupling.rigid.moorings.mooring_leg import MooringLeg
 from coupling.rigid.rotations import applied
 
 Array = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 STABLE = 2.0  # used instead of the limit 4, because joints and water around the bodies change w
 
@@ -35,7 +38,8 @@ class ElasticLine:
 
     rows: of the two bodies; the second is -1 for the world. points: (2, 3) [m] of its ends, along each body's axes from its centre of mass
     (for the world, the point itself). stiffness: EA [N]; relaxation_time: tau [s]; length: L [m]; ordered_length [m]: at the end of the
-    next advance; laid_length [m]: at the start; tension [N]: mean over the last advance. Raises ValueError for values that are not above 0.
+    next advance; laid_length [m]: at the start; tension [N]: mean over the last advance; breaking_load [N]: tension beyond which it parts.
+    Raises ValueError for values that are not above 0.
     """
 
     rows: tuple[int, int]
@@ -46,45 +50,86 @@ class ElasticLine:
     ordered_length: float = field(init=False)
     laid_length: float = field(init=False)
     tension: float = 0.0
+    breaking_load: float = math.inf
+    parted: bool = False
 
     def __post_init__(self) -> None:
-        for name in ("stiffness", "length"):
-            if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0.0):
+        for name in ("stiffness", "length", "breaking_load"):
+            if not ((math.isfinite(getattr(self, name)) or name == "breaking_load") and getattr(self, name) > 0.0):
                 raise ValueError(f"{name} is {getattr(self, name)}, allowed: above 0")
         self.ordered_length = self.laid_length = self.length
 
-    def stretching(self, pose: Array) -> Array:
-        """Return the row (B, 6) [-] with which twists of the bodies lengthen the line, dl/dt = sum of row times twist; pose (B, 7)."""
-        return _stretching(np.array([self.rows]), self.points[None], pose)[0]
+    def pull(self, pose: Array, twist: Array, payout_rate: float, *, settle: bool) -> tuple[float, Array]:
+        """Return the tension [N] and the wrenches (2, 6) [N, N m] on the bodies; pose (B, 7), twist (B, 6), payout_rate dL/dt [m/s].
 
-    def stiffest(self, pose: Array, inverse_masses: Array, sub_step: float) -> float:
-        """Return the largest EA [N] that is stable in sub-steps of that length [s]; pose (B, 7), inverse_masses (B, 6, 6)."""
-        stretching = self.stretching(pose)
-        compliance = float((stretching * applied(inverse_masses, stretching)).sum())
-        if compliance == 0.0:
-            return math.inf
-        return STABLE * self.length / (compliance * (sub_step**2 + 2.0 * sub_step * self.relaxation_time))
+        With `settle` the line parts beyond its breaking load; else it is only asked.
+        """
+        if self.parted:
+            return 0.0, np.zeros((2, 6))
+        terms = (float(self.length), float(self.stiffness), float(self.relaxation_time), float(payout_rate))
+        tension, wrenches = _pull(self.rows, self.points, terms, pose, twist)
+        self.parted = settle and tension > self.breaking_load
+        return tension, wrenches
+
+    def stretching(self, pose: Array) -> Array:
+        """Return the row (B, 6) [-] with which twists of the bodies lengthen the line, dl/dt = sum of row times twist."""
+        total = np.zeros((len(pose), 6))
+        if not self.parted:
+            _add_stretching(self.rows, self.points, pose, total)
+        return total
+
+    def spring(self, pose: Array) -> float:
+        """Return the stiffness [N/m] of the taut line, however its bodies are placed."""
+        return self.stiffness / min(self.length, self.ordered_length)
+
+    def pay_out(self, length: float) -> None:
+        """Take the unstretched length [m]."""
+        self.length = length
+
+    def save_state(self) -> dict[str, Any]:
+        """Return lengths, tension, and whether the line parted, as plain data."""
+        return {name: getattr(self, name) for name in ("length", "ordered_length", "tension", "parted")}
+
+    def restore_state(self, state: Mapping[str, Any]) -> None:
+        """Go back to a state that `save_state` returned."""
+        self.length, self.ordered_length = float(state["length"]), float(state["ordered_length"])
+        self.tension, self.parted = float(state["tension"]), bool(state["parted"])
+
+
+Line = ElasticLine | MooringLeg
+
+
+def stiffest(line: Line, pose: Array, inverse_masses: Array, sub_step: float) -> float:
+    """Return the largest EA [N] that is stable in sub-steps of that length [s]; pose (B, 7), inverse_masses (B, 6, 6)."""
+    stretching = line.stretching(pose)
+    compliance = float((stretching * applied(inverse_masses, stretching)).sum())
+    if compliance == 0.0:
+        return math.inf
+    return STABLE * line.length / (compliance * (sub_step**2 + 2.0 * sub_step * line.relaxation_time))
 
 
 class Lines:
     """The lines of one world by name, and their forces over an advance."""
 
     def __init__(self) -> None:
-        self._lines: dict[str, ElasticLine] = {}
+        self._lines: dict[str, Line] = {}
         self._payout_rate: dict[str, float] = {}
         self._impulse = np.zeros((0, 6))
-        self._rows, self._points = np.zeros((0, 2), np.int64), np.zeros((0, 2, 3))
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the lines, in the order in which they were added."""
         return tuple(self._lines)
 
-    def add(self, name: str, line: ElasticLine) -> None:
+    def add(self, name: str, line: Line) -> None:
         """Add a line; ValueError for a name that is in use."""
         if name in self._lines:
             raise ValueError(f"the line {name!r} is added twice, allowed: each name once")
         self._lines[name] = line
+
+    def __getitem__(self, name: str) -> Line:
+        """Return the line of that name."""
+        return self._lines[name]
 
     def length(self, name: str) -> float:
         """Return the present unstretched length [m]."""
@@ -94,25 +139,16 @@ class Lines:
         """Return the unstretched length [m] when the line was added."""
         return self._lines[name].laid_length
 
-    def _places(self) -> tuple[Ints, Array]:
-        """Return the rows (L, 2) of all lines' bodies and the points (L, 2, 3) [m] of their ends, which never change."""
-        if len(self._rows) < len(self._lines):
-            lines = self._lines.values()
-            self._rows, self._points = (
-                np.array([line.rows for line in lines]),
-                np.array([line.points for line in lines]),
-            )
-        return self._rows, self._points
-
     def longest_step(self, pose: Array, inverse_masses: Array) -> float:
-        """Return the longest sub-step [s] that is stable if all lines (one or more) are taut. pose (B, 7), inverse_masses (B, 6, 6)."""
+        """Return the longest sub-step [s] that is stable if all lines (one or more) are taut, and legs as stiff as they are soon.
+
+        pose (B, 7), inverse_masses (B, 6, 6).
+        """
         lines = self._lines.values()
-        rows, points = self._places()
-        stretching = _stretching(rows, points, pose)
-        answer = np.array([applied(inverse_masses, row) for row in stretching]).reshape(len(rows), -1)
-        shortest = np.array([min(line.length, line.ordered_length) for line in lines])
-        stiffness = np.array([line.stiffness for line in lines]) / shortest
-        compliance = stretching.reshape(len(rows), -1) @ answer.T
+        stretching = [line.stretching(pose) for line in lines]
+        answer = np.array([applied(inverse_masses, row).ravel() for row in stretching])
+        stiffness = np.array([line.spring(pose) for line in lines])
+        compliance = np.array([row.ravel() for row in stretching]) @ answer.T
         elastic = _largest(compliance, stiffness)
         damping = _largest(compliance, stiffness * [line.relaxation_time for line in lines])
         return STABLE / (damping + math.sqrt(damping**2 + STABLE * elastic)) if elastic > 0.0 else math.inf
@@ -124,8 +160,8 @@ class Lines:
         self._lines[name].ordered_length = length
 
     def part(self, name: str) -> None:
-        """Take all stiffness from a line that parts."""
-        self._lines[name].stiffness = 0.0
+        """Let a line part: from now on it holds nothing."""
+        self._lines[name].parted = True
 
     def tension(self, name: str) -> float:
         """Return the mean tension [N] over the last advance."""
@@ -142,47 +178,44 @@ class Lines:
         """Return wrenches (B, 6) [N, N m] on all bodies over a sub-step [s], record them, and change lengths; pose (B, 7), twist (B, 6)."""
         total = self.present_pull(pose, twist, booked=sub_step)
         for name, line in self._lines.items():
-            line.length += self._payout_rate[name] * sub_step
+            if self._payout_rate[name] != 0.0:
+                line.pay_out(line.length + self._payout_rate[name] * sub_step)
         self._impulse += sub_step * total
         return total
 
     def present_pull(self, pose: Array, twist: Array, *, booked: float = 0.0) -> Array:
-        """Return the present wrenches (B, 6) [N, N m] on all bodies; records tensions for `booked` seconds. pose (B, 7), twist (B, 6)."""
-        if not self._lines:
-            return np.zeros((len(pose), 6))
-        rows, points = self._places()
-        terms = np.array(
-            [
-                (line.length, line.stiffness, line.relaxation_time, self._payout_rate.get(name, 0.0))
-                for name, line in self._lines.items()
-            ]
-        )
-        tension, total = _pull(rows, points, terms, pose, twist)
-        if booked:
-            for line, pull in zip(self._lines.values(), tension.tolist(), strict=True):
-                line.tension += pull * booked
+        """Return the present wrenches (B, 6) [N, N m] on all bodies; pose (B, 7), twist (B, 6).
+
+        With `booked` seconds it books tensions, and lets lines part and anchors drag.
+        """
+        total = np.zeros((len(pose), 6))
+        for name, line in self._lines.items():
+            tension, wrenches = line.pull(pose, twist, self._payout_rate.get(name, 0.0), settle=booked > 0.0)
+            line.tension += tension * booked
+            for row, wrench in zip(line.rows, wrenches, strict=True):
+                if row >= 0:
+                    total[row] += wrench
         return total
 
     def end(self, duration: float) -> Array:
         """End the advance; return the mean wrenches (B, 6) [N, N m]."""
         for line in self._lines.values():
-            line.length = line.ordered_length
+            line.pay_out(line.ordered_length)
             line.tension /= duration
         return self._impulse / duration
 
-    def save_state(self) -> dict[str, tuple[float, float, float, float]]:
-        """Return length, ordered length, tension and payout rate by name."""
+    def save_state(self) -> dict[str, Any]:
+        """Return the state of each line and the rate at which it is paid out, by name."""
         return {
-            name: (line.length, line.ordered_length, line.tension, self._payout_rate.get(name, 0.0))
+            name: line.save_state() | {"payout_rate": self._payout_rate.get(name, 0.0)}
             for name, line in self._lines.items()
         }
 
-    def restore_state(self, state: Mapping[str, tuple[float, float, float, float]]) -> None:
+    def restore_state(self, state: Mapping[str, Any]) -> None:
         """Go back to a state that `save_state` returned."""
-        for name, (length, ordered, tension, rate) in state.items():
-            line = self._lines[name]
-            line.length, line.ordered_length, line.tension = length, ordered, tension
-            self._payout_rate[name] = rate
+        for name, saved in state.items():
+            self._lines[name].restore_state(saved)
+            self._payout_rate[name] = float(saved["payout_rate"])
 
 
 def _largest(compliance: Array, stiffness: Array) -> float:
@@ -192,7 +225,7 @@ def _largest(compliance: Array, stiffness: Array) -> float:
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _ends(rows: Ints, points: Array, pose: Array) -> tuple[Array, Array]:
+def _ends(rows: tuple[int, int], points: Array, pose: Array) -> tuple[Array, Array]:
     """Return positions (2, 3) [m] of both ends of a line, and arms (2, 3) [m] from the centres of mass; pose (B, 7)."""
     position, arm = points.copy(), points.copy()
     for end in range(2):
@@ -211,20 +244,6 @@ def _ends(rows: Ints, points: Array, pose: Array) -> tuple[Array, Array]:
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _stretching(rows: Ints, points: Array, pose: Array) -> Array:
-    """Return `ElasticLine.stretching` (L, B, 6) of lines; rows (L, 2), points (L, 2, 3) [m], pose (B, 7)."""
-    total = np.zeros((len(rows), len(pose), 6))
-    for line in range(len(rows)):
-        position, arm = _ends(rows[line], points[line], pose)
-        span = position[1] - position[0]
-        along = span / max(np.sqrt((span**2).sum()), 1e-12)
-        for end in range(2):
-            if rows[line, end] >= 0:
-                _push(total[line, rows[line, end]], arm[end], (2.0 * end - 1.0) * along)
-    return total
-
-
-@njit(nogil=True, cache=True, error_model="numpy")
 def _push(wrench: Array, arm: Array, force: Array) -> None:
     """Add `force` (3,) at `arm` (3,) [m] to a wrench (6,)."""
     for axis in range(3):
@@ -234,32 +253,44 @@ def _push(wrench: Array, arm: Array, force: Array) -> None:
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _pull(rows: Ints, points: Array, terms: Array, pose: Array, twist: Array) -> tuple[Array, Array]:
-    """Return tensions (L,) [N] of lines and their wrenches (B, 6) [N, N m] on all bodies; see the module.
+def _add_stretching(rows: tuple[int, int], points: Array, pose: Array, total: Array) -> None:
+    """Add `ElasticLine.stretching` of a line to `total` (B, 6); points (2, 3) [m], pose (B, 7)."""
+    position, arm = _ends(rows, points, pose)
+    span = position[1] - position[0]
+    along = span / max(np.sqrt((span**2).sum()), 1e-12)
+    for end in range(2):
+        if rows[end] >= 0:
+            _push(total[rows[end]], arm[end], (2.0 * end - 1.0) * along)
 
-    rows (L, 2), points (L, 2, 3) [m]; terms (L, 4): length [m], stiffness [N], relaxation time [s], payout rate [m/s]; pose (B, 7),
-    twist (B, 6).
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _pull(
+    rows: tuple[int, int], points: Array, terms: tuple[float, float, float, float], pose: Array, twist: Array
+) -> tuple[float, Array]:
+    """Return the tension [N] of a line and the wrenches (2, 6) [N, N m] on its bodies; see the module.
+
+    points (2, 3) [m]; terms: length [m], stiffness [N], relaxation time [s], payout rate [m/s]; pose (B, 7), twist (B, 6).
     """
-    tension, total = np.zeros(len(rows)), np.zeros((len(pose), 6))
-    for line in range(len(rows)):
-        length, stiffness, relaxation_time, payout_rate = terms[line]
-        position, arm = _ends(rows[line], points[line], pose)
-        span = position[1] - position[0]
-        distance = np.sqrt((span**2).sum())
-        if distance <= length:
-            continue
-        along, rate = span / distance, 0.0
-        for end in range(2):
-            row = rows[line, end]
-            if row >= 0:
-                for axis in range(3):
-                    after, before = (axis + 1) % 3, (axis + 2) % 3
-                    speed = twist[row, axis] + twist[row, 3 + after] * arm[end, before]
-                    speed -= twist[row, 3 + before] * arm[end, after]
-                    rate += (2.0 * end - 1.0) * along[axis] * speed
-        stretch = distance - length + relaxation_time * (rate - payout_rate)
-        tension[line] = max(0.0, stiffness / length * stretch)
-        for end in range(2):
-            if rows[line, end] >= 0:
-                _push(total[rows[line, end]], arm[end], (1.0 - 2.0 * end) * tension[line] * along)
-    return tension, total
+    length, stiffness, relaxation_time, payout_rate = terms
+    wrenches = np.zeros((2, 6))
+    position, arm = _ends(rows, points, pose)
+    span = position[1] - position[0]
+    distance = np.sqrt((span**2).sum())
+    if distance <= length:
+        return 0.0, wrenches
+    along, rate = span / distance, 0.0
+    for end in range(2):
+        row = rows[end]
+        if row >= 0:
+            for axis in range(3):
+                after, before = (axis + 1) % 3, (axis + 2) % 3
+                speed = (
+                    twist[row, axis]
+                    + twist[row, 3 + after] * arm[end, before]
+                    - twist[row, 3 + before] * arm[end, after]
+                )
+                rate += (2.0 * end - 1.0) * along[axis] * speed
+    tension = max(0.0, stiffness / length * (distance - length + relaxation_time * (rate - payout_rate)))
+    for end in range(2):
+        _push(wrenches[end], arm[end], (1.0 - 2.0 * end) * tension * along)
+    return tension, wrenches
