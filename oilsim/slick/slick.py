@@ -232,7 +232,7 @@ class Slick:
         self.parcels.restore_state(saved["parcels"])
         self.barriers.restore_state(saved["barriers"])
         self.losses.restore_state(saved["losses"])
-        self.pools = saved["pools"]
+        self.pools = Pools(*saved["pools"])  # a checkpoint's file holds a plain tuple
         self._random.bit_generator.state = saved["random"]
         self._released = saved["released"]
 
