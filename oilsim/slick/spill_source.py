@@ -12,7 +12,7 @@ from oilsim.slick.slick import Slick
 PERIOD = 1.0
 # [m] thickness at which oil is laid on the water, at most; numerical; gravity spreads it in seconds
 THICKEST = 0.01
-# [s] by which a parcel's time may be missed; rounding
+# [s] by which a parcel's time may be missed; numerical; rounding of sums of steps
 _SLACK = 1e-6
 
 
