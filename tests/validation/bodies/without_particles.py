@@ -73,7 +73,7 @@ def boom_scene(spacing: float, threads: int | None, height: float) -> Scenario:
     sides = [(ENDS, 0.5 * (WIDTH + sign * GAP)) for sign in (1.0, -1.0)]
     boom = BoomSettings(
         ends=(sides[0], sides[1]), length=LENGTH, segments=SEGMENTS, skirt_depth=SKIRT, skirt_thickness=spacing,
-        freeboard=0.45, buoyancy_to_weight=6.0, ballast_fraction=0.7,
+        freeboard=0.45, buoyancy_to_weight=3.0, ballast_fraction=0.7,
     )  # fmt: skip
     return replace(_sea(BASIN, WIDTH, spacing, threads, SPEED, height), booms={"main": boom})
 
