@@ -3,10 +3,13 @@ BIN := .venv/bin
 READY := .venv/.ready
 export NUMBA_CACHE_DIR ?= $(CURDIR)/.numba_cache
 
-.PHONY: demo test test-all lint docs bench pareto validate stress fuzz clean
+.PHONY: demo conduct test test-all lint docs bench pareto validate stress fuzz mutants clean
 
 demo: $(READY)  ## run the U-sweep exercise: recording, summary and picture
 	$(BIN)/oilsim run u-sweep --demo --overwrite --record u-sweep.rrd --summary u-sweep.json --picture u-sweep.png
+
+conduct: $(READY)  ## conduct an exercise on a page in the browser; EXERCISE=name or file
+	$(BIN)/oilsim conduct $(or $(EXERCISE),sweep-200m)
 
 test: lint  ## lint, types, import layers, tests: what CI runs
 	$(BIN)/pytest -n 2
@@ -43,6 +46,9 @@ stress: $(READY)  ## SCENES random scenes, EXCHANGES of them coupled otherwise, 
 
 fuzz: $(READY)  ## SCENARIOS random scenario files, and EACH damaged meshes, FMUs, recordings, checkpoints, orders, signals, criteria: all are refused in words or work
 	$(BIN)/python -m tests.fuzz --scenarios $(or $(SCENARIOS),10000) $(foreach kind,meshes fmus recordings checkpoints orders signals criteria,--$(kind) $(or $(EACH),1000))
+
+mutants: $(READY)  ## put COUNT seeded faults into a copy of the code, one at a time, and name those that no test notices; some minutes each
+	$(BIN)/python -m tests.mutants --count $(or $(COUNT),200) --seed $(or $(SEED),0) $(if $(ONLY),--only $(ONLY))
 
 clean:
 	rm -rf .venv .numba_cache build dist site *.egg-info

@@ -61,6 +61,7 @@ class Fluid(FluidView):
         self.arrays = self.tools.empty_arrays()
         self.forcings: list[Forcing] = []
         self.emitters: list[PipeEmitter] = []
+        self._stirred = False
         self._solver = BoundConstrainedSolver(self.tools.team)
         self._duration = 0.0
         self._unreported = Unreported()
@@ -168,9 +169,10 @@ class Fluid(FluidView):
         checks.ties(handles, tied, list(self.tools.walls.moving))
         self.tools.walls.tie(handles, tied)
 
-    def add_forcing(self, forcing: Forcing) -> None:
-        """Add a current, waves or wind."""
+    def add_forcing(self, forcing: Forcing, *, calms: bool = False) -> None:
+        """Add a current, waves or wind; one that only `calms` what moves lets water sleep."""
         self.forcings.append(forcing)
+        self._stirred |= not calms
 
     def add_emitter(self, emitter: PipeEmitter) -> None:
         """Add a pipe; ValueError for a phase that does not exist, in two dimensions, and outside the domain."""
@@ -277,7 +279,7 @@ class Fluid(FluidView):
     @property
     def _driven(self) -> bool:
         """True if anything but gravity moves the liquid now."""
-        return bool(self.forcings) or any(emitter.is_running(self.time) for emitter in self.emitters)
+        return self._stirred or any(emitter.is_running(self.time) for emitter in self.emitters)
 
     def _emit(self, time_step: float) -> None:
         for emitter in self.emitters:

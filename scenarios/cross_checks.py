@@ -32,6 +32,7 @@ from scenarios.schema.liquid import (
     SphereFill,
     Tank,
 )
+from scenarios.schema.moorings import MooringSettings, mooring_problems
 from scenarios.schema.probe_settings import BodyProbe, Probe
 from scenarios.schema.quantity_fields import Vector
 from scenarios.schema.run_settings import RunSettings
@@ -41,7 +42,7 @@ NAME_PATTERN = r"[A-Za-z0-9][A-Za-z0-9_-]*"
 NAME_ALLOWED = "letters, digits, '-' and '_', beginning with a letter or digit"
 MESH_SUFFIXES = (".stl", ".obj", ".ply", ".glb")  # as of coupling.solids.mesh_files, which takes a second to import
 MOST_PARTICLES = 1e8  # some 300 GB of memory
-NAMED_TABLES = ("phases", "fill", "emitters", "bodies", "vessels", "booms", "criteria", "probes", "fmus")
+NAMED_TABLES = ("phases", "fill", "emitters", "bodies", "vessels", "booms", "moorings", "criteria", "probes", "fmus")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,6 +61,7 @@ class Parts:
     bodies: Mapping[str, Body] = field(default_factory=dict)
     vessels: Mapping[str, VesselSettings] = field(default_factory=dict)
     booms: Mapping[str, BoomSettings] = field(default_factory=dict)
+    moorings: Mapping[str, MooringSettings] = field(default_factory=dict)
     tow: TowSettings | None = None
     criteria: Mapping[str, CriterionSettings] = field(default_factory=dict)
     probes: Mapping[str, Probe] = field(default_factory=dict)
@@ -70,6 +72,7 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
     """Yield every problem that concerns more than one table."""
     yield from _names(parts)
     yield from _references(parts)
+    yield from mooring_problems(parts.moorings, parts.booms, parts.names)
     yield from _orders(parts)
     yield from (problem.below("criteria") for problem in criteria_problems(parts.criteria))
     yield from _meshes(parts)
@@ -139,7 +142,7 @@ def _plane(parts: Parts) -> Iterator[Problem]:
     """Check a scenario in two dimensions: it has liquid only, since solids are three-dimensional, and no motion along y."""
     if parts.fluid is None or parts.fluid.dimension == 3:
         return
-    for table in ("bodies", "vessels", "booms", "emitters"):
+    for table in ("bodies", "vessels", "booms", "moorings", "emitters"):
         if parts.names[table]:
             yield Problem(table, "is given, allowed: only with fluid.dimension = 3")
     across = {f"fill.{name}.velocity": fill.velocity for name, fill in parts.fill.items()}
@@ -202,6 +205,9 @@ def _places(parts: Parts, tank: Tank) -> Iterator[Problem]:
             if not isinstance(end, str):
                 point = (*end, tank.lower[2])
                 yield from _inside(f"booms.{name}.ends", (point, point), tank)
+    for name, leg in parts.moorings.items():
+        point = (*leg.anchor, tank.lower[2])
+        yield from _inside(f"moorings.{name}.anchor", (point, point), tank)
     for kind in ("waves", "current"):
         zone: ZoneSettings | None = getattr(parts.forcing, kind, None)
         if zone is not None and zone.lower is not None and zone.upper is not None:

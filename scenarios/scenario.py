@@ -19,6 +19,7 @@ from scenarios.schema.criteria import CriterionSettings
 from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings
 from scenarios.schema.fmu_settings import FmuSettings
 from scenarios.schema.liquid import Fill, FluidSettings, PhaseSettings, PipeEmitterSettings, Tank
+from scenarios.schema.moorings import MooringSettings
 from scenarios.schema.probe_settings import Probe
 from scenarios.schema.quantity_fields import Section
 from scenarios.schema.run_settings import CameraSettings, RecordingSettings, RunSettings, SiteSettings
@@ -51,6 +52,7 @@ class Scenario(Section):
     bodies: Mapping[str, Body] = field(default_factory=dict)
     vessels: Mapping[str, VesselSettings] = field(default_factory=dict)
     booms: Mapping[str, BoomSettings] = field(default_factory=dict)
+    moorings: Mapping[str, MooringSettings] = field(default_factory=dict)
     tow: TowSettings | None = None
     criteria: Mapping[str, CriterionSettings] = field(default_factory=dict)
     probes: Mapping[str, Probe] = field(default_factory=dict)

@@ -2,9 +2,10 @@
 
 Every body <body> of a boom or hull has the input `<body>.pose`. Outputs: `released`, `afloat`, `held`, `lost`, `stranded`, `recovered`,
 the account in m3; `lost.<cause>`, the oil now lost by that cause; of every boom <boom> `<boom>.held`, `<boom>.passed.<cause>`, the oil that
-it has lost since the start, and by segment `<boom>.held_by_segment`, `<boom>.thickness`, `<boom>.normal_speed`, `<boom>.draft`. A step
-sweeps each barrier from where the last step left it to the pose given for this one, so nothing leaks, whatever the bodies do. If the bodies
-make their step before the slick, that pose is the one at the step's end; if the slick is first, its barriers lag by a step.
+it has lost since the start, and by segment `<boom>.held_by_segment`, `<boom>.thickness`, `<boom>.normal_speed`, `<boom>.draft`,
+`<boom>.lean`, `<boom>.freeboard`. A step sweeps each barrier from where the last step left it to the pose given for this one, so nothing
+leaks, whatever the bodies do. If the bodies make their step before the slick, that pose is the one at the step's end; if the slick is
+first, its barriers lag by a step.
 The slick does not act on the bodies.
 """
 
@@ -18,6 +19,7 @@ import numpy.typing as npt
 
 from coupling.participant import Causality, Status, StepResult, Variable, checked_value, variable_table
 from coupling.participants.plan_barriers import BoomBodies, HullBody
+from oilsim.slick.barriers import Immersion
 from oilsim.slick.loss_cause import LossCause, LossRate, no_loss
 from oilsim.slick.slick import Slick
 from oilsim.slick.surface_flow import SurfaceFlow
@@ -25,11 +27,16 @@ from oilsim.slick.surface_flow import SurfaceFlow
 Array = npt.NDArray[np.float64]
 
 ACCOUNT = ("released", "afloat", "held", "lost", "stranded", "recovered")
-BY_SEGMENT = {"held_by_segment": "m3", "thickness": "m", "normal_speed": "m/s", "draft": "m"}
+BY_SEGMENT = {"held_by_segment": "m3", "thickness": "m", "normal_speed": "m/s"}
+IMMERSION = {"draft": "m", "lean": "rad", "freeboard": "m"}
 
 
 class Surface(Protocol):
-    """The surface of a sea."""
+    """The surface of a sea that is still at the height `level` [m]."""
+
+    @property
+    def level(self) -> float:
+        """Height [m] of the still water."""
 
     def elevation(self, xy: Array, time: float) -> Array:
         """Return the height (N,) [m] of the surface at places (N, 2) [m] at `time` [s]."""
@@ -37,6 +44,8 @@ class Surface(Protocol):
 
 class FlatSurface:
     """A surface without waves, at the height 0."""
+
+    level = 0.0
 
     def elevation(self, xy: Array, time: float) -> Array:
         """Return zeros (N,) [m]."""
@@ -87,7 +96,7 @@ class SlickParticipant:
         by_segment = [
             Variable(f"{boom.name}.{quantity}", unit, (len(boom.bodies),), Causality.OUTPUT)
             for boom in self._booms
-            for quantity, unit in BY_SEGMENT.items()
+            for quantity, unit in (BY_SEGMENT | IMMERSION).items()
         ]
         return [*(Variable(name, "m3", (), Causality.OUTPUT) for name in names), *by_segment]
 
@@ -156,8 +165,8 @@ class SlickParticipant:
             return np.array(held.sum())
         if quantity == "held_by_segment":
             return held.sum(axis=1)
-        if quantity == "draft":
-            return self._slick.barriers.draft[rows].copy()
+        if quantity in IMMERSION:
+            return np.array(getattr(self._slick.barriers, quantity)[rows])
         column: Array = getattr(pools, quantity)
         return np.asarray(column.reshape(-1, 2)[rows].max(axis=1))
 
@@ -179,11 +188,19 @@ class SlickParticipant:
         """Tell the slick where the bodies are at `time` [s]."""
         poses = {body: self._inputs[f"{body}.pose"] for body in self._bodies}
         for boom in self._booms:
-            feet = boom.feet(poses)
-            depth = self._surface.elevation(feet[:, :2], time) - feet[:, 2]
-            self._slick.move(boom.name, boom.nodes(poses), np.maximum(depth, 0.0))
+            self._slick.move(boom.name, boom.nodes(poses), self._immersion(boom, poses, time))
         for hull in self._hulls:
             self._slick.move(hull.name, hull.outline(poses))
+
+    def _immersion(self, boom: BoomBodies, poses: Mapping[str, Array], time: float) -> Immersion:
+        """Measure how a boom sits in the water at `time` [s]."""
+        feet, tops = boom.feet_and_tops(poses)
+        return Immersion(
+            draft=np.maximum(self._surface.elevation(feet[:, :2], time) - feet[:, 2], 0.0),
+            lean=boom.lean(poses),
+            freeboard=tops[:, 2] - self._surface.elevation(tops[:, :2], time),
+            is_submerged=tops[:, 2] < self._surface.level,
+        )
 
     def save_state(self) -> object:
         """Return the slick's state and the last inputs."""

@@ -5,8 +5,10 @@ damping [s] (Kelvin-Voigt):
 
     T = max(0, EA / L (l - L + tau (dl/dt - dL/dt)))   while l > L, else 0.
 
-A line has no mass. Its force is computed anew in every sub-step of the rigid bodies, whose length h is chosen for it. Symplectic Euler with
-damping is stable while (h^2 + 2 h tau) EA / L w < 4, with w the sum over both ends of the speed along the line by unit impulse [1/kg].
+A line has no mass. Where T passes its breaking load, it parts, and holds nothing from then on. Mooring legs stand among the lines
+(`coupling.rigid.moorings`). The force of a line is computed anew in every sub-step of the rigid bodies, whose length h is chosen for
+it. Symplectic Euler with damping is stable while (h^2 + 2 h tau) EA / L w < 4, with w the sum over both ends of the speed along the line
+by unit impulse [1/kg].
 Lines that share bodies are stiffer together: there h^2 a + 2 h b < 4, with a the largest eigenvalue of sqrt(k_l k_m) w_lm, k = EA / L,
 b the same with k tau for k, and w_lm the speed at which line l grows by unit impulse along m.
 """
@@ -16,11 +18,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from scipy.sparse import csr_array
 
+from coupling.rigid.moorings.mooring_leg import MooringLeg
 from coupling.rigid.rotations import applied, cross, rotation_matrices
 
 Array = npt.NDArray[np.float64]
@@ -34,7 +38,8 @@ class ElasticLine:
 
     rows: of the two bodies; the second is -1 for the world. points: (2, 3) [m] of its ends, along each body's axes from its centre of mass
     (for the world, the point itself). stiffness: EA [N]; relaxation_time: tau [s]; length: L [m]; ordered_length [m]: at the end of the
-    next advance; laid_length [m]: at the start; tension [N]: mean over the last advance. Raises ValueError for values that are not above 0.
+    next advance; laid_length [m]: at the start; tension [N]: mean over the last advance; breaking_load [N]: tension beyond which it parts.
+    Raises ValueError for values that are not above 0.
     """
 
     rows: tuple[int, int]
@@ -45,10 +50,12 @@ class ElasticLine:
     ordered_length: float = field(init=False)
     laid_length: float = field(init=False)
     tension: float = 0.0
+    breaking_load: float = math.inf
+    parted: bool = False
 
     def __post_init__(self) -> None:
-        for name in ("stiffness", "length"):
-            if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0.0):
+        for name in ("stiffness", "length", "breaking_load"):
+            if not ((math.isfinite(getattr(self, name)) or name == "breaking_load") and getattr(self, name) > 0.0):
                 raise ValueError(f"{name} is {getattr(self, name)}, allowed: above 0")
         self.ordered_length = self.laid_length = self.length
 
@@ -59,12 +66,15 @@ class ElasticLine:
         held = np.array(self.rows)[:, None] >= 0
         return np.where(held, pose[rows, :3] + turned, self.points), np.where(held, turned, self.points)
 
-    def pull(self, pose: Array, twist: Array, payout_rate: float) -> tuple[float, Array]:
-        """Return the tension [N] and the wrenches (2, 6) [N, N m] on the bodies; pose (B, 7), twist (B, 6), payout_rate dL/dt [m/s]."""
+    def pull(self, pose: Array, twist: Array, payout_rate: float, *, settle: bool) -> tuple[float, Array]:
+        """Return the tension [N] and the wrenches (2, 6) [N, N m] on the bodies; pose (B, 7), twist (B, 6), payout_rate dL/dt [m/s].
+
+        With `settle` the line parts beyond its breaking load; else it is only asked.
+        """
         positions, arms = self.ends(pose)
         span = positions[1] - positions[0]
         distance = float(np.linalg.norm(span))
-        if distance <= self.length:
+        if self.parted or distance <= self.length:
             return 0.0, np.zeros((2, 6))
         along = span / distance
         rows = list(self.rows)
@@ -72,6 +82,7 @@ class ElasticLine:
         rate = float(sum(sign * v for sign, row, v in zip((-1.0, 1.0), rows, speed, strict=True) if row >= 0))
         stretch = distance - self.length + self.relaxation_time * (rate - payout_rate)
         tension = max(0.0, self.stiffness / self.length * stretch)
+        self.parted = settle and tension > self.breaking_load
         force = np.outer((1.0, -1.0), tension * along)
         return tension, np.hstack([force, cross(arms, force)])
 
@@ -82,24 +93,45 @@ class ElasticLine:
         along = span / max(float(np.linalg.norm(span)), 1e-12)
         total = np.zeros((len(pose), 6))
         for sign, row, arm in zip((-1.0, 1.0), self.rows, arms, strict=True):
-            if row >= 0:
+            if row >= 0 and not self.parted:
                 total[row] += sign * np.concatenate([along, np.cross(arm, along)])
         return total
 
-    def stiffest(self, pose: Array, inverse_mass: csr_array, sub_step: float) -> float:
-        """Return the largest EA [N] that is stable in sub-steps of that length [s]; pose (B, 7), inverse_mass (6 B, 6 B)."""
-        stretching = self.stretching(pose).ravel()
-        compliance = float(stretching @ (inverse_mass @ stretching))
-        if compliance == 0.0:
-            return math.inf
-        return STABLE * self.length / (compliance * (sub_step**2 + 2.0 * sub_step * self.relaxation_time))
+    def spring(self, pose: Array) -> float:
+        """Return the stiffness [N/m] of the taut line, however its bodies are placed."""
+        return self.stiffness / min(self.length, self.ordered_length)
+
+    def pay_out(self, length: float) -> None:
+        """Take the unstretched length [m]."""
+        self.length = length
+
+    def save_state(self) -> dict[str, Any]:
+        """Return lengths, tension, and whether the line parted, as plain data."""
+        return {name: getattr(self, name) for name in ("length", "ordered_length", "tension", "parted")}
+
+    def restore_state(self, state: Mapping[str, Any]) -> None:
+        """Go back to a state that `save_state` returned."""
+        self.length, self.ordered_length = float(state["length"]), float(state["ordered_length"])
+        self.tension, self.parted = float(state["tension"]), bool(state["parted"])
+
+
+Line = ElasticLine | MooringLeg
+
+
+def stiffest(line: Line, pose: Array, inverse_mass: csr_array, sub_step: float) -> float:
+    """Return the largest EA [N] that is stable in sub-steps of that length [s]; pose (B, 7), inverse_mass (6 B, 6 B)."""
+    stretching = line.stretching(pose).ravel()
+    compliance = float(stretching @ (inverse_mass @ stretching))
+    if compliance == 0.0:
+        return math.inf
+    return STABLE * line.length / (compliance * (sub_step**2 + 2.0 * sub_step * line.relaxation_time))
 
 
 class Lines:
     """The lines of one world by name, and their forces over an advance."""
 
     def __init__(self) -> None:
-        self._lines: dict[str, ElasticLine] = {}
+        self._lines: dict[str, Line] = {}
         self._payout_rate: dict[str, float] = {}
         self._impulse = np.zeros((0, 6))
 
@@ -108,11 +140,15 @@ class Lines:
         """Names of the lines, in the order in which they were added."""
         return tuple(self._lines)
 
-    def add(self, name: str, line: ElasticLine) -> None:
+    def add(self, name: str, line: Line) -> None:
         """Add a line; ValueError for a name that is in use."""
         if name in self._lines:
             raise ValueError(f"the line {name!r} is added twice, allowed: each name once")
         self._lines[name] = line
+
+    def __getitem__(self, name: str) -> Line:
+        """Return the line of that name."""
+        return self._lines[name]
 
     def length(self, name: str) -> float:
         """Return the present unstretched length [m]."""
@@ -123,11 +159,13 @@ class Lines:
         return self._lines[name].laid_length
 
     def longest_step(self, pose: Array, inverse_mass: csr_array) -> float:
-        """Return the longest sub-step [s] that is stable if all lines (one or more) are taut. pose (B, 7), inverse_mass (6 B, 6 B)."""
+        """Return the longest sub-step [s] that is stable if all lines (one or more) are taut, and legs as stiff as they are soon.
+
+        pose (B, 7), inverse_mass (6 B, 6 B).
+        """
         lines = self._lines.values()
         stretching = np.array([line.stretching(pose).ravel() for line in lines])
-        shortest = np.array([min(line.length, line.ordered_length) for line in lines])
-        stiffness = np.array([line.stiffness for line in lines]) / shortest
+        stiffness = np.array([line.spring(pose) for line in lines])
         compliance = stretching @ (inverse_mass @ stretching.T)
         elastic = _largest(compliance, stiffness)
         damping = _largest(compliance, stiffness * [line.relaxation_time for line in lines])
@@ -140,8 +178,8 @@ class Lines:
         self._lines[name].ordered_length = length
 
     def part(self, name: str) -> None:
-        """Take all stiffness from a line that parts."""
-        self._lines[name].stiffness = 0.0
+        """Let a line part: from now on it holds nothing."""
+        self._lines[name].parted = True
 
     def tension(self, name: str) -> float:
         """Return the mean tension [N] over the last advance."""
@@ -158,15 +196,19 @@ class Lines:
         """Return wrenches (B, 6) [N, N m] on all bodies over a sub-step [s], record them, and change lengths; pose (B, 7), twist (B, 6)."""
         total = self.present_pull(pose, twist, booked=sub_step)
         for name, line in self._lines.items():
-            line.length += self._payout_rate[name] * sub_step
+            if self._payout_rate[name] != 0.0:
+                line.pay_out(line.length + self._payout_rate[name] * sub_step)
         self._impulse += sub_step * total
         return total
 
     def present_pull(self, pose: Array, twist: Array, *, booked: float = 0.0) -> Array:
-        """Return the present wrenches (B, 6) [N, N m] on all bodies; records tensions for `booked` seconds. pose (B, 7), twist (B, 6)."""
+        """Return the present wrenches (B, 6) [N, N m] on all bodies; pose (B, 7), twist (B, 6).
+
+        With `booked` seconds it books tensions, and lets lines part and anchors drag.
+        """
         total = np.zeros((len(pose), 6))
         for name, line in self._lines.items():
-            tension, wrenches = line.pull(pose, twist, self._payout_rate.get(name, 0.0))
+            tension, wrenches = line.pull(pose, twist, self._payout_rate.get(name, 0.0), settle=booked > 0.0)
             line.tension += tension * booked
             for row, wrench in zip(line.rows, wrenches, strict=True):
                 if row >= 0:
@@ -176,23 +218,22 @@ class Lines:
     def end(self, duration: float) -> Array:
         """End the advance; return the mean wrenches (B, 6) [N, N m]."""
         for line in self._lines.values():
-            line.length = line.ordered_length
+            line.pay_out(line.ordered_length)
             line.tension /= duration
         return self._impulse / duration
 
-    def save_state(self) -> dict[str, tuple[float, float, float, float]]:
-        """Return length, ordered length, tension and payout rate by name."""
+    def save_state(self) -> dict[str, Any]:
+        """Return the state of each line and the rate at which it is paid out, by name."""
         return {
-            name: (line.length, line.ordered_length, line.tension, self._payout_rate.get(name, 0.0))
+            name: line.save_state() | {"payout_rate": self._payout_rate.get(name, 0.0)}
             for name, line in self._lines.items()
         }
 
-    def restore_state(self, state: Mapping[str, tuple[float, float, float, float]]) -> None:
+    def restore_state(self, state: Mapping[str, Any]) -> None:
         """Go back to a state that `save_state` returned."""
-        for name, (length, ordered, tension, rate) in state.items():
-            line = self._lines[name]
-            line.length, line.ordered_length, line.tension = length, ordered, tension
-            self._payout_rate[name] = rate
+        for name, saved in state.items():
+            self._lines[name].restore_state(saved)
+            self._payout_rate[name] = float(saved["payout_rate"])
 
 
 def _largest(compliance: Array, stiffness: Array) -> float:

@@ -22,7 +22,8 @@ from coupling.rigid.environment import Environment, MetEnvironment
 from coupling.rigid.holds import Holds
 from coupling.rigid.joint_answer import JointAnswer
 from coupling.rigid.joint_constraints import PointJoint
-from coupling.rigid.lines import ElasticLine, Lines
+from coupling.rigid.lines import ElasticLine, Line, Lines, stiffest
+from coupling.rigid.moorings.mooring_leg import Anchor, LegPart, MooringLeg
 from coupling.rigid.prescribed_motion import AT_REST, STILL, UPRIGHT, Motion, PrescribedMotion, Quaternion, Vector
 from coupling.rigid.rigid_state import RigidBodyState, pose_of, twist_of
 from coupling.rigid.step_length import SHORTEST, step_rate
@@ -225,22 +226,36 @@ class RigidBodyWorld:
         length: float,
         stiffness: float,
         relaxation_time: float = 0.0,
+        breaking_load: float = math.inf,
     ) -> None:
         """Add an elastic line from body_a to body_b (None: the world) between `points` of the world [m]; see `coupling.rigid.lines`.
 
-        length [m], stiffness [N], relaxation_time [s]. Raises ValueError for a line that is too stiff, with the largest stiffness allowed.
+        length [m], stiffness [N], relaxation_time [s], breaking_load [N]. Raises ValueError for a line that is too stiff, with the largest
+        stiffness allowed.
         """
         bodies = (self._body(body_a), None if body_b is None else self._body(body_b))
         places = [p if body is None else self._own_point(body, p) for body, p in zip(bodies, points, strict=True)]
         rows = tuple(-1 if body is None else body.row for body in bodies)
         line = ElasticLine((rows[0], rows[1]), np.array(places, dtype=np.float64), stiffness, relaxation_time, length)
-        stiffest = line.stiffest(self._state.pose, self._state.inverse_mass_matrix(), SHORTEST)
-        if stiffness > stiffest:
-            raise ValueError(
-                f"line {name!r}: stiffness is {stiffness:g} N, allowed: up to {stiffest:.3g} N for its bodies"
-            )
-        self.lines.add(name, line)
-        self._state.line_wrench = self.lines.present_pull(self._state.pose, self._state.twist)
+        line.breaking_load = breaking_load
+        self._string(name, line)
+
+    def add_mooring_leg(
+        self,
+        name: str,
+        body: str,
+        point: Vector,
+        parts: Sequence[LegPart],
+        anchor: Anchor,
+        *,
+        relaxation_time: float = 0.0,
+    ) -> None:
+        """Hold a body at `point` of the world [m] by a leg of `parts`, from there down, to an anchor; see `coupling.rigid.moorings`.
+
+        Raises ValueError for a leg that is too stiff, with the largest stiffness allowed.
+        """
+        held = self._body(body)
+        self._string(name, MooringLeg(held.row, self._own_point(held, point), tuple(parts), anchor, relaxation_time))
 
     def part_line(self, name: str) -> None:
         """Let an elastic line part: from now on it does not pull. ValueError for an unknown name."""
@@ -413,6 +428,16 @@ class RigidBodyWorld:
         if name not in self._bodies:
             raise ValueError(f"rigid bodies: body {name!r} does not exist, allowed: {', '.join(self._bodies)}")
         return self._bodies[name]
+
+    def _string(self, name: str, line: Line) -> None:
+        """Add a line to the others; ValueError for one that is too stiff to be stepped."""
+        limit = stiffest(line, self._state.pose, self._state.inverse_mass_matrix(), SHORTEST)
+        if line.stiffness > limit:
+            raise ValueError(
+                f"line {name!r}: stiffness is {line.stiffness:g} N, allowed: up to {limit:.3g} N for its bodies"
+            )
+        self.lines.add(name, line)
+        self._state.line_wrench = self.lines.present_pull(self._state.pose, self._state.twist)
 
     def _place(self, body: Body, motion: Motion) -> None:
         """Put a body where `motion` says."""

@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 
 from oilsim.backend.jit import FAST, inlined
 from oilsim.backend.simd import LANES, below, load, spread, store
+from oilsim.gradients.particle_sums import coverage_and_slope
 from oilsim.neighborhood.smoothing_kernels import SUPPORT
 
 # [d] distance from the wall at which a drop's contact begins; numerical; not on record
@@ -135,6 +136,15 @@ def wall_contact(begin, end, sums, rule, rate, reach, velocity, strength):
             velocity[1, i] -= beta * hy
             velocity[2, i] -= beta * hz
             strength[i] = beta
+
+
+@njit(**FAST)
+def sum_walls(begin, end, hood, coverage, slope):
+    """Fill coverage (N,) [1] and slope (3, N) [1/m] of `WallSums` at the particles' present positions; hood: `Neighborhood`."""
+    for i in range(begin, end):
+        coverage[i] = slope[0, i] = slope[1, i] = slope[2, i] = ZERO
+        if hood.walls.number[i] > 0:
+            coverage[i], (slope[0, i], slope[1, i], slope[2, i]) = coverage_and_slope(i, hood)
 
 
 @njit(**FAST)

@@ -16,6 +16,7 @@ from scenarios.setup.at_sea.build_sea import build_sea
 from scenarios.setup.at_sea.particle_free import without_particles
 from scenarios.setup.fleet import course_of, water_density
 from scenarios.setup.fluid import forcings_of, pipe_of, pipe_problems
+from scenarios.setup.moorings import leg_name
 from scenarios.signals.weather_inputs import set_current, set_wind
 
 
@@ -35,6 +36,7 @@ def give_orders(assembly: Assembly, scenario: Scenario) -> None:
         runs = scenario.vessels[station.vessel.name].engine == "running"
         station.vessel = replace(station.vessel, engine_runs=runs)
     _part(assembly, scenario)
+    _cast_off(assembly, scenario)
     assembly.scoring.take_orders([control.vessel for control in assembly.controls])
     for pipe in pipes:
         assembly.fluid.add_emitter(pipe)
@@ -57,6 +59,13 @@ def _part(assembly: Assembly, scenario: Scenario) -> None:
             if assembly.world is not None and joint in assembly.world.joint_names:
                 assembly.world.part_joint(joint)
                 assembly.scoring.take_parting(boom, number)
+
+
+def _cast_off(assembly: Assembly, scenario: Scenario) -> None:
+    """Let the mooring legs part that have parted in `scenario`."""
+    for name, leg in scenario.moorings.items():
+        if leg.parted and assembly.world is not None:
+            assembly.world.part_line(leg_name(name))
 
 
 def _environment(assembly: Assembly, scenario: Scenario) -> FloatingBodies | None:

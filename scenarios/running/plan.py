@@ -27,6 +27,7 @@ ORDER_KEYS = (
     "vessels.*.legs",
     "vessels.*.engine",
     "booms.*.parted",
+    "moorings.*.parted",
     "forcing.current.speed",
     "forcing.current.direction",
     "forcing.wind.speed",
@@ -245,7 +246,10 @@ def _why_unfelt(keys: Sequence[str], scenario: Scenario) -> str:
 
 
 def _mended(before: Mapping[str, Any], after: Mapping[str, Any]) -> Iterator[Problem]:
-    """Yield the booms of which joints would hold again that have parted."""
+    """Yield the booms of which joints, and the mooring legs that, would hold again but have parted."""
+    for name, leg in before.get("moorings", {}).items():
+        if leg["parted"] and not after["moorings"][name]["parted"]:
+            yield Problem(f"--set moorings.{name}.parted", "is false, allowed: true, because the leg has parted")
     for name, boom in before.get("booms", {}).items():
         mended = [number for number in boom["parted"] if number not in after["booms"][name]["parted"]]
         if mended:

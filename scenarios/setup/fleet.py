@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -15,8 +15,10 @@ from booms.deployment import BoomLayout, PlacedBody, PlacedJoint, PlacedLine, la
 from scenarios.problems import Problem
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import BoomSettings, VesselSettings, body_of
+from scenarios.schema.moorings import held_ends
 from scenarios.schema.quantity_fields import Point2
 from scenarios.schema.weather import horizontal
+from scenarios.setup.moorings import PlacedLeg, leg_name, place_moorings
 from scenarios.setup.placed_solids import Solid
 from vessels.course import Course, CourseLeg
 from vessels.hull import Hull, float_hull, raked_barge, wigley_hull
@@ -40,7 +42,7 @@ TOW_POINT = -0.4  # position from midships in the waterline, in lengths of the v
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Fleet:
-    """Vessels, booms, and the joints and lines between them.
+    """Vessels, booms, the joints and lines between them, and the mooring legs of all bodies.
 
     tension_joints: by boom and end, for example ``("main", "port")``, the joint or elastic line whose tension is the tow tension.
     """
@@ -50,6 +52,7 @@ class Fleet:
     solids: tuple[Solid, ...] = ()
     joints: tuple[PlacedJoint, ...] = ()
     lines: tuple[PlacedLine, ...] = ()
+    legs: tuple[PlacedLeg, ...] = ()
     tension_joints: Mapping[tuple[str, str], str] = field(default_factory=dict)
 
     def tensions_of(self, boom: str) -> dict[str, str]:
@@ -57,8 +60,11 @@ class Fleet:
         return {end: joint for (name, end), joint in self.tension_joints.items() if name == boom}
 
 
-def place_fleet(scenario: Scenario, water_level: float, problems: list[Problem]) -> Fleet:
-    """Place vessels and booms, afloat at `water_level` [m]; those that cannot float or be laid are added to `problems`."""
+def place_fleet(scenario: Scenario, water_level: float, own_solids: Sequence[Solid], problems: list[Problem]) -> Fleet:
+    """Place vessels and booms, afloat at `water_level` [m], and moor them and the `own_solids` of [bodies].
+
+    Those that cannot float or be laid are added to `problems`.
+    """
     vessels: dict[str, Vessel] = {}
     for name, settings in scenario.vessels.items():
         try:
@@ -89,6 +95,13 @@ def place_fleet(scenario: Scenario, water_level: float, problems: list[Problem])
         solids=tuple(solids),
         joints=tuple(joints),
         lines=tuple(lines),
+        legs=place_moorings(
+            scenario,
+            booms,
+            dict(zip(vessels, solids, strict=False)),
+            {solid.name: solid for solid in own_solids},
+            problems,
+        ),
         tension_joints=tensions,
     )
 
@@ -179,7 +192,8 @@ def _laid(
     """Lay a boom between its ends, and make it fast there."""
     boom = _boom(settings, scenario)
     places = [_boom_end(end, settings, vessels, water_level) for end in settings.ends]
-    if not any(isinstance(end, str) for end in settings.ends):
+    moored = held_ends(scenario.moorings, name, settings.segments)
+    if not any(isinstance(end, str) for end in settings.ends) and not any(moored):
         _require_slack(math.dist(*places), settings.length)
     bulge = bulge_of(settings, scenario)
     layout = lay_between(boom, places[0], places[1], water_level=water_level, name=f"boom/{name}", bulge=bulge)
@@ -187,6 +201,9 @@ def _laid(
     for index, (end, label) in enumerate(zip(settings.ends, settings.end_labels, strict=True)):
         segment, point = layout.segments[-index].name, layout.end_points[index]
         holds = f"boom/{name}/tow-{label}"
+        if not isinstance(end, str) and moored[index]:
+            ends.tensions[label] = _mooring_of(scenario, name, settings.segments * index)
+            continue
         if not isinstance(end, str):
             ends.joints.append(PlacedJoint(name=holds, body_a=segment, body_b=None, point=point))
             ends.tensions[label] = holds
@@ -207,6 +224,11 @@ def _laid(
         ends.joints += fast
         ends.tensions[label] = fast[-1].name
     return layout, ends
+
+
+def _mooring_of(scenario: Scenario, boom: str, joint: int) -> str:
+    """Return the first leg that holds a boom at a joint."""
+    return next(leg_name(name) for name, leg in scenario.moorings.items() if (leg.boom, leg.joint) == (boom, joint))
 
 
 def bulge_of(settings: BoomSettings, scenario: Scenario) -> Literal["left", "right"]:

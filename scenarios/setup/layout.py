@@ -23,6 +23,7 @@ from scenarios.setup.at_sea.particle_free import load_bodies
 from scenarios.setup.fill_lattice import empty_regions, placed_regions
 from scenarios.setup.fleet import LINE_RELAXATION_TIME, Fleet, place_fleet, water_density
 from scenarios.setup.fluid import clear_of, pipe_problems, sorted_by_hollow, water_level
+from scenarios.setup.moorings import add_legs
 from scenarios.setup.placed_solids import Solid, own_solids, table_entry, vector
 
 Array = NDArray[np.float64]
@@ -61,8 +62,9 @@ def lay_out(scenario: Scenario) -> Layout:
     problems += empty_regions(regions, fluid.particle_spacing)
     bare = not scenario.run.has_particles
     level = scenario.sea.level if bare and scenario.sea is not None else water_level(scenario, regions)
-    fleet = place_fleet(scenario, level, problems)
-    solids = (*own_solids(scenario, problems), *fleet.solids)
+    own = own_solids(scenario, problems)
+    fleet = place_fleet(scenario, level, own, problems)
+    solids = (*own, *fleet.solids)
     meshes = {solid.name: solid.world_mesh() for solid in solids if solid.wetted}
     positions = clear_of(meshes.values(), regions, scenario.tank, fluid.particle_spacing)
     envelopes = {solid.name: solid.world_mesh(solid.envelope) for solid in solids if solid.envelope is not None}
@@ -176,6 +178,7 @@ def _world(scenario: Scenario, solids: Sequence[Solid], fleet: Fleet, problems: 
         for joint_number in boom.parted if name in fleet.booms else ():
             world.part_joint(joint_name(name, joint_number))
     _add_lines(world, fleet, problems)
+    add_legs(world, fleet.legs, problems)
     problems += _overlaps(world, scenario.fluid.particle_spacing)
     return world
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from coupling.master.observer_dispatch import CommunicationPoint
 from coupling.participant import Causality, Participant
+from coupling.rigid.moorings.mooring_leg import MooringLeg
 from recordings.entity_paths import BOOM
 from recordings.frame import (
     BodyFrame,
@@ -55,7 +56,7 @@ class FrameReader:
         """Return the frame at a communication point; its particles must be asked for before the run goes on."""
         accounts = self._accounts
         scalars = accounts.figures.series() | dict(self._probes()) | accounts.scoring.series()
-        scalars |= accounts.coupling.series() | self._fmu_outputs()
+        scalars |= accounts.coupling.series() | self._moorings() | self._fmu_outputs()
         return Frame(
             index=point.index,
             time=point.time,
@@ -64,6 +65,16 @@ class FrameReader:
             read_phases=self._phases,
             read_lost=accounts.scoring.lost_ids,
         )
+
+    def _moorings(self) -> dict[str, float]:
+        """Return the tension [N] of each mooring leg, and how far [m] its anchor has dragged."""
+        world, series = self._simulators.world, dict[str, float]()
+        for leg in self._simulators.fleet.legs if world is not None else ():
+            assert world is not None
+            line = world.lines[leg.name]
+            assert isinstance(line, MooringLeg)
+            series |= {f"{leg.name}/tension": line.tension, f"{leg.name}/dragged": line.dragged}
+        return series
 
     def _fmu_outputs(self) -> dict[str, float]:
         """Return the outputs of each FMU, named ``fmus/winch/paid_out``; of an array, each element, once."""

@@ -1,7 +1,7 @@
 """Warnings of a run, each said once and by name.
 
-They are of solves that end before their tolerance is met, and of bodies that leave the tank, are too thin for their particles, or lie
-where liquid was to start.
+They are of solves that end before their tolerance is met, of bodies that leave the tank, are too thin for their particles, or lie where
+liquid was to start, of anchors that drag and of lines that part.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from coupling.rigid.moorings.mooring_leg import MooringLeg
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 from oilsim.advance_report import AdvanceReport
 from recordings.frame import EventLevel
@@ -17,6 +18,7 @@ from scenarios.setup.fill_lattice import misfits
 from scenarios.watch.boom_score import Notice
 
 TOLD = 2.0  # times a tolerance that a solve may leave before it is said: less is the same flow
+DRAGGED = 0.1  # [m] that an anchor moves before it is said to drag; an anchor that takes hold moves as far
 
 
 class Remarks:
@@ -47,7 +49,7 @@ class Remarks:
     def look(self, report: AdvanceReport | None) -> list[Notice]:
         """Return what is new after a step of which the fluid gave this report."""
         short = {} if report is None else dict(self._solves(report))
-        short |= self._thin | dict(self._bodies())
+        short |= self._thin | dict(self._bodies()) | dict(self._lines())
         found = dict(self._fills())
         found |= {about: Notice(text, level="warning", source=about) for about, text in short.items()}
         new = {about: remark for about, remark in found.items() if about not in self._made}
@@ -83,6 +85,19 @@ class Remarks:
                 text = f"stopped after {report.iterations[name]:.0f} {unit} per step with a mean compression of {error:.2g}"
                 keys = f"fluid.{name}_tolerance is {tolerance:.2g}, fluid.{name}_iterations {getattr(self._fluid, f'{name}_iterations')}"
                 yield f"fluid {name}", f"{text}; {keys} (reported once)"
+
+    def _lines(self) -> Iterator[tuple[str, str]]:
+        """Lines that have parted, and anchors that have dragged."""
+        if self._world is None:
+            return
+        for name in self._world.lines.names:
+            line = self._world.lines[name]
+            if line.parted:
+                yield f"{name} parted", "has parted, and holds nothing any more"
+            elif isinstance(line, MooringLeg) and line.dragged > DRAGGED:
+                pull = line.pull_now
+                text = f"drags its anchor: it is pulled by {pull.horizontal:.0f} N along the ground and {pull.at_anchor:.0f} N upwards"
+                yield f"{name} anchor", text
 
     def _bodies(self) -> Iterator[tuple[str, str]]:
         if self._world is None:

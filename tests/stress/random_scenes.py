@@ -19,6 +19,7 @@ Table = dict[str, Any]
 GRAVITY = 9.81
 LENGTH = 60.0  # sqrt(d / g) that a scene lasts
 TRIES = 40  # places tried for a body
+PAPER_SEED = 1_000_003  # added to a scene's seed for the draw of its scheme
 
 
 class Dice:
@@ -86,6 +87,8 @@ def random_scene(seed: int) -> Table:
         "fill": _fill(dice, size, spacing, speed, tuple(phases)),
         "forcing": _forcing(dice, size, gravity, speed, unit),
     }
+    if Dice(seed + PAPER_SEED).chance(0.1):  # a stream of its own: the other draws of a seed stay as they were
+        scene["fluid"] |= {"scheme": "paper", "sleep_speed": 0.0, "viscosity_correction": dice.choice(1.0, 1e4)}
     if plane:
         _flatten(scene)
     else:

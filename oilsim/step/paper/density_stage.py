@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oilsim.backend.thread_team import block_count, total
+from oilsim.boundaries.wall_contact import ContactRule, WallSums, sum_walls, wall_approach, wall_contact
 from oilsim.density.density_constraint import (
     LARGEST_MULTIPLIER,
     density_and_diagonal,
@@ -46,13 +47,34 @@ def constrain_density(
             if mean <= config.density_tolerance or iteration == config.density_iterations:
                 return iteration, mean, pushed
             run(density_push, count, hood, multiplier, push)
+            stopped = _stop_at_walls(tools, arrays, push)
             if reaction_time is not None:
                 pushed -= multiplier / np.float32(reaction_time)
-                _react(tools, arrays, multiplier, reaction_time)
+                _react(tools, arrays, multiplier - stopped / arrays.weight, reaction_time)
             position += push
             place_points(tools, arrays, state)
             run(density_constraint, count, hood, arrays.compression)
     raise AssertionError("the loop returns")
+
+
+def _stop_at_walls(tools: StepTools, arrays: StepArrays, push: Real) -> Real:
+    """Shorten, in place, pushes that would take particles across walls, which Alg. 2 does not forbid.
+
+    Liquid as stiff as the paper's (gamma = 1e4) presses single particles down a whole spacing. Returns beta (N,) [m2] of
+    `boundaries.wall_contact`: the walls took beta_i s_i of each push.
+    """
+    count, run, constants = push.shape[1], tools.team.run, tools.constants
+    beta = np.zeros(count, np.float32)
+    if not tools.walls.count:
+        return beta
+    spacing = np.float32(tools.config.particle_spacing)
+    sums = WallSums(np.empty(count, np.float32), np.empty_like(push), arrays.compression)
+    rule = ContactRule(constants.drop, constants.wall_coverages, constants.nearest_wall, spacing)
+    rate = np.empty(count, np.float32)
+    run(sum_walls, count, arrays.neighborhood, sums.coverage, sums.slope)
+    run(wall_approach, count, sums.slope, push, rate)
+    run(wall_contact, count, sums, rule, rate, spacing, push, beta)
+    return beta
 
 
 def _react(tools: StepTools, arrays: StepArrays, multiplier: Real, reaction_time: float) -> None:

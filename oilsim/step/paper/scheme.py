@@ -43,7 +43,15 @@ def paper_step(tools: StepTools, arrays: StepArrays, state: FluidState, time_ste
     divergence_iterations, divergence_error = correct_velocity(tools, arrays, state, time_step)
     state.pressure_impulse += pushed
     viscosity_iterations = apply_viscosity(tools, arrays, state, begin_viscosity(tools, state, time_step))
-    apply_wall_contact(tools, arrays, state, time_step)
+    _meet_walls(tools, arrays, state, time_step)
     return StepResult(
         time_step, density_iterations, divergence_iterations, viscosity_iterations, density_error, divergence_error
     )
+
+
+def _meet_walls(tools: StepTools, arrays: StepArrays, state: FluidState, time_step: float) -> None:
+    """Stop what the coming flight would take across a wall: the flight has gravity's share before anything can resist it."""
+    gravity = np.asarray(tools.config.gravity, np.float32)[:, None] * np.float32(time_step)
+    state.velocity += gravity
+    apply_wall_contact(tools, arrays, state, time_step)
+    state.velocity -= gravity

@@ -153,8 +153,15 @@ def _age(spill: Spill, oil: Oil, settings: SlickSettings) -> float:
 
 def _boom_bodies(name: str, layout: BoomLayout) -> BoomBodies:
     start, end = (vector(point) for point in layout.segment.joint_points)
-    foot = (0.0, 0.0, layout.segment.waterline - layout.boom.skirt_depth)
-    return BoomBodies(name=name, bodies=tuple(one.name for one in layout.segments), start=start, end=end, foot=foot)
+    waterline = layout.segment.waterline
+    return BoomBodies(
+        name=name,
+        bodies=tuple(one.name for one in layout.segments),
+        start=start,
+        end=end,
+        foot=(0.0, 0.0, waterline - layout.boom.skirt_depth),
+        top=(0.0, 0.0, waterline + layout.boom.freeboard),
+    )
 
 
 def _boom(name: str, layout: BoomLayout, bodies: BoomBodies) -> Boom:

@@ -80,7 +80,7 @@ def test_a_moored_boom_is_laid_down_the_current_or_as_stated(bulge: str | None, 
         {"booms__inlet__bulge": bulge} if bulge else {}
     )
     problems: list[Any] = []
-    fleet = place_fleet(changed(**entries), 0.8, problems)
+    fleet = place_fleet(changed(**entries), 0.8, (), problems)
     assert not problems
     middle = fleet.booms["inlet"].segments[6].position[0]
     assert side * (middle - 3.0) > 0.5

@@ -1,0 +1,103 @@
+"""Moorings: legs of chain and rope from booms, vessels and floating bodies down to anchors on the ground."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from oilsim.quantity import quantity, quantity_of
+from scenarios.problems import Problem, unknown
+from scenarios.schema.exercise import BoomSettings
+from scenarios.schema.quantity_fields import Point2, Section, exactly_one
+from vessels.ground_tackle import AnchorSize, Rope
+
+
+@dataclass(frozen=True, kw_only=True)
+class PartSettings(Section):
+    """A length of chain or rope.
+
+    length, diameter  [m]; the diameter of a chain is that of its bar
+    material          "chain" (grade 2), "wire", "polyester", "nylon" or "polypropylene" (which floats; its lift is left out)
+    breaking_load     [N] of used rope; by default that of new rope
+    """
+
+    material: Literal["chain", "wire", "polyester", "nylon", "polypropylene"]
+    length: float = quantity_of(Rope, "length")
+    diameter: float = quantity_of(Rope, "diameter")
+    breaking_load: float | None = quantity("N", default=None, above=0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class MooringSettings(Section):
+    """A mooring leg from a boom, a vessel or a floating body to an anchor on the ground.
+
+    boom     a boom, made fast at
+    joint    its joint of this number, counted from its first end: 0 is the first end, `segments` the second; an end at a fixed point of
+             `ends` then starts there, and only its moorings hold it
+    vessel   a vessel, made fast at
+    at       its bow, stern, port or starboard side, at the height of the deck; or
+    body     a body of [bodies], made fast at its lowest point
+    anchor   (x, y) [m] where the anchor lies on the ground at the start
+    ground   "sand", "mud", "clay" or "rock"; it is flat, at the depth of the sea or of the tank
+    kind     "fluke" (Danforth and its like), "stockless" (a ship's), "weight" (concrete), or "fixed" (a pile, a rock bolt), which never
+             drags unless it has a `holding`
+    mass     [kg] of the anchor
+    holding  [N] holding power under a level pull, as tested; by default that of its kind, mass and ground (page "Moorings")
+    parts    chains and ropes, from the anchor up
+    parted   whether the leg is cast off or broken
+    """
+
+    boom: str | None = None
+    joint: int = quantity("", default=0, at_least=0.0, whole=True)
+    vessel: str | None = None
+    at: Literal["bow", "stern", "port", "starboard"] = "bow"
+    body: str | None = None
+    anchor: Point2 = quantity("m")
+    ground: Literal["sand", "mud", "clay", "rock"] = "sand"
+    kind: Literal["fluke", "stockless", "weight", "fixed"] = "fluke"
+    mass: float | None = quantity_of(AnchorSize, "mass", default=None)
+    holding: float | None = quantity("N", default=None, above=0.0)
+    parts: tuple[PartSettings, ...]
+    parted: bool = False
+
+    def problems(self) -> Iterator[Problem]:
+        """Check that the leg holds one thing, has parts, and has an anchor that finds hold in its ground."""
+        yield from exactly_one(self, "boom", "vessel", "body")
+        if self.joint and self.boom is None:
+            yield Problem("joint", "is given, allowed: only with boom")
+        if not self.parts:
+            yield Problem("parts", "is empty, allowed: one part or more, from the anchor up")
+        if self.kind != "fixed" and self.mass is None:
+            yield Problem("mass", f'is missing, allowed: the mass [kg] of an anchor of the kind "{self.kind}"')
+        if self.kind in ("fluke", "stockless") and self.ground == "rock" and self.holding is None:
+            text = f'is "{self.kind}", which finds no hold on rock; allowed there: "weight", "fixed", or a holding as tested'
+            yield Problem("kind", text)
+
+
+def held_ends(moorings: Mapping[str, MooringSettings], boom: str, segments: int) -> tuple[bool, bool]:
+    """Return whether moorings hold the first and the second end of a boom."""
+    joints = {leg.joint for leg in moorings.values() if leg.boom == boom}
+    return 0 in joints, segments in joints
+
+
+def mooring_problems(
+    moorings: Mapping[str, MooringSettings], booms: Mapping[str, BoomSettings], names: Mapping[str, tuple[str, ...]]
+) -> Iterator[Problem]:
+    """Yield the problems between moorings and what they hold; `names` has all that the scenario defines, by table."""
+    for name, leg in moorings.items():
+        path = f"moorings.{name}"
+        for what in ("boom", "vessel", "body"):
+            held, table = getattr(leg, what), {"boom": "booms", "vessel": "vessels", "body": "bodies"}[what]
+            if held is not None and held not in names[table]:
+                yield Problem(f"{path}.{what}", f"is {held!r}, which {unknown(held, names[table], what)}")
+        boom = booms.get(leg.boom or "")
+        if boom is None:
+            continue
+        if leg.joint > boom.segments:
+            text = f"is {leg.joint}, allowed: 0 to {boom.segments}, the segments of boom {leg.boom!r}"
+            yield Problem(f"{path}.joint", text)
+        end = {0: boom.ends[0], boom.segments: boom.ends[1]}.get(leg.joint)
+        if isinstance(end, str):
+            text = f"is {leg.joint}, the end that vessel {end!r} holds; allowed: another joint, or an end at a point"
+            yield Problem(f"{path}.joint", text)

@@ -1,0 +1,151 @@
+"""Lays mooring legs: where they are made fast, the ground they lie on, and what is wrong with them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from booms.deployment import BoomLayout
+from coupling.rigid.moorings.mooring_leg import Anchor, LegPart
+from coupling.rigid.rigid_body_world import RigidBodyWorld
+from scenarios.problems import Problem
+from scenarios.scenario import Scenario
+from scenarios.schema.exercise import body_of
+from scenarios.schema.moorings import MooringSettings, PartSettings
+from scenarios.setup.placed_solids import Solid, vector
+from vessels.ground_tackle import Rope, laid_anchor, leg_part
+
+Array = NDArray[np.float64]
+
+LEG_RELAXATION_TIME = 0.02  # [s], as of an elastic line; the water around what is moored damps more
+ENTRY = "moorings"  # names of legs in the run: moorings/NAME
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PlacedLeg:
+    """A mooring leg: its body, the point (3,) [m] of the world where it is made fast, parts from there down, and the anchor."""
+
+    name: str
+    body: str
+    point: Array
+    parts: tuple[LegPart, ...]
+    anchor: Anchor
+    parted: bool = False
+
+
+def leg_name(mooring: str) -> str:
+    """Return the name of a leg among the lines of the world."""
+    return f"{ENTRY}/{mooring}"
+
+
+def ground_level(scenario: Scenario) -> float | None:
+    """Return the height [m] of the ground: of the sea in a run without particles, else of the tank's floor; None without one."""
+    if not scenario.run.has_particles and scenario.sea is not None:
+        return scenario.sea.level - scenario.sea.depth
+    return None if "-z" in scenario.tank.open else scenario.tank.lower[2]
+
+
+def place_moorings(
+    scenario: Scenario,
+    booms: Mapping[str, BoomLayout],
+    vessels: Mapping[str, Solid],
+    bodies: Mapping[str, Solid],
+    problems: list[Problem],
+) -> tuple[PlacedLeg, ...]:
+    """Lay all legs; those that cannot be are added to `problems`. vessels and bodies: by the names of their tables."""
+    legs = []
+    ground = ground_level(scenario)
+    for name, settings in scenario.moorings.items():
+        path = f"{ENTRY}.{name}"
+        if ground is None:
+            text = 'lies on no ground: the tank is open below; allowed: a tank with a floor, or a [sea] and run.detail = "none"'
+            problems.append(Problem(f"{path}.anchor", text))
+            continue
+        fast = _fast(settings, booms, vessels, bodies)
+        if fast is None:
+            continue  # it is already among the problems
+        body, point = fast
+        parts = tuple(_part(part) for part in reversed(settings.parts))
+        place = (*settings.anchor, ground)
+        fault = _fault(parts, point, place)
+        if fault:
+            problems.append(Problem(f"{path}.parts", fault))
+            continue
+        anchor = laid_anchor(settings.kind, settings.mass or 0.0, settings.ground, place, settings.holding)
+        legs.append(
+            PlacedLeg(name=leg_name(name), body=body, point=point, parts=parts, anchor=anchor, parted=settings.parted)
+        )
+    return tuple(legs)
+
+
+def add_legs(world: RigidBodyWorld, legs: tuple[PlacedLeg, ...], problems: list[Problem]) -> None:
+    """Add the legs to the world; a leg that is too stiff to be stepped is a problem."""
+    for leg in legs:
+        try:
+            world.add_mooring_leg(
+                leg.name, leg.body, vector(leg.point), leg.parts, leg.anchor, relaxation_time=LEG_RELAXATION_TIME
+            )
+        except ValueError as error:
+            problems.append(Problem(f"{leg.name.replace('/', '.')}.parts", f"cannot be used: {error}"))
+            continue
+        if leg.parted:
+            world.part_line(leg.name)
+
+
+def _part(part: PartSettings) -> LegPart:
+    return leg_part(part.material, Rope(length=part.length, diameter=part.diameter), part.breaking_load)
+
+
+def _fast(
+    settings: MooringSettings,
+    booms: Mapping[str, BoomLayout],
+    vessels: Mapping[str, Solid],
+    bodies: Mapping[str, Solid],
+) -> tuple[str, Array] | None:
+    """Return the body that a leg holds and the point (3,) [m] where; None for one that could not be placed."""
+    if settings.boom is not None:
+        layout = booms.get(settings.boom)
+        return None if layout is None else _boom_joint(layout, settings.joint)
+    if settings.vessel is not None:
+        vessel = vessels.get(settings.vessel)
+        return None if vessel is None else (body_of(settings.vessel), _deck_point(vessel, settings.at))
+    body = bodies.get(settings.body or "")
+    if body is None:
+        return None
+    vertices = body.world_mesh().vertices
+    return body.name, np.array([*body.placed.position[:2], float(vertices[:, 2].min())])
+
+
+def _boom_joint(layout: BoomLayout, joint: int) -> tuple[str, Array]:
+    """Return the segment and the point (3,) [m] of a joint, counted from the first end."""
+    count = len(layout.segments)
+    segment = layout.segments[min(joint, count - 1)].name
+    if joint in (0, count):
+        return segment, layout.end_points[0 if joint == 0 else 1]
+    return segment, np.array(layout.joints[joint - 1].point)
+
+
+def _deck_point(vessel: Solid, at: str) -> Array:
+    """Return a point (3,) [m] of the world on a vessel's deck edge, over its centreline or its middle."""
+    low, high = vessel.placed.mesh.bounds
+    middle = 0.5 * (low + high)
+    x = {"bow": high[0], "stern": low[0]}.get(at, middle[0])
+    y = {"port": high[1], "starboard": low[1]}.get(at, middle[1])
+    qx, qy, qz, qw = vessel.placed.orientation
+    heading = math.atan2(2.0 * (qx * qy + qw * qz), 1.0 - 2.0 * (qy * qy + qz * qz))
+    c, s = math.cos(heading), math.sin(heading)
+    return vessel.placed.position + np.array([c * x - s * y, s * x + c * y, high[2]])
+
+
+def _fault(parts: tuple[LegPart, ...], point: Array, place: tuple[float, float, float]) -> str:
+    """Say why a leg does not reach from its anchor to its upper end; empty if it does."""
+    chord, length = math.dist(point, place), sum(part.length for part in parts)
+    if point[2] < place[2]:
+        return f"begin {place[2] - point[2]:.3g} m under the ground, allowed: an upper end above it"
+    if length < chord:
+        return f"are {length:.4g} m long together, allowed: {chord:.4g} m or more, the distance of the anchor"
+    return ""

@@ -1,0 +1,132 @@
+"""Moorings of a scenario: what they hold, how they drag and part, and what is refused."""
+
+from __future__ import annotations
+
+import tomllib
+
+import pytest
+
+from scenarios.load import scenario_from
+from scenarios.problems import ScenarioError
+from scenarios.running.assembly import build
+from scenarios.setup.layout import lay_out
+
+BASE = """
+name = "moored"
+[run]
+duration = 10.0
+communication_step = 0.1
+detail = "none"
+[fluid]
+particle_spacing = 0.25
+[phases.water]
+density = 1027.0
+dynamic_viscosity = 1.05e-3
+[tank]
+lower = [-60.0, -60.0, -10.0]
+upper = [60.0, 60.0, 6.0]
+[sea]
+depth = 8.0
+"""
+BUOY = """
+[bodies.buoy]
+shape = "sphere"
+radius = 0.5
+density = 300.0
+position = [0.0, 0.0, 0.2]
+"""
+BOOM = """
+[booms.main]
+ends = [[0.0, 9.0], [0.0, -9.0]]
+length = 20.0
+segments = 8
+skirt_depth = 0.5
+freeboard = 0.3
+ballast_fraction = 0.5
+"""
+LEG = 'anchor = [25.0, 0.0]\nmass = 25.0\nparts = [{ material = "chain", length = 30.0, diameter = 0.013 }]\n'
+
+
+def problems_of(text: str) -> dict[str, str]:
+    with pytest.raises(ScenarioError) as caught:
+        lay_out(scenario_from(tomllib.loads(text)))
+    return {problem.path: problem.text for problem in caught.value.problems}
+
+
+def test_leg_hangs_from_what_it_holds_to_the_ground() -> None:
+    text = (
+        BASE
+        + BUOY
+        + BOOM
+        + f'[moorings.buoy]\nbody = "buoy"\n{LEG}[moorings.first]\nboom = "main"\n{LEG}[moorings.inner]\nboom = "main"\njoint = 3\n{LEG}'
+    )
+    layout = lay_out(scenario_from(tomllib.loads(text)))
+    buoy, first, inner = layout.fleet.legs
+    assert buoy.point == pytest.approx([0.0, 0.0, -0.3], abs=5e-3)
+    assert buoy.anchor.place == (25.0, 0.0, -8.0)
+    assert (first.body, inner.body) == ("boom/main/segment-00", "boom/main/segment-03")
+    assert first.point == pytest.approx(layout.fleet.booms["main"].end_points[0])
+    assert inner.point == pytest.approx(layout.fleet.booms["main"].joints[2].point)
+    joints = layout.world.joint_names
+    assert "boom/main/tow-end-0" not in joints  # the moored end is held by its leg alone
+    assert "boom/main/tow-end-1" in joints
+    assert layout.fleet.tension_joints["main", "end-0"] == "moorings/first"
+    assert set(layout.world.lines.names) == {"moorings/buoy", "moorings/first", "moorings/inner"}
+
+
+def test_dragging_and_parting_are_told_once_and_read() -> None:
+    weak = LEG.replace("mass = 25.0", "mass = 25.0\nholding = 1.0").replace("25.0, 0.0]", "28.9, 0.0]")
+    text = (
+        BASE
+        + '[sea.current]\nkind = "steady"\nspeed = 1.0\ndirection_deg = 180.0\n'
+        + BUOY
+        + f'[moorings.weak]\nbody = "buoy"\n{weak}'
+    )
+    snapping = weak.replace("holding = 1.0", 'kind = "fixed"').replace("0.013", "0.013, breaking_load = 300.0")
+    assembly = build(scenario_from(tomllib.loads(text + f'[moorings.snapping]\nbody = "buoy"\n{snapping}')))
+    simulation = assembly.co_simulation()
+    simulation.initialize()
+    told = []
+    for _ in range(60):
+        simulation.step()
+        told += [f"{notice.source}: {notice.text}" for notice in assembly.remarks.look(None)]
+    lines = assembly.world.lines
+    assert lines["moorings/snapping"].parted
+    assert lines["moorings/weak"].dragged > 0.1
+    assert sum("snapping parted" in text for text in told) == 1
+    assert sum("drags its anchor" in text for text in told) == 1
+    simulation.terminate()
+
+
+def test_everything_wrong_is_told_at_once() -> None:
+    text = BASE.replace("upper = [60.0, 60.0, 6.0]", 'upper = [60.0, 60.0, 6.0]\nopen = ["-z"]') + BUOY + BOOM
+    text += '[moorings.a]\nbody = "boy"\n' + LEG
+    text += '[moorings.b]\nboom = "main"\nbody = "buoy"\n' + LEG
+    text += '[moorings.c]\nbody = "buoy"\nground = "rock"\n' + LEG
+    text += '[moorings.d]\nboom = "main"\njoint = 9\n' + LEG
+    text += '[moorings.e]\nbody = "buoy"\nanchor = [99.0, 0.0]\nparts = []\n'
+    long = LEG.replace("length = 30.0", "length = 3000.0")
+    text += f'[moorings.f]\nbody = "buoy"\n{long}'
+    found = problems_of(text)
+    assert found["moorings.a.body"] == "is 'boy', which is no body, did you mean 'buoy'? allowed: buoy"
+    assert found["moorings.b.body"] == "is given beside boom, allowed: one of boom or vessel or body"
+    assert "finds no hold on rock" in found["moorings.c.kind"]
+    assert found["moorings.d.joint"] == "is 9, allowed: 0 to 8, the segments of boom 'main'"
+    assert found["moorings.e.parts"] == "is empty, allowed: one part or more, from the anchor up"
+    assert found["moorings.e.mass"] == 'is missing, allowed: the mass [kg] of an anchor of the kind "fluke"'
+    assert found["moorings.f.parts.0.length"] == "is 3000.0, allowed: above 0 and at most 2000 m"
+
+
+def test_ground_and_length_are_checked_when_everything_has_its_place() -> None:
+    short = LEG.replace("length = 30.0", "length = 20.0")
+    found = problems_of(BASE + BUOY + f'[moorings.short]\nbody = "buoy"\n{short}')
+    assert (
+        found["moorings.short.parts"] == "are 20 m long together, allowed: 26.16 m or more, the distance of the anchor"
+    )
+    bottomless = BASE.replace('detail = "none"', "").replace("6.0]\n", '6.0]\nopen = ["-z"]\n', 1)
+    water = '[fill.sea]\nshape = "slab"\nphase = "water"\nbottom = -1.0\ntop = 0.0\n'
+    coarse = bottomless.replace("particle_spacing = 0.25", "particle_spacing = 5.0").replace(
+        "bottom = -1.0", "bottom = -10.0"
+    )
+    found = problems_of(coarse + water.replace("-1.0", "-10.0") + BUOY + f'[moorings.deep]\nbody = "buoy"\n{LEG}')
+    assert found["moorings.deep.anchor"].startswith("lies on no ground: the tank is open below")
