@@ -76,13 +76,13 @@ def load_bodies(world: RigidBodyWorld, sea: Sea, fleet: Fleet, solids: Sequence[
 def _models_of_fleet(fleet: Fleet) -> Iterator[tuple[str, LoadModel]]:
     from booms.loads import segment_loads
     from scenarios.schema.exercise import body_of
-    from vessels.loads import hull_loads
+    from vessels.loads import hull_loads, with_superstructure
 
     for layout in fleet.booms.values():
         model = segment_loads(layout.segment, layout.boom)
         yield from ((segment.name, model) for segment in layout.segments)
     for vessel in fleet.vessels:
-        yield body_of(vessel.name), hull_loads(vessel.hull)
+        yield body_of(vessel.name), with_superstructure(hull_loads(vessel.hull), vessel.superstructure)
 
 
 def loads_of_mesh(mesh: Trimesh, properties: MassProperties, water_density: float) -> LoadModel:
