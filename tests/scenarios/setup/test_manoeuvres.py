@@ -134,7 +134,7 @@ def test_zig_zag_overshoots_within_the_criterion(ahead: Trial) -> None:
     drive = ahead.control.vessel.drive
     ahead.control.vessel = replace(ahead.control.vessel, drive=drive.limited(ten))
     try:
-        for _ in range(200):
+        for _ in range(300):
             ahead.run(0.2, yaw_moment=side * 1e6)
             off = ahead.motion[-1, 2] - begin
             extremes.append(off)
