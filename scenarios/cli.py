@@ -14,12 +14,11 @@ from collections.abc import MutableSequence, Sequence
 
 from recordings.errors import RecordingError
 from scenarios.commands import (
-    build_fmu,
     check,
     compare,
+    conduct,
     debrief,
     export,
-    export_fmu,
     list,
     oils,
     order,
@@ -27,20 +26,23 @@ from scenarios.commands import (
     replay,
     report,
     run,
-    signals,
     sweep,
     verify,
 )  # fmt: skip
+from scenarios.commands.fmus import build_fmu, export_fmu, signals
 from scenarios.exit_codes import BAD_INPUT, INTERRUPTED
 from scenarios.problems import ScenarioError
 
 COMMANDS = (
-    list, oils, check, run, order, sweep, replay, debrief, compare, verify, report, export, repair, signals, build_fmu, export_fmu,
+    list, oils, check, run, conduct, order, sweep, replay, debrief, compare, verify, report, export, repair,
+    signals, build_fmu, export_fmu,
 )  # fmt: skip
 
 
 EXTRAS = {
     "fmpy": ("FMUs", "fmu"),
+    "starlette": ("the console of `oilsim conduct`", "conduct"),
+    "uvicorn": ("the console of `oilsim conduct`", "conduct"),
     "shapely": ("outlines of slicks", "export"),
     "vtkmodules": ("films for ParaView", "export"),
 }  # packages that oilsim runs without, for what they are needed, and the extra that installs them

@@ -10,7 +10,6 @@ from __future__ import annotations
 import shutil
 import subprocess
 import sys
-import tempfile
 import uuid
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -22,6 +21,7 @@ from typing import Literal
 import fmpy
 from fmpy.validation import validate_fmu
 
+from coupling.fmu.temporary_folder import temporary_folder
 from recordings.own_programs import module_command, module_environment
 
 Version = Literal[2, 3]
@@ -86,7 +86,7 @@ def export_fmu(content: FmuContent, path: str | Path, version: Version) -> None:
     except metadata.PackageNotFoundError as cause:
         text = f"{package} is not installed, needed for FMI {version}: pip install 'oilsim[fmu]'"
         raise FmuExportError(text) from cause
-    with tempfile.TemporaryDirectory(prefix="oilsim-fmu-") as folder:
+    with temporary_folder("fmu") as folder:
         built = _build(content, version, Path(folder))
         problems = validate_fmu(str(built))
         if problems:

@@ -30,6 +30,7 @@ from fmpy.model_description import ModelVariable
 from coupling.fmu.log_messages import FmuMessages
 from coupling.fmu.model_description import read_description
 from coupling.fmu.participant_slave import ENDED
+from coupling.fmu.temporary_folder import temporary_folder
 from coupling.fmu.trial_process import is_own_process, suspected_folder, try_out
 from coupling.fmu.variables import FLOATS, grouped, variables_of, whole
 from coupling.participant import Causality, Status, StepResult, Variable, checked_value
@@ -163,7 +164,7 @@ class FmuParticipant:
     def _instantiate(self) -> FMU2Slave | FMU3Slave:
         """Create a new instance, unpacked into a folder of its own."""
         description = self._description
-        self._folder = tempfile.TemporaryDirectory(prefix="oilsim-fmu-", ignore_cleanup_errors=True)
+        self._folder = temporary_folder("fmu")
         fmpy.extract(str(self._path), self._folder.name)
         kind = FMU2Slave if description.fmiVersion.startswith("2") else FMU3Slave
         with chdir(Path.cwd()):  # FMPy goes to the binary's folder, and stays there if it cannot load it

@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from coupling.fmu.fmu_participant import Array, FmuParticipant
+from coupling.fmu.temporary_folder import temporary_folder
 from coupling.fmu.trial_process import STOPPING, is_own_process
 from coupling.participant import StepResult, Variable
 from recordings.own_programs import module_command, module_environment
@@ -139,7 +140,7 @@ class IsolatedFmu:
             self._end()
 
     def _start(self) -> None:
-        self._folder = tempfile.TemporaryDirectory(prefix="oilsim-fmu-", ignore_cleanup_errors=True)
+        self._folder = temporary_folder("fmu")
         self._child = subprocess.Popen(
             module_command(__name__),
             env=module_environment() | _ONE_THREAD | {"TMPDIR": self._folder.name},

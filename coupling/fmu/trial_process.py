@@ -10,6 +10,7 @@ import tempfile
 import threading
 from collections.abc import Sequence
 
+from coupling.fmu.temporary_folder import temporary_folder
 from recordings.own_programs import module_command, module_environment
 
 STOPPING = (
@@ -28,7 +29,7 @@ def try_out(module: str, arguments: Sequence[str]) -> str:
 
     Its temporary files are removed, however it ends.
     """
-    with tempfile.TemporaryDirectory(prefix="oilsim-trial-", ignore_cleanup_errors=True) as folder:
+    with temporary_folder("trial") as folder:
         try:
             done = subprocess.run(
                 module_command(module, *arguments),

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from oilsim.physical_constants import SEA_WATER_DENSITY
 from oilsim.quantity import quantity, require
 from oilsim.slick.account import SlickAccount, take_account
-from oilsim.slick.barriers import Barrier, Barriers
+from oilsim.slick.barriers import Barrier, Barriers, Immersion
 from oilsim.slick.crossing import beside, first_crossings, moving_sweep, resting_sweep
 from oilsim.slick.loss_cause import LossCause, LossRate, Pools, no_loss
 from oilsim.slick.losses import Losses
@@ -116,12 +116,12 @@ class Slick:
                 f"release: the oil's density is {oil.density:g} kg/m3, allowed: below {self.settings.water_density:g} kg/m3"
             )
 
-    def move(self, name: str, nodes: ArrayLike, draft: ArrayLike | None = None) -> None:
-        """Say where a barrier's nodes (N, 2) [m] are at the end of the next step, and a boom's draft (S,) [m].
+    def move(self, name: str, nodes: ArrayLike, immersion: Immersion | None = None) -> None:
+        """Say where a barrier's nodes (N, 2) [m] are at the end of the next step, and how a boom sits in the water.
 
         Raises ValueError for an unknown name and for values that cannot be.
         """
-        self.barriers.move(name, nodes, draft)
+        self.barriers.move(name, nodes, immersion)
 
     def step(
         self,
@@ -232,7 +232,7 @@ class Slick:
         self.parcels.restore_state(saved["parcels"])
         self.barriers.restore_state(saved["barriers"])
         self.losses.restore_state(saved["losses"])
-        self.pools = saved["pools"]
+        self.pools = Pools(*saved["pools"])  # a checkpoint's file holds a plain tuple
         self._random.bit_generator.state = saved["random"]
         self._released = saved["released"]
 

@@ -46,7 +46,7 @@ def left_out(scenario: Scenario) -> tuple[str, ...]:
     if scenario.run.has_particles:
         return ()
     names = [f"fill.{name}" for name, fill in scenario.fill.items() if not scenario.phases[fill.phase].is_oil]
-    names += [f"emitters.{name}" for name in scenario.emitters]
+    names += [f"emitters.{name}" for name, pipe in scenario.emitters.items() if not scenario.phases[pipe.phase].is_oil]
     names += [f"probes.{name}" for name, probe in scenario.probes.items() if not isinstance(probe, BodyProbe)]
     return (LEFT_OUT.format(", ".join(names)),) if names else ()
 

@@ -1,0 +1,35 @@
+"""Folders of unpacked FMUs, which do not outlive the processes that made them for long."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import tempfile
+from pathlib import Path
+
+FOLDER = re.compile(r"oilsim-(?:fmu|trial)-(\d+)-\w+")
+
+
+def temporary_folder(kind: str) -> tempfile.TemporaryDirectory[str]:
+    """Make a folder, named after this process, that goes with the object returned; `kind` is "fmu" or "trial".
+
+    A process that is killed leaves its folders behind. The next call, by any process of the same user, removes them.
+    """
+    place = Path(tempfile.gettempdir())
+    for left in place.glob("oilsim-*"):
+        named = FOLDER.fullmatch(left.name)
+        if named and not left.is_symlink() and left.stat().st_uid == os.getuid() and not _runs(int(named[1])):
+            shutil.rmtree(left, ignore_errors=True)
+    return tempfile.TemporaryDirectory(prefix=f"oilsim-{kind}-{os.getpid()}-", ignore_cleanup_errors=True)
+
+
+def _runs(process: int) -> bool:
+    """Tell whether a process of that number runs."""
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        pass
+    return True
