@@ -1,4 +1,4 @@
-"""A run without particles (`run.detail = "none"`): the sea by formulas, and bodies that it loads.
+"""A run without particles, or outside its window (`run.detail`): the sea by formulas, and bodies that it loads.
 
 The liquid of the scenario is not simulated. A scenario without a [sea] gets one from its tank and its [forcing], so that any exercise can
 be run both ways.
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from scenarios.setup.fleet import Fleet
     from scenarios.setup.placed_solids import Solid
 
-LEFT_OUT = 'run.detail is "none": oil is a slick of parcels, and the sea is formulas, so {} is left out'
+LEFT_OUT = 'run.detail is "{}": oil is a slick of parcels, and the sea is formulas, so {} is left out'
 
 
 def without_particles(scenario: Scenario) -> Scenario:
@@ -48,7 +48,7 @@ def left_out(scenario: Scenario) -> tuple[str, ...]:
     names = [f"fill.{name}" for name, fill in scenario.fill.items() if not scenario.phases[fill.phase].is_oil]
     names += [f"emitters.{name}" for name in scenario.emitters]
     names += [f"probes.{name}" for name, probe in scenario.probes.items() if not isinstance(probe, BodyProbe)]
-    return (LEFT_OUT.format(", ".join(names)),) if names else ()
+    return (LEFT_OUT.format(scenario.run.detail, ", ".join(names)),) if names else ()
 
 
 def load_bodies(world: RigidBodyWorld, sea: Sea, fleet: Fleet, solids: Sequence[Solid]) -> None:
