@@ -26,6 +26,7 @@ from oilsim.forcing import Current, Zone
 from oilsim.initial_conditions import block
 from oilsim.phases import Phase
 from oilsim.solver import Fluid
+from tests.validation.bodies.boom_losses import drivers
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.scenes import WATER_DENSITY
 
@@ -134,6 +135,17 @@ def stream(resolution: int, bench: Bench, speed: float, jitter: int = 0) -> Slic
     return Slice(fluid, current, boom, ContainmentTracker(options), ClosureLosses(closures))
 
 
+def closures_alone() -> tuple[Double, Double]:
+    """Speeds (n,) [m/s] and the share of the pool (n,) that the closures' formulas lose while the current grows."""
+    closures, step = Closures(skirt_depth=DRAFT), 0.02
+    speeds, held, lost = np.arange(BEGIN, END, GROWTH * step), POOL, []
+    for speed in speeds:
+        rate = closures.rates(drivers(float(speed), DRAFT, np.array([held])), OIL).sum()
+        held -= float(rate) * step
+        lost.append(1.0 - held / POOL)
+    return speeds, np.array(lost)
+
+
 def boom_slice(resolution: int, bench: Bench) -> Outcome:
     """Case 43: the current grows from `BEGIN` to `END`."""
     bench.plan(SETTLED + (END - BEGIN) / GROWTH)
@@ -154,17 +166,19 @@ def boom_slice(resolution: int, bench: Bench) -> Outcome:
     beyond = np.flatnonzero(rate > GROSS)
     gross = float(steps[beyond[0]] + 0.5 * SMOOTH) if len(beyond) else math.nan
     name = f"{resolution / 2:g} spacings of draft"
-    total = passed[-1]
+    total, (steady, alone) = passed[-1], closures_alone()
     return Outcome(
         values={
             "speed of the first loss": first,
             "gross over first loss": gross / first,
             "loss a minute at 1.1 kn": float(np.interp(1.1 * knot, steps + 0.5 * SMOOTH, rate)),
+            "loss over that of the closures alone": float(share[-1] / alone[-1]),
             "modelled part": float((modelled[-1] - modelled[0]) / total) if total > 0.0 else math.nan,
         },
         traces=(
             trace("rate", (steps + 0.5 * SMOOTH) / knot, 100.0 * rate, name),
             trace("lost", speeds / knot, 100.0 * share, name),
+            trace("lost", steady / knot, 100.0 * alone, "closures alone", reference=True),
         ),
     )
 
@@ -207,6 +221,7 @@ BOOM_SLICE = Case(
         ),
         Quantity(name="gross over first loss", unit="1", reference=1.4, scale=0.2),
         Quantity(name="loss a minute at 1.1 kn", unit="1", reference=0.1),
+        Quantity(name="loss over that of the closures alone", unit="1", reference=1.0),
         Quantity(name="modelled part", unit="1", reference=1.0),
     ),
     panels=(
