@@ -26,6 +26,7 @@ from oilsim.step.paper.scheme import paper_step
 from oilsim.step.schemes import split_step
 from oilsim.step.stages.advection import advect
 from oilsim.step.stages.forcing import apply_forcings
+from oilsim.step.step_result import StepResult
 from oilsim.step.step_tools import StepTools
 from oilsim.step.time_step import (
     cfl_time_step,
@@ -252,8 +253,7 @@ class Fluid(FluidView):
         """Begin a step if none has begun, and fly on for its rest, but not for more than `left`; returns for how long [s]."""
         state = self.state
         if state.to_fly == 0.0:
-            is_void = len(state.id) == 0 and not self.emitters  # nothing moves, and nothing will
-            wanted = left if is_void else self._time_step()
+            wanted = left if self._is_void else self._time_step()
             state.step = state.to_fly = equal_steps(left, wanted) if self._keeps_step() else wanted
         flight = state.to_fly if state.to_fly <= left * (1.0 + 1e-9) else left
         with self.tools.stage("emitters"):
@@ -266,7 +266,9 @@ class Fluid(FluidView):
     def _end_step(self) -> None:
         """Run the stages of a step where its flight ends."""
         time_step = self.state.step
-        if self.config.scheme == "paper":
+        if self._is_void:
+            result = StepResult(time_step, 0, 0, 0, 0.0, 0.0)
+        elif self.config.scheme == "paper":
             result = paper_step(self.tools, self.arrays, self.state, time_step, self._drive)
         else:
             result = split_step(self.tools, self.arrays, self.state, self._solver, time_step, self._drive, self._driven)
@@ -275,6 +277,11 @@ class Fluid(FluidView):
             self._remove_outflow()
         self.tools.walls.drift(time_step)
         self._unreported.results.append(result)
+
+    @property
+    def _is_void(self) -> bool:
+        """True if there is no liquid, and never will be."""
+        return len(self.state.id) == 0 and not self.emitters
 
     @property
     def _driven(self) -> bool:

@@ -22,6 +22,7 @@ from coupling.participants.plan_barriers import BoomBodies, HullBody
 from oilsim.slick.barriers import Immersion
 from oilsim.slick.loss_cause import LossCause, LossRate, no_loss
 from oilsim.slick.slick import Slick
+from oilsim.slick.spill_source import SpillSource
 from oilsim.slick.surface_flow import SurfaceFlow
 
 Array = npt.NDArray[np.float64]
@@ -56,7 +57,8 @@ class SlickParticipant:
     """Steps a `Slick` whose barriers named by `booms` and `hulls` follow bodies; see the module for its variables.
 
     flow: motion of floating oil; water: that of the water at the booms' depth, the same if None; loss_rate: closures; surface: from
-    which the draft of booms is measured, by default flat at the height 0. Releases and recovery are calls of the slick,
+    which the draft of booms is measured, by default flat at the height 0; sources: oil that runs out; more may be appended to
+    `sources` between steps. Releases and recovery are calls of the slick,
     between steps. Raises ValueError for a boom that the slick does not have, or has with another number of segments.
     """
 
@@ -71,7 +73,9 @@ class SlickParticipant:
         loss_rate: LossRate = no_loss,
         water: SurfaceFlow | None = None,
         surface: Surface | None = None,
+        sources: Sequence[SpillSource] = (),
     ) -> None:
+        self.sources = list(sources)
         self._name, self._slick, self._surface = name, slick, surface or FlatSurface()
         self._flow, self._water, self._loss_rate = flow, water, loss_rate
         self._booms, self._hulls = tuple(booms), tuple(hulls)
@@ -180,6 +184,8 @@ class SlickParticipant:
     def do_step(self, time: float, step_size: float) -> StepResult:
         """Go from `time` to `time + step_size` [s] in one step of the slick."""
         self._move_barriers(time + step_size)
+        for source in self.sources:
+            source.pour(self._slick, time, step_size)
         self._slick.step(self._flow, time, step_size, self._loss_rate, water=self._water)
         self.observe()
         return StepResult(Status.OK, time + step_size)
@@ -203,8 +209,12 @@ class SlickParticipant:
         )
 
     def save_state(self) -> object:
-        """Return the slick's state and the last inputs."""
-        return {"slick": self._slick.save_state(), "inputs": {name: one.copy() for name, one in self._inputs.items()}}
+        """Return the state of slick and sources, and the last inputs."""
+        return {
+            "slick": self._slick.save_state(),
+            "sources": [source.save_state() for source in self.sources],
+            "inputs": {name: one.copy() for name, one in self._inputs.items()},
+        }
 
     def restore_state(self, state: object) -> None:
         """Go back to a state that `save_state` returned; TypeError for anything else."""
@@ -213,6 +223,8 @@ class SlickParticipant:
                 f"{self._name!r}: restore_state got a {type(state).__name__}, allowed: a state that save_state returned"
             )
         self._slick.restore_state(state["slick"])
+        for source, saved in zip(self.sources, state["sources"], strict=True):
+            source.restore_state(saved)
         self._inputs = {name: value.copy() for name, value in state["inputs"].items()}
         self.observe()
 

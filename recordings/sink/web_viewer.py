@@ -16,10 +16,15 @@ _STOP_SECONDS = 5.0
 
 @dataclass(frozen=True)
 class WebViewer:
-    """A viewer that is served: `page` is the address for browsers, `feed` the one to which a run is sent."""
+    """A viewer that is served: its files are at `origin`, its page there with `query`, and a run is sent to `feed`."""
 
-    page: str
+    origin: str
     feed: str
+
+    @property
+    def query(self) -> str:
+        """The part of the page's address that tells it what to show."""
+        return f"url={quote(self.feed, safe='')}&hide_welcome_screen=1"
 
 
 @contextmanager
@@ -32,9 +37,7 @@ def web_viewer() -> Iterator[WebViewer]:
         wait_for_port(port, process)
         wait_for_port(page_port, process)
         feed = f"rerun+http://{LOOPBACK}:{port}/proxy"
-        yield WebViewer(
-            page=f"http://{LOOPBACK}:{page_port}/?url={quote(feed, safe='')}&hide_welcome_screen=1", feed=feed
-        )
+        yield WebViewer(origin=f"http://{LOOPBACK}:{page_port}", feed=feed)
     finally:
         process.terminate()
         try:

@@ -46,7 +46,7 @@ def conduct(errand: Errand, vessels: Sequence[str], options: ConsoleOptions) -> 
     access = Access(vessels, options.password)
     with (
         socket.create_server((options.host, options.port), backlog=BACKLOG) as listener,
-        _scene(options.shows_scene) as viewer,
+        _scene(options) as viewer,
     ):
         host, port = listener.getsockname()[:2]
         addresses = addresses_of(access, host, port)
@@ -54,7 +54,8 @@ def conduct(errand: Errand, vessels: Sequence[str], options: ConsoleOptions) -> 
         if options.opens:
             with suppress(webbrowser.Error):
                 webbrowser.open(addresses["instructor"])
-        asyncio.run(_serve(replace(errand, viewer=viewer.feed), access, listener, viewer.page))
+        shown = errand if viewer is None else replace(errand, viewer=viewer.feed)
+        asyncio.run(_serve(shown, access, listener, viewer))
     return 0
 
 
@@ -65,11 +66,11 @@ def addresses_of(access: Access, host: str, port: int) -> Mapping[str, str]:
 
 
 @contextmanager
-def _scene(is_wanted: bool) -> Iterator[WebViewer]:
-    """Serve the 3-D view within the block; its addresses are empty where it is not wanted, or does not start, which is told."""
+def _scene(options: ConsoleOptions) -> Iterator[WebViewer | None]:
+    """Serve the 3-D view within the block; None where it is not wanted, or others can reach this machine, or it does not start."""
     with ExitStack() as stack:
-        viewer = WebViewer("", "")
-        if is_wanted:
+        viewer = None
+        if options.shows_scene and options.host == LOOPBACK:
             try:
                 viewer = stack.enter_context(web_viewer())
             except ViewerError as error:
@@ -77,8 +78,8 @@ def _scene(is_wanted: bool) -> Iterator[WebViewer]:
         yield viewer
 
 
-async def _serve(errand: Errand, access: Access, listener: socket.socket, view: str) -> None:
-    """Serve pages, with the 3-D view at the address `view`, until told to end."""
+async def _serve(errand: Errand, access: Access, listener: socket.socket, view: WebViewer | None) -> None:
+    """Serve pages, with the 3-D view `view`, until told to end."""
     host = listener.getsockname()[0]
     server: PageServer | None = None
 

@@ -24,10 +24,12 @@ from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from recordings.sink.web_viewer import WebViewer
 from scenarios.conduct.access import Access, Role
 from scenarios.conduct.commands import read_command, read_object
 from scenarios.conduct.page_link import PageLink
 from scenarios.conduct.session import Session
+from scenarios.conduct.viewer_files import ViewerFiles
 from scenarios.problems import ScenarioError
 
 MOST_PAGES = 40  # [1] open at a time
@@ -38,7 +40,7 @@ MOST_FAULTS = 20  # [1] messages that cannot be read, before a page is closed
 CLOSED_TOKEN, CLOSED_MANY, CLOSED_FAULTS = 4401, 4429, 4400  # codes with which a page is closed
 _HEADERS = {
     "content-security-policy": "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
-    "connect-src 'self'; frame-src 'self' blob: http://127.0.0.1:*; frame-ancestors 'none'; base-uri 'none'; form-action 'none'",
+    "connect-src 'self'; frame-src 'self' blob:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'",
     "x-content-type-options": "nosniff",
     "referrer-policy": "no-referrer",
     "cache-control": "no-store",
@@ -48,12 +50,15 @@ _HEADERS = {
 class PageServer:
     """Serves the pages of a session."""
 
-    def __init__(self, access: Access, session: Session, *, hosts: list[str], viewer: str = "") -> None:
-        """`hosts` are the names by which browsers may call this machine; `viewer`: address of the 3-D view, empty without one."""
-        self._access, self._session, self._viewer = access, session, viewer
+    def __init__(self, access: Access, session: Session, *, hosts: list[str], viewer: WebViewer | None = None) -> None:
+        """`hosts` are the names by which browsers may call this machine; `viewer`: the 3-D view, None without one."""
+        self._access, self._session = access, session
+        self._viewer = "" if viewer is None else f"/viewer/?{viewer.query}"
         self._pages: set[PageLink] = set()
         self._strangers = 0
         self._tasks: set[asyncio.Task[None]] = set()
+        shown = None if viewer is None else ViewerFiles(viewer.origin)
+        view = [] if shown is None else [Route(f"/viewer/{name}", shown.answer) for name in ("", "{name}")]
         page = files("scenarios.conduct").joinpath("page")
         self._index = Path(str(page)) / "index.html"
         self.application = Starlette(
@@ -62,6 +67,7 @@ class PageServer:
                 Route("/debrief/{name}", self._debrief),
                 WebSocketRoute("/live", self._live),
                 Mount("/page", StaticFiles(directory=str(page))),
+                *view,
             ],
             middleware=[Middleware(TrustedHostMiddleware, allowed_hosts=hosts), Middleware(_SecurityHeaders)],
         )
@@ -186,8 +192,9 @@ class _SecurityHeaders:
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         async def answer(message: Message) -> None:
             if message["type"] == "http.response.start":
+                own = {key for key, _ in message["headers"]}
                 headers = [(key.encode(), value.encode()) for key, value in _HEADERS.items()]
-                message["headers"] = [*message["headers"], *headers]
+                message["headers"] = [*message["headers"], *(pair for pair in headers if pair[0] not in own)]
             await send(message)
 
         await self._app(scope, receive, answer if scope["type"] == "http" else send)

@@ -236,8 +236,10 @@ def _why_unfelt(keys: Sequence[str], scenario: Scenario) -> str:
     table, is_bare = keys[0], not scenario.run.has_particles
     if table == "tow" and scenario.tow is None:
         return "changes tow, but the run was started without it; allowed: tables that the run has"
-    if table == "emitters" and is_bare:
-        return f'cannot be ordered: run.detail is "{scenario.run.detail}", and no liquid flows in; allowed: with particles everywhere'
+    if table == "emitters" and is_bare and not any(phase.is_oil for phase in scenario.phases.values()):
+        return (
+            f'cannot be ordered: run.detail is "{scenario.run.detail}", and no phase is oil; allowed: in runs with oil'
+        )
     if table == "forcing" and is_bare and scenario.sea is not None:
         return "is not felt: the weather is that of [sea]; allowed: sea.current, sea.wind, sea.waves"
     if table == "sea" and scenario.run.detail == "window":

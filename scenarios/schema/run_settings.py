@@ -66,7 +66,8 @@ class RecordingSettings(Section):
     water_every          liquid that is not oil is recorded in every so many frames; by default in every second one of a scenario
                          with oil, which is recorded in all, and else in all
     checkpoint_interval  [s] simulated, after which the whole state is saved beside the recording, so that the run can go on from
-                         there; 0: only when asked for by SIGUSR1, and at the end
+                         there; 0: only when asked for by SIGUSR1, and at the end; by default 1 s, and 10 s in a run without particles,
+                         in which saving takes longer than simulating a second
     checkpoints_kept     when there would be more, every second one is deleted and the interval doubles; the first and the last stay,
                          and so do those that were asked for, so that --at reaches every time as before, from farther back
     """
@@ -74,7 +75,7 @@ class RecordingSettings(Section):
     frame_rate: float = quantity("1/s", default=30.0, above=0.0, at_most=1e6)
     precision: float | None = quantity("m", default=None, at_least=0.0)
     water_every: int | None = quantity("", default=None, at_least=1, whole=True)
-    checkpoint_interval: float = quantity("s", default=1.0, at_least=0.0)
+    checkpoint_interval: float | None = quantity("s", default=None, at_least=0.0)
     checkpoints_kept: int = quantity("", default=100, at_least=3, whole=True)
 
 

@@ -38,7 +38,9 @@ def without_particles(scenario: Scenario) -> Scenario:
     steady = sea.current if isinstance(sea.current, SteadySeaCurrent) else None
     current = None if steady is None else CurrentSettings(speed=steady.speed, direction=steady.direction)
     probes = {name: probe for name, probe in scenario.probes.items() if isinstance(probe, BodyProbe)}
-    return replace(scenario, fill={}, emitters={}, probes=probes, sea=sea, forcing=ForcingSettings(current=current))
+    fluid = replace(scenario.fluid, sleep_speed=0.0)  # regions of a whole sea without water would cost a step's time
+    forcing = ForcingSettings(current=current)
+    return replace(scenario, fluid=fluid, fill={}, emitters={}, probes=probes, sea=sea, forcing=forcing)
 
 
 def left_out(scenario: Scenario) -> tuple[str, ...]:
@@ -46,7 +48,7 @@ def left_out(scenario: Scenario) -> tuple[str, ...]:
     if scenario.run.has_particles:
         return ()
     names = [f"fill.{name}" for name, fill in scenario.fill.items() if not scenario.phases[fill.phase].is_oil]
-    names += [f"emitters.{name}" for name in scenario.emitters]
+    names += [f"emitters.{name}" for name, pipe in scenario.emitters.items() if not scenario.phases[pipe.phase].is_oil]
     names += [f"probes.{name}" for name, probe in scenario.probes.items() if not isinstance(probe, BodyProbe)]
     return (LEFT_OUT.format(scenario.run.detail, ", ".join(names)),) if names else ()
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from scenarios.conduct.access import MOST_FAILURES, Access, Role
 from scenarios.conduct.commands import LONGEST, read_command, read_object
-from scenarios.conduct.history import MOST_ROWS, History
+from scenarios.conduct.history import MOST_ROWS, MOST_STATES, Album, History
 from scenarios.conduct.latest import LatestSender
 from scenarios.conduct.plan_view import LOST, MOST_SPOTS, spots_of_particles
 from scenarios.problems import ScenarioError
@@ -106,6 +106,18 @@ def test_history_stays_small_and_forgets_what_a_branch_takes_back() -> None:
     assert MOST_ROWS // 2 <= len(history.rows) <= MOST_ROWS
     history.take({"time": 100.0, "vessels": {}, "booms": {}})
     assert history.rows[-1]["time"] <= 100.0
+
+
+def test_album_finds_the_nearest_moment_and_stays_small() -> None:
+    album = Album()
+    assert album.nearest(1.0) is None
+    for number in range(5 * MOST_STATES):
+        album.take(float(number), str(number))
+    found = album.nearest(701.3)
+    assert found is not None
+    assert abs(float(found) - 701.3) <= 8.0
+    album.take(100.0, "again")
+    assert album.nearest(1e6) in ("again", "96")
 
 
 def test_spots_of_particles_have_their_volume() -> None:
