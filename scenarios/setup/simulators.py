@@ -26,6 +26,7 @@ from scenarios.setup.placed_solids import Solid, table_entry
 from scenarios.setup.thin_bodies import thin_bodies
 
 if TYPE_CHECKING:
+    from booms.recovery.skimming import SkimmingParticipant
     from coupling.participants.slick import SlickParticipant
     from oilsim.window.window import Window
 
@@ -38,7 +39,8 @@ class Simulators:
     wrench with the fluid, and `bodies` how they do; tank: the fluid's handle of the tank's sides, None without closed ones; world: None
     if nothing is coupled; left_out: what bodies take of the liquid at the start, in words, by region; thin: what is to be told of bodies
     too thin for their particles and of booms, by name; notes: what was mended of bodies' meshes, and a sea that is not used, in words;
-    slick: the oil of a run without particles, None without any; window: the particles of a run at sea, None in other runs.
+    slick: the oil of a run without particles, None without any; skimmers: what takes it off the water; window: the particles of a run at
+    sea, None in other runs.
     """
 
     scenario: Scenario
@@ -54,6 +56,7 @@ class Simulators:
     thin: Mapping[str, str]
     notes: tuple[str, ...]
     slick: SlickParticipant | None = None
+    skimmers: tuple[SkimmingParticipant, ...] = ()
     window: Window | None = None
 
     def positions(self, phase: str, time: float) -> NDArray[np.float32]:
@@ -78,6 +81,7 @@ def build_simulators(scenario: Scenario) -> Simulators:
     wetted = [] if not scenario.run.has_particles else [solid for solid in solids if solid.wetted]
     samplings = _sampled(wetted, scenario.fluid.particle_spacing)
     handles = _wet(fluid, wetted, samplings, coupled)
+    slick = _slick(written, layout)
     return Simulators(
         scenario=scenario,
         level=layout.level,
@@ -93,7 +97,8 @@ def build_simulators(scenario: Scenario) -> Simulators:
         if not scenario.run.has_particles
         else thin_bodies(solids, samplings, scenario.fluid.particle_spacing) | boom_remarks(scenario, layout.level),
         notes=(*(note for solid in solids for note in solid.notes), *unused_sea(scenario), *left_out(written)),
-        slick=_slick(written, layout),
+        slick=slick,
+        skimmers=_skimmers(written, layout, slick),
     )
 
 
@@ -105,7 +110,7 @@ def _with_window(written: Scenario, scenario: Scenario, layout: Layout) -> Simul
     window = build_window(written, layout.sea)
     wetted = [solid for solid in layout.solids if solid.wetted]
     samplings = _sampled(wetted, scenario.fluid.particle_spacing)
-    target = target_of(written.window.target, layout.fleet)
+    target, slick = target_of(written.window.target, layout.fleet), _slick(written, layout)
     return Simulators(
         scenario=scenario,
         level=layout.level,
@@ -119,7 +124,8 @@ def _with_window(written: Scenario, scenario: Scenario, layout: Layout) -> Simul
         left_out=layout.left_out,
         thin={},
         notes=(*(note for solid in layout.solids for note in solid.notes), *left_out(written)),
-        slick=_slick(written, layout),
+        slick=slick,
+        skimmers=_skimmers(written, layout, slick),
         window=window,
     )
 
@@ -132,6 +138,15 @@ def _slick(written: Scenario, layout: Layout) -> SlickParticipant | None:
 
     with problems_of("fill", "cannot become a slick"):
         return build_slick(written, layout.sea, layout.fleet.booms)
+
+
+def _skimmers(written: Scenario, layout: Layout, slick: SlickParticipant | None) -> tuple[SkimmingParticipant, ...]:
+    """Build the skimmers, whose code is imported only if there are some."""
+    if not written.skimmers:
+        return ()
+    from scenarios.setup.at_sea.skimmers import build_skimmers
+
+    return build_skimmers(written, slick, layout.fleet.booms)
 
 
 def _sampled(solids: Sequence[Solid], particle_spacing: float) -> dict[int, SurfaceSampling]:
