@@ -16,9 +16,11 @@ from scenarios.schema import (
     liquid,
     moorings,
     probe_settings,
+    recovery,
     run_settings,
     sea,
     weather,
+    window,
 )
 from scenarios.schema.quantity_fields import Section, field_kinds
 from scenarios.schema.structuring import SUFFIXES
@@ -120,6 +122,7 @@ CHAPTERS: tuple[tuple[str, tuple[type[Section], ...]], ...] = (
     ("sea.wind", get_args(sea.SeaWind)),
     ("sea.langmuir", (sea.LangmuirSettings,)),
     ("sea.turbulence", (sea.TurbulenceSettings,)),
+    ("window", (window.WindowTable,)),
     ("bodies.NAME", get_args(bodies.Body)),
     ("bodies.NAME.motion", get_args(bodies.Motion)),
     ("vessels.NAME", (exercise.VesselSettings,)),
@@ -129,6 +132,7 @@ CHAPTERS: tuple[tuple[str, tuple[type[Section], ...]], ...] = (
     ("booms.NAME", (exercise.BoomSettings,)),
     ("moorings.NAME", (moorings.MooringSettings,)),
     ("moorings.NAME.parts", (moorings.PartSettings,)),
+    ("skimmers.NAME", (recovery.SkimmerSettings,)),
     ("criteria.KEY", (criteria.CriterionSettings,)),
     ("probes.NAME", get_args(probe_settings.Probe)),
     ("fmus.NAME", (fmu_settings.FmuSettings,)),
