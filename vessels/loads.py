@@ -20,7 +20,6 @@ from oilsim.loads.load_model import LoadModel, Part, Station
 from oilsim.loads.strip_coefficients import heave_added_mass, heave_wave_damping, sway_added_mass
 from oilsim.physical_constants import GRAVITY
 from vessels.hull import Hull
-from vessels.vessel import Superstructure
 
 Array = NDArray[np.float64]
 
@@ -76,16 +75,16 @@ def hull_loads(hull: Hull, strips: int = STRIPS) -> LoadModel:
     return LoadModel(parts=parts, stations=tuple(stations))
 
 
-def with_superstructure(model: LoadModel, superstructure: Superstructure | None) -> LoadModel:
-    """Return the load model of a hull with what stands on its deck in the wind, the same from every side."""
-    if superstructure is None or superstructure.area == 0.0:
-        return model
-    area = superstructure.drag_coefficient * superstructure.area
+def with_superstructure(model: LoadModel, area: float, drag: float, center: tuple[float, float, float]) -> LoadModel:
+    """Return the load model of a hull with what stands on its deck in the wind, the same from every side.
+
+    area [m2] and its drag coefficient; center (3,) [m] in the body frame.
+    """
     above = Station(
-        place=np.array(superstructure.center),
+        place=np.array(center),
         drag_area=np.zeros(3),
-        wind_area=np.array([area, area, 0.0]),
-        half_height=0.5 * math.sqrt(superstructure.area),
+        wind_area=drag * area * np.array([1.0, 1.0, 0.0]),
+        half_height=0.5 * math.sqrt(area),
     )
     return LoadModel(parts=model.parts, stations=(*model.stations, above))
 

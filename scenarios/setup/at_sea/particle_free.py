@@ -84,7 +84,10 @@ def _models_of_fleet(fleet: Fleet) -> Iterator[tuple[str, LoadModel]]:
         model = segment_loads(layout.segment, layout.boom)
         yield from ((segment.name, model) for segment in layout.segments)
     for vessel in fleet.vessels:
-        yield body_of(vessel.name), with_superstructure(hull_loads(vessel.hull), vessel.superstructure)
+        model, above = hull_loads(vessel.hull), vessel.superstructure
+        if above is not None and above.area > 0.0:
+            model = with_superstructure(model, above.area, above.drag_coefficient, above.center)
+        yield body_of(vessel.name), model
 
 
 def loads_of_mesh(mesh: Trimesh, properties: MassProperties, water_density: float) -> LoadModel:
