@@ -20,7 +20,6 @@ from scenarios.commands import (
     debrief,
     export,
     list,
-    oils,
     order,
     repair,
     replay,
@@ -29,17 +28,19 @@ from scenarios.commands import (
     sweep,
     verify,
 )  # fmt: skip
+from scenarios.commands.catalogues import booms, oils
 from scenarios.commands.fmus import build_fmu, export_fmu, signals
 from scenarios.exit_codes import BAD_INPUT, INTERRUPTED
 from scenarios.problems import ScenarioError
 
 COMMANDS = (
-    list, oils, check, run, conduct, order, sweep, replay, debrief, compare, verify, report, export, repair,
+    list, oils, booms, check, run, conduct, order, sweep, replay, debrief, compare, verify, report, export, repair,
     signals, build_fmu, export_fmu,
 )  # fmt: skip
 
 
 EXTRAS = {
+    "distributed": ("sweeps on a Dask cluster", "cluster"),
     "fmpy": ("FMUs", "fmu"),
     "starlette": ("the console of `oilsim conduct`", "conduct"),
     "uvicorn": ("the console of `oilsim conduct`", "conduct"),

@@ -35,6 +35,7 @@ from scenarios.schema.liquid import (
 from scenarios.schema.moorings import MooringSettings, mooring_problems
 from scenarios.schema.probe_settings import BodyProbe, Probe
 from scenarios.schema.quantity_fields import Vector
+from scenarios.schema.recovery import SkimmerSettings, skimmer_problems
 from scenarios.schema.run_settings import RunSettings
 from scenarios.schema.weather import CurrentSettings, ForcingSettings, WaveSettings, WindSettings, ZoneSettings
 
@@ -42,7 +43,19 @@ NAME_PATTERN = r"[A-Za-z0-9][A-Za-z0-9_-]*"
 NAME_ALLOWED = "letters, digits, '-' and '_', beginning with a letter or digit"
 MESH_SUFFIXES = (".stl", ".obj", ".ply", ".glb")  # as of coupling.solids.mesh_files, which takes a second to import
 MOST_PARTICLES = 1e8  # some 300 GB of memory
-NAMED_TABLES = ("phases", "fill", "emitters", "bodies", "vessels", "booms", "moorings", "criteria", "probes", "fmus")
+NAMED_TABLES = (
+    "phases",
+    "fill",
+    "emitters",
+    "bodies",
+    "vessels",
+    "booms",
+    "moorings",
+    "skimmers",
+    "criteria",
+    "probes",
+    "fmus",
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,6 +75,7 @@ class Parts:
     vessels: Mapping[str, VesselSettings] = field(default_factory=dict)
     booms: Mapping[str, BoomSettings] = field(default_factory=dict)
     moorings: Mapping[str, MooringSettings] = field(default_factory=dict)
+    skimmers: Mapping[str, SkimmerSettings] = field(default_factory=dict)
     tow: TowSettings | None = None
     criteria: Mapping[str, CriterionSettings] = field(default_factory=dict)
     probes: Mapping[str, Probe] = field(default_factory=dict)
@@ -80,6 +94,7 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
     if parts.tank is not None:
         yield from _places(parts, parts.tank)
     yield from _losses(parts)
+    yield from _skimmers(parts)
     if parts.fluid is not None:
         yield from _sizes(parts, parts.fluid)
         yield from _explicit(parts.fluid, parts.phases.values())
@@ -257,6 +272,14 @@ def _losses(parts: Parts) -> Iterator[Problem]:
             if boom.losses == "closures" and waters and phase.is_oil and phase.rest_density >= waters[0]:
                 text = f'is "closures" with {oil!r} of {phase.rest_density:g} kg/m3 on water of {waters[0]:g}'
                 yield Problem(f"booms.{name}.losses", f'{text}, allowed: with lighter oil, else "resolved"')
+
+
+def _skimmers(parts: Parts) -> Iterator[Problem]:
+    """Check what carries skimmers, and that the run has no particles, which they cannot take."""
+    segments = {name: parts.booms[name].segments if name in parts.booms else 0 for name in parts.names["booms"]}
+    yield from skimmer_problems(parts.skimmers, dict.fromkeys(parts.names["vessels"]), segments)
+    if parts.names["skimmers"] and parts.run is not None and parts.run.has_particles:
+        yield Problem("skimmers", 'is given, allowed: with run.detail = "none"; skimmers take parcels, not particles')
 
 
 def _sizes(parts: Parts, fluid: FluidSettings) -> Iterator[Problem]:

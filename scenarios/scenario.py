@@ -22,6 +22,7 @@ from scenarios.schema.liquid import Fill, FluidSettings, PhaseSettings, PipeEmit
 from scenarios.schema.moorings import MooringSettings
 from scenarios.schema.probe_settings import Probe
 from scenarios.schema.quantity_fields import Section
+from scenarios.schema.recovery import SkimmerSettings
 from scenarios.schema.run_settings import CameraSettings, RecordingSettings, RunSettings, SiteSettings
 from scenarios.schema.sea import SeaSettings
 from scenarios.schema.weather import ForcingSettings
@@ -53,6 +54,7 @@ class Scenario(Section):
     vessels: Mapping[str, VesselSettings] = field(default_factory=dict)
     booms: Mapping[str, BoomSettings] = field(default_factory=dict)
     moorings: Mapping[str, MooringSettings] = field(default_factory=dict)
+    skimmers: Mapping[str, SkimmerSettings] = field(default_factory=dict)
     tow: TowSettings | None = None
     criteria: Mapping[str, CriterionSettings] = field(default_factory=dict)
     probes: Mapping[str, Probe] = field(default_factory=dict)

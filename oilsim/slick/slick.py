@@ -21,7 +21,7 @@ from oilsim.slick.merging import merge_parcels
 from oilsim.slick.oil import Oil
 from oilsim.slick.parcels import Parcels, ParcelState, Rows
 from oilsim.slick.pools import arrange, hold, lose_around_ends, measure_pools, release_slack, slide
-from oilsim.slick.recovery import recover
+from oilsim.slick.recovery import oil_within, recover
 from oilsim.slick.spreading.gradient_flow import Liquids, cell_size, spread
 from oilsim.slick.stranding import carry_stranded, strand
 from oilsim.slick.surface_flow import SurfaceFlow
@@ -203,6 +203,10 @@ class Slick:
 
     def _measure(self, relative: Array) -> Pools:
         return measure_pools(self.parcels, self.barriers, relative, self.settings.water_density, self.settings.friction)
+
+    def oil_within(self, center: tuple[float, float], radius: float) -> tuple[float, float]:
+        """Return the volume [m3] of the oil on the water within `radius` [m] of a center, and its mean density [kg/m3], 0 without oil."""
+        return oil_within(self.parcels, center, radius)
 
     def recover(self, center: tuple[float, float], radius: float, volume: float) -> float:
         """Take up to `volume` [m3] off the water within `radius` [m] of a center; return the volume that was there [m3].

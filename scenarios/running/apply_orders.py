@@ -1,4 +1,4 @@
-"""Orders during a run: how they reach helmsmen, engines, booms, current, waves, wind, pipes and the sea without particles."""
+"""Orders during a run: how they reach helmsmen, engines, booms, skimmers, current, waves, wind, pipes and the sea without particles."""
 
 from __future__ import annotations
 
@@ -42,6 +42,8 @@ def give_orders(assembly: Assembly, scenario: Scenario) -> None:
         station.vessel = replace(station.vessel, engine_runs=runs)
     _part(assembly, scenario)
     _cast_off(assembly, scenario)
+    for skimmer in assembly.skimmers.skimmers:
+        skimmer.skimmer.is_running = scenario.skimmers[skimmer.name.removeprefix("skimmers/")].running
     assembly.scoring.take_orders([control.vessel for control in assembly.controls])
     for pipe in pipes:
         assembly.fluid.add_emitter(pipe)

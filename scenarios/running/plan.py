@@ -28,6 +28,7 @@ ORDER_KEYS = (
     "vessels.*.engine",
     "booms.*.parted",
     "moorings.*.parted",
+    "skimmers.*.running",
     "forcing.current.speed",
     "forcing.current.direction",
     "forcing.wind.speed",

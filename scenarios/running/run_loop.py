@@ -171,7 +171,7 @@ class RunLoop:
     def _tell(self) -> None:
         """Tell observers what the accounts and warnings of the last step found."""
         remarks = self._assembly.remarks.look(self._assembly.report())
-        for notice in [*self._assembly.scoring.take_notices(), *remarks]:
+        for notice in [*self._assembly.scoring.take_notices(), *self._assembly.skimmers.take_notices(), *remarks]:
             self.simulation.emit(notice.text, level=notice.level, source=notice.source)
 
     def _goes_on(self) -> bool:

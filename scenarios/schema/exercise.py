@@ -5,14 +5,17 @@ Headings are counter-clockwise about z from +x. Booms and vessels float at the l
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
+from types import MappingProxyType
 from typing import Literal
 
 from booms.boom import BoomDesign
+from booms.catalog import catalogue
 from oilsim.quantity import quantity, quantity_of
-from scenarios.problems import Problem
+from scenarios.problems import Problem, ScenarioError, unknown
 from scenarios.schema.criteria import Deployment
 from scenarios.schema.quantity_fields import Point2, Section
 from vessels.course import CourseLeg
@@ -108,19 +111,47 @@ class VesselSettings(Section):
             yield Problem("legs", f"start at {starts} s, allowed: each leg after the one before")
 
 
+FROM_CATALOGUE: Mapping[str, float | None] = MappingProxyType(
+    {
+        "skirt_depth": None,
+        "freeboard": None,
+        "buoyancy_to_weight": 5.0,
+        "ballast_fraction": BoomDesign.ballast_fraction,
+        "strength": None,
+        "section_length": None,
+        "connector_strength": None,
+    }
+)
+"""Values of a boom that its catalogue entry gives, and those of a boom without one."""
+
+
+def _boom_problems(name: object) -> Iterator[Problem]:
+    """Yield why a scenario cannot lay a boom of the catalogue by this name."""
+    if not isinstance(name, str) or name not in catalogue():
+        known = [entry.name for entry in catalogue().values() if not entry.lacking]
+        yield Problem("boom", f"is {name!r}, which {unknown(str(name), known, 'boom of the catalogue')}")
+    elif catalogue()[name].lacking:
+        yield Problem("boom", f"is {name!r}, which cannot be laid: oilsim does not model {catalogue()[name].lacking}")
+
+
 @dataclass(frozen=True, kw_only=True)
 class BoomSettings(Section):
     """A boom of jointed segments, laid in a U or along a line between two ends.
 
     ends                for each end, the name of a vessel or a fixed point (x, y) [m]; two points must be nearer to each other than the
                         boom's length, by at least a thousandth
+    boom                name of a boom of the catalogue (`oilsim booms`), which gives the values that are not stated here
     length              [m] of the boom along its skirt
     segments            number of rigid segments
-    skirt_depth         [m] below the water
-    freeboard           [m] above the water
-    buoyancy_to_weight  gross: displacement of the whole boom / its weight; the float is sized to give it
+    skirt_depth         [m] below the water; must be given without `boom`
+    freeboard           [m] above the water; must be given without `boom`
+    buoyancy_to_weight  gross: displacement of the whole boom / its weight; the float is sized to give it; without `boom`, 5
     skirt_thickness     [m] as built; in the simulation it is at least one particle spacing
-    ballast_fraction    fraction of the mass that is a chain along the skirt's foot; a lighter boom needs more to stand upright
+    ballast_fraction    fraction of the mass that is a chain along the skirt's foot; a lighter boom needs more to stand upright; without
+                        `boom`, 0.35
+    strength            [N] tension at which the boom parts; without it and `boom`, it never does
+    section_length      [m] from connector to connector; without it and `boom`, the boom is one section
+    connector_strength  [N] tension at which a connector fails; without it, the boom's strength
     tow_line            [m] length of line between each end and its vessel
     line_stiffness      [N] axial stiffness EA of these lines, which then only pull, have no mass and may be winched; without it, the lines
                         are rigid links
@@ -137,13 +168,17 @@ class BoomSettings(Section):
     """
 
     ends: tuple[str | Point2, str | Point2]
+    boom: str | None = None
     length: float = quantity_of(BoomDesign, "length")
     segments: int = quantity_of(BoomDesign, "segment_count", default=20)
-    skirt_depth: float = quantity_of(BoomDesign, "skirt_depth")
-    freeboard: float = quantity_of(BoomDesign, "freeboard")
-    buoyancy_to_weight: float = quantity_of(BoomDesign, "buoyancy_to_weight", default=5.0)
+    skirt_depth: float = quantity_of(BoomDesign, "skirt_depth", default=None)
+    freeboard: float = quantity_of(BoomDesign, "freeboard", default=None)
+    buoyancy_to_weight: float = quantity_of(BoomDesign, "buoyancy_to_weight", default=None)
     skirt_thickness: float = quantity_of(BoomDesign, "skirt_thickness", default=0.005)
-    ballast_fraction: float = quantity_of(BoomDesign, "ballast_fraction")
+    ballast_fraction: float = quantity_of(BoomDesign, "ballast_fraction", default=None)
+    strength: float | None = quantity("N", default=None, above=0.0)
+    section_length: float | None = quantity("m", default=None, above=0.0)
+    connector_strength: float | None = quantity("N", default=None, above=0.0)
     tow_line: float = quantity("m", default=0.0, at_least=0.0)
     line_stiffness: float | None = quantity("N", default=None, above=0.0)
     losses: Literal["closures", "resolved"] = "closures"
@@ -159,6 +194,37 @@ class BoomSettings(Section):
         return self.deployment or ("sweep" if towed else "containment")
 
     parted: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Take what is not stated from the catalogue, then check everything; ScenarioError with every problem."""
+        found = [] if self.boom is None else list(_boom_problems(self.boom))
+        entry = None if found or self.boom is None else catalogue()[self.boom]
+        for name, usual in FROM_CATALOGUE.items():
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, usual if entry is None else getattr(entry, name))
+        lacking = [] if found else [name for name in ("skirt_depth", "freeboard") if getattr(self, name) is None]
+        found += [Problem(name, "is missing, allowed: a value, or boom = a name of the catalogue") for name in lacking]
+        try:
+            super().__post_init__()
+        except ScenarioError as error:
+            told = {problem.path for problem in found} | ({"skirt_depth", "freeboard"} if found else set())
+            found += [problem for problem in error.problems if problem.path not in told]
+        if found:
+            raise ScenarioError(found, "BoomSettings")
+
+    def strength_of(self, joint: int) -> float | None:
+        """Return the tension [N] at which a joint, counted from 1, parts; None if none does."""
+        return self.connector_strength or self.strength if joint in self.connectors else self.strength
+
+    @property
+    def connectors(self) -> tuple[int, ...]:
+        """The numbers of the joints at which sections are connected, each the nearest to its place."""
+        if self.section_length is None or self.section_length >= self.length:
+            return ()
+        segment = self.length / self.segments
+        count = math.ceil(self.length / self.section_length - 1e-9) - 1
+        numbers = {round((place + 1) * self.section_length / segment) for place in range(count)}
+        return tuple(sorted(number for number in numbers if 0 < number < self.segments))
 
     @property
     def end_labels(self) -> tuple[str, ...]:

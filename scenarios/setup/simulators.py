@@ -26,6 +26,7 @@ from scenarios.setup.placed_solids import Solid, table_entry
 from scenarios.setup.thin_bodies import thin_bodies
 
 if TYPE_CHECKING:
+    from booms.recovery.skimming import SkimmingParticipant
     from coupling.participants.slick import SlickParticipant
 
 
@@ -37,7 +38,7 @@ class Simulators:
     wrench with the fluid, and `bodies` how they do; tank: the fluid's handle of the tank's sides, None without closed ones; world: None
     if nothing is coupled; left_out: what bodies take of the liquid at the start, in words, by region; thin: what is to be told of bodies
     too thin for their particles and of booms, by name; notes: what was mended of bodies' meshes, and a sea that is not used, in words;
-    slick: the oil of a run without particles, None without any.
+    slick: the oil of a run without particles, None without any; skimmers: what takes it off the water.
     """
 
     scenario: Scenario
@@ -53,6 +54,7 @@ class Simulators:
     thin: Mapping[str, str]
     notes: tuple[str, ...]
     slick: SlickParticipant | None = None
+    skimmers: tuple[SkimmingParticipant, ...] = ()
 
     def wrench(self, body: str) -> NDArray[np.float64]:
         """Return the wrench (6,) [N, N m] of the fluid, or of the sea without particles, on a body; 0 on a body that neither meets."""
@@ -71,6 +73,7 @@ def build_simulators(scenario: Scenario) -> Simulators:
     wetted = [] if not scenario.run.has_particles else [solid for solid in solids if solid.wetted]
     samplings = _sampled(wetted, scenario.fluid.particle_spacing)
     handles = _wet(fluid, wetted, samplings, coupled)
+    slick = _slick(written, layout)
     return Simulators(
         scenario=scenario,
         level=layout.level,
@@ -86,7 +89,8 @@ def build_simulators(scenario: Scenario) -> Simulators:
         if not scenario.run.has_particles
         else thin_bodies(solids, samplings, scenario.fluid.particle_spacing) | boom_remarks(scenario, layout.level),
         notes=(*(note for solid in solids for note in solid.notes), *unused_sea(scenario), *left_out(written)),
-        slick=_slick(written, layout),
+        slick=slick,
+        skimmers=_skimmers(written, layout, slick),
     )
 
 
@@ -98,6 +102,15 @@ def _slick(written: Scenario, layout: Layout) -> SlickParticipant | None:
 
     with problems_of("fill", "cannot become a slick"):
         return build_slick(written, layout.sea, layout.fleet.booms)
+
+
+def _skimmers(written: Scenario, layout: Layout, slick: SlickParticipant | None) -> tuple[SkimmingParticipant, ...]:
+    """Build the skimmers, whose code is imported only if there are some."""
+    if not written.skimmers:
+        return ()
+    from scenarios.setup.at_sea.skimmers import build_skimmers
+
+    return build_skimmers(written, slick, layout.fleet.booms)
 
 
 def _sampled(solids: Sequence[Solid], particle_spacing: float) -> dict[int, SurfaceSampling]:

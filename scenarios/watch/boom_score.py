@@ -133,9 +133,10 @@ class BoomScore:
         if self.closures is not None:
             self.closures.act(time, fluid, self.tracker, self._state(world), level)
 
-    def take_parting(self, number: int) -> None:
-        """Announce that a joint, counted from 1 at the first end, has parted."""
+    def take_parting(self, number: int, why: str = "") -> None:
+        """Announce that a joint, counted from 1 at the first end, has parted, and why."""
         between = f"has parted at joint {number}, between segments {number - 1} and {number}"
+        between += f" ({why})" if why else ""
         meaning = "its line counts as closed across the opening, and oil that passes there as lost through a joint"
         self._tell_once(f"parted {number}", True, f"{between}; {meaning}")
 

@@ -22,6 +22,7 @@ from scenarios.setup.placed_solids import Solid
 from scenarios.setup.simulators import Simulators
 from scenarios.watch.probe_readings import probe_readings
 from scenarios.watch.run_accounts import RunAccounts
+from scenarios.watch.skimmer_account import SkimmerAccounts
 from scenarios.watch.slick_account import phase_of
 
 Array = NDArray[np.float64]
@@ -43,11 +44,13 @@ class FrameReader:
     Reading changes nothing: the accounts have been advanced before, and a frame may be read twice or never.
     """
 
-    def __init__(self, simulators: Simulators, accounts: RunAccounts, fmus: Sequence[Participant] = ()) -> None:
+    def __init__(
+        self, simulators: Simulators, accounts: RunAccounts, skimmers: SkimmerAccounts, fmus: Sequence[Participant] = ()
+    ) -> None:
         """Read frames of the simulators, of the accounts, and of the outputs of `fmus`."""
         self._simulators = simulators
         self._pulls = _pulls(simulators.fleet)
-        self._accounts = accounts
+        self._accounts, self._skimmers = accounts, skimmers
         self._fmus = fmus
         scenario = simulators.scenario
         self._probes = probe_readings(scenario.probes, simulators.fluid, self._pose_and_wrench, scenario.tank.lower[2])
@@ -56,7 +59,7 @@ class FrameReader:
         """Return the frame at a communication point; its particles must be asked for before the run goes on."""
         accounts = self._accounts
         scalars = accounts.figures.series() | dict(self._probes()) | accounts.scoring.series()
-        scalars |= accounts.coupling.series() | self._moorings() | self._fmu_outputs()
+        scalars |= accounts.coupling.series() | self._moorings() | self._skimmers.series() | self._fmu_outputs()
         return Frame(
             index=point.index,
             time=point.time,

@@ -1,4 +1,4 @@
-"""Delay of the console's controls, and the run's pace, with 1, 4 and 20 pages open, beside 20 strangers and a page that does not read.
+"""Delay of the console's controls, and the run's pace, with 1, 4 and 20 pages open, beside a page that does not read and a stranger.
 
 `python -m tests.benchmarks.console` prints a table: the time from a command to the word that it has arrived, and to the run's answer.
 """

@@ -84,7 +84,13 @@ class Console:
 
     def socket(self, origin: str | None = None, **options: Any) -> ClientConnection:
         """Open a web socket, from the server's own origin unless another is given."""
-        return connect(f"ws://{self.host}/live", origin=origin or f"http://{self.host}", max_size=None, **options)  # type: ignore[arg-type]
+        return connect(
+            f"ws://{self.host}/live",
+            origin=origin or f"http://{self.host}",
+            max_size=None,
+            ping_interval=None,
+            **options,
+        )  # type: ignore[arg-type]
 
     @contextmanager
     def page(self, role: str) -> Iterator[Page]:
@@ -108,6 +114,7 @@ def console(folder: Path, text: str, *options: str) -> Iterator[Console]:
         "--record",
         "whole.rrd",
         "--no-browser",
+        "--no-scene",
         *options,
     ]
     environment: Mapping[str, str] = os.environ | {

@@ -35,7 +35,7 @@ def test_of_the_states_that_a_stalled_console_has_not_read_only_the_last_arrives
     closing = threading.Thread(target=sender.close, args=(10.0,))
     closing.start()
     states, lines = [], []
-    while not lines or lines[-1] != 199 or states[-1] != 199:
+    while lines[-1:] != [199] or states[-1:] != [199]:
         message = json.loads(reader.recv_bytes())
         if message["kind"] == "state":
             states.append(message["number"])
