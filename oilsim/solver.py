@@ -131,9 +131,9 @@ class Fluid(FluidView):
             self.tools.regions.wake(self.state.position)
         self._relative_speed = None
 
-    def add_boundary(self, boundary: BoundaryParticles) -> int:
-        """Add a solid surface at rest; returns the handle that the other calls take."""
-        return self.tools.walls.add(boundary)
+    def add_boundary(self, boundary: BoundaryParticles, handle: int | None = None) -> int:
+        """Add a solid surface at rest; returns the handle that the other calls take: a new one, or the one that it had before."""
+        return self.tools.walls.add(boundary, handle)
 
     def remove_boundary(self, handle: int) -> None:
         """Remove a solid surface; ValueError for a handle that does not exist."""

@@ -38,6 +38,7 @@ from scenarios.schema.quantity_fields import Vector
 from scenarios.schema.recovery import SkimmerSettings, skimmer_problems
 from scenarios.schema.run_settings import RunSettings
 from scenarios.schema.weather import CurrentSettings, ForcingSettings, WaveSettings, WindSettings, ZoneSettings
+from scenarios.schema.window import WindowTable
 
 NAME_PATTERN = r"[A-Za-z0-9][A-Za-z0-9_-]*"
 NAME_ALLOWED = "letters, digits, '-' and '_', beginning with a letter or digit"
@@ -71,6 +72,7 @@ class Parts:
     fill: Mapping[str, Fill] = field(default_factory=dict)
     emitters: Mapping[str, PipeEmitterSettings] = field(default_factory=dict)
     forcing: ForcingSettings | None = None
+    window: WindowTable | None = None
     bodies: Mapping[str, Body] = field(default_factory=dict)
     vessels: Mapping[str, VesselSettings] = field(default_factory=dict)
     booms: Mapping[str, BoomSettings] = field(default_factory=dict)
@@ -104,6 +106,7 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
         yield from _numbers(parts.fluid, parts.tank, parts.fill.values())
     if parts.fmus:
         yield from _fmus(parts)
+    yield from _window(parts)
 
 
 def body_names(parts: Parts) -> tuple[str, ...]:
@@ -111,6 +114,27 @@ def body_names(parts: Parts) -> tuple[str, ...]:
     vessels = tuple(body_of(name) for name in parts.names["vessels"])
     segments = tuple(segment for name, boom in parts.booms.items() for segment in segment_names(name, boom.segments))
     return (*parts.names["bodies"], *vessels, *segments)
+
+
+def _window(parts: Parts) -> Iterator[Problem]:
+    """Yield problems of a window: a run that asks for one and has none, its target, its size, and particles coarser than a skirt."""
+    window, is_used = parts.window, parts.run is not None and parts.run.detail == "window"
+    if is_used and "window" not in parts.given:
+        yield Problem("run.detail", 'is "window", allowed: with a table [window], or "particles" or "none"')
+    if window is None:
+        return
+    targets = (*parts.names["booms"], *parts.names["vessels"], *parts.names["bodies"])
+    if isinstance(window.target, str) and window.target not in targets:
+        text = unknown(window.target, targets, "boom, vessel or body")
+        yield Problem("window.target", f"is {window.target!r}, which {text}; or a place [x, y]")
+    if parts.fluid is None:
+        return
+    yield from window.problems_with(parts.fluid)
+    spacing = parts.fluid.particle_spacing
+    for name, boom in parts.booms.items() if is_used else ():
+        if boom.skirt_depth < spacing:
+            text = f"is {spacing:g} m, allowed in a window: up to the skirt of boom {name!r}, {boom.skirt_depth:g} m"
+            yield Problem("fluid.particle_spacing", text)
 
 
 def _names(parts: Parts) -> Iterator[Problem]:

@@ -20,6 +20,7 @@ from scenarios.schema import (
     run_settings,
     sea,
     weather,
+    window,
 )
 from scenarios.schema.quantity_fields import Section, field_kinds
 from scenarios.schema.structuring import SUFFIXES
@@ -121,9 +122,11 @@ CHAPTERS: tuple[tuple[str, tuple[type[Section], ...]], ...] = (
     ("sea.wind", get_args(sea.SeaWind)),
     ("sea.langmuir", (sea.LangmuirSettings,)),
     ("sea.turbulence", (sea.TurbulenceSettings,)),
+    ("window", (window.WindowTable,)),
     ("bodies.NAME", get_args(bodies.Body)),
     ("bodies.NAME.motion", get_args(bodies.Motion)),
     ("vessels.NAME", (exercise.VesselSettings,)),
+    ("vessels.NAME.drive", (exercise.DriveSettings,)),
     ("vessels.NAME.legs", (exercise.LegSettings,)),
     ("tow", (exercise.TowSettings,)),
     ("booms.NAME", (exercise.BoomSettings,)),

@@ -26,6 +26,7 @@ from scenarios.schema.recovery import SkimmerSettings
 from scenarios.schema.run_settings import CameraSettings, RecordingSettings, RunSettings, SiteSettings
 from scenarios.schema.sea import SeaSettings
 from scenarios.schema.weather import ForcingSettings
+from scenarios.schema.window import WindowTable
 
 __all__ = ["CameraSettings", "RecordingSettings", "RunSettings", "Scenario", "SiteSettings"]
 
@@ -50,6 +51,7 @@ class Scenario(Section):
     emitters: Mapping[str, PipeEmitterSettings] = field(default_factory=dict)
     forcing: ForcingSettings = field(default_factory=ForcingSettings)
     sea: SeaSettings | None = None
+    window: WindowTable | None = None
     bodies: Mapping[str, Body] = field(default_factory=dict)
     vessels: Mapping[str, VesselSettings] = field(default_factory=dict)
     booms: Mapping[str, BoomSettings] = field(default_factory=dict)

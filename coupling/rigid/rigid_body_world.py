@@ -280,6 +280,13 @@ class RigidBodyWorld:
         """The sea that loads bodies; None without one."""
         return None if self._answer.sea is None else self._answer.sea.environment
 
+    @property
+    def loaded_names(self) -> tuple[str, ...]:
+        """Names of the bodies that the sea loads, in its order; empty without one."""
+        rows = () if self._answer.sea is None else self._answer.sea.rows
+        by_row = {body.row: name for name, body in self._bodies.items()}
+        return tuple(by_row[row] for row in rows)
+
     def change_environment(self, environment: Environment) -> None:
         """Let another sea load the bodies that one loads already, from now on; ValueError without one."""
         if self._answer.sea is None:

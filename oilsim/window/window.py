@@ -8,11 +8,6 @@ the places at rest, and their loads back, by `LocalMotion` (`local_motion`).
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,69 +15,18 @@ from oilsim.boundaries.boundary_particles import tank_walls
 from oilsim.config import FluidConfig
 from oilsim.initial_conditions import block
 from oilsim.phases import Phase
-from oilsim.quantity import quantity, require
 from oilsim.sea import Sea
 from oilsim.solver import Fluid
 from oilsim.window.rim import Rim
 from oilsim.window.sea_motion import SeaMotion
+from oilsim.window.settings import WindowSettings
 
 Double = NDArray[np.float64]
 
-# [1] share of the size that the rim takes on each side; numerical; half of the box is left in the middle
-RIM_SHARE = 0.25
 # [d] of air above the level at least; numerical; splashes that go higher leave the run and are counted
 HEADROOM = 8.0
 # [d] behind the floor that still belong to the domain; numerical; pressed particles may stand a little inside it
 MARGIN = 1.0
-
-
-@dataclass(frozen=True, kw_only=True)
-class WindowSettings:
-    """Size and resolution of a window.
-
-    size       (2,) [m] along x and y, rounded to whole spacings
-    depth      [m] of its water
-    spacing    [m] between particles
-    rim        [m] width of the zone along each side in which disturbances end; None: RIM_SHARE of the smaller size
-    sleep_speed  [m/s] below which water sleeps; 0: it never does
-    dimension  3, or 2 for a plane case in x and z
-    Raises ValueError for values that are not allowed.
-    """
-
-    size: tuple[float, float]
-    depth: float = quantity("m", above=0.0)
-    spacing: float = quantity("m", above=0.0)
-    rim: float | None = quantity("m", default=None, above=0.0)
-    sleep_speed: float = quantity("m/s", default=0.0, at_least=0.0)
-    dimension: int = quantity("", default=3, at_least=2, at_most=3, whole=True)
-
-    def __post_init__(self) -> None:
-        require("window", WindowSettings, vars(self), self._problems())
-
-    def _problems(self) -> Iterator[str]:
-        if not (np.shape(self.size) == (2,) and all(math.isfinite(side) and side > 0.0 for side in self.size)):
-            yield f"size is {self.size} m, allowed: two finite numbers above 0"
-            return
-        if self.depth < 4.0 * self.spacing:
-            yield f"depth is {self.depth:g} m, allowed: 4 spacings of {self.spacing:g} m or more"
-        if not 2.0 * self.width < min(self.sides):
-            yield f"rim is {self.width:g} m on each side, allowed: less than half of the size, {0.5 * min(self.sides):g} m"
-
-    @property
-    def sides(self) -> tuple[float, ...]:
-        """Size along the axes that there are [m]."""
-        return self.size if self.dimension == 3 else self.size[:1]
-
-    @property
-    def whole_size(self) -> tuple[float, float]:
-        """Size [m] in whole spacings."""
-        x, y = (self.spacing * max(1, round(side / self.spacing)) for side in self.size)
-        return x, y
-
-    @property
-    def width(self) -> float:
-        """Width of the rim [m]."""
-        return RIM_SHARE * min(self.sides) if self.rim is None else self.rim
 
 
 class Window:
@@ -97,8 +41,7 @@ class Window:
         level, gravity = sea.description.level, sea.description.gravity
         along = (0, 1) if dimension == 3 else (0,)
         half = [0.5 * side for side in settings.whole_size]
-        layers = max(1, round(settings.depth / spacing))
-        self.depth = min(layers * spacing, sea.description.depth)
+        self.depth = min(settings.layers * spacing, sea.description.depth)
         bottom = level - self.depth
         top = level + max(HEADROOM * spacing, self.depth)
         lower, upper = (-half[0], -half[1], bottom), (half[0], half[1], top)
@@ -130,16 +73,13 @@ class Window:
         """Return where all particles are in the sea now, (N, 3) [m], in the order of `fluid.particles`."""
         return self.motion.in_sea(self.rim.about_center(self.fluid.particles.position.T), time)
 
+    def phase_places(self, phase: str, time: float) -> NDArray[np.float32]:
+        """Return where the particles of a phase are in the sea now, (N, 3) [m], in the order of `fluid.phase_ids`."""
+        rest = self.rim.about_center(self.fluid.phase_positions(phase))
+        return self.motion.in_sea(rest, time).astype(np.float32)
+
     def velocities(self, time: float) -> Double:
         """Return the velocities of all particles in the sea now, (N, 3) [m/s]: the sea's and their own."""
         particles = self.fluid.particles
         rest = self.rim.about_center(particles.position.T)
         return np.asarray(self.motion.velocity(rest, time) + particles.velocity.T)
-
-    def save_state(self) -> dict[str, Any]:
-        """Return what `restore_state` needs to continue bit for bit."""
-        return self.fluid.save_state()
-
-    def restore_state(self, saved: dict[str, Any]) -> None:
-        """Go back to a state that `save_state` returned."""
-        self.fluid.restore_state(saved)

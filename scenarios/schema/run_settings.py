@@ -24,7 +24,8 @@ class RunSettings(Section):
     communication_step  [s] after which fluid, bodies and controllers exchange values; where bodies move, the fluid's steps are not longer
     threads             number of threads of the fluid; the default is all cores
     seed                of everything random: gusts
-    detail              "particles" (default), or "none": the sea by formulas instead of particles (`oilsim.sea`, `oilsim.loads`)
+    detail              "particles" (default); "none": the sea by formulas instead of particles (`oilsim.sea`, `oilsim.loads`); or "window":
+                        the same, with particles in the box of [window]
     budget              true: the summary gives the changes of the liquid's energy and momentum by cause (`oilsim.accounts.ledger`), with
                         energy_residual and momentum_residual, the shares without a cause; false: all three are null
     """
@@ -33,12 +34,12 @@ class RunSettings(Section):
     communication_step: float = quantity("s", default=0.01, at_least=SHORTEST_STEP, at_most=1.0)
     threads: int | None = quantity("", default=None, at_least=1, at_most=1024, whole=True)
     seed: int = quantity("", default=1, at_least=0, whole=True)
-    detail: Literal["particles", "none"] = "particles"
+    detail: Literal["particles", "window", "none"] = "particles"
     budget: bool = False
 
     @property
     def has_particles(self) -> bool:
-        """True if the liquid is simulated as particles; else the sea is formulas and oil is parcels."""
+        """True if all liquid is simulated as particles; else the sea is formulas and oil is parcels, outside a window at least."""
         return self.detail == "particles"
 
     def problems(self) -> Iterator[Problem]:

@@ -65,7 +65,7 @@ class FrameReader:
             time=point.time,
             bodies={solid.name: self._body(solid) for solid in self._simulators.solids},
             scalars=scalars,
-            read_phases=self._phases,
+            read_phases=lambda: self._phases(point.time),
             read_lost=accounts.scoring.lost_ids,
         )
 
@@ -91,10 +91,10 @@ class FrameReader:
                     outputs |= {f"{place}/{i}" if len(values) > 1 else place: float(v) for i, v in enumerate(values)}
         return outputs
 
-    def _phases(self) -> Mapping[str, PhaseFrame]:
+    def _phases(self, time: float) -> Mapping[str, PhaseFrame]:
         fluid, slick = self._simulators.fluid, self._simulators.slick
         frames = {
-            name: PhaseFrame(position=fluid.phase_positions(name), id=fluid.phase_ids(name))
+            name: PhaseFrame(position=self._simulators.positions(name, time), id=fluid.phase_ids(name))
             for name in self._simulators.scenario.phases
         }
         if slick is not None:  # parcels of several oils are shown as one

@@ -7,7 +7,8 @@ import pytest
 
 from oilsim.phases import Phase
 from oilsim.sea import CurrentProfile, RegularWaves, Sea, SeaDescription, SteadyFlow
-from oilsim.window.window import Window, WindowSettings
+from oilsim.window.settings import WindowSettings
+from oilsim.window.window import Window
 
 WATER = (Phase(name="water", rest_density=1027.0, dynamic_viscosity=1e-3),)
 SPACING = 0.1
