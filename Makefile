@@ -3,10 +3,13 @@ BIN := .venv/bin
 READY := .venv/.ready
 export NUMBA_CACHE_DIR ?= $(CURDIR)/.numba_cache
 
-.PHONY: demo test test-all lint docs bench pareto validate stress fuzz mutants clean
+.PHONY: demo conduct test test-all lint docs bench pareto validate stress fuzz mutants clean
 
 demo: $(READY)  ## run the U-sweep exercise: recording, summary and picture
 	$(BIN)/oilsim run u-sweep --demo --overwrite --record u-sweep.rrd --summary u-sweep.json --picture u-sweep.png
+
+conduct: $(READY)  ## conduct an exercise on a page in the browser; EXERCISE=name or file
+	$(BIN)/oilsim conduct $(or $(EXERCISE),sweep-200m)
 
 test: lint  ## lint, types, import layers, tests: what CI runs
 	$(BIN)/pytest -n 2

@@ -126,7 +126,17 @@ def _signed_distance(points: Array, line: Array, distance: Array, edge: NDArray[
         edge[i] = which
 
 
+@njit(nogil=True, cache=True, error_model="numpy")
 def _rotate(orientation: Array, vector: Array) -> Array:
     """Turn a body vector (3,) into the world for orientations (S, 4): v + 2 q x (q x v + w v)."""
-    axis, w = orientation[:, :3], orientation[:, 3:]
-    return vector + 2.0 * np.cross(axis, np.cross(axis, vector) + w * vector)
+    turned = np.empty((len(orientation), 3))
+    v_x, v_y, v_z = vector
+    for n in range(len(orientation)):
+        x, y, z, w = orientation[n]
+        a = y * v_z - z * v_y + w * v_x
+        b = z * v_x - x * v_z + w * v_y
+        c = x * v_y - y * v_x + w * v_z
+        turned[n, 0] = v_x + 2.0 * (y * c - z * b)
+        turned[n, 1] = v_y + 2.0 * (z * a - x * c)
+        turned[n, 2] = v_z + 2.0 * (x * b - y * a)
+    return turned

@@ -1,97 +1,80 @@
-"""Boom classes by size, with the speeds up to which they are used.
+"""The catalogue of booms: classes and products by name, each figure with its source, and `assumed` where it has none.
 
-The skirts, freeboards and speeds of the harbour classes, and the ranges of the sea-going classes, follow manufacturers' practice.
-Buoyancy-to-weight ratios in practice lie between 5:1 and 52:1, and 10:1 or more is advised at sea. `maximum_speed` is the speed that
-the boom withstands. It holds oil only up to about 0.7 knots normal to it.
+The figures stand in `catalogue.toml`. `maximum_speed` is the speed that the boom withstands. It holds oil only up to about 0.7 knots
+normal to it.
 """
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
+from importlib.resources import files
 from types import MappingProxyType
+from typing import Literal
 
-from scipy.constants import inch, knot
+from scipy.constants import knot
 
 from booms.boom import Boom, BoomDesign
 from oilsim.physical_constants import SEA_WATER_DENSITY
 
+Kind = Literal["fence", "curtain", "inflatable", "shore-sealing", "net"]
+
 
 @dataclass(frozen=True, kw_only=True)
-class BoomClass:
-    """A size of boom: skirt_depth, freeboard, skirt_thickness [m], buoyancy_to_weight [-], maximum_speed [m/s]."""
+class CatalogueBoom:
+    """A boom of the catalogue.
+
+    skirt_depth, freeboard [m]; buoyancy_to_weight (gross), ballast_fraction [-]; section_length [m] from connector to connector;
+    strength, connector_strength [N] at which it and its connectors part; maximum_speed_kn [kn]. A figure is None if it is not known.
+    assumed: names of the figures that are usual ones, not the source's; lacking: parts that are not modelled, so that it cannot be laid.
+    """
 
     name: str
-    skirt_depth: float
-    freeboard: float
-    buoyancy_to_weight: float
-    maximum_speed: float
-    skirt_thickness: float = 0.005
+    title: str
+    kind: Kind
+    source: str
+    assumed: tuple[str, ...]
+    skirt_depth: float | None = None
+    freeboard: float | None = None
+    buoyancy_to_weight: float | None = None
+    ballast_fraction: float = 0.35
+    section_length: float | None = None
+    connector: str = ""
+    strength: float | None = None
+    connector_strength: float | None = None
+    maximum_speed_kn: float | None = None
+    lacking: str = ""
 
-    def boom(
-        self, length: float, segment_count: int, *, scale: float = 1.0, water_density: float = SEA_WATER_DENSITY
-    ) -> Boom:
-        """Design a boom of this class, `length` [m] long; `scale` multiplies the section (1 / 4 for a quarter-scale model)."""
+    @property
+    def maximum_speed(self) -> float | None:
+        """Highest speed [m/s] of water across the boom."""
+        return None if self.maximum_speed_kn is None else self.maximum_speed_kn * knot
+
+    def boom(self, length: float, segment_count: int, *, water_density: float = SEA_WATER_DENSITY) -> Boom:
+        """Design a boom of this kind, `length` [m] long; ValueError for one that is not modelled."""
+        if self.lacking or self.skirt_depth is None or self.freeboard is None or self.buoyancy_to_weight is None:
+            raise ValueError(f"boom {self.name!r} cannot be laid: oilsim does not model {self.lacking}")
         return BoomDesign(
             length=length,
             segment_count=segment_count,
-            skirt_depth=scale * self.skirt_depth,
-            freeboard=scale * self.freeboard,
+            skirt_depth=self.skirt_depth,
+            freeboard=self.freeboard,
             buoyancy_to_weight=self.buoyancy_to_weight,
-            skirt_thickness=scale * self.skirt_thickness,
+            skirt_thickness=0.005,
+            ballast_fraction=self.ballast_fraction,
             water_density=water_density,
         ).boom()
 
-    def maximum_speed_at(self, scale: float) -> float:
-        """Return the highest speed [m/s] at a model scale; equal Froude numbers V / sqrt(g depth) make V grow with sqrt(scale)."""
-        return self.maximum_speed * scale**0.5
 
-
-BOOM_CLASSES: Mapping[str, BoomClass] = MappingProxyType(
-    {
-        entry.name: entry
-        for entry in (
-            BoomClass(
-                name="harbour-light",
-                skirt_depth=8 * inch,
-                freeboard=4 * inch,
-                buoyancy_to_weight=5.0,
-                maximum_speed=1.0 * knot,
-            ),
-            BoomClass(
-                name="harbour",
-                skirt_depth=16 * inch,
-                freeboard=8 * inch,
-                buoyancy_to_weight=7.0,
-                maximum_speed=1.5 * knot,
-            ),
-            BoomClass(
-                name="harbour-heavy",
-                skirt_depth=24 * inch,
-                freeboard=12 * inch,
-                buoyancy_to_weight=8.0,
-                maximum_speed=2.0 * knot,
-            ),
-            BoomClass(
-                name="coastal", skirt_depth=0.6, freeboard=0.4, buoyancy_to_weight=10.0, maximum_speed=2.0 * knot
-            ),
-            BoomClass(
-                name="sea-going", skirt_depth=1.1, freeboard=0.8, buoyancy_to_weight=12.0, maximum_speed=3.0 * knot
-            ),
-            BoomClass(
-                name="sea-going-heavy",
-                skirt_depth=1.5,
-                freeboard=1.2,
-                buoyancy_to_weight=15.0,
-                maximum_speed=3.0 * knot,
-            ),
-        )
-    }
-)
-
-
-def boom_class(name: str) -> BoomClass:
-    """Return the class of that name; ValueError names the known classes."""
-    if name not in BOOM_CLASSES:
-        raise ValueError(f"boom class {name!r} is unknown, allowed: {', '.join(BOOM_CLASSES)}")
-    return BOOM_CLASSES[name]
+@lru_cache(maxsize=1)
+def catalogue() -> Mapping[str, CatalogueBoom]:
+    """Read the catalogue, by name."""
+    tables = tomllib.loads(files("booms").joinpath("catalogue.toml").read_text(encoding="utf-8"))
+    return MappingProxyType(
+        {
+            name: CatalogueBoom(name=name, **(table | {"assumed": tuple(table["assumed"])}))
+            for name, table in tables.items()
+        }
+    )

@@ -26,14 +26,7 @@ PRACTICE_SPEED = 0.7 * nautical_mile / hour
 """Speed normal to a boom, 0.7 knots [m/s], above which booms lose oil in practice."""
 
 
-RESOLVED = (
-    "oil in parcels of a particle or more that goes under the skirt, over the boom, past its ends or between its sections;"
-    " every lost volume is of these"
-)
-MODELLED = (
-    "droplets finer than a particle, which fast water tears off the oil: only the speed from which they are to be expected"
-    " is computed, no oil is taken away for them"
-)
+RESOLVED = "oil in parcels of a particle or more that goes under the skirt, over the boom, past its ends or between its sections"
 MODELLED = "by closures, what is finer than a particle: droplet entrainment, and drainage and overflow as far as particles fall short"
 
 
@@ -83,6 +76,8 @@ class ContainmentReport:
     retained, free, lost  the oil by its history; free oil has never been inside
     removed               oil that has left the simulated water without being lost
     recovered             oil that was lost and taken back, summed over time
+    returned              oil that was lost, left the sea across a side that repeats, and came in again, summed over time
+    returned_modelled     the part of it that closures had carried out
     lost_by_cause         the oil that is lost now, by cause
     lost_modelled         the part of it that closures carried out, by cause; the rest is resolved
     normal_speed [m/s], skirt_angle [rad]  largest along the boom
@@ -97,12 +92,27 @@ class ContainmentReport:
     lost: float
     removed: float
     recovered: float
+    returned: float
+    returned_modelled: float
     lost_by_cause: Mapping[str, float]
     lost_modelled: Mapping[str, float]
     gap_ratio: float
     normal_speed: float
     effective_draft: float
     skirt_angle: float
+
+    @property
+    def passed(self) -> float:
+        """Return the oil [m3] that has gone past the boom since the start, less what the boom took back.
+
+        Oil that came in again across a side that repeats has passed: to a boom at sea it would be other oil.
+        """
+        return self.lost + self.returned
+
+    @property
+    def passed_modelled(self) -> float:
+        """Return the part [m3] of `passed` that closures carried out."""
+        return math.fsum(self.lost_modelled.values()) + self.returned_modelled
 
     def scalars(self) -> dict[str, float]:
         """Return the account by the names of its series in a recording."""
@@ -111,6 +121,7 @@ class ContainmentReport:
         values |= {f"metrics/oil_lost/{cause}": volume for cause, volume in self.lost_by_cause.items()}
         values |= {f"metrics/oil_lost_modelled/{cause}": volume for cause, volume in self.lost_modelled.items()}
         values["metrics/oil_lost_modelled"] = math.fsum(self.lost_modelled.values())
+        values |= {"metrics/oil_passed": self.passed, "metrics/oil_passed_modelled": self.passed_modelled}
         shape = ("gap_ratio", "normal_speed", "effective_draft", "skirt_angle")
         return values | {f"metrics/{name}": float(getattr(self, name)) for name in shape}
 
@@ -131,15 +142,16 @@ class Standing:
     segment: NDArray[np.int16]
 
 
-_BY_PARTICLE = ("_fate", "_was_inside", "_cause", "_known", "_lost_at", "_modelled", "_segment")
+_BY_PARTICLE = ("_fate", "_was_inside", "_cause", "_known", "_lost_at", "_modelled", "_segment", "_place", "_wrapped")
 
 
 class ContainmentTracker:
     """The account of every oil particle by its id, from update to update.
 
     A particle is inside if it lies in the polygon of the boom's line, closed across the gap. It is retained once it is inside. It is lost
-    once it is farther outside than the hysteresis, and retained again once it is that far inside. The cause is chosen when the particle
-    crosses the line, by the edge that it is nearest to, and becomes final when the particle is lost:
+    once it is farther outside than the hysteresis, and retained again once it is that far inside: taken back, or returned if it has
+    meanwhile come round a sea that repeats. The cause is chosen when the particle crosses the line, by the edge that it is nearest to,
+    and becomes final when the particle is lost:
 
     - across the gap: AROUND_ENDS;
     - under the skirt's foot, by the first rule that applies: PLANING, if the skirt leans more than planing_angle;
@@ -160,7 +172,9 @@ class ContainmentTracker:
         self._lost_at = np.zeros(0)  # [s], of those that are lost
         self._modelled = np.zeros(0, dtype=np.bool_)
         self._segment = np.zeros(0, dtype=np.int16)
-        self._recovered = 0
+        self._place = np.zeros((0, 2))  # [m] in plan, at the last update
+        self._wrapped = np.zeros(0, dtype=np.bool_)  # has come round a sea that repeats since it was lost
+        self._recovered, self._returned, self._returned_modelled = 0, 0, 0
 
     def update(
         self,
@@ -180,6 +194,7 @@ class ContainmentTracker:
         signed, edge = signed_distance(points[:, :2], line)
         inside = signed > 0.0
         self._settle_causes(index, points, inside, edge, boom, water_level, np.array(current))
+        self._note_ways_round(index, points)
         self._settle_fates(time, index, signed, inside)
         self._was_inside[index] = inside
         return self._report(time, index, inside, boom, water_level, np.array(current))
@@ -193,6 +208,8 @@ class ContainmentTracker:
             raise ValueError(f"particle {particle} is not held by the boom, allowed: one that is")
         self._fate[particle], self._cause[particle], self._lost_at[particle] = _Fate.LOST, cause, time
         self._modelled[particle], self._segment[particle], self._was_inside[particle] = True, segment, False
+        self._wrapped[particle] = False
+        self._place[particle] = np.nan  # it has changed places: its next way is unknown
 
     def standing(self) -> Standing:
         """Return the standing of the particles that are held or lost, which are few in a sea."""
@@ -210,7 +227,8 @@ class ContainmentTracker:
     def save_state(self) -> dict[str, object]:
         """Return everything that is needed to go on from here."""
         arrays = {name: getattr(self, name).copy() for name in _BY_PARTICLE}
-        return {**arrays, "_recovered": self._recovered}
+        counts = ("_recovered", "_returned", "_returned_modelled")
+        return arrays | {name: getattr(self, name) for name in counts}
 
     def restore_state(self, state: Mapping[str, object]) -> None:
         """Go back to a state that `save_state` returned."""
@@ -223,7 +241,7 @@ class ContainmentTracker:
         if missing > 0:
             for name in _BY_PARTICLE:
                 old = getattr(self, name)
-                setattr(self, name, np.concatenate([old, np.zeros(missing, dtype=old.dtype)]))
+                setattr(self, name, np.concatenate([old, np.zeros((missing, *old.shape[1:]), dtype=old.dtype)]))
 
     def _settle_causes(
         self,
@@ -259,13 +277,25 @@ class ContainmentTracker:
                 bottom[k] = np.quantile(near, 0.05)
         return bottom
 
+    def _note_ways_round(self, index: NDArray[np.int64], points: Array) -> None:
+        """Mark the particles that have moved by a period of the sea since the last update: nothing else jumps half a period."""
+        period = np.array(self.options.period)
+        if (period > 0.0).any():
+            far = np.abs(points[:, :2] - self._place[index]) > 0.5 * np.where(period > 0.0, period, np.inf)
+            self._wrapped[index] |= far.any(axis=1)
+            self._place[index] = points[:, :2]
+
     def _settle_fates(self, time: float, index: NDArray[np.int64], signed: Array, inside: NDArray[np.bool_]) -> None:
         """Move particles between free, retained and lost."""
         fate, margin = self._fate[index], self.options.hysteresis
         back = (fate == _Fate.LOST) & (signed > margin)
         gathered = (fate == _Fate.FREE) & ((signed > margin) | (inside & ~self._known[index]))
         gone = (fate == _Fate.RETAINED) & (signed < -margin)
-        self._recovered += int(back.sum())
+        round_again = back & self._wrapped[index]
+        self._recovered += int((back & ~round_again).sum())
+        self._returned += int(round_again.sum())
+        self._returned_modelled += int((round_again & self._modelled[index]).sum())
+        self._wrapped[index[gone]] = False
         fate[back | gathered] = _Fate.RETAINED
         fate[gone] = _Fate.LOST
         self._lost_at[index[gone]] = time
@@ -299,6 +329,8 @@ class ContainmentTracker:
             lost=float(lost.sum()) * volume,
             removed=float((self._known & ~present & ~lost).sum()) * volume,
             recovered=self._recovered * volume,
+            returned=self._returned * volume,
+            returned_modelled=self._returned_modelled * volume,
             lost_by_cause={cause.name.lower(): float(count[cause]) * volume for cause in LossCause},
             lost_modelled={cause.name.lower(): float(modelled[cause]) * volume for cause in LossCause},
             gap_ratio=boom.gap_ratio,

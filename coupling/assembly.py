@@ -112,7 +112,17 @@ def couple_world(
 
     handles: the fluid's boundary of each body, by the body's name. world: None if the fluid has no bodies.
     """
-    participant, names = FluidParticipant(FLUID, fluid, handles), tuple(handles)
+    return couple_participant(FluidParticipant(FLUID, fluid, handles), fluid, tuple(handles), world, options)
+
+
+def couple_participant(
+    participant: FluidParticipant,
+    fluid: Fluid,
+    names: tuple[str, ...],
+    world: RigidBodyWorld | None,
+    options: ExchangeOptions = MONOLITHIC,
+) -> CoupledBodies:
+    """Couple a fluid's own participant, called FLUID, with the named bodies of a rigid body world, which it has variables of."""
     free_names = () if world is None else world.free_body_names
     free = [name for name in names if name in free_names]
     interfaces = [

@@ -43,6 +43,7 @@ from coupling.testkit.claims import (
 from coupling.testkit.endings import fails_in_order
 from coupling.testkit.faults import Fault, FaultPlan, FaultyObserver, FaultyParticipant
 from coupling.testkit.history import History
+from coupling.testkit.pools import pool
 from coupling.testkit.readings import Basin, Readings
 from coupling.testkit.scene import Scene
 from coupling.testkit.sources import readings_of
@@ -56,6 +57,7 @@ __all__ = [
     "assert_fmu_agrees", "assert_force", "assert_heel", "assert_joint_gap", "assert_matches_recording", "assert_metacentric_height",
     "assert_momentum_conserved", "assert_no_leak", "assert_oil_retained", "assert_period", "assert_pressure_hydrostatic",
     "assert_reflection", "assert_restarts_exactly", "assert_same_at_half_step", "assert_same_on_threads", "assert_tension",
-    "assert_terminal_speed", "assert_trim", "assert_volume", "assert_wave_height", "empty_space", "fails_in_order", "flume", "readings_of",
+    "assert_terminal_speed", "assert_trim", "assert_volume", "assert_wave_height", "empty_space", "fails_in_order", "flume", "pool",
+    "readings_of",
     "tank", "watch", "wave_maker",
 ]  # fmt: skip

@@ -26,6 +26,7 @@ from oilsim.step.paper.scheme import paper_step
 from oilsim.step.schemes import split_step
 from oilsim.step.stages.advection import advect
 from oilsim.step.stages.forcing import apply_forcings
+from oilsim.step.step_result import StepResult
 from oilsim.step.step_tools import StepTools
 from oilsim.step.time_step import (
     cfl_time_step,
@@ -61,6 +62,7 @@ class Fluid(FluidView):
         self.arrays = self.tools.empty_arrays()
         self.forcings: list[Forcing] = []
         self.emitters: list[PipeEmitter] = []
+        self._stirred = False
         self._solver = BoundConstrainedSolver(self.tools.team)
         self._duration = 0.0
         self._unreported = Unreported()
@@ -129,9 +131,9 @@ class Fluid(FluidView):
             self.tools.regions.wake(self.state.position)
         self._relative_speed = None
 
-    def add_boundary(self, boundary: BoundaryParticles) -> int:
-        """Add a solid surface at rest; returns the handle that the other calls take."""
-        return self.tools.walls.add(boundary)
+    def add_boundary(self, boundary: BoundaryParticles, handle: int | None = None) -> int:
+        """Add a solid surface at rest; returns the handle that the other calls take: a new one, or the one that it had before."""
+        return self.tools.walls.add(boundary, handle)
 
     def remove_boundary(self, handle: int) -> None:
         """Remove a solid surface; ValueError for a handle that does not exist."""
@@ -168,9 +170,10 @@ class Fluid(FluidView):
         checks.ties(handles, tied, list(self.tools.walls.moving))
         self.tools.walls.tie(handles, tied)
 
-    def add_forcing(self, forcing: Forcing) -> None:
-        """Add a current, waves or wind."""
+    def add_forcing(self, forcing: Forcing, *, calms: bool = False) -> None:
+        """Add a current, waves or wind; one that only `calms` what moves lets water sleep."""
         self.forcings.append(forcing)
+        self._stirred |= not calms
 
     def add_emitter(self, emitter: PipeEmitter) -> None:
         """Add a pipe; ValueError for a phase that does not exist, in two dimensions, and outside the domain."""
@@ -250,8 +253,7 @@ class Fluid(FluidView):
         """Begin a step if none has begun, and fly on for its rest, but not for more than `left`; returns for how long [s]."""
         state = self.state
         if state.to_fly == 0.0:
-            is_void = len(state.id) == 0 and not self.emitters  # nothing moves, and nothing will
-            wanted = left if is_void else self._time_step()
+            wanted = left if self._is_void else self._time_step()
             state.step = state.to_fly = equal_steps(left, wanted) if self._keeps_step() else wanted
         flight = state.to_fly if state.to_fly <= left * (1.0 + 1e-9) else left
         with self.tools.stage("emitters"):
@@ -264,7 +266,9 @@ class Fluid(FluidView):
     def _end_step(self) -> None:
         """Run the stages of a step where its flight ends."""
         time_step = self.state.step
-        if self.config.scheme == "paper":
+        if self._is_void:
+            result = StepResult(time_step, 0, 0, 0, 0.0, 0.0)
+        elif self.config.scheme == "paper":
             result = paper_step(self.tools, self.arrays, self.state, time_step, self._drive)
         else:
             result = split_step(self.tools, self.arrays, self.state, self._solver, time_step, self._drive, self._driven)
@@ -275,9 +279,14 @@ class Fluid(FluidView):
         self._unreported.results.append(result)
 
     @property
+    def _is_void(self) -> bool:
+        """True if there is no liquid, and never will be."""
+        return len(self.state.id) == 0 and not self.emitters
+
+    @property
     def _driven(self) -> bool:
         """True if anything but gravity moves the liquid now."""
-        return bool(self.forcings) or any(emitter.is_running(self.time) for emitter in self.emitters)
+        return self._stirred or any(emitter.is_running(self.time) for emitter in self.emitters)
 
     def _emit(self, time_step: float) -> None:
         for emitter in self.emitters:

@@ -14,33 +14,36 @@ from collections.abc import MutableSequence, Sequence
 
 from recordings.errors import RecordingError
 from scenarios.commands import (
-    build_fmu,
     check,
     compare,
+    conduct,
     debrief,
     export,
-    export_fmu,
     list,
-    oils,
     order,
     repair,
     replay,
     report,
     run,
-    signals,
     sweep,
     verify,
 )  # fmt: skip
+from scenarios.commands.catalogues import booms, oils
+from scenarios.commands.fmus import build_fmu, export_fmu, signals
 from scenarios.exit_codes import BAD_INPUT, INTERRUPTED
 from scenarios.problems import ScenarioError
 
 COMMANDS = (
-    list, oils, check, run, order, sweep, replay, debrief, compare, verify, report, export, repair, signals, build_fmu, export_fmu,
+    list, oils, booms, check, run, conduct, order, sweep, replay, debrief, compare, verify, report, export, repair,
+    signals, build_fmu, export_fmu,
 )  # fmt: skip
 
 
 EXTRAS = {
+    "distributed": ("sweeps on a Dask cluster", "cluster"),
     "fmpy": ("FMUs", "fmu"),
+    "starlette": ("the console of `oilsim conduct`", "conduct"),
+    "uvicorn": ("the console of `oilsim conduct`", "conduct"),
     "shapely": ("outlines of slicks", "export"),
     "vtkmodules": ("films for ParaView", "export"),
 }  # packages that oilsim runs without, for what they are needed, and the extra that installs them

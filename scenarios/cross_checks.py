@@ -35,14 +35,28 @@ from scenarios.schema.liquid import (
 from scenarios.schema.moorings import MooringSettings, mooring_problems
 from scenarios.schema.probe_settings import BodyProbe, Probe
 from scenarios.schema.quantity_fields import Vector
+from scenarios.schema.recovery import SkimmerSettings, skimmer_problems
 from scenarios.schema.run_settings import RunSettings
 from scenarios.schema.weather import CurrentSettings, ForcingSettings, WaveSettings, WindSettings, ZoneSettings
+from scenarios.schema.window import WindowTable
 
 NAME_PATTERN = r"[A-Za-z0-9][A-Za-z0-9_-]*"
 NAME_ALLOWED = "letters, digits, '-' and '_', beginning with a letter or digit"
 MESH_SUFFIXES = (".stl", ".obj", ".ply", ".glb")  # as of coupling.solids.mesh_files, which takes a second to import
 MOST_PARTICLES = 1e8  # some 300 GB of memory
-NAMED_TABLES = ("phases", "fill", "emitters", "bodies", "vessels", "booms", "moorings", "criteria", "probes", "fmus")
+NAMED_TABLES = (
+    "phases",
+    "fill",
+    "emitters",
+    "bodies",
+    "vessels",
+    "booms",
+    "moorings",
+    "skimmers",
+    "criteria",
+    "probes",
+    "fmus",
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,10 +72,12 @@ class Parts:
     fill: Mapping[str, Fill] = field(default_factory=dict)
     emitters: Mapping[str, PipeEmitterSettings] = field(default_factory=dict)
     forcing: ForcingSettings | None = None
+    window: WindowTable | None = None
     bodies: Mapping[str, Body] = field(default_factory=dict)
     vessels: Mapping[str, VesselSettings] = field(default_factory=dict)
     booms: Mapping[str, BoomSettings] = field(default_factory=dict)
     moorings: Mapping[str, MooringSettings] = field(default_factory=dict)
+    skimmers: Mapping[str, SkimmerSettings] = field(default_factory=dict)
     tow: TowSettings | None = None
     criteria: Mapping[str, CriterionSettings] = field(default_factory=dict)
     probes: Mapping[str, Probe] = field(default_factory=dict)
@@ -80,6 +96,7 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
     if parts.tank is not None:
         yield from _places(parts, parts.tank)
     yield from _losses(parts)
+    yield from _skimmers(parts)
     if parts.fluid is not None:
         yield from _sizes(parts, parts.fluid)
         yield from _explicit(parts.fluid, parts.phases.values())
@@ -89,6 +106,7 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
         yield from _numbers(parts.fluid, parts.tank, parts.fill.values())
     if parts.fmus:
         yield from _fmus(parts)
+    yield from _window(parts)
 
 
 def body_names(parts: Parts) -> tuple[str, ...]:
@@ -96,6 +114,27 @@ def body_names(parts: Parts) -> tuple[str, ...]:
     vessels = tuple(body_of(name) for name in parts.names["vessels"])
     segments = tuple(segment for name, boom in parts.booms.items() for segment in segment_names(name, boom.segments))
     return (*parts.names["bodies"], *vessels, *segments)
+
+
+def _window(parts: Parts) -> Iterator[Problem]:
+    """Yield problems of a window: a run that asks for one and has none, its target, its size, and particles coarser than a skirt."""
+    window, is_used = parts.window, parts.run is not None and parts.run.detail == "window"
+    if is_used and "window" not in parts.given:
+        yield Problem("run.detail", 'is "window", allowed: with a table [window], or "particles" or "none"')
+    if window is None:
+        return
+    targets = (*parts.names["booms"], *parts.names["vessels"], *parts.names["bodies"])
+    if isinstance(window.target, str) and window.target not in targets:
+        text = unknown(window.target, targets, "boom, vessel or body")
+        yield Problem("window.target", f"is {window.target!r}, which {text}; or a place [x, y]")
+    if parts.fluid is None:
+        return
+    yield from window.problems_with(parts.fluid)
+    spacing = parts.fluid.particle_spacing
+    for name, boom in parts.booms.items() if is_used else ():
+        if boom.skirt_depth < spacing:
+            text = f"is {spacing:g} m, allowed in a window: up to the skirt of boom {name!r}, {boom.skirt_depth:g} m"
+            yield Problem("fluid.particle_spacing", text)
 
 
 def _names(parts: Parts) -> Iterator[Problem]:
@@ -258,6 +297,14 @@ def _losses(parts: Parts) -> Iterator[Problem]:
             if boom.losses == "closures" and waters and phase.is_oil and phase.rest_density >= waters[0]:
                 text = f'is "closures" with {oil!r} of {phase.rest_density:g} kg/m3 on water of {waters[0]:g}'
                 yield Problem(f"booms.{name}.losses", f'{text}, allowed: with lighter oil, else "resolved"')
+
+
+def _skimmers(parts: Parts) -> Iterator[Problem]:
+    """Check what carries skimmers, and that the run has no particles, which they cannot take."""
+    segments = {name: parts.booms[name].segments if name in parts.booms else 0 for name in parts.names["booms"]}
+    yield from skimmer_problems(parts.skimmers, dict.fromkeys(parts.names["vessels"]), segments)
+    if parts.names["skimmers"] and parts.run is not None and parts.run.has_particles:
+        yield Problem("skimmers", 'is given, allowed: with run.detail = "none"; skimmers take parcels, not particles')
 
 
 def _sizes(parts: Parts, fluid: FluidSettings) -> Iterator[Problem]:

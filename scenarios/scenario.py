@@ -22,9 +22,11 @@ from scenarios.schema.liquid import Fill, FluidSettings, PhaseSettings, PipeEmit
 from scenarios.schema.moorings import MooringSettings
 from scenarios.schema.probe_settings import Probe
 from scenarios.schema.quantity_fields import Section
+from scenarios.schema.recovery import SkimmerSettings
 from scenarios.schema.run_settings import CameraSettings, RecordingSettings, RunSettings, SiteSettings
 from scenarios.schema.sea import SeaSettings
 from scenarios.schema.weather import ForcingSettings
+from scenarios.schema.window import WindowTable
 
 __all__ = ["CameraSettings", "RecordingSettings", "RunSettings", "Scenario", "SiteSettings"]
 
@@ -49,10 +51,12 @@ class Scenario(Section):
     emitters: Mapping[str, PipeEmitterSettings] = field(default_factory=dict)
     forcing: ForcingSettings = field(default_factory=ForcingSettings)
     sea: SeaSettings | None = None
+    window: WindowTable | None = None
     bodies: Mapping[str, Body] = field(default_factory=dict)
     vessels: Mapping[str, VesselSettings] = field(default_factory=dict)
     booms: Mapping[str, BoomSettings] = field(default_factory=dict)
     moorings: Mapping[str, MooringSettings] = field(default_factory=dict)
+    skimmers: Mapping[str, SkimmerSettings] = field(default_factory=dict)
     tow: TowSettings | None = None
     criteria: Mapping[str, CriterionSettings] = field(default_factory=dict)
     probes: Mapping[str, Probe] = field(default_factory=dict)

@@ -1,7 +1,7 @@
 """The closures of booms for oil that is no particles: the pools of a slick of parcels ahead of each segment (`oilsim.slick`).
 
-Nothing is resolved there, so every closure acts, and all that is lost is modelled. A pool tells neither lean nor freeboard: planing acts
-by the draft that lean leaves, and oil does not run over the top.
+Nothing is resolved there, so every closure acts, and all that is lost is modelled. The pose of each segment and the surface of the sea
+above it give draft, lean and freeboard, as they do beside particles.
 """
 
 from __future__ import annotations
@@ -17,9 +17,6 @@ from booms.losses.rates import Closures, Drivers
 from oilsim.slick.loss_cause import LossCause, Pools
 
 Array = NDArray[np.float64]
-
-# [m] a freeboard that no sea reaches; numerical; stands for one that a pool does not tell
-OUT_OF_REACH = 1e3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,9 +50,9 @@ def _drivers(pools: Pools, rows: NDArray[np.int64]) -> Drivers:
         speed=np.maximum(pools.normal_speed[rows], 0.0),
         draft=pools.draft[rows],
         held=pools.volume_per_front[rows],
-        lean=np.zeros(len(rows)),
-        freeboard=np.full(len(rows), OUT_OF_REACH),
-        sunk=np.zeros(len(rows), np.bool_),
+        lean=pools.lean[rows],
+        freeboard=pools.freeboard[rows],
+        sunk=pools.is_submerged[rows],
     )
 
 

@@ -27,7 +27,7 @@ class BoomBodies:
     name         of the slick's boom
     bodies       names of the bodies
     start, end   joints of every segment in its body frame [m]; neighbours meet halfway between theirs
-    foot         lowest point of the skirt in the body frame [m]
+    foot, top    lowest point of the skirt and highest of the float in the body frame [m]; z points up from foot to top
     """
 
     name: str
@@ -35,6 +35,7 @@ class BoomBodies:
     start: Point
     end: Point
     foot: Point
+    top: Point
 
     def nodes(self, poses: Mapping[str, Array]) -> Array:
         """Return the nodes (S + 1, 2) [m]; poses (7,) [m, 1] by body."""
@@ -42,9 +43,15 @@ class BoomBodies:
         inner = 0.5 * (ends[:-1, 1] + ends[1:, 0])
         return np.concatenate([ends[:1, 0], inner, ends[-1:, 1]])
 
-    def feet(self, poses: Mapping[str, Array]) -> Array:
-        """Return the feet (S, 3) [m] of the segments; poses (7,) [m, 1] by body."""
-        return _placed(self._poses(poses), (self.foot,))[:, 0]
+    def feet_and_tops(self, poses: Mapping[str, Array]) -> tuple[Array, Array]:
+        """Return the feet and the tops (S, 3) [m] of the segments; poses (7,) [m, 1] by body."""
+        placed = _placed(self._poses(poses), (self.foot, self.top))
+        return placed[:, 0], placed[:, 1]
+
+    def lean(self, poses: Mapping[str, Array]) -> Array:
+        """Return the angle (S,) [rad] between the bodies' z axes and the vertical; poses (7,) [m, 1] by body."""
+        upward = rotation_matrices(self._poses(poses)[:, 3:])[:, 2, 2]
+        return np.asarray(np.arccos(np.clip(upward, -1.0, 1.0)))
 
     def _poses(self, poses: Mapping[str, Array]) -> Array:
         return np.array([poses[body] for body in self.bodies])

@@ -2,9 +2,10 @@
 
 Every body <body> of a boom or hull has the input `<body>.pose`. Outputs: `released`, `afloat`, `held`, `lost`, `stranded`, `recovered`,
 the account in m3; `lost.<cause>`, the oil now lost by that cause; of every boom <boom> `<boom>.held`, `<boom>.passed.<cause>`, the oil that
-it has lost since the start, and by segment `<boom>.held_by_segment`, `<boom>.thickness`, `<boom>.normal_speed`, `<boom>.draft`. A step
-sweeps each barrier from where the last step left it to the pose given for this one, so nothing leaks, whatever the bodies do. If the bodies
-make their step before the slick, that pose is the one at the step's end; if the slick is first, its barriers lag by a step.
+it has lost since the start, and by segment `<boom>.held_by_segment`, `<boom>.thickness`, `<boom>.normal_speed`, `<boom>.draft`,
+`<boom>.lean`, `<boom>.freeboard`. A step sweeps each barrier from where the last step left it to the pose given for this one, so nothing
+leaks, whatever the bodies do. If the bodies make their step before the slick, that pose is the one at the step's end; if the slick is
+first, its barriers lag by a step.
 The slick does not act on the bodies.
 """
 
@@ -18,18 +19,25 @@ import numpy.typing as npt
 
 from coupling.participant import Causality, Status, StepResult, Variable, checked_value, variable_table
 from coupling.participants.plan_barriers import BoomBodies, HullBody
+from oilsim.slick.barriers import Immersion
 from oilsim.slick.loss_cause import LossCause, LossRate, no_loss
 from oilsim.slick.slick import Slick
+from oilsim.slick.spill_source import SpillSource
 from oilsim.slick.surface_flow import SurfaceFlow
 
 Array = npt.NDArray[np.float64]
 
 ACCOUNT = ("released", "afloat", "held", "lost", "stranded", "recovered")
-BY_SEGMENT = {"held_by_segment": "m3", "thickness": "m", "normal_speed": "m/s", "draft": "m"}
+BY_SEGMENT = {"held_by_segment": "m3", "thickness": "m", "normal_speed": "m/s"}
+IMMERSION = {"draft": "m", "lean": "rad", "freeboard": "m"}
 
 
 class Surface(Protocol):
-    """The surface of a sea."""
+    """The surface of a sea that is still at the height `level` [m]."""
+
+    @property
+    def level(self) -> float:
+        """Height [m] of the still water."""
 
     def elevation(self, xy: Array, time: float) -> Array:
         """Return the height (N,) [m] of the surface at places (N, 2) [m] at `time` [s]."""
@@ -37,6 +45,8 @@ class Surface(Protocol):
 
 class FlatSurface:
     """A surface without waves, at the height 0."""
+
+    level = 0.0
 
     def elevation(self, xy: Array, time: float) -> Array:
         """Return zeros (N,) [m]."""
@@ -47,7 +57,8 @@ class SlickParticipant:
     """Steps a `Slick` whose barriers named by `booms` and `hulls` follow bodies; see the module for its variables.
 
     flow: motion of floating oil; water: that of the water at the booms' depth, the same if None; loss_rate: closures; surface: from
-    which the draft of booms is measured, by default flat at the height 0. Releases and recovery are calls of the slick,
+    which the draft of booms is measured, by default flat at the height 0; sources: oil that runs out; more may be appended to
+    `sources` between steps. Releases and recovery are calls of the slick,
     between steps. Raises ValueError for a boom that the slick does not have, or has with another number of segments.
     """
 
@@ -62,7 +73,9 @@ class SlickParticipant:
         loss_rate: LossRate = no_loss,
         water: SurfaceFlow | None = None,
         surface: Surface | None = None,
+        sources: Sequence[SpillSource] = (),
     ) -> None:
+        self.sources = list(sources)
         self._name, self._slick, self._surface = name, slick, surface or FlatSurface()
         self._flow, self._water, self._loss_rate = flow, water, loss_rate
         self._booms, self._hulls = tuple(booms), tuple(hulls)
@@ -87,7 +100,7 @@ class SlickParticipant:
         by_segment = [
             Variable(f"{boom.name}.{quantity}", unit, (len(boom.bodies),), Causality.OUTPUT)
             for boom in self._booms
-            for quantity, unit in BY_SEGMENT.items()
+            for quantity, unit in (BY_SEGMENT | IMMERSION).items()
         ]
         return [*(Variable(name, "m3", (), Causality.OUTPUT) for name in names), *by_segment]
 
@@ -156,8 +169,8 @@ class SlickParticipant:
             return np.array(held.sum())
         if quantity == "held_by_segment":
             return held.sum(axis=1)
-        if quantity == "draft":
-            return self._slick.barriers.draft[rows].copy()
+        if quantity in IMMERSION:
+            return np.array(getattr(self._slick.barriers, quantity)[rows])
         column: Array = getattr(pools, quantity)
         return np.asarray(column.reshape(-1, 2)[rows].max(axis=1))
 
@@ -171,6 +184,8 @@ class SlickParticipant:
     def do_step(self, time: float, step_size: float) -> StepResult:
         """Go from `time` to `time + step_size` [s] in one step of the slick."""
         self._move_barriers(time + step_size)
+        for source in self.sources:
+            source.pour(self._slick, time, step_size)
         self._slick.step(self._flow, time, step_size, self._loss_rate, water=self._water)
         self.observe()
         return StepResult(Status.OK, time + step_size)
@@ -179,15 +194,27 @@ class SlickParticipant:
         """Tell the slick where the bodies are at `time` [s]."""
         poses = {body: self._inputs[f"{body}.pose"] for body in self._bodies}
         for boom in self._booms:
-            feet = boom.feet(poses)
-            depth = self._surface.elevation(feet[:, :2], time) - feet[:, 2]
-            self._slick.move(boom.name, boom.nodes(poses), np.maximum(depth, 0.0))
+            self._slick.move(boom.name, boom.nodes(poses), self._immersion(boom, poses, time))
         for hull in self._hulls:
             self._slick.move(hull.name, hull.outline(poses))
 
+    def _immersion(self, boom: BoomBodies, poses: Mapping[str, Array], time: float) -> Immersion:
+        """Measure how a boom sits in the water at `time` [s]."""
+        feet, tops = boom.feet_and_tops(poses)
+        return Immersion(
+            draft=np.maximum(self._surface.elevation(feet[:, :2], time) - feet[:, 2], 0.0),
+            lean=boom.lean(poses),
+            freeboard=tops[:, 2] - self._surface.elevation(tops[:, :2], time),
+            is_submerged=tops[:, 2] < self._surface.level,
+        )
+
     def save_state(self) -> object:
-        """Return the slick's state and the last inputs."""
-        return {"slick": self._slick.save_state(), "inputs": {name: one.copy() for name, one in self._inputs.items()}}
+        """Return the state of slick and sources, and the last inputs."""
+        return {
+            "slick": self._slick.save_state(),
+            "sources": [source.save_state() for source in self.sources],
+            "inputs": {name: one.copy() for name, one in self._inputs.items()},
+        }
 
     def restore_state(self, state: object) -> None:
         """Go back to a state that `save_state` returned; TypeError for anything else."""
@@ -196,6 +223,8 @@ class SlickParticipant:
                 f"{self._name!r}: restore_state got a {type(state).__name__}, allowed: a state that save_state returned"
             )
         self._slick.restore_state(state["slick"])
+        for source, saved in zip(self.sources, state["sources"], strict=True):
+            source.restore_state(saved)
         self._inputs = {name: value.copy() for name, value in state["inputs"].items()}
         self.observe()
 

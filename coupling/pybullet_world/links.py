@@ -15,7 +15,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import csr_array
 from scipy.spatial.transform import Rotation
 
 from coupling.pybullet_import import pybullet
@@ -275,7 +274,7 @@ def read_links(client: int, bodies: Iterable[LinkedBody], gravity: Array, step_s
     acceleration, pose, twist = np.concatenate(accelerations), np.concatenate(poses), np.concatenate(twists)
     joints = _constraints(client, linked, {key: row for row, key in enumerate(keys)})
     if joints:
-        tied = Articulation(Joints(joints, len(pose)), pose, twist, csr_array(inverse_mass))
+        tied = Articulation(Joints(joints, len(pose)), pose, twist, inverse_mass)
         inverse_mass, acceleration = tied.inverse_mass(), tied.acceleration(acceleration, step_size)
     return LinkSystem(keys, pose, twist, inverse_mass, acceleration, np.array(is_free, dtype=bool))
 

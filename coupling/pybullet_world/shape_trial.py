@@ -16,7 +16,7 @@ import time
 from pathlib import Path
 
 from coupling.pybullet_import import pybullet
-from coupling.rigid.engine_state import kinds_of_shapes
+from coupling.rigid.engine.engine_state import kinds_of_shapes
 
 _PATIENCE = 10.0  # s, far above what the longest answer takes
 _OWN = {getattr(pybullet, name) for name in ("DIRECT", "SHARED_MEMORY_SERVER") if hasattr(pybullet, name)}

@@ -41,7 +41,7 @@ class MetEnvironment:
     """An environment and the rows of the bodies that it loads, in its order; it keeps `state` up to date."""
 
     def __init__(self, environment: Environment, rows: list[int], state: RigidBodyState) -> None:
-        self.environment, self._rows, self._state = environment, rows, state
+        self.environment, self.rows, self._state = environment, rows, state
         self._loads: BodyLoads | None = None
         self._sub_step = 0.0
         self._impulse = np.zeros((0, 6))
@@ -65,7 +65,7 @@ class MetEnvironment:
 
     def meet(self, time: float, sub_step: float) -> bool:
         """Note the loads at `time` [s] and how the bodies resist over `sub_step` [s]; return whether either is new."""
-        state, rows = self._state, self._rows
+        state, rows = self._state, self.rows
         if self._loads is not None and sub_step == self._sub_step:
             return False
         if self._loads is None:

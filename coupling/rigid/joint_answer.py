@@ -72,7 +72,7 @@ class JointAnswer:
             self._layout = Joints(self.joints, len(self._state.pose))
         if self._articulation is None:
             state = self._state
-            self._articulation = Articulation(self._layout, state.pose, state.twist, state.inverse_mass_matrix())
+            self._articulation = Articulation(self._layout, state.pose, state.twist, state.inverse_masses())
         return self._articulation
 
     def accelerations(self, time: float, duration: float) -> Array:

@@ -23,11 +23,12 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from copy import copy
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from numba import njit
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
@@ -35,9 +36,9 @@ from coupling.rigid.rotations import applied, cross, rotation_matrices
 from coupling.rigid.skyline_cholesky import EnvelopeCholesky
 
 Array = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
 
 REGULAR = 1e-9  # relative to the mean diagonal of J W J^T and added to it, because two joints on a line hold one direction twice
-AFTER, BEFORE = np.array([1, 2, 0]), np.array([2, 0, 1])  # axes, in cyclic order
 
 
 @dataclass(frozen=True)
@@ -51,104 +52,132 @@ class PointJoint:
     holds_turn: bool = False
 
 
-class Joints:
-    """The joints among bodies as arrays, with one row for each body that a joint holds; constant while the bodies move.
+class Sides(NamedTuple):
+    """The sides of all joints, one for each body that a joint holds.
 
-    first_row: row of J of each joint in the given order. Joints of one body have rows close to each other.
+    first row of J, sign, body, and number of rows, 3 or 6, each (S,) [1].
+    """
+
+    start: Ints
+    sign: Array
+    body: Ints
+    rows: Ints
+
+
+class Joints:
+    """The joints among bodies as arrays, with one side for each body that a joint holds; constant while the bodies move.
+
+    first_row: row of J of each joint in the given order. Joints of one body have rows close to each other. row_count: of J. pairs
+    (P, 2): sides of the same body. first_entries (R,): column of the first entry of each row of J W J^T, if W is of bodies each by itself.
     """
 
     def __init__(self, joints: Sequence[PointJoint], body_count: int) -> None:
-        self.first_row = _first_rows(joints, body_count)
+        self.first_row, self.body_count = _first_rows(joints, body_count), body_count
         sides = [
-            (start, sign, body, point, joint.holds_turn)
+            (start, sign, body, _row_count(joint), point)
             for start, joint in zip(self.first_row, joints, strict=True)
             for sign, body, point in ((1.0, joint.first, joint.first_point), (-1.0, joint.second, joint.second_point))
             if body >= 0
         ]
-        start = np.array([side[0] for side in sides], dtype=np.int64)
-        self._sign = np.array([side[1] for side in sides], dtype=np.float64)
-        self._body = np.array([side[2] for side in sides], dtype=np.int64)
-        self._point = np.array([side[3] for side in sides], dtype=np.float64).reshape(-1, 3)
-        turning = np.array([side[4] for side in sides], dtype=bool)
-        self._row_count = sum(_row_count(joint) for joint in joints)
-        self._row = start[:, None] + np.arange(3)
-        column = 6 * self._body[:, None, None] + np.stack([np.arange(3), 3 + AFTER, 3 + BEFORE], axis=1)
-        turn_row, turn_column = self._row[turning] + 3, 6 * self._body[turning, None] + 3 + np.arange(3)
-        self._turn_sign = np.repeat(self._sign[turning], 3)
-        row = np.concatenate([np.repeat(self._row.ravel(), 3), turn_row.ravel()])
-        column = np.concatenate([column.ravel(), turn_column.ravel()])
-        self._order = np.lexsort((column, row))
-        row_start = np.concatenate([[0], np.cumsum(np.bincount(row, minlength=self._row_count))])
-        shape = (self._row_count, 6 * body_count)
-        self._pattern = csr_array((np.arange(len(row)), column[self._order], row_start), shape=shape)
-        self._transposed = self._pattern.T.tocsr()
-        self._held = np.zeros(self._row_count)  # minus the points of the world
-        for start, joint in zip(self.first_row, joints, strict=True):
+        start, body, rows = (np.array([side[n] for side in sides], dtype=np.int64) for n in (0, 2, 3))
+        self.sides = Sides(start, np.array([side[1] for side in sides], dtype=np.float64), body, rows)
+        self._point = np.array([side[4] for side in sides], dtype=np.float64).reshape(-1, 3)
+        self.row_count = sum(_row_count(joint) for joint in joints)
+        of_body: dict[int, list[int]] = {}
+        for side, row in enumerate(body.tolist()):
+            of_body.setdefault(row, []).append(side)
+        pairs = [pair for together in of_body.values() for pair in itertools.product(together, repeat=2)]
+        self.pairs = np.array(pairs, dtype=np.int64).reshape(-1, 2)
+        self.first_entries = np.arange(self.row_count)
+        for one, other in pairs:
+            own = slice(start[one], start[one] + rows[one])
+            self.first_entries[own] = np.minimum(self.first_entries[own], start[other])
+        self._held = np.zeros(self.row_count)  # minus the points of the world
+        for first, joint in zip(self.first_row, joints, strict=True):
             if joint.second < 0:
-                self._held[start : start + 3] = -joint.second_point
+                self._held[first : first + 3] = -joint.second_point
 
     def arms(self, pose: Array) -> Array:
         """Return the arms (S, 3) [m] from the centre of each held body to the held point, world frame; pose (B, 7)."""
-        return applied(rotation_matrices(pose[self._body, 3:]), self._point)
+        return applied(rotation_matrices(pose[self.sides.body, 3:]), self._point)
 
-    def jacobian(self, arm: Array, twist: Array) -> tuple[csr_array, csr_array, Array]:
-        """Return J (R, 6 B), three rows for a joint and three more if it holds the turn, J^T, and dJ/dt V (R,).
+    def jacobian(self, arm: Array) -> Array:
+        """Return J (R, 6 B), three rows for a joint and three more if it holds the turn; arm (S, 3) [m] from `arms`."""
+        jacobian = np.zeros((self.row_count, 6 * self.body_count))
+        _fill_spread(
+            self.sides, arm, np.tile(np.eye(6), (self.body_count, 1, 1)), np.arange(6 * self.body_count), jacobian
+        )
+        return jacobian
 
-        arm (S, 3) [m] from `arms`; twist (B, 6) [m/s, rad/s].
-        """
-        rate = twist[self._body, 3:]
-        bend = self._sign[:, None] * cross(rate, cross(rate, arm))
-        bias: Array = np.bincount(self._row.ravel(), bend.ravel(), self._row_count).astype(np.float64)
-        # (v + omega x r)_axis = v_axis + omega_after r_before - omega_before r_after
-        entries = self._sign[:, None, None] * np.stack([np.ones_like(arm), arm[:, BEFORE], -arm[:, AFTER]], axis=2)
-        values = np.concatenate([entries.ravel(), self._turn_sign])[self._order]
-        # copies, because scipy's checks of new matrices would take longer than all the rest
-        jacobian, transposed = copy(self._pattern), copy(self._transposed)
-        jacobian.data, transposed.data = values, values[self._transposed.data]
-        return jacobian, transposed, bias
+    def bias(self, arm: Array, twist: Array) -> Array:
+        """Return dJ/dt V (R,); arm (S, 3) [m] from `arms`; twist (B, 6) [m/s, rad/s]."""
+        rate = twist[self.sides.body, 3:]
+        return self._summed(self.sides.sign[:, None] * cross(rate, cross(rate, arm)))
 
-    def stiffness(self, force: Array, arm: Array, body_count: int) -> Array:
+    def stiffness(self, force: Array, arm: Array) -> Array:
         """Return K (B, 3, 3) [N m]: under constant joint forces (R,) [N], a body that turns by theta gets the torque -K theta.
 
         K = sum (f . r) 1 - r f^T, the symmetric part; `arm` (S, 3) from `arms`.
         """
-        own = self._sign[:, None] * force[self._row]
+        own = self.sides.sign[:, None] * force[self.sides.start[:, None] + np.arange(3)]
         outward = (own * arm).sum(axis=1)[:, None, None] * np.eye(3)
-        stiffness = np.zeros((body_count, 3, 3))
-        np.add.at(stiffness, self._body, outward - arm[:, :, None] * own[:, None, :])
+        stiffness = np.zeros((self.body_count, 3, 3))
+        np.add.at(stiffness, self.sides.body, outward - arm[:, :, None] * own[:, None, :])
         return 0.5 * (stiffness + stiffness.transpose(0, 2, 1))
 
     def gaps(self, pose: Array, arm: Array) -> Array:
         """Return g (R,) [m], first point minus second; 0 in rows that hold the turn. `arm` (S, 3) from `arms`; pose (B, 7)."""
-        apart = self._sign[:, None] * (pose[self._body, :3] + arm)
-        return self._held + np.bincount(self._row.ravel(), apart.ravel(), self._row_count)
+        return self._held + self._summed(self.sides.sign[:, None] * (pose[self.sides.body, :3] + arm))
+
+    def _summed(self, values: Array) -> Array:
+        """Return the sums (R,) of `values` (S, 3) of all sides, in the first three rows of each joint."""
+        rows = self.sides.start[:, None] + np.arange(3)
+        return np.bincount(rows.ravel(), values.ravel(), self.row_count).astype(np.float64)
 
 
 class Articulation:
-    """Joints among bodies at one instant; pose (B, 7) [m, 1], twist (B, 6) [m/s, rad/s], inverse_mass (6 B, 6 B) [1/kg] without joints."""
+    """Joints among bodies at one instant.
 
-    def __init__(self, joints: Joints, pose: Array, twist: Array, inverse_mass: csr_array) -> None:
+    pose (B, 7) [m, 1], twist (B, 6) [m/s, rad/s]; inverse_mass without joints [1/kg, 1/(kg m), 1/(kg m2)]: (B, 6, 6) of bodies each by
+    itself, or (6 B, 6 B).
+    """
+
+    def __init__(self, joints: Joints, pose: Array, twist: Array, inverse_mass: Array) -> None:
         self._joints, self._pose, self._twist = joints, pose, twist
         self._inverse_mass, self._arm = inverse_mass, joints.arms(pose)
-        self._jacobian, self._transposed, self._bias = joints.jacobian(self._arm, twist)
-        self._spread = self._jacobian @ inverse_mass
-        system = (self._spread @ self._transposed).toarray()
+        self._bias = joints.bias(self._arm, twist)
+        system = np.zeros((joints.row_count, joints.row_count))
+        first = None
+        if inverse_mass.ndim == 3:
+            _fill_system(joints.sides, self._arm, joints.pairs, inverse_mass, system)
+            first = joints.first_entries
+        else:
+            jacobian = joints.jacobian(self._arm)
+            system = jacobian @ inverse_mass @ jacobian.T
         mean = float(np.trace(system)) / max(len(system), 1)
         system.flat[:: len(system) + 1] += REGULAR * mean or 1.0  # nothing moves if motors hold everything
-        self._system = EnvelopeCholesky(system)
-        self._answer: Array | None = None
+        self._system = EnvelopeCholesky(system, first)
 
-    def inverse_mass(self, chosen: npt.NDArray[np.int64] | None = None) -> Array:
-        """Return W_c [1/kg, 1/(kg m), 1/(kg m2)] (6 B, 6 B), or its rows and columns `chosen`; it must not be written to."""
-        if self._answer is None:
-            self._answer = self._inverse_mass.toarray()
-            self._answer -= self._spread.T @ self._system.solved(self._spread.toarray())
-        return self._answer if chosen is None else self._answer[chosen[:, None], chosen]
+    def inverse_mass(self, chosen: Ints | None = None) -> Array:
+        """Return W_c [1/kg, 1/(kg m), 1/(kg m2)] (6 B, 6 B), or its rows and columns `chosen`."""
+        size = 6 * self._joints.body_count
+        columns = np.arange(size) if chosen is None else chosen
+        if self._inverse_mass.ndim == 3:
+            spread = np.zeros((self._joints.row_count, len(columns)))
+            place = np.full(size, -1)
+            place[columns] = np.arange(len(columns))
+            _fill_spread(self._joints.sides, self._arm, self._inverse_mass, place, spread)
+            body, axis = columns // 6, columns % 6
+            answer = np.where(body[:, None] == body, self._inverse_mass[body[:, None], axis[:, None], axis], 0.0)
+        else:
+            spread = (self._joints.jacobian(self._arm) @ self._inverse_mass)[:, columns]
+            answer = self._inverse_mass[columns[:, None], columns]
+        return np.asarray(answer - spread.T @ self._system.solved(spread))
 
     def acceleration(self, free: Array, step_size: float) -> Array:
         """Return a_c (B, 6) [m/s2, rad/s2] for accelerations `free` (B, 6) without joints; h is `step_size` [s]."""
-        error = self._jacobian @ (free + self._twist / step_size).ravel() + self._bias
-        return free - (self._spread.T @ self._system.solved(error[:, None])[:, 0]).reshape(free.shape)
+        force = self._holding(free + self._twist / step_size, self._bias)
+        return free + self._answer(_transposed(self._joints.sides, self._arm, force, len(free)))
 
     def forces(self, free: Array, step_size: float, closing: float) -> tuple[Array, Array]:
         """Return forces (J, 3) [N] of joints on their first bodies, and the wrench J^T f (B, 6) of all; `free` and h as in `acceleration`.
@@ -158,7 +187,7 @@ class Articulation:
         gaps = self._joints.gaps(self._pose, self._arm)
         force = self._holding(free + self._twist / step_size, closing / step_size**2 * gaps)
         rows = self._joints.first_row[:, None] + np.arange(3)
-        return force[rows], (self._transposed @ force).reshape(free.shape)
+        return force[rows], _transposed(self._joints.sides, self._arm, force, len(free))
 
     def swing(self, free: Array, inverse_inertia: Array, enough: float) -> float:
         """Return a bound [rad/s] of the swing of bodies under their joints' forces; below `enough`, any such bound.
@@ -167,7 +196,7 @@ class Articulation:
         Only bodies that exceed `enough` by themselves are computed with joints: omega^4 = tr(A A) with A = W_c K, at least the square of
         its largest eigenvalue. `free` as in `acceleration`; inverse_inertia (B, 3, 3) [1/(kg m2)].
         """
-        stiffness = self._joints.stiffness(self._holding(free, self._bias), self._arm, len(free))
+        stiffness = self._joints.stiffness(self._holding(free, self._bias), self._arm)
         alone = _spectral_bound(inverse_inertia @ stiffness)
         fast = np.flatnonzero(alone > enough**2)
         rest = float(np.delete(alone, fast).max(initial=0.0))
@@ -179,7 +208,89 @@ class Articulation:
 
     def _holding(self, free: Array, besides: Array) -> Array:
         """Return forces (R,) [N, N m] of joints under which J a is -`besides` (R,), and without which it would be J `free` (B, 6)."""
-        return -self._system.solved((self._jacobian @ free.ravel() + besides)[:, None])[:, 0]
+        return -self._system.solved(_closing_rate(self._joints.sides, self._arm, free, besides))
+
+    def _answer(self, wrench: Array) -> Array:
+        """Return the accelerations W w (B, 6) [m/s2, rad/s2] without joints under a wrench w (B, 6) [N, N m]."""
+        if self._inverse_mass.ndim == 3:
+            return applied(self._inverse_mass, wrench)
+        return np.asarray((self._inverse_mass @ wrench.ravel()).reshape(wrench.shape))
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _spread_rows(sides: Sides, s: int, arm: Array, inverse_mass: Array, rows: Array) -> None:
+    """Write J W of a side (its rows, 6) to `rows` (6, 6); inverse_mass (6, 6) of its body. J's rows are e_v + r x e_w, and e_w."""
+    sign = sides.sign[s]
+    for axis in range(3):
+        after, before = (axis + 1) % 3, (axis + 2) % 3
+        for column in range(6):
+            # (v + omega x r)_axis = v_axis + omega_after r_before - omega_before r_after
+            along = inverse_mass[axis, column] + inverse_mass[3 + after, column] * arm[s, before]
+            rows[axis, column] = sign * (along - inverse_mass[3 + before, column] * arm[s, after])
+            rows[3 + axis, column] = sign * inverse_mass[3 + axis, column]
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _fill_system(sides: Sides, arm: Array, pairs: Ints, inverse_mass: Array, system: Array) -> None:
+    """Add the lower half of J W J^T to `system` (R, R); arm (S, 3), pairs (P, 2), inverse_mass (B, 6, 6)."""
+    rows, last = np.empty((6, 6)), -1
+    for pair in pairs:
+        s, t = pair[0], pair[1]
+        if s != last:
+            _spread_rows(sides, s, arm, inverse_mass[sides.body[s]], rows)
+            last = s
+        row, column, sign = sides.start[s], sides.start[t], sides.sign[t]
+        if row < column:
+            continue
+        for i in range(sides.rows[s]):
+            for axis in range(3):
+                after, before = (axis + 1) % 3, (axis + 2) % 3
+                across = rows[i, 3 + after] * arm[t, before] - rows[i, 3 + before] * arm[t, after]
+                system[row + i, column + axis] += sign * (rows[i, axis] + across)
+                if sides.rows[t] == 6:
+                    system[row + i, column + 3 + axis] += sign * rows[i, 3 + axis]
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _fill_spread(sides: Sides, arm: Array, inverse_mass: Array, place: Ints, spread: Array) -> None:
+    """Add J W to `spread` (R, N), whose columns `place` (6 B,) names, -1 for none; arm (S, 3), inverse_mass (B, 6, 6)."""
+    rows = np.empty((6, 6))
+    for s in range(len(sides.start)):
+        _spread_rows(sides, s, arm, inverse_mass[sides.body[s]], rows)
+        for column in range(6):
+            chosen = place[6 * sides.body[s] + column]
+            if chosen >= 0:
+                for i in range(sides.rows[s]):
+                    spread[sides.start[s] + i, chosen] += rows[i, column]
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _closing_rate(sides: Sides, arm: Array, motion: Array, besides: Array) -> Array:
+    """Return J m + `besides` (R,) of a motion m (B, 6), a twist or an acceleration; arm (S, 3)."""
+    result = besides.copy()
+    for s in range(len(sides.start)):
+        row, sign, own = sides.start[s], sides.sign[s], motion[sides.body[s]]
+        for axis in range(3):
+            after, before = (axis + 1) % 3, (axis + 2) % 3
+            result[row + axis] += sign * (own[axis] + own[3 + after] * arm[s, before] - own[3 + before] * arm[s, after])
+            if sides.rows[s] == 6:
+                result[row + 3 + axis] += sign * own[3 + axis]
+    return result
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _transposed(sides: Sides, arm: Array, force: Array, body_count: int) -> Array:
+    """Return the wrenches J^T f (B, 6) [N, N m] of joint forces f (R,) [N, N m]; arm (S, 3)."""
+    wrench = np.zeros((body_count, 6))
+    for s in range(len(sides.start)):
+        row, sign, own = sides.start[s], sides.sign[s], wrench[sides.body[s]]
+        for axis in range(3):
+            after, before = (axis + 1) % 3, (axis + 2) % 3
+            own[axis] += sign * force[row + axis]
+            own[3 + axis] += sign * (arm[s, after] * force[row + before] - arm[s, before] * force[row + after])
+            if sides.rows[s] == 6:
+                own[3 + axis] += sign * force[row + 3 + axis]
+    return wrench
 
 
 def _spectral_bound(matrices: Array) -> Array:

@@ -22,10 +22,10 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import csr_array
+from numba import njit
 
 from coupling.rigid.moorings.mooring_leg import MooringLeg
-from coupling.rigid.rotations import applied, cross, rotation_matrices
+from coupling.rigid.rotations import applied
 
 Array = npt.NDArray[np.float64]
 
@@ -59,42 +59,23 @@ class ElasticLine:
                 raise ValueError(f"{name} is {getattr(self, name)}, allowed: above 0")
         self.ordered_length = self.laid_length = self.length
 
-    def ends(self, pose: Array) -> tuple[Array, Array]:
-        """Return positions (2, 3) [m] of both ends, and arms (2, 3) [m] from the centres of mass; pose (B, 7)."""
-        rows = list(self.rows)
-        turned = applied(rotation_matrices(pose[rows, 3:]), self.points)
-        held = np.array(self.rows)[:, None] >= 0
-        return np.where(held, pose[rows, :3] + turned, self.points), np.where(held, turned, self.points)
-
     def pull(self, pose: Array, twist: Array, payout_rate: float, *, settle: bool) -> tuple[float, Array]:
         """Return the tension [N] and the wrenches (2, 6) [N, N m] on the bodies; pose (B, 7), twist (B, 6), payout_rate dL/dt [m/s].
 
         With `settle` the line parts beyond its breaking load; else it is only asked.
         """
-        positions, arms = self.ends(pose)
-        span = positions[1] - positions[0]
-        distance = float(np.linalg.norm(span))
-        if self.parted or distance <= self.length:
+        if self.parted:
             return 0.0, np.zeros((2, 6))
-        along = span / distance
-        rows = list(self.rows)
-        speed = (twist[rows, :3] + cross(twist[rows, 3:], arms)) @ along
-        rate = float(sum(sign * v for sign, row, v in zip((-1.0, 1.0), rows, speed, strict=True) if row >= 0))
-        stretch = distance - self.length + self.relaxation_time * (rate - payout_rate)
-        tension = max(0.0, self.stiffness / self.length * stretch)
+        terms = (float(self.length), float(self.stiffness), float(self.relaxation_time), float(payout_rate))
+        tension, wrenches = _pull(self.rows, self.points, terms, pose, twist)
         self.parted = settle and tension > self.breaking_load
-        force = np.outer((1.0, -1.0), tension * along)
-        return tension, np.hstack([force, cross(arms, force)])
+        return tension, wrenches
 
     def stretching(self, pose: Array) -> Array:
         """Return the row (B, 6) [-] with which twists of the bodies lengthen the line, dl/dt = sum of row times twist."""
-        positions, arms = self.ends(pose)
-        span = positions[1] - positions[0]
-        along = span / max(float(np.linalg.norm(span)), 1e-12)
         total = np.zeros((len(pose), 6))
-        for sign, row, arm in zip((-1.0, 1.0), self.rows, arms, strict=True):
-            if row >= 0 and not self.parted:
-                total[row] += sign * np.concatenate([along, np.cross(arm, along)])
+        if not self.parted:
+            _add_stretching(self.rows, self.points, pose, total)
         return total
 
     def spring(self, pose: Array) -> float:
@@ -118,10 +99,10 @@ class ElasticLine:
 Line = ElasticLine | MooringLeg
 
 
-def stiffest(line: Line, pose: Array, inverse_mass: csr_array, sub_step: float) -> float:
-    """Return the largest EA [N] that is stable in sub-steps of that length [s]; pose (B, 7), inverse_mass (6 B, 6 B)."""
-    stretching = line.stretching(pose).ravel()
-    compliance = float(stretching @ (inverse_mass @ stretching))
+def stiffest(line: Line, pose: Array, inverse_masses: Array, sub_step: float) -> float:
+    """Return the largest EA [N] that is stable in sub-steps of that length [s]; pose (B, 7), inverse_masses (B, 6, 6)."""
+    stretching = line.stretching(pose)
+    compliance = float((stretching * applied(inverse_masses, stretching)).sum())
     if compliance == 0.0:
         return math.inf
     return STABLE * line.length / (compliance * (sub_step**2 + 2.0 * sub_step * line.relaxation_time))
@@ -158,15 +139,16 @@ class Lines:
         """Return the unstretched length [m] when the line was added."""
         return self._lines[name].laid_length
 
-    def longest_step(self, pose: Array, inverse_mass: csr_array) -> float:
+    def longest_step(self, pose: Array, inverse_masses: Array) -> float:
         """Return the longest sub-step [s] that is stable if all lines (one or more) are taut, and legs as stiff as they are soon.
 
-        pose (B, 7), inverse_mass (6 B, 6 B).
+        pose (B, 7), inverse_masses (B, 6, 6).
         """
         lines = self._lines.values()
-        stretching = np.array([line.stretching(pose).ravel() for line in lines])
+        stretching = [line.stretching(pose) for line in lines]
+        answer = np.array([applied(inverse_masses, row).ravel() for row in stretching])
         stiffness = np.array([line.spring(pose) for line in lines])
-        compliance = stretching @ (inverse_mass @ stretching.T)
+        compliance = np.array([row.ravel() for row in stretching]) @ answer.T
         elastic = _largest(compliance, stiffness)
         damping = _largest(compliance, stiffness * [line.relaxation_time for line in lines])
         return STABLE / (damping + math.sqrt(damping**2 + STABLE * elastic)) if elastic > 0.0 else math.inf
@@ -240,3 +222,75 @@ def _largest(compliance: Array, stiffness: Array) -> float:
     """Return the largest eigenvalue of `compliance` (L, L) times diag(`stiffness`) (L,)."""
     root = np.sqrt(stiffness)
     return float(np.linalg.eigvalsh(root[:, None] * compliance * root)[-1])
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _ends(rows: tuple[int, int], points: Array, pose: Array) -> tuple[Array, Array]:
+    """Return positions (2, 3) [m] of both ends of a line, and arms (2, 3) [m] from the centres of mass; pose (B, 7)."""
+    position, arm = points.copy(), points.copy()
+    for end in range(2):
+        if rows[end] < 0:
+            continue
+        x, y, z, w = pose[rows[end], 3:]
+        a, b, c = points[end]
+        # R p = p + 2 q x (q x p + w p)
+        d, e, f = y * c - z * b + w * a, z * a - x * c + w * b, x * b - y * a + w * c
+        arm[end, 0] += 2.0 * (y * f - z * e)
+        arm[end, 1] += 2.0 * (z * d - x * f)
+        arm[end, 2] += 2.0 * (x * e - y * d)
+        for axis in range(3):
+            position[end, axis] = pose[rows[end], axis] + arm[end, axis]
+    return position, arm
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _push(wrench: Array, arm: Array, force: Array) -> None:
+    """Add `force` (3,) at `arm` (3,) [m] to a wrench (6,)."""
+    for axis in range(3):
+        after, before = (axis + 1) % 3, (axis + 2) % 3
+        wrench[axis] += force[axis]
+        wrench[3 + axis] += arm[after] * force[before] - arm[before] * force[after]
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _add_stretching(rows: tuple[int, int], points: Array, pose: Array, total: Array) -> None:
+    """Add `ElasticLine.stretching` of a line to `total` (B, 6); points (2, 3) [m], pose (B, 7)."""
+    position, arm = _ends(rows, points, pose)
+    span = position[1] - position[0]
+    along = span / max(np.sqrt((span**2).sum()), 1e-12)
+    for end in range(2):
+        if rows[end] >= 0:
+            _push(total[rows[end]], arm[end], (2.0 * end - 1.0) * along)
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _pull(
+    rows: tuple[int, int], points: Array, terms: tuple[float, float, float, float], pose: Array, twist: Array
+) -> tuple[float, Array]:
+    """Return the tension [N] of a line and the wrenches (2, 6) [N, N m] on its bodies; see the module.
+
+    points (2, 3) [m]; terms: length [m], stiffness [N], relaxation time [s], payout rate [m/s]; pose (B, 7), twist (B, 6).
+    """
+    length, stiffness, relaxation_time, payout_rate = terms
+    wrenches = np.zeros((2, 6))
+    position, arm = _ends(rows, points, pose)
+    span = position[1] - position[0]
+    distance = np.sqrt((span**2).sum())
+    if distance <= length:
+        return 0.0, wrenches
+    along, rate = span / distance, 0.0
+    for end in range(2):
+        row = rows[end]
+        if row >= 0:
+            for axis in range(3):
+                after, before = (axis + 1) % 3, (axis + 2) % 3
+                speed = (
+                    twist[row, axis]
+                    + twist[row, 3 + after] * arm[end, before]
+                    - twist[row, 3 + before] * arm[end, after]
+                )
+                rate += (2.0 * end - 1.0) * along[axis] * speed
+    tension = max(0.0, stiffness / length * (distance - length + relaxation_time * (rate - payout_rate)))
+    for end in range(2):
+        _push(wrenches[end], arm[end], (1.0 - 2.0 * end) * tension * along)
+    return tension, wrenches

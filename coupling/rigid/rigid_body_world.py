@@ -15,9 +15,9 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from coupling.bodies import MassProperties, require_closed
-from coupling.rigid.bullet_client import BulletClient
 from coupling.rigid.collision_step import Encounters
-from coupling.rigid.engine_step import Body, EngineStep
+from coupling.rigid.engine.bullet_client import BulletClient
+from coupling.rigid.engine.engine_step import Body, EngineStep
 from coupling.rigid.environment import Environment, MetEnvironment
 from coupling.rigid.holds import Holds
 from coupling.rigid.joint_answer import JointAnswer
@@ -280,6 +280,13 @@ class RigidBodyWorld:
         """The sea that loads bodies; None without one."""
         return None if self._answer.sea is None else self._answer.sea.environment
 
+    @property
+    def loaded_names(self) -> tuple[str, ...]:
+        """Names of the bodies that the sea loads, in its order; empty without one."""
+        rows = () if self._answer.sea is None else self._answer.sea.rows
+        by_row = {body.row: name for name, body in self._bodies.items()}
+        return tuple(by_row[row] for row in rows)
+
     def change_environment(self, environment: Environment) -> None:
         """Let another sea load the bodies that one loads already, from now on; ValueError without one."""
         if self._answer.sea is None:
@@ -392,6 +399,7 @@ class RigidBodyWorld:
 
     def save_state(self) -> dict[str, object]:
         """Return everything that moves, as plain data that can be pickled."""
+        self._engine.catch_up([body for body in self._bodies.values() if body.motion == "free"])
         return {
             "bullet": self._client.save(),
             "time": self.time,
@@ -412,6 +420,7 @@ class RigidBodyWorld:
         if set(tensions) != set(self._joints):
             raise ValueError(f"rigid bodies: state has joints {sorted(tensions)}, allowed: {sorted(self._joints)}")
         self._client.restore(content)
+        self._engine.is_behind = False
         self._state.restore(arrays)
         self._tensions = dict(tensions)
         self.lines.restore_state(state["lines"])  # type: ignore[arg-type]
@@ -431,7 +440,7 @@ class RigidBodyWorld:
 
     def _string(self, name: str, line: Line) -> None:
         """Add a line to the others; ValueError for one that is too stiff to be stepped."""
-        limit = stiffest(line, self._state.pose, self._state.inverse_mass_matrix(), SHORTEST)
+        limit = stiffest(line, self._state.pose, self._state.inverse_masses(), SHORTEST)
         if line.stiffness > limit:
             raise ValueError(
                 f"line {name!r}: stiffness is {line.stiffness:g} N, allowed: up to {limit:.3g} N for its bodies"
@@ -460,11 +469,11 @@ class RigidBodyWorld:
         sub_step = duration / count
         for index in range(count):
             forces = self._advance_once(begin + (index + 1) * sub_step, sub_step)
-            for (name, joint), force in zip(self._joints.items(), forces, strict=True):
-                impulses[name] += math.hypot(*(force + self._client.joint_force(joint))) * sub_step
+            for name, force in zip(self._joints, forces.tolist(), strict=True):
+                impulses[name] += math.hypot(*force) * sub_step
 
     def _advance_once(self, end: float, sub_step: float) -> Array:
-        """Make one sub-step that ends at the time `end`; the engine is skipped if no body is free.
+        """Make one sub-step that ends at the time `end`; the engine is skipped if no free body moves, or if none at sea can touch anything.
 
         Return the forces (J, 3) [N] of joints on their first bodies, including those that the engine adds because of contacts.
         """
@@ -482,7 +491,11 @@ class RigidBodyWorld:
             handed = wrench + joint_wrench
             if self._answer.sea is not None:
                 handed = handed - self._answer.sea.resisted(handed, self._gravity, sub_step)
-            self._engine.step(free, led, handed, sub_step)
+            if self._answer.sea is None or self._encounters.any_near(self._state.pose, self._state.twist, sub_step):
+                self._engine.step(free, led, handed, sub_step)
+                forces = forces + self._client.joint_forces(self._joints.values())
+            else:
+                self._engine.step_without_engine(free, handed, sub_step)
             self._answer.moved()
         for body, motion in led:
             self._place(body, motion)

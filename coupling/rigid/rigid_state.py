@@ -6,11 +6,9 @@ Frames and reference points as in `coupling.participant`: centre of mass, world 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from copy import copy
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import csr_array
 from scipy.spatial.transform import Rotation
 
 from coupling.bodies import MassProperties
@@ -34,7 +32,7 @@ class RigidBodyState:
         applied_wrench: (B, 6) of other known causes, without gravity [N, N m].
         line_wrench: (B, 6) of elastic lines [N, N m].
         reaction: (B, 6) of joints and contacts, mean over the last step [N, N m]; earlier_reaction: over the step before.
-        mass: (B,) [kg]; inertia: (B, 3, 3) along the body's axes [kg m2].
+        mass: (B,) [kg]; inertia: (B, 3, 3) along the body's axes [kg m2]; own_inverse_inertia: its inverses, 0 where a body is not free.
         is_free: (B,) true for bodies that move under forces.
         sea_wrench: (B, 6) of the environment, mean over the last step [N, N m].
         sea_load: (B, 6) of the environment at the present instant, before the bodies answer it [N, N m].
@@ -56,9 +54,8 @@ class RigidBodyState:
         self.sea_load = np.zeros((0, 6))
         self.resistance: Array | None = None
         self._resisted: Array = np.zeros((0, 6, 6))  # inverse masses of all bodies with that resistance
-        self._inverse_inertia: Array = np.zeros((0, 3, 3))
+        self.own_inverse_inertia: Array = np.zeros((0, 3, 3))
         self._ease = np.zeros(0)  # 1 / mass, 0 for a fixed or guided body
-        self._blocks = csr_array((0, 0))  # sparsity pattern of the inverse masses
         self._kept: tuple[Array, Array, Array] | None = None  # poses (B, 7), and the inertias at them
 
     def append(self, properties: MassProperties, start: Motion, *, is_free: bool) -> None:
@@ -69,16 +66,16 @@ class RigidBodyState:
             setattr(self, key, np.vstack([getattr(self, key), np.zeros(6)]))
         self.mass = np.append(self.mass, properties.mass)
         self.inertia = np.concatenate([self.inertia, properties.inertia[None]])
-        self._inverse_inertia = np.asarray(np.linalg.inv(self.inertia), dtype=np.float64)
+        self.own_inverse_inertia = np.asarray(np.linalg.inv(self.inertia), dtype=np.float64)
         self.is_free = np.append(self.is_free, is_free)
-        self._inverse_inertia[~self.is_free] = 0.0
+        self.own_inverse_inertia[~self.is_free] = 0.0
         self._ease = np.where(self.is_free, 1.0 / self.mass, 0.0)
 
     def hold(self, row: int, held: bool) -> None:
         """Let a body answer no force, as a fixed one does, or move freely again."""
         self.is_free[row] = not held
         self._ease[row] = 0.0 if held else 1.0 / self.mass[row]
-        self._inverse_inertia[row] = 0.0 if held else np.linalg.inv(self.inertia[row])
+        self.own_inverse_inertia[row] = 0.0 if held else np.linalg.inv(self.inertia[row])
         self._kept = None
 
     def save(self) -> dict[str, Array]:
@@ -102,7 +99,7 @@ class RigidBodyState:
         """Return `world_inertia` and `inverse_inertia`, which are kept until a body moves."""
         if self._kept is None or not np.array_equal(self._kept[0], self.pose):
             inertia = in_world(self.pose[:, 3:], self.inertia)
-            self._kept = (self.pose.copy(), inertia, in_world(self.pose[:, 3:], self._inverse_inertia))
+            self._kept = (self.pose.copy(), inertia, in_world(self.pose[:, 3:], self.own_inverse_inertia))
         return self._kept[1:]
 
     def world_inertia(self) -> Array:
@@ -146,17 +143,6 @@ class RigidBodyState:
             rate = target + duration * np.linalg.solve(inertia, torque[:, :, None])[:, :, 0]
         return rate
 
-    def inverse_mass_matrix(self) -> csr_array:
-        """Return the twists of all bodies by impulses on them (6 B, 6 B) [1/kg, 1/(kg m2)], without joints."""
-        count = len(self.pose)
-        blocks = self._inverse_masses()
-        if self._blocks.shape != (6 * count, 6 * count):
-            columns = np.arange(6 * count).reshape(count, 1, 6).repeat(6, axis=1).ravel()
-            self._blocks = csr_array((blocks.ravel(), columns, np.arange(0, 36 * count + 1, 6)))
-        matrix = copy(self._blocks)  # scipy's checks of a new matrix would take longer than all the rest
-        matrix.data = blocks.ravel()
-        return matrix
-
     def resist(self, rows: list[int], resistance: Array) -> None:
         """Let the environment add `resistance` (n, 6, 6) [kg, kg m, kg m2] to the mass matrices of these rows, until it is set again."""
         self.resistance = np.zeros((len(self.pose), 6, 6))
@@ -167,7 +153,7 @@ class RigidBodyState:
         carried[:, 3:, 3:] += self.world_inertia()[free]
         self._resisted[free] = np.linalg.inv(carried)
 
-    def _inverse_masses(self) -> Array:
+    def inverse_masses(self) -> Array:
         """Return the twist by impulse of each body (B, 6, 6), with what the environment adds to its mass; 0 for a fixed or guided one."""
         if self.resistance is not None:
             return self._resisted

@@ -16,17 +16,23 @@ COLUMNS = 64  # right hand sides that are solved at once and fit into the proces
 
 
 class EnvelopeCholesky:
-    """The factor L with L L^T = `matrix` (R, R) [-], whose lower half is read; LinAlgError if it is not positive definite."""
+    """The factor L with L L^T = `matrix` (R, R) [-], whose lower half is read; LinAlgError if it is not positive definite.
 
-    def __init__(self, matrix: Array) -> None:
-        self._first = first_entries(matrix)
+    first: (R,) column of each row's first entry, if it is known.
+    """
+
+    def __init__(self, matrix: Array, first: npt.NDArray[np.int64] | None = None) -> None:
+        self._first = first_entries(matrix) if first is None else first
         self._factor = matrix.copy()
         if not factorize(self._factor, self._first):
             raise np.linalg.LinAlgError("the matrix of the joints is not positive definite")
 
     def solved(self, right: Array) -> Array:
-        """Return matrix^-1 `right` (R, N) [-]."""
+        """Return matrix^-1 `right` (R, N) or (R,) [-]."""
         found = np.array(right, dtype=np.float64, order="C")
+        if found.ndim == 1:
+            solve_one(self._factor, self._first, found)
+            return found
         solve(self._factor, self._first, found)
         return found
 
@@ -75,3 +81,17 @@ def solve(factor: Array, first: npt.NDArray[np.int64], right: Array) -> None:
             for k in range(first[i], i):
                 for n in range(columns.shape[1]):
                     columns[k, n] -= factor[i, k] * columns[i, n]
+
+
+@njit(nogil=True, cache=True, fastmath=True, error_model="numpy")
+def solve_one(factor: Array, first: npt.NDArray[np.int64], right: Array) -> None:
+    """Replace the right hand side `right` (R,) [-] by the solution, with `factor` (R, R) and `first` (R,)."""
+    for i in range(len(factor)):
+        value = right[i]
+        for k in range(first[i], i):
+            value -= factor[i, k] * right[k]
+        right[i] = value / factor[i, i]
+    for i in range(len(factor) - 1, -1, -1):
+        right[i] /= factor[i, i]
+        for k in range(first[i], i):
+            right[k] -= factor[i, k] * right[i]

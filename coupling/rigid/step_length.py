@@ -19,6 +19,7 @@ TURNED_AT_SEA = (
     0.1  # [rad], largest turn of bodies that a sea loads: its damping takes far more energy than the step's error makes
 )
 SWUNG = 0.5  # [rad], largest swing under the forces of joints; from 2 on swings grow
+SWUNG_AT_SEA = 1.0  # [rad], the same of bodies that a sea loads, whose damping takes what swings gain
 SHORTEST = 5e-4  # [s], shortest step because of turns and swings, and of any single line when it is added
 
 
@@ -32,14 +33,17 @@ def step_rate(
 ) -> float:
     """Return the steps per second that bodies, joints (`held`) and lines need now, within the next `duration` [s]; gravity (3,) [m/s2]."""
     spin = np.linalg.norm(state.twist[state.is_free, 3:], axis=1)
-    patient = float(spin.max(initial=0.0)) / (TURNED if state.resistance is None else TURNED_AT_SEA)
+    at_sea = state.resistance is not None
+    patient = float(spin.max(initial=0.0)) / (TURNED_AT_SEA if at_sea else TURNED)
     wrench = state.wrench + state.applied_wrench + lines.present_pull(state.pose, state.twist) + state.sea_load
     if held is not None:
         free = state.accelerations_under(wrench, gravity)
-        patient = max(patient, held.swing(free, state.inverse_inertia(), SWUNG / duration) / SWUNG)
+        inverse_inertia = state.inverse_masses()[:, 3:, 3:] if at_sea else state.inverse_inertia()
+        swung = SWUNG_AT_SEA if at_sea else SWUNG
+        patient = max(patient, held.swing(free, inverse_inertia, swung / duration) / swung)
     # a resting body is not accelerated by its weight: joints and contacts last
     lasting = wrench + steady(state.earlier_reaction, state.reaction)
     later = state.twist + duration * state.accelerations_under(lasting, gravity)
     leaping = (encounters.rate(state.pose, twist, duration) for twist in (state.twist, later))
-    stiff = 1.0 / lines.longest_step(state.pose, state.inverse_mass_matrix()) if lines.names else 0.0
+    stiff = 1.0 / lines.longest_step(state.pose, state.inverse_masses()) if lines.names else 0.0
     return max(min(patient, 1.0 / SHORTEST), stiff, *leaping)

@@ -6,13 +6,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from coupling.testkit.history import History
 from recordings.checkpoint import Checkpoint, save_checkpoint, state_hash
-from recordings.frame import Frame
+from recordings.frame import Frame, RunDescription
 
 MARK = (230, 30, 120, 255)  # red, green, blue, opacity: a colour that no palette of a run has
 OTHER = (176, 182, 188, 255)
-WIDTH = 900  # [pixels]
+WIDTHS = (240, 900)  # [pixels] of a picture, least and largest
+PARTICLE = 30  # [pixels] of a particle in a small picture: larger ones take long to draw
 
 
 def write_recording(history: History, path: Path) -> None:
@@ -60,7 +63,7 @@ def draw_moment(history: History, frame: Frame, marked: Sequence[str], text: str
     meshes = {name: replace(mesh, color=MARK if name in marked else OTHER) for name, mesh in history.run.meshes.items()}
     positions = {name: phase.position for name, phase in frame.phases.items()}
     moment = Moment(time=frame.time, positions=positions, bodies=dict(frame.bodies))
-    image, outlines = render_marked(replace(history.run, meshes=meshes), moment, WIDTH, marked)
+    image, outlines = render_marked(replace(history.run, meshes=meshes), moment, _width(history.run, frame), marked)
     words = fill(text, 104)
     rows = words.count("\n") + 1
     scene, foot, top = 9.0 * image.shape[0] / image.shape[1], 0.2 * rows + 0.25, 0.4
@@ -91,3 +94,10 @@ def draw_moment(history: History, frame: Frame, marked: Sequence[str], text: str
         )
         figure.text(0.015, 0.12 / height, words, va="bottom", fontsize=9.5, color="#c23030")
         figure.savefig(path)
+
+
+def _width(run: RunDescription, frame: Frame) -> int:
+    """Return the width [pixels] of a picture in which a particle takes about PARTICLE pixels."""
+    extents = [float(np.ptp(phase.position, axis=0).max()) for phase in frame.phases.values() if len(phase.position)]
+    across = max(extents, default=np.inf) / run.particle_spacing
+    return int(np.clip(PARTICLE * across, *WIDTHS))

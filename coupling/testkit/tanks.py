@@ -31,20 +31,25 @@ def tank(
     depth: float,
     particle_spacing: float,
     phase: Phase = WATER,
+    wet_length: float | None = None,
     sleep_speed: float = 0.0,
+    threads: int | None = 1,
     exchange: ExchangeOptions = MONOLITHIC,
 ) -> TankScene:
     """Create a tank from the origin to `size` [m], open at the top, which fills to `depth` [m] around its bodies when the run begins.
 
+    wet_length [m]: it fills from x = 0 to there only, behind a gate or a dam; the level is then unknown, and checks must state it.
     Regions that move at less than `sleep_speed` [m/s] fall asleep (`oilsim.step.sleeping_regions`). Raises ValueError for a size that is
-    not above 0, and for a depth that is not above 0 or exceeds the tank's height.
+    not above 0, and for a depth or wet_length that is not above 0 or exceeds the tank's.
     """
     if not (finite("tank: size", size, 3) > 0.0).all():
         raise ValueError(f"tank: size is {size} m, allowed: above 0")
     if not 0.0 < depth <= size[2]:
         raise ValueError(f"tank: depth is {depth} m, allowed: above 0, to its height of {size[2]} m")
     config = _config((0.0, 0.0, 0.0), size, particle_spacing, phase, sleep_speed=sleep_speed)
-    return TankScene(config, (0.0, 0.0, 0.0), size, depth, exchange=exchange)
+    if wet_length is not None and not 0.0 < wet_length <= size[0]:
+        raise ValueError(f"tank: wet_length is {wet_length} m, allowed: above 0, to its length of {size[0]} m")
+    return TankScene(config, (0.0, 0.0, 0.0), size, depth, wet_length=wet_length, threads=threads, exchange=exchange)
 
 
 class TankScene(Scene):
@@ -57,20 +62,23 @@ class TankScene(Scene):
         upper: Vector,
         depth: float,
         *,
+        wet_length: float | None = None,
+        threads: int | None = 1,
         exchange: ExchangeOptions = MONOLITHIC,
         name: str = "tank",
         basin: Basin | None = None,
     ) -> None:
-        super().__init__(config, exchange=exchange, name=name)
-        self._upper, self._depth = upper, depth
+        super().__init__(config, threads=threads, exchange=exchange, name=name)
+        self._filled = (upper[0] if wet_length is None else wet_length, upper[1], depth)
         self.add_walls(lower, upper, basin=basin)
+        if wet_length is not None:
+            self._basin = None
         for corner, inward in ((lower, np.eye(3)), (upper, -np.eye(3)[:2])):
             for x, y, z in inward.tolist():
                 self.world.add_half_space(corner, (x, y, z))
 
     def _coupled(self) -> CoSimulation:
-        width, length, _ = self._upper
-        self.fill((0.0, 0.0, 0.0), (width, length, self._depth), phase=self.fluid.config.phases[0].name)
+        self.fill((0.0, 0.0, 0.0), self._filled, phase=self.fluid.config.phases[0].name)
         return super()._coupled()
 
 

@@ -43,6 +43,7 @@ def require_near(
     quantity: str, measured: float, expected: float, within: float, unit: str, context: Context = NO_CONTEXT
 ) -> None:
     """Require that `measured` is `expected` to `within`, all in `unit`; CheckFailed if not, ValueError for a tolerance below 0."""
+    __tracebackhide__ = True  # pytest shows the check instead
     _require_tolerance(within, unit)
     error = abs(measured - expected)
     if error <= within:  # false for NaN
@@ -55,6 +56,7 @@ def require_at_most(
     quantity: str, measured: float, limit: float, unit: str, context: Context = NO_CONTEXT, *, verb: str = "is"
 ) -> None:
     """Require that `measured` is `limit` at most, both in `unit`; CheckFailed if not, ValueError for a limit below 0."""
+    __tracebackhide__ = True
     _require_tolerance(limit, unit)
     if measured <= limit:
         return

@@ -123,10 +123,10 @@ class Walls:
         self.arm: Real = np.empty((3, 0), np.float32)
         self.owner: NDArray[np.uint16] = np.empty(0, np.uint16)
 
-    def add(self, boundary: BoundaryParticles) -> int:
-        """Add a boundary at rest and return its handle."""
-        handle = self._next
-        self._next += 1
+    def add(self, boundary: BoundaryParticles, handle: int | None = None) -> int:
+        """Add a boundary at rest and return its handle, a new one if none is given."""
+        handle = self._next if handle is None else handle
+        self._next = max(self._next, handle + 1)
         self.boundaries[handle] = boundary
         self._reach[handle] = float(np.linalg.norm(boundary.position, axis=1).max(initial=0.0))
         self._stale = True

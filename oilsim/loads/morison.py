@@ -34,7 +34,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from oilsim.loads.load_model import LoadModel, StackedParts, StackedStations, stacked_parts, stacked_stations
-from oilsim.loads.wetted_volume import wetted_volume
+from oilsim.loads.wetted_volume import add_wetted_volume
 from oilsim.physical_constants import AIR_DENSITY
 from oilsim.sea import Sea
 
@@ -99,6 +99,7 @@ class FloatingBodies:
         parts, stations = self._water_at(centers, places, time)
         _add_parts(self._parts, motion, parts, self._densities, found)
         _add_stations(self._stations, motion, stations, places, self._densities, found)
+        _into_world(motion.turn, found)
         return found
 
     def _water_at(self, centers: Array, places: Array, time: float) -> tuple[_Water, _Water]:
@@ -148,70 +149,110 @@ def _world_points(motion: _Motion, body: NDArray[np.int64], place: Array) -> Arr
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _crossed(a: Array, b: Array) -> Array:
-    """Return a x b, both (3,)."""
-    return np.array((a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]))
+def _into_body(turn: Array, vector: Array, result: Array) -> None:
+    """Write R^T `vector` (3,), along a body's axes, to `result` (3,)."""
+    for own in range(3):
+        result[own] = turn[0, own] * vector[0] + turn[1, own] * vector[1] + turn[2, own] * vector[2]
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _cross(a: Array, b: Array, result: Array) -> None:
+    """Write a x b, both (3,), to `result` (3,)."""
+    result[0] = a[1] * b[2] - a[2] * b[1]
+    result[1] = a[2] * b[0] - a[0] * b[2]
+    result[2] = a[0] * b[1] - a[1] * b[0]
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _push(wrench: Array, arm: Array, force: Array) -> None:
     """Add `force` (3,) [N] at `arm` (3,) [m] to a wrench (6,)."""
-    wrench[:3] += force
-    wrench[3:] += _crossed(arm, force)
+    for axis in range(3):
+        after, before = (axis + 1) % 3, (axis + 2) % 3
+        wrench[axis] += force[axis]
+        wrench[3 + axis] += arm[after] * force[before] - arm[before] * force[after]
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _spread(matrix: Array, arm: Array, tensor: Array) -> None:
-    """Add J^T `tensor` J to a matrix (6, 6), with J = [1, -arm x] the velocity at `arm` (3,) [m] by the twist; tensor (3, 3)."""
-    lever = np.zeros((3, 6))
-    lever[0, 0] = lever[1, 1] = lever[2, 2] = 1.0
-    lever[0, 4], lever[0, 5] = arm[2], -arm[1]
-    lever[1, 3], lever[1, 5] = -arm[2], arm[0]
-    lever[2, 3], lever[2, 4] = arm[1], -arm[0]
-    for i in range(6):
-        for j in range(6):
-            for k in range(3):
-                for m in range(3):
-                    matrix[i, j] += lever[k, i] * tensor[k, m] * lever[m, j]
+def _spread(matrix: Array, arm: Array, values: Array) -> None:
+    """Add J^T diag(`values`) J to a matrix (6, 6), with J = [1, -arm x] the velocity at `arm` (3,) [m] by the twist; values (3,)."""
+    for axis in range(3):
+        value, after, before = values[axis], (axis + 1) % 3, (axis + 2) % 3
+        # J's row of this axis is (e_axis, e_after arm_before - e_before arm_after)
+        one, other = value * arm[before], -value * arm[after]
+        matrix[axis, axis] += value
+        matrix[axis, 3 + after] += one
+        matrix[3 + after, axis] += one
+        matrix[axis, 3 + before] += other
+        matrix[3 + before, axis] += other
+        matrix[3 + after, 3 + after] += one * arm[before]
+        matrix[3 + before, 3 + before] -= other * arm[after]
+        matrix[3 + after, 3 + before] -= one * arm[after]
+        matrix[3 + before, 3 + after] -= one * arm[after]
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _along_axes(turn: Array, values: Array) -> Array:
-    """Return R diag(`values`) R^T (3, 3)."""
-    result = np.zeros((3, 3))
-    for i in range(3):
-        for j in range(3):
-            for k in range(3):
-                result[i, j] += turn[i, k] * values[k] * turn[j, k]
-    return result
+def _slip(turn: Array, fluid: Array, twist: Array, arm: Array, result: Array) -> None:
+    """Write the velocity of a `fluid` (3,) [m/s] past a place at `arm` (3,) [m] to `result` (3,); `twist` (6,) along the body's axes."""
+    _into_body(turn, fluid, result)
+    for axis in range(3):
+        after, before = (axis + 1) % 3, (axis + 2) % 3
+        result[axis] -= twist[axis] + twist[3 + after] * arm[before] - twist[3 + before] * arm[after]
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _own_twists(motion: _Motion) -> Array:
+    """Return the twists (B, 6) [m/s, rad/s] along the bodies' axes."""
+    own = np.empty(motion.twist.shape)
+    for b in range(len(own)):
+        _into_body(motion.turn[b], motion.twist[b, :3], own[b, :3])
+        _into_body(motion.turn[b], motion.twist[b, 3:], own[b, 3:])
+    return own
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _add_parts(parts: StackedParts, motion: _Motion, water: _Water, densities: Array, found: BodyLoads) -> None:
-    """Add buoyancy, wave pressure, added mass and wave damping of all parts to `found`; densities as `FloatingBodies` has them."""
-    density, gravity = densities[0], np.array((0.0, 0.0, -densities[2]))
+    """Add buoyancy, wave pressure, added mass and wave damping of all parts to `found`, along the bodies' axes.
+
+    densities as `FloatingBodies` has them.
+    """
+    density, gravity, twists = densities[0], densities[2], _own_twists(motion)
+    vectors = np.empty((8, 3))
+    up, steep, normal, surface, arm, slip, turning, force = vectors
+    carried, damped, total, corner = np.empty(3), np.empty(3), np.empty(5), np.empty((3, 3))
     for p in range(len(parts.body)):
         b = parts.body[p]
-        turn, twist, position = motion.turn[b], motion.twist[b], motion.position[b]
-        center = position + turn @ parts.center[p]
-        steepness = water.surface_acceleration[p] - gravity
-        normal = turn.T @ (steepness / np.sqrt((steepness**2).sum()))
-        surface = turn.T @ (np.array((center[0], center[1], water.elevation[p])) - position)
-        wetted = wetted_volume(parts.triangles[parts.first[p] : parts.first[p + 1]], surface, normal)
-        volume = wetted[0]
+        turn, twist, center = motion.turn[b], twists[b], parts.center[p]
+        height = motion.position[b, 2]
+        for axis in range(3):
+            up[axis] = turn[2, axis]
+            height += up[axis] * center[axis]
+        _into_body(turn, water.surface_acceleration[p], steep)
+        for axis in range(3):
+            steep[axis] += gravity * up[axis]
+            surface[axis] = center[axis] + up[axis] * (water.elevation[p] - height)
+        size = np.sqrt(steep[0] ** 2 + steep[1] ** 2 + steep[2] ** 2)
+        for axis in range(3):
+            normal[axis] = steep[axis] / size
+        add_wetted_volume(parts.triangles[parts.first[p] : parts.first[p + 1]], surface, normal, total, corner)
+        volume = total[0]
         if not volume > 0.0:
             continue
-        arm = turn @ (surface + wetted[1:4] / volume)
+        for axis in range(3):
+            arm[axis] = surface[axis] + total[1 + axis] / volume
         share = min(1.0, volume / parts.design_volume[p])
-        carried = _along_axes(turn, share * parts.added_mass[p])
-        damped = _along_axes(turn, share * parts.wave_damping[p])
-        turning = _crossed(twist[3:], _crossed(twist[3:], arm))
-        slip = water.velocity[p] - twist[:3] - _crossed(twist[3:], arm)
+        _slip(turn, water.velocity[p], twist, arm, slip)
+        entering = 0.0
         if share < 1.0:
-            entering = wetted[4] * max(0.0, (slip * (turn @ normal)).sum()) / parts.design_volume[p]
-            damped += _along_axes(turn, entering * parts.added_mass[p])
-        force = density * volume * (water.acceleration[p] - gravity)
-        force += carried @ (water.acceleration[p] - turning) + damped @ slip
+            coming = slip[0] * normal[0] + slip[1] * normal[1] + slip[2] * normal[2]
+            entering = total[4] * max(0.0, coming) / parts.design_volume[p]
+        _cross(twist[3:], arm, force)
+        _cross(twist[3:], force, turning)
+        _into_body(turn, water.acceleration[p], steep)
+        for axis in range(3):
+            carried[axis] = share * parts.added_mass[p, axis]
+            damped[axis] = share * parts.wave_damping[p, axis] + entering * parts.added_mass[p, axis]
+            force[axis] = density * volume * (steep[axis] + gravity * up[axis])
+            force[axis] += carried[axis] * (steep[axis] - turning[axis]) + damped[axis] * slip[axis]
         _push(found.wrench[b], arm, force)
         _spread(found.added_mass[b], arm, carried)
         _spread(found.damping[b], arm, damped)
@@ -222,25 +263,58 @@ def _add_parts(parts: StackedParts, motion: _Motion, water: _Water, densities: A
 def _add_stations(
     stations: StackedStations, motion: _Motion, water: _Water, places: Array, densities: Array, found: BodyLoads
 ) -> None:
-    """Add drag of water and air at all stations, which are at `places` (S, 3) [m], to `found`."""
+    """Add drag of water and air at all stations, which are at `places` (S, 3) [m], to `found`, along the bodies' axes."""
+    twists = _own_twists(motion)
+    pressed, slope, slip = np.empty(3), np.empty(3), np.empty(3)
     for s in range(len(stations.body)):
-        b = stations.body[s]
-        turn, twist = motion.turn[b], motion.twist[b]
-        arm = places[s] - motion.position[b]
+        b, arm = stations.body[s], stations.place[s]
         share = min(1.0, max(0.0, 0.5 + 0.5 * (water.elevation[s] - places[s, 2]) / stations.half_height[s]))
-        own = twist[:3] + _crossed(twist[3:], arm)
-        pressed, slope = np.zeros(3), np.zeros(3)
-        _press(0.5 * densities[0] * share * stations.drag_area[s], turn.T @ (water.velocity[s] - own), pressed, slope)
-        _press(
-            0.5 * densities[1] * (1.0 - share) * stations.wind_area[s], turn.T @ (water.wind[s] - own), pressed, slope
-        )
-        _push(found.wrench[b], arm, turn @ pressed)
-        _spread(found.damping[b], arm, _along_axes(turn, slope))
+        pressed[:], slope[:] = 0.0, 0.0
+        if share > 0.0:
+            _slip(motion.turn[b], water.velocity[s], twists[b], arm, slip)
+            _press(0.5 * densities[0] * share, stations.drag_area[s], slip, pressed, slope)
+        if share < 1.0:
+            _slip(motion.turn[b], water.wind[s], twists[b], arm, slip)
+            _press(0.5 * densities[1] * (1.0 - share), stations.wind_area[s], slip, pressed, slope)
+        _push(found.wrench[b], arm, pressed)
+        _spread(found.damping[b], arm, slope)
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _press(weight: Array, slip: Array, pressed: Array, slope: Array) -> None:
-    """Add weight |slip| slip (3,) to `pressed` [N] and its derivative by slip to `slope` [kg/s]; weight rho / 2 C_d A [kg/m]."""
+def _press(weight: float, area: Array, slip: Array, pressed: Array, slope: Array) -> None:
+    """Add weight area |slip| slip (3,) to `pressed` [N] and its derivative by slip to `slope` [kg/s].
+
+    weight: rho / 2 of the wetted or dry share [kg/m3]; area (3,) [m2].
+    """
     for axis in range(3):
-        pressed[axis] += weight[axis] * abs(slip[axis]) * slip[axis]
-        slope[axis] += 2.0 * weight[axis] * abs(slip[axis])
+        change = weight * area[axis] * abs(slip[axis])
+        pressed[axis] += change * slip[axis]
+        slope[axis] += 2.0 * change
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _into_world(turn: Array, found: BodyLoads) -> None:
+    """Turn the loads in `found` from the bodies' axes to the world's; turn (B, 3, 3)."""
+    half, vector = np.empty((3, 3)), np.empty(3)
+    for b in range(len(turn)):
+        for start in (0, 3):
+            vector[:] = found.wrench[b, start : start + 3]
+            for axis in range(3):
+                found.wrench[b, start + axis] = (
+                    turn[b, axis, 0] * vector[0] + turn[b, axis, 1] * vector[1] + turn[b, axis, 2] * vector[2]
+                )
+        for matrix in (found.added_mass[b], found.damping[b]):
+            for row in (0, 3):
+                for column in (0, 3):
+                    _turn_block(turn[b], matrix[row : row + 3, column : column + 3], half)
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _turn_block(turn: Array, block: Array, half: Array) -> None:
+    """Replace `block` T (3, 3) by R T R^T; `half` (3, 3) is room for R T."""
+    for i in range(3):
+        for j in range(3):
+            half[i, j] = turn[i, 0] * block[0, j] + turn[i, 1] * block[1, j] + turn[i, 2] * block[2, j]
+    for i in range(3):
+        for j in range(3):
+            block[i, j] = half[i, 0] * turn[j, 0] + half[i, 1] * turn[j, 1] + half[i, 2] * turn[j, 2]

@@ -19,24 +19,30 @@ Array = NDArray[np.float64]
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _tetrahedron(a, b, c, normal, total):
-    """Add volume and moment of the tetrahedron 0, a, b, c (3,) [m], and its part of the lid, to `total` (5,) [m3, m4, m2]."""
-    volume = (
-        a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0])
-    ) / 6.0
+def _add_tetrahedron(a, b, c, normal, total):
+    """Add volume and moment of the tetrahedron 0, a, b, c (3,) [m], and its part of the lid, to `total` (5,) [m3, m4, m2].
+
+    With n = (b - a) x (c - a), twice the area vector of the face, the volume is a . n / 6.
+    """
+    n_x = (b[1] - a[1]) * (c[2] - a[2]) - (b[2] - a[2]) * (c[1] - a[1])
+    n_y = (b[2] - a[2]) * (c[0] - a[0]) - (b[0] - a[0]) * (c[2] - a[2])
+    n_z = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+    volume = (a[0] * n_x + a[1] * n_y + a[2] * n_z) / 6.0
     total[0] += volume
     for axis in range(3):
         total[1 + axis] += 0.25 * volume * (a[axis] + b[axis] + c[axis])
-        after, before = (axis + 1) % 3, (axis + 2) % 3
-        area = (b[after] - a[after]) * (c[before] - a[before]) - (b[before] - a[before]) * (c[after] - a[after])
-        total[4] -= 0.5 * area * normal[axis]
+    total[4] -= 0.5 * (n_x * normal[0] + n_y * normal[1] + n_z * normal[2])
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _crossing(above, below, height_above, height_below):
-    """Return the point (3,) [m] at height 0 on the edge between two points."""
+    """Return the point at height 0 on the edge between two points (3,) [m], as three numbers."""
     share = height_above / (height_above - height_below)
-    return above + share * (below - above)
+    return (
+        above[0] + share * (below[0] - above[0]),
+        above[1] + share * (below[1] - above[1]),
+        above[2] + share * (below[2] - above[2]),
+    )
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
@@ -45,27 +51,43 @@ def wetted_volume(triangles: Array, point: Array, normal: Array) -> Array:
 
     triangles (T, 3, 3) [m], closed and outward; point (3,) [m] of the plane; normal (3,), a unit vector to its dry side.
     """
-    total, corner, height = np.zeros(5), np.empty((3, 3)), np.empty(3)
-    for triangle in triangles:
-        below = 0
+    total = np.empty(5)
+    add_wetted_volume(triangles, point, normal, total, np.empty((3, 3)))
+    return total
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def add_wetted_volume(triangles, point, normal, total, corner):
+    """Write the result of `wetted_volume` to `total` (5,) [m3, m4, m2], with its `triangles`, `point` and `normal`.
+
+    corner (3, 3) [m] is room for a triangle.
+    """
+    total[:] = 0.0
+    level = point[0] * normal[0] + point[1] * normal[1] + point[2] * normal[2]
+    for t in range(len(triangles)):
+        triangle = triangles[t]
+        first = triangle[0, 0] * normal[0] + triangle[0, 1] * normal[1] + triangle[0, 2] * normal[2] - level
+        second = triangle[1, 0] * normal[0] + triangle[1, 1] * normal[1] + triangle[1, 2] * normal[2] - level
+        third = triangle[2, 0] * normal[0] + triangle[2, 1] * normal[1] + triangle[2, 2] * normal[2] - level
+        height = (first, second, third)
+        below = int(first < 0.0) + int(second < 0.0) + int(third < 0.0)
+        if below == 0:
+            continue
         for k in range(3):
-            height[k] = 0.0
             for axis in range(3):
                 corner[k, axis] = triangle[k, axis] - point[axis]
-                height[k] += corner[k, axis] * normal[axis]
-            below += height[k] < 0.0
         if below == 3:
-            _tetrahedron(corner[0], corner[1], corner[2], normal, total)
-        elif below > 0:
-            odd = 0  # the corner that is alone on its side
-            while (height[odd] < 0.0) != (below == 1):
-                odd += 1
-            a, b, c = corner[odd], corner[(odd + 1) % 3], corner[(odd + 2) % 3]
-            ab = _crossing(a, b, height[odd], height[(odd + 1) % 3])
-            ac = _crossing(a, c, height[odd], height[(odd + 2) % 3])
-            if below == 1:
-                _tetrahedron(a, ab, ac, normal, total)
-            else:
-                _tetrahedron(ab, b, c, normal, total)
-                _tetrahedron(ab, c, ac, normal, total)
-    return total
+            _add_tetrahedron(corner[0], corner[1], corner[2], normal, total)
+            continue
+        odd = 0  # the corner that is alone on its side
+        while (height[odd] < 0.0) != (below == 1):
+            odd += 1
+        b_row, c_row = (odd + 1) % 3, (odd + 2) % 3
+        a, b, c = corner[odd], corner[b_row], corner[c_row]
+        ab = _crossing(a, b, height[odd], height[b_row])
+        ac = _crossing(a, c, height[odd], height[c_row])
+        if below == 1:
+            _add_tetrahedron(a, ab, ac, normal, total)
+        else:
+            _add_tetrahedron(ab, b, c, normal, total)
+            _add_tetrahedron(ab, c, ac, normal, total)

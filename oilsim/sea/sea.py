@@ -71,6 +71,11 @@ class Sea:
         return waves.components(self._water, self.description.surface_current, self.description.shear_exponent)
 
     @property
+    def level(self) -> float:
+        """Height of the still water [m] in the world."""
+        return self.description.level
+
+    @property
     def components(self) -> WaveComponents:
         """The regular waves that the sea is made of, (M,) each: [m], [1/m], [rad/s], [rad]."""
         return self._waves

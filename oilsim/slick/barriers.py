@@ -6,9 +6,10 @@ line from its old to its new place.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,6 +23,21 @@ STANDOFF = 1e-3
 MARGIN = 20.0
 # [margins] from an end within which parcels are looked after in sharper corners; numerical; down to 0.6 degrees
 NEAR = 5.0
+
+
+class Immersion(NamedTuple):
+    """Position of the S segments of a boom in the water; a scalar holds for all of them.
+
+    draft         (S,) [m] from the surface down to the skirt's foot, 0 or more
+    lean          (S,) [rad] of the skirt from the vertical
+    freeboard     (S,) [m] of the top above the local surface, negative under it; infinite for a top that no sea reaches
+    is_submerged  (S,) whether the top lies below the still water
+    """
+
+    draft: ArrayLike
+    lean: ArrayLike = 0.0
+    freeboard: ArrayLike = math.inf
+    is_submerged: ArrayLike = False
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -38,7 +54,7 @@ class Boom:
 
     def __post_init__(self) -> None:
         _require_nodes(f"boom {self.name!r}", self.nodes, 3 if self.is_closed else 2)
-        checked_draft(self, self.draft)
+        checked_immersion(self, Immersion(self.draft))
 
     @property
     def segments(self) -> int:
@@ -72,14 +88,20 @@ class Outline:
 Barrier = Boom | Outline
 
 
-def checked_draft(boom: Boom, draft: ArrayLike) -> Array:
-    """Return a boom's draft as (S,) [m]; ValueError for another shape or one below 0."""
-    given = np.asarray(draft, np.float64)
-    if given.shape not in ((), (boom.segments,)):
-        raise ValueError(f"boom {boom.name!r}: draft has shape {given.shape}, allowed: () or ({boom.segments},)")
-    if not (np.isfinite(given).all() and (given >= 0.0).all()):
-        raise ValueError(f"boom {boom.name!r}: draft is {given.min():g} m somewhere, allowed: 0 or more, finite")
-    return np.broadcast_to(given, (boom.segments,)).copy()
+def checked_immersion(boom: Boom, immersion: Immersion) -> dict[str, NDArray[Any]]:
+    """Return a boom's immersion as arrays (S,) [m, rad] by name; ValueError for another shape, a draft below 0, or no numbers."""
+    arrays = {}
+    for name, value in immersion._asdict().items():
+        given = np.asarray(value, np.bool_ if name == "is_submerged" else np.float64)
+        if given.shape not in ((), (boom.segments,)):
+            raise ValueError(f"boom {boom.name!r}: {name} has shape {given.shape}, allowed: () or ({boom.segments},)")
+        if np.isnan(given).any():
+            raise ValueError(f"boom {boom.name!r}: {name} is nan somewhere, allowed: a number")
+        arrays[name] = np.broadcast_to(given, (boom.segments,)).copy()
+    draft = arrays["draft"]
+    if not (np.isfinite(draft).all() and (draft >= 0.0).all()):
+        raise ValueError(f"boom {boom.name!r}: draft is {draft.min():g} m somewhere, allowed: 0 or more, finite")
+    return arrays
 
 
 def _require_nodes(what: str, nodes: ArrayLike, least: int) -> None:
@@ -98,7 +120,8 @@ class Barriers:
     """All barriers of a slick as S segments in one list.
 
     start, end            (S, 2) [m] now; old_start, old_end (S, 2) [m] when the last step began
-    draft                 (S,) [m] of booms; capacity (S,) [m3/m] of outlines, -1 of booms
+    draft, lean, freeboard, is_submerged  (S,) of booms, see `Immersion`
+    capacity              (S,) [m3/m] of outlines, -1 of booms
     following, preceding  (S,) the segments tied to its end and its start, -1 at a free end
     """
 
@@ -111,7 +134,9 @@ class Barriers:
         self._rows: dict[str, slice] = {}
         count = sum(one.segments for one in barriers)
         self.start, self.end = np.zeros((count, 2)), np.zeros((count, 2))
-        self.draft, self.capacity = np.zeros(count), np.full(count, -1.0)
+        self.capacity = np.full(count, -1.0)
+        self.draft, self.lean, self.freeboard = np.zeros(count), np.zeros(count), np.full(count, math.inf)
+        self.is_submerged = np.zeros(count, np.bool_)
         self.following, self.preceding = np.arange(1, count + 1), np.arange(-1, count - 1)
         first = 0
         for one in barriers:
@@ -121,7 +146,7 @@ class Barriers:
             if isinstance(one, Outline):
                 self.capacity[rows] = one.capacity
             else:
-                self.draft[rows] = checked_draft(one, one.draft)
+                self._immerse(one, Immersion(one.draft))
             self._place(one, one.nodes)
             first = rows.stop
         self.settle()
@@ -144,10 +169,10 @@ class Barriers:
         """Return the names of all booms."""
         return [name for name, one in self._members.items() if isinstance(one, Boom)]
 
-    def move(self, name: str, nodes: ArrayLike, draft: ArrayLike | None = None) -> None:
-        """Say where a barrier's nodes (N, 2) [m] are at the end of the next step, and a boom's draft (S,) [m].
+    def move(self, name: str, nodes: ArrayLike, immersion: Immersion | None = None) -> None:
+        """Say where a barrier's nodes (N, 2) [m] are at the end of the next step, and how a boom sits in the water.
 
-        Raises ValueError for an unknown name, another number of nodes, a draft of an outline, and values that cannot be.
+        Raises ValueError for an unknown name, another number of nodes, an immersion of an outline, and values that cannot be.
         """
         self.rows(name)
         one = self._members[name]
@@ -155,12 +180,12 @@ class Barriers:
         if given.shape != expected:
             raise ValueError(f"barrier {name!r}: nodes have shape {given.shape}, allowed: {expected}")
         _require_nodes(f"barrier {name!r}", given, 3 if one.is_closed else 2)
-        if draft is not None:
+        if immersion is not None:
             if not isinstance(one, Boom):
                 raise ValueError(
-                    f"outline {name!r}: a draft was given, allowed: none, since oil does not pass under it"
+                    f"outline {name!r}: an immersion was given, allowed: none, since oil does not pass under it"
                 )
-            self.draft[self._rows[name]] = checked_draft(one, draft)
+            self._immerse(one, immersion)
         self._place(one, given)
 
     def settle(self) -> None:
@@ -171,6 +196,10 @@ class Barriers:
         rows, given = self._rows[one.name], np.asarray(nodes, np.float64)
         self.start[rows] = given[: one.segments]
         self.end[rows] = np.roll(given, -1, axis=0) if one.is_closed else given[1:]
+
+    def _immerse(self, one: Boom, immersion: Immersion) -> None:
+        for name, values in checked_immersion(one, immersion).items():
+            getattr(self, name)[self._rows[one.name]] = values
 
     def points(self, segment: Rows, along: Array) -> Array:
         """Return the points (N, 2) [m] at the shares `along` (N,) [-] of segments (N,)."""
@@ -197,8 +226,8 @@ class Barriers:
         return inside
 
     def save_state(self) -> dict[str, Any]:
-        """Return where the barriers are, and their drafts."""
-        names = ("start", "end", "old_start", "old_end", "draft")
+        """Return where the barriers are, and how they sit in the water."""
+        names = ("start", "end", "old_start", "old_end", *Immersion._fields)
         return {name: getattr(self, name).copy() for name in names}
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:

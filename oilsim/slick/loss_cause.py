@@ -33,6 +33,9 @@ class Pools(NamedTuple):
     normal_speed          (P,) [m/s] of the water towards the segment, relative to it; negative where it flows away
     speed                 (P,) [m/s] of the water relative to the segment
     draft                 (P,) [m] from the surface down to the skirt's foot
+    lean                  (P,) [rad] of the skirt from the vertical
+    freeboard             (P,) [m] of the top above the local surface, negative under it; infinite if nothing tells it
+    is_submerged          (P,) whether the top lies below the still water
     volume                (P,) [m3] held
     volume_per_front      (P,) [m2] held volume over `front`
     front_thickness       (P,) [m] of the oil at the pool's head; thickness (P,) [m] at the segment
@@ -48,6 +51,9 @@ class Pools(NamedTuple):
     normal_speed: Array
     speed: Array
     draft: Array
+    lean: Array
+    freeboard: Array
+    is_submerged: NDArray[np.bool_]
     volume: Array
     volume_per_front: Array
     front_thickness: Array

@@ -84,8 +84,9 @@ def measure_pools(
     thick[pressed] = boom_thickness(head[pressed], growth, volume[pressed] / front[pressed])
     reach[pressed] = distance_to(thick[pressed], growth, head[pressed])
     return Pools(
-        segment, side, length, front, normal_speed, speed, barriers.draft[segment], volume, volume / front, head, thick,
-        reach, density, viscosity, tension, water_density,
+        segment, side, length, front, normal_speed, speed, barriers.draft[segment], barriers.lean[segment],
+        barriers.freeboard[segment], barriers.is_submerged[segment], volume, volume / front, head, thick, reach, density,
+        viscosity, tension, water_density,
     )  # fmt: skip
 
 

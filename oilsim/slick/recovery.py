@@ -9,6 +9,15 @@ from oilsim.slick.parcels import Parcels, ParcelState
 ON_WATER = (ParcelState.AFLOAT, ParcelState.HELD, ParcelState.LOST)
 
 
+def oil_within(parcels: Parcels, center: tuple[float, float], radius: float) -> tuple[float, float]:
+    """Return the volume [m3] of the oil on the water within `radius` [m] of a center, and its mean density [kg/m3], 0 without oil."""
+    near = np.hypot(*(parcels.position - np.asarray(center)).T) <= radius
+    rows = np.flatnonzero(near & np.isin(parcels.state, ON_WATER))
+    volume = float(parcels.volume[rows].sum())
+    mass = float((parcels.volume[rows] * parcels.density[rows]).sum())
+    return volume, mass / volume if volume > 0.0 else 0.0
+
+
 def recover(parcels: Parcels, center: tuple[float, float], radius: float, volume: float) -> float:
     """Take up to `volume` [m3] of the oil on the water out of it within `radius` [m] of a center; return the volume that was there [m3].
 

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from oilsim.physical_constants import SEA_WATER_DENSITY
 from oilsim.quantity import quantity, require
 from oilsim.slick.account import SlickAccount, take_account
-from oilsim.slick.barriers import Barrier, Barriers
+from oilsim.slick.barriers import Barrier, Barriers, Immersion
 from oilsim.slick.crossing import beside, first_crossings, moving_sweep, resting_sweep
 from oilsim.slick.loss_cause import LossCause, LossRate, Pools, no_loss
 from oilsim.slick.losses import Losses
@@ -21,7 +21,7 @@ from oilsim.slick.merging import merge_parcels
 from oilsim.slick.oil import Oil
 from oilsim.slick.parcels import Parcels, ParcelState, Rows
 from oilsim.slick.pools import arrange, hold, lose_around_ends, measure_pools, release_slack, slide
-from oilsim.slick.recovery import recover
+from oilsim.slick.recovery import oil_within, recover
 from oilsim.slick.spreading.gradient_flow import Liquids, cell_size, spread
 from oilsim.slick.stranding import carry_stranded, strand
 from oilsim.slick.surface_flow import SurfaceFlow
@@ -116,12 +116,12 @@ class Slick:
                 f"release: the oil's density is {oil.density:g} kg/m3, allowed: below {self.settings.water_density:g} kg/m3"
             )
 
-    def move(self, name: str, nodes: ArrayLike, draft: ArrayLike | None = None) -> None:
-        """Say where a barrier's nodes (N, 2) [m] are at the end of the next step, and a boom's draft (S,) [m].
+    def move(self, name: str, nodes: ArrayLike, immersion: Immersion | None = None) -> None:
+        """Say where a barrier's nodes (N, 2) [m] are at the end of the next step, and how a boom sits in the water.
 
         Raises ValueError for an unknown name and for values that cannot be.
         """
-        self.barriers.move(name, nodes, draft)
+        self.barriers.move(name, nodes, immersion)
 
     def step(
         self,
@@ -204,6 +204,10 @@ class Slick:
     def _measure(self, relative: Array) -> Pools:
         return measure_pools(self.parcels, self.barriers, relative, self.settings.water_density, self.settings.friction)
 
+    def oil_within(self, center: tuple[float, float], radius: float) -> tuple[float, float]:
+        """Return the volume [m3] of the oil on the water within `radius` [m] of a center, and its mean density [kg/m3], 0 without oil."""
+        return oil_within(self.parcels, center, radius)
+
     def recover(self, center: tuple[float, float], radius: float, volume: float) -> float:
         """Take up to `volume` [m3] off the water within `radius` [m] of a center; return the volume that was there [m3].
 
@@ -232,7 +236,7 @@ class Slick:
         self.parcels.restore_state(saved["parcels"])
         self.barriers.restore_state(saved["barriers"])
         self.losses.restore_state(saved["losses"])
-        self.pools = saved["pools"]
+        self.pools = Pools(*saved["pools"])  # a checkpoint's file holds a plain tuple
         self._random.bit_generator.state = saved["random"]
         self._released = saved["released"]
 

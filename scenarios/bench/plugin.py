@@ -54,11 +54,12 @@ def oilsim_bench(request: pytest.FixtureRequest) -> Iterator[TestBench]:
     from scenarios.bench.evidence import TestBench
 
     config = request.config
+    is_updating = config.getoption("--oilsim-update")
     bench = TestBench(
         request.node.nodeid,
-        keeps_frames=config.getoption("--oilsim-record") != "never",
+        keeps_frames=is_updating or config.getoption("--oilsim-record") != "never",
         marker=request.node.get_closest_marker("oilsim_limits"),
-        is_updating=config.getoption("--oilsim-update"),
+        is_updating=is_updating,
         worker=_is_worker(config),
     )
     request.node.stash[_BENCH] = bench

@@ -33,11 +33,16 @@ def sea_scene(description: SeaDescription, *, communication_step: float = STEP) 
 class SeaScene:
     """Bodies that a sea loads: add them, then run.
 
-    sea, world: the sea and the rigid bodies. history: what happened so far. Use it in a `with` block, or as the fixture's.
+    sea, world: the sea and the rigid bodies. history: what happened so far; the series `probes/NAME` is the sea's height
+    [m] at a body. Use it in a `with` block, or as the fixture's.
     """
 
     def __init__(self, sea: Sea, communication_step: float) -> None:
-        self.sea, self.world, self.history = sea, RigidBodyWorld(communication_step=communication_step), History()
+        self.sea, self.world, self.history = (
+            sea,
+            RigidBodyWorld(sub_step=communication_step, communication_step=communication_step),
+            History(),
+        )
         self._step = communication_step
         self._meshes: dict[str, trimesh.Trimesh] = {}
         self._models: dict[str, object] = {}
@@ -130,7 +135,7 @@ class SeaScene:
                 wrench=self.world.sea_wrench(name),
             )  # fmt: skip
         places = {name: body.position[:2] for name, body in bodies.items()}
-        heights = {f"probes/sea at {name}": float(self.sea.elevation(xy, point.time)) for name, xy in places.items()}
+        heights = {f"probes/{name}": float(self.sea.elevation(xy, point.time)) for name, xy in places.items()}
         return Frame(index=point.index, time=point.time, bodies=bodies, scalars=heights)
 
     def _require_not_begun(self, what: str) -> None:

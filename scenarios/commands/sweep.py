@@ -17,9 +17,29 @@ def register(commands: argparse._SubParsersAction) -> None:
     parser.add_argument(
         "--vary",
         action="append",
-        required=True,
+        default=[],
         metavar="KEY=VALUE,VALUE,...",
         help="values for an entry, for example tow.speed_kn=0.3,0.5,0.7; may be repeated",
+    )
+    parser.add_argument(
+        "--range",
+        action="append",
+        default=[],
+        metavar="KEY=LOW:HIGH",
+        help="sample an entry between two numbers, for example tow.speed_kn=0.3:0.9; may be repeated; needs --runs",
+    )
+    parser.add_argument("--runs", type=int, metavar="N", help="number of samples of the ranges")
+    parser.add_argument(
+        "--method",
+        choices=("latin-hypercube", "monte-carlo"),
+        default="latin-hypercube",
+        help="how the ranges are sampled (default: latin-hypercube)",
+    )
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the samples (default: 0)")
+    parser.add_argument(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="make the runs on the Dask cluster with this scheduler, for example tcp://host:8786 (needs oilsim[cluster])",
     )
     parser.add_argument(
         "--to",
@@ -35,7 +55,42 @@ def _sweep(options: argparse.Namespace) -> int:
     from scenarios.sweeps.sweep import run_sweep
     from scenarios.sweeps.variants import parse_variation, variants
 
+    _require(options)
     variations = [parse_variation(text) for text in options.vary]
-    chosen = variants(options.scenario, variations, overrides=overrides(options), demo=options.demo)
+    chosen = variants(
+        options.scenario, variations, overrides=overrides(options), demo=options.demo, samples=_samples(options)
+    )
     folder = options.to or Path(f"{chosen[0].plan.scenario.name}-sweep")
-    return run_sweep(chosen, folder, recorded=options.record)
+    return run_sweep(chosen, folder, recorded=options.record, scheduler=options.scheduler)
+
+
+def _require(options: argparse.Namespace) -> None:
+    """Raise ScenarioError for options that do not go together."""
+    from scenarios.problems import Problem, ScenarioError
+
+    found = []
+    if not options.vary and not options.range:
+        found.append(Problem("--vary", "is missing, allowed: --vary KEY=VALUE,... or --range KEY=LOW:HIGH"))
+    if options.range and (options.runs is None or options.runs < 1):
+        found.append(Problem("--runs", f"is {options.runs}, allowed: 1 or more, with --range"))
+    if options.runs is not None and not options.range:
+        found.append(Problem("--runs", f"is {options.runs}, allowed: only with --range"))
+    if options.seed < 0:
+        found.append(Problem("--seed", f"is {options.seed}, allowed: 0 or more"))
+    if options.scheduler and options.record:
+        found.append(Problem("--record", "is given, allowed: without --scheduler; a cluster's runs leave summaries"))
+    if found:
+        raise ScenarioError(found, "oilsim")
+
+
+def _samples(options: argparse.Namespace) -> list[dict[str, str]]:
+    """Draw the samples of the ranges; one empty sample without ranges."""
+    from scenarios.problems import Problem, ScenarioError
+    from scenarios.sweeps.sampling import parse_range, samples
+
+    ranges = [parse_range(text) for text in options.range]
+    keys = [one.key for one in ranges]
+    twice = sorted({key for key in keys if keys.count(key) > 1})
+    if twice:
+        raise ScenarioError([Problem(f"--range {key}", "is given twice, allowed: once") for key in twice], "oilsim")
+    return samples(ranges, options.runs, options.method, options.seed) if ranges else [{}]

@@ -33,7 +33,7 @@ class BoomHistory:
     tow_tension   (N,) [N] for each end
     tow_peak      (N,) [N] for each end: the highest value since the instant before, as far as the recording has it
     held_peak     (N,) [m/s]: likewise for the largest held speed along the boom; None if it was not recorded
-    oil           (N,) [m3] for "retained", "lost", "free", "removed", "recovered" and each "lost/<cause>"
+    oil           (N,) [m3] for "retained", "lost", "passed", "free", "removed", "recovered" and each "lost/<cause>"
     tow_speed     (N,) [m/s] through the water, mean of the vessels
     current       (N, 2) [m/s]
     water_level   [m]
@@ -127,12 +127,22 @@ class BoomHistory:
         lost = {name.removeprefix("lost/"): volume for name, volume in self.oil.items() if name.startswith("lost/")}
         return dict(sorted(((k, v) for k, v in lost.items() if v.any()), key=lambda item: -float(item[1][-1])))
 
+    @property
+    def passed(self) -> Array:
+        """Oil (N,) [m3] that has gone past the boom, less what it took back; a recording without it has the oil that is lost now."""
+        return self.oil.get("passed", self.oil["lost"])
+
+    @property
+    def passed_modelled(self) -> Array:
+        """The part (N,) [m3] of `passed` that closures carried out; 0 in recordings without closures."""
+        return self.oil.get("passed_modelled", self.oil.get("lost_modelled", np.zeros_like(self.time)))
+
     @cached_property
     def loss_speeds(self) -> LossSpeeds:
         """Tow speeds at the first loss and at the gross loss."""
         losses = LossSpeeds()
         taken_in = self.oil["retained"] + self.oil["lost"]
-        for row in zip(self.time, self.tow_speed, self.oil["lost"], taken_in, strict=True):
+        for row in zip(self.time, self.tow_speed, self.passed, taken_in, strict=True):
             losses.add(*(float(value) for value in row))
         return losses
 

@@ -27,26 +27,20 @@ def loss_by_speed(history: BoomHistory) -> tuple[Array, Array, Array]:
     """
     duration = np.diff(history.time)
     step = np.floor(0.5 * (history.tow_speed[1:] + history.tow_speed[:-1]) / STEP).astype(np.int64)
-    lost = history.oil["lost"]
-    modelled = modelled_loss(history)
+    passed, modelled = history.passed, history.passed_modelled
     pool = np.maximum(history.oil["retained"][:-1], 0.0)
     held = np.bincount(step, weights=pool * duration)
     steps = np.flatnonzero(held > 0.0)
     rates = []
-    for volume in (lost - modelled, modelled):
+    for volume in (passed - modelled, modelled):
         sums = np.bincount(step, weights=np.diff(volume), minlength=len(held))[steps]
         rates.append(np.maximum(0.0, 60.0 * sums / held[steps]))
     return (steps + 0.5) * STEP, rates[0], rates[1]
 
 
-def modelled_loss(history: BoomHistory) -> Array:
-    """Return the oil (N,) [m3] that closures have carried out; 0 in recordings without closures."""
-    return history.oil.get("lost_modelled", np.zeros_like(history.time))
-
-
 def loss_curve(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure | None:
     """Draw the loss over the tow speed beside the band of practice; None if no oil was lost."""
-    if len(history.time) < 2 or not history.oil["lost"].any():
+    if len(history.time) < 2 or not history.passed.any():
         return None
     figure = empty_figure(3.0)
     axes = figure.subplots()

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import shlex
+import tomllib
 from collections.abc import Callable, Mapping
 
 from scipy.constants import knot
@@ -11,14 +13,19 @@ from recordings.words import course_in_words, three_figures
 from scenarios.schema.structuring import COMPASS, SUFFIXES
 
 _PREFIX = "orders "
-_COURSES = ("tow.heading", "forcing.wind.direction", "forcing.current.direction")
+_COURSES = ("tow.heading", "wind.direction", "current.direction")
 
 
 def order_in_words(text: str, bearing: float) -> str:
     """Return the text of an instructor's event in words; `bearing` [rad] of the x axis, clockwise from north."""
     if not text.startswith(_PREFIX):
         return text
-    return "; ".join(_in_words(setting, bearing) for setting in text.removeprefix(_PREFIX).split(" "))
+    ordered = text.removeprefix(_PREFIX)
+    try:
+        settings = shlex.split(ordered)
+    except ValueError:  # older recordings have texts without quotes
+        settings = ordered.split(" ")
+    return "; ".join(_in_words(setting, bearing) for setting in settings)
 
 
 def _in_words(setting: str, bearing: float) -> str:
@@ -29,13 +36,16 @@ def _in_words(setting: str, bearing: float) -> str:
         value = float(written)
     except ValueError:
         vessel = key.removeprefix("vessels.").removesuffix(".legs")
-        return f"a new course for {vessel}" if key == f"vessels.{vessel}.legs" else setting
+        if key == f"vessels.{vessel}.legs":
+            return _course_in_words(vessel, written, bearing)
+        return _state_in_words(key, written) or setting
     if name in COMPASS:
         turned = value + (180.0 if name == "from_compass" else 0.0)
         key, value = f"{path}.{COMPASS[name]}", bearing - math.radians(turned)
     for suffix, (_, factor) in SUFFIXES.items():
         if key.endswith(suffix):
             key, value = key.removesuffix(suffix), factor * value
+    key = key.removeprefix("forcing.").removeprefix("sea.")
     if key in _COURSES:
         toward, origin = course_in_words(value, bearing), course_in_words(value + math.pi, bearing)
         return {"tow": f"tow heading {toward}", "wind": f"wind from {origin}", "current": f"current towards {toward}"}[
@@ -47,12 +57,34 @@ def _in_words(setting: str, bearing: float) -> str:
     return setting
 
 
+def _course_in_words(vessel: str, written: str, bearing: float) -> str:
+    """Return a vessel's new legs in words; several, or such as cannot be read, without their speeds and headings."""
+    try:
+        (leg,) = tomllib.loads(f"legs={written}")["legs"]
+        course = course_in_words(float(leg["heading"]), bearing)
+        return f"{vessel}: make {float(leg['speed']) / knot:.2f} kn over the ground, heading {course}"
+    except (ValueError, TypeError, KeyError):
+        return f"a new course for {vessel}"
+
+
+def _state_in_words(key: str, written: str) -> str:
+    """Return an order to an engine or a boom in words; empty for another one."""
+    match key.split("."):
+        case ["vessels", vessel, "engine"]:
+            return f"the engine of {vessel} {'runs again' if written == 'running' else 'has stopped'}"
+        case ["booms", boom, "parted"]:
+            return f"boom {boom} parts at joint {written.strip('[]').split(',')[-1].strip()}"
+    return ""
+
+
 _WORDS: Mapping[str, Callable[[float, str], str]] = {
     "tow.speed": lambda value, _: f"tow at {value / knot:.2f} kn",
-    "forcing.wind.speed": lambda value, _: f"wind {three_figures(value / knot)} kn",
-    "forcing.wind.gustiness": lambda value, _: f"gusts of {three_figures(100.0 * value)} % of the wind",
-    "forcing.current.speed": lambda value, _: f"current {value / knot:.2f} kn",
-    "forcing.waves.height": lambda value, _: f"waves {three_figures(value)} m high",
+    "wind.speed": lambda value, _: f"wind {three_figures(value / knot)} kn",
+    "wind.gustiness": lambda value, _: f"gusts of {three_figures(100.0 * value)} % of the wind",
+    "current.speed": lambda value, _: f"current {value / knot:.2f} kn",
+    "wind.gust_intensity": lambda value, _: f"gusts of {three_figures(100.0 * value)} % of the wind",
+    "waves.significant_height": lambda value, _: f"waves {three_figures(value)} m high",
+    "waves.height": lambda value, _: f"waves {three_figures(value)} m high",
     "emitters.*.speed": lambda value, key: (
         f"pipe {key.split('.')[1]} {'shut' if value == 0.0 else f'at {three_figures(value)} m/s'}"
     ),

@@ -34,7 +34,7 @@ from scenarios.debrief.boom_history import BoomHistory, boom_histories
 from scenarios.debrief.diagrams import DIAGRAMS, probe_diagram
 from scenarios.debrief.grade import LETTERS, Grade, criteria_from, grade
 from scenarios.debrief.key_moments import KeyMoment, deck_text, is_technical, key_moments
-from scenarios.debrief.loss_curve import loss_curve, modelled_loss
+from scenarios.debrief.loss_curve import loss_curve
 from scenarios.debrief.slick_map import slick_map
 from scenarios.schema.criteria import CriterionSettings
 
@@ -170,7 +170,7 @@ def _write_figure(figure: Figure, path: Path) -> str:
 def _figures(replay: Replay, history: BoomHistory) -> list[tuple[str, str]]:
     """List the figures of a boom for the table."""
     oil = {name: float(volume[-1]) for name, volume in history.oil.items()}
-    losses, modelled = history.loss_speeds, float(modelled_loss(history)[-1])
+    losses, modelled = history.loss_speeds, oil.get("lost_modelled", 0.0)
     rows = [
         ("Oil held at the end", volume_in_words(oil["retained"])),
         ("Oil lost at the end", volume_in_words(oil["lost"])),
@@ -179,11 +179,12 @@ def _figures(replay: Replay, history: BoomHistory) -> list[tuple[str, str]]:
             for cause, v in history.causes.items()
         ),
         ("&nbsp;&nbsp;carried out by closures (modelled); the rest is resolved", volume_in_words(modelled)),
+        ("Gone past the boom in all, again after coming round a sea that repeats", volume_in_words(history.passed[-1])),
         ("Lost and taken back, in total", volume_in_words(oil["recovered"])),
         ("Not met by the boom", volume_in_words(oil["free"])),
         ("Left the tank without being lost by the boom", volume_in_words(oil["removed"])),
         ("Tow speed at the first loss (net 0.5 % of the oil, for 5 s)", _knots(losses.first_loss)),
-        ("Tow speed at gross loss (net 2 % of the oil per second, mean over 5 s)", _knots(losses.gross_loss)),
+        ("Tow speed at gross loss (net 10 % of the oil a minute, mean over 12 s)", _knots(losses.gross_loss)),
         (
             f"Highest speed normal to the boom that lasted {history.hold_time:.2g} s",
             _knots(history.highest_held_speed),

@@ -1,4 +1,4 @@
-"""Orders to a run from another program: `order`, `pause` and `go_on`; `oilsim order` calls them."""
+"""Orders to a run from another program: `order`, `pause` and `go_on`; `oilsim order` calls them, and the console `ask`."""
 
 from __future__ import annotations
 
@@ -35,21 +35,24 @@ def order(run: str | Path, *settings: str, patience: float = PATIENCE) -> Answer
 
     Raises ScenarioError if there is no such run, or with every reason why nothing was changed; NoAnswerError without an answer.
     """
-    return _ask(run, "order", settings, patience)
+    return ask(run, "order", settings, patience)
 
 
 def pause(run: str | Path, *, patience: float = PATIENCE) -> Answer:
     """Let a run wait at its next communication point; it still takes orders there. Arguments and errors as those of `order`."""
-    return _ask(run, "pause", (), patience)
+    return ask(run, "pause", (), patience)
 
 
 def go_on(run: str | Path, *, patience: float = PATIENCE) -> Answer:
     """Let a run that was paused go on. Arguments and errors as those of `order`."""
-    return _ask(run, "go-on", (), patience)
+    return ask(run, "go-on", (), patience)
 
 
-def _ask(run: str | Path, kind: Kind, settings: tuple[str, ...], patience: float) -> Answer:
-    """Send one request and wait for its answer."""
+def ask(run: str | Path, kind: Kind, settings: tuple[str, ...] = (), patience: float = PATIENCE) -> Answer:
+    """Send one request of a kind with its words, and wait for its answer up to `patience` [s].
+
+    Raises ScenarioError and NoAnswerError as `order` does.
+    """
     try:
         card = find_run(run)
         line = _exchanged(card, request_line(kind, settings, card.token), patience)

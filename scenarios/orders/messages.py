@@ -1,25 +1,26 @@
 """Messages between a run and a program that gives it orders: one line of JSON each way.
 
-A request holds the token of the run's card, a kind, and for orders the settings, written as for ``--set``. An answer holds what the run
-says and its simulated time [s], or the problems of a refused request, each a place and a text.
+A request holds the token of the run's card, a kind, and its words: for orders the settings, written as for ``--set``; for a mark its
+name; for a pace the number of simulated seconds a second. An answer holds what the run says and its simulated time [s], or the problems of
+a refused request, each a place and a text.
 """
 
 from __future__ import annotations
 
 import hmac
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from typing import Any, Literal, get_args
 
 from scenarios.problems import Problem
 
-Kind = Literal["order", "pause", "go-on"]
+Kind = Literal["order", "pause", "go-on", "step", "pace", "mark", "end"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 
 LONGEST = 64 * 1024  # [bytes] of a request
-MOST_SETTINGS = 100
+MOST_WORDS: Mapping[Kind, int] = {"order": 100, "mark": 1, "pace": 1}  # with all other kinds, none
 
 
 class Refused(Exception):
@@ -76,8 +77,9 @@ def read_request(line: bytes, token: str) -> Request:
         raise Refused(Problem("kind", f"is {kind!r}, allowed: {', '.join(KINDS)}"))
     if not (isinstance(settings, list) and all(isinstance(one, str) and _is_printed(one) for one in settings)):
         raise Refused(Problem("settings", "are no list of texts on one line each, allowed: key=value, ..."))
-    if len(settings) > MOST_SETTINGS or (kind == "order") != bool(settings):
-        text = f"are {len(settings)}, allowed: 1 to {MOST_SETTINGS} with an order, and none without"
+    most = MOST_WORDS.get(kind, 0)
+    if not min(most, 1) <= len(settings) <= most:
+        text = f"are {len(settings)}, allowed with {kind}: {f'1 to {most}' if most > 1 else most}"
         raise Refused(Problem("settings", text))
     return Request(kind, tuple(settings))
 

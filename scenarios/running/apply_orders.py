@@ -1,9 +1,10 @@
-"""Orders during a run: how they reach helmsmen, engines, booms, current, waves, wind, pipes and the sea without particles."""
+"""Orders during a run: how they reach helmsmen, engines, booms, skimmers, current, waves, wind, pipes and the sea without particles."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from itertools import islice
+from typing import TYPE_CHECKING
 
 from oilsim.emitter import PipeEmitter
 from oilsim.forcing import AiryWaves, Wind
@@ -19,6 +20,9 @@ from scenarios.setup.fluid import forcings_of, pipe_of, pipe_problems
 from scenarios.setup.moorings import leg_name
 from scenarios.signals.weather_inputs import set_current, set_wind
 
+if TYPE_CHECKING:
+    from oilsim.slick.spill_source import SpillSource
+
 
 def give_orders(assembly: Assembly, scenario: Scenario) -> None:
     """Bring every part to what `scenario` says of it; it differs from the assembly's own by orders that `plan` allows.
@@ -28,20 +32,29 @@ def give_orders(assembly: Assembly, scenario: Scenario) -> None:
     felt = without_particles(scenario)
     environment = _environment(assembly, felt)
     pipes = _new_pipes(assembly, felt)
+    sources = _new_sources(assembly, scenario)
     for control in assembly.controls:
         course = course_of(scenario.vessels[control.vessel.name], scenario)
         if course is not None and course != control.vessel.course:
             control.change_course(course)
     for station in assembly.parts.controls.values():
-        runs = scenario.vessels[station.vessel.name].engine == "running"
-        station.vessel = replace(station.vessel, engine_runs=runs)
+        ordered = scenario.vessels[station.vessel.name]
+        station.vessel = replace(station.vessel, engine_runs=any(ordered.screws), screws=ordered.screws)
     _part(assembly, scenario)
     _cast_off(assembly, scenario)
+    for skimmer in assembly.skimmers.skimmers:
+        skimmer.skimmer.is_running = scenario.skimmers[skimmer.name.removeprefix("skimmers/")].running
     assembly.scoring.take_orders([control.vessel for control in assembly.controls])
     for pipe in pipes:
         assembly.fluid.add_emitter(pipe)
     for emitter, settings in zip(assembly.fluid.emitters, felt.emitters.values(), strict=True):
         emitter.speed = settings.speed
+    if assembly.slick is not None:
+        from scenarios.setup.at_sea.parcels import rate_of
+
+        assembly.slick.sources += sources
+        for source in assembly.slick.sources:
+            source.rate = rate_of(scenario.emitters[source.name])
     if environment is not None and assembly.world is not None:
         assembly.world.change_environment(environment)
         if assembly.slick is not None:
@@ -84,6 +97,15 @@ def _new_pipes(assembly: Assembly, scenario: Scenario) -> list[PipeEmitter]:
         if problems:
             raise ScenarioError(problems, "oilsim")
     return [pipe_of(settings, spacing) for settings in fresh.values()]
+
+
+def _new_sources(assembly: Assembly, scenario: Scenario) -> list[SpillSource]:
+    """Create the sources of oil that the slick does not have yet; none in a run without parcels."""
+    if assembly.slick is None:
+        return []
+    from scenarios.setup.at_sea.parcels import new_sources  # only a run with parcels pays for its kernels
+
+    return new_sources(assembly.slick, scenario)
 
 
 def _drive(assembly: Assembly, scenario: Scenario) -> None:

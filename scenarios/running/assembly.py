@@ -8,7 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
 
 from coupling.assembly import BODIES, CoupledBodies
 from coupling.master.body_exchange import BodyExchange
@@ -21,6 +25,7 @@ from coupling.participant import Participant
 from coupling.participants.fluid import FluidParticipant
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 from oilsim.advance_report import AdvanceReport
+from oilsim.forcing import Current
 from oilsim.solver import Fluid
 from recordings.frame import RunDescription
 from scenarios.scenario import Scenario
@@ -34,14 +39,17 @@ from scenarios.signals.signal_participant import SignalBoard
 from scenarios.signals.signal_table import RunParts, signals_of
 from scenarios.signals.weather_inputs import set_wind
 from scenarios.watch.boom_scoring import Scoring
+from scenarios.watch.boom_strength import BoomStrength
 from scenarios.watch.coupling_series import CouplingAccount
 from scenarios.watch.frame_source import FrameReader
 from scenarios.watch.run_accounts import RunAccounts
 from scenarios.watch.run_figures import RunFigures
 from scenarios.watch.run_totals import RunTotals
 from scenarios.watch.run_warnings import Remarks
+from scenarios.watch.skimmer_account import SkimmerAccounts
 from vessels.control import VesselControl
 from vessels.manual import ManualControl
+from vessels.vessel import Vessel
 from vessels.windage import Windage, WindOnBodies
 
 if TYPE_CHECKING:
@@ -49,6 +57,7 @@ if TYPE_CHECKING:
 
     from coupling.fmu.isolated_fmu import Fmu
     from coupling.participants.slick import SlickParticipant
+    from oilsim.sea import Sea
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -56,10 +65,10 @@ class Assembly:
     """A run that is ready to start: its parts, and what observers are shown.
 
     fluid, world: the simulators themselves, for whoever wants more than the participants' variables; coupled: names of the
-    bodies that exchange motion and wrench with the fluid; fleet: vessels and booms; accounts: scores and sums, advanced by the master;
-    remarks: what a run falls short of; parts: what signals reach into; exchange, ledger: how bodies meet the fluid, and the accounts
-    of it; slick: the oil of a run without particles, None of another; fmus: those that take part; solids: all bodies as placed at the
-    start; level: of the still water [m].
+    bodies that exchange motion and wrench with the fluid; fleet: vessels and booms; strength: lets overloaded booms part; accounts: scores
+    and sums, advanced by the master; remarks: what a run falls short of; parts: what signals reach into; exchange, ledger: how bodies
+    meet the fluid, and the accounts of it; slick: the oil of a run without particles, None of another; skimmers: their accounts; fmus:
+    those that take part; solids: all bodies as placed at the start; level: of the still water [m].
     """
 
     scenario: Scenario
@@ -70,6 +79,7 @@ class Assembly:
     fluid_participant: FluidParticipant
     coupled: tuple[str, ...]
     fleet: Fleet
+    strength: BoomStrength
     accounts: RunAccounts
     remarks: Remarks
     parts: RunParts
@@ -80,6 +90,7 @@ class Assembly:
     exchange: BodyExchange
     ledger: ExchangeLedger
     slick: SlickParticipant | None
+    skimmers: SkimmerAccounts
     fmus: tuple[Fmu, ...]
 
     @property
@@ -126,7 +137,7 @@ class Assembly:
             self.participants,
             self.connections,
             self.scenario.run.communication_step,
-            exchange=Exchange(self.exchange, self.ledger, [self.accounts.advance]),
+            exchange=Exchange(self.exchange, self.ledger, [lambda _: self.strength.advance(), self.accounts.advance]),
             watching=Watching(observers, self.frame_source, self.description),
         )
         self.accounts.coupling.follow(lambda: simulation.wall_seconds)
@@ -153,6 +164,7 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
         figures=RunFigures(simulators.fluid, lambda: bodies.fluid.report),
     )
     slicks = () if simulators.slick is None else (simulators.slick,)
+    skimmers = SkimmerAccounts(scenario, simulators.skimmers)
     parts = _parts(simulators, controls, blown, scoring)
     orders, readings = _boards(scenario, parts)
     return Assembly(
@@ -164,6 +176,7 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
         fluid_participant=bodies.fluid,
         coupled=coupled,
         fleet=simulators.fleet,
+        strength=BoomStrength(scenario, world, simulators.fleet, scoring),
         accounts=accounts,
         remarks=Remarks(scenario, world, simulators.left_out, simulators.thin, simulators.notes),
         parts=parts,
@@ -174,23 +187,38 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
             *([blown] if blown else []),
             *bodies.participants,
             *slicks,
+            *simulators.skimmers,
             *readings,
         ),
-        connections=(*_connections(scenario, bodies, controls, blown), *_slick_connections(simulators.slick)),
+        connections=(*_connections(scenario, bodies, controls, blown), *_slick_connections(simulators)),
         description=describe_run(simulators, text=text, overrides=overrides),
-        frame_source=FrameReader(simulators, accounts, fmus),
+        frame_source=FrameReader(simulators, accounts, skimmers, fmus),
         exchange=bodies.exchange,
         ledger=bodies.ledger,
         slick=simulators.slick,
+        skimmers=skimmers,
         fmus=fmus,
     )
 
 
 def _controls(simulators: Simulators) -> tuple[VesselControl | ManualControl, ...]:
     """Create the helmsmen."""
-    return tuple(
+    controls = tuple(
         VesselControl(vessel) if vessel.course else ManualControl(vessel) for vessel in simulators.fleet.vessels
     )
+    for control in controls:
+        control.current = partial(_current, simulators, control.vessel)
+    return controls
+
+
+def _current(simulators: Simulators, vessel: Vessel, time: float) -> NDArray[np.float64]:
+    """Return the current (2,) [m/s] that a vessel meets at a time [s]: of the sea at half its draft, or that which drives the liquid."""
+    sea: Sea | None = None if simulators.world is None else getattr(simulators.world.environment, "sea", None)
+    if sea is not None:
+        middle = np.array([simulators.level - 0.5 * vessel.hull.draft])
+        return np.array(sea.current(middle, time)[0])
+    flow = next((one for one in simulators.fluid.forcings if isinstance(one, Current)), None)
+    return np.zeros(2) if flow is None else np.array(flow.velocity[:2], dtype=np.float64)
 
 
 def _wind_on_bodies(simulators: Simulators) -> WindOnBodies | None:
@@ -265,13 +293,14 @@ def _connections(
     return (*fmus, *bodies.connections, *(link for one in moved for link in _links(*one)))
 
 
-def _slick_connections(slick: SlickParticipant | None) -> tuple[Connection, ...]:
-    """Connect the slick with the motion of the booms; none without a slick, whose code is imported only if there is one."""
-    if slick is None:
+def _slick_connections(simulators: Simulators) -> tuple[Connection, ...]:
+    """Connect slick and skimmers with the motion of their bodies; none without a slick, whose code is imported only if there is one."""
+    if simulators.slick is None:
         return ()
     from scenarios.setup.at_sea.parcels import slick_connections
+    from scenarios.setup.at_sea.skimmers import skimmer_connections
 
-    return slick_connections(slick)
+    return (*slick_connections(simulators.slick), *skimmer_connections(simulators.skimmers))
 
 
 def _links(participant: str, own: str, body: str) -> list[Connection]:

@@ -25,6 +25,10 @@ from scenarios.versions import versions
 
 ENDING = ".npz"
 _FOLDER_ENDING = ".checkpoints"
+# [s] simulated between checkpoints where nothing else is said; user; a second of a tank of particles takes ten to calculate
+INTERVAL = 1.0
+# [s] the same without particles; user; a checkpoint takes as long as two seconds of a large exercise
+INTERVAL_WITHOUT_PARTICLES = 10.0
 _NUMERIC = ("oilsim", "numpy", "numba", "pybullet")  # versions on which the bits depend
 
 
@@ -36,13 +40,22 @@ def checkpoint_folder(recording: Path) -> Path:
 def run_state(simulation: CoSimulation, assembly: Assembly) -> dict[str, Any]:
     """Return everything that influences the next step, and the accounts that are kept."""
     state = {"simulation": simulation.save_state(), "remarks": assembly.remarks.save_state()}
-    return state | assembly.accounts.save_state()
+    return state | _strength(assembly) | assembly.accounts.save_state()
+
+
+def _strength(assembly: Assembly) -> dict[str, Any]:
+    """Return the state of booms that may part; nothing without such booms, so that other runs keep the hash of their state."""
+    saved = assembly.strength.save_state()
+    return {"strength": saved} if saved["parted"] else {}
 
 
 def begin_from(state: Mapping[str, Any], simulation: CoSimulation, assembly: Assembly) -> None:
     """Initialize a run that has not begun at a state from `run_state`."""
-    for name, account in {**assembly.accounts.save_state(), "remarks": assembly.remarks.save_state()}.items():
+    own = {**assembly.accounts.save_state(), **_strength(assembly), "remarks": assembly.remarks.save_state()}
+    for name, account in own.items():
         require_alike(name, state[name], account)
+    if "strength" in own:
+        assembly.strength.restore_state(state["strength"])
     assembly.accounts.restore_state(state)
     assembly.remarks.restore_state(state["remarks"])
     simulation.initialize(state["simulation"])
@@ -162,6 +175,8 @@ def checkpoint_writer(folder: Path, plan: Plan) -> Iterator[CheckpointWriter]:
 def _steps_between(plan: Plan) -> int:
     """Return the number of communication steps from one checkpoint to the next; 0 if they are written only on request."""
     interval = plan.scenario.recording.checkpoint_interval
+    if interval is None:
+        interval = INTERVAL if plan.scenario.run.has_particles else INTERVAL_WITHOUT_PARTICLES
     return max(1, round(interval / plan.scenario.run.communication_step)) if interval > 0.0 else 0
 
 

@@ -22,29 +22,65 @@ GLANCE = 0.1  # [s] between looks at whether to stop
 
 
 class Pace:
-    """The clock of a run that makes `pace` simulated seconds a second; ValueError unless that is above 0."""
+    """The clock of a run that makes `pace` simulated seconds a second; ValueError unless that is above 0.
+
+    With the pace infinity, the run goes as fast as it can.
+    """
 
     def __init__(self, pace: float) -> None:
-        if not 0.0 < pace < float("inf"):
+        self._lags = EvenSample()
+        self._longest = self._set_back = 0.0
+        self.change(pace)
+
+    @property
+    def pace(self) -> float:
+        """Simulated seconds a second, as asked for."""
+        return self._pace
+
+    @property
+    def lag(self) -> float:
+        """Wall time [s] by which the last communication point lagged behind the clock."""
+        return self._lag
+
+    @property
+    def set_back(self) -> float:
+        """Wall time [s] by which the clock was set back so far."""
+        return self._set_back
+
+    def change(self, pace: float) -> None:
+        """Make `pace` simulated seconds a second from the next communication point on; ValueError unless that is above 0."""
+        if not pace > 0.0:
             raise ValueError(f"the pace is {pace}, allowed: above 0")
         self._pace = pace
         self._origin: float | None = None  # wall time [s] at which simulated time 0 would be due
-        self._lags = EvenSample()
-        self._longest = self._set_back = 0.0
+        self._lag = 0.0
         self._is_behind = False
 
-    def keep(self, simulated: float, is_stopped: Callable[[], bool]) -> str:
-        """Wait until a communication point at `simulated` [s] is due, or a stop is asked for; return what is to be told, mostly nothing."""
-        now = time.perf_counter()
+    def keep(self, simulated: float, rest: Callable[[float], bool]) -> str:
+        """Wait until a communication point at `simulated` [s] is due; return what is to be told, mostly nothing.
+
+        `rest` waits for up to so many seconds, and returns whether to wait no more. It may change the pace.
+        """
         if self._origin is None:
-            self._origin = now - simulated / self._pace
-        due = self._origin + simulated / self._pace
-        while (early := due - time.perf_counter()) > 0.0 and not is_stopped():
-            time.sleep(min(early, GLANCE))
-        lag = max(0.0, time.perf_counter() - due)
-        self._lags.append(lag)
-        self._longest = max(self._longest, lag)
-        if lag <= MOST_BEHIND:
+            self._origin = time.perf_counter() - simulated / self._pace
+        while (early := self._due(simulated) - time.perf_counter()) > 0.0:
+            if rest(min(early, GLANCE)):
+                return ""
+        return self._note(time.perf_counter() - self._due(simulated))
+
+    def _due(self, simulated: float) -> float:
+        """Return the wall time [s] at which a communication point is due; now, if the clock begins with it."""
+        now = time.perf_counter()
+        return now if self._origin is None else self._origin + simulated / self._pace
+
+    def _note(self, lag: float) -> str:
+        """Take the lag [s] of a communication point into the figures, and set the clock back if it is too much; return what to tell."""
+        if not np.isfinite(self._pace):
+            return ""
+        self._lag = max(0.0, lag)
+        self._lags.append(self._lag)
+        self._longest = max(self._longest, self._lag)
+        if lag <= MOST_BEHIND or self._origin is None:
             return ""
         self._origin += lag
         self._set_back += lag
@@ -63,7 +99,7 @@ class Pace:
         lags = np.array(self._lags.values) if len(self._lags.values) else np.zeros(1)
         p95 = float(np.percentile(lags, 95.0))
         return {
-            "pace": self._pace,
+            "pace": self._pace if np.isfinite(self._pace) else None,
             "lag_ms": {"median": 1e3 * float(np.median(lags)), "p95": 1e3 * p95, "max": 1e3 * self._longest},
             "set_back_s": self._set_back,
             "kept": p95 < ENOUGH and self._set_back == 0.0,

@@ -28,6 +28,7 @@ ORDER_KEYS = (
     "vessels.*.engine",
     "booms.*.parted",
     "moorings.*.parted",
+    "skimmers.*.running",
     "forcing.current.speed",
     "forcing.current.direction",
     "forcing.wind.speed",
@@ -236,10 +237,16 @@ def _why_unfelt(keys: Sequence[str], scenario: Scenario) -> str:
     table, is_bare = keys[0], not scenario.run.has_particles
     if table == "tow" and scenario.tow is None:
         return "changes tow, but the run was started without it; allowed: tables that the run has"
-    if table == "emitters" and is_bare:
-        return 'cannot be ordered: run.detail is "none", and no liquid is simulated; allowed: in runs with particles'
+    if table == "emitters" and is_bare and not any(phase.is_oil for phase in scenario.phases.values()):
+        return (
+            f'cannot be ordered: run.detail is "{scenario.run.detail}", and no phase is oil; allowed: in runs with oil'
+        )
     if table == "forcing" and is_bare and scenario.sea is not None:
-        return 'is not felt: run.detail is "none", and the weather is that of [sea]; allowed: sea.current, sea.wind, sea.waves'
+        return "is not felt: the weather is that of [sea]; allowed: sea.current, sea.wind, sea.waves"
+    if table == "sea" and scenario.run.detail == "window":
+        return (
+            "cannot be ordered: the particles of a window move with the sea that they began in; allowed: tow, vessels"
+        )
     if table == "sea" and not (is_bare and scenario.sea is not None):
         return "is not felt by any part of this run; allowed: forcing.current, forcing.wind, forcing.waves"
     return ""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -34,6 +34,8 @@ from scenarios.text.terminal import terminal
 from scenarios.watch.progress import ProgressDisplay
 
 if TYPE_CHECKING:
+    from coupling.observer import Observer
+    from recordings.sink.live import LiveView
     from recordings.sink.recorder import Recorder
     from scenarios.orders.desk import OrderDesk
 
@@ -42,22 +44,26 @@ _PICTURE_ENDINGS = (".png", ".jpg", ".pdf", ".svg")  # of what matplotlib draws,
 
 @dataclass(frozen=True, kw_only=True)
 class RunOptions:
-    """Files that a run leaves behind: recording, summary and picture, each or none; and whether it is shown live.
+    """Files that a run leaves behind: recording, summary and picture, each or none; and whether it is shown live, and in which viewer.
 
     checkpoints: folder for them; by default that of the recording, and none without a recording.
     overwrite: whether they may replace files that are there. source: the scenario's file, which none of them may be.
-    takes_orders: whether `oilsim order` reaches the run while it goes on; pace: simulated seconds a second, None as fast as it can.
+    takes_orders: whether `oilsim order` reaches the run while it goes on; pace: simulated seconds a second, None as fast as it can, or a
+    clock that others watch too. begins_paused: whether the run waits at its first communication point for the order to go on. watchers:
+    whoever else watches the run, each made for it.
     """
 
     record: Path | None = None
     checkpoints: Path | None = None
     summary: Path | None = None
     picture: Path | None = None
-    live: bool = False
+    live: bool | LiveView = False
     overwrite: bool = False
     source: Path | None = None
     takes_orders: bool = False
-    pace: float | None = None
+    pace: float | Pace | None = None
+    begins_paused: bool = False
+    watchers: tuple[Callable[[Assembly], Observer], ...] = ()
 
     @property
     def checkpoint_folder(self) -> Path | None:
@@ -104,20 +110,20 @@ def _run(plan: Plan, restart: Restart | None, options: RunOptions, console: Cons
         console.print(f"building {scenario.name}", highlight=False, markup=False)
         branch = _branch(restart, options)
         assembly = _described(build(scenario, text=plan.text, overrides=plan.changes), plan, branch)
-        summary = SummaryObserver(assembly)
+        summary, watchers = SummaryObserver(assembly), [watcher(assembly) for watcher in options.watchers]
         folder = options.checkpoint_folder
         checkpoints = None if folder is None else stack.enter_context(checkpoint_writer(folder, plan))
-        pace = None if options.pace is None else Pace(options.pace)
+        pace = Pace(options.pace) if isinstance(options.pace, int | float) else options.pace
         desk = _desk(scenario.name, options, stack, console) if options.takes_orders else None
         with ProgressDisplay(scenario.name, scenario.run.duration, console) as progress:
             loop = RunLoop(
                 plan,
                 assembly,
-                assembly.co_simulation([summary, progress, *([recorder] if recorder else [])]),
+                assembly.co_simulation([summary, progress, *([recorder] if recorder else []), *watchers]),
                 requests=requests,
                 keepers={"summary": summary} | ({"recorder": recorder} if recorder else {}),
                 checkpoints=checkpoints,
-                instructor=None if desk is None and pace is None else Instructor(desk, pace),
+                instructor=_instructor(desk, pace, options),
             )
             error = loop.run(restart)
     summary.state_hash = loop.state_hash
@@ -130,6 +136,11 @@ def _run(plan: Plan, restart: Restart | None, options: RunOptions, console: Cons
     for failure in failures:
         console.print(f"oilsim: {failure}", style="red", highlight=False, markup=False)
     return FAILED if failures else requests.exit_code
+
+
+def _instructor(desk: OrderDesk | None, pace: Pace | None, options: RunOptions) -> Instructor | None:
+    """Create the instructor of a run that takes orders or keeps a pace; None for another."""
+    return None if desk is None and pace is None else Instructor(desk, pace, begins_paused=options.begins_paused)
 
 
 def _desk(name: str, options: RunOptions, stack: ExitStack, console: Console) -> OrderDesk | None:
@@ -185,7 +196,7 @@ def _recorder(scenario: Scenario, options: RunOptions) -> Recorder | None:
     if options.live:
         from recordings.sink.live import LiveView
 
-        live = LiveView()
+        live = options.live if isinstance(options.live, LiveView) else LiveView()
     return Recorder(
         options.record,
         scenario.recording.frame_rate,
@@ -269,7 +280,7 @@ def _print_result(console: Console, result: dict[str, Any], options: RunOptions)
         table.add_row("time per step", f"median {times['median']:.1f} ms, 95 % below {times['p95']:.1f} ms")
         table.add_row("density error", f"mean {100 * result['density_error']['mean']:.3f} %")
     pace = result["pace"]
-    if pace is not None:
+    if pace is not None and pace["pace"] is not None:
         lag = f"95 % of the steps less than {pace['lag_ms']['p95']:.0f} ms behind the clock"
         late = f"; the clock was set back by {pace['set_back_s']:.1f} s in all" if pace["set_back_s"] else ""
         table.add_row("pace", f"{pace['pace']:g} {'kept' if pace['kept'] else 'not kept'}: {lag}{late}")

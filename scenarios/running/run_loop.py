@@ -14,6 +14,7 @@ from typing import Any, Protocol
 from coupling.errors import CoSimulationError
 from coupling.master.co_simulation import CoSimulation
 from recordings.errors import RecordingError
+from scenarios.problems import Problem, ScenarioError
 from scenarios.running.apply_orders import give_orders
 from scenarios.running.assembly import Assembly
 from scenarios.running.checkpoints import (
@@ -28,6 +29,8 @@ from scenarios.running.checkpoints import (
 from scenarios.running.instructor import Instructor
 from scenarios.running.plan import Plan
 from scenarios.running.run_requests import RunRequests
+
+MARKS = "marks "  # how the text of a mark's event begins
 
 
 class Keeper(Protocol):
@@ -62,6 +65,7 @@ class RunLoop:
         self.state_hash: str | None = None
         self._assembly = assembly
         self._given = 0  # actions of the plan
+        self._is_ended = False  # by an instructor
         self._instructor = instructor
         self._requests, self._keepers = requests, {"totals": assembly.accounts.totals, **keepers}
         self._checkpoints = checkpoints
@@ -77,14 +81,14 @@ class RunLoop:
                     return None  # a participant has ended it
                 self._save_if_due()
                 if self._instructor is not None:
-                    self._instructor.keep_time(self)
+                    self._instructor.keep_time(self, hears=not self._is_done())
             if requests.stop is not None:
                 self._save_and_say()
             elif self._checkpoints is not None:
                 self._save(self._checkpoints, asked=True)  # so that a run can be made longer
             if not self._assembly.why_not_kept:
                 self.state_hash = run_state_hash(simulation, self._assembly)
-            simulation.terminate("completed" if requests.stop is None else f"stopped by signal {requests.stop}")
+            simulation.terminate(self._why_it_ends())
         except (CoSimulationError, RecordingError) as error:
             with suppress(CoSimulationError, RecordingError):  # whoever cannot write any more cannot write why
                 simulation.terminate(f"failed: {error}")
@@ -116,7 +120,23 @@ class RunLoop:
         """Write a checkpoint if one is asked for; return whether a stop is."""
         if self._requests.take_checkpoint():
             self._save_and_say()
-        return self._requests.stop is not None
+        return self._requests.stop is not None or self._is_ended
+
+    def mark(self, words: str) -> None:
+        """Write a checkpoint of this moment, under a name in the log; ScenarioError if the run writes none."""
+        if self._checkpoints is None:
+            raise ScenarioError([Problem("mark", f"cannot be set: {self._why_unsaved()}")], "oilsim")
+        self._save(self._checkpoints, asked=True)
+        self.simulation.emit(f"{MARKS}{words}", source="instructor")
+
+    def end(self) -> None:
+        """Make no more steps."""
+        self._is_ended = True
+
+    def _why_it_ends(self) -> str:
+        if self._requests.stop is not None:
+            return f"stopped by signal {self._requests.stop}"
+        return "ended by the instructor" if self._is_ended else "completed"
 
     def begin(self, restart: Restart | None = None) -> None:
         """Begin at the start, or at the state of a checkpoint, which is the first checkpoint of this run too."""
@@ -151,7 +171,7 @@ class RunLoop:
     def _tell(self) -> None:
         """Tell observers what the accounts and warnings of the last step found."""
         remarks = self._assembly.remarks.look(self._assembly.report())
-        for notice in [*self._assembly.scoring.take_notices(), *remarks]:
+        for notice in [*self._assembly.scoring.take_notices(), *self._assembly.skimmers.take_notices(), *remarks]:
             self.simulation.emit(notice.text, level=notice.level, source=notice.source)
 
     def _goes_on(self) -> bool:
@@ -162,7 +182,9 @@ class RunLoop:
 
     def _is_done(self) -> bool:
         run = self.plan.scenario.run
-        return self.simulation.communication_point.time >= run.duration - 1e-6 * run.communication_step
+        return (
+            self._is_ended or self.simulation.communication_point.time >= run.duration - 1e-6 * run.communication_step
+        )
 
     def _give_planned(self) -> None:
         """Give the orders of the plan at this communication point, one after the other, as they were given before."""
@@ -190,11 +212,13 @@ class RunLoop:
     def _save_and_say(self) -> None:
         """Write a checkpoint that somebody waits for, and say so."""
         if self._checkpoints is None:
-            why = self._assembly.why_not_kept or "there is no folder for checkpoints, see --checkpoints"
-            self.simulation.emit(f"no checkpoint was written: {why}", source="oilsim")
+            self.simulation.emit(f"no checkpoint was written: {self._why_unsaved()}", source="oilsim")
         else:
             path = self._save(self._checkpoints, asked=True)
             self.simulation.emit(f"checkpoint written: {path}", source="oilsim")
+
+    def _why_unsaved(self) -> str:
+        return self._assembly.why_not_kept or "there is no folder for checkpoints, see --checkpoints"
 
     def _save(self, checkpoints: CheckpointWriter, *, asked: bool) -> Path:
         state = run_state(self.simulation, self._assembly)

@@ -113,13 +113,22 @@ class SummaryObserver:
             "exchange": self._exchange(),
             "budget": None if budget is None else budget_entries(budget),
             "oil_m3": self._oil_volumes(),
-            "scores": self._assembly.scoring.summary(),
+            "scores": self._scores(),
+            "skimmers": self._assembly.skimmers.summary(),
             "probes": self._probe_series(),
             "state_hash": self.state_hash,
             "events": [
                 {"time_s": event.time, "level": event.level, "source": event.source, "text": event.text}
                 for event in self.events
             ],
+        }
+
+    def _scores(self) -> dict[str, Any]:
+        """Return the scores of each boom, with the largest share of its strength that it has borne; null for one without a strength."""
+        shares = self._assembly.strength.peak_share
+        scores = self._assembly.scoring.summary()
+        return {
+            name: own | {"largest_share_of_strength": shares.get(name)} if own else own for name, own in scores.items()
         }
 
     def _step_milliseconds(self) -> dict[str, float | None]:

@@ -5,17 +5,21 @@ Headings are counter-clockwise about z from +x. Booms and vessels float at the l
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
+from types import MappingProxyType
 from typing import Literal
 
 from booms.boom import BoomDesign
+from booms.catalog import catalogue
 from oilsim.quantity import quantity, quantity_of
-from scenarios.problems import Problem
+from scenarios.problems import Problem, ScenarioError, unknown
 from scenarios.schema.criteria import Deployment
 from scenarios.schema.quantity_fields import Point2, Section
 from vessels.course import CourseLeg
+from vessels.drive import Drive
 from vessels.hull_size import HullSize
 from vessels.vessel import ControlGains, Propulsion
 
@@ -63,6 +67,33 @@ class TowSettings(Section):
 
 
 @dataclass(frozen=True, kw_only=True)
+class DriveSettings(Section):
+    """Screws with rudders, or azimuth thrusters; the bollard pull is that of all together, and falls with the speed (page "Vessels").
+
+    count        1 or 2 screws
+    diameter     [m] of a screw
+    spacing      [m] between two screws
+    pitch_ratio  P/D of the screws
+    rudder_area  [m2] of all rudders; 0: azimuth thrusters, which swivel
+    """
+
+    count: int = quantity_of(Drive, "count")
+    diameter: float = quantity_of(Drive, "diameter")
+    spacing: float = quantity_of(Drive, "spacing")
+    pitch_ratio: float = quantity_of(Drive, "pitch_ratio")
+    rudder_area: float = quantity_of(Drive, "rudder_area")
+
+    def problems(self) -> Iterator[Problem]:
+        """Check that two screws stand apart."""
+        if self.count == 2 and self.spacing < self.diameter:
+            yield Problem(
+                "spacing", f"is {self.spacing:g}, allowed: diameter = {self.diameter:g} m or more with 2 screws"
+            )
+        if self.count == 1 and self.spacing > 0.0:
+            yield Problem("spacing", "is given, allowed: only with count = 2")
+
+
+@dataclass(frozen=True, kw_only=True)
 class VesselSettings(Section):
     """A vessel that floats at its draft, with thrust and steering under orders.
 
@@ -74,11 +105,14 @@ class VesselSettings(Section):
                   gives thrust and steering, which are 0 until then
     legs          orders to the helmsman over time; without legs, those of [tow] hold
     bollard_pull  [N] largest thrust ahead; the largest thrust astern is half of it
-    yaw_moment    [N m] largest steering moment
+    yaw_moment    [N m] largest steering moment of a vessel without a drive
+    drive         screws with rudders, or azimuth thrusters; without it, thrust and moment are given as ordered
     side_thrust   [N] of transverse thrusters
     acceleration  [m/s2] at which the vessel approaches an ordered speed
+    skeg_area     [m2] of a fin under the stern, which keeps a short vessel on its course; felt in a run without particles
     superstructure_area  [m2] of what stands on deck, projected on the wind, from every side; the wind acts on the hull above the water too
-    engine        "running", or "stopped": no thrust and no steering, whatever is ordered
+    engine        "running", or "stopped": no thrust and no steering, whatever is ordered; with a drive of two screws also "port stopped"
+                  and "starboard stopped"
     """
 
     shape: Literal["wigley", "barge"] = "barge"
@@ -91,21 +125,64 @@ class VesselSettings(Section):
     control: Literal["helmsman", "manual"] = "helmsman"
     legs: tuple[LegSettings, ...] = ()
     bollard_pull: float = quantity_of(Propulsion, "bollard_pull")
-    yaw_moment: float = quantity_of(Propulsion, "yaw_moment")
+    yaw_moment: float | None = quantity_of(Propulsion, "yaw_moment", default=None)
+    drive: DriveSettings | None = None
     side_thrust: float = quantity_of(Propulsion, "side_thrust")
     acceleration: float = quantity_of(ControlGains, "acceleration", default=0.1)
+    skeg_area: float = quantity("m2", default=0.0, at_least=0.0)
     superstructure_area: float = quantity("m2", default=0.0, at_least=0.0)
-    engine: Literal["running", "stopped"] = "running"
+    engine: Literal["running", "stopped", "port stopped", "starboard stopped"] = "running"
+
+    @property
+    def screws(self) -> tuple[bool, bool]:
+        """The port and the starboard screw: true for one that runs."""
+        return self.engine in ("running", "starboard stopped"), self.engine in ("running", "port stopped")
 
     def problems(self) -> Iterator[Problem]:
         """Check that the deck lies above the water, and that the legs are in the order of time."""
         if self.depth <= self.draft:
             yield Problem("depth", f"is {self.depth:g}, allowed: above draft = {self.draft:g} m")
+        if (self.drive is None) == (self.yaw_moment is None):
+            said = (
+                "is missing, allowed: yaw_moment, or a drive"
+                if self.drive is None
+                else "is given beside drive, allowed: one of the two"
+            )
+            yield Problem("yaw_moment", said)
+        if self.drive is not None and self.bollard_pull == 0.0:
+            yield Problem("bollard_pull", "is 0, allowed with a drive: above 0 N")
+        if " " in self.engine and (self.drive is None or self.drive.count < 2):
+            yield Problem(
+                "engine", f'is "{self.engine}", allowed: "running" or "stopped" without a drive of two screws'
+            )
         if self.control == "manual" and self.legs:
             yield Problem("legs", 'are given, allowed: only with control = "helmsman"')
         starts = [leg.start for leg in self.legs]
         if any(later <= earlier for earlier, later in pairwise(starts)):
             yield Problem("legs", f"start at {starts} s, allowed: each leg after the one before")
+
+
+FROM_CATALOGUE: Mapping[str, float | None] = MappingProxyType(
+    {
+        "skirt_depth": None,
+        "freeboard": None,
+        "buoyancy_to_weight": 5.0,
+        "ballast_fraction": BoomDesign.ballast_fraction,
+        "strength": None,
+        "section_length": None,
+        "connector_strength": None,
+    }
+)
+"""Values of a boom that its catalogue entry gives, and those of a boom without one."""
+
+
+def _boom_problems(name: object) -> Iterator[Problem]:
+    """Yield why a scenario cannot lay a boom of the catalogue by this name."""
+    if not isinstance(name, str) or name not in catalogue():
+        known = [entry.name for entry in catalogue().values() if not entry.lacking]
+        yield Problem("boom", f"is {name!r}, which {unknown(str(name), known, 'boom of the catalogue')}")
+    elif catalogue()[name].lacking:
+        yield Problem("boom", f"is {name!r}, which cannot be laid: oilsim does not model {catalogue()[name].lacking}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,13 +191,18 @@ class BoomSettings(Section):
 
     ends                for each end, the name of a vessel or a fixed point (x, y) [m]; two points must be nearer to each other than the
                         boom's length, by at least a thousandth
+    boom                name of a boom of the catalogue (`oilsim booms`), which gives the values that are not stated here
     length              [m] of the boom along its skirt
     segments            number of rigid segments
-    skirt_depth         [m] below the water
-    freeboard           [m] above the water
-    buoyancy_to_weight  gross: displacement of the whole boom / its weight; the float is sized to give it
+    skirt_depth         [m] below the water; must be given without `boom`
+    freeboard           [m] above the water; must be given without `boom`
+    buoyancy_to_weight  gross: displacement of the whole boom / its weight; the float is sized to give it; without `boom`, 5
     skirt_thickness     [m] as built; in the simulation it is at least one particle spacing
-    ballast_fraction    fraction of the mass that is a chain along the skirt's foot; a lighter boom needs more to stand upright
+    ballast_fraction    fraction of the mass that is a chain along the skirt's foot; a lighter boom needs more to stand upright; without
+                        `boom`, 0.35
+    strength            [N] tension at which the boom parts; without it and `boom`, it never does
+    section_length      [m] from connector to connector; without it and `boom`, the boom is one section
+    connector_strength  [N] tension at which a connector fails; without it, the boom's strength
     tow_line            [m] length of line between each end and its vessel
     line_stiffness      [N] axial stiffness EA of these lines, which then only pull, have no mass and may be winched; without it, the lines
                         are rigid links
@@ -137,13 +219,17 @@ class BoomSettings(Section):
     """
 
     ends: tuple[str | Point2, str | Point2]
+    boom: str | None = None
     length: float = quantity_of(BoomDesign, "length")
     segments: int = quantity_of(BoomDesign, "segment_count", default=20)
-    skirt_depth: float = quantity_of(BoomDesign, "skirt_depth")
-    freeboard: float = quantity_of(BoomDesign, "freeboard")
-    buoyancy_to_weight: float = quantity_of(BoomDesign, "buoyancy_to_weight", default=5.0)
+    skirt_depth: float = quantity_of(BoomDesign, "skirt_depth", default=None)
+    freeboard: float = quantity_of(BoomDesign, "freeboard", default=None)
+    buoyancy_to_weight: float = quantity_of(BoomDesign, "buoyancy_to_weight", default=None)
     skirt_thickness: float = quantity_of(BoomDesign, "skirt_thickness", default=0.005)
-    ballast_fraction: float = quantity_of(BoomDesign, "ballast_fraction")
+    ballast_fraction: float = quantity_of(BoomDesign, "ballast_fraction", default=None)
+    strength: float | None = quantity("N", default=None, above=0.0)
+    section_length: float | None = quantity("m", default=None, above=0.0)
+    connector_strength: float | None = quantity("N", default=None, above=0.0)
     tow_line: float = quantity("m", default=0.0, at_least=0.0)
     line_stiffness: float | None = quantity("N", default=None, above=0.0)
     losses: Literal["closures", "resolved"] = "closures"
@@ -159,6 +245,37 @@ class BoomSettings(Section):
         return self.deployment or ("sweep" if towed else "containment")
 
     parted: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Take what is not stated from the catalogue, then check everything; ScenarioError with every problem."""
+        found = [] if self.boom is None else list(_boom_problems(self.boom))
+        entry = None if found or self.boom is None else catalogue()[self.boom]
+        for name, usual in FROM_CATALOGUE.items():
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, usual if entry is None else getattr(entry, name))
+        lacking = [] if found else [name for name in ("skirt_depth", "freeboard") if getattr(self, name) is None]
+        found += [Problem(name, "is missing, allowed: a value, or boom = a name of the catalogue") for name in lacking]
+        try:
+            super().__post_init__()
+        except ScenarioError as error:
+            told = {problem.path for problem in found} | ({"skirt_depth", "freeboard"} if found else set())
+            found += [problem for problem in error.problems if problem.path not in told]
+        if found:
+            raise ScenarioError(found, "BoomSettings")
+
+    def strength_of(self, joint: int) -> float | None:
+        """Return the tension [N] at which a joint, counted from 1, parts; None if none does."""
+        return self.connector_strength or self.strength if joint in self.connectors else self.strength
+
+    @property
+    def connectors(self) -> tuple[int, ...]:
+        """The numbers of the joints at which sections are connected, each the nearest to its place."""
+        if self.section_length is None or self.section_length >= self.length:
+            return ()
+        segment = self.length / self.segments
+        count = math.ceil(self.length / self.section_length - 1e-9) - 1
+        numbers = {round((place + 1) * self.section_length / segment) for place in range(count)}
+        return tuple(sorted(number for number in numbers if 0 < number < self.segments))
 
     @property
     def end_labels(self) -> tuple[str, ...]:

@@ -24,7 +24,8 @@ class RunSettings(Section):
     communication_step  [s] after which fluid, bodies and controllers exchange values; where bodies move, the fluid's steps are not longer
     threads             number of threads of the fluid; the default is all cores
     seed                of everything random: gusts
-    detail              "particles" (default), or "none": the sea by formulas instead of particles (`oilsim.sea`, `oilsim.loads`)
+    detail              "particles" (default); "none": the sea by formulas instead of particles (`oilsim.sea`, `oilsim.loads`); or "window":
+                        the same, with particles in the box of [window]
     budget              true: the summary gives the changes of the liquid's energy and momentum by cause (`oilsim.accounts.ledger`), with
                         energy_residual and momentum_residual, the shares without a cause; false: all three are null
     """
@@ -33,12 +34,12 @@ class RunSettings(Section):
     communication_step: float = quantity("s", default=0.01, at_least=SHORTEST_STEP, at_most=1.0)
     threads: int | None = quantity("", default=None, at_least=1, at_most=1024, whole=True)
     seed: int = quantity("", default=1, at_least=0, whole=True)
-    detail: Literal["particles", "none"] = "particles"
+    detail: Literal["particles", "window", "none"] = "particles"
     budget: bool = False
 
     @property
     def has_particles(self) -> bool:
-        """True if the liquid is simulated as particles; else the sea is formulas and oil is parcels."""
+        """True if all liquid is simulated as particles; else the sea is formulas and oil is parcels, outside a window at least."""
         return self.detail == "particles"
 
     def problems(self) -> Iterator[Problem]:
@@ -65,7 +66,8 @@ class RecordingSettings(Section):
     water_every          liquid that is not oil is recorded in every so many frames; by default in every second one of a scenario
                          with oil, which is recorded in all, and else in all
     checkpoint_interval  [s] simulated, after which the whole state is saved beside the recording, so that the run can go on from
-                         there; 0: only when asked for by SIGUSR1, and at the end
+                         there; 0: only when asked for by SIGUSR1, and at the end; by default 1 s, and 10 s in a run without particles,
+                         in which saving takes longer than simulating a second
     checkpoints_kept     when there would be more, every second one is deleted and the interval doubles; the first and the last stay,
                          and so do those that were asked for, so that --at reaches every time as before, from farther back
     """
@@ -73,7 +75,7 @@ class RecordingSettings(Section):
     frame_rate: float = quantity("1/s", default=30.0, above=0.0, at_most=1e6)
     precision: float | None = quantity("m", default=None, at_least=0.0)
     water_every: int | None = quantity("", default=None, at_least=1, whole=True)
-    checkpoint_interval: float = quantity("s", default=1.0, at_least=0.0)
+    checkpoint_interval: float | None = quantity("s", default=None, at_least=0.0)
     checkpoints_kept: int = quantity("", default=100, at_least=3, whole=True)
 
 

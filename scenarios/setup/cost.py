@@ -110,6 +110,9 @@ def estimate(scenario: Scenario) -> Cost:
     particles = dict.fromkeys(scenario.phases, 0)
     for name, points in positions.items():
         particles[scenario.fill[name].phase] += len(points)
+    if scenario.run.detail == "window" and scenario.window is not None:
+        water = next(name for name, phase in sorted(scenario.phases.items(), key=lambda item: item[1].is_oil))
+        particles[water] += scenario.window.settings(scenario.fluid).particle_count
     emitted = _emitted(scenario)
     boundary = {} if not scenario.run.has_particles else _boundary(scenario, solids)
     threads = scenario.run.threads or os.cpu_count() or 1

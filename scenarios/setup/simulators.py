@@ -26,7 +26,9 @@ from scenarios.setup.placed_solids import Solid, table_entry
 from scenarios.setup.thin_bodies import thin_bodies
 
 if TYPE_CHECKING:
+    from booms.recovery.skimming import SkimmingParticipant
     from coupling.participants.slick import SlickParticipant
+    from oilsim.window.window import Window
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -37,7 +39,8 @@ class Simulators:
     wrench with the fluid, and `bodies` how they do; tank: the fluid's handle of the tank's sides, None without closed ones; world: None
     if nothing is coupled; left_out: what bodies take of the liquid at the start, in words, by region; thin: what is to be told of bodies
     too thin for their particles and of booms, by name; notes: what was mended of bodies' meshes, and a sea that is not used, in words;
-    slick: the oil of a run without particles, None without any.
+    slick: the oil of a run without particles, None without any; skimmers: what takes it off the water; window: the particles of a run at
+    sea, None in other runs.
     """
 
     scenario: Scenario
@@ -53,12 +56,17 @@ class Simulators:
     thin: Mapping[str, str]
     notes: tuple[str, ...]
     slick: SlickParticipant | None = None
+    skimmers: tuple[SkimmingParticipant, ...] = ()
+    window: Window | None = None
+
+    def positions(self, phase: str, time: float) -> NDArray[np.float32]:
+        """Return where the particles (N, 3) [m] of a phase are at `time` [s], in the order of their ids."""
+        return self.fluid.phase_positions(phase) if self.window is None else self.window.phase_places(phase, time)
 
     def wrench(self, body: str) -> NDArray[np.float64]:
         """Return the wrench (6,) [N, N m] of the fluid, or of the sea without particles, on a body; 0 on a body that neither meets."""
-        if body in self.coupled:
-            return self.bodies.fluid.get(f"{body}.wrench")
-        return np.zeros(6) if self.world is None else self.world.sea_wrench(body)
+        by_sea = np.zeros(6) if self.world is None else self.world.sea_wrench(body)
+        return by_sea + self.bodies.fluid.get(f"{body}.wrench") if body in self.coupled else by_sea
 
 
 def build_simulators(scenario: Scenario) -> Simulators:
@@ -66,11 +74,14 @@ def build_simulators(scenario: Scenario) -> Simulators:
     written, scenario = scenario, without_particles(scenario)
     layout = lay_out(scenario)
     solids, coupled = layout.solids, layout.coupled
+    if written.run.detail == "window":
+        return _with_window(written, scenario, layout)
     with problems_of("fluid", "cannot be built"):
         fluid, tank = build_fluid(scenario, layout.positions)
     wetted = [] if not scenario.run.has_particles else [solid for solid in solids if solid.wetted]
     samplings = _sampled(wetted, scenario.fluid.particle_spacing)
     handles = _wet(fluid, wetted, samplings, coupled)
+    slick = _slick(written, layout)
     return Simulators(
         scenario=scenario,
         level=layout.level,
@@ -86,7 +97,36 @@ def build_simulators(scenario: Scenario) -> Simulators:
         if not scenario.run.has_particles
         else thin_bodies(solids, samplings, scenario.fluid.particle_spacing) | boom_remarks(scenario, layout.level),
         notes=(*(note for solid in solids for note in solid.notes), *unused_sea(scenario), *left_out(written)),
-        slick=_slick(written, layout),
+        slick=slick,
+        skimmers=_skimmers(written, layout, slick),
+    )
+
+
+def _with_window(written: Scenario, scenario: Scenario, layout: Layout) -> Simulators:
+    """Put a window of particles into the sea; ScenarioError for bodies that cannot be sampled."""
+    from scenarios.setup.at_sea.window import build_window, couple_window, target_of  # only such a run pays for it
+
+    assert layout.sea is not None and written.window is not None
+    window = build_window(written, layout.sea)
+    wetted = [solid for solid in layout.solids if solid.wetted]
+    samplings = _sampled(wetted, scenario.fluid.particle_spacing)
+    target, slick = target_of(written.window.target, layout.fleet), _slick(written, layout)
+    return Simulators(
+        scenario=scenario,
+        level=layout.level,
+        fleet=layout.fleet,
+        solids=layout.solids,
+        coupled=() if layout.world is None else tuple(solid.name for solid in wetted),
+        fluid=window.fluid,
+        tank=None,
+        bodies=couple_window(window, target, wetted, samplings, layout.world),
+        world=layout.world,
+        left_out=layout.left_out,
+        thin={},
+        notes=(*(note for solid in layout.solids for note in solid.notes), *left_out(written)),
+        slick=slick,
+        skimmers=_skimmers(written, layout, slick),
+        window=window,
     )
 
 
@@ -98,6 +138,15 @@ def _slick(written: Scenario, layout: Layout) -> SlickParticipant | None:
 
     with problems_of("fill", "cannot become a slick"):
         return build_slick(written, layout.sea, layout.fleet.booms)
+
+
+def _skimmers(written: Scenario, layout: Layout, slick: SlickParticipant | None) -> tuple[SkimmingParticipant, ...]:
+    """Build the skimmers, whose code is imported only if there are some."""
+    if not written.skimmers:
+        return ()
+    from scenarios.setup.at_sea.skimmers import build_skimmers
+
+    return build_skimmers(written, slick, layout.fleet.booms)
 
 
 def _sampled(solids: Sequence[Solid], particle_spacing: float) -> dict[int, SurfaceSampling]:

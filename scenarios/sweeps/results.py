@@ -12,7 +12,7 @@ from rich.table import Table
 
 from scenarios.sweeps.variants import Variant
 
-COMPARED_PARTS = ("oil_m3", "scores")  # parts of a summary that a sweep compares
+COMPARED_PARTS = ("oil_m3", "scores", "skimmers")  # parts of a summary that a sweep compares
 RUN = ("ended", "simulated_s", "wall_s", "density_error")  # what its table on disk holds besides
 
 
@@ -28,7 +28,7 @@ class Outcome:
 
         Probes give their last reading.
         """
-        found = {key: value for part in COMPARED_PARTS for key, value in _leaves(self.summary[part], part)}
+        found = {key: value for part in COMPARED_PARTS for key, value in _leaves(self.summary.get(part, {}), part)}
         found |= {
             f"probes.{name}": series["value"][-1] for name, series in self.summary["probes"].items() if series["value"]
         }
@@ -57,17 +57,41 @@ def differing(figures: Sequence[Mapping[str, float]]) -> list[str]:
 
 def write_table(outcomes: Sequence[Outcome], path: Path) -> None:
     """Write one row for each run: the varied entries, how the run ended, and every figure."""
-    rows = [
+    rows = _rows(outcomes)
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.DictWriter(file, dict.fromkeys(key for row in rows for key in row))
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+def write_parquet(outcomes: Sequence[Outcome], path: Path) -> None:
+    """Write the same rows as a Parquet file, columns of numbers as numbers; what a run has not is null."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    rows = _rows(outcomes)
+    columns = {
+        key: _column([row.get(key) for row in rows]) for key in dict.fromkeys(key for row in rows for key in row)
+    }
+    pq.write_table(pa.table(columns), path)
+
+
+def _column(values: Sequence[Any]) -> list[Any]:
+    """Turn the values of a column into numbers if all of them are; else into texts."""
+    try:
+        return [None if value is None else float(value) for value in values]
+    except ValueError:
+        return [None if value is None else str(value) for value in values]
+
+
+def _rows(outcomes: Sequence[Outcome]) -> list[dict[str, Any]]:
+    return [
         {"run": outcome.variant.name}
         | outcome.variant.values
         | {key: value for part in RUN for key, value in _leaves(outcome.summary[part], part)}
         | outcome.figures()
         for outcome in outcomes
     ]
-    with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, dict.fromkeys(key for row in rows for key in row))
-        writer.writeheader()
-        writer.writerows(rows)
 
 
 def _leaves(entry: Any, path: str) -> Iterator[tuple[str, Any]]:

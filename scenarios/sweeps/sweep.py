@@ -12,23 +12,32 @@ from rich.console import Console
 from scenarios.exit_codes import DONE, FAILED
 from scenarios.problems import Problem, ScenarioError
 from scenarios.running.run import RunOptions, run_scenario
-from scenarios.sweeps.results import Outcome, differing, table, write_table
+from scenarios.sweeps.results import Outcome, differing, table, write_parquet, write_table
 from scenarios.sweeps.variants import Variant
 from scenarios.text.terminal import terminal
 from scenarios.watch.progress import clock
 
 
 def run_sweep(
-    chosen: Sequence[Variant], folder: Path, *, recorded: bool = False, console: Console | None = None
+    chosen: Sequence[Variant],
+    folder: Path,
+    *,
+    recorded: bool = False,
+    scheduler: str | None = None,
+    console: Console | None = None,
 ) -> int:
     """Run the variants that are not complete yet, with a summary and, if `recorded`, a recording each.
 
-    Writes sweep.csv and sweep.png into the folder. Returns the exit code of the `oilsim` command: that of the first failed run, or of the
-    signal that stopped the sweep. A later call with the same folder continues: it does not repeat complete runs of the same scenario.
+    `scheduler`: address of a Dask cluster that makes the runs, one after the other here without it.
+    Writes sweep.csv, sweep.parquet and sweep.png into the folder. Returns the exit code of the `oilsim` command: that of the first failed
+    run, or of the signal that stopped the sweep. A later call with the same folder continues: it does not repeat complete runs of the same
+    scenario.
     Raises ScenarioError if the folder cannot be created.
     """
     console = console or terminal(stderr=True)
     _make(folder)
+    if scheduler is not None:
+        return _run_on_cluster(chosen, folder, scheduler, console)
     outcomes: list[Outcome] = []
     spent: list[float] = []
     code = DONE
@@ -47,11 +56,26 @@ def run_sweep(
             code = code or ended
             if ended not in (DONE, FAILED):
                 break
-        summary = folder / f"{variant.name}.json"
-        if summary.is_file():
-            outcomes.append(Outcome(variant, json.loads(summary.read_text(encoding="utf-8"))))
+        outcomes += _outcomes([variant], folder)
     _leave(outcomes, folder, console)
     return code
+
+
+def _run_on_cluster(chosen: Sequence[Variant], folder: Path, scheduler: str, console: Console) -> int:
+    """Run what is not complete on a cluster, whose code is imported only if it is asked for."""
+    from scenarios.sweeps.cluster import run_on_cluster
+
+    waiting = [variant for variant in chosen if not _is_complete(variant, folder, recorded=False)]
+    console.print(f"{len(chosen) - len(waiting)} of {len(chosen)} already complete", highlight=False)
+    code = run_on_cluster(waiting, folder, scheduler, console) if waiting else DONE
+    _leave(_outcomes(chosen, folder), folder, console)
+    return code
+
+
+def _outcomes(chosen: Sequence[Variant], folder: Path) -> list[Outcome]:
+    """Read the summaries that are there."""
+    paths = ((variant, folder / f"{variant.name}.json") for variant in chosen)
+    return [Outcome(one, json.loads(path.read_text(encoding="utf-8"))) for one, path in paths if path.is_file()]
 
 
 def _run(variant: Variant, folder: Path, recorded: bool, console: Console) -> int:
@@ -70,7 +94,8 @@ def _leave(outcomes: Sequence[Outcome], folder: Path, console: Console) -> None:
     if not outcomes:
         return
     write_table(outcomes, folder / "sweep.csv")
-    told = f"table of all figures: {folder / 'sweep.csv'}"
+    write_parquet(outcomes, folder / "sweep.parquet")
+    told = f"table of all figures: {folder / 'sweep.csv'}, and as Parquet"
     if differing([outcome.figures() for outcome in outcomes]):
         from scenarios.sweeps.chart import draw_sweep
 

@@ -6,7 +6,7 @@ import hashlib
 import itertools
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -70,23 +70,33 @@ def parse_variation(text: str) -> Variation:
 
 
 def variants(
-    source: str | Path, variations: Sequence[Variation], *, overrides: tuple[str, ...] = (), demo: bool = False
+    source: str | Path,
+    variations: Sequence[Variation],
+    *,
+    overrides: tuple[str, ...] = (),
+    demo: bool = False,
+    samples: Sequence[Mapping[str, str]] = ({},),
 ) -> list[Variant]:
-    """Build all combinations; the last entry varies fastest.
+    """Build all combinations, each with every sample of other entries; the last entry varies fastest, the samples faster.
 
     Raises ScenarioError with everything that is wrong in any combination, before anything is run.
     """
-    keys = [variation.key for variation in variations]
+    keys = [variation.key for variation in variations] + list(samples[0])
     twice = sorted({key for key in keys if keys.count(key) > 1})
     if twice:
         raise ScenarioError(
-            [Problem(f"--vary {key}", "is given twice, allowed: once, with all its values") for key in twice], "oilsim"
+            [
+                Problem(f"--vary {key}", "is given twice, allowed: once, with all its values or one range")
+                for key in twice
+            ],
+            "oilsim",
         )
     found: list[Variant] = []
     problems: list[Problem] = []
     where = ""
-    for combination in itertools.product(*(variation.values for variation in variations)):
-        values = dict(zip(keys, combination, strict=True))
+    grid = itertools.product(*(variation.values for variation in variations))
+    for combination, sample in itertools.product(grid, samples):
+        values = dict(zip(keys, combination, strict=False)) | dict(sample)
         settings = (*overrides, *(f"{key}={value}" for key, value in values.items()))
         try:
             loaded = load_scenario(source, overrides=settings, demo=demo)

@@ -125,7 +125,7 @@ class BoomScore:
             series["metrics/oil_in_area"] = self._oil_in_area
         series |= {f"metrics/current/{axis}": float(current[place]) for place, axis in enumerate("xy")}
         self._series = series | self._pull(world, step) | self._remember(report, held)
-        self._losses.add(time, speed, report.lost, report.retained + report.lost)
+        self._losses.add(time, speed, report.passed, report.retained + report.lost)
         self._announce(report, speed, held)
 
     def lose(self, time: float, fluid: Fluid, world: RigidBodyWorld, level: float) -> None:
@@ -133,9 +133,10 @@ class BoomScore:
         if self.closures is not None:
             self.closures.act(time, fluid, self.tracker, self._state(world), level)
 
-    def take_parting(self, number: int) -> None:
-        """Announce that a joint, counted from 1 at the first end, has parted."""
+    def take_parting(self, number: int, why: str = "") -> None:
+        """Announce that a joint, counted from 1 at the first end, has parted, and why."""
         between = f"has parted at joint {number}, between segments {number - 1} and {number}"
+        between += f" ({why})" if why else ""
         meaning = "its line counts as closed across the opening, and oil that passes there as lost through a joint"
         self._tell_once(f"parted {number}", True, f"{between}; {meaning}")
 
@@ -170,8 +171,8 @@ class BoomScore:
         if first is not None:
             self._tell_once("first loss", True, f"has lost more than {share:g} % of its oil, at {first / knot:.2f} kn")
         if gross is not None:
-            rate, window = 100.0 * self._losses.gross_rate, self._losses.window
-            text = f"has lost more than {rate:g} % of its oil per second for {window:g} s, at {gross / knot:.2f} kn"
+            rate, window = 60.0 * 100.0 * self._losses.gross_rate, self._losses.gross_window
+            text = f"has lost more than {rate:g} % of its oil a minute for {window:g} s, at {gross / knot:.2f} kn"
             self._tell_once("gross loss", True, text)
         self._take_back("first loss", first)
         self._take_back("gross loss", gross)
@@ -272,6 +273,7 @@ class BoomScore:
             "smallest_effective_draft_m": self._worst["effective_draft"],
             "first_loss_speed_kn": _knots(self._losses.first_loss),
             "gross_loss_speed_kn": _knots(self._losses.gross_loss),
+            "passed_m3": report.passed,
             "taken_back_m3": report.recovered,
             "lost_modelled_share": sum(report.lost_modelled.values()) / report.lost if report.lost > 0.0 else None,
             "oil_in_area_m3": self._oil_in_area,

@@ -120,9 +120,9 @@ class Scoring:
         self._announced_until, self._notices = saved["announced_until"], []
         self._current = np.array(saved["current"])
 
-    def take_parting(self, boom: str, number: int) -> None:
-        """Announce that a joint of a boom, counted from 1 at its first end, has parted."""
-        next(score for score in self.booms if score.name == boom).take_parting(number)
+    def take_parting(self, boom: str, number: int, why: str = "") -> None:
+        """Announce that a joint of a boom, counted from 1 at its first end, has parted, and why."""
+        next(score for score in self.booms if score.name == boom).take_parting(number, why)
 
     def take_orders(self, vessels: Iterable[Vessel]) -> None:
         """Announce the orders of these vessels' courses from now on."""

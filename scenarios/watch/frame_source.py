@@ -22,6 +22,7 @@ from scenarios.setup.placed_solids import Solid
 from scenarios.setup.simulators import Simulators
 from scenarios.watch.probe_readings import probe_readings
 from scenarios.watch.run_accounts import RunAccounts
+from scenarios.watch.skimmer_account import SkimmerAccounts
 from scenarios.watch.slick_account import phase_of
 
 Array = NDArray[np.float64]
@@ -43,11 +44,13 @@ class FrameReader:
     Reading changes nothing: the accounts have been advanced before, and a frame may be read twice or never.
     """
 
-    def __init__(self, simulators: Simulators, accounts: RunAccounts, fmus: Sequence[Participant] = ()) -> None:
+    def __init__(
+        self, simulators: Simulators, accounts: RunAccounts, skimmers: SkimmerAccounts, fmus: Sequence[Participant] = ()
+    ) -> None:
         """Read frames of the simulators, of the accounts, and of the outputs of `fmus`."""
         self._simulators = simulators
         self._pulls = _pulls(simulators.fleet)
-        self._accounts = accounts
+        self._accounts, self._skimmers = accounts, skimmers
         self._fmus = fmus
         scenario = simulators.scenario
         self._probes = probe_readings(scenario.probes, simulators.fluid, self._pose_and_wrench, scenario.tank.lower[2])
@@ -56,13 +59,13 @@ class FrameReader:
         """Return the frame at a communication point; its particles must be asked for before the run goes on."""
         accounts = self._accounts
         scalars = accounts.figures.series() | dict(self._probes()) | accounts.scoring.series()
-        scalars |= accounts.coupling.series() | self._moorings() | self._fmu_outputs()
+        scalars |= accounts.coupling.series() | self._moorings() | self._skimmers.series() | self._fmu_outputs()
         return Frame(
             index=point.index,
             time=point.time,
             bodies={solid.name: self._body(solid) for solid in self._simulators.solids},
             scalars=scalars,
-            read_phases=self._phases,
+            read_phases=lambda: self._phases(point.time),
             read_lost=accounts.scoring.lost_ids,
         )
 
@@ -88,10 +91,10 @@ class FrameReader:
                     outputs |= {f"{place}/{i}" if len(values) > 1 else place: float(v) for i, v in enumerate(values)}
         return outputs
 
-    def _phases(self) -> Mapping[str, PhaseFrame]:
+    def _phases(self, time: float) -> Mapping[str, PhaseFrame]:
         fluid, slick = self._simulators.fluid, self._simulators.slick
         frames = {
-            name: PhaseFrame(position=fluid.phase_positions(name), id=fluid.phase_ids(name))
+            name: PhaseFrame(position=self._simulators.positions(name, time), id=fluid.phase_ids(name))
             for name in self._simulators.scenario.phases
         }
         if slick is not None:  # parcels of several oils are shown as one

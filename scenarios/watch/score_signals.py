@@ -11,7 +11,7 @@ from oilsim.slick.loss_cause import LossCause
 from scenarios.scenario import Scenario
 from scenarios.signals.signal_table import RunParts, ScoredBoom, Signal
 
-VOLUMES = ("inside", "outside", "retained", "free", "lost", "removed", "recovered")
+VOLUMES = ("inside", "outside", "retained", "free", "lost", "passed", "removed", "recovered")
 SHAPE = (("gap_ratio", "1"), ("normal_speed", "m/s"), ("effective_draft", "m"), ("skirt_angle", "rad"))
 
 
@@ -48,7 +48,7 @@ def _field(name: str, report: ContainmentReport) -> float:
 
 
 def _lost_by(cause: str, report: ContainmentReport) -> float:
-    return report.lost_by_cause[cause]
+    return report.lost_by_cause.get(cause, 0.0)
 
 
 def _lost_modelled(report: ContainmentReport) -> float:

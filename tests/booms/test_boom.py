@@ -1,13 +1,14 @@
 """Boom sections, segments and classes: geometry against formulas, stability, what the fluid can resolve."""
 
 import math
+from dataclasses import fields
 
 import numpy as np
 import pytest
-from scipy.constants import inch, knot
+from scipy.constants import foot, inch, knot, pound_force
 
 from booms.boom import Boom, BoomDesign, minimum_thickness, section_area, section_buoyancy_to_weight
-from booms.catalog import BOOM_CLASSES, boom_class
+from booms.catalog import catalogue
 from booms.segments import boom_segment, segment_mesh
 from coupling.solids.hydrostatics import waterline_for_volume
 
@@ -138,27 +139,44 @@ def test_boom_is_made_thick_enough_for_the_particles_and_says_so(spacing):
     assert masses[0] == pytest.approx(masses[1], rel=1e-9)
 
 
-@pytest.mark.parametrize("name", BOOM_CLASSES)
-def test_every_class_makes_an_upright_boom_of_its_ratio(name):
-    entry = boom_class(name)
+@pytest.mark.parametrize("name", [entry.name for entry in catalogue().values() if not entry.lacking])
+def test_every_boom_of_the_catalogue_makes_an_upright_boom_of_its_ratio(name):
+    entry = catalogue()[name]
     segment = boom_segment(entry.boom(80.0, 30))
     assert segment.mesh.is_watertight
     assert segment.metacentric_height > 0.0
     assert segment.buoyancy_to_weight == pytest.approx(entry.buoyancy_to_weight, rel=1e-6)
-    assert entry.maximum_speed_at(0.25) == pytest.approx(0.5 * entry.maximum_speed)
 
 
-def test_harbour_classes_are_those_of_practice():
-    for name, skirt, freeboard, knots in (
-        ("harbour-light", 8, 4, 1.0),
-        ("harbour", 16, 8, 1.5),
-        ("harbour-heavy", 24, 12, 2.0),
-    ):
-        entry = boom_class(name)
+def test_navy_classes_are_those_of_the_salvage_manual():
+    for name, skirt, freeboard, knots in (("nafac-1", 8, 4, 1.0), ("nafac-2", 16, 8, 1.5), ("nafac-3", 24, 12, 2.0)):
+        entry = catalogue()[name]
         assert (entry.skirt_depth / inch, entry.freeboard / inch) == pytest.approx((skirt, freeboard))
+        assert entry.section_length == pytest.approx(500 * foot)
         assert entry.maximum_speed / knot == pytest.approx(knots)
-    with pytest.raises(ValueError, match="allowed: harbour-light"):
-        boom_class("ocean")
+
+
+def test_classes_of_the_coast_guard_have_its_strengths_and_reserve_buoyancy():
+    """33 CFR 155 appendix B table 1; the height is skirt and freeboard together, the reserve ratio is the gross ratio less 1."""
+    for name, lowest, highest, reserve, pounds in (
+        ("cfr-rivers", 6, 18, 2, 4_500),
+        ("cfr-inland", 18, 42, 2, 15_000),
+        ("cfr-great-lakes", 18, 42, 2, 15_000),
+        ("cfr-ocean", 42, 60, 3, 20_000),
+    ):
+        entry = catalogue()[name]
+        assert lowest - 1e-9 <= (entry.skirt_depth + entry.freeboard) / inch <= highest + 1e-9
+        assert entry.buoyancy_to_weight >= reserve + 1.0
+        assert entry.strength == pytest.approx(pounds * pound_force, rel=2e-3)
+
+
+def test_every_figure_has_a_source_or_is_said_to_be_assumed():
+    for entry in catalogue().values():
+        assert entry.source
+        assert set(entry.assumed) <= {item.name for item in fields(entry)}
+        if entry.lacking:
+            with pytest.raises(ValueError, match="does not model"):
+                entry.boom(80.0, 30)
 
 
 def test_all_impossible_dimensions_are_named_at_once():

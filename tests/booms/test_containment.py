@@ -246,6 +246,20 @@ def test_oil_that_falls_astern_is_still_lost_in_a_periodic_sea():
     assert report.lost_by_cause["drainage"] == pytest.approx(VOLUME)
 
 
+def test_oil_that_comes_round_a_periodic_sea_has_passed_and_oil_that_comes_straight_back_has_not():
+    """The particle goes under the apex, drifts on by a whole period, and comes in at the mouth; another one only peeps out."""
+    low = WATER - 0.25
+    under = [(APEX + x, 0.0, low) for x in (0.3, 0.05, -0.02, -0.2)]
+    astern = [(APEX + x, 0.0, WATER) for x in (-0.5, -1.0, -1.5, -2.0)]
+    ahead = [(APEX + SEA[0] + x, 0.0, WATER) for x in (-2.5, -3.0, -3.5, SEA[0] * -1.0 + 0.3)]
+    round_the_sea = follow(make_tracker(period=SEA), under + astern + ahead)
+    assert round_the_sea.retained == round_the_sea.returned == round_the_sea.passed == pytest.approx(VOLUME)
+    assert round_the_sea.recovered == round_the_sea.lost == round_the_sea.passed_modelled == 0.0
+    straight_back = follow(make_tracker(period=SEA), under + under[::-1])
+    assert straight_back.recovered == pytest.approx(VOLUME)
+    assert straight_back.passed == straight_back.returned == 0.0
+
+
 @pytest.mark.parametrize("period", [(4.0, 3.0), (1.5, 0.0), (0.0, 0.7), (0.5, 0.6)])
 def test_a_point_is_taken_at_its_deepest_image(period):
     """Against a search through all images in a wide frame, also for seas that are shorter than the boom."""

@@ -76,7 +76,7 @@ def losses_of(volumes, speed=lambda t: 0.1 * t, step=1.0, **terms):
 
 def test_loss_speeds_are_those_at_which_loss_begins_and_gets_gross():
     lost = [0.0, 0.005, 0.02, 0.05, 0.20, 0.40]
-    speeds = losses_of(lost, first_share=0.01, gross_rate=0.12, window=1.0)
+    speeds = losses_of(lost, first_share=0.01, gross_rate=0.12, window=1.0, gross_window=1.0)
     assert speeds.first_loss == pytest.approx(0.2)  # 2 % of the oil, the first sample above 1 %, at which it stays
     assert speeds.gross_loss == pytest.approx(0.35)  # 15 % a second from 3 to 4 s, the first mean above 12 %
 
@@ -114,14 +114,21 @@ def test_loss_speeds_go_on_from_their_saved_account():
 
 
 def test_one_particle_in_a_short_step_is_no_gross_loss():
-    """0.4 % of the oil within 0.02 s is 20 % a second for a moment, and 0.1 % a second over five seconds."""
+    """0.4 % of the oil within 0.02 s is 20 % a second for a moment, and 2 % a minute over the window of twelve seconds."""
     speeds = LossSpeeds()
     for k in range(400):
         speeds.add(0.02 * k, 0.5, 0.004 if k >= 100 else 0.0, 1.0)
     assert speeds.gross_loss is None
     for k in range(400, 700):
         speeds.add(0.02 * k, 0.6, 0.004 + 0.001 * (k - 399), 1.0)  # 5 % a second from 8 s on
-    assert speeds.gross_loss == pytest.approx(0.55, abs=0.05)  # 2 % a second over 5 s, 2 s after that
+    assert speeds.gross_loss == pytest.approx(
+        0.6, abs=0.01
+    )  # nearly all that is lost within the window is lost at 0.6 m/s
+
+
+def test_gross_loss_is_ten_percent_a_minute():
+    speeds = [losses_of([0.01 / 60.0 * rate * k for k in range(40)], speed=lambda t: 0.5) for rate in (9.0, 11.0)]
+    assert [one.gross_loss for one in speeds] == [None, pytest.approx(0.5)]
 
 
 def test_a_wobble_is_not_held_and_a_lasting_flow_is():

@@ -526,7 +526,9 @@ def test_world_without_free_bodies_takes_no_step_of_the_engine(
     world: RigidBodyWorld, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     steps = []
-    monkeypatch.setattr("coupling.rigid.bullet_client.pybullet.stepSimulation", lambda **options: steps.append(options))
+    monkeypatch.setattr(
+        "coupling.rigid.engine.bullet_client.pybullet.stepSimulation", lambda **options: steps.append(options)
+    )
     mesh = box((0.1, 0.1, 0.1))
     world.add_body("rock", mesh, mass_properties(mesh, density=1.0), motion="fixed")
     led = UniformMotion(position=(0.0, 0.0, 0.0), linear_velocity=(1.0, 0.0, 0.0))

@@ -77,9 +77,8 @@ def test_fmu_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         subprocess.run([sys.executable, "-m", "fmpy", *arguments], check=True, timeout=500)
 
 
-@pytest.mark.parametrize("name", ["engineer", "tester"])
-def test_code_of_guides(name: str) -> None:
-    guide, names = DOCS / "guides" / f"{name}.md", {"__name__": name}
+def test_code_of_the_engineers_guide() -> None:
+    guide, names = DOCS / "guides" / "engineer.md", {"__name__": "engineer"}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)
         for block in blocks(guide, "python"):
@@ -90,7 +89,8 @@ def test_code_of_guides(name: str) -> None:
 
 def test_testers_commands() -> None:
     lines = [line for block in blocks(DOCS / "guides" / "tester.md", "sh") for line in block.text.splitlines()]
-    assert lines
-    for line in lines:
+    own = [line for line in lines if line.startswith("python ")]
+    assert own
+    for line in own:
         _, *arguments = line.split("#")[0].split()
         subprocess.run([sys.executable, *arguments], cwd=ROOT, check=True, timeout=250)

@@ -38,6 +38,7 @@ SCENARIOS: dict[str, tuple[str, float, int, tuple[str, ...]]] = {
     "still-column": ("still-column", 0.06, 30, ()),
     "two-layer": ("two-layer", 0.08, 30, ()),
     "sweep-200m": ("sweep-200m", 0.25, 8, ()),
+    "harbour-1km": ("harbour-1km", 0.25, 4, ()),
     "tow-speed-ramp": ("tow-speed-ramp", 0.125, 12, ()),
     "u-sweep": ("u-sweep", 0.12, 12, ("tow.start=0.05",)),
     "wave-flume": ("wave-flume", 0.08, 20, ()),

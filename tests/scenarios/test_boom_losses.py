@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import copy
+from pathlib import Path
 from typing import Any
 
 import pytest
 
+from recordings.replay.recording import Replay
+from scenarios.cli import main
 from scenarios.load import scenario_from
 from scenarios.oils.library import oil_named
 from scenarios.problems import ScenarioError
 from scenarios.running.assembly import Assembly, build
 from scenarios.running.checkpoints import begin_from, run_state, run_state_hash
+from scenarios.running.run import RunOptions, run_scenario
 from scenarios.running.summary import SummaryObserver
 from scenarios.setup.boom_losses import oils_of
 from tests.scenarios.test_oil_balance import BOOMS, Balance, channel
@@ -57,13 +61,27 @@ def test_modelled_loss_is_part_of_the_loss_and_the_same_on_two_threads_and_after
     two, second, _ = run_of(pool(oil=unmeasured, threads=2), 1.0)
     state = copy.deepcopy(run_state(second, two))
     second.terminate("stopped")
-    restored = build(scenario_from(pool(threads=2)))
+    restored = build(scenario_from(pool(oil=unmeasured, threads=2)))
     third = restored.co_simulation()
     begin_from(state, third, restored)
     third.run(2.0)
     assert run_state_hash(third, restored) == run_state_hash(first, one)
     for simulation in (first, third):
         simulation.terminate("completed")
+
+
+@pytest.mark.slow
+def test_a_run_in_which_particles_changed_places_is_made_again_bit_for_bit(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """By two threads too."""
+    data, path = pool(), tmp_path / "pool.rrd"
+    data["run"]["duration"] = 1.2
+    assert run_scenario(scenario_from(data), options=RunOptions(record=path)) == 0
+    assert Replay(path).scalars["oil_passed_modelled"].value[-1] > 0.0
+    capsys.readouterr()
+    assert main(["verify", str(path), "--threads", "2"]) == 0
+    assert capsys.readouterr().out.startswith("0 frames differ: all ")
 
 
 def test_without_closures_nothing_is_modelled() -> None:

@@ -27,7 +27,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument(
         "cases", nargs="?", default="", help=f"comma-separated: {', '.join(case.name for case in CASES)}"
     )
-    parser.add_argument("--levels", type=int, choices=(1, 2, 3), default=3, help="how many spacings, coarse first")
+    parser.add_argument("--levels", type=int, choices=(1, 2, 3, 4), default=4, help="how many spacings, coarse first")
     parser.add_argument("--threads", type=int, default=None, help="threads of a fluid; default all cores")
     parser.add_argument("--output", type=Path, default=Path("validation-report"), help="folder of the report")
     return parser.parse_args(arguments)

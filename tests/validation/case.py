@@ -139,7 +139,7 @@ class Case:
     source       formula or publication behind the reference
     setup        one sentence on geometry, liquids and duration
     length       reference length [m] and its symbol; a run of resolution n has the spacing length / n
-    resolutions  coarse, middle, reference
+    resolutions  coarse to fine, the last one is the reference
     run          run(resolution, bench) -> Outcome
     spacings     how many of them, coarse first, a run of all cases takes; asked for by name a case runs them all
     note         limits of the measurement, for the report
@@ -152,7 +152,7 @@ class Case:
     setup: str
     length: float
     length_symbol: str
-    resolutions: tuple[int, int, int]
+    resolutions: tuple[int, ...]
     quantities: tuple[Quantity, ...]
     panels: tuple[Panel, ...]
     run: Callable[[int, Bench], Outcome]

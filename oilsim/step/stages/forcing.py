@@ -15,14 +15,18 @@ Drive = Callable[[float], None]  # adds to the velocities what drives the liquid
 def apply_forcings(
     tools: StepTools, arrays: StepArrays, state: FluidState, forcings: Sequence[Forcing], time: float, time_step: float
 ) -> None:
-    """Let every forcing change the velocities at `time` [s]; ValueError for one that moves a plane's liquid along y."""
+    """Let every forcing change the velocities of particles that are awake, at `time` [s].
+
+    ValueError for one that moves a plane's liquid along y.
+    """
     if not forcings:
         return
     constants = tools.constants
+    awake = slice(0, state.awake)
     with tools.stage("forcing"):
         view = ForcingView(
-            time, time_step, state.position, state.velocity, state.phase, arrays.gradient_sum, constants.densities,
-            float(constants.volume),
+            time, time_step, state.position[:, awake], state.velocity[:, awake], state.phase[awake], arrays.gradient_sum[:, awake],
+            constants.densities, float(constants.volume),
         )  # fmt: skip
         for forcing in forcings:
             forcing.apply(view)

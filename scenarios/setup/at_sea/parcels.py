@@ -20,9 +20,11 @@ from oilsim.sea import Sea
 from oilsim.slick.barriers import Boom
 from oilsim.slick.oil import Oil
 from oilsim.slick.slick import Slick, SlickSettings
+from oilsim.slick.spill_source import SpillSource
 from oilsim.slick.spreading.fay import joined_radius
+from scenarios.problems import Problem, ScenarioError
 from scenarios.scenario import Scenario
-from scenarios.schema.liquid import CylinderFill, Fill, SlabFill, SphereFill, Tank
+from scenarios.schema.liquid import CylinderFill, Fill, PhaseSettings, PipeEmitterSettings, SlabFill, SphereFill, Tank
 from scenarios.setup.boom_losses import tension_of
 from scenarios.setup.placed_solids import vector
 
@@ -33,6 +35,8 @@ SLICK = "slick"
 PARCELS = 1000
 # parcels that a boom loses of all oil at most; numerical
 LOST_PARCELS = 2000
+# [m3] released by orders alone, which nobody knows at the start; numerical; sizes the parcels that booms lose
+UNKNOWN_RELEASE = 1.0
 # [1] depth of a boom at which the water that runs against it is taken, in drafts; numerical; the middle of the skirt
 DEPTH = 0.5
 
@@ -70,25 +74,29 @@ class WaterFlow:
 
 
 def build_slick(written: Scenario, sea: Sea, booms: Mapping[str, BoomLayout]) -> SlickParticipant | None:
-    """Build the slick of the oil that the scenario as written fills in; None without oil."""
+    """Build the slick of the oil that the scenario as written fills in, or may pour; None if no phase is oil."""
+    if not any(phase.is_oil for phase in written.phases.values()):
+        return None
     spills = {
         name: spill_of(fill, written.tank) for name, fill in written.fill.items() if written.phases[fill.phase].is_oil
     }
-    if not spills:
-        return None
     bodies = [_boom_bodies(name, layout) for name, layout in booms.items()]
     barriers = [_boom(name, layout, own) for (name, layout), own in zip(booms.items(), bodies, strict=True)]
-    released = sum(spill.volume for spill in spills.values())
+    sources = oil_sources(written)
+    released = sum(spill.volume for spill in spills.values()) + sum(
+        min(settings.volume or math.inf, sources[name].rate * max(0.0, written.run.duration - settings.start))
+        for name, settings in written.emitters.items()
+        if name in sources
+    )
     settings = SlickSettings(
-        loss_volume=released / LOST_PARCELS,
+        loss_volume=(released or UNKNOWN_RELEASE) / LOST_PARCELS,
         water_density=sea.description.density,
         diffusivity=0.0 if sea.description.turbulence is None else sea.description.turbulence.diffusivity,
         seed=written.run.seed,
     )
     slick = Slick(settings, barriers)
     for name, spill in spills.items():
-        phase = written.phases[written.fill[name].phase]
-        oil = Oil(density=phase.rest_density, dynamic_viscosity=phase.viscosity, interfacial_tension=tension_of(phase))
+        oil = _oil(written.phases[written.fill[name].phase])
         slick.release(
             oil, spill.volume, count=PARCELS, center=spill.center, radius=spill.radius, age=_age(spill, oil, settings)
         )
@@ -106,7 +114,45 @@ def build_slick(written: Scenario, sea: Sea, booms: Mapping[str, BoomLayout]) ->
         ),
         water=_water(sea, booms),
         surface=sea,
+        sources=list(sources.values()),
     )
+
+
+def oil_sources(scenario: Scenario) -> dict[str, SpillSource]:
+    """Return the scenario's pipes of oil as sources of parcels, by name: each pours its opening's area times its speed."""
+    return {
+        name: SpillSource(
+            name,
+            _oil(scenario.phases[pipe.phase]),
+            (pipe.mouth[0], pipe.mouth[1]),
+            pipe.radius,
+            rate_of(pipe),
+            start=pipe.start,
+            volume=pipe.volume,
+        )
+        for name, pipe in scenario.emitters.items()
+        if scenario.phases[pipe.phase].is_oil
+    }
+
+
+def rate_of(pipe: PipeEmitterSettings) -> float:
+    """Return the rate [m3/s] at which a pipe pours."""
+    return math.pi * pipe.radius**2 * pipe.speed
+
+
+def new_sources(slick: SlickParticipant, scenario: Scenario) -> list[SpillSource]:
+    """Return the sources that orders have added; ScenarioError for one that pours no oil."""
+    known = {source.name for source in slick.sources}
+    sources = oil_sources(scenario)
+    others = [name for name in scenario.emitters if name not in sources]
+    if others:
+        text = 'pours no oil, allowed with run.detail = "none": oil, which becomes parcels'
+        raise ScenarioError([Problem(f"emitters.{name}", text) for name in others], "oilsim")
+    return [source for name, source in sources.items() if name not in known]
+
+
+def _oil(phase: PhaseSettings) -> Oil:
+    return Oil(density=phase.rest_density, dynamic_viscosity=phase.viscosity, interfacial_tension=tension_of(phase))
 
 
 def carry_slick(slick: SlickParticipant, sea: Sea, booms: Mapping[str, BoomLayout]) -> None:
@@ -153,8 +199,15 @@ def _age(spill: Spill, oil: Oil, settings: SlickSettings) -> float:
 
 def _boom_bodies(name: str, layout: BoomLayout) -> BoomBodies:
     start, end = (vector(point) for point in layout.segment.joint_points)
-    foot = (0.0, 0.0, layout.segment.waterline - layout.boom.skirt_depth)
-    return BoomBodies(name=name, bodies=tuple(one.name for one in layout.segments), start=start, end=end, foot=foot)
+    waterline = layout.segment.waterline
+    return BoomBodies(
+        name=name,
+        bodies=tuple(one.name for one in layout.segments),
+        start=start,
+        end=end,
+        foot=(0.0, 0.0, waterline - layout.boom.skirt_depth),
+        top=(0.0, 0.0, waterline + layout.boom.freeboard),
+    )
 
 
 def _boom(name: str, layout: BoomLayout, bodies: BoomBodies) -> Boom:

@@ -1,4 +1,4 @@
-"""A run without particles (`run.detail = "none"`): the sea by formulas, and bodies that it loads.
+"""A run without particles, or outside its window (`run.detail`): the sea by formulas, and bodies that it loads.
 
 The liquid of the scenario is not simulated. A scenario without a [sea] gets one from its tank and its [forcing], so that any exercise can
 be run both ways.
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from scenarios.setup.fleet import Fleet
     from scenarios.setup.placed_solids import Solid
 
-LEFT_OUT = 'run.detail is "none": oil is a slick of parcels, and the sea is formulas, so {} is left out'
+LEFT_OUT = 'run.detail is "{}": oil is a slick of parcels, and the sea is formulas, so {} is left out'
 
 
 def without_particles(scenario: Scenario) -> Scenario:
@@ -38,7 +38,9 @@ def without_particles(scenario: Scenario) -> Scenario:
     steady = sea.current if isinstance(sea.current, SteadySeaCurrent) else None
     current = None if steady is None else CurrentSettings(speed=steady.speed, direction=steady.direction)
     probes = {name: probe for name, probe in scenario.probes.items() if isinstance(probe, BodyProbe)}
-    return replace(scenario, fill={}, emitters={}, probes=probes, sea=sea, forcing=ForcingSettings(current=current))
+    fluid = replace(scenario.fluid, sleep_speed=0.0)  # regions of a whole sea without water would cost a step's time
+    forcing = ForcingSettings(current=current)
+    return replace(scenario, fluid=fluid, fill={}, emitters={}, probes=probes, sea=sea, forcing=forcing)
 
 
 def left_out(scenario: Scenario) -> tuple[str, ...]:
@@ -46,9 +48,9 @@ def left_out(scenario: Scenario) -> tuple[str, ...]:
     if scenario.run.has_particles:
         return ()
     names = [f"fill.{name}" for name, fill in scenario.fill.items() if not scenario.phases[fill.phase].is_oil]
-    names += [f"emitters.{name}" for name in scenario.emitters]
+    names += [f"emitters.{name}" for name, pipe in scenario.emitters.items() if not scenario.phases[pipe.phase].is_oil]
     names += [f"probes.{name}" for name, probe in scenario.probes.items() if not isinstance(probe, BodyProbe)]
-    return (LEFT_OUT.format(", ".join(names)),) if names else ()
+    return (LEFT_OUT.format(scenario.run.detail, ", ".join(names)),) if names else ()
 
 
 def load_bodies(world: RigidBodyWorld, sea: Sea, fleet: Fleet, solids: Sequence[Solid]) -> None:
@@ -76,13 +78,16 @@ def load_bodies(world: RigidBodyWorld, sea: Sea, fleet: Fleet, solids: Sequence[
 def _models_of_fleet(fleet: Fleet) -> Iterator[tuple[str, LoadModel]]:
     from booms.loads import segment_loads
     from scenarios.schema.exercise import body_of
-    from vessels.loads import hull_loads
+    from vessels.loads import hull_loads, with_superstructure
 
     for layout in fleet.booms.values():
         model = segment_loads(layout.segment, layout.boom)
         yield from ((segment.name, model) for segment in layout.segments)
     for vessel in fleet.vessels:
-        yield body_of(vessel.name), hull_loads(vessel.hull)
+        model, above = hull_loads(vessel.hull), vessel.superstructure
+        if above is not None and above.area > 0.0:
+            model = with_superstructure(model, above.area, above.drag_coefficient, above.center)
+        yield body_of(vessel.name), model
 
 
 def loads_of_mesh(mesh: Trimesh, properties: MassProperties, water_density: float) -> LoadModel:

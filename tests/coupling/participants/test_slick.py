@@ -19,6 +19,7 @@ from oilsim.slick.surface_flow import UniformFlow
 
 BODIES = [f"segment-{k}" for k in range(12)]
 STEP = 0.25
+SECTION = {"start": (-2.0, 0.0, 0.0), "end": (2.0, 0.0, 0.0), "foot": (0.0, 0.0, -0.45), "top": (0.0, 0.0, 0.3)}
 
 
 class TowedBoom:
@@ -82,7 +83,7 @@ def build(speed: float = 0.5, lacking: str = "") -> tuple[CoSimulation, Slick]:
     slick = Slick(SlickSettings(loss_volume=0.002, diffusivity=0.02, seed=1), barriers)
     oil = Oil(density=875.0, dynamic_viscosity=0.02, interfacial_tension=0.02)
     slick.release(oil, 2.0, count=400, center=(0.0, 3.0), radius=10.0, age=300.0)
-    booms = [BoomBodies(name="sweep", bodies=BODIES, start=(-2.0, 0, 0), end=(2.0, 0, 0), foot=(0, 0, -0.45))]
+    booms = [BoomBodies(name="sweep", bodies=BODIES, **SECTION)]
     hulls = [HullBody(name="tug", body="tug", nodes=[(x, y, 0.0) for x, y in bow])]
     participant = SlickParticipant(
         "slick", slick, UniformFlow((0.0, -0.05)), booms=booms, hulls=hulls, loss_rate=loss_rate
@@ -116,6 +117,7 @@ def test_towed_boom_gathers_and_loses_oil():
     assert now["sweep.passed.entrainment"] > 0.02
     assert now["lost.entrainment"] == pytest.approx(now["sweep.passed.entrainment"], rel=0.2)
     assert np.allclose(now["sweep.draft"], 0.4)
+    assert np.allclose(now["sweep.freeboard"], 0.35) and np.allclose(now["sweep.lean"], 0.0)
     expected = 0.5 * np.cos(np.radians(30.0)) + np.array([1.0] * 6 + [-1.0] * 6) * 0.05 * np.sin(np.radians(30.0))
     assert np.allclose(now["sweep.normal_speed"], expected, atol=1e-9)
     middle = 5
@@ -147,6 +149,28 @@ def test_body_without_a_connection_is_named():
 
 def test_boom_with_another_number_of_bodies_is_refused():
     _, slick = build()
-    short = BoomBodies(name="sweep", bodies=BODIES[:4], start=(-2.0, 0, 0), end=(2.0, 0, 0), foot=(0, 0, -0.45))
+    short = BoomBodies(name="sweep", bodies=BODIES[:4], **SECTION)
     with pytest.raises(ValueError, match="boom 'sweep' has 4 bodies, allowed: 12"):
         SlickParticipant("slick", slick, UniformFlow(), booms=[short])
+
+
+def test_a_leaning_boom_in_a_sea_tells_lean_draft_and_freeboard_from_the_local_surface():
+    class Swell:
+        """A surface 0.1 m above its still level of 0.2 m."""
+
+        level = 0.2
+
+        def elevation(self, xy, time):
+            return np.full(len(xy), 0.3)
+
+    slick = Slick(SlickSettings(loss_volume=0.01), [Boom(name="sweep", nodes=[(-2.0, 0.0), (2.0, 0.0)], draft=0.4)])
+    bodies = [BoomBodies(name="sweep", bodies=["segment-0"], **SECTION)]
+    participant = SlickParticipant("slick", slick, UniformFlow(), booms=bodies, surface=Swell())
+    lean = np.radians(30.0)
+    participant.enter_initialization_mode(0.0)
+    participant.set("segment-0.pose", np.array([0.0, 0.0, 0.0, np.sin(0.5 * lean), 0.0, 0.0, np.cos(0.5 * lean)]))
+    participant.exit_initialization_mode()
+    assert participant.get("sweep.lean") == pytest.approx([lean])
+    assert participant.get("sweep.draft") == pytest.approx([0.3 + 0.45 * np.cos(lean)])
+    assert participant.get("sweep.freeboard") == pytest.approx([0.3 * np.cos(lean) - 0.3])
+    assert not slick.barriers.is_submerged.any()  # the top at 0.26 m is above the still water

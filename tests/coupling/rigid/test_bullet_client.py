@@ -8,7 +8,7 @@ import sys
 
 import pybullet
 
-from coupling.rigid.bullet_client import BulletClient
+from coupling.rigid.engine.bullet_client import BulletClient
 
 GRAVITY = (0.0, 0.0, -9.81)
 
@@ -42,6 +42,6 @@ def test_a_client_that_its_user_disconnected_is_let_be() -> None:
 
 
 def test_a_process_ends_in_order_with_a_client_open() -> None:
-    code = f"from coupling.rigid.bullet_client import BulletClient; client = BulletClient({GRAVITY}, 50)"
+    code = f"from coupling.rigid.engine.bullet_client import BulletClient; client = BulletClient({GRAVITY}, 50)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")

@@ -9,7 +9,7 @@ import pytest
 import trimesh
 
 from coupling.bodies import MassProperties
-from coupling.rigid.engine_state import kinds_of_shapes, rebuilt
+from coupling.rigid.engine.engine_state import kinds_of_shapes, rebuilt
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 
 

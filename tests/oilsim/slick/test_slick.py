@@ -7,7 +7,7 @@ import threading
 import numpy as np
 import pytest
 
-from oilsim.slick.barriers import Boom, Outline
+from oilsim.slick.barriers import Boom, Immersion, Outline
 from oilsim.slick.loss_cause import LossCause
 from oilsim.slick.merging import merge_parcels
 from oilsim.slick.oil import Oil
@@ -49,7 +49,7 @@ def scene(seed: int = 5, **settings) -> Slick:
 
 def advance(slick: Slick, first: int, last: int) -> None:
     for step in range(first, last):
-        slick.move("boom", nodes(0.5 * (step + 1)), 0.6)
+        slick.move("boom", nodes(0.5 * (step + 1)), Immersion(0.6))
         if step == 100:
             slick.release(HEAVY, 0.3, count=50, center=(10.0, 2.0), radius=3.0)
         if step % 40 == 39:

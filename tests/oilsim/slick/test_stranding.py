@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from oilsim.slick.barriers import Boom, Outline
+from oilsim.slick.barriers import Boom, Immersion, Outline
 from oilsim.slick.parcels import ParcelState
 from oilsim.slick.surface_flow import UniformFlow
 
@@ -64,7 +64,7 @@ def test_release_inside_an_outline_is_refused(make_slick):
     [
         (lambda slick: slick.move("rock", SHORE), "no barrier 'rock', allowed: shore, boom"),
         (lambda slick: slick.move("shore", SHORE[:3]), r"nodes have shape \(3, 2\), allowed: \(4, 2\)"),
-        (lambda slick: slick.move("shore", SHORE, 0.5), "a draft was given, allowed: none"),
+        (lambda slick: slick.move("shore", SHORE, Immersion(0.5)), "an immersion was given, allowed: none"),
     ],
 )
 def test_moves_that_cannot_be_are_refused(make_slick, call, message):

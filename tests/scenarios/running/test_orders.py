@@ -350,21 +350,25 @@ def test_card_of_a_killed_run_is_removed(tmp_path: Path) -> None:
 
 
 def test_pace_is_never_early_and_what_is_late_does_not_pile_up() -> None:
+    def rest(seconds: float) -> bool:
+        time.sleep(seconds)
+        return False
+
     pace, begun = Pace(2.0), time.perf_counter()
     for index in range(1, 11):
-        assert pace.keep(index * STEP, lambda: False) == ""
+        assert pace.keep(index * STEP, rest) == ""
     assert time.perf_counter() - begun >= 9 * STEP / 2.0
     pace.wait(5.0)
     begun = time.perf_counter()
-    pace.keep(11 * STEP, lambda: time.perf_counter() - begun > 0.1)  # stopped in a wait of 5 s
+    pace.keep(11 * STEP, lambda _: time.perf_counter() - begun > 0.1)  # stopped in a wait of 5 s
     assert time.perf_counter() - begun < 4.0
     pace.wait(-5.0 - MOST_BEHIND - 0.5)
-    assert "cannot keep the pace 2" in pace.keep(12 * STEP, lambda: False)
+    assert "cannot keep the pace 2" in pace.keep(12 * STEP, rest)
     figures = pace.figures()
     assert figures["set_back_s"] > MOST_BEHIND
     assert not figures["kept"]
     begun = time.perf_counter()
-    pace.keep(12 * STEP + 0.4, lambda: False)  # from the clock as set back
+    pace.keep(12 * STEP + 0.4, rest)  # from the clock as set back
     assert time.perf_counter() - begun > 0.1
 
 

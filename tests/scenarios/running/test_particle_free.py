@@ -102,3 +102,36 @@ def test_full_size_sweep_tows_at_its_speed_and_keeps_afloat():
     heights = [assembly.world.pose(segment.name)[2] + layout.segment.waterline for segment in layout.segments]
     assert len(heights) == 66
     assert np.abs(heights).max() < 0.5  # m: a crest of the sea, which is 0.5 m high
+
+
+def test_pipes_of_oil_become_parcels_also_by_order():
+    """A leak of 20 l/s in the file, and one of 10 l/s ordered at 2 s: both pour what they should, and water pours nothing."""
+    leak = "emitters.{}={{phase='{}', mouth=[6.0, 2.5, 0.5], radius=0.1, speed={}}}"
+    speed = 0.02 / (np.pi * 0.1**2)
+    scenario = load_scenario(
+        "u-sweep", overrides=[BARE, "run.communication_step=0.1", leak.format("first", "oil", speed)]
+    ).scenario
+    assembly = build(scenario)
+    simulation = assembly.co_simulation()
+    simulation.initialize()
+    slick = assembly.slick.slick
+    begun = slick.account.released
+    simulation.run(2.0)
+    assert slick.account.released - begun == pytest.approx(0.04, abs=0.021)
+    ordered = load_scenario(
+        "u-sweep",
+        overrides=[
+            BARE,
+            "run.communication_step=0.1",
+            leak.format("first", "oil", speed),
+            leak.format("next", "oil", 0.5 * speed),
+        ],
+    ).scenario
+    give_orders(assembly, ordered)
+    simulation.run(4.0)
+    assert slick.account.released - begun == pytest.approx(0.08 + 0.02, abs=0.031)
+    wet = load_scenario(
+        "u-sweep", overrides=[BARE, leak.format("first", "oil", speed), leak.format("wet", "water", 0.1)]
+    ).scenario
+    with pytest.raises(ScenarioError, match=r"emitters\.wet"):
+        give_orders(assembly, wet)

@@ -35,6 +35,7 @@ SPACINGS = {
     "calm-spread": 0.2,
     "dam-break": 0.1,
     "floating-box": 0.1,
+    "harbour-1km": 0.25,
     "rock-coating": 0.03,
     "still-column": 0.1,
     "sweep-200m": 0.25,

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import tempfile
 import weakref
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 
 from coupling.bodies import MassProperties, convex_vertices
 from coupling.pybullet_import import pybullet
-from coupling.rigid.engine_state import rebuilt
+from coupling.rigid.engine.engine_state import rebuilt
 from coupling.rigid.prescribed_motion import Motion, Vector
 from coupling.rigid.rotations import turned
 
@@ -109,9 +109,10 @@ class BulletClient:
         """Remove a joint by its handle; its bodies still do not collide with each other."""
         self._call(pybullet.removeConstraint, joint)
 
-    def joint_force(self, joint: int) -> Array:
-        """Return the force (3,) [N] of a joint on its first body in the last step."""
-        return -np.array(self._call(pybullet.getConstraintState, joint)[:3])
+    def joint_forces(self, joints: Iterable[int]) -> Array:
+        """Return the forces (J, 3) [N] of joints on their first bodies in the last step."""
+        forces = [self._call(pybullet.getConstraintState, joint)[:3] for joint in joints]
+        return -np.array(forces).reshape(-1, 3)
 
     def place(self, body: BulletBody, motion: Motion) -> None:
         """Put a body where `motion` says; pybullet stops a body that it places, so the velocity is set after it."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from scenarios.commands.build_fmu import add_version, require_folder
+from scenarios.commands.fmus.build_fmu import add_version, require_folder
 from scenarios.commands.options.scenario import add_scenario, overrides
 from scenarios.exit_codes import DONE
 from scenarios.problems import Problem, ScenarioError

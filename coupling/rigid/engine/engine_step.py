@@ -23,7 +23,8 @@ import numpy.typing as npt
 from numba import njit
 from scipy.spatial.transform import Rotation
 
-from coupling.rigid.bullet_client import BulletBody, BulletClient
+from coupling.rigid.contact_free_step import FreeBodies, step_without_contacts
+from coupling.rigid.engine.bullet_client import BulletBody, BulletClient
 from coupling.rigid.prescribed_motion import Motion, PrescribedMotion
 from coupling.rigid.rigid_state import RigidBodyState
 from coupling.rigid.rotations import applied, cross
@@ -52,9 +53,37 @@ class EngineStep:
     def __init__(self, client: BulletClient, state: RigidBodyState, gravity: Array) -> None:
         self._client, self._state, self._gravity = client, state, gravity
         self.touched: set[int] = set()  # unique ids of bodies in contact since this was emptied
+        self.is_behind = False  # its bodies have not followed steps without it
+
+    def step_without_engine(self, free: Sequence[Body], wrench: Array, sub_step: float) -> None:
+        """Move `free` bodies, which touch nothing, by `wrench` (B, 6) [N, N m] as `step` would.
+
+        The engine's bodies follow when it is needed again.
+        """
+        state = self._state
+        bodies = FreeBodies(
+            np.array([body.row for body in free]),
+            np.array([body.is_jointed for body in free]),
+            state.mass,
+            state.inertia,
+            state.own_inverse_inertia,
+        )
+        step_without_contacts(bodies, state.pose, state.twist, wrench, self._gravity, sub_step)
+        self.is_behind = True
+        _refuse_runaways(free, state.twist[bodies.row], sub_step)
+
+    def catch_up(self, bodies: Sequence[Body]) -> None:
+        """Put the engine's free `bodies` where the state says, if it was left behind."""
+        if not self.is_behind:
+            return
+        self.is_behind = False
+        for body in bodies:
+            pose, twist = self._state.pose[body.row], self._state.twist[body.row]
+            self._client.place(body.bullet, Motion(pose[:3], pose[3:], twist[:3], twist[3:]))
 
     def step(self, free: Sequence[Body], led: Sequence[tuple[Body, Motion]], wrench: Array, sub_step: float) -> None:
         """Move `free` bodies by `wrench` (B, 6) [N, N m] of all rows over `sub_step` [s], and guided ones (`led`) to their places."""
+        self.catch_up(free)
         rows, bullets, impulse = [body.row for body in free], [body.bullet for body in free], sub_step * wrench
         for body, target in led:
             self._aim(body, target, sub_step)

@@ -1,0 +1,139 @@
+"""A skimmer as a participant of a run: it follows a vessel or a boom, and takes parcels of the slick.
+
+Inputs: the `<body>.pose` (7,) [m, 1] and `<body>.twist` (6,) [m/s, rad/s] of the body that carries it. It steps after the slick. Outputs:
+`encountered`, `oil`, `water`, `decanted`, `offloaded`, `aboard` [m3], `rate` [m3/s] of oil over the last step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from booms.recovery.skimmer import Skimmer, SkimmerDesign
+from coupling.participant import Causality, Status, StepResult, Variable, checked_value, variable_table
+from coupling.participants.slick import SlickParticipant
+from coupling.rigid.rotations import rotation_matrices
+
+Array = NDArray[np.float64]
+
+SUMS = ("encountered", "oil", "water", "decanted", "offloaded")
+OUTPUTS = {**dict.fromkeys((*SUMS, "aboard"), "m3"), "rate": "m3/s"}
+
+
+class SkimmingParticipant:
+    """A skimmer `offset` (3,) [m] from the centre of `body`, along its axes; without a body, `offset` is its place in the world."""
+
+    def __init__(
+        self, name: str, design: SkimmerDesign, slick: SlickParticipant, *, body: str | None, offset: Array
+    ) -> None:
+        self._name, self._slick, self._body = name, slick, body
+        self._offset = np.asarray(offset, np.float64)
+        self.skimmer = Skimmer(design)
+        self._rate = 0.0
+        self._told: list[str] = []
+        self._told_full = False
+        self._pose, self._twist = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]), np.zeros(6)
+        inputs = [] if body is None else [
+            Variable(f"{body}.pose", "m, 1", (7,), Causality.INPUT),
+            Variable(f"{body}.twist", "m/s, rad/s", (6,), Causality.INPUT),
+        ]  # fmt: skip
+        outputs = [Variable(output, unit, (), Causality.OUTPUT) for output, unit in OUTPUTS.items()]
+        self._variables = variable_table([*inputs, *outputs])
+
+    @property
+    def name(self) -> str:
+        """Name of the participant."""
+        return self._name
+
+    @property
+    def variables(self) -> Mapping[str, Variable]:
+        """The motion of the body that carries it, and its account; see the module."""
+        return self._variables
+
+    @property
+    def mouth(self) -> tuple[float, float]:
+        """Place [m] of the middle of its mouth, in plan."""
+        turned = (rotation_matrices(self._pose[None, 3:])[0] @ self._offset) + self._pose[:3]
+        return float(turned[0]), float(turned[1])
+
+    def enter_initialization_mode(self, start_time: float) -> None:
+        """Do nothing: there is nothing to prepare."""
+
+    def exit_initialization_mode(self) -> None:
+        """Do nothing: no value depends on others yet."""
+
+    def get(self, name: str) -> Array:
+        """Return an output, an array (), in its unit; ValueError for another name."""
+        skimmer = self.skimmer
+        if name in SUMS:
+            return np.array(getattr(skimmer.account, name))
+        values = {"aboard": skimmer.oil_aboard + skimmer.water_aboard, "rate": self._rate}
+        if name not in values:
+            raise ValueError(f"{self._name!r} has no output {name!r}, allowed: {', '.join(OUTPUTS)}")
+        return np.array(values[name])
+
+    def set(self, name: str, value: Array) -> None:
+        """Set the pose or the twist of the body that carries it."""
+        checked = checked_value(self._name, self._variables, name, value)
+        if name.endswith(".pose"):
+            self._pose = checked
+        else:
+            self._twist = checked
+
+    def do_step(self, time: float, step_size: float) -> StepResult:
+        """Take oil from `time` to `time + step_size` [s]."""
+        skimmer, slick, mouth = self.skimmer, self._slick.slick, self.mouth
+        was_ashore = skimmer.ashore_until is not None
+        skimmer.begin(time, step_size)
+        if was_ashore and skimmer.ashore_until is None:
+            self._told.append("its storage is empty again, and it goes on")
+            self._told_full = False
+        radius = 0.5 * skimmer.design.swath
+        volume, density = slick.oil_within(mouth, radius)
+        flow = self._slick.flow.surface_velocity(np.array([mouth]), time)[0]
+        speed = float(np.linalg.norm(flow - self._twist[:2]))
+        wanted = skimmer.wanted(volume, density, speed, step_size)
+        taken = slick.recover(mouth, radius, wanted) if wanted > 0.0 else 0.0
+        if taken > 0.0 and skimmer.account.oil == 0.0:
+            self._told.append("takes its first oil")
+        skimmer.take(taken, time + step_size, step_size)
+        self._rate = taken / step_size
+        if skimmer.is_full and not self._told_full:
+            self._tell_full()
+        if taken > 0.0:
+            self._slick.observe()
+        return StepResult(Status.OK, time + step_size)
+
+    def _tell_full(self) -> None:
+        design, self._told_full = self.skimmer.design, True
+        after = f"it is emptied within {design.offload_time:.0f} s" if design.offload_time > 0.0 else "it stops"
+        self._told.append(f"its storage of {design.storage:g} m3 is full: {after}")
+
+    def take_notices(self) -> list[str]:
+        """Return and forget what has happened since the last call."""
+        told, self._told = self._told, []
+        return told
+
+    def save_state(self) -> object:
+        """Return its state and the last inputs."""
+        return {
+            "skimmer": self.skimmer.save_state(),
+            "pose": self._pose.copy(),
+            "twist": self._twist.copy(),
+            "told_full": self._told_full,
+        }
+
+    def restore_state(self, state: object) -> None:
+        """Go back to a state that `save_state` returned; TypeError for anything else."""
+        if not isinstance(state, dict):
+            raise TypeError(
+                f"{self._name!r}: restore_state got a {type(state).__name__}, allowed: a state that save_state returned"
+            )
+        self.skimmer.restore_state(state["skimmer"])
+        self._pose, self._twist = state["pose"].copy(), state["twist"].copy()
+        self._told_full = state["told_full"]
+
+    def terminate(self) -> None:
+        """Do nothing: a skimmer holds no resources."""

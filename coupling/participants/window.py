@@ -1,0 +1,278 @@
+"""A window of particles (`oilsim.window`) as the fluid of a coupled run: it takes the bodies that are in it, and follows its target.
+
+Variables are those of `coupling.participants.fluid`, of all bodies that may ever meet the window. A body's share is 1 inside, 0 in the
+rim, and fades over FADE spacings at each of four points along it (`oilsim.window.local_motion.gauss_points`). Its load is
+
+    share times the load that the particles find, and (1 - share) times that of the formulas (`SharedEnvironment`),
+
+which add up to one load at every place. In the solve bodies answer by S^1/2 M^-1 S^1/2, with S the shares and M^-1 the inverse mass of
+all bodies together: exact for whole shares, and symmetric between them. The body's own motion goes into the places at rest, and its load
+comes back, as `oilsim.window.local_motion` has it.
+
+Where a body comes into the window, water that it displaces is taken out; where it leaves, water is put back. `water_moved` counts both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial import KDTree
+from scipy.spatial.transform import Rotation
+
+from coupling.participant import Status, StepResult
+from coupling.participants.fluid import FluidParticipant
+from coupling.rigid.environment import Environment
+from coupling.solids.added_mass import added_mass
+from coupling.solids.signed_distance import SignedDistance
+from oilsim.boundaries.boundary_particles import BoundaryParticles
+from oilsim.boundaries.walls import rotation_matrix
+from oilsim.initial_conditions import block
+from oilsim.physical_constants import GRAVITY
+from oilsim.solver import FluidError
+from oilsim.window.local_motion import LocalMotion, gauss_points, local_motion
+from oilsim.window.window import Window
+
+if TYPE_CHECKING:
+    from trimesh import Trimesh
+
+    from oilsim.loads.morison import BodyLoads
+
+Array = npt.NDArray[np.float64]
+Target = Callable[[Mapping[str, Array]], Array]
+
+# [d] over which the share of a point of a body goes from 0 to 1; numerical; a support of the particles
+FADE = 2.75
+# [d] between a body's surface and the nearest water when it comes in; numerical; as at the start of a run
+CLEARANCE = 0.5
+# [d] between water and water that is put back; numerical; nearer pairs would be pressed apart
+ROOM = 0.7
+# (6,) the part of a load that grows with a vertical acceleration of the sea: the weight of displaced water and its moments
+HYDROSTATIC = np.array([0.0, 0.0, 1.0, 1.0, 1.0, 0.0])
+
+
+@dataclass(frozen=True, eq=False)
+class WindowBody:
+    """A body that may meet a window: its surface as particles, and its mesh, both about the centre of mass [m]."""
+
+    surface: BoundaryParticles
+    mesh: Trimesh
+
+
+class Shares:
+    """The shares (B,) of the particles in the loads of bodies, in the order of their `names`."""
+
+    def __init__(self, names: tuple[str, ...]) -> None:
+        self.names = names
+        self.values = np.zeros(len(names))
+
+
+class SharedEnvironment:
+    """A sea that loads bodies by formulas, each with what a window leaves: 1 - share. Its bodies have the order of `names`."""
+
+    def __init__(self, environment: Environment, names: tuple[str, ...], shares: Shares) -> None:
+        self.environment, self._shares = environment, shares
+        self._rows = np.array([shares.names.index(name) for name in names], int)
+
+    def loads(self, time: float, pose: Array, twist: Array) -> BodyLoads:
+        """Return the loads on all bodies; time [s], pose (B, 7) [m, 1], twist (B, 6) [m/s, rad/s]."""
+        found = self.environment.loads(time, pose, twist)
+        rest = 1.0 - self._shares.values[self._rows]
+        return type(found)(*(values * rest.reshape(-1, *(1,) * (values.ndim - 1)) for values in found))
+
+
+class WindowParticipant(FluidParticipant):
+    """Steps a `Window` around `target`, which gives a place (2,) [m] by the poses (7,) [m, 1] of the bodies."""
+
+    def __init__(self, name: str, window: Window, bodies: Mapping[str, WindowBody], target: Target) -> None:
+        super().__init__(name, window.fluid, dict.fromkeys(bodies, -1))
+        self.window, self.shares = window, Shares(tuple(bodies))
+        self.water_moved = {"out": 0, "back": 0}  # particles
+        self._bodies, self._target = dict(bodies), target
+        self._offsets = np.array([gauss_points(body.surface.position) for body in bodies.values()]).reshape(-1, 4, 3)
+        self._handles: dict[str, int] = {}
+        self._last = np.zeros(
+            (len(bodies), 6)
+        )  # loads that the particles found in the last step, in the places at rest
+
+    def enter_initialization_mode(self, start_time: float) -> None:
+        """Start the fluid's clock."""
+        self._fluid.time = start_time
+
+    def do_step(self, time: float, step_size: float) -> StepResult:
+        """Follow the target, take in and let go bodies, and advance the particles to `time + step_size` [s]."""
+        pose, twist, free = (
+            self._all(what, size) for what, size in (("pose", 7), ("twist", 6), ("free_acceleration", 6))
+        )
+        self.window.follow(self._target(dict(zip(self.shares.names, pose, strict=True))), time)
+        now, later = self._sea_over(pose, twist, time, 0.0), self._sea_over(pose, twist, time, step_size)
+        self._share(now)
+        self._meet(pose, now)
+        accelerating = (later.twist - now.twist) / step_size
+        added = (accelerating[:, 2:3] / GRAVITY) * HYDROSTATIC * self._last
+        self._fluid.time = time
+        self._move(pose, now, _at_rest(now.turn, twist - now.twist), _at_rest(now.turn, free - accelerating), added)
+        try:
+            self.report = self._fluid.advance(step_size)
+        except FluidError as error:
+            return StepResult(Status.ERROR, time, str(error), cause=error)
+        self._hand_back(twist + step_size * free, now, later, added)
+        return StepResult(Status.OK, time + step_size)
+
+    def _all(self, what: str, size: int) -> Array:
+        """Return an input of all bodies (B, size)."""
+        return np.array([self._inputs[f"{name}.{what}"] for name in self._bodies]).reshape(-1, size)
+
+    def _sea_over(self, pose: Array, twist: Array, time: float, ahead: float) -> LocalMotion:
+        """Return the sea over the bodies where they will be `ahead` [s] of `time`."""
+        turns = np.array([rotation_matrix(one[3:]) for one in pose]).reshape(-1, 3, 3)
+        offsets = np.einsum("bij,bkj->bki", turns, self._offsets)
+        return local_motion(self.window.motion, pose[:, :3] + ahead * twist[:, :3], offsets, time + ahead)
+
+    def _share(self, now: LocalMotion) -> None:
+        """Find every body's share; one far away is in none of the images of the box, which repeats."""
+        rim, along = self.window.rim, list(self.window.rim.along)
+        inward = rim.inward(now.points.reshape(-1, 3)).reshape(-1, 4) - rim.width
+        away = np.abs(now.points[..., along] - rim.center[along]) > 0.5 * np.array(rim.size)[along]
+        inward[away.any(-1)] = 0.0
+        self.shares.values[:] = np.clip(inward / (FADE * self.window.settings.spacing), 0.0, 1.0).mean(1)
+
+    def _meet(self, pose: Array, now: LocalMotion) -> None:
+        """Give the fluid the surfaces of bodies that come in, and take away those of bodies that leave."""
+        for n, (name, body) in enumerate(self._bodies.items()):
+            inside = bool(self.shares.values[n] > 0.0)
+            if inside == (name in self._handles):
+                continue
+            turn = now.turn[n].T @ rotation_matrix(pose[n, 3:])
+            if inside:
+                self._take_out(body.mesh, now.rest[n], turn)
+                self._handles[name] = self._fluid.add_boundary(body.surface)
+            else:
+                self._fluid.remove_boundary(self._handles.pop(name))
+                self._put_back(body.mesh, now.rest[n], turn)
+                self._last[n] = 0.0
+
+    def _take_out(self, mesh: Trimesh, rest: Array, turn: Array) -> None:
+        """Remove water inside a body at `rest` (3,) [m], turned by `turn` (3, 3), or right at its surface."""
+        self._fluid.land()
+        about = self.window.rim.about_center(self._fluid.particles.position.T) - rest
+        chosen = _is_near(mesh, about @ turn, CLEARANCE * self.window.settings.spacing)
+        if chosen.any():
+            self._fluid.remove_particles(chosen)
+            self.water_moved["out"] += int(chosen.sum())
+
+    def _put_back(self, mesh: Trimesh, rest: Array, turn: Array) -> None:
+        """Fill the place that a body leaves with water at rest, up to the level, as far as there is room."""
+        spacing, config = self.window.settings.spacing, self._fluid.config
+        reach = float(np.linalg.norm(mesh.vertices, axis=1).max()) + spacing
+        places = block(rest - reach, rest + reach, spacing, config.dimension)
+        places = places[places[:, 2] < self.window.motion.sea.description.level - 0.25 * spacing]
+        places = places[_is_near(mesh, (places - rest) @ turn, 0.0)]
+        here = self.window.rim.about_center(self._fluid.particles.position.T)
+        if len(here) and len(places):
+            places = places[KDTree(here).query(places)[0] > ROOM * spacing]
+        if len(places):
+            for axis in self.window.rim.along:
+                size = self.window.rim.size[axis]
+                places[:, axis] -= size * np.floor((places[:, axis] - config.lower[axis]) / size)
+            self._fluid.add_particles(places, phase=config.phases[0].name)
+            self.water_moved["back"] += len(places)
+
+    @property
+    def _met(self) -> list[int]:
+        """Rows of the bodies in the window."""
+        return [n for n, name in enumerate(self._bodies) if name in self._handles]
+
+    def _move(self, pose: Array, now: LocalMotion, twist: Array, acceleration: Array, added: Array) -> None:
+        """Tell the fluid how the bodies in the window move, and how they answer, in the places at rest."""
+        rows = self._met
+        if not rows:
+            return
+        inverse_mass = self._inverse_mass(rows, now)
+        root = np.sqrt(self.shares.values[rows])[:, None]
+        accelerations = acceleration[rows] + (inverse_mass @ (root * added[rows]).ravel()).reshape(-1, 6) / root
+        handles = [self._handles[self.shares.names[n]] for n in rows]
+        for m, n in enumerate(rows):
+            turn, own = now.turn[n].T @ rotation_matrix(pose[n, 3:]), slice(6 * m, 6 * m + 6)
+            self._fluid.set_boundary_motion(
+                handles[m], now.rest[n], Rotation.from_matrix(turn).as_quat(), twist[n, :3], twist[n, 3:], inverse_mass[own, own],
+                accelerations[m],
+            )  # fmt: skip
+        self._fluid.set_joint_inverse_mass(handles, inverse_mass)
+
+    def _inverse_mass(self, rows: list[int], now: LocalMotion) -> Array:
+        """Return S^1/2 M^-1 S^1/2 of the bodies of these rows, along the axes at rest, (6 n, 6 n) [1/kg, 1/(kg m2)]."""
+        index = (6 * np.array(rows)[:, None] + np.arange(6)).ravel()
+        assert self._joint_inverse_mass is not None  # it is connected wherever there are bodies
+        turns = np.zeros((len(index), len(index)))
+        for m, n in enumerate(rows):
+            for at in (6 * m, 6 * m + 3):
+                turns[at : at + 3, at : at + 3] = np.sqrt(self.shares.values[n]) * now.turn[n]
+        matrix = turns.T @ self._joint_inverse_mass[np.ix_(index, index)] @ turns
+        return np.asarray(0.5 * (matrix + matrix.T))
+
+    def _hand_back(self, unmet: Array, now: LocalMotion, later: LocalMotion, added: Array) -> None:
+        """Bring loads and foreseen twists (B, 6) back into the sea; `unmet` are the twists of bodies that meet no particles."""
+        wrench, foreseen, met = np.zeros(unmet.shape), unmet, self._met
+        for n in met:
+            handle = self._handles[self.shares.names[n]]
+            self._last[n] = self._fluid.boundary_wrench(handle)
+            wrench[n] = self.shares.values[n] * (self._last[n] + added[n])
+            foreseen[n] = self._fluid.boundary_twist(handle)
+        wrench = _in_sea(now.turn, wrench)
+        foreseen[met] = _in_sea(later.turn[met], foreseen[met]) + later.twist[met]
+        for n, name in enumerate(self._bodies):
+            self._outputs[f"{name}.wrench"], self._outputs[f"{name}.foreseen_twist"] = wrench[n], foreseen[n]
+
+    def added_mass(self, body: str) -> Array:
+        """Return the mass (6, 6) [kg, kg m, kg m2] of the densest liquid that a fully submerged body would move, world frame."""
+        config = self._fluid.config
+        density = max(phase.rest_density for phase in config.phases)
+        turn = np.kron(np.eye(2), rotation_matrix(self._inputs[f"{body}.pose"][3:]))
+        added = added_mass(self._bodies[body].surface, config.particle_spacing, config.dimension, density)
+        return np.asarray(turn @ added @ turn.T)
+
+    def save_state(self) -> object:
+        """Return the fluid's state, which bodies are in it, their last loads, outputs and inputs."""
+        state = super().save_state()
+        assert isinstance(state, dict)
+        own = {"handles": dict(self._handles), "last": self._last.copy(), "shares": self.shares.values.copy()}
+        return state | own | {"water_moved": dict(self.water_moved)}
+
+    def restore_state(self, state: object) -> None:
+        """Go back to a state that `save_state` returned, with the bodies that were in the window then; TypeError for anything else."""
+        if not isinstance(state, dict):
+            raise TypeError(
+                f"{self._name!r}: restore_state got a {type(state).__name__}, allowed: a state that save_state returned"
+            )
+        for handle in self._handles.values():
+            self._fluid.remove_boundary(handle)
+        self._handles = dict(state["handles"])
+        for name, handle in self._handles.items():
+            self._fluid.add_boundary(self._bodies[name].surface, handle)
+        super().restore_state(state)
+        self._last, self.shares.values[:] = state["last"].copy(), state["shares"]
+        self.water_moved = dict(state["water_moved"])
+
+
+def _is_near(mesh: Trimesh, points: Array, clearance: float) -> npt.NDArray[np.bool_]:
+    """Mark the points (N, 3) [m], in a body's axes, inside its mesh or nearer to it than `clearance` [m]."""
+    low, high = mesh.bounds
+    near = np.asarray(((points > low - clearance) & (points < high + clearance)).all(1))
+    places = np.flatnonzero(near)
+    if places.size:
+        near[places] = SignedDistance(mesh).phi(np.ascontiguousarray(points[places])) < clearance
+    return near
+
+
+def _at_rest(turn: Array, values: Array) -> Array:
+    """Return R^-1 of both halves of values (B, 6), with R (B, 3, 3)."""
+    return np.einsum("bji,bkj->bki", turn, values.reshape(-1, 2, 3)).reshape(-1, 6)
+
+
+def _in_sea(turn: Array, values: Array) -> Array:
+    """Return R of both halves of values (B, 6), with R (B, 3, 3)."""
+    return np.einsum("bij,bkj->bki", turn, values.reshape(-1, 2, 3)).reshape(-1, 6)

@@ -1,0 +1,93 @@
+"""The undisturbed motion of the sea, followed by its particles: where the water that was at q at rest is now.
+
+    x = q + X(t) + D(q, t),     X = int U dt the way of the current at the surface,
+
+    D = sum of (-a C sin theta along the wave, a S cos theta upwards),     C = cosh k(h + q_z) / sinh kh,  S = sinh k(h + q_z) / sinh kh
+
+with theta = k . q - sigma t: the linear wave in Lagrange's variables. A regular wave in deep water is then Gerstner's (Lamb 1932, section
+251), which fulfils the equations of motion whole, at any steepness: its pressure depends on q_z alone, as that of water at rest does. So
+water at rest in q is the sea with its waves, and particles of a fluid that lives in q need to carry only what differs from it.
+
+Three things are left out: in water of finite depth, the pressure beyond that of q_z, 2 rho g a sinh(-k q_z) / sinh 2kh cos theta; products
+of the slope with what differs from the sea; and the Stokes drift, since every place has its mean at q + X.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from oilsim.sea import Sea
+from oilsim.sea.linear_waves import linear_field
+from oilsim.sea.wave_components import WaveComponents
+
+Double = NDArray[np.float64]
+
+# [1] repetitions that find q from x; numerical; each takes the error times the slope, 0.44 at most
+REPETITIONS = 12
+# [m] half the way over which slopes are taken; numerical; far below any wave, far above rounding
+STEP = 1e-3
+
+
+class SeaMotion:
+    """Places at rest and in the moving sea. Points are (N, 3) [m], z up, time in s since the start of the run."""
+
+    def __init__(self, sea: Sea) -> None:
+        self.sea = sea
+        waves = sea.components
+        # of this wave the acceleration is minus the displacement of the other
+        self._integrated = waves._replace(amplitude=waves.amplitude / np.maximum(waves.frequency, 1e-12) ** 2)
+
+    @property
+    def is_still(self) -> bool:
+        """True if the sea has no waves."""
+        return self.sea.components.amplitude.size == 0
+
+    def travel(self, time: float) -> Double:
+        """Return the way X (3,) [m] of the surface current since time 0."""
+        flow = self.sea.description.surface_current
+        return np.zeros(3) if flow is None else np.append(flow.travel(time), 0.0)
+
+    def displacement(self, rest: Double, time: float) -> Double:
+        """Return D (N, 3) [m] of the water whose place at rest is `rest`."""
+        if self.is_still:
+            return np.zeros(rest.shape)
+        return -self._field(self._integrated, rest, time)[1]
+
+    def velocity(self, rest: Double, time: float) -> Double:
+        """Return the velocity (N, 3) [m/s] of the water whose place at rest is `rest`, the current included."""
+        flow, waves = self.sea.description.surface_current, self.sea.components
+        current = np.zeros(2) if flow is None else flow.velocity(time)
+        carried = waves.wave_number * (waves.toward_x * current[0] + waves.toward_y * current[1])
+        seen = (
+            1.0 + (waves.share - 1.0) * carried / waves.frequency
+        )  # a sheared current changes the frequency seen from the surface's
+        orbital = self._field(waves._replace(amplitude=seen * waves.amplitude), rest, time)[0]
+        return np.asarray(orbital + np.append(current, 0.0))
+
+    def slope(self, rest: Double, time: float) -> Double:
+        """Return the slope (N, 2) [1] of the sheet of water that is level at rest at the height of `rest`."""
+        sides = [rest + STEP * sign * np.eye(3)[axis] for axis in (0, 1) for sign in (1.0, -1.0)]
+        heights = self.displacement(np.concatenate(sides), time)[:, 2].reshape(4, -1)
+        return np.stack([heights[0] - heights[1], heights[2] - heights[3]], -1) / (2.0 * STEP)
+
+    def at_rest(self, points: Double, time: float) -> Double:
+        """Return the places at rest (N, 3) [m] of the water that is at `points` now."""
+        start = points - self.travel(time)
+        rest = start
+        for _ in range(0 if self.is_still else REPETITIONS):
+            rest = start - self.displacement(rest, time)
+        return rest
+
+    def in_sea(self, rest: Double, time: float) -> Double:
+        """Return where the water of the places `rest` is now (N, 3) [m]."""
+        return np.asarray(rest + self.travel(time) + self.displacement(rest, time))
+
+    def _field(self, waves: WaveComponents, rest: Double, time: float) -> tuple[Double, Double]:
+        """Return velocity [m/s] and acceleration [m/s2] (N, 3) of waves at places at rest, which the current carries."""
+        own = self.sea.components
+        # a sheared current carries waves by a share of what carries the places at rest
+        still = own._replace(share=own.share - 1.0).phase_at(time, self.travel(time)[:2])
+        points = np.require(rest.reshape(-1, 3), np.float64, requirements=["C", "W"])
+        field = linear_field(points, waves, still, self.sea.description.water, wheeler=False)
+        return field.velocity, field.acceleration

@@ -1,0 +1,1 @@
+"""Subcommands that show what a scenario may name: oils and booms."""

@@ -1,0 +1,75 @@
+"""Access to a console: a role for each page, a random token for each role, and what each role may do."""
+
+from __future__ import annotations
+
+import hmac
+import secrets
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+INSTRUCTOR, OBSERVER, VESSEL = "instructor", "observer", "vessel"
+
+CREW_MAY = frozenset({"steer", "engine"})  # with its own vessel only
+MOST_FAILURES = 20  # [1] wrong tokens or passwords within `FORGETS`, beyond which nobody new is let in
+FORGETS = 60.0  # [s]
+
+
+@dataclass(frozen=True)
+class Role:
+    """The role of a page: instructor, observer, or the crew of the vessel `vessel`."""
+
+    kind: str
+    vessel: str = ""
+
+    @property
+    def name(self) -> str:
+        """The name in the log and in the address: instructor, observer, or the vessel's."""
+        return self.vessel or self.kind
+
+    def may(self, verb: str, vessel: str = "") -> bool:
+        """Return whether the role may give a command, to a vessel if it is one to a vessel."""
+        if self.kind == INSTRUCTOR:
+            return True
+        return self.kind == VESSEL and verb in CREW_MAY and vessel == self.vessel
+
+
+class Access:
+    """The tokens of all roles; a page shows one, and where there is a password, that as well."""
+
+    def __init__(self, vessels: Sequence[str], password: str | None = None) -> None:
+        """Make a token for each role; `password` None: the token is enough."""
+        roles = [Role(INSTRUCTOR), *(Role(VESSEL, name) for name in vessels), Role(OBSERVER)]
+        self._tokens = {secrets.token_urlsafe(18): role for role in roles}
+        self._password = password
+        self._failures: list[float] = []  # times [s]
+
+    @property
+    def needs_password(self) -> bool:
+        """True if a token alone opens nothing."""
+        return self._password is not None
+
+    @property
+    def tokens(self) -> Mapping[Role, str]:
+        """The token of each role."""
+        return {role: token for token, role in self._tokens.items()}
+
+    def role_of(self, token: str, password: str = "") -> Role | None:
+        """Return the role that a token opens; None for a wrong token or password, and while too many wrong ones come."""
+        now = time.monotonic()
+        self._failures = [then for then in self._failures if now - then < FORGETS]
+        if self.needs_password and len(self._failures) >= MOST_FAILURES:
+            return None
+        found = None
+        for own, role in self._tokens.items():
+            if _same(own, token):
+                found = role
+        if self._password is not None and not _same(self._password, password):
+            found = None
+        if found is None:
+            self._failures.append(now)
+        return found
+
+
+def _same(own: str, given: str) -> bool:
+    return hmac.compare_digest(own.encode(), given.encode("utf-8", "replace"))

@@ -1,0 +1,120 @@
+"""Commands from a page: one JSON object each, checked before anything is done with it.
+
+A command has an `id`, which its answer repeats, and a verb `do`:
+
+verb                        entries
+pause, go-on, step, end
+pace                        value: simulated seconds a second, null as fast as it can
+mark                        name
+order                       settings: texts KEY=VALUE, as for `oilsim order`
+tow                         speed [m/s], heading [rad]: orders to all vessels that have no own ones
+steer                       vessel, speed [m/s], heading [rad], keeps_line
+engine                      vessel, runs
+branch                      time [s], settings: orders at that moment
+debrief                     of the recording so far
+look                        time [s]: the state nearest to it, for a page that looks back
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from scenarios.problems import Problem, ScenarioError
+
+LONGEST = 16 * 1024  # [bytes] of a message from a page
+MOST_SETTINGS = 50  # [1] in an order
+LONGEST_TEXT = 2000  # [1] letters of a text in a command
+DEEPEST = 1e6  # [1] largest number in a command
+
+_ENTRIES: Mapping[str, Mapping[str, str]] = {
+    "pause": {},
+    "go-on": {},
+    "step": {},
+    "end": {},
+    "debrief": {},
+    "look": {"time": "number"},
+    "pace": {"value": "number or null"},
+    "mark": {"name": "text"},
+    "order": {"settings": "texts"},
+    "tow": {"speed": "number", "heading": "number"},
+    "steer": {"vessel": "text", "speed": "number", "heading": "number", "keeps_line": "yes or no"},
+    "engine": {"vessel": "text", "runs": "yes or no"},
+    "branch": {"time": "number", "settings": "texts"},
+}
+
+
+@dataclass(frozen=True)
+class Command:
+    """A command with all the entries of its verb."""
+
+    id: int
+    verb: str
+    entries: Mapping[str, Any]
+
+
+def read_object(text: str | bytes) -> dict[str, Any]:
+    """Read a message; ScenarioError for one that is too long or no JSON object."""
+    raw = text.encode("utf-8", "surrogatepass") if isinstance(text, str) else text
+    if len(raw) > LONGEST:
+        raise _refused("the message", f"has {len(raw)} bytes, allowed: up to {LONGEST}")
+    try:
+        data = json.loads(raw)
+    except (ValueError, RecursionError):
+        data = None
+    if not isinstance(data, dict):
+        raise _refused("the message", "cannot be read, allowed: a JSON object")
+    return data
+
+
+def read_command(data: Mapping[str, Any]) -> Command:
+    """Read a command; ScenarioError, which names every entry that is wrong."""
+    number, verb = data.get("id"), data.get("do")
+    if not isinstance(number, int) or isinstance(number, bool) or abs(number) > DEEPEST:
+        raise _refused("id", "is no whole number, allowed: a number by which the page knows the answer")
+    if not isinstance(verb, str) or verb not in _ENTRIES:
+        raise _refused("do", f"is {str(verb)[:40]!r}, allowed: {', '.join(_ENTRIES)}")
+    wanted, given = _ENTRIES[verb], {key: value for key, value in data.items() if key not in ("id", "do")}
+    problems = [Problem(str(key)[:40], f"is no entry of {verb}") for key in given if key not in wanted]
+    problems += [
+        Problem(key, f"is {str(given.get(key))[:40]!r}, allowed: {kind}")
+        for key, kind in wanted.items()
+        if key not in given or not _is_a(kind, given[key])
+    ]
+    if problems:
+        raise ScenarioError(problems, "oilsim")
+    return Command(number, verb, given)
+
+
+def _is_a(kind: str, value: Any) -> bool:
+    match kind:
+        case "number":
+            return _is_number(value)
+        case "number or null":
+            return value is None or _is_number(value)
+        case "yes or no":
+            return isinstance(value, bool)
+        case "texts":
+            return isinstance(value, list) and len(value) <= MOST_SETTINGS and all(_is_text(one) for one in value)
+        case _:
+            return _is_text(value)
+
+
+def _is_number(value: Any) -> bool:
+    return (
+        isinstance(value, int | float)
+        and not isinstance(value, bool)
+        and abs(value) <= DEEPEST
+        and math.isfinite(float(value))
+    )
+
+
+def _is_text(value: Any) -> bool:
+    return isinstance(value, str) and 0 < len(value) <= LONGEST_TEXT and value.isprintable()
+
+
+def _refused(place: str, text: str) -> ScenarioError:
+    return ScenarioError([Problem(place, text)], "oilsim")

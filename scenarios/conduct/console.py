@@ -1,0 +1,133 @@
+"""`conduct`: an exercise with its console, until the console is closed."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+import socket
+import webbrowser
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass, replace
+
+import uvicorn
+
+from recordings.sink.viewer import LOOPBACK, ViewerError
+from recordings.sink.web_viewer import WebViewer, web_viewer
+from scenarios.conduct.access import Access
+from scenarios.conduct.commands import LONGEST
+from scenarios.conduct.conducted_run import Errand
+from scenarios.conduct.server import PageServer, running
+from scenarios.conduct.session import Session
+from scenarios.text.terminal import terminal
+
+BACKLOG = 64  # [1] connections that wait to be taken
+EVERYWHERE = ("0.0.0.0", "::")  # addresses by which a server listens at all of a machine's
+MOST_CONNECTIONS = 200  # [1] at a time, pages and files
+
+
+@dataclass(frozen=True, kw_only=True)
+class ConsoleOptions:
+    """The place at which a console listens, and the things that it shows.
+
+    host: address to listen at; port: 0 chooses a free one; password: asked for besides the token, needed with another host than this
+    machine's own; opens: whether to open the instructor's page in the browser; shows_scene: whether pages embed a 3-D view.
+    """
+
+    host: str = LOOPBACK
+    port: int = 0
+    password: str | None = None
+    opens: bool = True
+    shows_scene: bool = True
+
+
+def conduct(errand: Errand, vessels: Sequence[str], options: ConsoleOptions) -> int:
+    """Serve the console of `errand` until it is told to stop; return the exit code. OSError for a place that is taken."""
+    access = Access(vessels, options.password)
+    with (
+        socket.create_server((options.host, options.port), backlog=BACKLOG) as listener,
+        _scene(options) as viewer,
+    ):
+        host, port = listener.getsockname()[:2]
+        addresses = addresses_of(access, host, port)
+        _tell(addresses, errand)
+        if options.opens:
+            with suppress(webbrowser.Error):
+                webbrowser.open(addresses["instructor"])
+        shown = errand if viewer is None else replace(errand, viewer=viewer.feed)
+        asyncio.run(_serve(shown, access, listener, viewer))
+    return 0
+
+
+def addresses_of(access: Access, host: str, port: int) -> Mapping[str, str]:
+    """Return the address of each role's page."""
+    name = socket.gethostname() if host in EVERYWHERE else host
+    return {role.name: f"http://{name}:{port}/#{token}" for role, token in access.tokens.items()}
+
+
+@contextmanager
+def _scene(options: ConsoleOptions) -> Iterator[WebViewer | None]:
+    """Serve the 3-D view within the block; None where it is not wanted, or others can reach this machine, or it does not start."""
+    with ExitStack() as stack:
+        viewer = None
+        if options.shows_scene and options.host == LOOPBACK:
+            try:
+                viewer = stack.enter_context(web_viewer())
+            except ViewerError as error:
+                terminal(stderr=True).print(f"oilsim: pages have no 3-D view: {error}", style="yellow", markup=False)
+        yield viewer
+
+
+async def _serve(errand: Errand, access: Access, listener: socket.socket, view: WebViewer | None) -> None:
+    """Serve pages, with the 3-D view `view`, until told to end."""
+    host = listener.getsockname()[0]
+    server: PageServer | None = None
+
+    def changed() -> None:
+        if server is not None:
+            server.notice()
+
+    session = Session(errand, changed)
+    hosts = ["*"] if host in EVERYWHERE else [host, "localhost"]
+    server = PageServer(access, session, hosts=hosts, viewer=view)
+    config = uvicorn.Config(
+        server.application,
+        ws="websockets-sansio",
+        ws_max_size=LONGEST,
+        ws_per_message_deflate=False,
+        limit_concurrency=MOST_CONNECTIONS,
+        log_level="warning",
+        server_header=False,
+        timeout_graceful_shutdown=2,
+        lifespan="off",
+    )
+    pages = _PageProcess(config)
+    loop = asyncio.get_running_loop()
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        loop.add_signal_handler(number, pages.end)
+    async with running(session):
+        await pages.serve(sockets=[listener])
+
+
+class _PageProcess(uvicorn.Server):
+    """A server that leaves signals to the console, which has a run to end."""
+
+    def end(self) -> None:
+        """Serve no more; pages that are open are closed."""
+        self.should_exit = True
+
+    @contextmanager
+    def capture_signals(self) -> Iterator[None]:
+        """Take no signals."""
+        yield
+
+
+def _tell(addresses: Mapping[str, str], errand: Errand) -> None:
+    """Print the addresses of the pages."""
+    console = terminal()
+    console.print(
+        f"conduct {errand.scenario}, recorded in {errand.record}; Ctrl-C ends it", highlight=False, markup=False
+    )
+    width = max(map(len, addresses))
+    for name, address in addresses.items():
+        console.print(f"  {name:<{width}}  {address}", highlight=False, markup=False, soft_wrap=True)

@@ -1,0 +1,112 @@
+"""An observer that shows a run to its console, at most some times a second."""
+
+from __future__ import annotations
+
+import time as wall_clock
+from collections import deque
+from contextlib import suppress
+from typing import Any
+
+from coupling.master.observer_dispatch import CommunicationPoint
+from recordings.frame import Event, Frame, RunDescription
+from scenarios.conduct.latest import LatestSender
+from scenarios.conduct.snapshot import scene_of, state_of
+from scenarios.problems import ScenarioError
+from scenarios.running.assembly import Assembly
+from scenarios.running.instructor import GOES_ON, PAUSED
+from scenarios.running.pace import Pace
+from scenarios.running.plan import Plan, settings_of
+from scenarios.running.run_loop import MARKS
+
+BETWEEN = 0.1  # [s] of wall time from one state to the next
+MEMORY = 5.0  # [s] of wall time over which the real-time factor is averaged
+
+
+class ConsoleFeed:
+    """Sends the scene, states and the log of a run to its console; it has the shape of the Observer protocol."""
+
+    def __init__(self, assembly: Assembly, plan: Plan, pace: Pace, sender: LatestSender, *, paused: bool) -> None:
+        """Watch the run `assembly` of `plan`, which keeps `pace` and begins paused or not."""
+        self._assembly, self._plan, self._pace, self._sender = assembly, plan, pace, sender
+        self._scenario = plan.scenario
+        self._frame: Frame | None = None
+        self._sent = 0.0  # wall time [s] of the last state
+        self._is_paused = paused
+        self._marks: deque[tuple[float, float]] = deque()  # wall and simulated time [s]
+        self.seconds = 0.0  # of wall time that making states has taken
+
+    def initialized(self, run: RunDescription) -> None:
+        """Send the scene."""
+        self._sender.send(scene_of(self._assembly))
+
+    def step_completed(self, frame: Frame) -> None:
+        """Send the state, if the last one was sent long enough ago."""
+        if self._frame is None:
+            self._scenario = self._plan.scenario_at(frame.index)
+        self._frame = frame
+        now = wall_clock.perf_counter()
+        self._marks.append((now, frame.time))
+        while len(self._marks) > 2 and now - self._marks[0][0] > MEMORY:
+            self._marks.popleft()
+        if now - self._sent >= BETWEEN and self._sender.is_idle:
+            self._show(frame)
+
+    def event(self, event: Event) -> None:
+        """Send the line of the log, and after an instructor's words the state that belongs to them."""
+        self._sender.tell(
+            {"time": event.time, "text": event.text, "level": event.level, "source": event.source, "mark": _mark(event)}
+        )
+        if event.source == "instructor":  # it speaks at communication points, where the frame still holds
+            if self._frame is None:
+                self._frame = self._resumed(event.time)
+            self._heed(event.text)
+            self._show(self._frame)
+
+    def terminated(self, reason: str) -> None:
+        """Send the last state, and the reason of the end."""
+        if self._frame is not None:
+            self._show(self._frame)
+        self._sender.send({"kind": "ended", "reason": reason, "console_seconds": self.seconds})
+
+    def _resumed(self, time: float) -> Frame:
+        """Return the frame at which a run goes on, at `time` [s]: it is shown to nobody else, as the run before has recorded it."""
+        step = self._plan.scenario.run.communication_step
+        index = round(time / step)
+        self._scenario = self._plan.scenario_at(index)
+        return self._assembly.frame_source(CommunicationPoint(index, time, step))
+
+    def _heed(self, text: str) -> None:
+        """Take an instructor's words into what is shown."""
+        if text in (PAUSED, GOES_ON):
+            self._is_paused = text == PAUSED
+            self._marks.clear()
+        elif (settings := settings_of(text)) and self._frame is not None:
+            with suppress(ScenarioError):  # it is in the plan already, as with a joint that has parted
+                self._plan = self._plan.ordered(settings, self._frame.index)
+            self._scenario = self._plan.scenario_at(self._frame.index)
+
+    def _show(self, frame: Frame) -> None:
+        began = wall_clock.perf_counter()
+        self._sender.show(state_of(self._assembly, self._scenario, frame) | self._clock())
+        self._sent = wall_clock.perf_counter()
+        self.seconds += self._sent - began
+
+    def _clock(self) -> dict[str, Any]:
+        factor = None
+        if len(self._marks) > 1 and self._marks[-1][0] > self._marks[0][0]:
+            (first_wall, first), (last_wall, last) = self._marks[0], self._marks[-1]
+            factor = (last - first) / (last_wall - first_wall)
+        pace = self._pace.pace
+        return {
+            "paused": self._is_paused,
+            "pace": None if pace == float("inf") else pace,
+            "real_time_factor": factor,
+            "lag": self._pace.lag,
+            "set_back": self._pace.set_back,
+        }
+
+
+def _mark(event: Event) -> str | None:
+    """Return the name of the mark that an event sets; None for another event."""
+    is_mark = event.source == "instructor" and event.text.startswith(MARKS)
+    return event.text.removeprefix(MARKS) if is_mark else None

@@ -1,0 +1,190 @@
+// The console's page: it shows what the server tells, and gives the orders of its role.
+import { buildControls, showMarks, showVessels } from "./controls.js";
+import { Charts, showGauges } from "./gauges.js";
+import { Debriefs } from "./debrief.js";
+import { Link } from "./link.js";
+import { Log } from "./log.js";
+import { PlanView } from "./plan.js";
+import { Timeline } from "./timeline.js";
+import { clock } from "./units.js";
+
+const SCALES = [0.1, 0.25, 0.5, 1, 2, 5, 10, null];
+const at = (id) => document.getElementById(id);
+const plan = new PlanView(at("plan")), charts = new Charts(at("charts")), log = new Log(at("log"));
+const conduct = window.conduct = { state: null, scene: null, session: null, hello: null, log };
+let noticeTimer = 0;
+
+function notice(text, bad = false, seconds = 8) {
+  clearTimeout(noticeTimer);
+  at("notice").hidden = !text;
+  at("notice").textContent = text;
+  at("notice").classList.toggle("bad", bad);
+  if (seconds) noticeTimer = setTimeout(() => { at("notice").hidden = true; }, 1000 * seconds);
+}
+
+const on = {
+  hello(message) {
+    conduct.hello = message;
+    at("log").replaceChildren();
+    timeline.begin();
+    document.body.classList.toggle("crew", message.role === "vessel");
+    at("role").textContent = message.role === "vessel" ? `Vessel ${message.vessel}` : message.role[0].toUpperCase() + message.role.slice(1);
+    at("transport").hidden = message.role !== "instructor";
+    at("tab-scene").hidden = !message.viewer;
+    plan.own = message.vessel || null;
+    at("notice").hidden = true;
+  },
+  session(message) {
+    const isNew = message.run !== conduct.session?.run;
+    conduct.session = message;
+    at("tab-debrief").hidden = !message.debriefs.length;
+    if (isNew) select("plan");
+    phase();
+    showMarks(message, link);
+  },
+  scene(message) {
+    timeline.present();
+    conduct.scene = message;
+    at("title").textContent = message.title || message.name;
+    document.title = `${message.name}: ${conduct.hello.vessel || conduct.hello.role}`;
+    plan.begin(message);
+    buildControls(at("controls"), conduct.hello, message, link);
+    showMarks(conduct.session, link);
+    conduct.isFilled = false;
+  },
+  history(message) {
+    charts.begin(conduct.scene, message.rows);
+    for (const row of message.rows) for (const [name, [x, y]] of Object.entries(row.vessels)) plan.remember(name, x, y);
+  },
+  lines(message) { log.add(message.lines); timeline.add(message.lines); },
+  state(message) {
+    conduct.state = message;
+    timeline.reach(message.time);
+    charts.add(message);
+    if (timeline.past === null) show(message);
+    showVessels(conduct.scene, message);
+    conduct.helm?.follow(message.vessels[conduct.hello.vessel]?.ordered);
+    fillOnce(message);
+    phase();
+  },
+  refused(message) { notice(message.problems.map(([place, text]) => `${place} ${text}`).join("; "), true); },
+  away(message) {
+    if (message.code === 4401) { at("password").showModal(); notice(message.reason || "the address opens nothing", true, 0); }
+    else notice("The console is away; this page comes back by itself.", true, 0);
+    at("phase").textContent = "away"; at("phase").className = "pill away";
+  },
+};
+
+function show(state) {
+  plan.spots = floats(state.oil);
+  plan.show(state, timeline.past !== null);
+  showGauges(at("gauges"), conduct.scene, state);
+}
+
+function floats(text) {
+  const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  return new Float32Array(bytes.buffer);
+}
+
+// Puts what is ordered now into the fields, once for each run.
+function fillOnce(state) {
+  if (conduct.isFilled || conduct.hello.role !== "instructor") return;
+  conduct.isFilled = true;
+  const fill = (id, number, digits) => { if (at(id) && number != null && Number.isFinite(number)) at(id).value = number.toFixed(digits); };
+  const bearing = conduct.scene.bearing, degrees = (way) => way == null ? null : ((bearing - way) * 180 / Math.PI % 360 + 360) % 360, KNOT = 1852 / 3600;
+  const { wind, current, waves } = state.weather;
+  fill("wind-speed", wind && wind.speed / KNOT, 0); fill("wind-from", wind && degrees(wind.direction + Math.PI), 0);
+  fill("current-speed", current && current.speed / KNOT, 2); fill("current-to", current && degrees(current.direction), 0);
+  fill("waves-height", waves && waves.height, 2);
+  fill("tow-speed", state.tow && state.tow.speed / KNOT, 2); fill("tow-course", state.tow && degrees(state.tow.heading), 0);
+  for (const [name, vessel] of Object.entries(state.vessels)) {
+    fill(`speed-${name}`, vessel.ordered && vessel.ordered.speed / KNOT, 2);
+    fill(`course-${name}`, degrees(vessel.ordered?.heading ?? vessel.heading), 0);
+  }
+  fill("back-less", 0, 2);
+}
+
+function phase() {
+  const { session, state } = conduct, runs = session?.phase === "running";
+  const words = !session ? "connecting" : runs ? (state?.paused ? "paused" : "running") : session.phase === "building" ? "building" : session.phase;
+  at("phase").textContent = words;
+  at("phase").className = `pill ${words}`;
+  if (session && !runs && session.reason) notice(session.reason, session.phase === "failed", 0);
+  for (const id of ["go", "step", "mark", "end", "scale"]) at(id).disabled = !runs;
+  at("debrief").disabled = !(runs || session?.phase === "ended");
+  if (!state) return;
+  at("go").textContent = state.paused ? "Go on" : "Pause";
+  at("time").textContent = clock(state.time);
+  at("factor").textContent = state.paused ? "paused" : state.real_time_factor == null ? "–" : `${state.real_time_factor.toFixed(2)} ×`;
+  const behind = state.set_back + state.lag, late = !state.paused && state.lag > 0.05;
+  at("lag").textContent = state.pace == null ? "no clock" : behind < 0.05 ? "keeps time" : `${state.lag.toFixed(2)} s${state.set_back > 0.05 ? `, ${state.set_back.toFixed(0)} s in all` : ""}`;
+  at("lag").parentElement.classList.toggle("late", late);
+  if (document.activeElement !== at("scale")) at("scale").value = String(state.pace);
+}
+
+function select(name) {
+  for (const one of ["plan", "scene", "debrief"]) {
+    at(`tab-${one}`).setAttribute("aria-selected", String(one === name));
+    at(`view-${one}`).hidden = one !== name;
+  }
+  at("timeline").hidden = name !== "plan";
+  if (name === "scene" && !at("view-scene").firstChild) {
+    const frame = document.createElement("iframe");
+    frame.title = "3-D view";
+    frame.src = conduct.hello.viewer;
+    at("view-scene").append(frame);
+  }
+  plan.redraw();
+}
+
+async function debrief() {
+  notice("The run ends, and its debrief is written …", false, 0);
+  const answer = await link.give("debrief");
+  if (answer.told) await openDebriefs([...new Set([...conduct.session.debriefs, answer.told])]);
+}
+
+async function openDebriefs(names) {
+  try {
+    await debriefs.show(names);
+  } catch (error) {
+    return notice(`the debrief cannot be shown: ${error.message}`, true);
+  }
+  select("debrief");
+  notice("");
+}
+
+const toggle = () => link.give(conduct.state?.paused ? "go-on" : "pause");
+const mark = () => link.give("mark", { name: `moment ${(conduct.session?.marks.length ?? 0) + 1}` });
+const rescale = (by) => {
+  const place = Math.min(Math.max(SCALES.indexOf(conduct.state?.pace ?? null) + by, 0), SCALES.length - 1);
+  link.give("pace", { value: SCALES[place] });
+};
+at("scale").innerHTML = SCALES.map((one) => `<option value="${one}">${one === null ? "fastest" : `${one} ×`}</option>`).join("");
+at("scale").addEventListener("change", () => { link.give("pace", { value: at("scale").value === "null" ? null : Number(at("scale").value) }); at("scale").blur(); });
+at("go").addEventListener("click", toggle);
+at("step").addEventListener("click", () => link.give("step"));
+at("mark").addEventListener("click", mark);
+at("end").addEventListener("click", () => link.give("end"));
+at("debrief").addEventListener("click", debrief);
+at("boom-by").addEventListener("change", () => { plan.boomBy = at("boom-by").value; plan.redraw(); });
+at("follow").addEventListener("change", () => plan.setFollow(at("follow").checked));
+plan.onFollow = (wanted) => { at("follow").checked = wanted; };
+at("fit").addEventListener("click", () => { plan.fit(); plan.setFollow(true); });
+for (const name of ["plan", "scene"]) at(`tab-${name}`).addEventListener("click", () => select(name));
+at("tab-debrief").addEventListener("click", () => openDebriefs(conduct.session.debriefs));
+at("password").addEventListener("close", () => link.retry(at("password-text").value));
+
+document.addEventListener("keydown", (event) => {
+  if (event.target.closest("input, select, textarea, dialog") || event.ctrlKey || event.metaKey || event.altKey) return;
+  if (event.key === " " && event.target.closest("button")) return; // it presses that button
+  const keys = conduct.hello?.role === "instructor"
+    ? { " ": toggle, ".": () => link.give("step"), "+": () => rescale(1), "-": () => rescale(-1), m: mark, f: () => at("fit").click() }
+    : conduct.helm ? { ArrowLeft: () => conduct.helm.turn(-5), ArrowRight: () => conduct.helm.turn(5), ArrowUp: () => conduct.helm.change(0.1), ArrowDown: () => conduct.helm.change(-0.1), Enter: () => { if (!event.target.closest("button")) conduct.helm.give(); } } : {};
+  const act = keys[event.key];
+  if (act) { act(); if (event.key !== "Enter") event.preventDefault(); }
+});
+
+const token = location.hash.slice(1);
+const link = conduct.link = new Link(token, (message) => on[message.kind]?.(message));
+const timeline = new Timeline(at, link, show), debriefs = new Debriefs(at("view-debrief"), link, token);
+timeline.onPresent = () => { if (conduct.state) show(conduct.state); };

@@ -1,0 +1,131 @@
+// The controls beside the plan: the instructor's, those of a vessel's crew, or none.
+import { KNOT, clock, course, compass, direction, knots } from "./units.js";
+
+const escape = (text) => String(text).replace(/[&<>"]/g, (sign) => `&#${sign.charCodeAt(0)};`);
+const number = (id, title, unit, step, low, high) => `<label class="number">${title} <span>${unit}</span><input id="${id}" type="number" step="${step}" min="${low}" max="${high}"></label>`;
+const value = (id) => document.getElementById(id).valueAsNumber;
+
+export function buildControls(place, hello, scene, link) {
+  place.replaceChildren();
+  if (hello.role === "instructor") instructor(place, hello, scene, link);
+  else if (hello.role === "vessel") crew(place, hello.vessel, scene, link);
+  else place.innerHTML = "<p class='quiet'>You watch. The instructor and the crews give the orders.</p>";
+}
+
+function group(place, title, inner) {
+  const box = document.createElement("fieldset");
+  box.innerHTML = `<legend>${title}</legend>${inner}`;
+  place.append(box);
+  return box;
+}
+
+function when(box, selector, act) { box.querySelectorAll(selector).forEach((one) => one.addEventListener("click", () => act(one))); }
+
+function instructor(place, hello, scene, link) {
+  const bearing = scene.bearing;
+  if (scene.tows) {
+    const tow = group(place, "Tow: all vessels", `<div class="row">${number("tow-speed", "Speed", "kn", 0.05, 0, 10)}${number("tow-course", "Course", "°", 1, 0, 359)}<button>Order</button></div>`);
+    when(tow, "button", () => link.give("tow", { speed: value("tow-speed") * KNOT, heading: direction(value("tow-course"), bearing) }));
+  }
+  for (const vessel of scene.vessels) vesselControls(place, vessel, scene, link);
+  weatherControls(place, scene, link);
+  for (const boom of scene.booms) {
+    const box = group(place, `Boom ${escape(boom.name)}`, `<div class="row">${number(`part-${boom.name}`, "Part at joint", `1 to ${boom.segments - 1}`, 1, 1, boom.segments - 1)}<button class="grave">Part</button></div>`);
+    when(box, "button", () => {
+      const joints = [...new Set([...(window.conduct.state?.booms[boom.name].parted ?? []), value(`part-${boom.name}`)])];
+      link.give("order", { settings: [`booms.${boom.name}.parted=[${joints.join(",")}]`] });
+    });
+  }
+  const free = group(place, "Any order", `<div class="row"><label class="wide">KEY=VALUE, several with a space between<input id="free" type="text" placeholder="emitters.leak.speed=0"></label><button>Order</button></div>`);
+  when(free, "button", () => link.give("order", { settings: document.getElementById("free").value.split(/\s+(?=[\w.]+=)/).filter(Boolean) }));
+  group(place, "Marks and branches", `<ul class="marks" id="marks"></ul><div class="row">${number("back-time", "Go back to", "s", 0.1, 0, 1e6)}${number("back-less", "Tow slower by", "kn", 0.05, 0, 5)}<button id="back">Branch</button></div>`);
+  document.getElementById("back").addEventListener("click", () => branch(link, value("back-time"), value("back-less") || 0));
+  const links = Object.entries(hello.links).filter(([name]) => name !== "instructor").map(([name, token]) => `<label>${escape(name)}</label><code>${location.origin}/#${escape(token)}</code>`);
+  group(place, "Addresses of the other pages", `<div class="links">${links.join("")}</div>`);
+}
+
+export function branch(link, time, less) {
+  const speed = window.conduct.state?.tow?.speed;
+  const settings = less > 0 && speed != null ? [`tow.speed=${Math.max(0, speed - less * KNOT)}`] : [];
+  return link.give("branch", { time, settings });
+}
+
+function vesselControls(place, vessel, scene, link) {
+  const id = vessel.name, steers = vessel.control === "helmsman";
+  const helm = steers ? `<div class="row">${number(`speed-${id}`, "Speed", "kn", 0.05, -10, 10)}${number(`course-${id}`, "Course", "°", 1, 0, 359)}<label class="check"><input id="line-${id}" type="checkbox" checked> Keep the line</label><button class="order">Order</button></div>` : "";
+  const box = group(place, `Vessel ${escape(id)}`, `<p class="state" id="state-${id}"></p>${helm}<div class="row"><button class="fail grave">Engine fails</button><button class="fix">Engine runs again</button></div>`);
+  when(box, ".order", () => steer(link, id, value(`speed-${id}`), value(`course-${id}`), document.getElementById(`line-${id}`).checked, scene.bearing));
+  when(box, ".fail", () => link.give("engine", { vessel: id, runs: false }));
+  when(box, ".fix", () => link.give("engine", { vessel: id, runs: true }));
+}
+
+function steer(link, vessel, speed, degrees, keeps, bearing) {
+  return link.give("steer", { vessel, speed: speed * KNOT, heading: direction(degrees, bearing), keeps_line: keeps });
+}
+
+function weatherControls(place, scene, link) {
+  const table = scene.weather_table, bearing = scene.bearing;
+  const box = group(place, "Weather", `
+    <div class="row">${number("wind-speed", "Wind", "kn", 1, 0, 100)}${number("wind-from", "from", "°", 1, 0, 359)}<button data-what="wind">Order</button></div>
+    <div class="row">${number("current-speed", "Current", "kn", 0.05, 0, 8)}${number("current-to", "towards", "°", 1, 0, 359)}<button data-what="current">Order</button></div>
+    <div class="row">${number("waves-height", "Waves", "m", 0.1, 0, 20)}<button data-what="waves">Order</button></div>`);
+  const steady = table === "sea" ? 'kind="steady",' : "";
+  when(box, "button", (button) => {
+    const what = button.dataset.what, present = window.conduct.state?.weather[what];
+    let settings;
+    if (what === "waves") {
+      const height = value("waves-height");
+      settings = present ? [`${table}.waves.${present.key}=${height}`] : [`${table}.waves={${table === "sea" ? 'kind="regular",' : ""}height=${height},period=${Math.max(2, 5 * Math.sqrt(height)).toFixed(1)}}`];
+    } else {
+      const speed = value(`${what}-speed`) * KNOT, way = what === "wind" ? direction(value("wind-from") + 180, bearing) : direction(value("current-to"), bearing);
+      settings = present ? [`${table}.${what}.speed=${speed}`, `${table}.${what}.direction=${way}`] : [`${table}.${what}={${steady}speed=${speed},direction=${way}}`];
+    }
+    link.give("order", { settings });
+  });
+}
+
+function crew(place, vessel, scene, link) {
+  const order = { speed: 0, course: 0, isKnown: false };
+  const box = group(place, `Helm of ${escape(vessel)}`, `<p class="state" id="state-${vessel}"></p>
+    <div class="helm" role="group" aria-label="Ordered course"><button data-turn="-5" aria-label="5 degrees to port">−5°</button><output id="helm-course">–</output><button data-turn="5" aria-label="5 degrees to starboard">+5°</button></div>
+    <div class="helm" role="group" aria-label="Ordered speed"><button data-knots="-0.1" aria-label="0.1 knots slower">−0.1</button><output id="helm-speed">–</output><button data-knots="0.1" aria-label="0.1 knots faster">+0.1</button></div>
+    <div class="row"><label class="check"><input id="helm-line" type="checkbox" checked> Keep the line</label></div>
+    <div class="row"><button class="main" id="helm-give">Order</button><button id="helm-undo">As it is</button></div>
+    <p class="quiet">Left and right arrows turn, up and down arrows change the speed, Enter orders.</p>`);
+  const show = () => {
+    document.getElementById("helm-course").innerHTML = `${String(Math.round(order.course) % 360).padStart(3, "0")}°<small>course to order</small>`;
+    document.getElementById("helm-speed").innerHTML = `${order.speed.toFixed(2)} kn<small>speed over the ground to order</small>`;
+  };
+  const turn = (degrees) => { order.course = ((Math.round((order.course + degrees) / 5) * 5) % 360 + 360) % 360; order.isTouched = true; show(); };
+  const change = (by) => { order.speed = Math.round((order.speed + by) * 100) / 100; order.isTouched = true; show(); };
+  const give = () => { order.isTouched = false; return steer(link, vessel, order.speed, order.course, document.getElementById("helm-line").checked, scene.bearing); };
+  when(box, "[data-turn]", (one) => turn(Number(one.dataset.turn)));
+  when(box, "[data-knots]", (one) => change(Number(one.dataset.knots)));
+  when(box, "#helm-give", give);
+  when(box, "#helm-undo", () => { order.isTouched = false; });
+  group(place, "Engine", `<div class="row"><button id="helm-stop" class="grave">Stop the engine</button><button id="helm-start">Start the engine</button></div>`);
+  document.getElementById("helm-stop").addEventListener("click", () => link.give("engine", { vessel, runs: false }));
+  document.getElementById("helm-start").addEventListener("click", () => link.give("engine", { vessel, runs: true }));
+  window.conduct.helm = { turn, change, give, follow(ordered) {
+    if (order.isTouched || !ordered) return;
+    order.speed = Math.round(100 * ordered.speed / KNOT) / 100;
+    order.course = compass(ordered.heading, scene.bearing);
+    show();
+  } };
+}
+
+export function showVessels(scene, state) {
+  for (const [name, vessel] of Object.entries(state.vessels)) {
+    const place = document.getElementById(`state-${name}`);
+    if (!place) continue;
+    const ordered = vessel.ordered ? `; ordered ${knots(vessel.ordered.speed)}, course ${course(vessel.ordered.heading, scene.bearing)}` : "";
+    place.textContent = `Heading ${course(vessel.heading, scene.bearing)}, ${knots(vessel.over_ground)} over the ground, ${knots(vessel.through_water)} through the water${ordered}${vessel.engine === "stopped" ? "; engine stopped" : ""}`;
+  }
+}
+
+export function showMarks(session, link) {
+  const place = document.getElementById("marks");
+  if (!place) return;
+  place.innerHTML = session.marks.map((mark, index) => `<li><span>${clock(mark.time)} ${escape(mark.name)}</span><button data-mark="${index}">Go back</button></li>`).join("") || "<li class='quiet'>No marks yet: the key M sets one.</li>";
+  place.querySelectorAll("button").forEach((one) => one.addEventListener("click", () => link.give("branch", { time: session.marks[Number(one.dataset.mark)].time, settings: [] })));
+}

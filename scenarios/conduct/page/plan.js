@@ -1,0 +1,231 @@
+// The plan view: north up, drawn on a canvas from the latest state.
+import { compass, knots } from "./units.js";
+import { OIL_CLASSES, ASHORE, LOST, normalColor, oilClass, tensionColor } from "./colors.js";
+import { drawFurniture } from "./furniture.js";
+
+const CLOSED = 1.12; // spots are drawn wider, so that circles side by side look like one film
+const LEAST_VESSEL = 16; // px, so that a vessel is seen from far
+
+export class PlanView {
+  constructor(canvas) {
+    this.canvas = canvas;
+    this.context = canvas.getContext("2d");
+    this.center = [0, 0]; // east and north [m] in the middle of the view
+    this.scale = 2; // px a metre
+    this.follows = true;
+    this.boomBy = "normal";
+    this.own = null; // the vessel in the middle, on its crew's page
+    this.tracks = {};
+    new ResizeObserver(() => this.resize()).observe(canvas);
+    this.listen();
+  }
+
+  begin(scene) {
+    this.scene = scene;
+    this.tracks = {};
+    const [sine, cosine] = [Math.sin(scene.bearing), Math.cos(scene.bearing)];
+    this.toMap = (x, y) => [x * sine - y * cosine, x * cosine + y * sine];
+    this.isFitted = false;
+  }
+
+  remember(name, x, y) {
+    const track = this.tracks[name] ??= [];
+    const last = track.at(-1);
+    if (!last || Math.hypot(last[0] - x, last[1] - y) > 0.5) track.push([x, y]);
+    if (track.length > 4000) this.tracks[name] = track.filter((_, index) => index % 2 === 0);
+  }
+
+  // Shows a state; of the past, it adds nothing to the tracks.
+  show(state, isPast = false) {
+    this.state = state;
+    if (!isPast) for (const [name, vessel] of Object.entries(state.vessels)) this.remember(name, vessel.x, vessel.y);
+    this.redraw();
+  }
+
+  redraw() {
+    if (this.isAsked) return;
+    this.isAsked = true;
+    requestAnimationFrame(() => { this.isAsked = false; if (this.scene && this.state) this.draw(); });
+  }
+
+  resize() {
+    const ratio = window.devicePixelRatio || 1;
+    this.canvas.width = Math.round(this.canvas.clientWidth * ratio);
+    this.canvas.height = Math.round(this.canvas.clientHeight * ratio);
+    this.isFitted = this.isFitted && !this.follows;
+    this.redraw();
+  }
+
+  // Points of the exercise itself: vessels and booms.
+  points() {
+    const found = Object.values(this.state.vessels).map((vessel) => this.toMap(vessel.x, vessel.y));
+    for (const boom of Object.values(this.state.booms)) found.push(...boom.line.map(([x, y]) => this.toMap(x, y)));
+    if (!found.length) found.push(this.toMap(this.scene.bounds[0], this.scene.bounds[1]), this.toMap(this.scene.bounds[2], this.scene.bounds[3]));
+    return found;
+  }
+
+  fit() {
+    const points = this.points(), east = points.map((p) => p[0]), north = points.map((p) => p[1]);
+    const low = [Math.min(...east), Math.min(...north)], high = [Math.max(...east), Math.max(...north)];
+    const [width, height] = [this.canvas.clientWidth, this.canvas.clientHeight];
+    const span = [Math.max(high[0] - low[0], 1e-3), Math.max(high[1] - low[1], 1e-3)];
+    this.scale = 0.62 * Math.min((width - 120) / span[0], height / span[1]);
+    this.center = [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2];
+    this.isFitted = true;
+  }
+
+  middle() {
+    const own = this.own && this.state.vessels[this.own];
+    if (own) return this.toMap(own.x, own.y);
+    const points = this.points(), east = points.map((p) => p[0]), north = points.map((p) => p[1]);
+    return [(Math.min(...east) + Math.max(...east)) / 2, (Math.min(...north) + Math.max(...north)) / 2];
+  }
+
+  at(x, y) {
+    const [east, north] = this.toMap(x, y);
+    return [this.canvas.clientWidth / 2 + (east - this.center[0]) * this.scale, this.canvas.clientHeight / 2 - (north - this.center[1]) * this.scale];
+  }
+
+  draw() {
+    if (!this.canvas.clientWidth) return;
+    if (!this.isFitted) this.fit();
+    if (this.follows) this.center = this.middle();
+    const ratio = window.devicePixelRatio || 1, pen = this.context;
+    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+    pen.fillStyle = "#dcebf2";
+    pen.fillRect(0, 0, this.canvas.clientWidth, this.canvas.clientHeight);
+    this.drawOil(pen);
+    for (const outline of Object.values(this.scene.bodies)) this.polygon(pen, outline, "#b9ae9c", "#6f6555");
+    for (const boom of this.scene.booms) if (boom.area.length) this.polygon(pen, boom.area, "rgba(23,115,74,.12)", "#17734a");
+    this.drawTracks(pen);
+    for (const boom of this.scene.booms) this.drawBoom(pen, boom, this.state.booms[boom.name]);
+    for (const vessel of this.scene.vessels) this.drawVessel(pen, vessel, this.state.vessels[vessel.name]);
+    drawFurniture(pen, this);
+  }
+
+  polygon(pen, outline, fill, stroke) {
+    pen.beginPath();
+    outline.forEach(([x, y], index) => pen[index ? "lineTo" : "moveTo"](...this.at(x, y)));
+    pen.closePath();
+    pen.fillStyle = fill; pen.fill();
+    pen.strokeStyle = stroke; pen.lineWidth = 1.2; pen.stroke();
+  }
+
+  drawOil(pen) {
+    const spots = this.spots ?? new Float32Array(0), groups = OIL_CLASSES.map(() => new Path2D()), lost = new Path2D(), ashore = new Path2D();
+    for (let k = 0; k < spots.length; k += 5) {
+      const [left, top] = this.at(spots[k], spots[k + 1]), size = Math.max(CLOSED * spots[k + 2] * this.scale, 1.1);
+      if (left < -size || top < -size || left > this.canvas.clientWidth + size || top > this.canvas.clientHeight + size) continue;
+      const path = spots[k + 4] === ASHORE ? ashore : groups[oilClass(spots[k + 3])];
+      if (size < 2.5) path.rect(left - size, top - size, 2 * size, 2 * size);
+      else { path.moveTo(left + size, top); path.arc(left, top, size, 0, 7); }
+      if (spots[k + 4] === LOST) { lost.moveTo(left + size, top); lost.arc(left, top, Math.max(size, 2), 0, 7); }
+    }
+    groups.forEach((path, index) => { pen.fillStyle = OIL_CLASSES[index].color; pen.globalAlpha = OIL_CLASSES[index].opacity; pen.fill(path); });
+    pen.globalAlpha = 1;
+    pen.fillStyle = "#5a1d6b"; pen.fill(ashore);
+    pen.strokeStyle = "rgba(168,35,28,.75)"; pen.lineWidth = 1; pen.stroke(lost);
+  }
+
+  drawTracks(pen) {
+    pen.setLineDash([5, 5]);
+    pen.strokeStyle = "#5f7886"; pen.lineWidth = 1.3;
+    for (const track of Object.values(this.tracks)) {
+      pen.beginPath();
+      track.forEach(([x, y], index) => pen[index ? "lineTo" : "moveTo"](...this.at(x, y)));
+      pen.stroke();
+    }
+    pen.setLineDash([]);
+  }
+
+  drawBoom(pen, boom, state) {
+    const line = state.line.map(([x, y]) => this.at(x, y));
+    this.drawTowLines(pen, boom, line);
+    pen.lineCap = "butt";
+    for (const [color, width] of [["#14232e", 7], [null, 4.5]]) {
+      for (let k = 0; k + 1 < line.length; k++) {
+        const parts = state.parted;
+        pen.beginPath();
+        pen.moveTo(...(parts.includes(k) ? between(line[k], line[k + 1], 0.35) : line[k]));
+        pen.lineTo(...(parts.includes(k + 1) ? between(line[k], line[k + 1], 0.65) : line[k + 1]));
+        pen.strokeStyle = color ?? (this.boomBy === "normal" ? normalColor(state.normal[k]) : tensionColor(state.tension[k], boom.full_tension));
+        pen.lineWidth = width;
+        pen.stroke();
+      }
+    }
+  }
+
+  drawTowLines(pen, boom, line) {
+    pen.strokeStyle = "#14232e"; pen.lineWidth = 1.6;
+    boom.ends.forEach((name, index) => {
+      const vessel = this.state.vessels[name], size = this.scene.vessels.find((one) => one.name === name);
+      if (!vessel) return;
+      const back = -0.4 * size.length;
+      pen.beginPath();
+      pen.moveTo(...this.at(vessel.x + back * Math.cos(vessel.heading), vessel.y + back * Math.sin(vessel.heading)));
+      pen.lineTo(...(index ? line.at(-1) : line[0]));
+      pen.stroke();
+    });
+  }
+
+  drawVessel(pen, vessel, state) {
+    const [left, top] = this.at(state.x, state.y), turn = compass(state.heading, this.scene.bearing) * Math.PI / 180;
+    const length = Math.max(vessel.length * this.scale, LEAST_VESSEL), beam = length * vessel.beam / vessel.length;
+    pen.save();
+    pen.translate(left, top); pen.rotate(turn);
+    pen.beginPath();
+    pen.moveTo(0, -length / 2);
+    pen.quadraticCurveTo(beam / 2, -length / 4, beam / 2, 0);
+    pen.lineTo(beam / 2, length / 2); pen.lineTo(-beam / 2, length / 2); pen.lineTo(-beam / 2, 0);
+    pen.quadraticCurveTo(-beam / 2, -length / 4, 0, -length / 2);
+    pen.fillStyle = state.engine === "stopped" ? "#a8231c" : vessel.name === this.own ? "#0b5c8a" : "#22345c"; pen.fill();
+    pen.strokeStyle = "#ffffff"; pen.lineWidth = 1; pen.stroke();
+    pen.restore();
+    const words = `${vessel.name} ${knots(state.over_ground, 1)}${state.engine === "stopped" ? ", engine stopped" : ""}`;
+    label(pen, words, left + 12, top - beam / 2 - 8);
+  }
+
+  listen() {
+    let held = null;
+    const canvas = this.canvas;
+    canvas.addEventListener("pointerdown", (event) => { held = [event.clientX, event.clientY]; canvas.setPointerCapture(event.pointerId); });
+    canvas.addEventListener("pointerup", () => { held = null; });
+    canvas.addEventListener("pointermove", (event) => {
+      if (!held) return;
+      this.move((held[0] - event.clientX) / this.scale, (event.clientY - held[1]) / this.scale);
+      held = [event.clientX, event.clientY];
+    });
+    canvas.addEventListener("wheel", (event) => { event.preventDefault(); this.zoom(Math.exp(-event.deltaY / 600)); }, { passive: false });
+    canvas.addEventListener("keydown", (event) => {
+      const step = 40 / this.scale, moves = { ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, step], ArrowDown: [0, -step] };
+      if (moves[event.key]) { this.move(...moves[event.key]); event.preventDefault(); event.stopPropagation(); }
+    });
+  }
+
+  move(east, north) {
+    this.setFollow(false);
+    this.center = [this.center[0] + east, this.center[1] + north];
+    this.redraw();
+  }
+
+  zoom(factor) {
+    this.scale = Math.min(Math.max(this.scale * factor, 0.02), 400);
+    this.redraw();
+  }
+
+  setFollow(wanted) {
+    this.follows = wanted;
+    this.onFollow?.(wanted);
+    this.redraw();
+  }
+}
+
+const between = (a, b, part) => [a[0] + part * (b[0] - a[0]), a[1] + part * (b[1] - a[1])];
+
+export function label(pen, words, left, top) {
+  pen.font = "600 12px system-ui, 'DejaVu Sans', sans-serif";
+  pen.textAlign = "left"; pen.textBaseline = "middle";
+  pen.lineWidth = 3.5; pen.strokeStyle = "rgba(255,255,255,.85)"; pen.lineJoin = "round";
+  pen.strokeText(words, left, top);
+  pen.fillStyle = "#14232e"; pen.fillText(words, left, top);
+}

@@ -1,0 +1,17 @@
+// Quantities as people at sea read them; all that arrives is in SI units, directions in radians counter-clockwise from +x.
+export const KNOT = 1852 / 3600;
+export const knots = (speed, digits = 2) => speed == null ? "–" : `${(speed / KNOT).toFixed(digits)} kn`;
+export const compass = (direction, bearing) => ((bearing - direction) * 180 / Math.PI % 360 + 360) % 360;
+export const course = (direction, bearing) => direction == null ? "–" : String(Math.round(compass(direction, bearing)) % 360).padStart(3, "0");
+export const direction = (degrees, bearing) => bearing - degrees * Math.PI / 180;
+export const figures = (number) => number === 0 ? "0" : Number(number.toPrecision(3)).toLocaleString("en", { maximumFractionDigits: 6 });
+export const volume = (cubic) => cubic == null ? "–" : Math.abs(cubic) >= 1 ? `${figures(cubic)} m³` : `${figures(1000 * cubic)} litres`;
+export function force(newton) {
+  if (newton == null) return "–";
+  const tonnes = newton >= 1000 ? ` (${figures(newton / 9806.65)} t)` : "";
+  return newton >= 100 ? `${figures(newton / 1000)} kN${tonnes}` : `${figures(newton)} N`;
+}
+export function clock(seconds) {
+  const whole = Math.floor(seconds / 60);
+  return `${whole}:${(seconds - 60 * whole).toFixed(1).padStart(4, "0")}`;
+}

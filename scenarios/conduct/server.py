@@ -1,0 +1,220 @@
+"""The page's server: static files for everybody who reaches it, and one web socket for pages that show a token.
+
+It listens on this machine only, unless told otherwise. Static files hold nothing secret. The token is in the part of the address after #,
+which browsers send to nobody; a page shows it in its first message. Pages of other origins are refused, and so are more than `MOST_PAGES`.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import secrets
+from collections.abc import AsyncIterator, Mapping
+from contextlib import asynccontextmanager, suppress
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from starlette.applications import Starlette
+from starlette.middleware import Middleware
+from starlette.middleware.trustedhost import TrustedHostMiddleware
+from starlette.requests import Request
+from starlette.responses import FileResponse, PlainTextResponse, Response
+from starlette.routing import Mount, Route, WebSocketRoute
+from starlette.staticfiles import StaticFiles
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from recordings.sink.web_viewer import WebViewer
+from scenarios.conduct.access import Access, Role
+from scenarios.conduct.commands import read_command, read_object
+from scenarios.conduct.page_link import PageLink
+from scenarios.conduct.session import Session
+from scenarios.conduct.viewer_files import ViewerFiles
+from scenarios.problems import ScenarioError
+
+MOST_PAGES = 40  # [1] open at a time
+MOST_STRANGERS = 16  # [1] that have not shown a token yet
+FIRST_WORD = 5.0  # [s] within which a page must show its token
+MOST_COMMANDS = 40  # [1] that a page may give within a second
+MOST_FAULTS = 20  # [1] messages that cannot be read, before a page is closed
+CLOSED_TOKEN, CLOSED_MANY, CLOSED_FAULTS = 4401, 4429, 4400  # codes with which a page is closed
+_HEADERS = {
+    "content-security-policy": "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
+    "connect-src 'self'; frame-src 'self' blob:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'",
+    "x-content-type-options": "nosniff",
+    "referrer-policy": "no-referrer",
+    "cache-control": "no-store",
+}
+
+
+class PageServer:
+    """Serves the pages of a session."""
+
+    def __init__(self, access: Access, session: Session, *, hosts: list[str], viewer: WebViewer | None = None) -> None:
+        """`hosts` are the names by which browsers may call this machine; `viewer`: the 3-D view, None without one."""
+        self._access, self._session = access, session
+        self._viewer = "" if viewer is None else f"/viewer/?{viewer.query}"
+        self._pages: set[PageLink] = set()
+        self._strangers = 0
+        self._tasks: set[asyncio.Task[None]] = set()
+        shown = None if viewer is None else ViewerFiles(viewer.origin)
+        view = [] if shown is None else [Route(f"/viewer/{name}", shown.answer) for name in ("", "{name}")]
+        page = files("scenarios.conduct").joinpath("page")
+        self._index = Path(str(page)) / "index.html"
+        self.application = Starlette(
+            routes=[
+                Route("/", self._start_page),
+                Route("/debrief/{name}", self._debrief),
+                WebSocketRoute("/live", self._live),
+                Mount("/page", StaticFiles(directory=str(page))),
+                *view,
+            ],
+            middleware=[Middleware(TrustedHostMiddleware, allowed_hosts=hosts), Middleware(_SecurityHeaders)],
+        )
+
+    def notice(self) -> None:
+        """Take note that the session has more to show."""
+        for page in self._pages:
+            page.notice()
+
+    async def _start_page(self, _: Request) -> Response:
+        return FileResponse(self._index, media_type="text/html")
+
+    async def _debrief(self, request: Request) -> Response:
+        """Return the debrief of a recording, to pages that show a token."""
+        token = request.headers.get("authorization", "").removeprefix("Bearer ")
+        password = request.headers.get("x-password", "")
+        if self._access.role_of(token, password) is None:
+            return PlainTextResponse("the token opens nothing", status_code=401)
+        page = self._session.debriefs.get(request.path_params["name"])
+        if page is None:
+            return PlainTextResponse("there is no such debrief", status_code=404)
+        return FileResponse(page, media_type="text/html")
+
+    async def _live(self, socket: WebSocket) -> None:
+        """Serve one page, from its token to its end."""
+        if not _is_own(socket) or self._strangers >= MOST_STRANGERS:
+            await socket.close()  # before it is accepted: the browser gets 403
+            return
+        await socket.accept()
+        with suppress(WebSocketDisconnect, TimeoutError, RuntimeError):
+            role = await self._introduced(socket)
+            if role is None:
+                await socket.close(CLOSED_TOKEN, "the token opens nothing")
+            elif len(self._pages) >= MOST_PAGES:
+                await socket.close(CLOSED_MANY, f"{MOST_PAGES} pages are open, allowed: fewer")
+            else:
+                await self._serve(socket, role)
+
+    async def _introduced(self, socket: WebSocket) -> Role | None:
+        """Read a page's token; None if it opens nothing."""
+        self._strangers += 1
+        try:
+            async with asyncio.timeout(FIRST_WORD):
+                data = read_object(await socket.receive_text())
+        except (ScenarioError, KeyError):
+            return None
+        finally:
+            self._strangers -= 1
+        return self._access.role_of(str(data.get("token", "")), str(data.get("password", "")))
+
+    async def _serve(self, socket: WebSocket, role: Role) -> None:
+        page = PageLink(socket, role, self._session)
+        self._pages.add(page)
+        sending = asyncio.create_task(page.send_all(self._hello(role)))
+        hearing = asyncio.create_task(self._hear(page))
+        try:
+            await asyncio.wait((sending, hearing), return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            self._pages.discard(page)
+            for task in (sending, hearing):
+                task.cancel()
+            await asyncio.gather(sending, hearing, return_exceptions=True)
+            with suppress(RuntimeError, WebSocketDisconnect):
+                await socket.close()
+
+    def _hello(self, role: Role) -> dict[str, Any]:
+        links = {one.name: token for one, token in self._access.tokens.items()} if role.kind == "instructor" else {}
+        return {"kind": "hello", "role": role.kind, "vessel": role.vessel, "links": links, "viewer": self._viewer}
+
+    async def _hear(self, page: PageLink) -> None:
+        """Take a page's commands until it is closed, or has sent too much that cannot be read."""
+        faults, second, count = 0, 0, 0
+        loop = asyncio.get_running_loop()
+        while faults < MOST_FAULTS:
+            try:
+                data = read_object(await page.socket.receive_text())
+            except (ScenarioError, KeyError):
+                faults += 1
+                page.answer(0, problems=[["the message", "cannot be read, allowed: a command, as a JSON object"]])
+                continue
+            now = int(loop.time())
+            second, count = (second, count + 1) if now == second else (now, 1)
+            if count > MOST_COMMANDS:
+                page.answer(0, problems=[["the page", f"gives more than {MOST_COMMANDS} commands a second"]])
+                faults += 1
+                continue
+            self._begin(page, data)
+        await page.socket.close(CLOSED_FAULTS, "too many messages that cannot be read")
+
+    def _begin(self, page: PageLink, data: Mapping[str, Any]) -> None:
+        """Say that a command has arrived, and do it meanwhile."""
+        try:
+            command = read_command(data)
+        except ScenarioError as error:
+            number = data.get("id")
+            page.answer(number if isinstance(number, int) else 0, problems=_plain(error))
+            return
+        if command.verb == "look":
+            page.answer(command.id, told="a state", state=self._session.album.nearest(float(command.entries["time"])))
+            return
+        page.answer(command.id, taken=True)
+
+        async def work() -> None:
+            try:
+                page.answer(command.id, told=await self._session.do(command, page.role))
+            except ScenarioError as error:
+                page.answer(command.id, problems=_plain(error))
+            except Exception as error:
+                page.answer(command.id, problems=[[command.verb, f"failed: {error}"]])
+
+        task = asyncio.create_task(work())
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+
+class _SecurityHeaders:
+    """Adds headers that keep other pages, scripts and servers out."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        async def answer(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                own = {key for key, _ in message["headers"]}
+                headers = [(key.encode(), value.encode()) for key, value in _HEADERS.items()]
+                message["headers"] = [*message["headers"], *(pair for pair in headers if pair[0] not in own)]
+            await send(message)
+
+        await self._app(scope, receive, answer if scope["type"] == "http" else send)
+
+
+def _is_own(socket: WebSocket) -> bool:
+    """Return whether a page comes from this server, by its origin."""
+    origin, host = socket.headers.get("origin", ""), socket.headers.get("host", "")
+    return bool(host) and secrets.compare_digest(origin.encode(), f"http://{host}".encode())
+
+
+def _plain(error: ScenarioError) -> list[list[str]]:
+    return [[problem.path, problem.text] for problem in error.problems]
+
+
+@asynccontextmanager
+async def running(session: Session) -> AsyncIterator[None]:
+    """Start the session's run, and end it in order with the block."""
+    session.start()
+    try:
+        yield
+    finally:
+        await asyncio.to_thread(session.close)

@@ -1,0 +1,249 @@
+"""The session of a console: the run that goes on, its branches, and what is done with commands from pages.
+
+The run is a process of its own. A thread reads what it shows; the session keeps the latest state, the log, and a sample of the past.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import itertools
+import json
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
+from pathlib import Path
+from typing import Any
+
+from scenarios.conduct.access import Role
+from scenarios.conduct.commands import Command
+from scenarios.conduct.conducted_run import Errand, start_run
+from scenarios.conduct.history import Album, History
+from scenarios.conduct.inbox import Inbox
+from scenarios.debrief.order_words import order_in_words
+from scenarios.orders.client import NoAnswerError, ask
+from scenarios.orders.messages import Kind
+from scenarios.problems import Problem, ScenarioError
+from scenarios.running.checkpoints import checkpoint_folder
+
+MOST_LINES = 1000  # [1] of the log that pages can still see
+MOST_WAITING = 8  # [1] commands that wait for the run
+LAST_WORDS = 30.0  # [s] that a run may take over its end
+_PLAIN: Mapping[str, Kind] = {"pause": "pause", "go-on": "go-on", "step": "step", "end": "end"}
+
+
+class Session:
+    """One exercise on a console, from its start over all branches to its end."""
+
+    def __init__(self, errand: Errand, changed: Callable[[], None]) -> None:
+        """Prepare the run of `errand`; `changed` is called in the event loop whenever there is more to show."""
+        self._errand, self._changed = errand, changed
+        self._process: BaseProcess | None = None
+        self._inbox: Inbox | None = None
+        self._waiting = 0
+        self._is_closing = False
+        self._pieces: list[
+            tuple[Path, float]
+        ] = []  # recordings of the run so far, and the times [s] from which each goes on
+        self.run_number = 0  # counts branches
+        self.phase = "building"
+        self.reason = ""
+        self.recording = errand.record
+        self.scene: dict[str, Any] | None = None
+        self.state: dict[str, Any] | None = None
+        self.state_text = ""
+        self.history, self.album = History(), Album()
+        self.lines: deque[dict[str, Any]] = deque(maxlen=MOST_LINES)
+        self.line_count = 0
+        self.marks: list[dict[str, Any]] = []
+        self.debriefs: dict[str, Path] = {}
+
+    def start(self) -> None:
+        """Start the run."""
+        self._launch(self._errand)
+
+    def close(self) -> None:
+        """Let the run end in order, and wait for it; a run that does not end in `LAST_WORDS` is ended."""
+        self._is_closing = True
+        process = self._process
+        if process is None:
+            return
+        process.terminate()  # SIGTERM: an orderly stop
+        process.join(LAST_WORDS)
+        if process.is_alive():
+            process.kill()
+            process.join()
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """The facts of the session that all pages know besides scene, state and log."""
+        return {
+            "kind": "session",
+            "run": self.run_number,
+            "phase": self.phase,
+            "reason": self.reason,
+            "recording": self.recording.name,
+            "marks": self.marks,
+            "debriefs": list(self.debriefs),
+        }
+
+    async def do(self, command: Command, role: Role) -> str:
+        """Do what a command asks for; return what has happened. ScenarioError if it is not done, with every reason."""
+        entries = command.entries
+        if not role.may(command.verb, str(entries.get("vessel", ""))):
+            raise refused(command.verb, f"is not for {role.name}, allowed: for the instructor")
+        match command.verb:
+            case "branch":
+                return await self._branch(float(entries["time"]), tuple(entries["settings"]))
+            case "debrief":
+                return await self._debrief()
+            case "pace":
+                value = entries["value"]
+                return await self._ask("pace", "inf" if value is None else repr(float(value)))
+            case "mark":
+                return await self._ask("mark", entries["name"])
+            case verb if verb in _PLAIN:
+                return await self._ask(_PLAIN[verb])
+        settings = self._settings(command.verb, entries)
+        told = await self._ask("order", *settings)
+        if role.kind != "instructor":
+            self._say(f"{role.name} ordered it", source="console")
+        return told
+
+    def _settings(self, verb: str, entries: Mapping[str, Any]) -> Sequence[str]:
+        """Return the settings of an order."""
+        if verb == "order":
+            return list(entries["settings"])
+        if verb == "tow":
+            return [f"tow.speed={entries['speed']!r}", f"tow.heading={entries['heading']!r}"]
+        vessel = entries["vessel"]
+        present = (self.state or {}).get("vessels", {}).get(vessel)
+        if present is None:
+            known = ", ".join((self.state or {}).get("vessels", {})) or "none"
+            raise refused("vessel", f"is {vessel!r}, allowed: {known}")
+        if verb == "engine":
+            return [f"vessels.{vessel}.engine={'running' if entries['runs'] else 'stopped'}"]
+        line = f",through=[{present['x']!r},{present['y']!r}]" if entries["keeps_line"] else ""
+        leg = f"{{speed={entries['speed']!r},heading={entries['heading']!r}{line}}}"
+        return [f"vessels.{vessel}.legs=[{leg}]"]
+
+    async def _ask(self, kind: Kind, *words: str) -> str:
+        """Ask the run; ScenarioError if it refuses, or cannot answer."""
+        if self.phase != "running":
+            raise refused(kind, f"cannot be done: the run is {self.phase}")
+        if self._waiting >= MOST_WAITING:
+            raise refused(kind, f"comes while {MOST_WAITING} commands wait for the run, allowed: after it has answered")
+        self._waiting += 1
+        try:
+            answer = await asyncio.to_thread(ask, self.recording, kind, words)
+        except NoAnswerError as error:
+            raise refused(kind, str(error)) from error
+        finally:
+            self._waiting -= 1
+        return f"{answer.text} at {answer.time:.1f} s"
+
+    async def _branch(self, time: float, settings: tuple[str, ...]) -> str:
+        """End the run, and go on from a moment of it in a new recording."""
+        if self.state is None or not 0.0 <= time <= self.state["time"]:
+            now = 0.0 if self.state is None else self.state["time"]
+            raise refused("time", f"is {time:g} s, allowed: 0 to {now:g} s")
+        if self.phase == "running":
+            await self._ask("end")
+        await self._ended()
+        while len(self._pieces) > 1 and self._pieces[-1][1] > time:
+            self._pieces.pop()
+        source = self._pieces[-1][0]
+        errand = replace(self._errand, source=source, at=time, settings=settings, record=_free(source, time))
+        self._launch(errand)
+        self._say(f"goes back to {time:.1f} s, and on in {errand.record.name}", source="console")
+        return f"goes back to {time:.1f} s"
+
+    async def _debrief(self) -> str:
+        """End the run, and write the debrief of its recording."""
+        if self.phase == "running":
+            await self._ask("end")
+        await self._ended()
+        from scenarios.debrief.page import write_debrief
+
+        recording = self.recording
+        folder = recording.with_suffix(".debrief")
+        page = await asyncio.to_thread(write_debrief, recording, folder)
+        self.debriefs[recording.stem] = page
+        self._changed()
+        return recording.stem
+
+    async def _ended(self) -> None:
+        """Wait until the process of the run has ended."""
+        if self._process is not None:
+            await asyncio.to_thread(self._process.join, LAST_WORDS)
+            if self._process.is_alive():
+                raise refused("the run", f"has not ended within {LAST_WORDS:g} s")
+
+    def _launch(self, errand: Errand) -> None:
+        self.run_number += 1
+        self.phase, self.reason, self.recording = "building", "", errand.record
+        self._pieces.append((errand.record, errand.at))
+        self._process, pipe = start_run(errand)
+        self._inbox = self._listen(pipe, self.run_number)
+        self._changed()
+
+    def _listen(self, pipe: Connection, number: int) -> Inbox:
+        """Read what the run shows; messages of an earlier run are left."""
+        loop = asyncio.get_running_loop()
+
+        def arrived(texts: Sequence[bytes] | None) -> None:
+            if number == self.run_number:
+                self._take(texts)
+
+        return Inbox(pipe, loop, arrived)
+
+    def _take(self, texts: Sequence[bytes] | None) -> None:
+        """Take messages of the run; None: its pipe is closed."""
+        if texts is None and self.phase not in ("ended", "failed"):
+            self.phase, self.reason = "failed", "the run ended without a word"
+        for text in texts or ():
+            message = json.loads(text)
+            match message["kind"]:
+                case "scene":
+                    self.scene, self.phase = message, "running"
+                case "state":
+                    self.state, self.state_text = message, text.decode()
+                    self.history.take(message)
+                    self.album.take(message["time"], self.state_text)
+                case "lines":
+                    for line in message["lines"]:
+                        self._add(line)
+                case "ended" | "failed":
+                    self.reason = message.get("reason") or message["text"]
+                    self.phase = "failed" if self.reason.startswith("failed") else message["kind"]
+        self._changed()
+
+    def _add(self, line: dict[str, Any]) -> None:
+        self.line_count += 1
+        bearing = 0.0 if self.scene is None else self.scene["bearing"]
+        words = order_in_words(line["text"], bearing) if line["source"] == "instructor" else line["text"]
+        self.lines.append(line | {"number": self.line_count, "words": words})
+        if line.get("mark"):
+            self.marks.append({"name": line["mark"], "time": line["time"], "recording": self.recording.name})
+
+    def _say(self, text: str, source: str) -> None:
+        """Add a line of the console itself to the log."""
+        time = 0.0 if self.state is None else self.state["time"]
+        self._add({"time": time, "text": text, "level": "info", "source": source, "mark": None})
+        self._changed()
+
+
+def refused(place: str, text: str) -> ScenarioError:
+    """Return the refusal of a command, at a place."""
+    return ScenarioError([Problem(place, text)], "oilsim")
+
+
+def _free(source: Path, time: float) -> Path:
+    """Choose a free name for the recording of a branch, beside its source."""
+    stem = source.stem.partition("-from-")[0]
+    names = (
+        source.with_name(f"{stem}-from-{time:g}s{suffix}.rrd")
+        for suffix in itertools.chain([""], (f"-{number}" for number in itertools.count(2)))
+    )
+    return next(name for name in names if not name.exists() and not checkpoint_folder(name).exists())

@@ -1,0 +1,186 @@
+"""Scene and state of a run for its pages: the scene once, the state at each moment, as plain data that is JSON.
+
+All is in SI units, in the world frame; the page turns it into knots, compass courses, litres and tonnes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from scipy.constants import knot
+
+from booms.boom_state import BoomState
+from booms.containment import PRACTICE_SPEED
+from recordings import palette
+from recordings.exercise import BoomDescription
+from recordings.frame import Frame
+from recordings.words import CAUSE_IN_WORDS
+from scenarios.conduct.plan_view import as_text, oil_spots
+from scenarios.running.assembly import Assembly
+from scenarios.scenario import Scenario
+from scenarios.schema.exercise import body_of
+from vessels.vessel import heading_of
+
+GAUGES = ("tow_speed", "normal_speed_held", "gap_ratio", "oil_retained", "oil_lost", "oil_free", "skirt_angle")
+NORMAL_SPEEDS = (
+    0.6 * knot,
+    0.7 * knot,
+    1.0 * knot,
+)  # [m/s] at which the boom's colour changes; the second is practice's limit
+
+
+def scene_of(assembly: Assembly) -> dict[str, Any]:
+    """Return what does not change: names, sizes, limits, and the words and colours of causes of loss."""
+    scenario, exercise = assembly.scenario, assembly.description.exercise
+    booms = exercise.booms if exercise else ()
+    return {
+        "kind": "scene",
+        "name": scenario.name,
+        "title": scenario.title,
+        "text": scenario.text.strip(),
+        "duration": scenario.run.duration,
+        "step": scenario.run.communication_step,
+        "bearing": 0.5 * math.pi if scenario.site is None else scenario.site.bearing,
+        "bounds": [*scenario.tank.lower[:2], *scenario.tank.upper[:2]],
+        "vessels": [
+            {"name": name, "length": one.length, "beam": one.beam, "control": one.control}
+            for name, one in scenario.vessels.items()
+        ],
+        "booms": [_boom_scene(boom, scenario) for boom in booms],
+        "bodies": _footprints(assembly),
+        "causes": {
+            name: {"words": words, "color": palette.css(palette.cause_color(name))}
+            for name, words in CAUSE_IN_WORDS.items()
+        },
+        "speeds": {"limit": PRACTICE_SPEED, "steps": NORMAL_SPEEDS},
+        "tows": scenario.tow is not None and any(not one.legs for one in scenario.vessels.values()),
+        "weather_table": "forcing" if scenario.run.has_particles or scenario.sea is None else "sea",
+        "modelled": not scenario.run.has_particles,
+    }
+
+
+def state_of(assembly: Assembly, scenario: Scenario, frame: Frame) -> dict[str, Any]:
+    """Return the state at a frame; `scenario` has all orders so far."""
+    exercise = assembly.description.exercise
+    booms = exercise.booms if exercise else ()
+    current = np.array([frame.scalars.get(f"metrics/current/{axis}", 0.0) for axis in "xy"])
+    several = len(booms) > 1
+    return {
+        "kind": "state",
+        "time": frame.time,
+        "index": frame.index,
+        "vessels": {name: _vessel_state(name, assembly, scenario, frame, current) for name in scenario.vessels},
+        "booms": {boom.name: _boom_state(boom, frame, current, scenario, several) for boom in booms},
+        "tow": None if scenario.tow is None else {"speed": scenario.tow.speed, "heading": scenario.tow.heading},
+        "weather": weather_of(scenario),
+        "oil": as_text(oil_spots(assembly, frame)),
+    }
+
+
+def weather_of(scenario: Scenario) -> dict[str, Any]:
+    """Return current, wind and waves as ordered: speed [m/s] or height [m], and the direction [rad] to which they go; None without them.
+
+    The speed of a tide, or of a table of times, is its largest, or None.
+    """
+    at_sea = not scenario.run.has_particles and scenario.sea is not None
+    source: Any = scenario.sea if at_sea else scenario.forcing
+    current, wind, waves = source.current, source.wind, source.waves
+    return {
+        "current": None if current is None else _flow(current),
+        "wind": None if wind is None else _flow(wind),
+        "waves": None if waves is None else _waves(waves),
+    }
+
+
+def _waves(settings: Any) -> dict[str, Any]:
+    """Return height [m], period [s] and direction [rad] of waves, and the key by which their height is ordered."""
+    is_spectrum = hasattr(settings, "significant_height")
+    key, period = ("significant_height", "peak_period") if is_spectrum else ("height", "period")
+    height = getattr(settings, key)
+    return {"height": height, "period": getattr(settings, period), "direction": settings.direction, "key": key}
+
+
+def _flow(settings: Any) -> dict[str, float | None]:
+    return {"speed": getattr(settings, "speed", None), "direction": getattr(settings, "direction", None)}
+
+
+def _boom_scene(boom: BoomDescription, scenario: Scenario) -> dict[str, Any]:
+    return {
+        "name": boom.name,
+        "ends": list(boom.ends),
+        "segments": len(boom.segments),
+        "length": boom.length,
+        "skirt_depth": boom.skirt_depth,
+        "full_tension": boom.full_tension,
+        "area": [list(corner) for corner in scenario.booms[boom.name].area],
+    }
+
+
+def _footprints(assembly: Assembly) -> dict[str, list[list[float]]]:
+    """Return the outlines [m] in plan of all fixed bodies, by name, as convex polygons."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    found = {}
+    for solid in assembly.solids:
+        if solid.motion == "fixed" and solid.wetted:
+            points = np.asarray(solid.world_mesh().vertices)[:, :2]
+            try:
+                found[solid.name] = points[ConvexHull(points).vertices].round(2).tolist()
+            except QhullError:
+                continue  # a body on edge has no area
+    return found
+
+
+def _vessel_state(
+    name: str, assembly: Assembly, scenario: Scenario, frame: Frame, current: np.ndarray
+) -> dict[str, Any]:
+    body = frame.bodies[body_of(name)]
+    ground = body.linear_velocity[:2]
+    course = getattr(assembly.parts.controls[name].vessel, "course", None)
+    leg = None if course is None else course.legs[course.leg_index(frame.time)]
+    return {
+        "x": float(body.position[0]),
+        "y": float(body.position[1]),
+        "heading": heading_of(body.orientation),
+        "over_ground": float(np.linalg.norm(ground)),
+        "through_water": float(np.linalg.norm(ground - current)),
+        "engine": scenario.vessels[name].engine,
+        "ordered": None if leg is None else {"speed": leg.speed, "heading": leg.heading},
+    }
+
+
+def _boom_state(
+    boom: BoomDescription, frame: Frame, current: np.ndarray, scenario: Scenario, several: bool
+) -> dict[str, Any]:
+    bodies = [frame.bodies[segment] for segment in boom.segments]
+    state = BoomState(
+        position=np.array([body.position for body in bodies]),
+        orientation=np.array([body.orientation for body in bodies]),
+        velocity=np.array([body.linear_velocity for body in bodies]),
+        joint_points=np.array(boom.joint_points),
+        waterline=boom.waterline,
+    )
+    prefix = f"metrics/{boom.name}/" if several else "metrics/"
+    scalars = {key.removeprefix(prefix): value for key, value in frame.scalars.items() if key.startswith(prefix)}
+    gauges = {name: _finite(scalars.get(name)) for name in GAUGES}
+    return {
+        "line": state.line().round(2).tolist(),
+        "normal": state.normal_speed(current).round(3).tolist(),
+        "tension": [_finite(round(body.tension, 1)) for body in bodies],
+        "parted": list(scenario.booms[boom.name].parted),
+        "pull": _named(scalars, "tow_tension/"),
+        "lost": _named(scalars, "oil_lost/"),
+        **gauges,
+    }
+
+
+def _named(scalars: Mapping[str, float], prefix: str) -> dict[str, float | None]:
+    """Return the series that begin with a prefix, without it."""
+    return {key.removeprefix(prefix): _finite(value) for key, value in scalars.items() if key.startswith(prefix)}
+
+
+def _finite(value: float | None) -> float | None:
+    return None if value is None or not math.isfinite(value) else float(value)

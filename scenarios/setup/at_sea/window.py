@@ -1,0 +1,66 @@
+"""The window of a run with run.detail = "window": particles around a target, inside the sea by formulas (`oilsim.window`)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from coupling.assembly import FLUID, CoupledBodies, couple_participant
+from coupling.participants.window import SharedEnvironment, Target, WindowBody, WindowParticipant
+from coupling.rigid.rigid_body_world import RigidBodyWorld
+from coupling.solids.surface_sampling import SurfaceSampling, particles_of
+from oilsim.phases import Phase
+from oilsim.sea import Sea
+from oilsim.window.window import Window
+from scenarios.scenario import Scenario
+from scenarios.schema.exercise import body_of
+from scenarios.schema.quantity_fields import Point2
+from scenarios.setup.fleet import Fleet
+from scenarios.setup.placed_solids import Solid
+
+
+def build_window(scenario: Scenario, sea: Sea) -> Window:
+    """Fill the window of a scenario with water; other liquids have no particles at the start."""
+    assert scenario.window is not None
+    phases = sorted(scenario.phases.items(), key=lambda item: item[1].is_oil)
+    liquids = tuple(
+        Phase(name=name, rest_density=phase.rest_density, dynamic_viscosity=phase.viscosity, adhesion=phase.adhesion)
+        for name, phase in phases
+    )
+    return Window(scenario.window.settings(scenario.fluid), sea, liquids, scenario.run.threads)
+
+
+def couple_window(
+    window: Window,
+    target: Target,
+    wetted: Sequence[Solid],
+    samplings: Mapping[int, SurfaceSampling],
+    world: RigidBodyWorld | None,
+) -> CoupledBodies:
+    """Couple a window with all bodies that may meet it; formulas load them with what the window leaves."""
+    met = [] if world is None else wetted
+    bodies = {
+        solid.name: WindowBody(
+            surface=particles_of(solid.name, samplings[id(solid.placed.mesh)], no_slip=solid.no_slip),
+            mesh=solid.placed.mesh,
+        )
+        for solid in met
+    }
+    participant = WindowParticipant(FLUID, window, bodies, target)
+    if world is not None and world.environment is not None:
+        shared = SharedEnvironment(world.environment, world.loaded_names, participant.shares)
+        world.change_environment(shared)
+    return couple_participant(participant, window.fluid, tuple(bodies), world)
+
+
+def target_of(target: str | Point2, fleet: Fleet) -> Target:
+    """Return the place that a window follows, by the poses of bodies: the middle segment of a boom, a vessel, a body, or a place."""
+    if not isinstance(target, str):
+        return lambda poses: np.array(target)
+    if target in fleet.booms:
+        segments = fleet.booms[target].segments
+        name = segments[len(segments) // 2].name
+    else:
+        name = body_of(target) if any(vessel.name == target for vessel in fleet.vessels) else target
+    return lambda poses: poses[name][:2]

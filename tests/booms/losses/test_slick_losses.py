@@ -1,0 +1,54 @@
+"""The closures of a slick without particles: pose and surface of each segment drive them, as they do beside particles."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from booms.losses.rates import Closures
+from booms.losses.slick_losses import PooledBoom, SlickLosses
+from oilsim.slick.barriers import Boom, Immersion
+from oilsim.slick.loss_cause import LossCause
+from oilsim.slick.oil import Oil
+from oilsim.slick.slick import Slick, SlickSettings
+from oilsim.slick.surface_flow import UniformFlow
+
+DRAFT, FREEBOARD = 0.4, 0.3  # m
+LINE = np.array([[5.0, -15.0], [0.0, -5.0], [0.0, 5.0], [5.0, 15.0]])
+LOSSES = SlickLosses([PooledBoom(rows=slice(0, 3), closures=Closures(skirt_depth=DRAFT))])
+
+
+def losses(immersion: Immersion, speed: float = 0.45) -> np.ndarray:
+    """Loss [m3/s] by cause of a boom that has gathered oil in water of a speed [m/s], and sits in the water like this."""
+    slick = Slick(
+        SlickSettings(loss_volume=10.0, diffusivity=0.0, seed=1), [Boom(name="boom", nodes=LINE, draft=DRAFT)]
+    )
+    oil = Oil(density=900.0, dynamic_viscosity=0.02, interfacial_tension=0.02)
+    slick.release(oil, 2.0, count=200, center=(8.0, 0.0), radius=4.0, age=600.0)
+    flow = UniformFlow((-speed, 0.0))
+    for step in range(60):
+        slick.step(flow, 0.5 * step, 0.5)
+    assert slick.account.held > 1.0
+    slick.move("boom", LINE, immersion)
+    slick.step(flow, 30.0, 0.01)
+    found = LOSSES(slick.pools)
+    return np.array([found.get(cause, np.zeros(1)).sum() for cause in LossCause])
+
+
+def test_a_top_under_the_local_surface_loses_by_splash_over_and_a_sunk_one_by_submergence() -> None:
+    dry = losses(Immersion(DRAFT, freeboard=FREEBOARD))
+    topped = losses(Immersion(DRAFT, freeboard=-0.03))
+    sunk = losses(Immersion(DRAFT, freeboard=-0.03, is_submerged=True))
+    over = [LossCause.SPLASH_OVER, LossCause.SUBMERGENCE]
+    assert not dry[over].any()
+    assert topped[LossCause.SPLASH_OVER] > 0.0 == topped[LossCause.SUBMERGENCE]
+    assert sunk[LossCause.SUBMERGENCE] == pytest.approx(topped[LossCause.SPLASH_OVER])
+    assert topped[LossCause.ENTRAINMENT] == pytest.approx(dry[LossCause.ENTRAINMENT])
+    assert losses(Immersion(DRAFT)) == pytest.approx(dry)  # an untold top is dry
+
+
+def test_a_skirt_that_leans_back_loses_more_and_beyond_the_planing_angle_by_planing() -> None:
+    lean = np.radians([0.0, 60.0])
+    upright, planing = (losses(Immersion(DRAFT * np.cos(angle), lean=angle), speed=0.7) for angle in lean)
+    assert planing[LossCause.PLANING] == pytest.approx(planing.sum())
+    assert planing.sum() > upright.sum() > 0.0 == upright[LossCause.PLANING]

@@ -1,0 +1,165 @@
+"""The console of a run: its pages see the present, their orders are obeyed by role, and the run is made again with them bit for bit."""
+
+from __future__ import annotations
+
+import base64
+import json
+import urllib.error
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rich.console import Console as Terminal
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+
+from recordings.replay.recording import Replay
+from scenarios.conduct.commands import LONGEST
+from scenarios.conduct.server import CLOSED_TOKEN
+from scenarios.running.verify import verify
+from tests.scenarios.conduct.consoles import Console, console
+
+# two vessels tow a boom of eight segments through a calm sea without particles, with 100 litres of oil ahead
+TOW = """
+name = "tow"
+title = "Two vessels tow a boom"
+run = {duration = 1000.0, communication_step = 0.05, threads = 1, detail = "none"}
+recording = {frame_rate = 20, checkpoint_interval = 0}
+fluid = {particle_spacing = 0.25}
+phases.water = {density = 1025.0, dynamic_viscosity = 1.0e-3}
+phases.oil = {oil = "alaska-north-slope"}
+fill.slick = {shape = "block", phase = "oil", lower = [8.0, -2.0, -0.01], upper = [13.0, 2.0, 0.0]}
+tank = {lower = [-60.0, -60.0, -10.0], upper = [60.0, 60.0, 5.0], open = ["-x", "+x", "-y", "+y", "+z"]}
+sea = {depth = 10.0, current = {kind = "steady", speed = 0.1, direction = 0.0}}
+tow = {speed = 0.3, heading = 0.0}
+
+[vessels]
+port = {length = 6.0, beam = 2.0, draft = 0.6, depth = 1.2, position = [0.0, 6.0], bollard_pull = 4e3, yaw_moment = 2e4}
+starboard = {length = 6.0, beam = 2.0, draft = 0.6, depth = 1.2, position = [0.0, -6.0], bollard_pull = 4e3, yaw_moment = 2e4}
+
+[booms.main]
+ends = ["port", "starboard"]
+length = 24.0
+segments = 8
+skirt_depth = 0.4
+freeboard = 0.3
+tow_line = 2.0
+"""
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Console]:
+    with console(tmp_path_factory.mktemp("console"), TOW, "--pace", "2") as one:
+        yield one
+
+
+def test_a_run_begins_paused_and_pages_steer_by_role(served: Console) -> None:
+    with served.page("instructor") as instructor, served.page("port") as port, served.page("observer") as observer:
+        assert instructor.state["time"] == 0.0
+        assert instructor.state["paused"]
+        assert set(instructor.told["hello"]["links"]) == {"instructor", "port", "starboard", "observer"}
+        assert port.told["hello"]["links"] == observer.told["hello"]["links"] == {}
+        assert instructor.give("step")["told"] == "makes a step at 0.0 s"
+        instructor.hear(lambda page: page.state["index"] == 1)
+        assert instructor.give("go-on")["told"].startswith("goes on")
+        answer = port.give("steer", vessel="port", speed=0.2, heading=0.1, keeps_line=True)
+        assert answer["told"].startswith("orders vessels.port.legs=")
+        instructor.hear(lambda page: page.state["vessels"]["port"]["ordered"]["heading"] == 0.1)
+        assert instructor.state["vessels"]["starboard"]["ordered"]["heading"] == 0.0
+        for page, verb, entries in (
+            (port, "steer", {"vessel": "starboard", "speed": 0.2, "heading": 0.1, "keeps_line": False}),
+            (port, "pause", {}),
+            (observer, "engine", {"vessel": "port", "runs": False}),
+        ):
+            assert "allowed: for the instructor" in page.give(verb, **entries)["problems"][0][1]
+        refusal = instructor.give("order", settings=["tow.speed=99", "booms.main.length=3"])["problems"]
+        assert {place for place, _ in refusal} == {"tow.speed", "booms.main.length"}
+        told = instructor.give("order", settings=["sea.wind={kind='steady',speed=5.0,direction=0.0}"])["told"]
+        assert "sea.wind" in told
+        observer.hear(lambda page: page.state["weather"]["wind"] is not None)
+        words = [line["words"] for line in observer.lines]
+        assert "port: make 0.39 kn over the ground, heading 084" in words
+        assert instructor.give("pause")["told"].startswith("paused")
+
+
+def test_a_page_that_is_opened_late_sees_the_present_and_the_past(served: Console) -> None:
+    with served.page("observer") as observer:
+        assert observer.told["scene"]["vessels"][0]["name"] == "port"
+        assert observer.told["history"]["rows"][0]["time"] == 0.0
+        observer.hear(lambda page: bool(page.lines))
+        assert "port: make 0.39 kn over the ground, heading 084" in [line["words"] for line in observer.lines]
+        spots = np.frombuffer(base64.b64decode(observer.state["oil"]), "<f4").reshape(-1, 5)
+        assert (np.pi * spots[:, 2] ** 2 * spots[:, 3]).sum() == pytest.approx(0.2, rel=1e-3)  # 5 m x 4 m x 10 mm
+        line = np.array(observer.state["booms"]["main"]["line"])
+        assert np.linalg.norm(np.diff(line, axis=0), axis=1).sum() == pytest.approx(24.0, rel=0.02)
+
+
+def test_who_has_no_token_or_another_origin_is_refused(served: Console) -> None:
+    for first in ('{"token": "wrong"}', "[]", "no json", '{"token": 1}', "x" * (LONGEST + 1)):
+        with served.socket() as stranger:
+            stranger.send(first)
+            with pytest.raises(ConnectionClosed) as closed:
+                stranger.recv(timeout=10)
+            assert closed.value.rcvd is None or closed.value.rcvd.code in (CLOSED_TOKEN, 1009)
+    for origin in ("http://evil.example", "null", f"https://{served.host}"):
+        with pytest.raises(InvalidStatus):
+            served.socket(origin=origin)
+    for path in ("/page/../server.py", "/page/%2e%2e/server.py", "/page//etc/passwd", "/debrief/..%2f..%2fwhole"):
+        with pytest.raises(urllib.error.HTTPError):
+            urllib.request.urlopen(f"http://{served.host}{path}", timeout=10)
+    asked = urllib.request.Request(f"http://{served.host}/", headers={"host": "evil.example"})
+    with pytest.raises(urllib.error.HTTPError, match="400"):
+        urllib.request.urlopen(asked, timeout=10)
+
+
+def test_what_cannot_be_read_is_answered_and_harms_nothing(served: Console) -> None:
+    with served.page("instructor") as page:
+        for text in (
+            "{",
+            "[]",
+            "null",
+            '{"do": "pause"}',
+            '{"id": 1, "do": "rm"}',
+            '{"id": 1, "do": "pace", "value": "fast"}',
+        ):
+            page.socket.send(text)
+            page.hear(lambda one: any(answer.get("problems") for answer in one.answers.values()), 10)
+            page.answers.clear()
+        page.socket.send(json.dumps({"id": 7, "do": "mark", "name": "\x00"}))
+        page.hear(lambda one: 7 in one.answers)
+        assert page.answers[7]["problems"]
+        assert page.state["paused"]
+
+
+@pytest.mark.slow
+def test_a_branch_from_a_mark_and_the_run_is_made_again_bit_for_bit(served: Console) -> None:
+    with served.page("instructor") as page:
+        page.give("mark", name="before it is slower")
+        page.hear(lambda one: bool(one.told["session"]["marks"]))
+        mark = page.told["session"]["marks"][0]
+        page.give("pace", value=None)
+        page.give("go-on")
+        page.hear(lambda one: one.state["time"] > mark["time"] + 0.5)
+        assert page.give("branch", time=mark["time"], settings=["tow.speed=0.2"])["told"].startswith("goes back")
+        page.hear(lambda one: one.told["session"]["run"] == 2 and one.state["time"] <= mark["time"] + 0.2)
+        assert page.state["paused"]
+        page.give("go-on")
+        page.hear(lambda one: one.state["time"] > mark["time"] + 0.3)
+        assert page.state["tow"]["speed"] == 0.2
+        page.give("end")
+        page.until(phase="ended", reason="ended by the instructor")
+        branch = page.told["session"]["recording"]
+    for name in ("whole.rrd", branch):
+        recording = served.folder / name
+        assert "ended by the instructor" in Replay(recording).end_reason
+        verdict = verify(recording, console=Terminal(quiet=True))
+        assert not verdict.difference
+        assert verdict.equal_frames > 5
+
+
+def test_another_host_needs_a_password(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    from scenarios.cli import main
+
+    assert main(["conduct", "sweep-200m", "--host", "0.0.0.0", "--record", str(tmp_path / "a.rrd")]) == 2
+    assert "with --password FILE only" in capsys.readouterr().err

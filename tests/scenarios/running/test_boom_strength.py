@@ -1,0 +1,102 @@
+"""Booms of the catalogue, and booms that part where the tension passes what they or their connectors bear."""
+
+from __future__ import annotations
+
+import pytest
+
+from booms.catalog import catalogue
+from scenarios.build import build
+from scenarios.load import load_scenario, scenario_from
+from scenarios.problems import ScenarioError
+from scenarios.running.checkpoints import begin_from, run_state, run_state_hash
+from scenarios.scenario import Scenario
+from scenarios.schema.exercise import BoomSettings, joint_name
+from scenarios.schema.structuring import as_data, structure
+
+ENDS = ((0.0, 0.0), (20.0, 0.0))
+PULLED = ("run.detail='none'", "run.communication_step=0.02", "forcing.current.speed=1.0")
+
+
+def pulled(*changes: str) -> Scenario:
+    """`u-sweep` without particles, its boom across 1 m/s."""
+    return load_scenario("u-sweep", overrides=[*PULLED, *changes]).scenario
+
+
+def run_of(scenario: Scenario, until: float = 0.4):
+    assembly = build(scenario)
+    simulation = assembly.co_simulation()
+    simulation.initialize()
+    simulation.run(until)
+    return assembly, simulation
+
+
+def texts(assembly) -> list[str]:
+    return [notice.text for notice in assembly.scoring.take_notices()]
+
+
+def test_a_boom_takes_what_it_does_not_state_from_the_catalogue() -> None:
+    entry = catalogue()["nafac-2"]
+    boom = BoomSettings(ends=ENDS, boom="nafac-2", length=30.0, freeboard=0.25)
+    assert (boom.skirt_depth, boom.freeboard) == (entry.skirt_depth, 0.25)
+    assert (boom.strength, boom.section_length) == (entry.strength, entry.section_length)
+    assert BoomSettings(ends=ENDS, length=30.0, skirt_depth=0.3, freeboard=0.2).buoyancy_to_weight == 5.0
+
+
+def test_connectors_are_the_joints_nearest_to_the_ends_of_sections() -> None:
+    boom = BoomSettings(ends=ENDS, boom="cfr-inland", length=100.0, segments=50, connector_strength=1e4)
+    assert boom.section_length == 30.5
+    assert boom.connectors == (15, 30, 46)  # at 30, 60 and 92 m
+    assert boom.strength_of(15) == 1e4
+    assert boom.strength_of(16) == catalogue()["cfr-inland"].strength
+
+
+@pytest.mark.parametrize(
+    ("table", "paths"),
+    [
+        ({}, {"skirt_depth", "freeboard"}),
+        ({"boom": "nafac-9"}, {"boom"}),
+        ({"boom": "net-boom"}, {"boom"}),
+        ({"boom": "nafac-1", "strength": -1.0}, {"strength"}),
+        ({"skirt_depth": "deep", "freeboard": 0.2}, {"skirt_depth"}),
+    ],
+)
+def test_all_that_is_wrong_with_a_boom_is_named(table: dict[str, object], paths: set[str]) -> None:
+    with pytest.raises(ScenarioError) as found:
+        structure({"ends": [[0.0, 0.0], [20.0, 0.0]], "length": 30.0} | table, BoomSettings)
+    assert {problem.path for problem in found.value.problems} == paths
+
+
+def test_a_boom_that_bears_its_load_stays_whole_and_tells_its_share() -> None:
+    assembly, simulation = run_of(pulled("booms.main.strength=1e6"))
+    assert len([name for name in assembly.world.joint_names if "/joint-" in name]) == 19
+    largest = max(assembly.world.tension(joint_name("main", number)) for number in range(1, 20))
+    assert largest / 1e6 <= assembly.strength.peak_share["main"] < 0.01
+    simulation.terminate("completed")
+
+
+def test_an_overloaded_connector_fails_and_the_run_goes_on_the_same_after_a_restart() -> None:
+    weak = pulled("booms.main.strength=1e6", "booms.main.section_length=3.0", "booms.main.connector_strength=20.0")
+    assembly, simulation = run_of(weak)
+    middle = joint_name("main", 10)
+    assert middle not in assembly.world.joint_names
+    assert assembly.world.tension(middle) == 0.0
+    told = [text for text in texts(assembly) if "has parted at joint 10" in text]
+    assert len(told) == 1
+    assert "its connector has failed" in told[0]
+    assert "more than 0.02 kN" in told[0]
+    saved = run_state(simulation, assembly)
+    simulation.run(0.1)
+    other = build(weak)
+    again = other.co_simulation()
+    begin_from(saved, again, other)
+    again.run(0.1)
+    assert run_state_hash(again, other) == run_state_hash(simulation, assembly)
+
+
+def test_a_scenario_may_name_its_boom() -> None:
+    scenario = load_scenario("sweep-200m").scenario
+    data = as_data(scenario)
+    for key in ("skirt_depth", "freeboard", "buoyancy_to_weight", "ballast_fraction"):
+        data["booms"]["main"].pop(key)
+    named = scenario_from(data | {"booms": {"main": data["booms"]["main"] | {"boom": "cfr-ocean"}}})
+    assert named.booms["main"].strength == 89000.0

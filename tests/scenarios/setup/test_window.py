@@ -1,0 +1,130 @@
+"""A body in a window at sea: it floats with the waves, and crosses the rim as its load passes from the formulas to the particles."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from scenarios.build import Assembly, build
+from scenarios.load import load_scenario
+from scenarios.problems import ScenarioError
+from scenarios.setup.at_sea.build_sea import build_sea
+
+SCENARIO = """
+name = "window-box"
+
+[run]
+duration = 10.0
+communication_step = 0.05
+threads = 1
+detail = "window"
+
+[fluid]
+particle_spacing = 0.2
+sleep_speed = 0.02
+
+[phases.water]
+density = 1027.0
+dynamic_viscosity = 1.05e-3
+
+[tank]
+lower = [-10.0, -10.0, -10.0]
+upper = [10.0, 10.0, 6.0]
+open = ["-x", "+x", "-y", "+y", "+z"]
+
+[sea]
+depth = 30.0
+
+[sea.current]
+kind = "steady"
+speed = 1.0
+
+[sea.waves]
+kind = "regular"
+height = 0.1
+period = 3.0
+
+[window]
+target = TARGET
+size = [SIZE, 3.6]
+depth = 0.8
+rim = 0.8
+
+[bodies.box]
+shape = "box"
+size = [1.0, 1.0, 0.6]
+position = [PLACE, 0.0, 0.0]
+velocity = [1.0, 0.0, 0.0]
+density = 513.5
+"""
+
+
+def assembled(folder: Path, target: str, place: float, size: float = 3.6, *overrides: str) -> Assembly:
+    text = SCENARIO.replace("TARGET", target).replace("PLACE", str(place)).replace("SIZE", str(size))
+    (folder / "box.toml").write_text(text)
+    return build(load_scenario(folder / "box.toml", overrides=overrides).scenario)
+
+
+def steps(assembly: Assembly, duration: float) -> Iterator[float]:
+    """Yield the times of the run, step by step."""
+    simulation = assembly.co_simulation()
+    simulation.initialize()
+    try:
+        for _ in range(round(duration / 0.05)):
+            simulation.step()
+            yield simulation.communication_point.time
+    finally:
+        simulation.terminate()
+
+
+def test_a_floating_body_moves_with_the_waves(tmp_path: Path) -> None:
+    """It surges with the water, as one small against the wave does; what it exchanges with the particles is accounted for."""
+    assembly = assembled(tmp_path, '"box"', 0.0)
+    sea, apart = build_sea(assembly.scenario), []
+    assert sea is not None and assembly.world is not None
+    for time in steps(assembly, 2.0):
+        pose = assembly.world.pose("box")
+        water = sea.velocity(np.array([[pose[0], pose[1], 0.0]]), time)[0]
+        if time > 1.0:
+            apart.append(assembly.world.twist("box")[0] - water[0])
+    orbital = 0.05 * 2.0 * np.pi / 3.0
+    assert np.abs(apart).max() < 0.2 * orbital
+    assert assembly.ledger.momentum_residual < 1e-9
+    assert abs(assembly.ledger.energy_residual) < 0.1
+
+
+def test_a_body_that_drifts_into_a_window_feels_no_jump(tmp_path: Path) -> None:
+    assembly = assembled(tmp_path, "[2.4, 0.0]", 0.0, 4.8, "sea.waves.height=0.001")
+    participant = assembly.fluid_participant
+    shares, heights, speeds = [], [], []
+    assert assembly.world is not None
+    for _ in steps(assembly, 2.6):
+        shares.append(float(participant.shares.values[0]))  # type: ignore[attr-defined]
+        heights.append(assembly.world.pose("box")[2])
+        speeds.append(assembly.world.twist("box")[0])
+    assert shares[0] == 0.0
+    assert shares[-1] == 1.0
+    assert np.all(np.diff(shares) >= 0.0)
+    assert np.abs(np.diff(shares)).max() < 0.25
+    assert np.abs(heights).max() < 0.25 * 0.2
+    assert np.abs(np.array(speeds) - 1.0).max() < 0.05
+    assert participant.water_moved["out"] > 0  # type: ignore[attr-defined]
+    assert assembly.ledger.momentum_residual < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("override", "place", "text"),
+    [
+        ('window.target="buoy"', "window.target", "allowed: box"),
+        ("window.depth=0.3", "window", "4 spacings"),
+        ("window.rim=2.0", "window", "less than half of the size"),
+    ],
+)
+def test_bad_input_is_refused(tmp_path: Path, override: str, place: str, text: str) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        assembled(tmp_path, '"box"', 0.0, 3.6, override)
+    assert [problem.path for problem in caught.value.problems] == [place]
+    assert text in str(caught.value)

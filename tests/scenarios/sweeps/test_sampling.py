@@ -1,0 +1,78 @@
+"""Sampled sweeps: every slice once, the same seed the same points, tables as Parquet, and options that do not go together."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+from scenarios.cli import main
+from scenarios.problems import ScenarioError
+from scenarios.sweeps.chart import _rank_correlation, draw_sweep
+from scenarios.sweeps.results import Outcome, write_parquet
+from scenarios.sweeps.sampling import Range, parse_range, samples
+from scenarios.sweeps.variants import Variation, variants
+
+SPEED, DENSITY = Range(key="tow.speed_kn", low=0.2, high=0.9), Range(key="phases.oil.density", low=840.0, high=960.0)
+
+
+def test_a_latin_hypercube_has_one_point_in_every_slice() -> None:
+    found = samples([SPEED, DENSITY], 20, "latin-hypercube", 3)
+    for one in (SPEED, DENSITY):
+        values = np.array([float(point[one.key]) for point in found])
+        slices = np.floor(20 * (values - one.low) / (one.high - one.low)).astype(int)
+        assert sorted(slices) == list(range(20))
+
+
+@pytest.mark.parametrize("method", ["latin-hypercube", "monte-carlo"])
+def test_the_same_seed_gives_the_same_points(method: str) -> None:
+    first, again, other = (samples([SPEED], 5, method, seed) for seed in (1, 1, 2))
+    assert first == again != other
+
+
+def test_samples_and_values_are_combined() -> None:
+    chosen = variants(
+        "u-sweep",
+        [Variation(key="booms.main.segments", values=("10", "20"))],
+        samples=samples([SPEED], 3, "monte-carlo", 0),
+    )
+    assert len({variant.name for variant in chosen}) == 6
+    assert {len(variant.values) for variant in chosen} == {2}
+
+
+@pytest.mark.parametrize(
+    "text", ["tow.speed_kn", "tow.speed_kn=0.3", "=0:1", "a.b=1:1", "a.b=2:1", "a.b=0:inf", "a.b=x:1"]
+)
+def test_ranges_that_are_none_are_refused(text: str) -> None:
+    with pytest.raises(ScenarioError, match=r"--range is .*allowed: key=low:high"):
+        parse_range(text)
+
+
+def test_options_that_do_not_go_together_are_all_named(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["sweep", "u-sweep", "--runs", "3", "--seed", "-1", "--scheduler", "tcp://x:1", "--record"]) == 2
+    said = capsys.readouterr().err
+    assert all(option in said for option in ("--vary is missing", "--runs is 3", "--seed is -1", "--record is given"))
+
+
+def outcomes() -> list[Outcome]:
+    """Runs whose loss rises with the speed and does not depend on the density."""
+    chosen = variants("u-sweep", [], samples=samples([SPEED, DENSITY], 8, "latin-hypercube", 1))
+    ended = {"ended": "completed", "simulated_s": 1.0, "wall_s": 1.0, "density_error": {"mean": 0.0}, "probes": {}}
+    return [
+        Outcome(one, ended | {"oil_m3": {"lost": float(one.values[SPEED.key]) ** 3}, "scores": {"main": {"gap": None}}})
+        for one in chosen
+    ]
+
+
+def test_parquet_holds_numbers_and_the_tornado_finds_what_moves_a_figure(tmp_path: Path) -> None:
+    found = outcomes()
+    write_parquet(found, tmp_path / "sweep.parquet")
+    table = pq.read_table(tmp_path / "sweep.parquet").to_pydict()
+    assert table["oil_m3.lost"] == pytest.approx([speed**3 for speed in table["tow.speed_kn"]])
+    assert set(table["ended"]) == {"completed"}
+    assert _rank_correlation(found, SPEED.key, "oil_m3.lost") == pytest.approx(1.0)
+    assert abs(_rank_correlation(found, DENSITY.key, "oil_m3.lost")) < 0.9
+    draw_sweep(found, tmp_path / "sweep.png")
+    assert (tmp_path / "sweep.png").stat().st_size > 5000
