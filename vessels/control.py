@@ -8,7 +8,7 @@ stops growing where it would push a saturated actuator further (conditional inte
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any, cast
 
@@ -19,7 +19,7 @@ from coupling.participant import Causality, Status, StepResult, Variable, checke
 from oilsim.forcing import Wind
 from oilsim.quantity import Quantity, quantities, quantity, quantity_of, require
 from vessels.course import Course, CourseLeg, wrap_angle
-from vessels.vessel import Vessel, planar_motion, planar_wrench
+from vessels.vessel import Vessel, moved_by, planar_motion
 
 Array = NDArray[np.float64]
 HELM_ORDERS = {"speed_order": quantities(CourseLeg)["speed"], "heading_order": quantities(CourseLeg)["heading"]}
@@ -50,7 +50,8 @@ class VesselControl:
     Inputs: <vessel>.pose (7,) [m, 1], <vessel>.twist (6,) [m/s, rad/s], <vessel>.wind (3,) [m/s], and the orders <vessel>.speed_order
     [m/s] and <vessel>.heading_order [rad]. An order replaces that of the course until the next leg begins; an autopilot that sets orders
     at every step always rules. Outputs: <vessel>.applied_wrench (6,) [N, N m], and for the record <vessel>.thrust, <vessel>.side_thrust
-    [N], <vessel>.yaw_moment [N m], <vessel>.speed [m/s], <vessel>.heading [rad].
+    [N], <vessel>.yaw_moment [N m], <vessel>.speed [m/s], <vessel>.heading [rad], <vessel>.rudder [rad]. `current` gives the water's
+    velocity (2,) [m/s] at a time [s].
 
     Control laws, with m the mass, I the yaw inertia, w the bandwidth of each loop, and errors order - actual:
     thrust   F = m (2 w e + w^2 int e dt), e the error of the speed along the heading;
@@ -74,6 +75,7 @@ class VesselControl:
         self._values = {name: np.zeros(variable.shape) for name, variable in self._variables.items()}
         self._values[f"{vessel.name}.pose"][6] = 1.0
         self._state = _ControlState()
+        self.current: Callable[[float], Array] = no_current
 
     @property
     def variables(self) -> Mapping[str, Variable]:
@@ -119,9 +121,15 @@ class VesselControl:
         else:  # its integrals wait, and it will get under way from the speed that it then drifts at
             thrust, side, moment = 0.0, 0.0, 0.0
             self._state.ramped_speed = surge
-        pose, twist, wind = (self._values[f"{self.vessel.name}.{what}"] for what in ("pose", "twist", "wind"))
-        wrench = planar_wrench(heading, thrust, side, moment) + self.vessel.wind_wrench(pose, twist, wind)
-        outputs = {"thrust": thrust, "side_thrust": side, "yaw_moment": moment, "speed": surge, "heading": heading}
+        pose, twist, wind, rudder = (
+            self._values[f"{self.vessel.name}.{what}"] for what in ("pose", "twist", "wind", "rudder")
+        )
+        wrench, given, angle = moved_by(
+            self.vessel, (pose, twist, self.current(time)), (thrust, side, moment), float(rudder), step_size
+        )
+        wrench = wrench + self.vessel.wind_wrench(pose, twist, wind)
+        outputs = dict(zip(("thrust", "side_thrust", "yaw_moment"), given, strict=True))
+        outputs |= {"speed": surge, "heading": heading, "rudder": angle}
         for name, value in outputs.items():
             self._values[f"{self.vessel.name}.{name}"] = np.array(value)
         self._values[f"{self.vessel.name}.applied_wrench"] = wrench
@@ -170,8 +178,8 @@ class VesselControl:
         state.ramped_speed += min(max(state.speed_order - state.ramped_speed, -change), change)
         error, w = state.ramped_speed - surge, gains.speed_bandwidth
         wanted = mass * (2.0 * w * error + w**2 * state.speed_integral)
-        propulsion = self.vessel.propulsion
-        thrust = min(max(wanted, -propulsion.astern_pull), propulsion.bollard_pull)
+        low, high = self.vessel.thrust_limits(surge)
+        thrust = min(max(wanted, low), high)
         state.speed_integral += _integrand(error, wanted, thrust) * step_size
         return thrust
 
@@ -214,6 +222,11 @@ def _integrand(error: float, wanted: float, limited: float) -> float:
     return 0.0 if (wanted - limited) * error > 0.0 else error
 
 
+def no_current(time: float) -> Array:
+    """Return the current (2,) [m/s] of still water at any time [s]."""
+    return np.zeros(2)
+
+
 def control_variables(vessel: str, orders: Mapping[str, Quantity]) -> list[Variable]:
     """List the variables of a controller that steers the vessel of that name; `orders` gives unit and limits of each order."""
     given, taken = Causality.INPUT, Causality.OUTPUT
@@ -228,4 +241,5 @@ def control_variables(vessel: str, orders: Mapping[str, Quantity]) -> list[Varia
         Variable(f"{vessel}.yaw_moment", "N m", (), taken),
         Variable(f"{vessel}.speed", "m/s", (), taken),
         Variable(f"{vessel}.heading", "rad", (), taken),
+        Variable(f"{vessel}.rudder", "rad", (), taken),
     ]

@@ -2,8 +2,7 @@
 
 The mesh is cut across into strips that are short against the waves. Each carries its own buoyancy and wave pressure, the added mass and
 wave damping of its section (`oilsim.loads.strip_coefficients`), cross-flow drag in sway and heave, and wind. Along the hull acts
-friction by the line of the ITTC 1957 with a form factor; the resistance of the waves that a hull makes is left out, which matters
-beyond a Froude number of about 0.15.
+friction by the line of the ITTC 1957 with a form factor. What a vessel under way feels besides, is in `vessels.hull_forces`.
 """
 
 from __future__ import annotations
@@ -68,12 +67,26 @@ def hull_loads(hull: Hull, strips: int = STRIPS) -> LoadModel:
     carried = sum(heave_added_mass(density, section.beam) * section.length for section in sections)
     stiffness = density * GRAVITY * hull.hydrostatics.waterplane_area
     frequency = math.sqrt(stiffness / (hull.mass_properties.mass + carried))
-    friction = (1.0 + FORM) * ittc_friction(FRICTION_SPEED, hull.length) * _wetted_area(hull)
+    friction = (1.0 + FORM) * ittc_friction(FRICTION_SPEED, hull.length) * wetted_area(hull)
     parts = tuple(_part(section, density, frequency) for section in sections)
     stations = [
         station for section in sections for station in _stations(section, hull, friction * section.volume / displaced)
     ]
     return LoadModel(parts=parts, stations=tuple(stations))
+
+
+def with_superstructure(model: LoadModel, area: float, drag: float, center: tuple[float, float, float]) -> LoadModel:
+    """Return the load model of a hull with what stands on its deck in the wind, the same from every side.
+
+    area [m2] and its drag coefficient; center (3,) [m] in the body frame.
+    """
+    above = Station(
+        place=np.array(center),
+        drag_area=np.zeros(3),
+        wind_area=drag * area * np.array([1.0, 1.0, 0.0]),
+        half_height=0.5 * math.sqrt(area),
+    )
+    return LoadModel(parts=model.parts, stations=(*model.stations, above))
 
 
 def _sections(hull: Hull, strips: int) -> list[_Section]:
@@ -143,7 +156,7 @@ def _stations(section: _Section, hull: Hull, friction: float) -> list[Station]:
     return [*bilges, above]
 
 
-def _wetted_area(hull: Hull) -> float:
+def wetted_area(hull: Hull) -> float:
     """Return the area [m2] of the hull below its design waterline."""
     below = trimesh.intersections.slice_mesh_plane(hull.mesh, (0.0, 0.0, -1.0), (0.0, 0.0, hull.waterline))
     return float(below.area)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import cast
 
 import numpy as np
@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from coupling.participant import Status, StepResult, Variable, checked_value, checked_values, variable_table
 from oilsim.quantity import Quantity
-from vessels.control import control_variables
-from vessels.vessel import Vessel, planar_motion, planar_wrench
+from vessels.control import control_variables, no_current
+from vessels.vessel import Vessel, moved_by, planar_motion
 
 Array = NDArray[np.float64]
 
@@ -28,7 +28,8 @@ class ManualControl:
     Inputs: <vessel>.pose (7,) [m, 1], <vessel>.twist (6,) [m/s, rad/s], <vessel>.wind (3,) [m/s], and the orders <vessel>.thrust_order
     (ahead) and <vessel>.side_thrust_order (to port) [N] and <vessel>.yaw_moment_order [N m] (counter-clockwise), each 0 until it is set.
     Outputs: <vessel>.applied_wrench (6,) [N, N m], and the part of the orders that the machinery can give: <vessel>.thrust,
-    <vessel>.side_thrust [N], <vessel>.yaw_moment [N m]; <vessel>.speed [m/s], <vessel>.heading [rad].
+    <vessel>.side_thrust [N], <vessel>.yaw_moment [N m]; <vessel>.speed [m/s], <vessel>.heading [rad],
+    <vessel>.rudder [rad]. `current` gives the water's velocity (2,) [m/s] at a time [s].
     """
 
     def __init__(self, vessel: Vessel) -> None:
@@ -37,6 +38,7 @@ class ManualControl:
         self._variables = variable_table(control_variables(vessel.name, MACHINERY_ORDERS))
         self._values = {name: np.zeros(variable.shape) for name, variable in self._variables.items()}
         self._values[f"{vessel.name}.pose"][6] = 1.0
+        self.current: Callable[[float], Array] = no_current
 
     @property
     def variables(self) -> Mapping[str, Variable]:
@@ -67,10 +69,12 @@ class ManualControl:
         moment = min(max(self._order("yaw_moment"), -propulsion.yaw_moment), propulsion.yaw_moment)
         if not self.vessel.engine_runs:
             thrust, side, moment = 0.0, 0.0, 0.0
-        outputs = {"thrust": thrust, "side_thrust": side, "yaw_moment": moment, "speed": surge, "heading": heading}
+        motion, rudder = (pose, twist, self.current(time)), float(self._values[f"{vessel}.rudder"])
+        wrench, given, angle = moved_by(self.vessel, motion, (thrust, side, moment), rudder, step_size)
+        outputs = dict(zip(("thrust", "side_thrust", "yaw_moment"), given, strict=True))
+        outputs |= {"speed": surge, "heading": heading, "rudder": angle}
         for name, value in outputs.items():
             self._values[f"{vessel}.{name}"] = np.array(value)
-        wrench = planar_wrench(heading, thrust, side, moment)
         self._values[f"{vessel}.applied_wrench"] = wrench + self.vessel.wind_wrench(pose, twist, wind)
         return StepResult(Status.OK, time + step_size)
 

@@ -14,7 +14,9 @@ from oilsim.quantity import quantity, require
 from vessels.course import Course
 
 if TYPE_CHECKING:  # a scenario's limits are read from these classes without the meshes of hulls
+    from vessels.drive import DriveModel
     from vessels.hull import Hull
+    from vessels.hull_forces import HullForces
     from vessels.windage import Windage
 
 Array = NDArray[np.float64]
@@ -81,7 +83,9 @@ class Vessel:
     course: the orders of its helmsman, None without one; position (x, y) [m]: of midships at the start; heading [rad]: counter-clockwise
     about z from +x; tow_point (3,) [m]: in the body frame, where a tow line is made fast; superstructure, windage: what stands in the
     wind on deck, and the hull above the water; None where the wind does not act. engine_runs: without its engine, a vessel has neither
-    thrust nor steering.
+    thrust nor steering. drive: screws and rudders or azimuth thrusters; without one, thrust and moment are given as ordered, up to the
+    limits of `propulsion`. screws: whether the port and the starboard screw of the drive run. hull_forces: of water on the hull under way,
+    in a run without particles, where a sea loads the hull and its superstructure; None where particles do.
     """
 
     name: str
@@ -95,6 +99,17 @@ class Vessel:
     superstructure: Superstructure | None = None
     windage: Windage | None = None
     engine_runs: bool = True
+    drive: DriveModel | None = None
+    screws: tuple[bool, bool] = (True, True)
+    hull_forces: HullForces | None = None
+
+    def thrust_limits(self, ahead: float) -> tuple[float, float]:
+        """Return the largest thrust astern, below 0, and ahead [N] at a speed [m/s] ahead."""
+        if self.drive is None:
+            return -self.propulsion.astern_pull, self.propulsion.bollard_pull
+        low, high = self.drive.limits(ahead)
+        count = sum(self.screws[: self.drive.drive.count])
+        return count * low, count * high
 
     def initial_pose(self, water_level: float) -> tuple[Array, Array]:
         """Return position (3,) [m] of the centre of mass and orientation (4,) xyzw at the start, afloat at the design draft."""
@@ -113,6 +128,8 @@ class Vessel:
 
         pose (7,) [m, 1], twist (6,) [m/s, rad/s]; about the centre of mass, in the world frame.
         """
+        if self.hull_forces is not None:
+            return np.zeros(6)  # the sea blows on it
         on_hull = np.zeros(6) if self.windage is None else self.windage.wrench(pose, twist, wind)
         if self.superstructure is None:
             return on_hull
@@ -121,6 +138,36 @@ class Vessel:
         force = self.superstructure.wind_force(wind, velocity)
         force[2] = 0.0
         return on_hull + np.concatenate([force, np.cross(arm, force)])
+
+
+def moved_by(
+    vessel: Vessel,
+    motion: tuple[Array, Array, Array],
+    wanted: tuple[float, float, float],
+    rudder: float,
+    step_size: float,
+) -> tuple[Array, tuple[float, float, float], float]:
+    """Return wrench (6,) [N, N m] of machinery and hull, thrust ahead and to port [N] and moment [N m] given, and the rudder's angle [rad].
+
+    motion: pose (7,) [m, 1], twist (6,) [m/s, rad/s] and the current (2,) [m/s]; wanted: thrust ahead and to port [N] and moment [N m];
+    rudder: its angle [rad] at the beginning of the step [s].
+    """
+    pose, twist, current = motion
+    _, heading, surge, sway, turn_rate = planar_motion(pose, twist)
+    c, s = math.cos(heading), math.sin(heading)
+    ahead = surge - float(c * current[0] + s * current[1])
+    to_port = sway - float(c * current[1] - s * current[0])
+    given = wanted
+    if vessel.drive is not None:
+        running = vessel.screws if vessel.engine_runs else (False, False)
+        push, rudder = vessel.drive.push(
+            (wanted[0], wanted[2]), (ahead, to_port, turn_rate), rudder, step_size, running
+        )
+        given = (push[0], push[1] + wanted[1], push[2])
+    total = np.array(given)
+    if vessel.hull_forces is not None:
+        total = total + vessel.hull_forces.push(ahead, to_port, turn_rate)
+    return planar_wrench(heading, *(float(part) for part in total)), given, rudder
 
 
 def heading_of(orientation: Array) -> float:

@@ -38,8 +38,8 @@ def give_orders(assembly: Assembly, scenario: Scenario) -> None:
         if course is not None and course != control.vessel.course:
             control.change_course(course)
     for station in assembly.parts.controls.values():
-        runs = scenario.vessels[station.vessel.name].engine == "running"
-        station.vessel = replace(station.vessel, engine_runs=runs)
+        ordered = scenario.vessels[station.vessel.name]
+        station.vessel = replace(station.vessel, engine_runs=any(ordered.screws), screws=ordered.screws)
     _part(assembly, scenario)
     _cast_off(assembly, scenario)
     for skimmer in assembly.skimmers.skimmers:

@@ -8,7 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
 
 from coupling.assembly import BODIES, CoupledBodies
 from coupling.master.body_exchange import BodyExchange
@@ -21,6 +25,7 @@ from coupling.participant import Participant
 from coupling.participants.fluid import FluidParticipant
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 from oilsim.advance_report import AdvanceReport
+from oilsim.forcing import Current
 from oilsim.solver import Fluid
 from recordings.frame import RunDescription
 from scenarios.scenario import Scenario
@@ -44,6 +49,7 @@ from scenarios.watch.run_warnings import Remarks
 from scenarios.watch.skimmer_account import SkimmerAccounts
 from vessels.control import VesselControl
 from vessels.manual import ManualControl
+from vessels.vessel import Vessel
 from vessels.windage import Windage, WindOnBodies
 
 if TYPE_CHECKING:
@@ -51,6 +57,7 @@ if TYPE_CHECKING:
 
     from coupling.fmu.isolated_fmu import Fmu
     from coupling.participants.slick import SlickParticipant
+    from oilsim.sea import Sea
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -196,9 +203,22 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
 
 def _controls(simulators: Simulators) -> tuple[VesselControl | ManualControl, ...]:
     """Create the helmsmen."""
-    return tuple(
+    controls = tuple(
         VesselControl(vessel) if vessel.course else ManualControl(vessel) for vessel in simulators.fleet.vessels
     )
+    for control in controls:
+        control.current = partial(_current, simulators, control.vessel)
+    return controls
+
+
+def _current(simulators: Simulators, vessel: Vessel, time: float) -> NDArray[np.float64]:
+    """Return the current (2,) [m/s] that a vessel meets at a time [s]: of the sea at half its draft, or that which drives the liquid."""
+    sea: Sea | None = None if simulators.world is None else getattr(simulators.world.environment, "sea", None)
+    if sea is not None:
+        middle = np.array([simulators.level - 0.5 * vessel.hull.draft])
+        return np.array(sea.current(middle, time)[0])
+    flow = next((one for one in simulators.fluid.forcings if isinstance(one, Current)), None)
+    return np.zeros(2) if flow is None else np.array(flow.velocity[:2], dtype=np.float64)
 
 
 def _wind_on_bodies(simulators: Simulators) -> WindOnBodies | None:

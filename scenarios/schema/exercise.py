@@ -19,6 +19,7 @@ from scenarios.problems import Problem, ScenarioError, unknown
 from scenarios.schema.criteria import Deployment
 from scenarios.schema.quantity_fields import Point2, Section
 from vessels.course import CourseLeg
+from vessels.drive import Drive
 from vessels.hull_size import HullSize
 from vessels.vessel import ControlGains, Propulsion
 
@@ -66,6 +67,33 @@ class TowSettings(Section):
 
 
 @dataclass(frozen=True, kw_only=True)
+class DriveSettings(Section):
+    """Screws with rudders, or azimuth thrusters; the bollard pull is that of all together, and falls with the speed (page "Vessels").
+
+    count        1 or 2 screws
+    diameter     [m] of a screw
+    spacing      [m] between two screws
+    pitch_ratio  P/D of the screws
+    rudder_area  [m2] of all rudders; 0: azimuth thrusters, which swivel
+    """
+
+    count: int = quantity_of(Drive, "count")
+    diameter: float = quantity_of(Drive, "diameter")
+    spacing: float = quantity_of(Drive, "spacing")
+    pitch_ratio: float = quantity_of(Drive, "pitch_ratio")
+    rudder_area: float = quantity_of(Drive, "rudder_area")
+
+    def problems(self) -> Iterator[Problem]:
+        """Check that two screws stand apart."""
+        if self.count == 2 and self.spacing < self.diameter:
+            yield Problem(
+                "spacing", f"is {self.spacing:g}, allowed: diameter = {self.diameter:g} m or more with 2 screws"
+            )
+        if self.count == 1 and self.spacing > 0.0:
+            yield Problem("spacing", "is given, allowed: only with count = 2")
+
+
+@dataclass(frozen=True, kw_only=True)
 class VesselSettings(Section):
     """A vessel that floats at its draft, with thrust and steering under orders.
 
@@ -77,11 +105,14 @@ class VesselSettings(Section):
                   gives thrust and steering, which are 0 until then
     legs          orders to the helmsman over time; without legs, those of [tow] hold
     bollard_pull  [N] largest thrust ahead; the largest thrust astern is half of it
-    yaw_moment    [N m] largest steering moment
+    yaw_moment    [N m] largest steering moment of a vessel without a drive
+    drive         screws with rudders, or azimuth thrusters; without it, thrust and moment are given as ordered
     side_thrust   [N] of transverse thrusters
     acceleration  [m/s2] at which the vessel approaches an ordered speed
+    skeg_area     [m2] of a fin under the stern, which keeps a short vessel on its course; felt in a run without particles
     superstructure_area  [m2] of what stands on deck, projected on the wind, from every side; the wind acts on the hull above the water too
-    engine        "running", or "stopped": no thrust and no steering, whatever is ordered
+    engine        "running", or "stopped": no thrust and no steering, whatever is ordered; with a drive of two screws also "port stopped"
+                  and "starboard stopped"
     """
 
     shape: Literal["wigley", "barge"] = "barge"
@@ -94,16 +125,36 @@ class VesselSettings(Section):
     control: Literal["helmsman", "manual"] = "helmsman"
     legs: tuple[LegSettings, ...] = ()
     bollard_pull: float = quantity_of(Propulsion, "bollard_pull")
-    yaw_moment: float = quantity_of(Propulsion, "yaw_moment")
+    yaw_moment: float | None = quantity_of(Propulsion, "yaw_moment", default=None)
+    drive: DriveSettings | None = None
     side_thrust: float = quantity_of(Propulsion, "side_thrust")
     acceleration: float = quantity_of(ControlGains, "acceleration", default=0.1)
+    skeg_area: float = quantity("m2", default=0.0, at_least=0.0)
     superstructure_area: float = quantity("m2", default=0.0, at_least=0.0)
-    engine: Literal["running", "stopped"] = "running"
+    engine: Literal["running", "stopped", "port stopped", "starboard stopped"] = "running"
+
+    @property
+    def screws(self) -> tuple[bool, bool]:
+        """The port and the starboard screw: true for one that runs."""
+        return self.engine in ("running", "starboard stopped"), self.engine in ("running", "port stopped")
 
     def problems(self) -> Iterator[Problem]:
         """Check that the deck lies above the water, and that the legs are in the order of time."""
         if self.depth <= self.draft:
             yield Problem("depth", f"is {self.depth:g}, allowed: above draft = {self.draft:g} m")
+        if (self.drive is None) == (self.yaw_moment is None):
+            said = (
+                "is missing, allowed: yaw_moment, or a drive"
+                if self.drive is None
+                else "is given beside drive, allowed: one of the two"
+            )
+            yield Problem("yaw_moment", said)
+        if self.drive is not None and self.bollard_pull == 0.0:
+            yield Problem("bollard_pull", "is 0, allowed with a drive: above 0 N")
+        if " " in self.engine and (self.drive is None or self.drive.count < 2):
+            yield Problem(
+                "engine", f'is "{self.engine}", allowed: "running" or "stopped" without a drive of two screws'
+            )
         if self.control == "manual" and self.legs:
             yield Problem("legs", 'are given, allowed: only with control = "helmsman"')
         starts = [leg.start for leg in self.legs]

@@ -21,7 +21,9 @@ from scenarios.schema.weather import horizontal
 from scenarios.setup.moorings import PlacedLeg, leg_name, place_moorings
 from scenarios.setup.placed_solids import Solid
 from vessels.course import Course, CourseLeg
+from vessels.drive import Drive, DriveModel
 from vessels.hull import Hull, float_hull, raked_barge, wigley_hull
+from vessels.hull_forces import HullForces
 from vessels.vessel import ControlGains, Propulsion, Superstructure, Vessel
 from vessels.windage import DRAG_COEFFICIENT, Windage
 
@@ -36,6 +38,11 @@ TOWING_BANDWIDTH = (
 LINE_RELAXATION_TIME = (
     0.02  # [s], relaxation time of an elastic line, which damps a segment's oscillation within a period or two
 )
+STEERING = (
+    0.5  # [1] moment that a helmsman may ask of a drive, over length and bollard pull; the drive gives what it can
+)
+RUDDER_BANDWIDTH = 0.5  # [rad/s] of the heading of a vessel of REFERENCE_LENGTH with a drive: a rudder takes seconds
+REFERENCE_LENGTH = 15.0  # [m]
 SLACK = 1e-3  # least slack between two points, in lengths of the boom; a straight boom has an unbounded tension
 TOW_POINT = -0.4  # position from midships in the waterline, in lengths of the vessel
 
@@ -124,17 +131,41 @@ def _vessel(name: str, settings: VesselSettings, scenario: Scenario, water_level
         propulsion=Propulsion(
             bollard_pull=settings.bollard_pull,
             astern_pull=0.5 * settings.bollard_pull,
-            yaw_moment=settings.yaw_moment,
+            yaw_moment=STEERING * settings.length * settings.bollard_pull
+            if settings.yaw_moment is None
+            else settings.yaw_moment,
             side_thrust=settings.side_thrust,
         ),
         course=course_of(settings, scenario),
         position=settings.position,
         heading=settings.heading,
         tow_point=(float(x), float(y), float(z)),
-        engine_runs=settings.engine == "running",
-        gains=ControlGains(acceleration=settings.acceleration, speed_bandwidth=TOWING_BANDWIDTH),
-        superstructure=_superstructure(settings, hull) if in_wind else None,
+        engine_runs=any(settings.screws),
+        screws=settings.screws,
+        drive=None if settings.drive is None else _drive(settings, hull),
+        hull_forces=None if scenario.run.has_particles else HullForces(hull, settings.skeg_area),
+        gains=_gains(settings),
+        superstructure=_superstructure(settings, hull) if in_wind or not scenario.run.has_particles else None,
         windage=Windage(hull.mesh, water_level) if in_wind else None,
+    )
+
+
+def _drive(settings: VesselSettings, hull: Hull) -> DriveModel:
+    drive = settings.drive
+    assert drive is not None
+    values = {name: getattr(drive, name) for name in ("count", "diameter", "spacing", "pitch_ratio", "rudder_area")}
+    return DriveModel(Drive(**values), hull.length, settings.bollard_pull, hull.water_density)
+
+
+def _gains(settings: VesselSettings) -> ControlGains:
+    if settings.drive is None:
+        return ControlGains(acceleration=settings.acceleration, speed_bandwidth=TOWING_BANDWIDTH)
+    steering = RUDDER_BANDWIDTH * math.sqrt(REFERENCE_LENGTH / settings.length)
+    return ControlGains(
+        acceleration=settings.acceleration,
+        speed_bandwidth=TOWING_BANDWIDTH,
+        heading_bandwidth=steering,
+        lane_bandwidth=steering,
     )
 
 

@@ -2,7 +2,7 @@
 import uPlot from "./vendor/uPlot.esm.js";
 import { KNOT, force, knots, volume } from "./units.js";
 
-const entry = (title, value, extra = "", state = "") => `<div class="gauge ${state}"><dt>${title}</dt><dd>${value}</dd>${extra}</div>`;
+const entry = (title, value, extra = "", state = "") => `<dl class="gauge ${state}"><dt>${title}</dt><dd>${value}${extra}</dd></dl>`;
 const meter = (value, most, title) => `<meter min="0" max="${most}" value="${Math.min(value ?? 0, most)}" aria-label="${title}"></meter>`;
 const escape = (text) => String(text).replace(/[&<>"]/g, (sign) => `&#${sign.charCodeAt(0)};`);
 
@@ -17,14 +17,14 @@ function boomGauges(boom, state, scene) {
     const known = scene.causes[cause] ?? { words: cause, color: "#888" };
     return `<li><i style="background:${known.color}"></i>${volume(lost)} ${escape(known.words)}</li>`;
   });
-  return `<dl class="boom"><h2>Boom ${escape(boom.name)}${scene.modelled ? ", losses modelled" : ""}</h2>
+  return `<div class="boom"><h2>Boom ${escape(boom.name)}${scene.modelled ? ", losses modelled" : ""}</h2>
     ${entry("Speed through the water", knots(state.tow_speed))}
     ${entry("Water against the boom", knots(held), meter(held, 2 * limit, "Water against the boom"), held > limit ? "bad" : held > 0.85 * limit ? "warn" : "")}
     ${entry("Gap, of the length", state.gap_ratio == null ? "–" : `${Math.round(100 * state.gap_ratio)} %`)}
     ${pulls.join("")}
     ${entry("Oil held", volume(state.oil_retained))}
     ${entry("Oil lost", volume(state.oil_lost) + (met > 0 && state.oil_lost > 0 ? `, ${(100 * state.oil_lost / met).toPrecision(2)} %` : ""), "", state.oil_lost > 0 ? "warn" : "")}
-    <ul class="causes">${causes.join("")}</ul></dl>`;
+    <ul class="causes">${causes.join("")}</ul></div>`;
 }
 
 export class Charts {

@@ -78,13 +78,16 @@ def load_bodies(world: RigidBodyWorld, sea: Sea, fleet: Fleet, solids: Sequence[
 def _models_of_fleet(fleet: Fleet) -> Iterator[tuple[str, LoadModel]]:
     from booms.loads import segment_loads
     from scenarios.schema.exercise import body_of
-    from vessels.loads import hull_loads
+    from vessels.loads import hull_loads, with_superstructure
 
     for layout in fleet.booms.values():
         model = segment_loads(layout.segment, layout.boom)
         yield from ((segment.name, model) for segment in layout.segments)
     for vessel in fleet.vessels:
-        yield body_of(vessel.name), hull_loads(vessel.hull)
+        model, above = hull_loads(vessel.hull), vessel.superstructure
+        if above is not None and above.area > 0.0:
+            model = with_superstructure(model, above.area, above.drag_coefficient, above.center)
+        yield body_of(vessel.name), model
 
 
 def loads_of_mesh(mesh: Trimesh, properties: MassProperties, water_density: float) -> LoadModel:

@@ -215,5 +215,5 @@ WITHOUT_PARTICLES = Case(
     ),
     run=without_particles,
     spacings=1,
-    note="the skirt is three to five spacings deep, as in exercises; the drag of such skirts is about a tenth too high.",
+    note="the skirt is three to five spacings deep, as in exercises, and as thick as the spacing.",
 )

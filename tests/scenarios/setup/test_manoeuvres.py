@@ -1,0 +1,191 @@
+"""Manoeuvres of a vessel without particles: turning circle, stop, zig-zag, loss of an engine, drift in wind, station keeping."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from scenarios.load import scenario_from
+from scenarios.problems import ScenarioError
+from scenarios.running.assembly import Assembly, build
+from vessels.vessel import planar_motion
+
+LENGTH = 15.0
+BASE = """
+name = "manoeuvre"
+[run]
+duration = 300.0
+communication_step = 0.2
+detail = "none"
+[fluid]
+particle_spacing = 0.25
+[phases.water]
+density = 1027.0
+dynamic_viscosity = 1.05e-3
+[tank]
+lower = [-500.0, -500.0, -30.0]
+upper = [500.0, 500.0, 6.0]
+open = ["-x", "+x", "-y", "+y", "+z"]
+[sea]
+depth = 30.0
+[vessels.tug]
+length = 15.0
+beam = 5.0
+draft = 1.6
+depth = 3.0
+position = [0.0, 0.0]
+bollard_pull = 40000.0
+skeg_area = 3.0
+"""
+MANUAL = 'control = "manual"\n'
+SCREWS = "[vessels.tug.drive]\ndiameter = 1.1\nspacing = 2.4\nrudder_area = 1.2\n"
+
+
+class Trial:
+    """A vessel under manual orders of thrust, side thrust [N] and moment [N m], or its helmsman's; its motion at every step."""
+
+    def __init__(self, text: str) -> None:
+        self.assembly: Assembly = build(scenario_from(tomllib.loads(text)))
+        self.simulation = self.assembly.co_simulation()
+        self.simulation.initialize()
+        (self.control,) = (one for one in self.assembly.participants if one.name == "tug-control")
+        self.track: list[tuple[float, float, float, float, float]] = []
+
+    def run(self, seconds: float, **orders: float) -> None:
+        for name, value in orders.items():
+            self.control.set(f"tug.{name}_order", np.array(value))
+        for _ in range(round(seconds / 0.2)):
+            self.simulation.step()
+            world = self.assembly.world
+            position, heading, surge, sway, _ = planar_motion(world.pose("vessels/tug"), world.twist("vessels/tug"))
+            self.track.append((float(position[0]), float(position[1]), heading, surge, sway))
+
+    @property
+    def motion(self) -> np.ndarray:
+        """x, y [m], heading [rad, unwrapped], speed ahead and to port [m/s], by step."""
+        track = np.array(self.track)
+        track[:, 2] = np.unwrap(track[:, 2])
+        return track
+
+
+@pytest.fixture(scope="module")
+def under_way() -> Trial:
+    """A vessel that has run ahead for a minute; its state is restored by each test that goes on from there."""
+    trial = Trial(BASE + MANUAL + SCREWS)
+    trial.run(50.0, thrust=9000.0)
+    return trial
+
+
+@pytest.fixture
+def ahead(under_way: Trial) -> Trial:
+    if not hasattr(under_way, "saved"):
+        under_way.saved = under_way.simulation.save_state()
+        under_way.begun = list(under_way.track)
+    under_way.simulation.restore_state(under_way.saved)
+    under_way.track = list(under_way.begun)
+    return under_way
+
+
+def test_turning_circle(ahead: Trial) -> None:
+    # IMO MSC.137(76): tactical diameter at most 5 L, advance at most 4.5 L; workboats turn within 2.5 to 5 L
+    begin = ahead.motion[-1]
+    ahead.run(50.0, yaw_moment=1e6)
+    turned = ahead.motion[len(ahead.begun) :]
+    angle = turned[:, 2] - begin[2]
+    half = turned[np.argmax(angle > math.pi)]
+    quarter = turned[np.argmax(angle > 0.5 * math.pi)]
+    assert angle.max() > math.pi
+    assert 2.5 < (half[1] - begin[1]) / LENGTH < 5.0
+    assert 1.5 < (quarter[0] - begin[0]) / LENGTH < 4.5
+    assert turned[-1, 3] < 0.85 * begin[3]  # a turn takes speed
+    assert turned[-1, 4] < 0.0  # and a vessel that turns to port drifts to starboard
+
+
+def test_full_astern_stops_within_fifteen_lengths(ahead: Trial) -> None:
+    begin = ahead.motion[-1]
+    ahead.run(40.0, thrust=-40000.0, yaw_moment=0.0)
+    stopped = ahead.motion[len(ahead.begun) :]
+    at = stopped[np.argmax(stopped[:, 3] < 0.0)]
+    assert (stopped[:, 3] < 0.0).any()
+    assert 0.5 < (at[0] - begin[0]) / LENGTH < 15.0
+
+
+def test_vessel_loses_way_and_turns_when_a_screw_stops(ahead: Trial) -> None:
+    begin = ahead.motion[-1]
+    vessel = ahead.control.vessel
+    ahead.control.vessel = replace(vessel, screws=(True, False))
+    ahead.run(15.0, thrust=9000.0, yaw_moment=0.0)
+    ahead.control.vessel = vessel
+    turned = ahead.motion[-1, 2] - begin[2]
+    assert turned < -math.radians(3.0)  # the port screw pushes the bow to starboard
+
+
+@pytest.mark.slow
+def test_zig_zag_overshoots_within_the_criterion(ahead: Trial) -> None:
+    # IMO MSC.137(76): first overshoot of the 10/10 zig-zag at most 10 degrees for L / V < 10 s
+    ten = math.radians(10.0)
+    begin = ahead.motion[-1, 2]
+    side, swings = 1.0, 0
+    extremes = []
+    drive = ahead.control.vessel.drive
+    ahead.control.vessel = replace(ahead.control.vessel, drive=drive.limited(ten))
+    try:
+        for _ in range(300):
+            ahead.run(0.2, yaw_moment=side * 1e6)
+            off = ahead.motion[-1, 2] - begin
+            extremes.append(off)
+            if side * off > ten:
+                side, swings = -side, swings + 1
+            if swings == 3:
+                break
+    finally:
+        ahead.control.vessel = replace(ahead.control.vessel, drive=drive)
+    assert swings == 3
+    overshoot = math.degrees(max(extremes)) - 10.0
+    assert 0.2 < overshoot < 10.0
+
+
+@pytest.mark.slow
+def test_vessel_without_power_drifts_beam_to_wind() -> None:
+    # leeway of small vessels: some 2 to 6 % of the wind (Allen and Plourde 1999, sport and fishing boats)
+    wind = '[sea.wind]\nkind = "steady"\nspeed = 12.0\ndirection_deg = 90.0\n'
+    text = BASE + MANUAL + 'engine = "stopped"\nsuperstructure_area = 12.0\n' + SCREWS + wind
+    trial = Trial(text)
+    trial.run(80.0)
+    speed = np.hypot(*(trial.motion[-1, :2] - trial.motion[-51, :2])) / 10.0
+    assert 0.02 < speed / 12.0 < 0.07
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("drive", ["[vessels.tug.drive]\ndiameter = 1.1\nspacing = 2.4\n", SCREWS])
+def test_station_is_kept_in_current_and_wind(drive: str) -> None:
+    weather = '[sea.wind]\nkind = "steady"\nspeed = 10.0\ndirection_deg = 150.0\n'
+    weather += '[sea.current]\nkind = "steady"\nspeed = 1.0\ndirection_deg = 180.0\n'
+    legs = "legs = [{ speed = 0.0, heading_deg = 10.0, through = [0.0, 0.0] }]\nside_thrust = 15000.0\nsuperstructure_area = 12.0\n"
+    trial = Trial(BASE.replace("[vessels.tug]", "[vessels.tug]\n" + legs) + drive + weather)
+    trial.run(100.0)
+    last = trial.motion[-100:]
+    assert np.hypot(last[:, 0], last[:, 1]).max() < 2.0
+    assert np.abs(np.degrees(last[:, 2]) - 10.0).max() < 5.0
+
+
+def test_wrong_drives_are_told_at_once() -> None:
+    text = BASE + MANUAL + 'engine = "port stopped"\nyaw_moment = 1.0\n[vessels.tug.drive]\ncount = 1\ndiameter = 1.0\n'
+    with pytest.raises(ScenarioError) as caught:
+        scenario_from(tomllib.loads(text))
+    found = {problem.path: problem.text for problem in caught.value.problems}
+    assert found["vessels.tug.yaw_moment"] == "is given beside drive, allowed: one of the two"
+    assert found["vessels.tug.engine"].endswith('allowed: "running" or "stopped" without a drive of two screws')
+    with pytest.raises(ScenarioError) as caught:
+        scenario_from(
+            tomllib.loads(
+                BASE + "legs = [{ speed = 1.0, heading = 0.0 }]\n[vessels.tug.drive]\ndiameter = 1.0\nspacing = 0.5\n"
+            )
+        )
+    assert "is 0.5, allowed: diameter = 1 m or more with 2 screws" in str(caught.value)
+    with pytest.raises(ScenarioError, match="yaw_moment is missing, allowed: yaw_moment, or a drive"):
+        scenario_from(tomllib.loads(BASE + "legs = [{ speed = 1.0, heading = 0.0 }]\n"))
