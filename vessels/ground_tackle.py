@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from coupling.rigid.moorings.mooring_leg import Anchor, LegPart
+from coupling.rigid.moorings.ground_tackle import Anchor, LegPart
 from oilsim.physical_constants import GRAVITY
 from oilsim.quantity import quantity, require
 

@@ -23,7 +23,8 @@ from coupling.rigid.holds import Holds
 from coupling.rigid.joint_answer import JointAnswer
 from coupling.rigid.joint_constraints import PointJoint
 from coupling.rigid.lines import ElasticLine, Line, Lines, stiffest
-from coupling.rigid.moorings.mooring_leg import Anchor, LegPart, MooringLeg
+from coupling.rigid.moorings.ground_tackle import Anchor, LegPart
+from coupling.rigid.moorings.mooring_leg import MooringLeg
 from coupling.rigid.prescribed_motion import AT_REST, STILL, UPRIGHT, Motion, PrescribedMotion, Quaternion, Vector
 from coupling.rigid.rigid_state import RigidBodyState, pose_of, twist_of
 from coupling.rigid.step_length import SHORTEST, step_rate

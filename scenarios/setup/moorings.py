@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from booms.deployment import BoomLayout
-from coupling.rigid.moorings.mooring_leg import Anchor, LegPart
+from coupling.rigid.moorings.ground_tackle import Anchor, LegPart
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 from scenarios.problems import Problem
 from scenarios.scenario import Scenario

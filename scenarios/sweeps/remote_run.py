@@ -17,6 +17,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from recordings.own_programs import module_command, module_environment
+
 WATCH_INTERVAL = 1.0  # [s] between looks after the parent; technical
 TOLD = 2000  # characters of a failed run's last words
 
@@ -26,8 +28,8 @@ def run_elsewhere(plan: Mapping[str, Any]) -> dict[str, Any]:
     with tempfile.TemporaryDirectory(prefix="oilsim-") as folder:
         order, summary = Path(folder, "plan.json"), Path(folder, "summary.json")
         order.write_text(json.dumps(plan), encoding="utf-8")
-        command = [sys.executable, "-m", "scenarios.sweeps.remote_run", str(order), str(summary)]
-        ended = subprocess.run(command, capture_output=True, text=True, check=False)
+        command = module_command("scenarios.sweeps.remote_run", str(order), str(summary))
+        ended = subprocess.run(command, capture_output=True, text=True, check=False, env=module_environment())
         written = json.loads(summary.read_text(encoding="utf-8")) if summary.is_file() else None
     return {"code": ended.returncode, "summary": written, "said": (ended.stderr or ended.stdout)[-TOLD:]}
 

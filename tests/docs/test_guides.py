@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import signal
 import subprocess
 import sys
 import warnings
@@ -74,7 +75,15 @@ def test_fmu_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     follow([[*made_small(call), *(["--until", "0.1"] if call[0] == "run" else [])] for call in commands(page)])
     assert {"tow-winch.fmu", "autopilot.fmu", "squall.fmu", "u-sweep.fmu"} <= {path.name for path in tmp_path.iterdir()}
     for arguments in shortened(commands(page, "fmpy"), {"1": "0.04"}):
-        subprocess.run([sys.executable, "-m", "fmpy", *arguments], check=True, timeout=500)
+        host = _ended([sys.executable, "-m", "fmpy", *arguments])
+        assert host.returncode == 0, host.stderr
+
+
+def _ended(command: list[str], tries: int = 3) -> subprocess.CompletedProcess[str]:
+    """A program that has ended; one that glibc ended after its work (known-errors.md, "At the end of a process") starts again."""
+    done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=500)
+    again = done.returncode == -signal.SIGABRT and "corrupted double-linked list" in done.stderr and tries > 1
+    return _ended(command, tries - 1) if again else done
 
 
 def test_code_of_the_engineers_guide() -> None:

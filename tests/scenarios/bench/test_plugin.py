@@ -116,6 +116,7 @@ def test_limits_seeds_and_one_run_after_the_other(pytester: pytest.Pytester) -> 
     )
 
 
+@pytest.mark.slow
 def test_references_are_written_and_held_to(pytester: pytest.Pytester) -> None:
     pytester.makepyfile(
         """

@@ -118,7 +118,7 @@ def test_it_agrees_with_our_own_master(exported: Build, own_run: dict[str, float
     before = os.getcwd(), dict(os.environ)
     fmu = begun(exported(version))
     drive(fmu)
-    assert len(own_run) == 61
+    assert len(own_run) == 62
     for name, value in own_run.items():
         assert float(fmu.get(name)[0]) == value, name
     assert own_run["vessels.tug.thrust"] != 0.0
@@ -264,6 +264,7 @@ def clients() -> int:
     return sum(pybullet.isConnected(client) for client in range(100))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("version", VERSIONS)
 def test_an_instance_that_is_reset_or_freed_leaves_nothing(exported: Build, tmp_path: Path, version: int) -> None:
     before = clients()

@@ -48,7 +48,7 @@ SPACINGS = {
 
 SUMMARY_KEYS = {
     "format", "scenario", "overrides", "versions", "ended", "simulated_s", "wall_s", "real_time_factor", "steps", "step_ms",
-    "stage_ms", "particles", "bodies", "left_the_tank", "density_error", "iterations", "exchange", "momentum_residual",
+    "stage_ms", "particles", "bodies", "skimmers", "left_the_tank", "density_error", "iterations", "exchange", "momentum_residual",
     "energy_residual", "budget", "oil_m3", "scores", "probes", "state_hash", "events",
 }  # fmt: skip
 

@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 
 from coupling.bodies import box, mass_properties
 from coupling.rigid.moorings.catenary import distance_under, pull_of, shape_of, span_of
-from coupling.rigid.moorings.mooring_leg import Anchor, LegPart
+from coupling.rigid.moorings.ground_tackle import Anchor, LegPart
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 
 RIGID = 1e13  # [N], a stiffness that gives nothing
