@@ -36,7 +36,7 @@ export class Charts {
     this.place.replaceChildren();
     if (!this.boom) return;
     this.oil = this.chart("Oil, m³", [["held", "#63421d"], ["lost", "#a8231c"]]);
-    this.speed = this.chart("Speed, kn", [["through the water", "#0b5c8a"], ["against the boom", "#c2410c"]]);
+    this.speed = this.chart("Speed, kn", [["through water", "#0b5c8a"], ["against boom", "#c2410c"]]);
     this.refresh();
   }
 
@@ -45,7 +45,7 @@ export class Charts {
     box.className = "chart";
     box.innerHTML = `<h2>${title}</h2>`;
     this.place.append(box);
-    const size = () => ({ width: Math.max(box.clientWidth, 160), height: 150 });
+    const size = () => ({ width: Math.max(box.clientWidth, 160), height: 128 });
     const plot = new uPlot({
       ...size(), cursor: { sync: { key: "run" } }, legend: { show: true, live: false },
       scales: { x: { time: false } },
