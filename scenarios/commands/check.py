@@ -43,7 +43,7 @@ def _print_cost(console: Console, scenario: Scenario, cost: Cost) -> None:
     table = Table(show_header=False)
     table.add_column(style="bold")
     table.add_column(justify="right")
-    for phase, count in cost.particles.items():
+    for phase, count in cost.particles.items() if scenario.run.has_particles else ():
         poured = cost.emitted.get(phase, 0)
         volume = (
             f" ({volume_in_words(count * scenario.fluid.particle_spacing**3)})" if scenario.fluid.dimension == 3 else ""
@@ -54,18 +54,21 @@ def _print_cost(console: Console, scenario: Scenario, cost: Cost) -> None:
     for name, count in cost.boundary.items():
         table.add_row(f"surface particles of {name}", f"about {count:,}")
     table.add_row("simulated", f"{scenario.run.duration:g} s in about {cost.steps:,} steps")
-    chosen = (
-        "set by fluid.maximum_time_step" if scenario.fluid.maximum_time_step is not None else "by the particle spacing"
-    )
-    table.add_row("longest step", f"{1e3 * longest_time_step(scenario.fluid):.3g} ms, {chosen}")
+    if scenario.run.has_particles:
+        given = scenario.fluid.maximum_time_step is not None
+        chosen = "set by fluid.maximum_time_step" if given else "by the particle spacing"
+        table.add_row("longest step", f"{1e3 * longest_time_step(scenario.fluid):.3g} ms, {chosen}")
     table.add_row("memory", f"about {cost.memory / 1e9:.1f} GB")
     table.add_row(f"time with {cost.threads} threads", f"about {_duration(cost.seconds)}")
     console.print(table)
     for text in (*cost.left_out.values(), *cost.told):
         console.print(text, highlight=False, markup=False)
-    console.print(
-        "The estimate uses the cost per particle and step on two x86 cores; splashing takes longer.", style="dim"
+    basis = (
+        "particle and step on two x86 cores; splashing takes longer"
+        if scenario.run.has_particles
+        else "body and step on an x86 core"
     )
+    console.print(f"The estimate uses the cost per {basis}.", style="dim")
 
 
 def _duration(seconds: float) -> str:

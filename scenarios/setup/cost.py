@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 SECONDS_PER_PARTICLE_STEP = 2.0e-6  # of the fluid, on 2 threads: falling, splashing and calm water of calm-spread
 SECONDS_PER_BODY_STEP = 5e-4  # of each body that moves, for a communication step of u-sweep
+SECONDS_PER_FLOATING_BODY_STEP = 2e-4  # the same without particles, of sweep-200m and harbour-1km
 TYPICAL_SPEED = 0.75  # of sqrt(g h), the fastest particle over a whole run
 REFERENCE_THREADS = 2
 SERIAL_SHARE = 0.15  # of the reference time, that more threads do not shorten
@@ -113,7 +114,7 @@ def estimate(scenario: Scenario) -> Cost:
     if scenario.run.detail == "window" and scenario.window is not None:
         water = next(name for name, phase in sorted(scenario.phases.items(), key=lambda item: item[1].is_oil))
         particles[water] += scenario.window.settings(scenario.fluid).particle_count
-    emitted = _emitted(scenario)
+    emitted = _emitted(scenario) if scenario.run.has_particles else {}
     boundary = {} if not scenario.run.has_particles else _boundary(scenario, solids)
     threads = scenario.run.threads or os.cpu_count() or 1
     steps = _steps(scenario, [float(points[:, 2].max()) for points in positions.values()])
@@ -169,7 +170,8 @@ def _body_seconds(scenario: Scenario) -> float:
     """Estimate the time [s] that moving bodies take: in the fluid's pressure solve, with their joints, and in the rigid solver."""
     moving = sum(not isinstance(body.motion, Fixed) for body in scenario.bodies.values())
     moving += len(scenario.vessels) + sum(boom.segments for boom in scenario.booms.values())
-    return SECONDS_PER_BODY_STEP * moving * scenario.run.duration / scenario.run.communication_step
+    each = SECONDS_PER_BODY_STEP if scenario.run.has_particles else SECONDS_PER_FLOATING_BODY_STEP
+    return each * moving * scenario.run.duration / scenario.run.communication_step
 
 
 def _emitted(scenario: Scenario) -> dict[str, int]:
@@ -209,8 +211,11 @@ def _steps(scenario: Scenario, tops: list[float]) -> int:
 
     Its speed over the whole run is `TYPICAL_SPEED` sqrt(g h), with h the height from the tank's floor to the highest liquid at the start
     (`tops` of the regions [m], and pipes). This is less than in a dam break and more than in water at rest.
+    Without particles, steps are those of the communication.
     """
     settings, run = scenario.fluid, scenario.run
+    if not run.has_particles:
+        return math.ceil(run.duration / run.communication_step - 1e-9)
     tops = tops + [pipe.mouth[2] for pipe in scenario.emitters.values()]
     gravity = float(np.linalg.norm(settings.gravity))
     speed = TYPICAL_SPEED * math.sqrt(gravity * max(0.0, max(tops, default=-math.inf) - scenario.tank.lower[2]))
