@@ -19,6 +19,7 @@ Floats = npt.NDArray[np.floating]
 _LIGHT = np.array([-0.35, -0.5, 0.8]) / np.linalg.norm([-0.35, -0.5, 0.8])
 _AMBIENT = 0.45
 _SPHERE_FILL = 6.0 / np.pi  # volume of a cube / volume of the sphere inside it
+_LARGEST_BLUR = 3.0  # [pixels]; a few large particles are seen one by one, not as fog
 _NEAR = 1e-3
 
 
@@ -107,7 +108,7 @@ class Canvas:
             chord = _SPHERE_FILL * spacing * bulge[before]
             thickness += np.bincount(pixel[before], chord, minlength=thickness.size)
             np.minimum.at(surface, pixel[before], depth[before])
-        blur = 0.35 * self._pixels(spacing, points)
+        blur = min(0.35 * self._pixels(spacing, points), _LARGEST_BLUR)
         smooth = gaussian_filter(thickness.reshape(self.height, self.width), blur)
         left = np.exp(-smooth / clearness)[..., None]
         shine = self._shine(surface.reshape(self.height, self.width), 2.0 * blur)[..., None]
