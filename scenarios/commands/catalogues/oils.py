@@ -46,6 +46,11 @@ def _oils(options: argparse.Namespace) -> int:
     if len(found) == 1:
         console.print(_card(found[0], options))
         return DONE
+    if not found:
+        from scenarios.problems import Problem, ScenarioError
+
+        fault = f"is {text!r}, which no oil of the library has, allowed: words of a name, record, place or product, as in oilsim oils maya"
+        raise ScenarioError([Problem("SEARCH", fault)], "oilsim oils")
     console.print(_list_of(found, options))
     head = (
         f"{len(found)} oils" if text else "the oils with a short name; search the whole library with oilsim oils WORD"

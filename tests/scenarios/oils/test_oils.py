@@ -164,3 +164,5 @@ def test_command_shows_lists_and_cards(capsys: pytest.CaptureFixture[str]) -> No
     assert "AD02051" in capsys.readouterr().out
     assert main(["oils", "maya", "--water", "2"]) == 2
     assert "--water is 2.0, allowed: 0 or more and at most 0.9" in capsys.readouterr().err
+    assert main(["oils", "whisky"]) == 2
+    assert "'whisky', which no oil of the library has" in capsys.readouterr().err
