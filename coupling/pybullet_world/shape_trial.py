@@ -1,8 +1,9 @@
 """Finds out whether pybullet can tell a body's collision shapes, before the process is trusted to a call that may end it.
 
 `getCollisionShapeData` of pybullet 3.2.7 reads memory that is not there for shapes of several spheres, as `loadMJCF` makes them of
-capsules with `fromto`. Where the engine runs in this process it is asked in a copy of the process first. Where it does not, a copy
-could not ask it; there the engine's own file tells whether its world has such shapes.
+capsules with `fromto`. Where the engine runs in this process it is asked in a copy of the process first. A copy may live by
+chance, and where the engine runs elsewhere it could not ask. So the engine's own file tells besides whether its world has such
+shapes.
 """
 
 from __future__ import annotations
@@ -29,10 +30,10 @@ def require_askable(client: int, body: int) -> None:
 
     Raises ValueError if the question ends the process or is not answered; for an engine in another process, if it may end this one.
     """
-    if pybullet.getConnectionInfo(client)["connectionMethod"] in _OWN:
-        trouble = _trouble_in_copy(client, body)
-    else:
-        trouble = "may end the process" if _SPHERES in _world_kinds(client) and _may_have_spheres(client, body) else ""
+    is_own = pybullet.getConnectionInfo(client)["connectionMethod"] in _OWN
+    trouble = _trouble_in_copy(client, body) if is_own else ""
+    if not trouble and _may_have_spheres(client, body) and _SPHERES in _world_kinds(client):
+        trouble = "may end the process"  # a copy that lived read what happened to lie there
     if trouble:
         raise ValueError(
             f"body {body}: pybullet's getCollisionShapeData {trouble} where a shape is made of spheres, as capsules of MJCF files by "

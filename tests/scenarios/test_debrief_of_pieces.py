@@ -50,6 +50,7 @@ def test_all_pieces_are_joined_at_their_branches(folder: Path) -> None:
     assert oil == list(range(9)) == joined.phase_times("oil").index.tolist()
 
 
+@pytest.mark.slow
 def test_the_page_tells_the_branches_and_all_orders(folder: Path, tmp_path: Path) -> None:
     page = write_debrief(folder / "third.rrd", tmp_path).read_text(encoding="utf-8")
     assert "At 0.1 s the run was continued from first.rrd, with the orders: tow at 0.97 kn" in page

@@ -13,7 +13,7 @@ import pytest
 from recordings.replay.recording import Replay
 from tests.scenarios.kills import SETTINGS, killed_run
 
-KILLS = 8  # `make bench` draws more
+KILLS = 5  # `make bench` draws more
 
 
 @pytest.mark.parametrize("seed", range(KILLS))

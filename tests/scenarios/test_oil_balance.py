@@ -106,7 +106,9 @@ class Balance:
         pass
 
 
-@pytest.mark.parametrize("which", BOOMS)
+@pytest.mark.parametrize(
+    "which", [pytest.param(name, marks=[] if name == "alone" else pytest.mark.slow) for name in BOOMS]
+)
 def test_all_oil_is_accounted_for_once_at_every_communication_point(which: str) -> None:
     """74 particles, most of which booms lose before the stream takes them out of the tank."""
     scenario = scenario_from(channel(BOOMS[which]))

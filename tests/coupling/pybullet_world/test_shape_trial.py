@@ -23,9 +23,7 @@ def client() -> Iterator[int]:
 @pytest.mark.parametrize("name", ["ant", "humanoid", "hopper", "half_cheetah", "capsule_fromtoX", "walker2d"])
 def test_bodies_of_mjcf_files_are_refused_where_asking_would_end_the_process(client: int, name: str) -> None:
     body = pybullet.loadMJCF(f"mjcf/{name}.xml", physicsClientId=client)[-1]
-    with pytest.raises(
-        ValueError, match=f"body {body}: pybullet's getCollisionShapeData ends the process \\(SIGSEGV\\)"
-    ):
+    with pytest.raises(ValueError, match=f"body {body}: pybullet's getCollisionShapeData (ends|may end) the process"):
         LinkedBody(client, body)
 
 

@@ -69,6 +69,7 @@ def test_failing_test_leaves_recording_checkpoint_and_picture(pytester: pytest.P
     assert "data:image/png;base64" in Path("report.html").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_limits_seeds_and_one_run_after_the_other(pytester: pytest.Pytester) -> None:
     pytester.makepyfile(
         """

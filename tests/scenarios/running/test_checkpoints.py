@@ -82,7 +82,8 @@ def go_on(folder: Path, *, at: float | None = None, settings: tuple[str, ...] = 
 
 
 @pytest.mark.parametrize(
-    ("settings", "steps", "at"), [((*CALM, "run.budget=true"), 40, 17), (STORM, 12, 5), (PILE, 40, 25)]
+    ("settings", "steps", "at"),
+    [((*CALM, "run.budget=true"), 40, 17), pytest.param(STORM, 12, 5, marks=pytest.mark.slow), (PILE, 40, 25)],
 )
 def test_resumed_run_ends_in_the_same_state(settings: tuple[str, ...], steps: int, at: int, tmp_path: Path) -> None:
     """A second program goes on from the middle: equal state hash, equal scores, and the frames that were to come."""

@@ -207,6 +207,7 @@ def initialize(fmu: FMU2Slave | FMU3Slave) -> None:
     fmu.exitInitializationMode()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("version", VERSIONS)
 def test_its_state_can_be_saved_before_the_run_begins(exported: Build, tmp_path: Path, version: int) -> None:
     """What was given in time counts, what was given after it was saved does not."""
