@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 SECONDS_PER_PARTICLE_STEP = 2.0e-6  # of the fluid, on 2 threads: falling, splashing and calm water of calm-spread
 SECONDS_PER_BODY_STEP = 5e-4  # of each body that moves, for a communication step of u-sweep
-SECONDS_PER_FLOATING_BODY_STEP = 2e-4  # the same without particles, of sweep-200m and harbour-1km
+SECONDS_PER_FLOATING_BODY_STEP = 3.2e-4  # the same without particles, of sweep-200m
 TYPICAL_SPEED = 0.75  # of sqrt(g h), the fastest particle over a whole run
 REFERENCE_THREADS = 2
 SERIAL_SHARE = 0.15  # of the reference time, that more threads do not shorten
