@@ -57,9 +57,9 @@ class SlickParticipant:
     """Steps a `Slick` whose barriers named by `booms` and `hulls` follow bodies; see the module for its variables.
 
     flow: motion of floating oil; water: that of the water at the booms' depth, the same if None; loss_rate: closures; surface: from
-    which the draft of booms is measured, by default flat at the height 0; sources: oil that runs out; more may be appended to
-    `sources` between steps. Releases and recovery are calls of the slick,
-    between steps. Raises ValueError for a boom that the slick does not have, or has with another number of segments.
+    which the draft of booms is measured, by default flat at the height 0. `sources` holds the oil that runs out, and may grow between
+    steps. Releases and recovery are calls of the slick, between steps. Raises ValueError for a boom that the slick does not have, or has
+    with another number of segments.
     """
 
     def __init__(
@@ -73,9 +73,8 @@ class SlickParticipant:
         loss_rate: LossRate = no_loss,
         water: SurfaceFlow | None = None,
         surface: Surface | None = None,
-        sources: Sequence[SpillSource] = (),
     ) -> None:
-        self.sources = list(sources)
+        self.sources: list[SpillSource] = []
         self._name, self._slick, self._surface = name, slick, surface or FlatSurface()
         self._flow, self._water, self._loss_rate = flow, water, loss_rate
         self._booms, self._hulls = tuple(booms), tuple(hulls)

@@ -38,6 +38,8 @@ from coupling.rigid.skyline_cholesky import EnvelopeCholesky
 Array = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
+# Two swings of each of n links sum to sqrt(2 n) omega^2; a link alone, which turns about its middle, has sqrt(2) 4 omega^2: as much for 16
+TOGETHER = 16
 REGULAR = 1e-9  # relative to the mean diagonal of J W J^T and added to it, because two joints on a line hold one direction twice
 
 
@@ -194,14 +196,15 @@ class Articulation:
 
         The frequencies are those of W_c K, and not higher than those of W K for each body alone (Rayleigh: joints leave fewer motions).
         Only bodies that exceed `enough` by themselves are computed with joints: omega^4 = tr(A A) with A = W_c K, at least the square of
-        its largest eigenvalue. `free` as in `acceleration`; inverse_inertia (B, 3, 3) [1/(kg m2)].
+        its largest eigenvalue. The trace sums over all swings: for more than `TOGETHER` bodies of a chain it is a worse bound than that of
+        the bodies alone, which holds then. `free` as in `acceleration`; inverse_inertia (B, 3, 3) [1/(kg m2)].
         """
         stiffness = self._joints.stiffness(self._holding(free, self._bias), self._arm)
         alone = _spectral_bound(inverse_inertia @ stiffness)
         fast = np.flatnonzero(alone > enough**2)
         rest = float(np.delete(alone, fast).max(initial=0.0))
-        if fast.size == 0:
-            return math.sqrt(rest)
+        if fast.size == 0 or fast.size > TOGETHER:
+            return math.sqrt(float(alone.max(initial=0.0)))
         answer = self.inverse_mass((6 * fast[:, None] + np.arange(3, 6)).ravel()).reshape(-1, fast.size, 3)
         together = np.einsum("abi,bij->abj", answer, stiffness[fast]).reshape(len(answer), -1)
         return math.sqrt(rest + float(_spectral_bound(together[None])[0]))

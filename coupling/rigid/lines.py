@@ -26,6 +26,7 @@ from numba import njit
 
 from coupling.rigid.moorings.mooring_leg import MooringLeg
 from coupling.rigid.rotations import applied
+from oilsim.backend.wrenches import add_force_at
 
 Array = npt.NDArray[np.float64]
 
@@ -244,15 +245,6 @@ def _ends(rows: tuple[int, int], points: Array, pose: Array) -> tuple[Array, Arr
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _push(wrench: Array, arm: Array, force: Array) -> None:
-    """Add `force` (3,) at `arm` (3,) [m] to a wrench (6,)."""
-    for axis in range(3):
-        after, before = (axis + 1) % 3, (axis + 2) % 3
-        wrench[axis] += force[axis]
-        wrench[3 + axis] += arm[after] * force[before] - arm[before] * force[after]
-
-
-@njit(nogil=True, cache=True, error_model="numpy")
 def _add_stretching(rows: tuple[int, int], points: Array, pose: Array, total: Array) -> None:
     """Add `ElasticLine.stretching` of a line to `total` (B, 6); points (2, 3) [m], pose (B, 7)."""
     position, arm = _ends(rows, points, pose)
@@ -260,7 +252,7 @@ def _add_stretching(rows: tuple[int, int], points: Array, pose: Array, total: Ar
     along = span / max(np.sqrt((span**2).sum()), 1e-12)
     for end in range(2):
         if rows[end] >= 0:
-            _push(total[rows[end]], arm[end], (2.0 * end - 1.0) * along)
+            add_force_at(total[rows[end]], arm[end], (2.0 * end - 1.0) * along)
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
@@ -292,5 +284,5 @@ def _pull(
                 rate += (2.0 * end - 1.0) * along[axis] * speed
     tension = max(0.0, stiffness / length * (distance - length + relaxation_time * (rate - payout_rate)))
     for end in range(2):
-        _push(wrenches[end], arm[end], (1.0 - 2.0 * end) * tension * along)
+        add_force_at(wrenches[end], arm[end], (1.0 - 2.0 * end) * tension * along)
     return tension, wrenches

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -168,7 +169,8 @@ def assert_fmu_agrees(
     returns the outputs. step_size [s]. Both participants are initialized before and terminated afterwards. Raises ValueError for an
     output that the FMU lacks.
     """
-    both: list[Any] = [fmu, reference] if hasattr(reference, "do_step") else [fmu]
+    expect = reference if callable(reference) else partial(_stepped, reference, step_size)
+    both = [fmu] if callable(reference) else [fmu, reference]
     for one in both:
         one.enter_initialization_mode(0.0)
         one.exit_initialization_mode()
@@ -176,8 +178,7 @@ def assert_fmu_agrees(
         for index in range(steps):
             time = index * step_size
             given = inputs(time)
-            found = _stepped(fmu, time, step_size, given)
-            expected = _stepped(reference, time, step_size, given) if len(both) > 1 else reference(time, given)  # type: ignore[operator]
+            found, expected = _stepped(fmu, step_size, time, given), expect(time, given)
             for name in expected:
                 if name not in found:
                     raise ValueError(f"{fmu.name!r} has no output {name!r}, allowed: {', '.join(found)}")
@@ -189,7 +190,7 @@ def assert_fmu_agrees(
             one.terminate()
 
 
-def _stepped(one: Any, time: float, step_size: float, inputs: Mapping[str, float]) -> dict[str, float]:
+def _stepped(one: Participant, step_size: float, time: float, inputs: Mapping[str, float]) -> dict[str, float]:
     for name, value in inputs.items():
         one.set(name, np.full(one.variables[name].shape, value))
     one.do_step(time, step_size)

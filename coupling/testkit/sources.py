@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeGuard
 
 import numpy as np
 
@@ -21,12 +22,18 @@ def readings_of(source: object) -> Readings:
     """Return the readings of a scene, a watched world, a scenario run, a recording or its file; TypeError for anything else."""
     if isinstance(source, Readings):
         return source
-    if isinstance(source, str | Path) or hasattr(source, "phase_frames"):
-        return readings_of_recording(source)  # type: ignore[arg-type]
+    if isinstance(source, str | Path) or _is_replay(source):
+        return readings_of_recording(source)
     if not isinstance(source, Readable):
         allowed = "a scene, a watched world (coupling.testing.watch), a scenario run, a recording or its file"
         raise TypeError(f"a check is given {source!r}, allowed: {allowed}")
     return source.readings()
+
+
+def _is_replay(source: object) -> TypeGuard[Replay]:
+    """Tell whether a source is a recording that has been opened; without one, nothing that reads recordings has been imported."""
+    module = sys.modules.get("recordings.replay.recording")
+    return module is not None and isinstance(source, module.Replay)
 
 
 def readings_of_recording(source: str | Path | Replay) -> Readings:

@@ -146,7 +146,7 @@ def flume(
     return scene
 
 
-def _config(lower: Vector, upper: Vector, spacing: float, phase: Phase, **options: float) -> FluidConfig:
+def _config(lower: Vector, upper: Vector, spacing: float, phase: Phase, sleep_speed: float = 0.0) -> FluidConfig:
     """Describe the fluid of a tank with room for its walls."""
     margin = MARGIN * spacing
     return FluidConfig(
@@ -155,7 +155,7 @@ def _config(lower: Vector, upper: Vector, spacing: float, phase: Phase, **option
         lower=(lower[0] - margin, lower[1] - margin, lower[2] - margin),
         upper=(upper[0] + margin, upper[1] + margin, upper[2] + margin),
         divergence_iterations=400,
-        **options,  # type: ignore[arg-type]
+        sleep_speed=sleep_speed,
     )
 
 

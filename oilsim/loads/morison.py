@@ -33,6 +33,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from oilsim.backend.wrenches import add_force_at
 from oilsim.loads.load_model import LoadModel, StackedParts, StackedStations, stacked_parts, stacked_stations
 from oilsim.loads.wetted_volume import add_wetted_volume
 from oilsim.physical_constants import AIR_DENSITY
@@ -164,15 +165,6 @@ def _cross(a: Array, b: Array, result: Array) -> None:
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _push(wrench: Array, arm: Array, force: Array) -> None:
-    """Add `force` (3,) [N] at `arm` (3,) [m] to a wrench (6,)."""
-    for axis in range(3):
-        after, before = (axis + 1) % 3, (axis + 2) % 3
-        wrench[axis] += force[axis]
-        wrench[3 + axis] += arm[after] * force[before] - arm[before] * force[after]
-
-
-@njit(nogil=True, cache=True, error_model="numpy")
 def _spread(matrix: Array, arm: Array, values: Array) -> None:
     """Add J^T diag(`values`) J to a matrix (6, 6), with J = [1, -arm x] the velocity at `arm` (3,) [m] by the twist; values (3,)."""
     for axis in range(3):
@@ -253,7 +245,7 @@ def _add_parts(parts: StackedParts, motion: _Motion, water: _Water, densities: A
             damped[axis] = share * parts.wave_damping[p, axis] + entering * parts.added_mass[p, axis]
             force[axis] = density * volume * (steep[axis] + gravity * up[axis])
             force[axis] += carried[axis] * (steep[axis] - turning[axis]) + damped[axis] * slip[axis]
-        _push(found.wrench[b], arm, force)
+        add_force_at(found.wrench[b], arm, force)
         _spread(found.added_mass[b], arm, carried)
         _spread(found.damping[b], arm, damped)
         found.wetted_volume[b] += volume
@@ -276,7 +268,7 @@ def _add_stations(
         if share < 1.0:
             _slip(motion.turn[b], water.wind[s], twists[b], arm, slip)
             _press(0.5 * densities[1] * (1.0 - share), stations.wind_area[s], slip, pressed, slope)
-        _push(found.wrench[b], arm, pressed)
+        add_force_at(found.wrench[b], arm, pressed)
         _spread(found.damping[b], arm, slope)
 
 

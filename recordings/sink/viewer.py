@@ -157,12 +157,17 @@ def _headless_viewer(width: int, height: int) -> Iterator[ViewerClient]:
             raise error from None
         raise _ended(viewer) from error
     finally:
-        viewer.terminate()
-        try:
-            viewer.wait(_STOP_SECONDS)
-        except subprocess.TimeoutExpired:
-            viewer.kill()
-            viewer.wait()
+        end_viewer(viewer)
+
+
+def end_viewer(viewer: subprocess.Popen[bytes]) -> None:
+    """End a viewer that was started, by force if it does not heed the signal in time."""
+    viewer.terminate()
+    try:
+        viewer.wait(_STOP_SECONDS)
+    except subprocess.TimeoutExpired:
+        viewer.kill()
+        viewer.wait()
 
 
 def _readable(path: str | Path) -> Path:

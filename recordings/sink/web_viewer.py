@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from urllib.parse import quote
 
-from recordings.sink.viewer import LOOPBACK, free_port, start_viewer, viewer_executable, wait_for_port
+from recordings.sink.viewer import LOOPBACK, end_viewer, free_port, start_viewer, viewer_executable, wait_for_port
 
 MEMORY = "512MB"  # that the server keeps for viewers that come late; the oldest data go first
-_STOP_SECONDS = 5.0
 
 
 @dataclass(frozen=True)
@@ -39,9 +37,4 @@ def web_viewer() -> Iterator[WebViewer]:
         feed = f"rerun+http://{LOOPBACK}:{port}/proxy"
         yield WebViewer(origin=f"http://{LOOPBACK}:{page_port}", feed=feed)
     finally:
-        process.terminate()
-        try:
-            process.wait(_STOP_SECONDS)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
+        end_viewer(process)

@@ -50,10 +50,10 @@ class Limits:
     """The wall time [s] and the number of particles that a test may take, over all of its runs; ValueError for other terms."""
 
     def __init__(self, marker: pytest.Mark | None) -> None:
-        terms = {} if marker is None else dict(marker.kwargs)
-        strange = sorted(set(terms) - {"seconds", "particles"})
-        if strange or (marker is not None and marker.args):
-            raise ValueError(f"oilsim_limits has {strange or marker.args}, allowed: seconds=..., particles=...")  # type: ignore[union-attr]
+        terms, unnamed = ({}, ()) if marker is None else (dict(marker.kwargs), marker.args)
+        strange = [*unnamed, *sorted(set(terms) - {"seconds", "particles"})]
+        if strange:
+            raise ValueError(f"oilsim_limits has {strange}, allowed: seconds=..., particles=...")
         for name, value in terms.items():
             if value is not None and not (isinstance(value, int | float) and value > 0):
                 raise ValueError(f"oilsim_limits: {name} is {value!r}, allowed: above 0")
@@ -194,8 +194,9 @@ class TestBench:
     def _draw(self, run: Run, path: Path, failure: BaseException | None) -> bool:
         marked = failure.bodies if isinstance(failure, CheckFailed) else (getattr(failure, "participant", ""),)
         frame = run.history.frames[-1]
-        if isinstance(failure, CheckFailed) and failure.time is not None:
-            frame = min(run.history.frames, key=lambda one: abs(one.time - failure.time))  # type: ignore[operator]
+        moment = failure.time if isinstance(failure, CheckFailed) else None
+        if moment is not None:
+            frame = min(run.history.frames, key=lambda one: abs(one.time - moment))
         draw_moment(run.history, frame, marked, "" if failure is None else _one_line(failure), path)
         return True
 

@@ -152,17 +152,12 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
     fmus = _fmus(scenario)
     simulators = build_simulators(scenario)
     scenario = simulators.scenario
-    bodies, world, coupled = simulators.bodies, simulators.world, simulators.coupled
+    bodies, world = simulators.bodies, simulators.world
     scoring = Scoring(scenario, simulators.fluid, world, simulators.fleet, simulators.level, simulators.slick)
     controls = _controls(simulators)
     blown = _wind_on_bodies(simulators)
     _blow(simulators, controls, blown)
-    accounts = RunAccounts(
-        scoring=scoring,
-        coupling=CouplingAccount(simulators.fluid, bodies.fluid, world, coupled, bodies.ledger),
-        totals=RunTotals(),
-        figures=RunFigures(simulators.fluid, lambda: bodies.fluid.report),
-    )
+    accounts = _accounts(simulators, scoring)
     slicks = () if simulators.slick is None else (simulators.slick,)
     skimmers = SkimmerAccounts(scenario, simulators.skimmers)
     parts = _parts(simulators, controls, blown, scoring)
@@ -174,7 +169,7 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
         fluid=simulators.fluid,
         world=world,
         fluid_participant=bodies.fluid,
-        coupled=coupled,
+        coupled=simulators.coupled,
         fleet=simulators.fleet,
         strength=BoomStrength(scenario, world, simulators.fleet, scoring),
         accounts=accounts,
@@ -198,6 +193,17 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
         slick=simulators.slick,
         skimmers=skimmers,
         fmus=fmus,
+    )
+
+
+def _accounts(simulators: Simulators, scoring: Scoring) -> RunAccounts:
+    """Create the accounts of a run, which advance at every communication point."""
+    fluid, bodies = simulators.fluid, simulators.bodies
+    return RunAccounts(
+        scoring=scoring,
+        coupling=CouplingAccount(fluid, bodies.fluid, simulators.world, simulators.coupled, bodies.ledger),
+        totals=RunTotals(),
+        figures=RunFigures(fluid, lambda: bodies.fluid.report),
     )
 
 

@@ -7,7 +7,7 @@ import time as wall_clock
 from collections.abc import Sequence
 from pathlib import Path
 
-from distributed import Client, as_completed
+from distributed import Client, Future, as_completed
 from rich.console import Console
 
 from recordings.files import write_whole
@@ -50,7 +50,7 @@ def _client(address: str) -> Client:
         raise ScenarioError([Problem("--scheduler", text)], "oilsim") from error
 
 
-def _take(future, variant: Variant, folder: Path) -> str:  # type: ignore[no-untyped-def]
+def _take(future: Future, variant: Variant, folder: Path) -> str:
     """Write a run's summary, and say how it ended."""
     error = future.exception()
     if error is not None:

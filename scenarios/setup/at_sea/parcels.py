@@ -100,7 +100,7 @@ def build_slick(written: Scenario, sea: Sea, booms: Mapping[str, BoomLayout]) ->
         slick.release(
             oil, spill.volume, count=PARCELS, center=spill.center, radius=spill.radius, age=_age(spill, oil, settings)
         )
-    return SlickParticipant(
+    participant = SlickParticipant(
         SLICK,
         slick,
         FloatingOilFlow(sea),
@@ -114,8 +114,9 @@ def build_slick(written: Scenario, sea: Sea, booms: Mapping[str, BoomLayout]) ->
         ),
         water=_water(sea, booms),
         surface=sea,
-        sources=list(sources.values()),
     )
+    participant.sources.extend(sources.values())
+    return participant
 
 
 def oil_sources(scenario: Scenario) -> dict[str, SpillSource]:

@@ -19,33 +19,15 @@ from scenarios.conduct.commands import LONGEST
 from scenarios.conduct.server import CLOSED_TOKEN
 from scenarios.running.verify import verify
 from tests.scenarios.conduct.consoles import Console, console
+from tests.scenarios.small_tow import small_tow
 
-# two vessels tow a boom of eight segments through a calm sea without particles, with 100 litres of oil ahead
-TOW = """
-name = "tow"
-title = "Two vessels tow a boom"
-run = {duration = 1000.0, communication_step = 0.05, threads = 1, detail = "none"}
-recording = {frame_rate = 20, checkpoint_interval = 0}
-fluid = {particle_spacing = 0.25}
-phases.water = {density = 1025.0, dynamic_viscosity = 1.0e-3}
+# with 100 litres of oil ahead, in a current
+OIL = """
 phases.oil = {oil = "alaska-north-slope"}
 fill.slick = {shape = "block", phase = "oil", lower = [8.0, -2.0, -0.01], upper = [13.0, 2.0, 0.0]}
-tank = {lower = [-60.0, -60.0, -10.0], upper = [60.0, 60.0, 5.0], open = ["-x", "+x", "-y", "+y", "+z"]}
-sea = {depth = 10.0, current = {kind = "steady", speed = 0.1, direction = 0.0}}
-tow = {speed = 0.3, heading = 0.0}
-
-[vessels]
-port = {length = 6.0, beam = 2.0, draft = 0.6, depth = 1.2, position = [0.0, 6.0], bollard_pull = 4e3, yaw_moment = 2e4}
-starboard = {length = 6.0, beam = 2.0, draft = 0.6, depth = 1.2, position = [0.0, -6.0], bollard_pull = 4e3, yaw_moment = 2e4}
-
-[booms.main]
-ends = ["port", "starboard"]
-length = 24.0
-segments = 8
-skirt_depth = 0.4
-freeboard = 0.3
-tow_line = 2.0
+sea.current = {kind = "steady", speed = 0.1, direction = 0.0}
 """
+TOW = small_tow(duration=1000.0, communication_step=0.05, frame_rate=20, more=OIL)
 
 
 @pytest.fixture(scope="module")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import threading
+import time
 from multiprocessing import Pipe
 
 import numpy as np
@@ -53,7 +54,9 @@ def test_a_console_that_has_gone_does_not_stop_the_run() -> None:
     reader.close()
     for number in range(3):
         sender.show({"kind": "state", "number": number})
+    begun = time.monotonic()
     sender.close(5.0)
+    assert time.monotonic() - begun < 4.0, "the run does not wait for a console that has gone"
 
 
 @given(JSON)

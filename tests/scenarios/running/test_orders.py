@@ -34,33 +34,11 @@ from scenarios.scenario import Scenario
 from scenarios.schema.sea import JonswapSeaWaves, SteadySeaWind
 from scenarios.text.toml import read_toml
 from tests.docs.guide import DOCS, commands
+from tests.scenarios.small_tow import small_tow
 
 STEP = 0.02
 PACE = 0.25  # slow enough for a few orders
-# two vessels tow a boom of eight segments through a calm sea without particles
-TOW = """
-name = "tow"
-title = "Two vessels tow a boom"
-run = {duration = 0.6, communication_step = 0.02, threads = 1, detail = "none"}
-recording = {frame_rate = 50, checkpoint_interval = 0}
-fluid = {particle_spacing = 0.25}
-phases.water = {density = 1025.0, dynamic_viscosity = 1.0e-3}
-tank = {lower = [-60.0, -60.0, -10.0], upper = [60.0, 60.0, 5.0], open = ["-x", "+x", "-y", "+y", "+z"]}
-sea = {depth = 10.0}
-tow = {speed = 0.3, heading = 0.0}
-
-[vessels]
-port = {length = 6.0, beam = 2.0, draft = 0.6, depth = 1.2, position = [0.0, 6.0], bollard_pull = 4e3, yaw_moment = 2e4}
-starboard = {length = 6.0, beam = 2.0, draft = 0.6, depth = 1.2, position = [0.0, -6.0], bollard_pull = 4e3, yaw_moment = 2e4}
-
-[booms.main]
-ends = ["port", "starboard"]
-length = 24.0
-segments = 8
-skirt_depth = 0.4
-freeboard = 0.3
-tow_line = 2.0
-"""
+TOW = small_tow(duration=0.6, communication_step=STEP, frame_rate=50)
 QUIET = Console(quiet=True)
 
 
