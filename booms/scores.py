@@ -139,9 +139,9 @@ class LossSpeeds:
     count. Losses are net: oil that is taken back is deducted.
 
     First loss: the net lost share of all oil taken in has stayed above `first_share` for `window` [s]; the speed is that at which it rose
-    above. Gross loss: the mean net loss over `gross_window` [s] is more than the share `gross_rate` [1/s] of that oil, 10 % a minute; the
-    speed is the mean over that loss. Either is None again once half of that oil has come back. After ASTM F2084, in which observers judge
-    by eye; trials call more than 10 % a minute catastrophic. The longer window sees it in pools of some 50 particles.
+    above. Gross loss comes after it: the mean net loss over `gross_window` [s] is more than the share `gross_rate` [1/s] of that oil,
+    10 % a minute; the speed is the mean over that loss. Either is None again once half of that oil has come back. After ASTM F2084, in
+    which observers judge by eye; trials call more than 10 % a minute catastrophic. The longer window sees it in pools of some 50 particles.
     """
 
     first_share: float = 0.005
@@ -193,7 +193,9 @@ class LossSpeeds:
         if self.gross_loss is not None and net < before + 0.5 * lost:
             self.gross_loss = None
         since, _, net_then = self._past[0]
-        if self.gross_loss is None and net - net_then > self.gross_rate * taken_in * (time - since):
+        if self.first_loss is None or self.gross_loss is not None:
+            return
+        if net - net_then > self.gross_rate * taken_in * (time - since):
             self._gross = net_then, net - net_then
             self.gross_loss = self._speed_of_loss()
 

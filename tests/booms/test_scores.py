@@ -93,6 +93,14 @@ def test_oil_that_peeps_out_before_the_tow_sets_no_loss_speed():
     assert not losses_of([0.0, 0.5, 0.5], speed=lambda t: lying).begun
 
 
+def test_gross_loss_never_comes_before_the_first_loss():
+    """2.4 % of the oil is lost within two seconds: 12 % a minute over twelve, before the first loss has lasted for five."""
+    lost = [0.0] * 12 + [0.012, 0.024] + [0.024] * 6
+    until = {end: losses_of(lost[:end], speed=lambda t: 0.5) for end in range(1, len(lost) + 1)}
+    assert all(one.first_loss is not None for one in until.values() if one.gross_loss is not None)
+    assert until[len(lost)].gross_loss == pytest.approx(0.5)
+
+
 def test_oil_that_comes_back_sets_no_loss_speed():
     brief = losses_of([0.0] * 5 + [0.3] * 4 + [0.0] * 20, speed=lambda t: 0.3)
     assert (brief.first_loss, brief.gross_loss) == (None, None)
