@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import shutil
+import stat
 import tempfile
 from pathlib import Path
 
@@ -19,9 +20,18 @@ def temporary_folder(kind: str) -> tempfile.TemporaryDirectory[str]:
     place = Path(tempfile.gettempdir())
     for left in place.glob("oilsim-*"):
         named = FOLDER.fullmatch(left.name)
-        if named and not left.is_symlink() and left.stat().st_uid == os.getuid() and not _runs(int(named[1])):
+        if named and _is_own_folder(left) and not _runs(int(named[1])):
             shutil.rmtree(left, ignore_errors=True)
     return tempfile.TemporaryDirectory(prefix=f"oilsim-{kind}-{os.getpid()}-", ignore_cleanup_errors=True)
+
+
+def _is_own_folder(path: Path) -> bool:
+    """Tell whether a path is a folder, not a link, of this user; false if it has gone since it was listed, as other processes tidy up too."""
+    try:
+        found = path.lstat()
+    except FileNotFoundError:
+        return False
+    return stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid()
 
 
 def _runs(process: int) -> bool:

@@ -32,3 +32,11 @@ def test_a_killed_process_leaves_nothing_for_long(tmp_path, monkeypatch):
         with temporary_folder("fmu"):
             assert Path(mine).is_dir(), "a folder of a process that runs stays"
     assert [one.name for one in tmp_path.iterdir()] == ["oilsim-fmu-kept"]
+
+
+def test_a_folder_that_another_process_removes_meanwhile_is_passed_over(tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    gone = tmp_path / "oilsim-trial-1-gone"
+    monkeypatch.setattr(Path, "glob", lambda folder, pattern: [gone])
+    with temporary_folder("fmu") as mine:
+        assert Path(mine).is_dir()
