@@ -26,7 +26,7 @@ def temporary_folder(kind: str) -> tempfile.TemporaryDirectory[str]:
 
 
 def _is_own_folder(path: Path) -> bool:
-    """Tell whether a path is a folder, not a link, of this user; false if it has gone since it was listed, as other processes tidy up too."""
+    """Tell whether a path is a folder of this user, not a link; false if another process has removed it since it was listed."""
     try:
         found = path.lstat()
     except FileNotFoundError:
