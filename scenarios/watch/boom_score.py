@@ -66,6 +66,7 @@ class BoomScore:
         self._oil_in_area: float | None = None  # [m3]
         self._vessels = [body_of(end) for end in settings.ends if isinstance(end, str)]
         self._time: float | None = None
+        self.held_speed = 0.0  # [m/s] largest along the boom that is held now
         self._worst: dict[str, float] = {}
         self._told: set[str] = set()
         self._notices: list[Notice] = []
@@ -111,7 +112,7 @@ class BoomScore:
         if slick is not None:
             report = with_slick(report, slick, self.name)
         self.report = report
-        held = float(self._held.add(time, state.normal_flow(current)).max())
+        self.held_speed = held = float(self._held.add(time, state.normal_flow(current)).max())
         step = 0.0 if self._time is None else time - self._time
         self._time = time
         speed = self._tow_speed(world, current)
