@@ -128,8 +128,8 @@ class Fluid(FluidView):
     def change_phase(self, ids: ArrayLike, phase: str) -> NDArray[np.uint32]:
         """Let particles become another liquid where they are, at the velocity they have; return their new ids (n,).
 
-        Volumes stay; masses change, which accounts of energy and momentum book as "swaps". An id never changes its phase. ValueError for ids
-        that do not exist or occur twice.
+        Volumes stay; masses change, which accounts of energy and momentum book as "swaps". An id never changes its phase. ValueError for
+        ids that do not exist or occur twice.
         """
         index = self.config.phase_index(phase)
         chosen = checks.known_ids(ids, self.state.id)
