@@ -3,9 +3,9 @@
 Every body <body> of a boom or hull has the input `<body>.pose`. Outputs: `released`, `afloat`, `held`, `lost`, `stranded`, `recovered`,
 the account in m3, and `resolved`, what of it is particles of a window; `lost.<cause>`, the oil now lost by that cause; of every boom <boom>
 `<boom>.held`, `<boom>.passed.<cause>`, the oil that it has lost since the start, and by segment `<boom>.held_by_segment`,
-`<boom>.thickness`, `<boom>.normal_speed`, `<boom>.draft`, `<boom>.lean`, `<boom>.freeboard`. A step sweeps each barrier from where the last step left it to the pose given for this one, so nothing
-leaks, whatever the bodies do. If the bodies make their step before the slick, that pose is the one at the step's end; if the slick is
-first, its barriers lag by a step.
+`<boom>.thickness`, `<boom>.normal_speed`, `<boom>.draft`, `<boom>.lean`, `<boom>.freeboard`. A step sweeps each barrier from where the
+last step left it to the pose given for this one, so nothing leaks, whatever the bodies do. If the bodies make their step before the slick,
+that pose is the one at the step's end; if the slick is first, its barriers lag by a step.
 The slick does not act on the bodies.
 """
 

@@ -1,7 +1,7 @@
 """Merging: two parcels of one fate that lie close become one, so that a run's parcels stay few; volume is kept.
 
-Drifting parcels merge in pairs within a cell of a grid, held ones within a pool, stranded ones on a side of an outline, resolved ones never. The pair lies where
-the larger one lay, and has the mean properties by volume. No pair merges across a barrier.
+Drifting parcels merge in pairs within a cell of a grid, held ones within a pool, stranded ones on a side of an outline, resolved ones
+never. The pair lies where the larger one lay, and has the mean properties by volume. No pair merges across a barrier.
 """
 
 from __future__ import annotations
