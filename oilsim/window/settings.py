@@ -55,7 +55,6 @@ class WindowSettings:
 
         gravity [m/s2].
         """
-        wave = max(SHORTEST_WAVE * self.spacing, np.finfo(np.float64).tiny)
         return math.sqrt(2.0 * math.pi * SHORTEST_WAVE * self.spacing / (gravity or GRAVITY)) / STEPS_A_PERIOD
 
     @property

@@ -55,7 +55,9 @@ def couple_window(
     if world is not None and world.environment is not None:
         shared = SharedEnvironment(world.environment, world.loaded_names, participant.shares)
         world.change_environment(shared)
-        participant.when_shares_change = partial(world.change_environment, shared)  # loads of the last shares are no longer true
+        participant.when_shares_change = partial(
+            world.change_environment, shared
+        )  # loads of the last shares are no longer true
     return couple_participant(participant, window.fluid, tuple(bodies), world)
 
 

@@ -115,6 +115,28 @@ def test_a_body_that_drifts_into_a_window_feels_no_jump(tmp_path: Path) -> None:
     assert assembly.ledger.momentum_residual < 1e-9
 
 
+def test_a_body_in_the_rim_repeats_its_steps_after_a_restart(tmp_path: Path) -> None:
+    """Its share changes in every step: particles and formulas bear it with the same one, before and after."""
+    assembly = assembled(tmp_path, "[1.2, 0.0]", 0.0, 3.6)
+    simulation, shares = assembly.co_simulation(), assembly.fluid_participant.shares  # type: ignore[attr-defined]
+    assert assembly.world is not None
+    simulation.initialize()
+    for _ in range(3):
+        simulation.step()
+    saved, ends = simulation.save_state(), []
+    first = float(shares.values[0])
+    for _ in range(2):
+        for _ in range(4):
+            simulation.step()
+        ends.append(
+            (assembly.world.pose("box").tobytes(), assembly.fluid.particles.position.tobytes(), shares.values[0])
+        )
+        simulation.restore_state(saved)
+    simulation.terminate()
+    assert ends[0] == ends[1]
+    assert 0.0 < first < ends[0][2] < 1.0
+
+
 @pytest.mark.parametrize(
     ("override", "place", "text"),
     [
