@@ -55,6 +55,10 @@ def scene_of(assembly: Assembly) -> dict[str, Any]:
             name: {"words": words, "color": palette.css(palette.cause_color(name))}
             for name, words in CAUSE_IN_WORDS.items()
         },
+        "films": [
+            {"from": start, "words": words, "color": palette.css(color), "opacity": opacity}
+            for start, words, color, opacity in palette.FILM
+        ],
         "speeds": {"limit": PRACTICE_SPEED, "steps": NORMAL_SPEEDS},
         "tows": scenario.tow is not None and any(not one.legs for one in scenario.vessels.values()),
         "weather_table": "forcing" if scenario.run.has_particles or scenario.sea is None else "sea",

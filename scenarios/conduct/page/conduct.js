@@ -30,7 +30,7 @@ const on = {
     document.body.classList.toggle("crew", message.role === "vessel");
     at("role").textContent = message.role === "vessel" ? `Vessel ${message.vessel}` : message.role[0].toUpperCase() + message.role.slice(1);
     at("transport").hidden = message.role !== "instructor";
-    at("tab-scene").hidden = !message.viewer;
+    at("tab-scene").hidden = at("tab-both").hidden = !message.viewer;
     plan.own = message.vessel || null;
     at("notice").hidden = true;
   },
@@ -106,7 +106,7 @@ function fillOnce(state) {
 
 function phase() {
   const { session, state } = conduct, runs = session?.phase === "running";
-  const words = !session ? "connecting" : runs ? (state?.paused ? "paused" : "running") : session.phase === "building" ? "building" : session.phase;
+  const words = !session ? "connecting" : runs ? (state?.paused ? "paused" : state?.index === 0 ? "starting" : "running") : session.phase === "building" ? "building" : session.phase;
   at("phase").textContent = words;
   at("phase").className = `pill ${words}`;
   if (session && !runs && session.reason) notice(session.reason, session.phase === "failed", 0);
@@ -122,19 +122,26 @@ function phase() {
   if (document.activeElement !== at("scale")) at("scale").value = String(state.pace);
 }
 
+// Shows one of the views, or plan and 3-D side by side.
 function select(name) {
-  for (const one of ["plan", "scene", "debrief"]) {
-    at(`tab-${one}`).setAttribute("aria-selected", String(one === name));
-    at(`view-${one}`).hidden = one !== name;
-  }
-  at("timeline").hidden = name !== "plan";
-  if (name === "scene" && !at("view-scene").firstChild) {
+  for (const one of ["plan", "scene", "both", "debrief"]) at(`tab-${one}`).setAttribute("aria-selected", String(one === name));
+  at("view-plan").hidden = !["plan", "both"].includes(name);
+  at("view-scene").hidden = !["scene", "both"].includes(name);
+  at("views").hidden = at("timeline").hidden = name === "debrief";
+  at("view-debrief").hidden = name !== "debrief";
+  if (!at("view-scene").hidden && !at("view-scene").firstChild) {
     const frame = document.createElement("iframe");
     frame.title = "3-D view";
     frame.src = conduct.hello.viewer;
     at("view-scene").append(frame);
   }
   plan.redraw();
+}
+
+// Lets the 3-D view show the moment at which the timeline stands.
+function moveScene() {
+  const frame = at("view-scene").firstChild;
+  if (frame) frame.contentWindow.postMessage({ time: timeline.past, latest: timeline.end }, location.origin);
 }
 
 async function debrief() {
@@ -170,7 +177,7 @@ at("boom-by").addEventListener("change", () => { plan.boomBy = at("boom-by").val
 at("follow").addEventListener("change", () => plan.setFollow(at("follow").checked));
 plan.onFollow = (wanted) => { at("follow").checked = wanted; };
 at("fit").addEventListener("click", () => { plan.fit(); plan.setFollow(true); });
-for (const name of ["plan", "scene"]) at(`tab-${name}`).addEventListener("click", () => select(name));
+for (const name of ["plan", "scene", "both"]) at(`tab-${name}`).addEventListener("click", () => select(name));
 at("tab-debrief").addEventListener("click", () => openDebriefs(conduct.session.debriefs));
 at("password").addEventListener("close", () => link.retry(at("password-text").value));
 
@@ -187,4 +194,6 @@ document.addEventListener("keydown", (event) => {
 const token = location.hash.slice(1);
 const link = conduct.link = new Link(token, (message) => on[message.kind]?.(message));
 const timeline = new Timeline(at, link, show), debriefs = new Debriefs(at("view-debrief"), link, token);
-timeline.onPresent = () => { if (conduct.state) show(conduct.state); };
+timeline.onPresent = () => { if (conduct.state) show(conduct.state); moveScene(); };
+timeline.onLook = moveScene;
+addEventListener("message", (event) => { if (event.origin === location.origin && event.data === "scene" && timeline.past !== null) moveScene(); });
