@@ -14,6 +14,7 @@ export class PlanView {
     this.scale = 2; // px a metre
     this.follows = true;
     this.boomBy = "normal";
+    this.pin = null; // a place [m] that the instructor has chosen
     this.own = null; // the vessel in the middle, on its crew's page
     this.tracks = {};
     new ResizeObserver(() => this.resize()).observe(canvas);
@@ -86,6 +87,19 @@ export class PlanView {
     return [this.canvas.clientWidth / 2 + (east - this.center[0]) * this.scale, this.canvas.clientHeight / 2 - (north - this.center[1]) * this.scale];
   }
 
+  // The place in the world [m] at a point of the canvas.
+  placeAt(left, top) {
+    const east = this.center[0] + (left - this.canvas.clientWidth / 2) / this.scale, north = this.center[1] + (this.canvas.clientHeight / 2 - top) / this.scale;
+    const [sine, cosine] = [Math.sin(this.scene.bearing), Math.cos(this.scene.bearing)];
+    return [east * sine + north * cosine, north * sine - east * cosine];
+  }
+
+  drawPin(pen) {
+    const [left, top] = this.at(...this.pin);
+    pen.strokeStyle = "#a8231c"; pen.lineWidth = 2.5;
+    pen.beginPath(); pen.moveTo(left - 9, top); pen.lineTo(left + 9, top); pen.moveTo(left, top - 9); pen.lineTo(left, top + 9); pen.arc(left, top, 6, 0, 7); pen.stroke();
+  }
+
   draw() {
     if (!this.canvas.clientWidth) return;
     if (!this.isFitted) this.fit();
@@ -100,6 +114,7 @@ export class PlanView {
     this.drawTracks(pen);
     for (const boom of this.scene.booms) this.drawBoom(pen, boom, this.state.booms[boom.name]);
     for (const vessel of this.scene.vessels) this.drawVessel(pen, vessel, this.state.vessels[vessel.name]);
+    if (this.pin) this.drawPin(pen);
     drawFurniture(pen, this);
   }
 
@@ -194,6 +209,12 @@ export class PlanView {
       if (!held) return;
       this.move((held[0] - event.clientX) / this.scale, (event.clientY - held[1]) / this.scale);
       held = [event.clientX, event.clientY];
+    });
+    canvas.addEventListener("dblclick", (event) => {
+      if (!this.scene || this.own) return;
+      this.pin = this.placeAt(event.offsetX, event.offsetY);
+      this.onPin?.(this.pin);
+      this.redraw();
     });
     canvas.addEventListener("wheel", (event) => { event.preventDefault(); this.zoom(Math.exp(-event.deltaY / 600)); }, { passive: false });
     canvas.addEventListener("keydown", (event) => {
