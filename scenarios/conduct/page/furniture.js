@@ -3,11 +3,12 @@ import { NORMAL_CLASSES, tensionColor } from "./colors.js";
 import { compass, course, force, knots } from "./units.js";
 
 const INK = "#14232e";
+const NARROW = 720; // px below which the scale stands above the legend
 
 export function drawFurniture(pen, view) {
   const width = view.canvas.clientWidth, height = view.canvas.clientHeight;
   drawNorth(pen, width - 36, 44);
-  drawScale(pen, view.scale, width - 20, height - 22);
+  drawScale(pen, view.scale, width - 20, height - (width < NARROW ? 116 : 22));
   drawWeather(pen, view, 14, 14);
   drawLegend(pen, view, 14, height - 14);
 }

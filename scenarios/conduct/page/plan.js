@@ -65,21 +65,34 @@ export class PlanView {
     return found;
   }
 
+  // The oil near the points of the exercise, for a view that holds both.
+  nearOil(low, high) {
+    const near = [], room = 0.6 * Math.max(high[0] - low[0], high[1] - low[1]), spots = this.spots ?? [];
+    for (let k = 0; k < spots.length; k += 5) {
+      const [east, north] = this.toMap(spots[k], spots[k + 1]);
+      if (east > low[0] - room && east < high[0] + room && north > low[1] - room && north < high[1] + room) near.push([east, north]);
+    }
+    return near;
+  }
+
+  // The corners [m], low and high, of the vessels, the booms and the oil near them.
+  limits() {
+    const own = bounds(this.points());
+    return bounds([...own, ...this.nearOil(...own)]);
+  }
+
   fit() {
-    const points = this.points(), east = points.map((p) => p[0]), north = points.map((p) => p[1]);
-    const low = [Math.min(...east), Math.min(...north)], high = [Math.max(...east), Math.max(...north)];
+    const [low, high] = this.limits();
     const [width, height] = [this.canvas.clientWidth, this.canvas.clientHeight];
     const span = [Math.max(high[0] - low[0], 1e-3), Math.max(high[1] - low[1], 1e-3)];
-    this.scale = 0.62 * Math.min((width - 120) / span[0], height / span[1]);
-    this.center = [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2];
+    this.scale = 0.72 * Math.min((width - 60) / span[0], (height - 60) / span[1]);
+    this.center = middleOf(low, high);
     this.isFitted = true;
   }
 
   middle() {
     const own = this.own && this.state.vessels[this.own];
-    if (own) return this.toMap(own.x, own.y);
-    const points = this.points(), east = points.map((p) => p[0]), north = points.map((p) => p[1]);
-    return [(Math.min(...east) + Math.max(...east)) / 2, (Math.min(...north) + Math.max(...north)) / 2];
+    return own ? this.toMap(own.x, own.y) : middleOf(...this.limits());
   }
 
   at(x, y) {
@@ -241,6 +254,12 @@ export class PlanView {
   }
 }
 
+const middleOf = (low, high) => [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2];
+function bounds(points) {
+  const low = [Infinity, Infinity], high = [-Infinity, -Infinity];
+  for (const point of points) for (const axis of [0, 1]) { low[axis] = Math.min(low[axis], point[axis]); high[axis] = Math.max(high[axis], point[axis]); }
+  return [low, high];
+}
 const between = (a, b, part) => [a[0] + part * (b[0] - a[0]), a[1] + part * (b[1] - a[1])];
 
 export function label(pen, words, left, top) {
