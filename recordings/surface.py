@@ -64,7 +64,7 @@ class FilmFrame:
 
 
 def grid_faces(rows: int, columns: int) -> npt.NDArray[np.uint32]:
-    """Return the triangles (2 (rows - 1) (columns - 1), 3) of a grid whose vertices are numbered along its columns first."""
+    """Return the triangles (F, 3) of a grid whose vertices are numbered row by row; F is twice its number of cells."""
     corner = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
     low, high = (
         np.stack([corner, corner + columns, corner + 1], -1),

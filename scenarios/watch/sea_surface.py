@@ -53,7 +53,7 @@ def box_around(places: Array) -> tuple[float, float, float, float]:
 
 
 def grid_lines(low: float, high: float) -> Array:
-    """Return grid lines (INNER_LINES + 2 OUTER_LINES,) [m]: even from `low` to `high` [m], and then farther and farther apart."""
+    """Return the N = INNER_LINES + 2 OUTER_LINES grid lines (N,) [m]: even from `low` to `high` [m], and then farther and farther apart."""
     inner = np.linspace(low, high, INNER_LINES)
     beyond = np.cumsum((inner[1] - inner[0]) * GROWTH ** np.arange(1, OUTER_LINES + 1))
     return np.concatenate([low - beyond[::-1], inner, high + beyond])
