@@ -65,7 +65,7 @@ def cause_color(cause: str) -> Color:
 
 
 def film_colors(thickness: npt.NDArray[np.floating]) -> npt.NDArray[np.uint8]:
-    """Return the colours (R, C, 3) of films (R, C) [m], or of any other shape, on the sea by day; a film too thin to be seen has the water's."""
+    """Return the colours (R, C, 3) of films (R, C) [m] on the sea by day; a film too thin to be seen has the water's."""
     place = np.searchsorted([start for start, *_ in FILM], thickness, side="right")  # 0: no film
     water = np.array(SEA[:3], dtype=np.float64)
     hidden = np.array([0.0, *(part for *_, part in FILM)])[:, None]
