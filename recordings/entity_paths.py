@@ -11,6 +11,8 @@ PROBES = "probes"
 FORCES = "forces"
 EVENTS = "events"
 LEGEND = "legend"
+SURFACE = "sea/surface"
+NAMES = "names"
 BODIES = "bodies"
 VESSELS = "vessels"
 BOOM = "boom"
@@ -82,6 +84,11 @@ def body_group(name: str) -> str:
 def label(name: str) -> str:
     """Return the path of the label at a body."""
     return f"{body(name)}/name"
+
+
+def boom_label(name: str) -> str:
+    """Return the path of the name over a boom."""
+    return _path(NAMES, name)
 
 
 def force(name: str) -> str:

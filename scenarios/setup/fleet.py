@@ -184,7 +184,7 @@ def course_of(settings: VesselSettings, scenario: Scenario) -> Course | None:
     if settings.control == "manual":
         return None
     legs = [
-        CourseLeg(start_time=leg.start, speed=leg.speed, heading=leg.heading, through=leg.through)
+        CourseLeg(start_time=leg.start, speed=leg.speed, heading=leg.heading, through=leg.through, by_hand=leg.by_hand)
         for leg in settings.legs
     ]
     tow = scenario.tow
