@@ -137,7 +137,7 @@ def lay_between(
 
 
 def stream_chain(segment_count: int, across: float, along: float) -> Array:
-    """Compute the vertices (segment_count + 1, 2) [-] of a chain of length 1 that hangs in a stream along +y, from the origin to (across, along).
+    """Compute the vertices (segment_count + 1, 2) [-] of a chain of length 1 in a stream along +y, from the origin to (across, along).
 
     It is the catenary of the module's equation, with its axis along the stream and ends at different heights: tan(psi) = (s - s0) / a.
     Bisection finds s0 from the way along the stream, mean sin(psi) = -along, for each a, and a from the way across it, mean cos(psi) =
@@ -145,8 +145,8 @@ def stream_chain(segment_count: int, across: float, along: float) -> Array:
     """
     if not across > 1e-3 or math.hypot(across, along) > 1.0 - 1e-6:
         raise ValueError(
-            f"the ends lie {across:.4g} of the boom's length across the stream and {along:.4g} along it, allowed: above 0.001 across it, and"
-            " less than the length apart"
+            f"the ends lie {across:.4g} of the boom's length across the stream and {along:.4g} along it, allowed: above 0.001 across it,"
+            " and less than the length apart"
         )
     middle = (np.arange(segment_count) + 0.5) / segment_count
     low, high = 1e-6, 1e6
