@@ -213,8 +213,8 @@ class BoomSettings(Section):
     seed                of the order in which the closures' losses fall due along the boom
     bulge               "left" or "right", seen from the first end to the second: the side to which a boom with slack is laid; by default
                         the side to which the current drives a boom between fixed points, else the right
-    stream              [rad] direction to which the water runs past the ends at the start (current less way made); the boom then starts in the
-                        shape that it takes in this stream, also between ends that are not abreast (J, diversion)
+    stream              [rad] direction to which the water runs past the ends at the start (current less way made); the boom then starts in
+                        the shape that it takes in this stream, also between ends that are not abreast (J, diversion)
     deployment          how the debrief grades it: "sweep" meets and holds oil under way, "containment" holds it between moorings,
                         "exclusion" keeps oil out of `area`, "diversion" leads oil into `area`; the default is a sweep if a vessel holds
                         an end, else a containment
