@@ -219,6 +219,7 @@ class BoomSettings(Section):
                         "exclusion" keeps oil out of `area`, "diversion" leads oil into `area`; the default is a sweep if a vessel holds
                         an end, else a containment
     area                three or more corners (x, y) [m] of the water that an exclusion keeps clean, or to which a diversion leads the oil
+    berth               (x, y) [m] to which the crew brings the second end; the debrief tells when it lies there
     parted              numbers of the joints that have parted, counted from 1 at the first end to segments - 1
     """
 
@@ -242,6 +243,7 @@ class BoomSettings(Section):
     stream: float | None = quantity("rad", default=None)
     deployment: Deployment | None = None
     area: tuple[Point2, ...] = quantity("m", default=())
+    berth: Point2 | None = quantity("m", default=None)
 
     @property
     def kind(self) -> Deployment:

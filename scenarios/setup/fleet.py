@@ -226,11 +226,12 @@ def _laid(
     moored = held_ends(scenario.moorings, name, settings.segments)
     if not any(isinstance(end, str) for end in settings.ends) and not any(moored):
         _require_slack(math.dist(*places), settings.length)
-    where = {"water_level": water_level, "name": f"boom/{name}"}
-    if settings.stream is None:
-        layout = lay_between(boom, places[0], places[1], bulge=bulge_of(settings, scenario), **where)
+    bulge, stream = bulge_of(settings, scenario), settings.stream
+    start, end = places
+    if stream is None:
+        layout = lay_between(boom, start, end, water_level=water_level, name=f"boom/{name}", bulge=bulge)
     else:
-        layout = lay_in_stream(boom, places[0], places[1], settings.stream, **where)
+        layout = lay_in_stream(boom, start, end, stream, water_level=water_level, name=f"boom/{name}")
     ends = _Ends()
     for index, (end, label) in enumerate(zip(settings.ends, settings.end_labels, strict=True)):
         segment, point = layout.segments[-index].name, layout.end_points[index]
