@@ -131,7 +131,7 @@ class Frame:
 class MeshDescription:
     """The triangles of a body, in its own frame about its centre of mass.
 
-    Bodies of the same shape may share one object; the recording still stores the triangles for each body.
+    Bodies of the same shape may share one object; the segments of a boom that do are stored and drawn by one entity.
 
     Attributes:
         vertices: (V, 3) float32 [m].

@@ -57,7 +57,7 @@ def _scenes(run: RunDescription, places: Places, *, follow: bool) -> rrb.Contain
 
 def _close_scene(run: RunDescription, view: FollowingView, *, follow: bool) -> rrb.Spatial3DView:
     hidden = [entity_paths.FORCES, *_waters(run)]
-    return _scene(run, view.title, view.camera, hidden=hidden, follows=entity_paths.body(view.body) if follow else None)
+    return _scene(run, view.title, view.camera, hidden=hidden, follows=view.follows if follow else None)
 
 
 def _scene(
