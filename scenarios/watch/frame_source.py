@@ -39,7 +39,7 @@ def _pulls(fleet: Fleet) -> dict[str, tuple[str, ...]]:
 
 
 class FrameReader:
-    """Reads the frame of a communication point: figures and poses at once, particles only for whoever asks.
+    """Reads the frame of a communication point: figures at once, bodies and particles only for whoever asks.
 
     Reading changes nothing: the accounts have been advanced before, and a frame may be read twice or never.
     """
@@ -56,14 +56,14 @@ class FrameReader:
         self._probes = probe_readings(scenario.probes, simulators.fluid, self._pose_and_wrench, scenario.tank.lower[2])
 
     def __call__(self, point: CommunicationPoint) -> Frame:
-        """Return the frame at a communication point; its particles must be asked for before the run goes on."""
+        """Return the frame at a communication point; bodies and particles must be asked for before the run goes on."""
         accounts = self._accounts
         scalars = accounts.figures.series() | dict(self._probes()) | accounts.scoring.series()
         scalars |= accounts.coupling.series() | self._moorings() | self._skimmers.series() | self._fmu_outputs()
         return Frame(
             index=point.index,
             time=point.time,
-            bodies={solid.name: self._body(solid) for solid in self._simulators.solids},
+            bodies=lambda: {solid.name: self._body(solid) for solid in self._simulators.solids},
             scalars=scalars,
             read_phases=lambda: self._phases(point.time),
             read_lost=accounts.scoring.lost_ids,
