@@ -173,8 +173,9 @@ def _references(parts: Parts) -> Iterator[Problem]:
 
 def _orders(parts: Parts) -> Iterator[Problem]:
     for name, vessel in parts.vessels.items():
-        if vessel.control == "helmsman" and not vessel.legs and "tow" not in parts.given:
-            yield Problem(f"vessels.{name}.legs", "is missing, allowed: give legs, or a [tow] table for all vessels")
+        if vessel.control == "helmsman" and not (vessel.legs or vessel.waypoints) and "tow" not in parts.given:
+            text = "is missing, allowed: give legs or waypoints, or a [tow] table for all vessels"
+            yield Problem(f"vessels.{name}.legs", text)
 
 
 def _plane(parts: Parts) -> Iterator[Problem]:

@@ -56,7 +56,7 @@ def scene_of(assembly: Assembly) -> dict[str, Any]:
             for name, words in CAUSE_IN_WORDS.items()
         },
         "speeds": {"limit": PRACTICE_SPEED, "steps": NORMAL_SPEEDS},
-        "tows": scenario.tow is not None and any(not one.legs for one in scenario.vessels.values()),
+        "tows": scenario.tow is not None and any(not (one.legs or one.waypoints) for one in scenario.vessels.values()),
         "weather_table": "forcing" if scenario.run.has_particles or scenario.sea is None else "sea",
         "modelled": not scenario.run.has_particles,
     }
@@ -139,8 +139,12 @@ def _vessel_state(
 ) -> dict[str, Any]:
     body = frame.bodies[body_of(name)]
     ground = body.linear_velocity[:2]
-    course = getattr(assembly.parts.controls[name].vessel, "course", None)
-    leg = None if course is None else course.legs[course.leg_index(frame.time)]
+    control = assembly.parts.controls[name]
+    speed, heading = (
+        (control.get(f"{name}.{what}") for what in ("speed_order", "heading_order"))
+        if control.vessel.course
+        else (None, None)
+    )
     return {
         "x": float(body.position[0]),
         "y": float(body.position[1]),
@@ -148,7 +152,7 @@ def _vessel_state(
         "over_ground": float(np.linalg.norm(ground)),
         "through_water": float(np.linalg.norm(ground - current)),
         "engine": scenario.vessels[name].engine,
-        "ordered": None if leg is None else {"speed": leg.speed, "heading": leg.heading},
+        "ordered": None if speed is None or heading is None else {"speed": float(speed), "heading": float(heading)},
     }
 
 

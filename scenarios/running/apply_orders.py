@@ -42,6 +42,7 @@ def give_orders(assembly: Assembly, scenario: Scenario) -> None:
         station.vessel = replace(station.vessel, engine_runs=any(ordered.screws), screws=ordered.screws)
     _part(assembly, scenario)
     _cast_off(assembly, scenario)
+    assembly.winches.take_orders(scenario)
     for skimmer in assembly.skimmers.skimmers:
         skimmer.skimmer.is_running = scenario.skimmers[skimmer.name.removeprefix("skimmers/")].running
     assembly.scoring.take_orders([control.vessel for control in assembly.controls])

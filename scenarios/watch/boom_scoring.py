@@ -151,7 +151,10 @@ def _orders(vessels: Iterable[Vessel], bearing: float) -> Iterator[tuple[float, 
     """
     together: dict[tuple[float, float, float], list[str]] = {}
     for vessel in vessels:
-        for leg in vessel.course.legs if vessel.course else ():
+        legs = vessel.course.legs if vessel.course else ()
+        for leg in [
+            leg for leg, before in zip(legs, (None, *legs), strict=False) if before is None or before.until is None
+        ]:
             together.setdefault((leg.start_time, leg.speed, leg.heading), []).append(vessel.name)
     for (start, speed, heading), names in together.items():
         if speed == 0.0:
