@@ -217,3 +217,20 @@ def test_100_000_points_in_time(waves, limit):
         sea.kinematics(points, float(i))
         taken.append(time.thread_time() - start)
     assert np.median(taken[1:]) < limit
+
+
+@pytest.mark.parametrize("theory", ["linear", "stokes-2"])
+def test_waves_build_up_and_their_water_speeds_up_with_them(theory):
+    """The velocity's rate at a place is the acceleration, build-up included: sin^2(pi t / 2 T) times that of full waves."""
+    waves = RegularWaves(height=0.4, period=4.0, theory=theory, stretching="none")
+    full, growing = (Sea(SeaDescription(depth=10.0, waves=waves, build_up=time)) for time in (0.0, 8.0))
+    points, step = POINTS[:50] * (1.0, 1.0, 0.2) - (0.0, 0.0, 1.0), 1e-4
+    assert growing.description.growth(4.0) == pytest.approx((0.5, 0.5 * math.pi / 8.0))
+    assert np.array_equal(growing.velocity(points, 8.0), full.velocity(points, 8.0))
+    assert np.abs(growing.velocity(points, 0.0)).max() == 0.0
+    rate = (growing.velocity(points, 3.0 + step) - growing.velocity(points, 3.0 - step)) / (2.0 * step)
+    tolerance = 1e-6 if theory == "linear" else 2e-3  # m/s2; the second order grows with the square
+    assert growing.acceleration(points, 3.0) == pytest.approx(rate, abs=tolerance)
+    if theory == "linear":
+        share = growing.description.growth(3.0)[0]
+        assert growing.elevation(points[:, :2], 3.0) == pytest.approx(share * full.elevation(points[:, :2], 3.0))
