@@ -57,11 +57,6 @@ def name_over(mesh: MeshDescription, name: str) -> rr.Points3D:
     return rr.Points3D(above, labels=[name], colors=[palette.NAME], radii=[0.0], show_labels=True)
 
 
-def unseen() -> rr.Points3D:
-    """Build a point that nobody sees, which a camera may follow."""
-    return rr.Points3D([[0.0, 0.0, 0.0]], radii=[0.0])
-
-
 def tension() -> rr.LineStrips3D:
     """Style the lines that show a boom's tension by their colours."""
     return rr.LineStrips3D.from_fields(radii=[_TENSION_RADIUS])

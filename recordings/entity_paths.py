@@ -11,6 +11,8 @@ PROBES = "probes"
 FORCES = "forces"
 EVENTS = "events"
 LEGEND = "legend"
+SURFACE = "sea/surface"
+NAMES = "names"
 BODIES = "bodies"
 MOTIONS = "motions"
 VESSELS = "vessels"
@@ -90,11 +92,6 @@ def segments(parent: str, shape: int) -> str:
     return _path(parent, "segments" if shape == 0 else f"segments-{shape + 1}")
 
 
-def apex(boom: str) -> str:
-    """Return the path of the place that a camera at a boom's apex follows."""
-    return _path(BOOM, boom, "apex")
-
-
 def tension(segments: str) -> str:
     """Return the path of the lines that show the tension of the segments at a path."""
     return _path(segments, "tension")
@@ -103,6 +100,11 @@ def tension(segments: str) -> str:
 def label(name: str) -> str:
     """Return the path of the label at a body."""
     return f"{body(name)}/name"
+
+
+def boom_label(name: str) -> str:
+    """Return the path of the name over a boom."""
+    return _path(NAMES, name)
 
 
 def force(drawn: str) -> str:

@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from recordings.exercise import ExerciseDescription, Site
+from recordings.surface import FilmFrame, SurfaceFrame
 
 Color = tuple[int, int, int, int]  # red, green, blue, opacity, each 0 to 255
 EventLevel = Literal["info", "warning", "error"]
@@ -90,6 +91,10 @@ class BodyFrame:
         return np.concatenate(parts)
 
 
+def _no_surface(*_: object) -> None:
+    """Return None."""
+
+
 class Frame:
     """One communication point: its numbers at once, its particles and bodies only on request.
 
@@ -107,6 +112,8 @@ class Frame:
         scalars: Mapping[str, float] = _NOTHING,  # type: ignore[assignment]
         read_phases: Callable[[], Mapping[str, PhaseFrame]] = dict,
         read_lost: Callable[[], Mapping[str, npt.NDArray[np.uint32]]] = dict,
+        read_surface: Callable[[], SurfaceFrame | None] = _no_surface,
+        read_film: Callable[[SurfaceFrame], FilmFrame | None] = _no_surface,
     ) -> None:
         """Describe the communication point ``index`` (whole steps since the start) at ``time`` [s]."""
         self.index = index
@@ -115,6 +122,7 @@ class Frame:
         self.scalars = scalars
         self._read_phases = read_phases
         self._read_lost = read_lost
+        self._read_surface, self._read_film = read_surface, read_film
 
     @cached_property
     def bodies(self) -> Mapping[str, BodyFrame]:
@@ -130,6 +138,16 @@ class Frame:
     def lost(self) -> Mapping[str, npt.NDArray[np.uint32]]:
         """Ids (N,), increasing, of the oil particles that booms have lost, by cause."""
         return self._read_lost()
+
+    @cached_property
+    def surface(self) -> SurfaceFrame | None:
+        """The surface of the sea; None in a run without one by formulas."""
+        return self._read_surface()
+
+    @cached_property
+    def film(self) -> FilmFrame | None:
+        """The oil on the surface, over the surface's box; None without a surface or without oil as parcels."""
+        return None if self.surface is None else self._read_film(self.surface)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -17,7 +17,8 @@ class CourseLeg:
     speed [m/s]: over the ground along the heading, negative astern; heading [rad]: counter-clockwise about z from +x; through: a point
     (x, y) [m] of the line in the direction of the heading that the vessel keeps to. Without a line the vessel only keeps its heading, and
     current, wind and tow set it off its track. until: a point (x, y) [m]; the next leg begins where the vessel is so near to it, along the
-    heading, that it has to turn or to stop, whatever the time.
+    heading, that it has to turn or to stop, whatever the time. by_hand: thrust ahead and steering counter-clockwise, as parts of the
+    largest; then nobody keeps speed, heading and line.
     """
 
     start_time: float = quantity("s", at_least=0.0)
@@ -25,6 +26,7 @@ class CourseLeg:
     heading: float = quantity("rad")
     through: tuple[float, float] | None = quantity("m", default=None)
     until: tuple[float, float] | None = quantity("m", default=None)
+    by_hand: tuple[float, float] | None = quantity("", default=None, at_least=-1.0, at_most=1.0)
 
     def __post_init__(self) -> None:
         require("leg of a course", CourseLeg, vars(self))

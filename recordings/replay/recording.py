@@ -141,7 +141,7 @@ class Replay:
     def properties(self) -> Mapping[str, Mapping[str, Any]]:
         """Properties of the file by group: "scenario", "recording" (its settings), "run" (versions and more), "end"."""
         groups: dict[str, dict[str, Any]] = defaultdict(dict)
-        for chunk in self._chunks(f"/{_PROPERTIES}/**"):
+        for chunk in self.chunks(f"/{_PROPERTIES}/**"):
             group = chunk.entity_path.strip("/").removeprefix(_PROPERTIES).strip("/")
             groups[group].update(read_single(chunk))
         return dict(groups)
@@ -207,7 +207,7 @@ class Replay:
     def events(self) -> tuple[Event, ...]:
         """The events of the log, in order of time."""
         found = []
-        for chunk in self._chunks(f"/{entity_paths.EVENTS}"):
+        for chunk in self.chunks(f"/{entity_paths.EVENTS}"):
             text, level = read_rows(chunk, "TextLog:text"), read_rows(chunk, "TextLog:level")
             source = read_rows(chunk, "source")
             if text is None or level is None or source is None:
@@ -242,7 +242,7 @@ class Replay:
         """Yield step, time [s] and particles at an entity path, frame by frame; only at ``indices``, if given."""
         ids = self._ids(path)
         changes = [index for index, _ in ids]
-        for chunk in self._chunks(f"/{path}"):
+        for chunk in self.chunks(f"/{path}"):
             rows = read_rows(chunk, "Points3D:positions")
             if rows is None:
                 continue
@@ -274,7 +274,7 @@ class Replay:
     def _phase_descriptions(self) -> tuple[PhaseDescription, ...]:
         """Read the fluids in the order in which they were described."""
         found = []
-        for chunk in self._chunks(f"/{entity_paths.FLUID}/**", static=True):
+        for chunk in self.chunks(f"/{entity_paths.FLUID}/**", static=True):
             values = read_single(chunk)
             if "description" in values:
                 stored = json.loads(str(values["description"]))
@@ -287,7 +287,7 @@ class Replay:
     def _meshes(self) -> dict[str, MeshDescription]:
         """Read the triangles of every body that has some."""
         found: dict[str, MeshDescription] = {}
-        for chunk in self._chunks(*_body_paths(), static=True):
+        for chunk in self.chunks(*_body_paths(), static=True):
             vertices, faces = read_rows(chunk, "vertices"), read_rows(chunk, "faces")
             factor = read_rows(chunk, "Mesh3D:albedo_factor")
             if vertices is not None and faces is not None:
@@ -312,13 +312,13 @@ class Replay:
     def _rows(self, contents: tuple[str, ...], component: str) -> dict[str, list[Rows]]:
         """Read the rows of one component, by entity path."""
         found: dict[str, list[Rows]] = defaultdict(list)
-        for chunk in self._chunks(*contents):
+        for chunk in self.chunks(*contents):
             rows = read_rows(chunk, component)
             if rows is not None:
                 found[chunk.entity_path.strip("/")].append(rows)
         return dict(found)
 
-    def _chunks(self, *contents: str, static: bool | None = None) -> Iterator[Chunk]:
+    def chunks(self, *contents: str, static: bool | None = None) -> Iterator[Chunk]:
         """Read the chunks of some entities, in the file's order."""
         stream = self._reader.stream() if self._store is None else self._store.stream()
         return iter(stream.filter(content=list(contents), is_static=static))

@@ -7,7 +7,7 @@ of each segment shows its tension.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,10 +19,9 @@ from recordings import appearance, entity_paths, palette
 from recordings.frame import MeshDescription, RunDescription
 from recordings.sample import Sample
 from recordings.sink.force_arrows import ForceArrows
+from recordings.sink.streams import Changing, Static
 
 Array = npt.NDArray[np.float64]
-Static = Callable[..., None]
-Columns = Callable[[str, Sequence[Sample], Iterable[rr.ComponentColumn]], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,23 +50,18 @@ class DrawnBodies:
 
 
 class BodyWriter:
-    """The writer of bodies to one stream, by two calls that it is given: `static` logs what holds all the time, `columns` one chunk."""
+    """The writer of bodies to one stream."""
 
-    def __init__(self, run: RunDescription, static: Static, columns: Columns) -> None:
+    def __init__(self, run: RunDescription, static: Static, changing: Changing) -> None:
         """Write the meshes of the run, with the looks of tensions and forces."""
-        self._static, self._columns = static, columns
+        self._static, self._changing = static, changing
         density = max((phase.rest_density for phase in run.phases), default=1000.0)
         self._arrows = ForceArrows(run.meshes, density)
         self._drawn = list(drawn_bodies(run))
         self._known = {name for drawn in self._drawn for name in drawn.names}
-        self._apexes = {
-            entity_paths.apex(boom.name): boom.apex for boom in (run.exercise.booms if run.exercise else ())
-        }
         self._last_names: tuple[str, ...] = ()
         for drawn in self._drawn:
             self._write_shape(drawn)
-        for path in self._apexes:
-            static(path, appearance.unseen())
 
     def write(self, samples: Sequence[Sample]) -> None:
         """Write the bodies of a block of samples."""
@@ -83,11 +77,6 @@ class BodyWriter:
             present = [sample for sample in having if any(name in sample.bodies for name in drawn.names)]
             if present:
                 self._draw(drawn, present)
-        for path, name in self._apexes.items():
-            present = [sample for sample in having if name in sample.bodies]
-            if present:
-                places = np.array([sample.bodies[name][:3] for sample in present])
-                self._columns(path, present, rr.Transform3D.columns(translation=places))
 
     def _write_motions(self, samples: Sequence[Sample]) -> None:
         """Write the motion and tension of every body at full precision, and before them the bodies' names if they have changed."""
@@ -100,7 +89,7 @@ class BodyWriter:
         if changed:
             names = pa.array([name for sample in changed for name in sample.bodies])
             parts = rr.AnyValues.columns(names=names).partition([len(sample.bodies) for sample in changed])
-            self._columns(entity_paths.motion_names(), changed, parts)
+            self._changing(entity_paths.motion_names(), changed, parts)
         motion = np.concatenate([motion for sample in samples for motion in sample.bodies.values()])
         tension = np.array([sample.tensions.get(name, np.nan) for sample in samples for name in sample.bodies])
         counts = np.array([len(sample.bodies) for sample in samples])
@@ -108,7 +97,7 @@ class BodyWriter:
             *rr.AnyValues.columns(motion=pa.array(motion)).partition(len(motion) // counts.sum() * counts),
             *rr.AnyValues.columns(tension=pa.array(tension)).partition(counts),
         ]
-        self._columns(entity_paths.MOTIONS, samples, columns)
+        self._changing(entity_paths.MOTIONS, samples, columns)
 
     def _write_shape(self, drawn: DrawnBodies) -> None:
         """Write the triangles of a mesh; poses follow frame by frame.
@@ -146,7 +135,7 @@ class BodyWriter:
             poses = rr.InstancePoses3D.columns(translations=position, quaternions=orientation).partition(counts)
         else:
             poses = rr.Transform3D.columns(translation=position, quaternion=orientation)
-        self._columns(drawn.path, samples, poses)
+        self._changing(drawn.path, samples, poses)
         if drawn.full_tension:
             tension = np.array(
                 [one.tensions.get(name, 0.0) for one, some in zip(samples, names, strict=True) for name in some]
@@ -154,11 +143,11 @@ class BodyWriter:
             strips = _placed(drawn.tension_line, position, orientation).astype(np.float32)
             colors = palette.tension_color(tension, drawn.full_tension)
             lines = rr.LineStrips3D.columns(strips=strips, colors=colors).partition(counts)
-            self._columns(entity_paths.tension(drawn.path), samples, lines)
+            self._changing(entity_paths.tension(drawn.path), samples, lines)
         vectors = self._arrows.vectors(drawn.names[0], motion[:, 13:16])
         if vectors is not None:
             arrows = rr.Arrows3D.columns(origins=position, vectors=vectors).partition(counts)
-            self._columns(entity_paths.force(drawn.path), samples, arrows)
+            self._changing(entity_paths.force(drawn.path), samples, arrows)
 
 
 def drawn_bodies(run: RunDescription) -> Iterable[DrawnBodies]:

@@ -52,7 +52,7 @@ def _at_apex(boom: BoomDescription, places: Places) -> FollowingView:
     """Place a camera outside the U and above, where oil leaks out."""
     apex, outward = _outward(boom, places)
     eye = apex + _APEX_REACH * boom.length * (outward + np.array([0.0, 0.0, 0.8]))
-    return FollowingView(f"Apex of {boom.name}", entity_paths.apex(boom.name), _view(eye, apex))
+    return FollowingView(f"Apex of {boom.name}", entity_paths.boom_label(boom.name), _view(eye, apex))
 
 
 def _at_vessel(boom: BoomDescription, vessel: str, length: float, places: Places) -> FollowingView:

@@ -30,9 +30,11 @@ from recordings.exercise import to_json
 from recordings.frame import NO_PARTICLES, Event, PhaseFrame, RunDescription
 from recordings.messages import SUMS, checksums
 from recordings.sample import Block, Sample, id_ranges
-from recordings.sink.blueprint import run_blueprint
+from recordings.sink.blueprint import Layout, run_blueprint
 from recordings.sink.body_writer import BodyWriter
+from recordings.sink.labels import BoomNames
 from recordings.sink.legend import legend
+from recordings.sink.surface_writer import SurfaceWriter
 
 APPLICATION = "oilsim"
 FORMAT_VERSION = 2
@@ -46,10 +48,10 @@ _LEVELS = {"info": rr.TextLogLevel.INFO, "warning": rr.TextLogLevel.WARN, "error
 class RerunWriter:
     """A writer of descriptions, samples and events to one recording stream."""
 
-    def __init__(self, stream: rr.RecordingStream, *, live: bool = False) -> None:
-        """Write to ``stream``, which the caller has connected to a file or, if ``live``, to a viewer."""
+    def __init__(self, stream: rr.RecordingStream, *, layout: Layout = "recording") -> None:
+        """Write to ``stream``, which the caller has connected to a file or a viewer, that shows it in a layout."""
         self._stream = stream
-        self._live = live
+        self._layout: Layout = layout
         self._run: RunDescription | None = None
         self._spacing = 0.0
         self._shown_scalars: set[str] = set()
@@ -59,6 +61,8 @@ class RerunWriter:
         self._last_ids: dict[str, npt.NDArray[np.uint32]] = {}
         self._places: dict[str, npt.NDArray[np.float64]] = {}
         self._causes: list[str] = []
+        self._surface = SurfaceWriter(self._static, self._columns)
+        self._boom_names = BoomNames(self._static, self._columns)
 
     def write_run(self, run: RunDescription, terms: Mapping[str, float]) -> None:
         """Write what does not change: properties, colours, boundaries and meshes."""
@@ -71,6 +75,7 @@ class RerunWriter:
         for name, points in run.boundaries.items():
             self._write_boundary(name, np.array(points, dtype=np.float32), run.particle_spacing)
         self._bodies = BodyWriter(run, self._static, self._columns)
+        self._boom_names.begin(run.exercise.booms if run.exercise else ())
         self._static(entity_paths.LEGEND, rr.TextDocument(legend(run), media_type=rr.MediaType.MARKDOWN))
 
     def write_samples(self, samples: Sequence[Sample]) -> None:
@@ -81,6 +86,8 @@ class RerunWriter:
         self._write_lost(samples)
         if self._bodies is not None:
             self._bodies.write(samples)
+        self._surface.write(samples)
+        self._boom_names.write(samples)
         self._lay_out(set(_names(sample.scalars for sample in samples)), samples[0])
         for name in _names(sample.scalars for sample in samples):
             having = [sample for sample in samples if name in sample.scalars]
@@ -116,8 +123,8 @@ class RerunWriter:
             self._static(entity_paths.scalar(name), appearance.line(name))
         if not self._places:
             self._places = {name: motion[:3] for name, motion in sample.bodies.items()}
-        layout = run_blueprint(self._run, sorted(self._shown_scalars), self._places, live=self._live)
-        self._stream.send_blueprint(layout)
+        shown, film = sorted(self._shown_scalars), self._surface.has_film
+        self._stream.send_blueprint(run_blueprint(self._run, shown, self._places, layout=self._layout, has_film=film))
 
     def _write_properties(self, run: RunDescription, terms: Mapping[str, float]) -> None:
         """Write scenario, versions and the recording's settings where the viewer and `replay` look for them."""

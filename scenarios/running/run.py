@@ -202,6 +202,7 @@ def _recorder(scenario: Scenario, options: RunOptions) -> Recorder | None:
         scenario.recording.frame_rate,
         precision=grid(scenario),
         every=thinning(scenario),
+        surface_rate=scenario.recording.surface_rate,
         live=live,
     )
 

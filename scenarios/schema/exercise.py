@@ -44,12 +44,14 @@ class LegSettings(Section):
     """Orders from `start` [s] until the next leg: speed [m/s] over the ground, and heading [rad].
 
     through  a point (x, y) [m] of the line to keep to; without it, the vessel keeps only its heading
+    by_hand  thrust ahead and steering counter-clockwise, each from -1 to 1 of the largest; then speed, heading and line are not kept
     """
 
     start: float = quantity_of(CourseLeg, "start_time", default=0.0)
     speed: float = quantity_of(CourseLeg, "speed")
     heading: float = quantity_of(CourseLeg, "heading")
     through: Point2 | None = quantity_of(CourseLeg, "through")
+    by_hand: Point2 | None = quantity_of(CourseLeg, "by_hand")
 
 
 @dataclass(frozen=True, kw_only=True)

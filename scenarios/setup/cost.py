@@ -151,10 +151,12 @@ def _start(scenario: Scenario) -> tuple[Mapping[str, Array], Mapping[str, str], 
 
 def _told(scenario: Scenario, solids: Sequence[Solid], level: float) -> tuple[str, ...]:
     """List the warnings of fills, bodies, booms and the sea with which a run would start; `level` [m] of the water."""
-    fluid = scenario.fluid
+    from scenarios.setup.boom_losses import assumed_tensions
+
+    fluid, assumed = scenario.fluid, assumed_tensions(scenario)
     fills = tuple(misfits(scenario.fill, scenario.tank, fluid.particle_spacing, fluid.dimension).values())
     if not solids or not scenario.run.has_particles:
-        return (*fills, *(note for solid in solids for note in solid.notes), *unused_sea(scenario))
+        return (*fills, *(note for solid in solids for note in solid.notes), *assumed, *unused_sea(scenario))
     from scenarios.setup.boom_remarks import boom_remarks
     from scenarios.setup.thin_bodies import thin_bodies, thin_samplings
 
@@ -162,7 +164,7 @@ def _told(scenario: Scenario, solids: Sequence[Solid], level: float) -> tuple[st
     thin = thin_bodies(solids, thin_samplings(solids, spacing), spacing)
     return (
         *fills, *(note for solid in solids for note in solid.notes), *thin.values(), *boom_remarks(scenario, level).values(),
-        *unused_sea(scenario),
+        *assumed, *unused_sea(scenario),
     )  # fmt: skip
 
 

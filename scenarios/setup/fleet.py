@@ -189,7 +189,7 @@ def course_of(settings: VesselSettings, scenario: Scenario) -> Course | None:
         wait = replace(route.legs[0], start_time=0.0, speed=0.0, until=None)
         return Course(legs=(wait, *route.legs)) if settings.depart > 0.0 else route
     legs = [
-        CourseLeg(start_time=leg.start, speed=leg.speed, heading=leg.heading, through=leg.through)
+        CourseLeg(start_time=leg.start, speed=leg.speed, heading=leg.heading, through=leg.through, by_hand=leg.by_hand)
         for leg in settings.legs
     ]
     tow = scenario.tow

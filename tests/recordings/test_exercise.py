@@ -106,7 +106,7 @@ def test_cameras_follow_the_apex_from_outside_and_the_vessel_from_ahead(made_up:
         "vessels/port": np.array([2.0, 1.0, 0.6]),
     }
     apex, vessel = following_views(run, places)
-    assert (apex.follows, apex.camera.target) == (entity_paths.apex(BOOM.name), (0.0, 0.0, 0.5))
+    assert (apex.follows, apex.camera.target) == (entity_paths.boom_label(BOOM.name), (0.0, 0.0, 0.5))
     assert apex.camera.eye[0] < 0.0 and apex.camera.eye[2] > 0.5
     assert (vessel.follows, vessel.camera.target) == ("vessels/port/hull", (2.0, 1.0, 0.6))
     assert vessel.camera.eye[0] > 2.0 and vessel.camera.eye[2] > 0.6

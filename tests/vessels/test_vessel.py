@@ -267,3 +267,22 @@ def test_without_its_engine_a_vessel_drifts_and_then_obeys_again(side_thrust):
     manual.set("tug.thrust_order", np.array(5.0))
     manual.do_step(0.0, STEP)
     assert manual.get("tug.thrust") == 0.0
+
+
+def test_by_hand_a_vessel_gets_parts_of_its_largest_thrust_and_steering():
+    legs = (
+        CourseLeg(start_time=0.0, speed=0.0, heading=0.0, by_hand=(0.25, 0.0)),
+        CourseLeg(start_time=30.0, speed=0.0, heading=0.0, by_hand=(-0.5, -0.2)),
+        CourseLeg(start_time=40.0, speed=0.5, heading=0.0),
+    )
+    sim = PlanarHull(make_vessel(*legs)).run(29.9)
+    assert float(sim.control.get("tug.thrust")) == 10.0
+    assert sim.velocity[0] == pytest.approx(math.sqrt(10.0 / 30.0), rel=1e-3)  # F = k v^2
+    sim.run(39.9)
+    assert float(sim.control.get("tug.thrust")) == -10.0  # half of the thrust astern
+    assert float(sim.control.get("tug.yaw_moment")) == -2.0
+    assert sim.turn_rate < 0.0
+    sim.run(100.0)  # the helmsman takes over again, and comes back to course and speed
+    assert sim.velocity == pytest.approx([0.5, 0.0], abs=5e-3)
+    with pytest.raises(ValueError, match="by_hand"):
+        CourseLeg(start_time=0.0, speed=0.0, heading=0.0, by_hand=(1.1, 0.0))

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 
 import numpy as np
 
 from coupling.assembly import FLUID, CoupledBodies, couple_participant
 from coupling.participants.rigid_bodies import Asked
+from coupling.participants.slick import SlickParticipant
 from coupling.participants.window import SharedEnvironment, Target, WindowBody, WindowParticipant
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 from coupling.solids.surface_sampling import SurfaceSampling, particles_of
 from oilsim.phases import Phase
 from oilsim.sea import Sea
+from oilsim.window.oil_exchange import OilExchange
+from oilsim.window.surface_motion import WindowFlow
 from oilsim.window.window import Window
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of
@@ -56,8 +60,17 @@ def couple_window(
     if world is not None and world.environment is not None:
         shared = SharedEnvironment(world.environment, world.loaded_names, participant.shares)
         world.change_environment(shared)
+        participant.when_shares_change = partial(
+            world.change_environment, shared
+        )  # loads of the last shares are no longer true
     asked = None if world is None else Asked(world.body_names, followed)
     return couple_participant(participant, window.fluid, tuple(bodies), world, asked=asked)
+
+
+def exchange_oil(window: Window, slick: SlickParticipant) -> None:
+    """Let a slick's oil become particles of the window and back, and let the window's water carry what stays parcels."""
+    exchange = OilExchange(window)
+    slick.meet(exchange, WindowFlow(slick.flow, exchange.surface))
 
 
 def target_of(target: str | Point2, fleet: Fleet) -> Target:

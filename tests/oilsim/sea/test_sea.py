@@ -219,6 +219,22 @@ def test_100_000_points_in_time(waves, limit):
     assert np.median(taken[1:]) < limit
 
 
+@pytest.mark.parametrize("stokes", [False, True])
+def test_heights_on_a_grid_are_those_at_its_crossings(stokes):
+    waves = RegularWaves(height=0.4, period=3.0, direction=0.7, theory="stokes-2")
+    sea = Sea(SeaDescription(depth=4.0, waves=waves) if stokes else whole_sea())
+    x, y = np.linspace(-30.0, 40.0, 700), np.linspace(3.0, 9.0, 60)  # the shortest wave is 16 spacings long
+    at_crossings = sea.elevation(np.stack(np.meshgrid(x, y, indexing="ij"), -1), 12.3)
+    assert np.abs(sea.grid_elevation(x, y, 12.3) - at_crossings).max() < 1e-12
+
+
+def test_waves_that_a_grid_cannot_show_are_left_out():
+    sea = Sea(SeaDescription(depth=20.0, level=0.5, waves=RegularWaves(height=0.4, period=3.0)))
+    length = 2.0 * np.pi / sea.components.wave_number[0]
+    still = sea.grid_elevation(np.arange(0.0, 40.0 * length, 0.55 * length), np.zeros(1), 1.0)
+    assert (still == 0.5).all()
+
+
 @pytest.mark.parametrize("theory", ["linear", "stokes-2"])
 def test_waves_build_up_and_their_water_speeds_up_with_them(theory):
     """The velocity's rate at a place is the acceleration, build-up included: sin^2(pi t / 2 T) times that of full waves."""
