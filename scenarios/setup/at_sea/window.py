@@ -29,7 +29,7 @@ LEAST_LAYERS = 4
 
 
 def build_window(scenario: Scenario, sea: Sea) -> Window:
-    """Fill the window of a scenario with water; other liquids have no particles at the start."""
+    """Fill the window of a scenario with water, other liquids come later; ScenarioError on water too shallow for its particles."""
     assert scenario.window is not None
     phases = sorted(scenario.phases.items(), key=lambda item: item[1].is_oil)
     liquids = tuple(
