@@ -114,6 +114,7 @@ def _with_window(written: Scenario, scenario: Scenario, layout: Layout) -> Simul
         exchange_oil,
         target_of,
     )  # only such a run pays for it
+    from scenarios.setup.at_sea.window_choice import window_remarks
 
     assert layout.sea is not None and written.window is not None
     window = build_window(written, layout.sea)
@@ -134,7 +135,11 @@ def _with_window(written: Scenario, scenario: Scenario, layout: Layout) -> Simul
         world=layout.world,
         left_out=layout.left_out,
         thin={},
-        notes=(*(note for solid in layout.solids for note in solid.notes), *left_out(written)),
+        notes=(
+            *(note for solid in layout.solids for note in solid.notes),
+            *left_out(written),
+            *window_remarks(written, layout.sea),
+        ),
         slick=slick,
         skimmers=_skimmers(written, layout, slick),
         window=window,
