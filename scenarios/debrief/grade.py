@@ -32,6 +32,7 @@ LETTERS = (("A", 0.9), ("B", 0.75), ("C", 0.6), ("D", 0.4), ("E", 0.0))
 DESIGN_SPEED, GROSS_SPEED = 0.31, 0.51
 # [m] of the second end from its berth, within which it counts as there; assumed: a boat's length
 AT_BERTH = 15.0
+IF_THERE = ("recovered", "skimmer", "deployed")  # criteria that only an exercise with a skimmer, or a berth, has
 CAP = "D"  # the best grade if a decisive criterion is missed
 
 
@@ -337,6 +338,8 @@ def grade(history: BoomHistory, settings: Mapping[str, CriterionSettings] | None
     findings = []
     for criterion in criteria_for(history.boom.deployment, settings or {}):
         value = criterion.measure(history)
+        if value is None and criterion.key in IF_THERE:
+            continue
         verdict = None if value is None else criterion.verdict(value)
         findings.append(Finding(criterion=criterion, value=value, verdict=verdict))
     judged = [(finding.criterion.weight, finding.verdict) for finding in findings if finding.verdict is not None]
