@@ -232,11 +232,11 @@ def _laid(
     if not any(isinstance(end, str) for end in settings.ends) and not any(moored):
         _require_slack(math.dist(*places), settings.length)
     bulge, stream = bulge_of(settings, scenario), settings.stream
-    start, end = places
+    first, second = places
     if stream is None:
-        layout = lay_between(boom, start, end, water_level=water_level, name=f"boom/{name}", bulge=bulge)
+        layout = lay_between(boom, first, second, water_level=water_level, name=f"boom/{name}", bulge=bulge)
     else:
-        layout = lay_in_stream(boom, start, end, stream, water_level=water_level, name=f"boom/{name}")
+        layout = lay_in_stream(boom, first, second, stream, water_level=water_level, name=f"boom/{name}")
     ends = _Ends()
     for index, (end, label) in enumerate(zip(settings.ends, settings.end_labels, strict=True)):
         segment, point = layout.segments[-index].name, layout.end_points[index]
