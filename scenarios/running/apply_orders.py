@@ -44,6 +44,7 @@ def give_orders(assembly: Assembly, scenario: Scenario) -> None:
     _part(assembly, scenario)
     _change_moorings(assembly, scenario)
     _change_skimmers(assembly, scenario)
+    assembly.winches.take_orders(scenario)
     assembly.scoring.take_orders([control.vessel for control in assembly.controls])
     for pipe in pipes:
         assembly.fluid.add_emitter(pipe)

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from fnmatch import fnmatch
 from typing import Protocol
 
-from scenarios.schema.exercise import TowSettings
+from scenarios.schema.exercise import BoomSettings, TowSettings
 from scenarios.schema.liquid import PhaseSettings
 from scenarios.schema.run_settings import RunSettings
 from scenarios.schema.sea import SeaSettings
@@ -18,7 +18,9 @@ ORDER_KEYS = (
     "vessels.*.legs",
     "vessels.*.engine",
     "booms.*.parted",
+    "booms.*.tow_line",
     "moorings.*.parted",
+    "moorings.*.hauled",
     "moorings.*.holding",
     "skimmers.*.running",
     "skimmers.*.nameplate",
@@ -69,6 +71,10 @@ class Felt(Protocol):
         """The sea without particles."""
 
     @property
+    def booms(self) -> Mapping[str, BoomSettings]:
+        """Booms by name."""
+
+    @property
     def phases(self) -> Mapping[str, PhaseSettings]:
         """Liquids by name."""
 
@@ -82,6 +88,9 @@ def why_unfelt(keys: Sequence[str], scenario: Felt) -> str:
     """Say why nothing in a run of this scenario feels an entry; empty if something does."""
     if scenario.run is None:
         return ""
+    boom = scenario.booms.get(keys[1]) if keys[0] == "booms" and len(keys) > 2 and keys[2] == "tow_line" else None
+    if boom is not None and boom.line_stiffness is None:
+        return "cannot be ordered: the tow lines are rigid links; allowed: in runs with line_stiffness"
     table, is_bare, detail = keys[0], not scenario.run.has_particles, scenario.run.detail
     if table == "tow" and scenario.tow is None:
         return "changes tow, but the run was started without it; allowed: tables that the run has"

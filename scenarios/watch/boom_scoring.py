@@ -155,7 +155,11 @@ def _orders(vessels: Iterable[Vessel], bearing: float) -> Iterator[tuple[float, 
     """
     together: dict[tuple[float, float, float, tuple[float, float] | None], list[str]] = {}
     for vessel in vessels:
-        for leg in vessel.course.legs if vessel.course else ():
+        legs = vessel.course.legs if vessel.course else ()
+        timed = [
+            leg for leg, before in zip(legs, (None, *legs), strict=False) if before is None or before.until is None
+        ]
+        for leg in timed:
             together.setdefault((leg.start_time, leg.speed, leg.heading, leg.by_hand), []).append(vessel.name)
     for (start, speed, heading, by_hand), names in together.items():
         if by_hand is not None:
