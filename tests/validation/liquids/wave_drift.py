@@ -143,6 +143,6 @@ WAVE_DRIFT = Case(
     ),
     panels=tuple(Panel(label, "drift [m/s]", f"height / depth, {label}") for label in DEPTHS_A_RADIAN),
     run=wave_drift,
-    note="a wave that loses amplitude leaves its momentum to a current near the surface, where it is lost: what the uppermost fifth has too "
-    "much follows from the loss.",
+    note="a wave that loses amplitude leaves its momentum to a current near the surface, where it is lost. So the uppermost fifth "
+    "drifts too fast, as far as the wave is lost.",
 )
