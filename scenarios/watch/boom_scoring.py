@@ -14,7 +14,7 @@ from scipy.constants import knot
 from booms.balance import OilBalance, balance, lost_ids
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 from oilsim.solver import Fluid
-from recordings.words import course_in_words
+from recordings.words import course_in_words, levers_in_words
 from scenarios.scenario import Scenario
 from scenarios.schema.weather import horizontal
 from scenarios.setup.boom_losses import assumed_tensions, closure_losses
@@ -149,12 +149,18 @@ def _orders(vessels: Iterable[Vessel], bearing: float) -> Iterator[tuple[float, 
 
     bearing [rad] of the x axis, clockwise from north.
     """
-    together: dict[tuple[float, float, float], list[str]] = {}
+    together: dict[tuple[float, float, float, tuple[float, float] | None], list[str]] = {}
     for vessel in vessels:
-        for leg in vessel.course.legs if vessel.course else ():
-            together.setdefault((leg.start_time, leg.speed, leg.heading), []).append(vessel.name)
-    for (start, speed, heading), names in together.items():
-        if speed == 0.0:
+        legs = vessel.course.legs if vessel.course else ()
+        timed = [
+            leg for leg, before in zip(legs, (None, *legs), strict=False) if before is None or before.until is None
+        ]
+        for leg in timed:
+            together.setdefault((leg.start_time, leg.speed, leg.heading, leg.by_hand), []).append(vessel.name)
+    for (start, speed, heading, by_hand), names in together.items():
+        if by_hand is not None:
+            yield start, f"{' and '.join(names)}: {levers_in_words(*by_hand)}, by hand"
+        elif speed == 0.0:
             yield start, f"{' and '.join(names)}: hold your places"
         else:
             course = course_in_words(heading, bearing)
