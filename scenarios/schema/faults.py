@@ -17,10 +17,9 @@ ParticipantsFault = Literal[
 
 @dataclass(frozen=True, kw_only=True)
 class ParticipantFault(Section):
-    """A participant fails in the communication step that contains the time `at`: ``fluid``, ``bodies``, an FMU, or a
-    helmsman, such as ``port-control``.
+    """A participant fails in the communication step that contains the time `at`.
 
-    name   of the participant
+    name   ``fluid``, ``bodies``, the name of an FMU, or a vessel's helmsman, such as ``port-control``
     fault  "early return": it stops half way and is called again; "discard": it refuses a step of full length; "error": it cannot go on;
            "exception": it raises; "nan": its outputs are no numbers; "late": it says that it came further than asked; "wrong unit": its
            outputs are 1000 times too large from then on; "hang": an FMU's process never comes back, another participant stalls for half a
@@ -36,7 +35,7 @@ class ParticipantFault(Section):
 
 @dataclass(frozen=True, kw_only=True)
 class LineFault(Section):
-    """A line or a joint parts, such as a mooring's leg, or the joint ``boom/main/joint-3`` of a boom.
+    """A line or a joint parts, such as a mooring's leg, or the joint ``boom/main/joint-03`` of a boom.
 
     name   of the line or joint, as in the series ``tension/<name>``
     at     [s] of the run

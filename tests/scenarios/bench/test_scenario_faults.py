@@ -44,21 +44,25 @@ def test_participant_that_cannot_go_on_ends_the_run(
     assert f"fault on purpose: 'bodies': {fault}" in [event.text for event in run.history.events]
 
 
-@pytest.mark.parametrize(("name", "fault"), [("bodies", "discard"), ("port-control", "wrong unit")])
-def test_participant_that_is_helped_over_it_lets_the_run_go_on(
-    scenario_run: Runs, tmp_path: Path, name: str, fault: str
-) -> None:
-    run = scenario_run(failing_tow(tmp_path, "participant", name=name, fault=fault))
-    with goes_on_in_order(run, match=f"'{name}': {fault}"):
+def test_discarded_step_is_made_in_parts_and_the_run_goes_on(scenario_run: Runs, tmp_path: Path) -> None:
+    run = scenario_run(failing_tow(tmp_path, "participant", name="bodies", fault="discard"))
+    with goes_on_in_order(run, match="'bodies': discard"):
         run.run(0.25)
+
+
+def test_helmsman_in_a_wrong_unit_is_found_by_what_his_vessel_does(scenario_run: Runs, tmp_path: Path) -> None:
+    run = scenario_run(failing_tow(tmp_path, "participant", name="port-control", fault="wrong unit"))
+    with fails_in_order(run, participant="bodies", match="'vessels/port' moves at .* unstable"):
+        run.run()
+    assert "fault on purpose: 'port-control': wrong unit" in [event.text for event in run.history.events]
 
 
 def test_line_parts_when_it_is_told(scenario_run: Runs, tmp_path: Path) -> None:
-    run = scenario_run(failing_tow(tmp_path, "line", name="boom/main/joint-4"))
-    with goes_on_in_order(run, match="line 'boom/main/joint-4' parts"):
+    run = scenario_run(failing_tow(tmp_path, "line", name="boom/main/joint-04"))
+    with goes_on_in_order(run, match="line 'boom/main/joint-04' parts"):
         run.run(0.25)
     world = run.assembly.world
-    assert world is not None and "boom/main/joint-4" not in world.joint_names
+    assert world is not None and "boom/main/joint-04" not in world.joint_names
     assert "parts on purpose" in run.assembly.why_not_kept
 
 
@@ -84,7 +88,7 @@ def test_faults_of_file_and_test_come_together(scenario_run: Runs, tmp_path: Pat
 def test_run_of_the_command_ends_as_promised(tmp_path: Path, of: str, code: int, capsys: Any) -> None:
     terms = {
         "participant": {"name": "bodies", "fault": "error"}, "viewer": {"fault": "exception"},
-        "line": {"name": "boom/main/joint-4"},
+        "line": {"name": "boom/main/joint-04"},
     }[of]  # fmt: skip
     file, recording = failing_tow(tmp_path, of, **terms), tmp_path / "tow.rrd"
     assert main(["run", str(file), "--record", str(recording)]) == code
@@ -100,7 +104,7 @@ def test_run_of_the_command_ends_as_promised(tmp_path: Path, of: str, code: int,
         ("participant", {"name": "winch", "fault": "error"}, "'winch', which does not take part, allowed: .*bodies"),
         ("participant", {"name": "bodies", "fault": "crash"}, "allowed: for an FMU in a process of its own"),
         ("participant", {"name": "bodies", "fault": "tired"}, r"faults\.planned\.fault is 'tired', allowed: "),
-        ("line", {"name": "tow"}, "line 'tow' that is to part does not exist, allowed: .*boom/main/joint-4"),
+        ("line", {"name": "tow"}, "line 'tow' that is to part does not exist, allowed: .*boom/main/joint-04"),
         ("viewer", {"fault": "nan"}, r"faults\.planned\.fault is 'nan', allowed: "),
     ],
 )
@@ -112,7 +116,7 @@ def test_faults_that_cannot_come_are_refused(
 
 
 def test_fault_after_the_end_is_refused(scenario_run: Runs, tmp_path: Path) -> None:
-    file = failing_tow(tmp_path, "line", name="boom/main/joint-4")
+    file = failing_tow(tmp_path, "line", name="boom/main/joint-04")
     message = r"faults\.planned\.at is 0\.12 s, allowed: before the run's end, run\.duration = 0\.1 s"
     with pytest.raises(ScenarioError, match=message):
         scenario_run(file, "run.duration=0.1")
