@@ -222,6 +222,7 @@ def told_in(world: FluidWorld, steps: int, carried: int | None = None, velocity:
 
 
 def test_two_gravities_are_told_once(pybullet_client: int) -> None:
+    pybullet.setGravity(0.0, 0.0, 0.0, physicsClientId=pybullet_client)
     world = attach_fluid(pybullet_client, puddle(), [cube(pybullet_client)])
     told = told_in(world, 3)
     assert len(told) == 1
@@ -229,6 +230,7 @@ def test_two_gravities_are_told_once(pybullet_client: int) -> None:
         "gravity is [0.0, 0.0, 0.0] m/s2 in the client and [0.0, 0.0, -9.81] m/s2 in the fluid; make them equal with setGravity("
         in told[0]
     )
+    pybullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=pybullet_client)
     assert not told_in(attach_fluid(pybullet_client, puddle(), []), 2)
 
 
