@@ -44,8 +44,9 @@ pareto: $(READY)  ## run time against error, beside SPlisHSPlasH if installed: t
 stress: $(READY)  ## SCENES random scenes, EXCHANGES of them coupled otherwise, WORLDS pybullet worlds, held to what physics allows; scenes that fail are left in stress-report/
 	$(BIN)/python -m tests.stress --scenes $(or $(SCENES),500) --exchanges $(or $(EXCHANGES),200) --worlds $(or $(WORLDS),100)
 
-fuzz: $(READY)  ## SCENARIOS random scenario files, and EACH damaged meshes, FMUs, recordings, checkpoints, orders, signals, criteria: all are refused in words or work
+fuzz: $(READY)  ## SCENARIOS random scenario files, and EACH damaged meshes, FMUs, recordings, checkpoints, orders, signals, criteria, and ATTACKS on a console: all are refused in words or work
 	$(BIN)/python -m tests.fuzz --scenarios $(or $(SCENARIOS),10000) $(foreach kind,meshes fmus recordings checkpoints orders signals criteria,--$(kind) $(or $(EACH),1000))
+	$(BIN)/python -m tests.fuzz.console --attacks $(or $(ATTACKS),2000)
 
 mutants: $(READY)  ## put COUNT seeded faults into a copy of the code, one at a time, and name those that no test notices; some minutes each
 	$(BIN)/python -m tests.mutants --count $(or $(COUNT),200) --seed $(or $(SEED),0) $(if $(ONLY),--only $(ONLY))

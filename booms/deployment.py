@@ -46,13 +46,14 @@ class PlacedJoint:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlacedLine:
-    """An elastic line from body_a to body_b, made fast at points (2, 3) [m] of the world; stiffness EA [N], length [m]."""
+    """An elastic line from body_a to body_b, made fast at points (2, 3) [m] of the world; stiffness EA and breaking load [N]."""
 
     name: str
     body_a: str
     body_b: str
     points: Array
     stiffness: float
+    breaking_load: float = math.inf
 
     @property
     def length(self) -> float:

@@ -14,7 +14,8 @@ from recordings.frame import Color, MeshDescription, PhaseDescription
 WATER: Color = (64, 140, 196, 255)
 OIL: Color = (48, 28, 12, 255)
 WALL: Color = (150, 150, 155, 255)
-NAME: Color = (255, 255, 255, 255)
+SEA: Color = (58, 122, 158, 255)  # by day
+NAME: Color = (206, 92, 0, 255)  # on light and on dark ground
 LIMIT: Color = (200, 40, 40, 255)
 FORCE: Color = (214, 40, 110, 255)
 _OTHERS: tuple[Color, ...] = ((196, 120, 40, 255), (86, 150, 92, 255), (150, 96, 170, 255))
@@ -33,6 +34,19 @@ CAUSES: dict[str, tuple[str, Color]] = {
     "around_ends": ("green", (40, 168, 62, 255)),
     "through": ("pink", (255, 150, 178, 255)),
 }
+# thickness [m] from which oil has an appearance, words, colour, and the part of the water's colour that it hides: the Bonn Agreement Oil
+# Appearance Code up to 0.2 mm (sheen, rainbow, metallic, discontinuous true colour), browns of our own above
+FILM: tuple[tuple[float, str, Color, float], ...] = (
+    (0.0, "sheen", (184, 195, 201, 255), 0.55),
+    (0.3e-6, "rainbow", (183, 154, 200, 255), 0.6),
+    (5e-6, "metallic", (127, 149, 163, 255), 0.65),
+    (50e-6, "0.05 mm", (176, 141, 87, 255), 0.7),
+    (200e-6, "0.2 mm", (143, 100, 48, 255), 0.75),
+    (1e-3, "1 mm", (99, 66, 29, 255), 0.8),
+    (10e-3, "10 mm", (61, 39, 16, 255), 0.85),
+    (50e-3, "50 mm", (29, 18, 7, 255), 0.9),
+)
+_THINNEST = 0.04e-6  # [m] of a film that can be seen (Bonn Agreement)
 _SERIES: dict[str, Color] = {
     "oil_retained": (120, 84, 40, 255),
     "oil_lost": (222, 32, 32, 255),
@@ -48,6 +62,15 @@ _TENSION = np.array([[255, 236, 150], [255, 186, 60], [246, 112, 20], [200, 24, 
 def cause_color(cause: str) -> Color:
     """Return the colour of oil that was lost by a cause."""
     return CAUSES.get(cause, ("grey", (120, 120, 120, 255)))[1]
+
+
+def film_colors(thickness: npt.NDArray[np.floating]) -> npt.NDArray[np.uint8]:
+    """Return the colours (R, C, 3) of films (R, C) [m] on the sea by day; a film too thin to be seen has the water's."""
+    place = np.searchsorted([start for start, *_ in FILM], thickness, side="right")  # 0: no film
+    water = np.array(SEA[:3], dtype=np.float64)
+    hidden = np.array([0.0, *(part for *_, part in FILM)])[:, None]
+    table = (1.0 - hidden) * water + hidden * np.array([water, *(color[:3] for _, _, color, _ in FILM)])
+    return np.asarray(table.round().astype(np.uint8)[np.where(thickness < _THINNEST, 0, place)])
 
 
 def series_color(name: str) -> Color:

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from recordings.frame import Frame, PhaseFrame
+from recordings.surface import FilmFrame, SurfaceFrame
 
 MAXIMUM_BLOCK_SECONDS = 0.5  # [s] of wall time that a killed run may lose
 MAXIMUM_BLOCK_BYTES = 8 << 20
@@ -21,7 +22,8 @@ class Sample:
     """One recorded frame; its arrays are never written to again.
 
     bodies: motions (19,), see `BodyFrame.motion` [m, 1, m/s, rad/s, N, N m]; tensions [N] of bodies that are part of a boom or line; lost:
-    particles by the cause of their loss, which are also in their phases; None in a frame that records no oil.
+    particles by the cause of their loss, which are also in their phases; None in a frame that records no oil; surface, film: the sea and
+    the oil on it, None in a frame that records none.
     """
 
     index: int
@@ -31,6 +33,8 @@ class Sample:
     tensions: Mapping[str, float]
     lost: Mapping[str, PhaseFrame] | None
     scalars: Mapping[str, float]
+    surface: SurfaceFrame | None = None
+    film: FilmFrame | None = None
 
     @property
     def byte_count(self) -> int:

@@ -65,3 +65,15 @@ def compass_course(direction: float, bearing: float = 0.5 * math.pi) -> float:
 def course_in_words(direction: float, bearing: float = 0.5 * math.pi) -> str:
     """Write a direction [rad] as a compass course of three figures, such as 045."""
     return f"{round(compass_course(direction, bearing)) % 360:03d}"
+
+
+def levers_in_words(thrust: float, steering: float) -> str:
+    """Write thrust ahead and steering counter-clockwise, each from -1 to 1, as a helmsman does: "50 % ahead, 20 % rudder to starboard"."""
+    way = "ahead" if thrust > 0.0 else "astern"
+    engine = "no thrust" if thrust == 0.0 else f"{100.0 * abs(thrust):.0f} % {way}"
+    side = "port" if steering > 0.0 else "starboard"
+    return (
+        f"{engine}, rudder amidships"
+        if steering == 0.0
+        else f"{engine}, {100.0 * abs(steering):.0f} % rudder to {side}"
+    )

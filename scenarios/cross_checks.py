@@ -135,11 +135,14 @@ def _window(parts: Parts) -> Iterator[Problem]:
     if parts.fluid is None:
         return
     yield from window.problems_with(parts.fluid)
-    spacing = parts.fluid.particle_spacing
+    if isinstance(window.detail, str):
+        return
+    place = "fluid.particle_spacing" if window.detail is None else "window.detail"
+    spacing = parts.fluid.particle_spacing if window.detail is None else window.detail
     for name, boom in parts.booms.items() if is_used else ():
         if boom.skirt_depth < spacing:
             text = f"is {spacing:g} m, allowed in a window: up to the skirt of boom {name!r}, {boom.skirt_depth:g} m"
-            yield Problem("fluid.particle_spacing", text)
+            yield Problem(place, text)
 
 
 def _names(parts: Parts) -> Iterator[Problem]:
@@ -178,8 +181,9 @@ def _references(parts: Parts) -> Iterator[Problem]:
 
 def _orders(parts: Parts) -> Iterator[Problem]:
     for name, vessel in parts.vessels.items():
-        if vessel.control == "helmsman" and not vessel.legs and "tow" not in parts.given:
-            yield Problem(f"vessels.{name}.legs", "is missing, allowed: give legs, or a [tow] table for all vessels")
+        if vessel.control == "helmsman" and not (vessel.legs or vessel.waypoints) and "tow" not in parts.given:
+            text = "is missing, allowed: give legs or waypoints, or a [tow] table for all vessels"
+            yield Problem(f"vessels.{name}.legs", text)
 
 
 def _plane(parts: Parts) -> Iterator[Problem]:

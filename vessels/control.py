@@ -104,6 +104,11 @@ class VesselControl:
         elif name == f"{self.vessel.name}.heading_order":
             self._state.heading_order = float(array)
 
+    @property
+    def leg(self) -> CourseLeg:
+        """The leg of the course that is in force."""
+        return self._course.legs[max(self._state.leg, 0)]
+
     def change_course(self, course: Course) -> None:
         """Follow the legs of `course` from the next step on; the leg that holds then begins anew."""
         self.vessel, self._course = replace(self.vessel, course=course), course
@@ -111,15 +116,16 @@ class VesselControl:
 
     def do_step(self, time: float, step_size: float) -> StepResult:
         """Choose the wrench that acts from `time` to `time + step_size` [s]."""
-        self._take_orders(time)
         position, heading, surge, sway, turn_rate = self._motion()
-        if self.vessel.engine_runs:
+        self._take_orders(time, (float(position[0]), float(position[1])), surge)
+        by_hand = self._course.legs[self._state.leg].by_hand
+        if self.vessel.engine_runs and by_hand is None:
             offset = self._lane_offset(position)
             thrust = self._thrust(surge, step_size)
             side = self._side_thrust(offset, sway, step_size)
             moment = self._yaw_moment(heading, turn_rate, self._bow_correction(offset, step_size), step_size)
-        else:  # its integrals wait, and it will get under way from the speed that it then drifts at
-            thrust, side, moment = 0.0, 0.0, 0.0
+        else:  # its integrals wait, and it will get under way from the speed that it then has
+            thrust, side, moment = self._levers(by_hand, surge) if by_hand and self.vessel.engine_runs else (0.0,) * 3
             self._state.ramped_speed = surge
         pose, twist, wind, rudder = (
             self._values[f"{self.vessel.name}.{what}"] for what in ("pose", "twist", "wind", "rudder")
@@ -148,16 +154,24 @@ class VesselControl:
     def terminate(self) -> None:
         """Do nothing: the helmsman holds no resources."""
 
-    def _take_orders(self, time: float) -> None:
-        """Take the orders of a leg when the leg begins."""
+    def _take_orders(self, time: float, place: tuple[float, float] | None = None, surge: float = 0.0) -> None:
+        """Take the orders of a leg when the leg begins; place (x, y) [m] and speed ahead [m/s], where they are known."""
         state, course = self._state, self._course
-        leg = course.leg_index(time)
+        leg = course.leg_index(time, state.leg, place, self._early(surge))
         if leg != state.leg:
             state.leg = leg
             state.speed_order, state.heading_order = course.legs[leg].speed, course.legs[leg].heading
             state.lane_integral = 0.0
             self._values[f"{self.vessel.name}.speed_order"] = np.array(state.speed_order)
             self._values[f"{self.vessel.name}.heading_order"] = np.array(state.heading_order)
+
+    def _early(self, surge: float) -> float:
+        """Return the distance [m] before the end of a leg at which to stop from a speed ahead [m/s], or to turn: a hull's length."""
+        course, acceleration = self._course, self.vessel.gains.acceleration
+        following = course.legs[min(max(self._state.leg, 0) + 1, len(course.legs) - 1)]
+        if following.speed != 0.0:
+            return self.vessel.hull.length
+        return 0.0 if acceleration is None else 0.5 * surge * abs(surge) / acceleration
 
     def _motion(self) -> tuple[Array, float, float, float, float]:
         """Return the vessel's motion as `planar_motion` does."""
@@ -170,6 +184,12 @@ class VesselControl:
             return 0.0
         direction = self._state.heading_order
         return math.sin(direction) * (position[0] - through[0]) - math.cos(direction) * (position[1] - through[1])
+
+    def _levers(self, by_hand: tuple[float, float], surge: float) -> tuple[float, float, float]:
+        """Return thrust ahead [N], thrust to port [N] and steering moment [N m] at parts of the largest ahead and counter-clockwise."""
+        astern, ahead = self.vessel.thrust_limits(surge)
+        part, steering = by_hand
+        return (part * ahead if part >= 0.0 else -part * astern), 0.0, steering * self.vessel.propulsion.yaw_moment
 
     def _thrust(self, surge: float, step_size: float) -> float:
         """Compute the thrust ahead [N] from the speed error."""

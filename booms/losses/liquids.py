@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from oilsim.physical_constants import GRAVITY
-from oilsim.quantity import quantity, require
+from oilsim.quantity import quantity, quantity_of, require
+from oilsim.slick.oil import Oil
 
 # [N/m] of fresh crude on sea water, if nothing else is given; assumed: measured values of crudes lie between 0.015 and 0.030
 ASSUMED_TENSION = 0.020
@@ -23,7 +24,7 @@ class OilOnWater:
     oil_density: float = quantity("kg/m3", above=0.0)
     water_density: float = quantity("kg/m3", above=0.0)
     kinematic_viscosity: float = quantity("m2/s", default=1e-5, at_least=0.0)
-    interfacial_tension: float = quantity("N/m", default=ASSUMED_TENSION, at_least=1e-3, at_most=0.1)
+    interfacial_tension: float = quantity_of(Oil, "interfacial_tension", default=ASSUMED_TENSION)
 
     def __post_init__(self) -> None:
         problems = []

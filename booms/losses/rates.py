@@ -61,13 +61,16 @@ class Drivers:
 class Closures:
     """The closures of one boom: skirt_depth [m] as built, planing_angle [rad], coefficients, and what the particles resolve.
 
-    resolution None: nothing is resolved, as in a calculation without particles.
+    resolution None: nothing is resolved, as in a calculation without particles. Raises ValueError for a skirt without depth.
     """
 
-    skirt_depth: float
+    skirt_depth: float = quantity("m", above=0.0)
     planing_angle: float = math.radians(45.0)
     coefficients: Coefficients = Coefficients()
     resolution: Resolution | None = None
+
+    def __post_init__(self) -> None:
+        require("closures of a boom", Closures, {"skirt_depth": self.skirt_depth})
 
     def rates(self, drivers: Drivers, oil: OilOnWater) -> Array:
         """Compute the losses by cause and segment (causes, S) [m2/s per metre of boom]."""

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 from booms.losses.entrainment import interface_wavelength
 from booms.losses.liquids import OilOnWater
+from oilsim.quantity import quantity, require
 
 # [-] spacings of the wave that grows first; numerical
 WAVE_SPACINGS = 5.0
@@ -26,11 +27,20 @@ OVERFLOW_SPACINGS = 2.0
 
 @dataclass(frozen=True, kw_only=True)
 class Resolution:
-    """The resolution of the particles: spacing [m], skirt_depth [m], and whether interfacial tension acts between the particles."""
+    """The resolution of the particles: spacing [m], skirt_depth [m], and whether interfacial tension acts between the particles.
 
-    spacing: float
-    skirt_depth: float
+    Raises ValueError for a skirt that is not one spacing deep: no particle can lie before it.
+    """
+
+    spacing: float = quantity("m", above=0.0)
+    skirt_depth: float = quantity("m", above=0.0)
     tension_acts: bool = False
+
+    def __post_init__(self) -> None:
+        problems = []
+        if 0.0 < self.skirt_depth < self.spacing:
+            problems.append(f"skirt_depth is {self.skirt_depth:g} m, allowed: {self.spacing:g} m or more, one spacing")
+        require("particles at a boom", Resolution, vars(self), problems)
 
     def entrainment(self, oil: OilOnWater) -> bool:
         """Tell whether the waves and drops of entrainment are resolved."""

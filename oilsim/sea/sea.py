@@ -95,15 +95,29 @@ class Sea:
     def elevation(self, xy: ArrayLike, time: float) -> Double:
         """Return the height of the surface (N,) [m] at places (N, 2) or points (N, 3) [m]."""
         points, shape = _points(xy, 2, time)
-        eta, phase = np.empty(len(points)), self._phase(time)
+        eta, phase, waves = np.empty(len(points)), self._phase(time), self._grown(self.description.growth(time)[0])
         if self._second:
-            second = second_harmonic(
-                float(self._waves.amplitude[0]), float(self._waves.wave_number[0]), self._water.depth
-            )
-            add_harmonic(points, self._waves, phase, second, eta)
+            second = second_harmonic(float(waves.amplitude[0]), float(waves.wave_number[0]), self._water.depth)
+            add_harmonic(points, waves, phase, second, eta)
         else:
-            sum_elevation(points, self._waves, phase, eta)
+            sum_elevation(points, waves, phase, eta)
         return (eta + self._water.level).reshape(shape)
+
+    def grid_elevation(self, x: Double, y: Double, time: float) -> Double:
+        """Return the height of the surface (N, M) [m] at the crossings of grid lines x (N,) and y (M,) [m], increasing.
+
+        It is the sum of `elevation`, as products of one factor for each direction: the cost grows with N + M. A wave that the lines cannot
+        show is left out there: along a line it fades from 4 spacings a wave length to 2. Raises ValueError as `elevation` does.
+        """
+        lines, _ = _points(np.stack([np.r_[x, y], np.zeros(len(x) + len(y))], axis=-1), 2, time)
+        waves, phase = self._waves, self._phase(time)
+        amplitude, k_x, k_y = waves.amplitude, waves.wave_number * waves.toward_x, waves.wave_number * waves.toward_y
+        if self._second:
+            second = second_harmonic(float(amplitude[0]), float(waves.wave_number[0]), self._water.depth)
+            amplitude, phase = np.r_[amplitude, second], np.r_[phase, 2.0 * phase]
+            k_x, k_y = np.r_[k_x, 2.0 * k_x], np.r_[k_y, 2.0 * k_y]
+        along = _line_factors(lines[: len(x), 0], k_x) * (amplitude * np.exp(-1j * phase))
+        return (along @ _line_factors(lines[len(x) :, 0], k_y).T).real + self._water.level
 
     def velocity(self, xyz: ArrayLike, time: float) -> Double:
         """Return the velocity of the water (N, 3) [m/s] at points (N, 3) [m]."""
@@ -195,10 +209,20 @@ class Sea:
         return self._waves.phase_at(time, self._travel(time))
 
     def _wave_field(self, points: Double, time: float) -> WaveField:
-        phase = self._phase(time) if self._waves.amplitude.size else np.zeros(0)
+        share, rate = self.description.growth(time)
+        waves = self._grown(share)
+        phase = self._phase(time) if waves.amplitude.size else np.zeros(0)
         if self._second:
-            return stokes_field(points, self._waves, phase, self._water)
-        return linear_field(points, self._waves, phase, self._water, wheeler=self._wheeler)
+            field = stokes_field(points, waves, phase, self._water)
+        else:
+            field = linear_field(points, waves, phase, self._water, wheeler=self._wheeler)
+        if rate > 0.0:
+            field.acceleration[:] += rate / share * field.velocity
+        return field
+
+    def _grown(self, share: float) -> WaveComponents:
+        """Return the waves at a share of their height."""
+        return self._waves if share == 1.0 else self._waves._replace(amplitude=share * self._waves.amplitude)
 
     def _add_currents(self, field: WaveField, points: Double, time: float) -> None:
         """Add the current and the drift of the wind to the waves' field, each at its depth below the moving surface."""
@@ -213,6 +237,13 @@ class Sea:
             depth = np.maximum(field.elevation - points[:, 2], 0.0)
             upper = np.flatnonzero(depth < wind.drift.layer)
             field.velocity[upper, :2] += self.wind_drift(depth[upper], time)
+
+
+def _line_factors(lines: Double, wave_number: Double) -> NDArray[np.complex128]:
+    """Compute exp(i k x) (N, M) at grid lines x (N,) [m] for wave numbers k (M,) [1/m], faded where the lines are too far apart."""
+    spacing = np.gradient(lines)[:, None] if len(lines) > 1 else np.zeros((len(lines), 1))
+    shown = np.clip(2.0 - 2.0 * np.abs(wave_number) * spacing / np.pi, 0.0, 1.0)  # 1 at pi / 2 a spacing, 0 at pi
+    return np.asarray(shown * np.exp(1j * lines[:, None] * wave_number))
 
 
 def _points(given: ArrayLike, least: int, time: float) -> tuple[Double, tuple[int, ...]]:

@@ -21,7 +21,7 @@ class Oil:
 
     density: float = quantity("kg/m3", above=0.0)
     dynamic_viscosity: float = quantity("Pa s", above=0.0)
-    interfacial_tension: float = quantity("N/m", above=0.0)
+    interfacial_tension: float = quantity("N/m", at_least=1e-3, at_most=0.1)
     spreading_tension: float = quantity("N/m", default=0.01, at_least=0.0)
 
     def __post_init__(self) -> None:

@@ -11,9 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.ndimage import gaussian_filter
+from scipy.ndimage import gaussian_filter, map_coordinates
 
 from recordings.frame import Color
+from recordings.surface import SurfaceFrame
 
 Floats = npt.NDArray[np.floating]
 _LIGHT = np.array([-0.35, -0.5, 0.8]) / np.linalg.norm([-0.35, -0.5, 0.8])
@@ -21,6 +22,10 @@ _AMBIENT = 0.45
 _SPHERE_FILL = 6.0 / np.pi  # volume of a cube / volume of the sphere inside it
 _LARGEST_BLUR = 3.0  # [pixels]; a few large particles are seen one by one, not as fog
 _NEAR = 1e-3
+_GRAZING = -1e-3  # slope of a line of sight that still meets the sea
+_STEPS = 4  # to the place at which a line of sight meets the waves
+_HAZE = 8.0  # distance at which haze hides all but a third of the sea, in widths of the exercise
+_SKYLINE = np.array([0.86, 0.91, 0.95])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -99,6 +104,33 @@ class Canvas:
         for face, brightness in zip(faces[length > 0.0], light[length > 0.0], strict=True):
             self._triangle(pixels[face], depth[face], tint * brightness)
 
+    def sea(self, surface: SurfaceFrame, image: npt.NDArray[np.uint8] | None, color: Color) -> None:
+        """Draw the opaque surface of a sea with the colours `image` (R, C, 3) within its box, or with one colour, in daylight.
+
+        Each line of sight meets the surface where a few steps along it, from the height below one step to the next, come to rest.
+        """
+        number = np.arange(self.height * self.width)
+        pixel = np.stack([number % self.width, number // self.width], axis=-1) + 0.5 - self.projection.center
+        sight = np.column_stack([pixel / self.projection.focal, np.ones(len(pixel))]) @ self.projection.axes
+        seen = np.flatnonzero(sight[:, 2] < _GRAZING)
+        sight = sight[seen]
+        level = float(np.median(surface.height))
+        way = (level - self.projection.eye[2]) / sight[:, 2]
+        for _ in range(_STEPS):
+            places = self.projection.eye[:2] + way[:, None] * sight[:, :2]
+            way = (_on_grid(surface, surface.height, places) - self.projection.eye[2]) / sight[:, 2]
+        front = (way > _NEAR) & (way < self.depth[seen])
+        number, way, places = seen[front], way[front], places[front]
+        light = _on_grid(surface, surface.brightness.reshape(surface.height.shape), places)[:, None]
+        paint = _in_box(surface, image, color, places) * light
+        haze = (
+            1.0
+            - np.exp(-way / (_HAZE * max(surface.box[2] - surface.box[0], surface.box[3] - surface.box[1])))[:, None]
+        )
+        flat = self.image.reshape(-1, 3)
+        flat[number] = np.clip(paint * (1.0 - haze) + _SKYLINE * haze, 0.0, 1.0)
+        self.depth[number] = way
+
     def water(self, points: Floats, spacing: float, color: Color, clearness: float) -> None:
         """Draw clear water of particles at points (N, 3) [m], ``spacing`` [m] apart; light reaches ``clearness`` [m] far."""
         thickness = np.zeros(self.height * self.width)
@@ -172,3 +204,24 @@ class Canvas:
         shown = inside & (inverse * buffer > 1.0)
         buffer[shown] = 1.0 / inverse[shown]
         self.image[here][shown] = np.clip(color, 0.0, 1.0)
+
+
+def _on_grid(surface: SurfaceFrame, values: Floats, places: Floats) -> Floats:
+    """Interpolate values (N, M) on the lines of a surface's grid to places (K, 2) [m]; beyond it they go on."""
+    lines = [np.interp(places[:, axis], at, np.arange(len(at))) for axis, at in enumerate((surface.x, surface.y))]
+    return np.asarray(map_coordinates(values, lines, order=1, mode="nearest"))
+
+
+def _in_box(surface: SurfaceFrame, image: npt.NDArray[np.uint8] | None, color: Color, places: Floats) -> Floats:
+    """Return the colours (K, 3) from 0 to 1 of places (K, 2) [m]: of the image in the surface's box, else the one colour."""
+    paint = np.tile(np.array(color[:3]) / 255.0, (len(places), 1))
+    if image is None:
+        return paint
+    low, high = np.array(surface.box[:2]), np.array(surface.box[2:])
+    part = (places - low) / (high - low)
+    inside = ((part >= 0.0) & (part < 1.0)).all(axis=1)
+    lines = (part[inside] * image.shape[:2] - 0.5).T
+    for channel in range(3):
+        found = map_coordinates(image[..., channel].astype(np.float64), lines, order=1, mode="nearest")
+        paint[inside, channel] = found / 255.0
+    return paint

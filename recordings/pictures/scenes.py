@@ -75,16 +75,23 @@ def _render(run: RunDescription, moment: Moment, canvas: Canvas, depth: float) -
             canvas.triangles(placed, mesh.faces, _body_color(run, name, mesh, moment.bodies[name]))
     clear = [(index, phase) for index, phase in enumerate(run.phases) if not _opaque(phase, len(run.phases))]
     for index, phase in enumerate(run.phases):
-        if (index, phase) not in clear and phase.name in moment.positions:
+        if (index, phase) not in clear and phase.name in moment.positions and not _is_film(phase, moment):
             color = palette.phase_color(phase, index)
             canvas.spheres(moment.positions[phase.name], _OIL_RADIUS * run.particle_spacing, color)
     for cause, positions in moment.lost.items():
         canvas.spheres(positions, _LOST_RADIUS * run.particle_spacing, palette.cause_color(cause))
+    if moment.sea is not None:
+        canvas.sea(moment.sea.surface, moment.sea.image, palette.SEA)
     for index, phase in clear:
         if len(moment.positions.get(phase.name, ())):
             color = palette.phase_color(phase, index)
             canvas.water(moment.positions[phase.name], run.particle_spacing, color, _CLEAR_DEPTHS * depth)
     return canvas.image
+
+
+def _is_film(phase: PhaseDescription, moment: Moment) -> bool:
+    """Tell whether a phase is drawn as a film on the sea."""
+    return phase.is_oil and moment.sea is not None and moment.sea.image is not None
 
 
 def _opaque(phase: PhaseDescription, phase_count: int) -> bool:
@@ -111,6 +118,8 @@ def _without_water(run: RunDescription, moment: Moment) -> Moment:
 
 def _extent(run: RunDescription, moment: Moment, far: float = 0.5) -> Points:
     """Collect points (N, 3) [m] that the picture must contain: nearly all particles, and bodies within ``far`` times their extent."""
+    if moment.sea is not None:
+        return _extent_at_sea(run, moment)
     parts = [position for position in moment.positions.values() if len(position)]
     if not parts:
         return np.array([body.position for body in moment.bodies.values()]) if moment.bodies else np.zeros((1, 3))
@@ -124,6 +133,18 @@ def _extent(run: RunDescription, moment: Moment, far: float = 0.5) -> Points:
             near = ((placed > lower - room) & (placed < upper + room)).all(axis=1)
             corners = np.concatenate([corners, placed[near]])
     return np.asarray(corners)
+
+
+def _extent_at_sea(run: RunDescription, moment: Moment) -> Points:
+    """Collect the points (N, 3) [m] of all bodies, and nearly all of the oil."""
+    placed = [
+        placed_vertices(mesh.vertices, moment.bodies[name])
+        for name, mesh in run.meshes.items()
+        if name in moment.bodies
+    ]
+    oil = [moment.positions[name] for name in run.oils if len(moment.positions.get(name, ()))]
+    limits = [np.percentile(np.concatenate(oil), [2.0, 98.0], axis=0)] if oil else []
+    return np.concatenate([*placed, *limits]) if placed or limits else np.zeros((1, 3))
 
 
 def _usual_camera(moments: Sequence[Moment]) -> CameraView:

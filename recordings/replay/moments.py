@@ -12,7 +12,9 @@ import numpy.typing as npt
 from recordings import entity_paths
 from recordings.errors import RecordingError
 from recordings.frame import BodyFrame
-from recordings.replay.recording import BodySeries, Replay, Series
+from recordings.replay.body_series import BodySeries
+from recordings.replay.recording import Replay, Series
+from recordings.replay.surface import DrawnSea, seas_at
 
 Positions = npt.NDArray[np.float32]
 
@@ -21,13 +23,14 @@ Positions = npt.NDArray[np.float32]
 class Moment:
     """Positions of everything at one instant: time [s], particles (N, 3) [m] by phase, bodies by name.
 
-    lost: the particles (N, 3) [m] among them that booms had lost, by cause.
+    lost: the particles (N, 3) [m] among them that booms had lost, by cause; sea: its surface in a run without particles, None in another.
     """
 
     time: float
     positions: Mapping[str, Positions]
     bodies: Mapping[str, BodyFrame]
     lost: Mapping[str, npt.NDArray[np.float32]] = field(default_factory=dict)
+    sea: DrawnSea | None = None
 
 
 def recorded_steps(replay: Replay) -> list[tuple[int, float]]:
@@ -60,8 +63,15 @@ def read_moments(replay: Replay, steps: Sequence[tuple[int, float]]) -> list[Mom
     for cause in replay.lost_causes:
         for index, position in _as_last_seen(replay, entity_paths.lost(cause), indices).items():
             lost[index][cause] = position
+    seas = seas_at(replay, indices)
     return [
-        Moment(time=time, positions=particles[index], bodies=bodies_at(replay, index), lost=lost[index])
+        Moment(
+            time=time,
+            positions=particles[index],
+            bodies=bodies_at(replay, index),
+            lost=lost[index],
+            sea=seas.get(index),
+        )
         for index, time in steps
     ]
 

@@ -20,7 +20,6 @@ from recordings import entity_paths
 from recordings.errors import RecordingError
 from recordings.exercise import exercise_from_json, site_from_json
 from recordings.frame import (
-    BodyFrame,
     CameraView,
     Color,
     Event,
@@ -30,6 +29,7 @@ from recordings.frame import (
     PhaseFrame,
     RunDescription,
 )
+from recordings.replay.body_series import BodySeries, motions_of_all, motions_of_each
 from recordings.replay.columns import Rows, read_rows, read_single
 from recordings.replay.repair import is_whole, open_reader, repair
 from recordings.sample import ids_of_ranges
@@ -37,6 +37,8 @@ from recordings.sink.rerun_sink import FORMAT_VERSION
 
 Terms = ParamSpec("Terms")
 Result = TypeVar("Result")
+
+READ_VERSIONS = (1, FORMAT_VERSION)  # 1: an entity for each body
 
 _PROPERTIES = "__properties"
 _LEVELS: dict[str, EventLevel] = {"INFO": "info", "WARN": "warning", "ERROR": "error"}
@@ -103,32 +105,6 @@ class Series:
     value: npt.NDArray[np.float64]
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class BodySeries:
-    """A body at N instants.
-
-    index (N,), time (N,) [s], pose (N, 7) [m, 1], twist (N, 6) [m/s, rad/s], wrench (N, 6) [N, N m] and tension (N,) [N], NaN without one.
-    """
-
-    index: npt.NDArray[np.int64]
-    time: npt.NDArray[np.float64]
-    pose: npt.NDArray[np.float64]
-    twist: npt.NDArray[np.float64]
-    wrench: npt.NDArray[np.float64]
-    tension: npt.NDArray[np.float64]
-
-    def frame(self, row: int) -> BodyFrame:
-        """Return the body at one instant."""
-        return BodyFrame(
-            position=self.pose[row, :3],
-            orientation=self.pose[row, 3:],
-            linear_velocity=self.twist[row, :3],
-            angular_velocity=self.twist[row, 3:],
-            wrench=self.wrench[row],
-            tension=float(self.tension[row]),
-        )
-
-
 class Replay:
     """One recording; particles are read from the file on request, everything else is small and kept."""
 
@@ -165,7 +141,7 @@ class Replay:
     def properties(self) -> Mapping[str, Mapping[str, Any]]:
         """Properties of the file by group: "scenario", "recording" (its settings), "run" (versions and more), "end"."""
         groups: dict[str, dict[str, Any]] = defaultdict(dict)
-        for chunk in self._chunks(f"/{_PROPERTIES}/**"):
+        for chunk in self.chunks(f"/{_PROPERTIES}/**"):
             group = chunk.entity_path.strip("/").removeprefix(_PROPERTIES).strip("/")
             groups[group].update(read_single(chunk))
         return dict(groups)
@@ -220,26 +196,18 @@ class Replay:
     @_told
     def bodies(self) -> Mapping[str, BodySeries]:
         """Every body's motion by its name."""
-        tensions = self._rows(_body_paths(), "tension")
-        bodies = {}
-        for path, parts in self._rows(_body_paths(), "motion").items():
-            motion = _series(parts, 19)
-            bodies[entity_paths.body_name(path)] = BodySeries(
-                index=motion.index,
-                time=motion.time,
-                pose=motion.value[:, :7],
-                twist=motion.value[:, 7:13],
-                wrench=motion.value[:, 13:],
-                tension=_series(tensions[path]).value if path in tensions else np.full(len(motion.index), np.nan),
-            )
-        return bodies
+        motions, tensions = (self._rows((f"/{entity_paths.MOTIONS}",), what) for what in ("motion", "tension"))
+        if motions:
+            names = self._rows((f"/{entity_paths.motion_names()}",), "names")
+            return motions_of_all(*(next(iter(rows.values())) for rows in (names, motions, tensions)))
+        return motions_of_each(self._rows(_body_paths(), "motion"), self._rows(_body_paths(), "tension"))
 
     @cached_property
     @_told
     def events(self) -> tuple[Event, ...]:
         """The events of the log, in order of time."""
         found = []
-        for chunk in self._chunks(f"/{entity_paths.EVENTS}"):
+        for chunk in self.chunks(f"/{entity_paths.EVENTS}"):
             text, level = read_rows(chunk, "TextLog:text"), read_rows(chunk, "TextLog:level")
             source = read_rows(chunk, "source")
             if text is None or level is None or source is None:
@@ -274,7 +242,7 @@ class Replay:
         """Yield step, time [s] and particles at an entity path, frame by frame; only at ``indices``, if given."""
         ids = self._ids(path)
         changes = [index for index, _ in ids]
-        for chunk in self._chunks(f"/{path}"):
+        for chunk in self.chunks(f"/{path}"):
             rows = read_rows(chunk, "Points3D:positions")
             if rows is None:
                 continue
@@ -306,7 +274,7 @@ class Replay:
     def _phase_descriptions(self) -> tuple[PhaseDescription, ...]:
         """Read the fluids in the order in which they were described."""
         found = []
-        for chunk in self._chunks(f"/{entity_paths.FLUID}/**", static=True):
+        for chunk in self.chunks(f"/{entity_paths.FLUID}/**", static=True):
             values = read_single(chunk)
             if "description" in values:
                 stored = json.loads(str(values["description"]))
@@ -318,16 +286,19 @@ class Replay:
 
     def _meshes(self) -> dict[str, MeshDescription]:
         """Read the triangles of every body that has some."""
-        found = {}
-        for chunk in self._chunks(*_body_paths(), static=True):
+        found: dict[str, MeshDescription] = {}
+        for chunk in self.chunks(*_body_paths(), static=True):
             vertices, faces = read_rows(chunk, "vertices"), read_rows(chunk, "faces")
             factor = read_rows(chunk, "Mesh3D:albedo_factor")
             if vertices is not None and faces is not None:
                 color = _unpacked(int(factor.values[0])) if factor is not None and len(factor.values) else None
-                name = entity_paths.body_name(chunk.entity_path)
                 corners = vertices.values.astype(np.float32).reshape(-1, 3)
                 triangles = faces.values.astype(np.uint32).reshape(-1, 3)
-                found[name] = MeshDescription(vertices=corners, faces=triangles, color=color)
+                mesh = MeshDescription(vertices=corners, faces=triangles, color=color)
+                names = read_rows(chunk, "names")  # format 1 has a mesh at each body's path
+                found |= dict.fromkeys(
+                    [entity_paths.body_name(chunk.entity_path)] if names is None else names.values.tolist(), mesh
+                )
         return dict(sorted(found.items()))
 
     def _boundaries(self) -> dict[str, npt.NDArray[np.float32]]:
@@ -341,13 +312,13 @@ class Replay:
     def _rows(self, contents: tuple[str, ...], component: str) -> dict[str, list[Rows]]:
         """Read the rows of one component, by entity path."""
         found: dict[str, list[Rows]] = defaultdict(list)
-        for chunk in self._chunks(*contents):
+        for chunk in self.chunks(*contents):
             rows = read_rows(chunk, component)
             if rows is not None:
                 found[chunk.entity_path.strip("/")].append(rows)
         return dict(found)
 
-    def _chunks(self, *contents: str, static: bool | None = None) -> Iterator[Chunk]:
+    def chunks(self, *contents: str, static: bool | None = None) -> Iterator[Chunk]:
         """Read the chunks of some entities, in the file's order."""
         stream = self._reader.stream() if self._store is None else self._store.stream()
         return iter(stream.filter(content=list(contents), is_static=static))
@@ -358,10 +329,9 @@ def _require_run(path: Path, terms: Mapping[str, Any]) -> None:
     if "particle_spacing" not in terms:
         raise RecordingError(path, "has no run of oilsim, or was cut off before a run began")
     version = terms.get("format_version")
-    if version != FORMAT_VERSION:
-        raise RecordingError(
-            path, f"has format version {version}, allowed: version {FORMAT_VERSION}, which this program reads"
-        )
+    if version not in READ_VERSIONS:
+        allowed = " or ".join(map(str, READ_VERSIONS))
+        raise RecordingError(path, f"has format version {version}, allowed: {allowed}, which this program reads")
 
 
 def _lazy_store(reader: RrdReader) -> LazyStore | None:

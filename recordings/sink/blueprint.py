@@ -12,21 +12,30 @@ from recordings.frame import CameraView, RunDescription
 from recordings.sink.cameras import FollowingView, Places, following_views
 from recordings.sink.plots import plots_with_series, usual_plots
 
-_BACKGROUND = (224, 233, 240)
+Layout = Literal["recording", "live", "embedded"]
+_BACKGROUND = (205, 224, 238)  # a bright sky
 _MOST_NAMED = 5  # a diagram with more series has no room for a legend
 
 
 def run_blueprint(
-    run: RunDescription, scalars: Collection[str], places: Places | None = None, *, live: bool = False
+    run: RunDescription,
+    scalars: Collection[str],
+    places: Places | None = None,
+    *,
+    layout: Layout = "recording",
+    has_film: bool = False,
 ) -> rrb.Blueprint:
     """Lay out a recording of ``run``, with diagrams of the series that are recorded.
 
-    ``places`` are the positions (3,) [m] of the bodies in the first frame. ``live`` shows the newest frame, from cameras that do not move:
-    viewer 0.41 goes too near to a body that it follows if the body's frames arrive later than the layout. Otherwise the viewer plays the
-    recording at real speed, in a loop, and its cameras follow.
+    ``places`` are the positions (3,) [m] of the bodies in the first frame. "live" shows the newest frame, from cameras that do not move:
+    viewer 0.41 goes too near to a body that it follows if the body's frames arrive later than the layout. "embedded" does the same with
+    scenes alone, for a page that has its own diagrams. Otherwise the viewer plays the recording at real speed, in a loop, and its cameras
+    follow. ``has_film``: the oil is shown as a film on the sea's surface, and not as parcels, too.
     """
+    live = layout != "recording"
+    scenes = _scenes(run, places or {}, follow=not live, hidden=_oils(run) if has_film else [])
     return rrb.Blueprint(
-        rrb.Horizontal(_scenes(run, places or {}, follow=not live), _beside(run, scalars), column_shares=[5, 2]),
+        scenes if layout == "embedded" else rrb.Horizontal(scenes, _beside(run, scalars), column_shares=[5, 2]),
         _time_panel("following", "off") if live else _time_panel("playing", "all"),
         rrb.BlueprintPanel(state="collapsed"),
         rrb.SelectionPanel(state="collapsed"),
@@ -46,18 +55,20 @@ def _time_panel(play_state: Literal["following", "playing"], loop_mode: Literal[
     )
 
 
-def _scenes(run: RunDescription, places: Places, *, follow: bool) -> rrb.Container | rrb.View:
+def _scenes(run: RunDescription, places: Places, *, follow: bool, hidden: Collection[str]) -> rrb.Container | rrb.View:
     """Lay out the overview, with the forces on the bodies behind it, above the cameras that follow boom and vessel."""
-    overview = _scene(run, "Overview", run.camera, hidden=[entity_paths.FORCES])
-    forces = _scene(run, "Forces", run.camera, hidden=_waters(run))
+    overview = _scene(run, "Overview", run.camera, hidden=[entity_paths.FORCES, *hidden])
+    forces = _scene(run, "Forces", run.camera, hidden=[*_waters(run), entity_paths.SURFACE])
     above = rrb.Tabs(overview, forces) if run.meshes else overview
-    close = [_close_scene(run, view, follow=follow) for view in following_views(run, places)]
+    close = [_close_scene(run, view, follow=follow, hidden=hidden) for view in following_views(run, places)]
     return rrb.Vertical(above, rrb.Horizontal(*close), row_shares=[3, 2]) if close else above
 
 
-def _close_scene(run: RunDescription, view: FollowingView, *, follow: bool) -> rrb.Spatial3DView:
-    hidden = [entity_paths.FORCES, *_waters(run)]
-    return _scene(run, view.title, view.camera, hidden=hidden, follows=entity_paths.body(view.body) if follow else None)
+def _close_scene(
+    run: RunDescription, view: FollowingView, *, follow: bool, hidden: Collection[str]
+) -> rrb.Spatial3DView:
+    hidden = [entity_paths.FORCES, *_waters(run), *hidden]
+    return _scene(run, view.title, view.camera, hidden=hidden, follows=view.follows if follow else None)
 
 
 def _scene(
@@ -77,6 +88,11 @@ def _scene(
 def _waters(run: RunDescription) -> list[str]:
     """List the phases that would hide a boom from a near camera."""
     return [entity_paths.phase(phase.name) for phase in run.phases if palette.is_water(phase)]
+
+
+def _oils(run: RunDescription) -> list[str]:
+    """List the paths of oil."""
+    return [entity_paths.phase(name) for name in run.oils]
 
 
 def _eye(camera: CameraView, follows: str | None) -> rrb.EyeControls3D:

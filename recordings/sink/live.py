@@ -30,12 +30,13 @@ _LOG = logging.getLogger(__name__)
 class LiveView:
     """A viewer on this machine, started here or already running at ``address``."""
 
-    def __init__(self, address: str | None = None, *, headless: bool = False) -> None:
+    def __init__(self, address: str | None = None, *, headless: bool = False, is_embedded: bool = False) -> None:
         """Choose the viewer; ValueError for an address on another machine.
 
         Args:
             address: address of a running viewer, for example "rerun+http://127.0.0.1:9876/proxy"; None starts one.
             headless: start it without a window.
+            is_embedded: show scenes alone, in a page that has its own diagrams.
         """
         if address is not None and urlsplit(address).hostname not in _LOCAL_HOSTS:
             raise ValueError(
@@ -47,6 +48,7 @@ class LiveView:
         self.viewer: subprocess.Popen[bytes] | None = None
         self._address = address
         self._headless = headless
+        self._layout = "embedded" if is_embedded else "live"
         self._samples: queue.Queue[Sample] = queue.Queue(QUEUE_FRAMES)
         self._events: deque[tuple[Event, int]] = deque(maxlen=100)
         self._stopping = threading.Event()
@@ -90,7 +92,7 @@ class LiveView:
             address = self._address or self._start_viewer()
             quiet = subprocess.DEVNULL
             self._feed = subprocess.Popen(
-                module_command("recordings.sink.live_feed", address, recording_id),
+                module_command("recordings.sink.live_feed", address, recording_id, self._layout),
                 env=module_environment(),
                 stdin=subprocess.PIPE,
                 stdout=quiet,

@@ -10,15 +10,16 @@ import pickle
 import sys
 from typing import BinaryIO
 
+from recordings.sink.blueprint import Layout
 from recordings.sink.rerun_sink import RerunWriter, connect_stream
 
 _PATIENCE_SECONDS = 1e9  # [s], without limit: the run ends this program when it has waited long enough
 
 
-def feed(messages: BinaryIO, address: str, recording_id: str) -> None:
+def feed(messages: BinaryIO, address: str, recording_id: str, layout: Layout) -> None:
     """Pass on pickled (verb, arguments) pairs until the input ends; they come from the parent program only."""
     stream = connect_stream(address, recording_id)
-    writer = RerunWriter(stream, live=True)
+    writer = RerunWriter(stream, layout=layout)
     while True:
         try:
             verb, arguments = pickle.load(messages)
@@ -30,4 +31,4 @@ def feed(messages: BinaryIO, address: str, recording_id: str) -> None:
 
 
 if __name__ == "__main__":
-    feed(sys.stdin.buffer, sys.argv[1], sys.argv[2])
+    feed(sys.stdin.buffer, sys.argv[1], sys.argv[2], "embedded" if sys.argv[3] == "embedded" else "live")

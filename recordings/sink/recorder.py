@@ -7,18 +7,20 @@ import threading
 import weakref
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from types import FrameType, TracebackType
 from typing import TYPE_CHECKING
 
 from recordings.errors import RecordingError
 from recordings.frame import Event, Frame, RunDescription
-from recordings.sample import require_power_of_two, take_sample
+from recordings.sample import Sample, require_power_of_two, take_sample
 
 if TYPE_CHECKING:
     from recordings.sink.live import LiveView
     from recordings.sink.rerun_sink import RerunFile
 
+FILM_RATE = 1.0  # [1/s] at most, of simulated time; a film moves slowly
 _TIME_SLACK = 1e-9  # a frame is due at t even if the time is less by a rounding error
 
 
@@ -38,6 +40,7 @@ class Recorder:
         *,
         precision: float | None = None,
         every: Mapping[str, int] | None = None,
+        surface_rate: float = 2.5,
         live: LiveView | None = None,
     ) -> None:
         """Check the settings, and that ``path`` can be written, before a long run starts; ValueError for a wrong setting.
@@ -47,11 +50,14 @@ class Recorder:
             frame_rate: recorded frames per simulated second [1/s].
             precision: grid [m] to which positions are rounded, a power of two, which the file states; None keeps every bit.
             every: for a phase by name, record its particles in the first frame and then in one of so many recorded frames; default 1.
+            surface_rate: frames with the surface of the sea, in a simulated second, at most [1/s]; 0 records none.
             live: a viewer that shows the same frames, and drops some if it cannot keep up.
         """
         if not frame_rate > 0.0:
             raise ValueError(f"frame_rate is {frame_rate} 1/s, allowed: above 0 1/s")
         require_power_of_two(precision)
+        if not surface_rate >= 0.0:
+            raise ValueError(f"surface_rate is {surface_rate} 1/s, allowed: 0 1/s or more")
         for name, count in (every or {}).items():
             if count < 1:
                 raise ValueError(f"every[{name!r}] is {count}, allowed: 1 or more")
@@ -59,13 +65,15 @@ class Recorder:
         self.frame_rate = frame_rate
         self.precision = precision
         self.every = dict(every or {})
+        self.surface_rate = surface_rate
         self.recorded_frames = 0
         self._live = live
         self._file: RerunFile | None = None
         self._finalizer: weakref.finalize[[RerunFile, LiveView | None], Recorder] | None = None
-        self._last_slot = -1
+        self._last_slot = self._surface_slot = self._film_slot = -1
         self._last_index = 0
         self._is_first = True
+        self._film_box: tuple[float, ...] = ()
         self._oils: tuple[str, ...] = ()
         _require_writable(self.path)
 
@@ -86,6 +94,8 @@ class Recorder:
             raise RecordingError(self.path, "is already open, allowed: one run for each recorder")
         self._oils = run.oils
         terms = {"frame_rate": self.frame_rate, "precision": self.precision or 0.0}
+        if self.surface_rate:
+            terms["surface_rate"] = self.surface_rate
         terms |= {f"every_{name}": float(count) for name, count in self.every.items()}
         self._file = RerunFile(self.path, run, terms)
         self._finalizer = weakref.finalize(self, _close, self._file, self._live)
@@ -102,6 +112,7 @@ class Recorder:
             return
         self._last_slot = slot
         sample = take_sample(frame, precision=self.precision, phases=self._due_phases(frame), oils=self._oils)
+        sample = self._with_surface(frame, sample)
         self.recorded_frames += 1
         self._is_first = False
         file.add(sample)
@@ -114,12 +125,18 @@ class Recorder:
         Waiting frames are written first, so that no checkpoint is ahead of its recording.
         """
         self._open_file().write()
-        return {"recorded_frames": self.recorded_frames, "last_slot": self._last_slot, "last_index": self._last_index}
+        return {
+            "recorded_frames": self.recorded_frames,
+            "last_slot": self._last_slot,
+            "last_index": self._last_index,
+            "surface_slot": self._surface_slot,
+        }
 
     def restore_state(self, saved: Mapping[str, int]) -> None:
         """Continue after the state that `save_state` returned."""
         self.recorded_frames, self._last_slot = saved["recorded_frames"], saved["last_slot"]
         self._last_index = saved["last_index"]
+        self._surface_slot = saved.get("surface_slot", -1)  # the film comes with the next surface, which has a new file
 
     def event(self, event: Event) -> None:
         """Write a line of the log."""
@@ -139,6 +156,16 @@ class Recorder:
         if not self.every:
             return None
         return {name for name in frame.phases if self._is_first or self.recorded_frames % self.every.get(name, 1) == 0}
+
+    def _with_surface(self, frame: Frame, sample: Sample) -> Sample:
+        """Add the surface of the sea if it is due, and the film on it if that is, too, or lies in another box than the last one."""
+        slot = int(frame.time * self.surface_rate + _TIME_SLACK)
+        if self.surface_rate == 0.0 or slot <= self._surface_slot or frame.surface is None:
+            return sample
+        film_slot = int(frame.time * FILM_RATE + _TIME_SLACK)
+        has_film = film_slot > self._film_slot or frame.surface.box != self._film_box
+        self._surface_slot, self._film_slot, self._film_box = slot, film_slot, frame.surface.box
+        return replace(sample, surface=frame.surface, film=frame.film if has_film else None)
 
     def _open_file(self) -> RerunFile:
         if self._file is None:

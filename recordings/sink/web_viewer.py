@@ -22,7 +22,7 @@ class WebViewer:
     @property
     def query(self) -> str:
         """The part of the page's address that tells it what to show."""
-        return f"url={quote(self.feed, safe='')}&hide_welcome_screen=1"
+        return f"url={quote(self.feed, safe='')}"
 
 
 @contextmanager

@@ -9,6 +9,7 @@ mark                        name
 order                       settings: texts KEY=VALUE, as for `oilsim order`
 tow                         speed [m/s], heading [rad]: orders to all vessels that have no own ones
 steer                       vessel, speed [m/s], heading [rad], keeps_line
+levers                      vessel, thrust ahead and steering counter-clockwise by hand, -1 to 1 of the largest
 engine                      vessel, runs
 branch                      time [s], settings: orders at that moment
 debrief                     of the recording so far
@@ -42,6 +43,7 @@ _ENTRIES: Mapping[str, Mapping[str, str]] = {
     "order": {"settings": "texts"},
     "tow": {"speed": "number", "heading": "number"},
     "steer": {"vessel": "text", "speed": "number", "heading": "number", "keeps_line": "yes or no"},
+    "levers": {"vessel": "text", "thrust": "number", "steering": "number"},
     "engine": {"vessel": "text", "runs": "yes or no"},
     "branch": {"time": "number", "settings": "texts"},
 }

@@ -98,7 +98,7 @@ def _run(errand: Errand, sender: LatestSender) -> int:
             record=errand.record,
             summary=errand.record.with_suffix(".json"),
             source=source,
-            live=LiveView(errand.viewer) if errand.viewer else False,
+            live=LiveView(errand.viewer, is_embedded=True) if errand.viewer else False,
             takes_orders=True,
             pace=pace,
             begins_paused=errand.paused,

@@ -3,20 +3,14 @@
 from __future__ import annotations
 
 import base64
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from recordings.frame import Frame
 from scenarios.running.assembly import Assembly
+from scenarios.watch.oil_spots import AFLOAT, LOST, Spots, spots_of_parcels
 
-if TYPE_CHECKING:
-    from oilsim.slick.parcels import Parcels
-
-Spots = NDArray[np.float32]
-
-AFLOAT, HELD, LOST, ASHORE = 0, 1, 2, 3  # [1] fates of spots
 MOST_SPOTS = 20_000  # [1] that a page draws smoothly; the cells of particles grow until they are fewer
 CELL = 2.0  # [1] smallest width of a cell, in particle spacings
 
@@ -43,23 +37,6 @@ def oil_spots(assembly: Assembly, frame: Frame) -> Spots:
             spots_of_particles(places[is_lost], volume, cell, LOST),
         ]
     )
-
-
-def spots_of_parcels(parcels: Parcels) -> Spots:
-    """Return the parcels that are not recovered as spots (N, 5): x, y, radius, thickness [m], fate; area times thickness is the volume."""
-    from oilsim.slick.parcels import ParcelState
-
-    fates = {
-        ParcelState.AFLOAT: AFLOAT,
-        ParcelState.HELD: HELD,
-        ParcelState.LOST: LOST,
-        ParcelState.STRANDED: ASHORE,
-    }
-    shown = parcels.state != ParcelState.RECOVERED
-    thickness = np.maximum(parcels.thickness[shown], 1e-8)
-    radius = np.sqrt(parcels.volume[shown] / (np.pi * thickness))
-    fate = np.array([fates.get(ParcelState(state), AFLOAT) for state in range(len(ParcelState))])[parcels.state[shown]]
-    return np.column_stack([parcels.position[shown], radius, thickness, fate]).astype(np.float32)
 
 
 def spots_of_particles(places: NDArray[np.float64], volume: float, cell: float, fate: int) -> Spots:

@@ -29,7 +29,7 @@ from scenarios.conduct.access import Access, Role
 from scenarios.conduct.commands import read_command, read_object
 from scenarios.conduct.page_link import PageLink
 from scenarios.conduct.session import Session
-from scenarios.conduct.viewer_files import ViewerFiles
+from scenarios.conduct.viewer_files import POLICY, ViewerFiles
 from scenarios.problems import ScenarioError
 
 MOST_PAGES = 40  # [1] open at a time
@@ -53,14 +53,15 @@ class PageServer:
     def __init__(self, access: Access, session: Session, *, hosts: list[str], viewer: WebViewer | None = None) -> None:
         """`hosts` are the names by which browsers may call this machine; `viewer`: the 3-D view, None without one."""
         self._access, self._session = access, session
-        self._viewer = "" if viewer is None else f"/viewer/?{viewer.query}"
+        self._viewer = "" if viewer is None else f"/scene?{viewer.query}"
         self._pages: set[PageLink] = set()
         self._strangers = 0
         self._tasks: set[asyncio.Task[None]] = set()
-        shown = None if viewer is None else ViewerFiles(viewer.origin)
-        view = [] if shown is None else [Route(f"/viewer/{name}", shown.answer) for name in ("", "{name}")]
+        view = []
+        if viewer is not None:
+            view = [Route("/viewer/{name}", ViewerFiles(viewer.origin).answer), Route("/scene", self._scene)]
         page = files("scenarios.conduct").joinpath("page")
-        self._index = Path(str(page)) / "index.html"
+        self._folder = Path(str(page))
         self.application = Starlette(
             routes=[
                 Route("/", self._start_page),
@@ -78,7 +79,10 @@ class PageServer:
             page.notice()
 
     async def _start_page(self, _: Request) -> Response:
-        return FileResponse(self._index, media_type="text/html")
+        return FileResponse(self._folder / "index.html", media_type="text/html")
+
+    async def _scene(self, _: Request) -> Response:
+        return FileResponse(self._folder / "scene.html", media_type="text/html", headers=POLICY)
 
     async def _debrief(self, request: Request) -> Response:
         """Return the debrief of a recording, to pages that show a token."""

@@ -124,6 +124,9 @@ class Session:
             raise refused("vessel", f"is {vessel!r}, allowed: {known}")
         if verb == "engine":
             return [f"vessels.{vessel}.engine={'running' if entries['runs'] else 'stopped'}"]
+        if verb == "levers":
+            levers = f"[{entries['thrust']!r},{entries['steering']!r}]"
+            return [f"vessels.{vessel}.legs=[{{speed=0.0,heading={present['heading']!r},by_hand={levers}}}]"]
         line = f",through=[{present['x']!r},{present['y']!r}]" if entries["keeps_line"] else ""
         leg = f"{{speed={entries['speed']!r},heading={entries['heading']!r}{line}}}"
         return [f"vessels.{vessel}.legs=[{leg}]"]

@@ -55,8 +55,15 @@ def scene_of(assembly: Assembly) -> dict[str, Any]:
             name: {"words": words, "color": palette.css(palette.cause_color(name))}
             for name, words in CAUSE_IN_WORDS.items()
         },
+        "oils": list(assembly.description.oils),
+        "pipe": {"height": assembly.level + 0.3, "radius": max(0.1, 2.0 * assembly.description.particle_spacing)},
+        "injects": [{"name": name, "text": one.text} for name, one in getattr(scenario, "injects", {}).items()],
+        "films": [
+            {"from": start, "words": words, "color": palette.css(color), "opacity": opacity}
+            for start, words, color, opacity in palette.FILM
+        ],
         "speeds": {"limit": PRACTICE_SPEED, "steps": NORMAL_SPEEDS},
-        "tows": scenario.tow is not None and any(not one.legs for one in scenario.vessels.values()),
+        "tows": scenario.tow is not None and any(not (one.legs or one.waypoints) for one in scenario.vessels.values()),
         "weather_table": "forcing" if scenario.run.has_particles or scenario.sea is None else "sea",
         "modelled": not scenario.run.has_particles,
     }
@@ -76,6 +83,8 @@ def state_of(assembly: Assembly, scenario: Scenario, frame: Frame) -> dict[str, 
         "booms": {boom.name: _boom_state(boom, frame, current, scenario, several) for boom in booms},
         "tow": None if scenario.tow is None else {"speed": scenario.tow.speed, "heading": scenario.tow.heading},
         "weather": weather_of(scenario),
+        "pipes": {name: pipe.speed for name, pipe in scenario.emitters.items()},
+        "given": [name for name, one in getattr(scenario, "injects", {}).items() if one.given],
         "oil": as_text(oil_spots(assembly, frame)),
     }
 
@@ -139,8 +148,7 @@ def _vessel_state(
 ) -> dict[str, Any]:
     body = frame.bodies[body_of(name)]
     ground = body.linear_velocity[:2]
-    course = getattr(assembly.parts.controls[name].vessel, "course", None)
-    leg = None if course is None else course.legs[course.leg_index(frame.time)]
+    leg = getattr(assembly.parts.controls[name], "leg", None)
     return {
         "x": float(body.position[0]),
         "y": float(body.position[1]),
@@ -148,7 +156,7 @@ def _vessel_state(
         "over_ground": float(np.linalg.norm(ground)),
         "through_water": float(np.linalg.norm(ground - current)),
         "engine": scenario.vessels[name].engine,
-        "ordered": None if leg is None else {"speed": leg.speed, "heading": leg.heading},
+        "ordered": None if leg is None else {"speed": leg.speed, "heading": leg.heading, "by_hand": leg.by_hand},
     }
 
 

@@ -1,12 +1,11 @@
-"""The Rerun viewer's files, served by the console itself, with a policy under which a browser lets the viewer speak to this machine only.
+"""The Rerun viewer's files, served by the console itself, and the policy under which a browser lets the viewer speak to this machine only.
 
-Left alone, the viewer loads a font from Google, asks GitHub for its newest version, and reports its use.
+Left alone, the viewer asks GitHub for its newest version, and reports its use.
 """
 
 from __future__ import annotations
 
 import asyncio
-import re
 import urllib.error
 import urllib.request
 
@@ -14,12 +13,11 @@ from starlette.requests import Request
 from starlette.responses import PlainTextResponse, Response
 
 POLICY = {
-    "content-security-policy": "default-src 'self'; script-src 'self' 'unsafe-inline' 'wasm-unsafe-eval'; "
-    "style-src 'self' 'unsafe-inline'; "
+    "content-security-policy": "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self' 'unsafe-inline'; "
     "img-src 'self' data: blob:; connect-src 'self' http://127.0.0.1:*; worker-src 'none'; frame-ancestors 'self'; base-uri 'none'",
 }
 PATIENCE = 30.0  # [s] that the viewer's server may take over a file
-_NAME = re.compile(r"[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)*")
+NAMES = ("re_viewer.js", "re_viewer_bg.wasm")
 
 
 class ViewerFiles:
@@ -32,8 +30,8 @@ class ViewerFiles:
 
     async def answer(self, request: Request) -> Response:
         """Return a file."""
-        name = request.path_params.get("name") or "index.html"
-        if not _NAME.fullmatch(name):
+        name = request.path_params["name"]
+        if name not in NAMES:
             return PlainTextResponse("there is no such file", status_code=404)
         try:
             if name not in self._kept:
@@ -45,6 +43,5 @@ class ViewerFiles:
 
     def _fetched(self, name: str) -> tuple[bytes, str]:
         """Fetch a file once; OSError if there is none."""
-        path = "" if name == "index.html" else name
-        with urllib.request.urlopen(f"{self._origin}/{path}", timeout=PATIENCE) as answer:
+        with urllib.request.urlopen(f"{self._origin}/{name}", timeout=PATIENCE) as answer:
             return answer.read(), answer.headers.get_content_type()

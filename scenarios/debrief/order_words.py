@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 
 from scipy.constants import knot
 
-from recordings.words import course_in_words, three_figures
+from recordings.words import course_in_words, levers_in_words, three_figures, volume_in_words
 from scenarios.schema.structuring import COMPASS, SUFFIXES
 
 _PREFIX = "orders "
@@ -61,6 +61,8 @@ def _course_in_words(vessel: str, written: str, bearing: float) -> str:
     """Return a vessel's new legs in words; several, or such as cannot be read, without their speeds and headings."""
     try:
         (leg,) = tomllib.loads(f"legs={written}")["legs"]
+        if "by_hand" in leg:
+            return f"{vessel}: {levers_in_words(*map(float, leg['by_hand']))}, by hand"
         course = course_in_words(float(leg["heading"]), bearing)
         return f"{vessel}: make {float(leg['speed']) / knot:.2f} kn over the ground, heading {course}"
     except (ValueError, TypeError, KeyError):
@@ -74,7 +76,20 @@ def _state_in_words(key: str, written: str) -> str:
             return f"the engine of {vessel} {'runs again' if written == 'running' else 'has stopped'}"
         case ["booms", boom, "parted"]:
             return f"boom {boom} parts at joint {written.strip('[]').split(',')[-1].strip()}"
+        case ["emitters", pipe]:
+            return _release_in_words(pipe, written)
     return ""
+
+
+def _release_in_words(pipe: str, written: str) -> str:
+    """Return the order of a new pipe in words; empty for one that cannot be read, or that never closes."""
+    try:
+        settings = tomllib.loads(f"pipe={written}")["pipe"]
+        volume = float(settings["volume"])
+        seconds = volume / (math.pi * float(settings["radius"]) ** 2 * float(settings["speed"]))
+    except (ValueError, TypeError, KeyError, ZeroDivisionError):
+        return ""
+    return f"pipe {pipe} releases {volume_in_words(volume)} within {three_figures(seconds)} s"
 
 
 _WORDS: Mapping[str, Callable[[float, str], str]] = {

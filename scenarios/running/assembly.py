@@ -19,7 +19,7 @@ from coupling.master.body_exchange import BodyExchange
 from coupling.master.co_simulation import CoSimulation
 from coupling.master.connection import Connection
 from coupling.master.exchange_ledger import Exchange, ExchangeLedger
-from coupling.master.observer_dispatch import FrameSource, Watching
+from coupling.master.observer_dispatch import CommunicationPoint, FrameSource, Watching
 from coupling.observer import Observer
 from coupling.participant import Participant
 from coupling.participants.fluid import FluidParticipant
@@ -29,9 +29,11 @@ from oilsim.forcing import Current
 from oilsim.solver import Fluid
 from recordings.frame import RunDescription
 from scenarios.problems import problems_of
+from scenarios.running.winches import Winches
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of
 from scenarios.schema.fmu_settings import ORDER_BOARD, READING_BOARD, connections_of
+from scenarios.setup.at_sea.settling import settled
 from scenarios.setup.fleet import Fleet
 from scenarios.setup.placed_solids import Solid
 from scenarios.setup.run_description import describe_run
@@ -67,10 +69,11 @@ class Assembly:
     """A run that is ready to start: its parts, and what observers are shown.
 
     fluid, world: the simulators themselves, for whoever wants more than the participants' variables; coupled: names of the
-    bodies that exchange motion and wrench with the fluid; fleet: vessels and booms; strength: lets overloaded booms part; accounts: scores
-    and sums, advanced by the master; remarks: what a run falls short of; parts: what signals reach into; exchange, ledger: how bodies
-    meet the fluid, and the accounts of it; slick: the oil of a run without particles, None of another; skimmers: their accounts; fmus:
-    those that take part; solids: all bodies as placed at the start; level: of the still water [m]; faults: what fails on purpose.
+    bodies that exchange motion and wrench with the fluid; fleet: vessels and booms; strength: lets overloaded booms part;
+    winches: change the lengths of lines; accounts: scores and sums, advanced by the master; remarks: what a run falls short of;
+    parts: what signals reach into; exchange, ledger: how bodies meet the fluid, and the accounts of it; slick: the oil of a run
+    without particles, None of another; skimmers: their accounts; fmus: those that take part; solids: all bodies as placed at the
+    start; level: of the still water [m]; faults: what fails on purpose.
     """
 
     scenario: Scenario
@@ -82,6 +85,7 @@ class Assembly:
     coupled: tuple[str, ...]
     fleet: Fleet
     strength: BoomStrength
+    winches: Winches
     accounts: RunAccounts
     remarks: Remarks
     parts: RunParts
@@ -136,13 +140,18 @@ class Assembly:
             if solid.wetted
         }
 
+    def _tend_lines(self, point: CommunicationPoint) -> None:
+        """Let overloaded booms part, and winches work."""
+        self.strength.advance()
+        self.winches.advance()
+
     def co_simulation(self, observers: Sequence[Observer] = ()) -> CoSimulation:
         """Create the coupled run with these observers."""
         simulation = CoSimulation(
             self.participants,
             self.connections,
             self.scenario.run.communication_step,
-            exchange=Exchange(self.exchange, self.ledger, [lambda _: self.strength.advance(), self.accounts.advance]),
+            exchange=Exchange(self.exchange, self.ledger, [self._tend_lines, self.accounts.advance]),
             watching=Watching(
                 observers if self.faults is None else self.faults.observers(observers),
                 self.frame_source,
@@ -161,6 +170,7 @@ def build(
     `text` is that of the scenario file, `overrides` are the changes made to it; both only go into the recording. `faults`: what is to
     fail on purpose, beside what the scenario says.
     """
+    scenario = settled(scenario)
     fmus = _fmus(scenario)
     simulators = build_simulators(scenario)
     scenario = simulators.scenario
@@ -189,6 +199,7 @@ def build(
         coupled=simulators.coupled,
         fleet=simulators.fleet,
         strength=BoomStrength(scenario, world, simulators.fleet, scoring),
+        winches=Winches(scenario, world, simulators.fleet),
         accounts=accounts,
         remarks=Remarks(scenario, world, simulators.left_out, simulators.thin, simulators.notes),
         parts=parts,

@@ -27,7 +27,9 @@ ORDER_KEYS = (
     "vessels.*.legs",
     "vessels.*.engine",
     "booms.*.parted",
+    "booms.*.tow_line",
     "moorings.*.parted",
+    "moorings.*.hauled",
     "skimmers.*.running",
     "forcing.current.speed",
     "forcing.current.direction",
@@ -235,6 +237,9 @@ def _require_orders(scenario: Scenario, settings: Sequence[str]) -> None:
 def _why_unfelt(keys: Sequence[str], scenario: Scenario) -> str:
     """Say why nothing in a run of this scenario feels an entry; empty if something does."""
     table, is_bare = keys[0], not scenario.run.has_particles
+    boom = scenario.booms.get(keys[1]) if table == "booms" and len(keys) > 2 and keys[2] == "tow_line" else None
+    if boom is not None and boom.line_stiffness is None:
+        return "cannot be ordered: the tow lines are rigid links; allowed: in runs with line_stiffness"
     if table == "tow" and scenario.tow is None:
         return "changes tow, but the run was started without it; allowed: tables that the run has"
     if table == "emitters" and is_bare and not any(phase.is_oil for phase in scenario.phases.values()):

@@ -59,3 +59,14 @@ def oils_of(scenario: Scenario) -> dict[str, OilOnWater]:
 def tension_of(phase: PhaseSettings) -> float:
     """Return the interfacial tension [N/m] of an oil on water, the assumed one if none is given."""
     return ASSUMED_TENSION if phase.tension is None else phase.tension
+
+
+def assumed_tensions(scenario: Scenario) -> list[str]:
+    """Say which interfacial tension the closures of a scenario's booms assume, for each oil that has none."""
+    if not any(has_closures(scenario, name) for name in scenario.booms):
+        return []
+    return [
+        f"the interfacial tension of {name!r} is not given: {tension_of(phase):g} N/m is assumed for its losses"
+        for name, phase in scenario.phases.items()
+        if phase.is_oil and phase.tension is None
+    ]

@@ -14,10 +14,10 @@ from scipy.constants import knot
 from booms.balance import OilBalance, balance, lost_ids
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 from oilsim.solver import Fluid
-from recordings.words import course_in_words
+from recordings.words import course_in_words, levers_in_words
 from scenarios.scenario import Scenario
 from scenarios.schema.weather import horizontal
-from scenarios.setup.boom_losses import closure_losses, has_closures, tension_of
+from scenarios.setup.boom_losses import assumed_tensions, closure_losses
 from scenarios.setup.fleet import Fleet
 from scenarios.watch.boom_score import BoomScore, Notice
 from scenarios.watch.slick_account import lost_parcels
@@ -61,7 +61,7 @@ class Scoring:
             BoomScore(name, scenario, layout, fleet.tensions_of(name), closure_losses(scenario, name, layout))
             for name, layout in fleet.booms.items()
         )
-        self._notices += assumptions(scenario)
+        self._notices += [Notice(text, level="info", source="oilsim") for text in assumed_tensions(scenario)]
 
     def advance(self, time: float) -> None:
         """Take the state at `time` [s] into all accounts."""
@@ -149,30 +149,22 @@ def _orders(vessels: Iterable[Vessel], bearing: float) -> Iterator[tuple[float, 
 
     bearing [rad] of the x axis, clockwise from north.
     """
-    together: dict[tuple[float, float, float], list[str]] = {}
+    together: dict[tuple[float, float, float, tuple[float, float] | None], list[str]] = {}
     for vessel in vessels:
-        for leg in vessel.course.legs if vessel.course else ():
-            together.setdefault((leg.start_time, leg.speed, leg.heading), []).append(vessel.name)
-    for (start, speed, heading), names in together.items():
-        if speed == 0.0:
+        legs = vessel.course.legs if vessel.course else ()
+        timed = [
+            leg for leg, before in zip(legs, (None, *legs), strict=False) if before is None or before.until is None
+        ]
+        for leg in timed:
+            together.setdefault((leg.start_time, leg.speed, leg.heading, leg.by_hand), []).append(vessel.name)
+    for (start, speed, heading, by_hand), names in together.items():
+        if by_hand is not None:
+            yield start, f"{' and '.join(names)}: {levers_in_words(*by_hand)}, by hand"
+        elif speed == 0.0:
             yield start, f"{' and '.join(names)}: hold your places"
         else:
             course = course_in_words(heading, bearing)
             yield start, f"{' and '.join(names)}: make {speed / knot:.2f} kn over the ground, heading {course}"
-
-
-def assumptions(scenario: Scenario) -> list[Notice]:
-    """List what the closures of a scenario's booms assume of its oils."""
-    booms = [name for name in scenario.booms if has_closures(scenario, name)]
-    return [
-        Notice(
-            f"the interfacial tension of {name!r} is not given: {tension_of(phase):g} N/m is assumed for its losses",
-            level="info",
-            source="oilsim",
-        )
-        for name, phase in scenario.phases.items()
-        if booms and phase.is_oil and phase.tension is None
-    ]
 
 
 def _of_boom(key: str, boom: str) -> str:

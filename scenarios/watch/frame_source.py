@@ -17,11 +17,13 @@ from recordings.frame import (
     Frame,
     PhaseFrame,
 )
+from recordings.surface import FilmFrame, SurfaceFrame
 from scenarios.setup.fleet import Fleet
 from scenarios.setup.placed_solids import Solid
 from scenarios.setup.simulators import Simulators
 from scenarios.watch.probe_readings import probe_readings
 from scenarios.watch.run_accounts import RunAccounts
+from scenarios.watch.sea_surface import SeaSurface
 from scenarios.watch.skimmer_account import SkimmerAccounts
 from scenarios.watch.slick_account import phase_of
 
@@ -39,7 +41,7 @@ def _pulls(fleet: Fleet) -> dict[str, tuple[str, ...]]:
 
 
 class FrameReader:
-    """Reads the frame of a communication point: figures and poses at once, particles only for whoever asks.
+    """Reads the frame of a communication point: figures at once, bodies and particles only for whoever asks.
 
     Reading changes nothing: the accounts have been advanced before, and a frame may be read twice or never.
     """
@@ -52,22 +54,40 @@ class FrameReader:
         self._pulls = _pulls(simulators.fleet)
         self._accounts, self._skimmers = accounts, skimmers
         self._fmus = fmus
+        self._sea_surface = SeaSurface()
         scenario = simulators.scenario
         self._probes = probe_readings(scenario.probes, simulators.fluid, self._pose_and_wrench, scenario.tank.lower[2])
 
     def __call__(self, point: CommunicationPoint) -> Frame:
-        """Return the frame at a communication point; its particles must be asked for before the run goes on."""
+        """Return the frame at a communication point; bodies and particles must be asked for before the run goes on."""
         accounts = self._accounts
         scalars = accounts.figures.series() | dict(self._probes()) | accounts.scoring.series()
         scalars |= accounts.coupling.series() | self._moorings() | self._skimmers.series() | self._fmu_outputs()
         return Frame(
             index=point.index,
             time=point.time,
-            bodies={solid.name: self._body(solid) for solid in self._simulators.solids},
+            bodies=lambda: {solid.name: self._body(solid) for solid in self._simulators.solids},
             scalars=scalars,
             read_phases=lambda: self._phases(point.time),
             read_lost=accounts.scoring.lost_ids,
+            read_surface=lambda: self._surface(point.time),
+            read_film=self._film,
         )
+
+    def _surface(self, time: float) -> SurfaceFrame | None:
+        """Return the surface of the sea at `time` [s]; None in a run with particles, or without a sea by formulas."""
+        simulators = self._simulators
+        world = simulators.world
+        sea = None if world is None else getattr(world.environment, "sea", None)
+        if world is None or sea is None or simulators.window is not None or simulators.scenario.run.has_particles:
+            return None
+        places = world.poses([solid.name for solid in simulators.solids])[:, :2]
+        oil = [] if simulators.slick is None else [simulators.slick.slick.parcels.position]
+        return self._sea_surface.frame(sea, time, np.concatenate([places, *oil]))
+
+    def _film(self, surface: SurfaceFrame) -> FilmFrame | None:
+        slick = self._simulators.slick
+        return None if slick is None else self._sea_surface.film(surface, slick.slick.parcels)
 
     def _moorings(self) -> dict[str, float]:
         """Return the tension [N] of each mooring leg, and how far [m] its anchor has dragged."""
@@ -99,7 +119,7 @@ class FrameReader:
         }
         if slick is not None:  # parcels of several oils are shown as one
             oil = next(name for name, phase in self._simulators.scenario.phases.items() if phase.is_oil)
-            frames[oil] = phase_of(slick, self._simulators.level)
+            frames[oil] = phase_of(slick, self._simulators.level, time)
         return frames
 
     def _body(self, solid: Solid) -> BodyFrame:

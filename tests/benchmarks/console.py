@@ -15,8 +15,7 @@ from pathlib import Path
 import numpy as np
 from websockets.exceptions import WebSocketException
 
-from tests.scenarios.conduct.consoles import Console, Page, console
-from tests.scenarios.conduct.test_console import TOW
+from tests.scenarios.conduct.consoles import TOW, Console, Page, console
 
 PAGES = (1, 4, 20)
 COMMANDS = 40  # [1] for each row

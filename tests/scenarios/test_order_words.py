@@ -22,6 +22,18 @@ EAST = 0.5 * math.pi
         ("orders forcing.current.toward_compass=10", "current towards 010"),
         ("orders forcing.waves.height=0.5 emitters.leak.speed=0", "waves 0.5 m high; pipe leak shut"),
         ("orders vessels.port.legs=[]", "a new course for port"),
+        (
+            "orders vessels.port.legs=[{speed=0,heading=0,by_hand=[0.5,-0.2]}]",
+            "port: 50 % ahead, 20 % rudder to starboard, by hand",
+        ),
+        (
+            "orders vessels.port.legs=[{speed=0,heading=0,by_hand=[-1,0]}]",
+            "port: 100 % astern, rudder amidships, by hand",
+        ),
+        (
+            "orders 'emitters.leak={phase=\"oil\",mouth=[1,2,0.3],radius=0.1,speed=0.5305,volume=1.0}'",
+            "pipe leak releases 1 m3 within 60 s",
+        ),
         ("orders run.duration=5", "run.duration=5"),
         ("the exercise is stopped", "the exercise is stopped"),
     ],

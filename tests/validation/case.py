@@ -77,7 +77,10 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Panel:
-    """One set of axes of a case's picture: labels with units, whether they are logarithmic, and the ordinate's range if it is cut."""
+    """One set of axes of a case's picture: labels with units, whether they are logarithmic, and the ordinate's range if it is cut.
+
+    band: from, to and name of a range of the abscissa that is shaded.
+    """
 
     name: str
     x_label: str
@@ -85,6 +88,7 @@ class Panel:
     log_x: bool = False
     log_y: bool = False
     y_range: tuple[float, float] | None = None
+    band: tuple[float, float, str] | None = None
 
 
 @dataclass

@@ -208,6 +208,16 @@ def _case_document(result: CaseResult) -> dict[str, Any]:
             "particle_steps": level.particle_steps,
             "particle_steps_per_s": level.rate,
             "failure": level.failure,
+            "curves": [
+                {
+                    "panel": each.panel,
+                    "label": each.label,
+                    "reference": each.reference,
+                    "x": each.x.tolist(),
+                    "y": each.y.tolist(),
+                }
+                for each in level.outcome.traces
+            ],
         }
         for level in result.levels
     ]
@@ -254,6 +264,9 @@ def draw_panel(axes: Axes, panel: Panel, result: CaseResult) -> None:
         color = markers[len(named) % 3] if each.markers else "black"
         _draw_trace(axes, each, color, "--", "_nolegend_" if each.label in named else each.label, 1.2)
         named.add(each.label)
+    if panel.band:
+        begin, end, name = panel.band
+        axes.axvspan(begin, end, color="#dfe8d8", label=name, zorder=0)
     axes.set(xlabel=panel.x_label, ylabel=panel.y_label)
     if panel.log_x:
         axes.set_xscale("log")

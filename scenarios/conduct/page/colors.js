@@ -1,20 +1,12 @@
-// Colours of oil by thickness (Bonn Agreement Oil Appearance Code up to 0.2 mm, browns above), and of booms by what they bear.
+// Colours of oil by thickness, which the scene brings, and of booms by what they bear.
 import { KNOT } from "./units.js";
 
 export const AFLOAT = 0, HELD = 1, LOST = 2, ASHORE = 3;
-export const OIL_CLASSES = [
-  { from: 0, words: "sheen", color: "#b8c3c9", opacity: .55 },
-  { from: 0.3e-6, words: "rainbow", color: "#b79ac8", opacity: .6 },
-  { from: 5e-6, words: "metallic", color: "#7f95a3", opacity: .65 },
-  { from: 50e-6, words: "0.05 mm", color: "#b08d57", opacity: .7 },
-  { from: 200e-6, words: "0.2 mm", color: "#8f6430", opacity: .75 },
-  { from: 1e-3, words: "1 mm", color: "#63421d", opacity: .8 },
-  { from: 10e-3, words: "10 mm", color: "#3d2710", opacity: .85 },
-  { from: 50e-3, words: "50 mm", color: "#1d1207", opacity: .9 },
-];
-export function oilClass(thickness) {
+
+// The class of a film among those of the scene, by its thickness [m].
+export function filmClass(films, thickness) {
   let found = 0;
-  while (found + 1 < OIL_CLASSES.length && thickness >= OIL_CLASSES[found + 1].from) found++;
+  while (found + 1 < films.length && thickness >= films[found + 1].from) found++;
   return found;
 }
 export const NORMAL_CLASSES = [

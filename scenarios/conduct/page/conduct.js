@@ -1,17 +1,17 @@
 // The console's page: it shows what the server tells, and gives the orders of its role.
-import { buildControls, showMarks, showVessels } from "./controls.js";
+import { buildControls, showInjects, showMarks, showVessels } from "./controls.js";
 import { Charts, showGauges } from "./gauges.js";
 import { Debriefs } from "./debrief.js";
 import { Link } from "./link.js";
 import { Log } from "./log.js";
 import { PlanView } from "./plan.js";
 import { Timeline } from "./timeline.js";
-import { clock } from "./units.js";
+import { KNOT, clock } from "./units.js";
 
 const SCALES = [0.1, 0.25, 0.5, 1, 2, 5, 10, null];
 const at = (id) => document.getElementById(id);
 const plan = new PlanView(at("plan")), charts = new Charts(at("charts")), log = new Log(at("log"));
-const conduct = window.conduct = { state: null, scene: null, session: null, hello: null, log };
+const conduct = window.conduct = { state: null, scene: null, session: null, hello: null, log, plan };
 let noticeTimer = 0;
 
 function notice(text, bad = false, seconds = 8) {
@@ -30,7 +30,7 @@ const on = {
     document.body.classList.toggle("crew", message.role === "vessel");
     at("role").textContent = message.role === "vessel" ? `Vessel ${message.vessel}` : message.role[0].toUpperCase() + message.role.slice(1);
     at("transport").hidden = message.role !== "instructor";
-    at("tab-scene").hidden = !message.viewer;
+    at("tab-scene").hidden = at("tab-both").hidden = !message.viewer;
     plan.own = message.vessel || null;
     at("notice").hidden = true;
   },
@@ -41,6 +41,7 @@ const on = {
     if (isNew) select("plan");
     phase();
     showMarks(message, link);
+    wake();
   },
   scene(message) {
     timeline.present();
@@ -63,9 +64,11 @@ const on = {
     charts.add(message);
     if (timeline.past === null) show(message);
     showVessels(conduct.scene, message);
+    showInjects(message);
     conduct.helm?.follow(message.vessels[conduct.hello.vessel]?.ordered);
     fillOnce(message);
     phase();
+    wake();
   },
   refused(message) { notice(message.problems.map(([place, text]) => `${place} ${text}`).join("; "), true); },
   away(message) {
@@ -91,7 +94,7 @@ function fillOnce(state) {
   if (conduct.isFilled || conduct.hello.role !== "instructor") return;
   conduct.isFilled = true;
   const fill = (id, number, digits) => { if (at(id) && number != null && Number.isFinite(number)) at(id).value = number.toFixed(digits); };
-  const bearing = conduct.scene.bearing, degrees = (way) => way == null ? null : ((bearing - way) * 180 / Math.PI % 360 + 360) % 360, KNOT = 1852 / 3600;
+  const bearing = conduct.scene.bearing, degrees = (way) => way == null ? null : ((bearing - way) * 180 / Math.PI % 360 + 360) % 360;
   const { wind, current, waves } = state.weather;
   fill("wind-speed", wind && wind.speed / KNOT, 0); fill("wind-from", wind && degrees(wind.direction + Math.PI), 0);
   fill("current-speed", current && current.speed / KNOT, 2); fill("current-to", current && degrees(current.direction), 0);
@@ -106,7 +109,7 @@ function fillOnce(state) {
 
 function phase() {
   const { session, state } = conduct, runs = session?.phase === "running";
-  const words = !session ? "connecting" : runs ? (state?.paused ? "paused" : "running") : session.phase === "building" ? "building" : session.phase;
+  const words = !session ? "connecting" : runs ? (state?.paused ? "paused" : state?.index === 0 ? "starting" : "running") : session.phase === "building" ? "building" : session.phase;
   at("phase").textContent = words;
   at("phase").className = `pill ${words}`;
   if (session && !runs && session.reason) notice(session.reason, session.phase === "failed", 0);
@@ -122,19 +125,26 @@ function phase() {
   if (document.activeElement !== at("scale")) at("scale").value = String(state.pace);
 }
 
+// Shows one of the views, or plan and 3-D side by side.
 function select(name) {
-  for (const one of ["plan", "scene", "debrief"]) {
-    at(`tab-${one}`).setAttribute("aria-selected", String(one === name));
-    at(`view-${one}`).hidden = one !== name;
-  }
-  at("timeline").hidden = name !== "plan";
-  if (name === "scene" && !at("view-scene").firstChild) {
+  for (const one of ["plan", "scene", "both", "debrief"]) at(`tab-${one}`).setAttribute("aria-selected", String(one === name));
+  at("view-plan").hidden = !["plan", "both"].includes(name);
+  at("view-scene").hidden = !["scene", "both"].includes(name);
+  at("views").hidden = at("timeline").hidden = name === "debrief";
+  at("view-debrief").hidden = name !== "debrief";
+  if (!at("view-scene").hidden && !at("view-scene").firstChild) {
     const frame = document.createElement("iframe");
     frame.title = "3-D view";
     frame.src = conduct.hello.viewer;
     at("view-scene").append(frame);
   }
   plan.redraw();
+}
+
+// Lets the 3-D view show the moment at which the timeline stands.
+function moveScene() {
+  const frame = at("view-scene").firstChild;
+  if (frame) frame.contentWindow.postMessage({ time: timeline.past, latest: timeline.end }, location.origin);
 }
 
 async function debrief() {
@@ -144,14 +154,33 @@ async function debrief() {
 }
 
 async function openDebriefs(names) {
+  const isInstructor = conduct.hello.role === "instructor" && conduct.state?.tow;
+  const tries = isInstructor ? [{ time: 0, name: "the start" }, ...conduct.session.marks] : [];
   try {
-    await debriefs.show(names);
+    await debriefs.show(names, tries, whatIf);
   } catch (error) {
     return notice(`the debrief cannot be shown: ${error.message}`, true);
   }
   select("debrief");
   notice("");
 }
+
+// Runs again from a moment [s], with a slower tow [kn], as fast as it can to the same end, and shows both debriefs.
+async function whatIf(time, less) {
+  const end = conduct.state.time, run = conduct.session.run, speed = conduct.state.tow.speed;
+  notice(`Runs again from ${clock(time)} to ${clock(end)}, ${less} kn slower …`, false, 0);
+  const told = await link.give("branch", { time, settings: [`tow.speed=${Math.max(0, speed - less * KNOT)}`] });
+  if (!told.told) return;
+  await until(() => conduct.session.run > run && conduct.session.phase === "running" && conduct.state.paused);
+  await link.give("pace", { value: null });
+  await link.give("go-on");
+  await until(() => conduct.state.time >= end - 1e-6 || conduct.session.phase !== "running");
+  await debrief();
+}
+
+const waiting = new Set(); // [condition, done] of what waits for the run
+const until = (condition) => new Promise((done) => { waiting.add([condition, done]); });
+function wake() { for (const one of waiting) if (one[0]()) { waiting.delete(one); one[1](); } }
 
 const toggle = () => link.give(conduct.state?.paused ? "go-on" : "pause");
 const mark = () => link.give("mark", { name: `moment ${(conduct.session?.marks.length ?? 0) + 1}` });
@@ -170,7 +199,7 @@ at("boom-by").addEventListener("change", () => { plan.boomBy = at("boom-by").val
 at("follow").addEventListener("change", () => plan.setFollow(at("follow").checked));
 plan.onFollow = (wanted) => { at("follow").checked = wanted; };
 at("fit").addEventListener("click", () => { plan.fit(); plan.setFollow(true); });
-for (const name of ["plan", "scene"]) at(`tab-${name}`).addEventListener("click", () => select(name));
+for (const name of ["plan", "scene", "both"]) at(`tab-${name}`).addEventListener("click", () => select(name));
 at("tab-debrief").addEventListener("click", () => openDebriefs(conduct.session.debriefs));
 at("password").addEventListener("close", () => link.retry(at("password-text").value));
 
@@ -184,7 +213,10 @@ document.addEventListener("keydown", (event) => {
   if (act) { act(); if (event.key !== "Enter") event.preventDefault(); }
 });
 
+plan.onPin = () => { if (at("spill-place")) at("spill-place").value = ""; };
 const token = location.hash.slice(1);
 const link = conduct.link = new Link(token, (message) => on[message.kind]?.(message));
 const timeline = new Timeline(at, link, show), debriefs = new Debriefs(at("view-debrief"), link, token);
-timeline.onPresent = () => { if (conduct.state) show(conduct.state); };
+timeline.onPresent = () => { if (conduct.state) show(conduct.state); moveScene(); };
+timeline.onLook = moveScene;
+addEventListener("message", (event) => { if (event.origin === location.origin && event.data === "scene" && timeline.past !== null) moveScene(); });

@@ -28,7 +28,9 @@ function instructor(place, hello, scene, link) {
     when(tow, "button", () => link.give("tow", { speed: value("tow-speed") * KNOT, heading: direction(value("tow-course"), bearing) }));
   }
   for (const vessel of scene.vessels) vesselControls(place, vessel, scene, link);
+  if (scene.injects.length) injectControls(place, scene, link);
   weatherControls(place, scene, link);
+  if (scene.oils.length) releaseControls(place, scene, link);
   for (const boom of scene.booms) {
     const box = group(place, `Boom ${escape(boom.name)}`, `<div class="row">${number(`part-${boom.name}`, "Part at joint", `1 to ${boom.segments - 1}`, 1, 1, boom.segments - 1)}<button class="grave">Part</button></div>`);
     when(box, "button", () => {
@@ -42,6 +44,36 @@ function instructor(place, hello, scene, link) {
   document.getElementById("back").addEventListener("click", () => branch(link, value("back-time"), value("back-less") || 0));
   const links = Object.entries(hello.links).filter(([name]) => name !== "instructor").map(([name, token]) => `<label>${escape(name)}</label><code>${location.origin}/#${escape(token)}</code>`);
   group(place, "Addresses of the other pages", `<div class="links">${links.join("")}</div>`);
+}
+
+function injectControls(place, scene, link) {
+  const rows = scene.injects.map((one) => `<div class="row"><button data-inject="${escape(one.name)}">${escape(one.text || one.name)}</button></div>`);
+  const box = group(place, "Injects of the exercise", rows.join(""));
+  when(box, "button", (button) => link.give("order", { settings: [`injects.${button.dataset.inject}.given=true`] }));
+}
+
+// Greys out the injects that have been given.
+export function showInjects(state) {
+  document.querySelectorAll("[data-inject]").forEach((one) => { one.disabled = state.given.includes(one.dataset.inject); });
+}
+
+function releaseControls(place, scene, link) {
+  const vessels = scene.vessels.map((one) => `<option value="${escape(one.name)}">beside ${escape(one.name)}</option>`);
+  const oils = scene.oils.map((name) => `<option>${escape(name)}</option>`);
+  const box = group(place, "Release oil", `<div class="row">${number("spill-volume", "Volume", "litres", 10, 1, 1e6)}${number("spill-time", "within", "s", 1, 1, 86400)}<label>Oil <select id="spill-oil">${oils.join("")}</select></label></div>
+    <div class="row"><label>Place <select id="spill-place"><option value="">the pin: double-click on the plan</option>${vessels.join("")}</select></label><button class="grave">Release</button></div>`);
+  document.getElementById("spill-volume").value = 1000;
+  document.getElementById("spill-time").value = 60;
+  when(box, "button", () => {
+    const state = window.conduct.state, beside = document.getElementById("spill-place").value, { radius, height } = scene.pipe;
+    const own = state.vessels[beside], size = scene.vessels.find((one) => one.name === beside);
+    const place = own ? [own.x - (size.beam + 1) * Math.sin(own.heading), own.y + (size.beam + 1) * Math.cos(own.heading)] : window.conduct.plan.pin;
+    if (!place) return link.on({ kind: "refused", problems: [["the place", "is not chosen, allowed: a double-click on the plan sets the pin"]] });
+    const litres = value("spill-volume"), name = `release-${Object.keys(state.pipes).length + 1}`;
+    const speed = litres / 1000 / value("spill-time") / (Math.PI * radius ** 2);
+    const oil = JSON.stringify(document.getElementById("spill-oil").value), mouth = [...place, height].join(",");
+    return link.give("order", { settings: [`emitters.${name}={phase=${oil},mouth=[${mouth}],direction=[0.0,0.0,-1.0],radius=${radius},speed=${speed},start=${state.time},volume=${litres / 1000}}`] });
+  });
 }
 
 export function branch(link, time, less) {
@@ -92,6 +124,7 @@ function crew(place, vessel, scene, link) {
     <div class="row"><label class="check"><input id="helm-line" type="checkbox" checked> Keep the line</label></div>
     <div class="row"><button class="main" id="helm-give">Order</button><button id="helm-undo">As it is</button></div>
     <p class="quiet">Left and right arrows turn, up and down arrows change the speed, Enter orders.</p>`);
+  levers(place, vessel, link);
   const show = () => {
     document.getElementById("helm-course").innerHTML = `${String(Math.round(order.course) % 360).padStart(3, "0")}°<small>course to order</small>`;
     document.getElementById("helm-speed").innerHTML = `${order.speed.toFixed(2)} kn<small>speed over the ground to order</small>`;
@@ -107,18 +140,45 @@ function crew(place, vessel, scene, link) {
   document.getElementById("helm-stop").addEventListener("click", () => link.give("engine", { vessel, runs: false }));
   document.getElementById("helm-start").addEventListener("click", () => link.give("engine", { vessel, runs: true }));
   window.conduct.helm = { turn, change, give, follow(ordered) {
-    if (order.isTouched || !ordered) return;
+    if (order.isTouched || !ordered || ordered.by_hand) return;
     order.speed = Math.round(100 * ordered.speed / KNOT) / 100;
     order.course = compass(ordered.heading, scene.bearing);
     show();
   } };
 }
 
+// Thrust and rudder by hand, instead of a helmsman who keeps course and speed.
+function levers(place, vessel, link) {
+  const slide = (id, title, low, high) => `<label class="lever">${title} <output id="${id}-words" for="${id}"></output><input id="${id}" type="range" min="-100" max="100" step="5" value="0"><span class="ends quiet"><span>${low}</span><span>${high}</span></span></label>`;
+  const box = group(place, "Thrust and rudder by hand", `${slide("lever-thrust", "Thrust", "astern", "ahead")}${slide("lever-rudder", "Rudder", "port", "starboard")}
+    <div class="row"><button id="lever-give">Take the levers</button><button id="lever-middle">Stop, amidships</button></div>
+    <p class="quiet">The levers act when you take them, and then whenever you let go of one. An order of course and speed gives the helm back.</p>`);
+  const at = (id) => document.getElementById(id);
+  const words = () => {
+    const [thrust, rudder] = [at("lever-thrust").valueAsNumber, at("lever-rudder").valueAsNumber];
+    at("lever-thrust-words").textContent = thrust === 0 ? "stop" : `${Math.abs(thrust)} % ${thrust > 0 ? "ahead" : "astern"}`;
+    at("lever-rudder-words").textContent = rudder === 0 ? "amidships" : `${Math.abs(rudder)} % to ${rudder > 0 ? "starboard" : "port"}`;
+  };
+  const give = () => link.give("levers", { vessel, thrust: at("lever-thrust").valueAsNumber / 100, steering: -at("lever-rudder").valueAsNumber / 100 });
+  const isTaken = () => window.conduct.state?.vessels[vessel]?.ordered?.by_hand;
+  box.querySelectorAll("input").forEach((one) => { one.addEventListener("input", words); one.addEventListener("change", () => { if (isTaken()) give(); }); });
+  at("lever-give").addEventListener("click", give);
+  at("lever-middle").addEventListener("click", () => { at("lever-thrust").value = at("lever-rudder").value = 0; words(); give(); });
+  words();
+}
+
+function orderedWords(ordered, bearing) {
+  if (!ordered) return "";
+  if (!ordered.by_hand) return `; ordered ${knots(ordered.speed)}, course ${course(ordered.heading, bearing)}`;
+  const [thrust, steering] = ordered.by_hand.map((part) => Math.round(100 * part));
+  return `; by hand ${thrust ? `${Math.abs(thrust)} % ${thrust > 0 ? "ahead" : "astern"}` : "no thrust"}, rudder ${steering ? `${Math.abs(steering)} % to ${steering > 0 ? "port" : "starboard"}` : "amidships"}`;
+}
+
 export function showVessels(scene, state) {
   for (const [name, vessel] of Object.entries(state.vessels)) {
     const place = document.getElementById(`state-${name}`);
     if (!place) continue;
-    const ordered = vessel.ordered ? `; ordered ${knots(vessel.ordered.speed)}, course ${course(vessel.ordered.heading, scene.bearing)}` : "";
+    const ordered = orderedWords(vessel.ordered, scene.bearing);
     place.textContent = `Heading ${course(vessel.heading, scene.bearing)}, ${knots(vessel.over_ground)} over the ground, ${knots(vessel.through_water)} through the water${ordered}${vessel.engine === "stopped" ? "; engine stopped" : ""}`;
   }
 }

@@ -1,13 +1,14 @@
 // What stands around a plan: north arrow, scale bar, arrows of current, wind and waves, and the legends.
-import { NORMAL_CLASSES, OIL_CLASSES, tensionColor } from "./colors.js";
+import { NORMAL_CLASSES, tensionColor } from "./colors.js";
 import { compass, course, force, knots } from "./units.js";
 
 const INK = "#14232e";
+const NARROW = 720; // px below which the scale stands above the legend
 
 export function drawFurniture(pen, view) {
   const width = view.canvas.clientWidth, height = view.canvas.clientHeight;
   drawNorth(pen, width - 36, 44);
-  drawScale(pen, view.scale, width - 20, height - 22);
+  drawScale(pen, view.scale, width - 20, height - (width < NARROW ? 116 : 22));
   drawWeather(pen, view, 14, 14);
   drawLegend(pen, view, 14, height - 14);
 }
@@ -67,7 +68,7 @@ function drawLegend(pen, view, left, bottom) {
   const boom = view.scene.booms[0], byNormal = view.boomBy === "normal";
   const full = boom?.full_tension ?? 1, parts = [0, 0.25, 0.5, 0.75, 1];
   const rows = !boom ? [] : byNormal ? NORMAL_CLASSES.map((one) => [one.color, one.words]) : parts.map((part) => [tensionColor(part * full, full), force(part * full).split(" (")[0]]);
-  const oils = OIL_CLASSES.map((one) => [one.color, one.words]);
+  const oils = view.scene.films.map((one) => [one.color, one.words]);
   panel(pen, left, bottom - 40 - (rows.length ? 40 : 0), 8 * 62 + 12, 40 + (rows.length ? 40 : 0));
   const strip = (title, cells, top, wide) => {
     write(pen, title, left + 8, top + 10, 600);

@@ -1,6 +1,6 @@
 // The plan view: north up, drawn on a canvas from the latest state.
 import { compass, knots } from "./units.js";
-import { OIL_CLASSES, ASHORE, LOST, normalColor, oilClass, tensionColor } from "./colors.js";
+import { ASHORE, LOST, filmClass, normalColor, tensionColor } from "./colors.js";
 import { drawFurniture } from "./furniture.js";
 
 const CLOSED = 1.12; // spots are drawn wider, so that circles side by side look like one film
@@ -14,6 +14,7 @@ export class PlanView {
     this.scale = 2; // px a metre
     this.follows = true;
     this.boomBy = "normal";
+    this.pin = null; // a place [m] that the instructor has chosen
     this.own = null; // the vessel in the middle, on its crew's page
     this.tracks = {};
     new ResizeObserver(() => this.resize()).observe(canvas);
@@ -64,26 +65,52 @@ export class PlanView {
     return found;
   }
 
+  // The oil near the points of the exercise, for a view that holds both.
+  nearOil(low, high) {
+    const near = [], room = 0.6 * Math.max(high[0] - low[0], high[1] - low[1]), spots = this.spots ?? [];
+    for (let k = 0; k < spots.length; k += 5) {
+      const [east, north] = this.toMap(spots[k], spots[k + 1]);
+      if (east > low[0] - room && east < high[0] + room && north > low[1] - room && north < high[1] + room) near.push([east, north]);
+    }
+    return near;
+  }
+
+  // The corners [m], low and high, of the vessels, the booms and the oil near them.
+  limits() {
+    const own = bounds(this.points());
+    return bounds([...own, ...this.nearOil(...own)]);
+  }
+
   fit() {
-    const points = this.points(), east = points.map((p) => p[0]), north = points.map((p) => p[1]);
-    const low = [Math.min(...east), Math.min(...north)], high = [Math.max(...east), Math.max(...north)];
+    const [low, high] = this.limits();
     const [width, height] = [this.canvas.clientWidth, this.canvas.clientHeight];
     const span = [Math.max(high[0] - low[0], 1e-3), Math.max(high[1] - low[1], 1e-3)];
-    this.scale = 0.62 * Math.min((width - 120) / span[0], height / span[1]);
-    this.center = [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2];
+    this.scale = 0.72 * Math.min((width - 60) / span[0], (height - 60) / span[1]);
+    this.center = middleOf(low, high);
     this.isFitted = true;
   }
 
   middle() {
     const own = this.own && this.state.vessels[this.own];
-    if (own) return this.toMap(own.x, own.y);
-    const points = this.points(), east = points.map((p) => p[0]), north = points.map((p) => p[1]);
-    return [(Math.min(...east) + Math.max(...east)) / 2, (Math.min(...north) + Math.max(...north)) / 2];
+    return own ? this.toMap(own.x, own.y) : middleOf(...this.limits());
   }
 
   at(x, y) {
     const [east, north] = this.toMap(x, y);
     return [this.canvas.clientWidth / 2 + (east - this.center[0]) * this.scale, this.canvas.clientHeight / 2 - (north - this.center[1]) * this.scale];
+  }
+
+  // The place in the world [m] at a point of the canvas.
+  placeAt(left, top) {
+    const east = this.center[0] + (left - this.canvas.clientWidth / 2) / this.scale, north = this.center[1] + (this.canvas.clientHeight / 2 - top) / this.scale;
+    const [sine, cosine] = [Math.sin(this.scene.bearing), Math.cos(this.scene.bearing)];
+    return [east * sine + north * cosine, north * sine - east * cosine];
+  }
+
+  drawPin(pen) {
+    const [left, top] = this.at(...this.pin);
+    pen.strokeStyle = "#a8231c"; pen.lineWidth = 2.5;
+    pen.beginPath(); pen.moveTo(left - 9, top); pen.lineTo(left + 9, top); pen.moveTo(left, top - 9); pen.lineTo(left, top + 9); pen.arc(left, top, 6, 0, 7); pen.stroke();
   }
 
   draw() {
@@ -100,6 +127,7 @@ export class PlanView {
     this.drawTracks(pen);
     for (const boom of this.scene.booms) this.drawBoom(pen, boom, this.state.booms[boom.name]);
     for (const vessel of this.scene.vessels) this.drawVessel(pen, vessel, this.state.vessels[vessel.name]);
+    if (this.pin) this.drawPin(pen);
     drawFurniture(pen, this);
   }
 
@@ -112,16 +140,16 @@ export class PlanView {
   }
 
   drawOil(pen) {
-    const spots = this.spots ?? new Float32Array(0), groups = OIL_CLASSES.map(() => new Path2D()), lost = new Path2D(), ashore = new Path2D();
+    const spots = this.spots ?? new Float32Array(0), films = this.scene.films, groups = films.map(() => new Path2D()), lost = new Path2D(), ashore = new Path2D();
     for (let k = 0; k < spots.length; k += 5) {
       const [left, top] = this.at(spots[k], spots[k + 1]), size = Math.max(CLOSED * spots[k + 2] * this.scale, 1.1);
       if (left < -size || top < -size || left > this.canvas.clientWidth + size || top > this.canvas.clientHeight + size) continue;
-      const path = spots[k + 4] === ASHORE ? ashore : groups[oilClass(spots[k + 3])];
+      const path = spots[k + 4] === ASHORE ? ashore : groups[filmClass(films, spots[k + 3])];
       if (size < 2.5) path.rect(left - size, top - size, 2 * size, 2 * size);
       else { path.moveTo(left + size, top); path.arc(left, top, size, 0, 7); }
       if (spots[k + 4] === LOST) { lost.moveTo(left + size, top); lost.arc(left, top, Math.max(size, 2), 0, 7); }
     }
-    groups.forEach((path, index) => { pen.fillStyle = OIL_CLASSES[index].color; pen.globalAlpha = OIL_CLASSES[index].opacity; pen.fill(path); });
+    groups.forEach((path, index) => { pen.fillStyle = films[index].color; pen.globalAlpha = films[index].opacity; pen.fill(path); });
     pen.globalAlpha = 1;
     pen.fillStyle = "#5a1d6b"; pen.fill(ashore);
     pen.strokeStyle = "rgba(168,35,28,.75)"; pen.lineWidth = 1; pen.stroke(lost);
@@ -195,6 +223,12 @@ export class PlanView {
       this.move((held[0] - event.clientX) / this.scale, (event.clientY - held[1]) / this.scale);
       held = [event.clientX, event.clientY];
     });
+    canvas.addEventListener("dblclick", (event) => {
+      if (!this.scene || this.own) return;
+      this.pin = this.placeAt(event.offsetX, event.offsetY);
+      this.onPin?.(this.pin);
+      this.redraw();
+    });
     canvas.addEventListener("wheel", (event) => { event.preventDefault(); this.zoom(Math.exp(-event.deltaY / 600)); }, { passive: false });
     canvas.addEventListener("keydown", (event) => {
       const step = 40 / this.scale, moves = { ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, step], ArrowDown: [0, -step] };
@@ -220,6 +254,12 @@ export class PlanView {
   }
 }
 
+const middleOf = (low, high) => [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2];
+function bounds(points) {
+  const low = [Infinity, Infinity], high = [-Infinity, -Infinity];
+  for (const point of points) for (const axis of [0, 1]) { low[axis] = Math.min(low[axis], point[axis]); high[axis] = Math.max(high[axis], point[axis]); }
+  return [low, high];
+}
 const between = (a, b, part) => [a[0] + part * (b[0] - a[0]), a[1] + part * (b[1] - a[1])];
 
 export function label(pen, words, left, top) {

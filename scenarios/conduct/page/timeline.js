@@ -47,6 +47,7 @@ export class Timeline {
     this.back.disabled = false;
     this.words.textContent = `looks at ${clock(time)}`;
     this.words.className = "past";
+    this.onLook?.();
     if (this.isAsking) return;
     this.isAsking = true;
     const answer = await this.link.give("look", { time });

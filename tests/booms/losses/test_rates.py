@@ -1,5 +1,6 @@
 """The chain of closures: orderings that crews and flumes see, the band of practice, and where closures are off."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -99,3 +100,17 @@ def test_viscous_oil_is_lost_by_critical_accumulation():
 def test_coefficients_beyond_the_evidence_are_refused():
     with pytest.raises(ValueError, match=r"onset_ratio is 4\.0, allowed: 2 or more and at most 3.3"):
         Coefficients(onset_ratio=4.0)
+
+
+@pytest.mark.parametrize(
+    ("faulty", "text"),
+    [
+        (lambda: Resolution(spacing=0.1, skirt_depth=0.09), "skirt_depth is 0.09 m, allowed: 0.1 m or more, one spacing"),
+        (lambda: Resolution(spacing=0.0, skirt_depth=0.4), "spacing is 0.0, allowed: above 0 m"),
+        (lambda: Closures(skirt_depth=-0.4), "closures of a boom: skirt_depth is -0.4, allowed: above 0 m"),
+        (lambda: replace(OIL, interfacial_tension=0.0), "interfacial_tension is 0.0, allowed: 0.001 or more and at most 0.1 N/m"),
+    ],
+)  # fmt: skip
+def test_impossible_booms_and_oils_are_refused(faulty: Callable[[], object], text: str) -> None:
+    with pytest.raises(ValueError, match=text):
+        faulty()

@@ -16,6 +16,15 @@ from typing import Any
 
 from websockets.sync.client import ClientConnection, connect
 
+from tests.scenarios.small_tow import small_tow
+
+# with 100 litres of oil ahead, in a current
+OIL = """
+phases.oil = {oil = "alaska-north-slope"}
+fill.slick = {shape = "block", phase = "oil", lower = [8.0, -2.0, -0.01], upper = [13.0, 2.0, 0.0]}
+sea.current = {kind = "steady", speed = 0.1, direction = 0.0}
+"""
+TOW = small_tow(duration=1000.0, communication_step=0.05, frame_rate=20, more=OIL)
 PATIENCE = 120.0  # [s]; the first run in a fresh cache compiles
 
 
@@ -101,8 +110,8 @@ class Console:
 
 
 @contextmanager
-def console(folder: Path, text: str, *options: str) -> Iterator[Console]:
-    """Conduct the exercise of a scenario's text in a folder; it ends in order after the block."""
+def console(folder: Path, text: str, *options: str, has_scene: bool = False) -> Iterator[Console]:
+    """Conduct the exercise of a scenario's text in a folder, with a 3-D view if wanted; it ends in order after the block."""
     (folder / "exercise.toml").write_text(text)
     (folder / "user").mkdir(mode=0o700)
     command = [
@@ -114,7 +123,7 @@ def console(folder: Path, text: str, *options: str) -> Iterator[Console]:
         "--record",
         "whole.rrd",
         "--no-browser",
-        "--no-scene",
+        *([] if has_scene else ["--no-scene"]),
         *options,
     ]
     environment: Mapping[str, str] = os.environ | {

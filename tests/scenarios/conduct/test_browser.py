@@ -5,14 +5,16 @@ It needs Playwright, axe, and a Chromium of the system; without one of them it i
 
 from __future__ import annotations
 
+import io
 import shutil
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from tests.scenarios.conduct.consoles import Console, console
-from tests.scenarios.conduct.test_console import TOW
+from tests.scenarios.conduct.consoles import TOW, Console, console
 
 sync_api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
 axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe is not installed")
@@ -29,7 +31,9 @@ def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Console]:
 
 
 def browser(player: sync_api.Playwright) -> sync_api.Browser:
-    return player.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+    """Start Chromium with WebGL in software, which the 3-D view needs."""
+    graphics = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+    return player.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox", *graphics])
 
 
 def opened(one: sync_api.Browser, served: Console, role: str, *, checked: bool = False) -> sync_api.Page:
@@ -48,44 +52,162 @@ def opened(one: sync_api.Browser, served: Console, role: str, *, checked: bool =
     return page
 
 
+def order(page: sync_api.Page, group: str, button: str, **fields: object) -> None:
+    """Fill fields of a group of controls by their ids, and press one of its buttons."""
+    box = page.locator("fieldset").filter(has=page.get_by_text(group, exact=True))
+    for name, entry in fields.items():
+        box.locator(f"#{name.replace('_', '-')}").fill(str(entry))
+    box.get_by_role("button", name=button, exact=True).first.click()
+
+
+def accessible(page: sync_api.Page) -> list[tuple[str, str]]:
+    """Return what axe finds wrong: labels, contrast, roles, keyboard."""
+    found = axe.Axe().run(page).response["violations"]
+    return [(one["id"], one["nodes"][0]["html"]) for one in found if one["impact"] in ("serious", "critical")]
+
+
 @pytest.mark.slow
-@pytest.mark.timeout(600)
+@pytest.mark.timeout(900)
 def test_an_exercise_is_conducted_in_a_browser(served: Console) -> None:
     expect = sync_api.expect
     expect.set_options(timeout=PATIENCE)
     with sync_api.sync_playwright() as player:
         first, second = browser(player), browser(player)
         instructor = opened(first, served, "instructor", checked=True)
-        for page in (instructor, opened(first, served, "port", checked=True)):
-            found = axe.Axe().run(page).response["violations"]
-            assert [
-                (one["id"], one["nodes"][0]["html"]) for one in found if one["impact"] in ("serious", "critical")
-            ] == []
-        instructor.keyboard.press("Space")
-        expect(instructor.locator("#phase")).to_have_text("running")
-        expect(instructor.get_by_role("button", name="Pause")).to_be_visible()
+        for role in ("port", "observer"):
+            assert accessible(opened(first, served, role, checked=True)) == []
+        assert accessible(instructor) == []
+        _starts(instructor)
         crews = [opened(second, served, name) for name in ("port", "starboard")]
-        for page, key in zip(crews, ("ArrowRight", "ArrowLeft"), strict=True):
-            page.keyboard.press(key)
-            page.keyboard.press("ArrowUp")
-            page.get_by_role("button", name="Order", exact=True).click()
-        log = instructor.locator("#log")
-        expect(log).to_contain_text("port: make 0.68 kn over the ground, heading 095")
-        expect(log).to_contain_text("starboard: make 0.68 kn over the ground, heading 085")
-        expect(crews[0].locator("#log")).to_contain_text("starboard: make 0.68 kn")
-        instructor.locator("#part-main").fill("4")
-        instructor.get_by_role("button", name="Part", exact=True).click()
-        expect(log).to_contain_text("boom main parts at joint 4")
+        _crews_steer(instructor, crews)
+        _instructor_acts(instructor)
         time = instructor.locator("#time").inner_text()
         first.close()  # as if it were killed: the run goes on
         expect(crews[1].locator("#phase")).to_have_text("running")
         back = opened(browser(player), served, "instructor")
         expect(back.locator("#log")).to_contain_text("boom main parts at joint 4")
         assert back.locator("#time").inner_text() > time
-        back.get_by_role("button", name="End").click()
-        expect(back.locator("#phase")).to_have_text("ended")
+        _branches_and_debriefs(back)
         for page in (*crews, back):
             assert page.faults == []  # type: ignore[attr-defined]
+
+
+def _starts(page: sync_api.Page) -> None:
+    """The keyboard makes a step, starts the run, changes its pace and sets a mark; the time scale is the clock's again."""
+    page.keyboard.press(".")
+    sync_api.expect(page.locator("#time")).to_have_text("0:00.1")
+    page.keyboard.press("Space")
+    sync_api.expect(page.locator("#phase")).to_have_text("running")
+    sync_api.expect(page.get_by_role("button", name="Pause")).to_be_visible()
+    page.keyboard.press("-")
+    sync_api.expect(page.locator("#scale")).to_have_value("1")
+    page.keyboard.press("+")
+    sync_api.expect(page.locator("#scale")).to_have_value("2")
+    page.keyboard.press("m")
+    sync_api.expect(page.locator("#marks")).to_contain_text("moment 1")
+
+
+def _crews_steer(instructor: sync_api.Page, crews: list[sync_api.Page]) -> None:
+    """Two crews steer at once, one of them by hand at the end; all see it."""
+    for page, key in zip(crews, ("ArrowRight", "ArrowLeft"), strict=True):
+        page.keyboard.press(key)
+        page.keyboard.press("ArrowUp")
+        page.get_by_role("button", name="Order", exact=True).click()
+    log = instructor.locator("#log")
+    sync_api.expect(log).to_contain_text("port: make 0.68 kn over the ground, heading 095")
+    sync_api.expect(log).to_contain_text("starboard: make 0.68 kn over the ground, heading 085")
+    sync_api.expect(crews[0].locator("#log")).to_contain_text("starboard: make 0.68 kn")
+    crews[0].get_by_role("slider", name="Thrust").fill("50")
+    crews[0].get_by_role("slider", name="Rudder").fill("-20")
+    crews[0].get_by_role("button", name="Take the levers").click()
+    sync_api.expect(log).to_contain_text("port: 50 % ahead, 20 % rudder to port, by hand")
+    sync_api.expect(instructor.locator("#state-port")).to_contain_text("by hand 50 % ahead")
+
+
+def _instructor_acts(page: sync_api.Page) -> None:
+    """Weather, release, engine and boom are the instructor's, each with a line of the log."""
+    log = page.locator("#log")
+    box = page.locator("#plan").bounding_box()
+    assert box is not None
+    page.locator("#plan").dblclick(position={"x": 0.7 * box["width"], "y": 0.5 * box["height"]})
+    order(page, "Release oil", "Release", spill_volume=50, spill_time=5)
+    sync_api.expect(log).to_contain_text("pipe release-1 releases 50 litres within 5 s")
+    weather = page.locator("fieldset").filter(has=page.get_by_text("Weather", exact=True))
+    for entries, what, words in (
+        ({"wind-speed": 12, "wind-from": 45}, "wind", "wind"),
+        ({"current-speed": 0.3, "current-to": 270}, "current", "current 0.30 kn; current towards 270"),
+        ({"waves-height": 0.2}, "waves", "waves"),
+    ):
+        for name, entry in entries.items():
+            weather.locator(f"#{name}").fill(str(entry))
+        weather.locator(f"[data-what={what}]").click()
+        sync_api.expect(log).to_contain_text(words)
+    order(page, "Vessel starboard", "Engine fails")
+    sync_api.expect(log).to_contain_text("the engine of starboard has stopped")
+    order(page, "Vessel starboard", "Engine runs again")
+    sync_api.expect(log).to_contain_text("the engine of starboard runs again")
+    order(page, "Boom main", "Part", part_main=4)
+    sync_api.expect(log).to_contain_text("boom main parts at joint 4")
+    page.locator("#free").fill("tow.speed_kn=9999")
+    page.locator("fieldset").filter(has=page.locator("#free")).get_by_role("button").click()
+    sync_api.expect(page.locator("#notice")).to_contain_text("tow.speed")
+
+
+def _branches_and_debriefs(page: sync_api.Page) -> None:
+    """A run from a mark is debriefed, tried again with a slower tow beside it, and saved as one file that needs nothing else."""
+    page.locator("#marks").get_by_role("button", name="Go back").first.click()
+    sync_api.expect(page.locator("#phase")).to_have_text("paused")
+    sync_api.expect(page.locator("#log")).to_contain_text("goes back to")
+    page.locator("#scale").select_option("null")
+    page.keyboard.press("Space")
+    sync_api.expect(page.locator("#phase")).to_have_text("running")
+    page.wait_for_timeout(2000)
+    page.get_by_role("button", name="Debrief", exact=True).click()
+    sync_api.expect(page.locator("#view-debrief iframe")).to_have_count(1)
+    with page.expect_download() as saved:
+        page.get_by_role("link", name="as one HTML file").click()
+    text = Path(saved.value.path()).read_text(encoding="utf-8")
+    assert "<html" in text
+    assert 'src="http' not in text
+    page.locator("#what-if-less").fill("0.1")
+    page.get_by_role("button", name="Try").click()
+    sync_api.expect(page.locator("#view-debrief iframe")).to_have_count(2, timeout=4 * PATIENCE)
+    sync_api.expect(page.locator("#phase")).to_have_text("ended")
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(600)
+def test_the_sea_is_seen_in_three_dimensions_and_looks_back_with_the_plan(tmp_path: Path) -> None:
+    """Water, oil and sky are there in colours that nothing else of the page has, and an earlier moment is another picture."""
+    import matplotlib.image
+
+    from recordings import palette
+
+    with console(tmp_path, TOW, "--pace", "2", has_scene=True) as one, sync_api.sync_playwright() as player:
+        page = opened(browser(player), one, "instructor", checked=True)
+        page.keyboard.press("Space")
+        sync_api.expect(page.locator("#phase")).to_have_text("running", timeout=PATIENCE)
+        page.get_by_role("tab", name="Both").click()
+        words = page.frame_locator("#view-scene iframe").locator("#words")
+        sync_api.expect(words).to_be_hidden(timeout=PATIENCE)
+
+        def shares() -> tuple[float, float]:
+            """Return the parts of the view that are blue as water is, and brown as oil."""
+            image = matplotlib.image.imread(io.BytesIO(page.locator("#view-scene").screenshot()))[..., :3]
+            sea = np.array(palette.SEA[:3]) / 255.0
+            hue, brown = image / image.sum(axis=2, keepdims=True), image[..., 0] > 1.1 * image[..., 2]
+            return float((np.abs(hue - sea / sea.sum()).max(axis=2) < 0.06).mean()), float(brown.mean())
+
+        deadline = time.monotonic() + 60.0
+        while (found := shares())[0] < 0.2 and time.monotonic() < deadline:
+            page.wait_for_timeout(1000)
+        assert found[0] >= 0.2
+        assert found[1] > 0.001
+        page.locator("#moment").fill("0.5")
+        sync_api.expect(page.locator("#looking")).to_contain_text("looks at 0:00.5")
+        page.wait_for_timeout(2000)
+        assert shares()[0] >= 0.2
+        assert page.faults == []  # type: ignore[attr-defined]
 
 
 def test_the_page_is_served_from_the_package_alone() -> None:

@@ -7,6 +7,7 @@ import json
 import urllib.error
 import urllib.request
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
@@ -16,18 +17,10 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from recordings.replay.recording import Replay
 from scenarios.conduct.commands import LONGEST
-from scenarios.conduct.server import CLOSED_TOKEN
+from scenarios.conduct.server import CLOSED_MANY, CLOSED_TOKEN, MOST_PAGES
 from scenarios.running.verify import verify
-from tests.scenarios.conduct.consoles import Console, console
-from tests.scenarios.small_tow import small_tow
-
-# with 100 litres of oil ahead, in a current
-OIL = """
-phases.oil = {oil = "alaska-north-slope"}
-fill.slick = {shape = "block", phase = "oil", lower = [8.0, -2.0, -0.01], upper = [13.0, 2.0, 0.0]}
-sea.current = {kind = "steady", speed = 0.1, direction = 0.0}
-"""
-TOW = small_tow(duration=1000.0, communication_step=0.05, frame_rate=20, more=OIL)
+from tests.fuzz.console import attacked, faults
+from tests.scenarios.conduct.consoles import TOW, Console, console
 
 
 @pytest.fixture(scope="module")
@@ -112,6 +105,38 @@ def test_what_cannot_be_read_is_answered_and_harms_nothing(served: Console) -> N
         page.hear(lambda one: 7 in one.answers)
         assert page.answers[7]["problems"]
         assert page.state["paused"]
+
+
+def test_attacks_are_refused_and_the_run_does_not_feel_them(served: Console) -> None:
+    with served.page("instructor") as page:
+        page.hear(lambda one: bool(one.lines))
+        before = [line["text"] for line in page.lines]
+        found = attacked(served, range(60))
+        assert faults(found) == []
+        assert found.total() == 60
+        page.give("step")
+        page.hear(lambda one: one.lines[-1]["text"] != before[-1])
+        assert [line["text"] for line in page.lines][: len(before)] == before
+
+
+def test_fifty_pages_at_once_are_served_or_refused_and_one_that_does_not_read_costs_nothing(served: Console) -> None:
+    with ExitStack() as stack:
+        pages = [stack.enter_context(served.socket()) for _ in range(12)]  # strangers are few at a time, too
+        for page in pages:
+            page.send(json.dumps({"token": served.token("observer")}))
+            page.recv(timeout=60)
+        while len(pages) < 50:
+            pages.append(stack.enter_context(served.socket()))
+            pages[-1].send(json.dumps({"token": served.token("observer")}))
+        codes = []
+        for page in pages[12:]:
+            try:
+                page.recv(timeout=60)
+            except ConnectionClosed as closed:
+                codes.append(closed.rcvd.code if closed.rcvd else None)
+        assert codes.count(CLOSED_MANY) == len(codes) == 50 - MOST_PAGES
+    with served.page("instructor") as instructor:  # none of the others has read what came since
+        assert "told" in instructor.give("step")
 
 
 @pytest.mark.slow

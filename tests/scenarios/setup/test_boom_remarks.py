@@ -116,3 +116,12 @@ def test_words_on_a_skirt_follow_from_its_particles_and_from_closures() -> None:
     assert "loss speeds come out too high" in alone[1]
     assert alone[2] == closed[2]
     assert all("the speed of the first loss is modelled" in words for words in closed[:2])
+
+
+def test_check_says_which_interfacial_tension_is_assumed() -> None:
+    """Brent has a measured one in the library, the other oil has none."""
+    assumed = "the interfacial tension of 'oil' is not given: 0.02 N/m is assumed for its losses"
+    assert assumed in estimate(changed(phases__oil__oil="alaska-north-slope")).told
+    assert assumed not in estimate(changed()).told
+    assert assumed not in estimate(changed(phases__oil__oil="alaska-north-slope", booms__inlet__losses="resolved")).told
+    assert assumed in estimate(changed(phases__oil__oil="alaska-north-slope", run__detail="none")).told

@@ -13,27 +13,15 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from oilsim.boundaries.boundary_particles import solid_box, tank_walls
-from oilsim.config import FluidConfig
-from oilsim.forcing import Current, Zone
-from oilsim.initial_conditions import block
-from oilsim.phases import Phase
-from oilsim.solver import Fluid
+from tests.validation.bodies.flume import Flume, fill_flume
+from tests.validation.bodies.flume import unit_of_speed as unit_at_draft
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
-from tests.validation.scenes import GRAVITY, WATER_DENSITY
 
 Double = NDArray[np.float64]
 
 DRAFT = 0.5  # m: d of the skirt
-DEPTH, LENGTH, SKIRT, FREEBOARD = (
-    3.0,
-    9.0,
-    6.0,
-    0.8,
-)  # d: of the water, of the flume, x of the skirt, and how far it stands out
-ZONE, RENEWAL = 1.8, 0.3  # d: length of the zone that renews the current; s: its time
-SLICK, FILM = 0.3, 0.15  # d2: the oil, and d: its thickness at the start
-OILS, OIL_VISCOSITY, WATER_VISCOSITY = (840.0, 900.0, 950.0), 0.01, 1.05e-3  # kg/m3, Pa s
+FLUME = Flume(draft=DRAFT, depth=3.0, length=9.0, skirt=6.0)
+OILS = (840.0, 900.0, 950.0)  # kg/m3
 FROUDE_NUMBERS = 0.4, 0.9  # U / V: first and last
 HELD, GROWTH = 15.0, 0.006  # d/V at the first, and how fast it grows after that [V/d]
 LOST, ENOUGH = 0.03, 0.15  # of the oil: the first loss, and what ends a run
@@ -43,61 +31,21 @@ SAMPLE = 0.1  # s
 
 def unit_of_speed(oil_density: float) -> float:
     """V = sqrt(g Delta d) [m/s]."""
-    return math.sqrt(GRAVITY * (1.0 - oil_density / WATER_DENSITY) * DRAFT)
-
-
-def flume(bench: Bench, spacing: float, oil_density: float, lean: float) -> tuple[Fluid, Current]:
-    """The flume with its skirt, which leans back by `lean` [rad], filled and in motion; and its current."""
-    depth, length = DEPTH * DRAFT, spacing * round(LENGTH * DRAFT / spacing)
-    phases = (
-        Phase(name="water", rest_density=WATER_DENSITY, dynamic_viscosity=WATER_VISCOSITY),
-        Phase(name="oil", rest_density=oil_density, dynamic_viscosity=OIL_VISCOSITY),
-    )
-    config = FluidConfig(
-        particle_spacing=spacing, phases=phases, dimension=2, lower=(0.0, -1.0, -4.0 * spacing),
-        upper=(length, 1.0, depth + 2.0 * DRAFT), periodic=(True, False, False), maximum_time_step=0.02,
-    )  # fmt: skip
-    fluid = bench.fluid(config)
-    fluid.add_boundary(
-        tank_walls((0, 0, 0), (length, 0, depth), spacing, sides=("-z",), periodic=(True, False, False), dimension=2)
-    )
-    points = block((0, 0, 0), (length, 0, depth), spacing, 2)
-    points = points[beside_skirt(fluid, points, lean)]
-    x = points[:, 0] - SKIRT * DRAFT
-    oil = (x < 0.0) & (x > -SLICK / FILM * DRAFT) & (points[:, 2] > depth - FILM * DRAFT)
-    speed = FROUDE_NUMBERS[0] * unit_of_speed(oil_density)
-    for phase, chosen in (("water", ~oil), ("oil", oil)):
-        fluid.add_particles(points[chosen], phase=phase, velocity=(speed, 0.0, 0.0))
-    zone = Zone((0.0, -1.0, -DRAFT), (ZONE * DRAFT, 1.0, depth + 2.0 * DRAFT), RENEWAL)
-    current = Current((speed, 0.0, 0.0), zone)
-    fluid.add_forcing(current)
-    return fluid, current
-
-
-def beside_skirt(fluid: Fluid, points: Double, lean: float) -> NDArray[np.bool_]:
-    """Hang the skirt into the flume, turned about the waterline by `lean` [rad], and tell which of points (n, 3) [m] it leaves."""
-    spacing, along = fluid.config.particle_spacing, np.array([math.sin(lean), 0.0, -math.cos(lean)])
-    waterline = np.array([SKIRT * DRAFT, 0.0, DEPTH * DRAFT])
-    skirt = solid_box((spacing, 0.0, (1.0 + FREEBOARD) * DRAFT), spacing, dimension=2, name="skirt")
-    centre = waterline + 0.5 * (1.0 - FREEBOARD) * DRAFT * along
-    turn = (0.0, math.sin(-0.5 * lean), 0.0, math.cos(0.5 * lean))
-    fluid.set_boundary_motion(fluid.add_boundary(skirt), centre, turn, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-    down = (points - waterline) @ along
-    aside = np.linalg.norm(points - waterline - down[:, None] * along, axis=1)
-    return (aside > 0.75 * spacing) | (down > DRAFT)
+    return unit_at_draft(oil_density, DRAFT)
 
 
 def losses(bench: Bench, spacing: float, oil_density: float, lean: float = 0.0) -> Double:
     """Froude number and share of the oil that has passed under the skirt since the current grows (2, n)."""
-    fluid, current = flume(bench, spacing, oil_density, lean)
-    unit, first, total = unit_of_speed(oil_density), FROUDE_NUMBERS[0], len(fluid.phase_ids("oil"))
+    unit, first = unit_of_speed(oil_density), FROUDE_NUMBERS[0]
+    fluid, current = fill_flume(bench, FLUME, spacing, oil_density, first * unit, lean)
+    total = len(fluid.phase_ids("oil"))
     start, lost, rows = HELD * DRAFT / unit, set[int](), []
     while not rows or (rows[-1][0] < FROUDE_NUMBERS[1] and rows[-1][1] < ENOUGH):
         number = first + GROWTH * max(0.0, fluid.time - start) * unit / DRAFT
         current.velocity = (number * unit, 0.0, 0.0)
         bench.advance(fluid, SAMPLE)
         if fluid.time > start:
-            behind = fluid.phase_positions("oil")[:, 0] - SKIRT * DRAFT
+            behind = fluid.phase_positions("oil")[:, 0] - FLUME.skirt_place
             lost.update(fluid.phase_ids("oil")[(behind > 0.5 * DRAFT) & (behind < 2.5 * DRAFT)].tolist())
             rows.append((number, len(lost) / total))
     fluid.close()
@@ -137,9 +85,9 @@ BOOM_FLUME = Case(
     name="boom-flume",
     title="Oil that drains under a skirt in a current",
     source="first loss at U / sqrt(g Delta d) of about 0.5 in flumes with drafts of some 0.5 m; skirts that lean back lose more",
-    setup=f"skirt of draft d = {DRAFT:g} m, one spacing thick, in water {DEPTH:g} d deep, plane, with {SLICK:g} d2 of oil before it; the "
-    f"current grows from {FROUDE_NUMBERS[0]:g} to {FROUDE_NUMBERS[1]:g} V, V = sqrt(g Delta d), by {GROWTH:g} V in d/V; the first loss is "
-    f"{100 * LOST:g} % of the oil",
+    setup=f"skirt of draft d = {DRAFT:g} m, one spacing thick, in water {FLUME.depth:g} d deep, plane, with {FLUME.slick:g} d2 of oil "
+    f"before it; the current grows from {FROUDE_NUMBERS[0]:g} to {FROUDE_NUMBERS[1]:g} V, V = sqrt(g Delta d), by {GROWTH:g} V in d/V; "
+    f"the first loss is {100 * LOST:g} % of the oil",
     length=DRAFT,
     length_symbol="d",
     resolutions=(16, 32, 48),

@@ -26,7 +26,7 @@ from oilsim.forcing import Current, Zone
 from oilsim.initial_conditions import block
 from oilsim.phases import Phase
 from oilsim.solver import Fluid
-from tests.validation.bodies.boom_losses import drivers
+from tests.validation.bodies.boom_losses import drivers, first_beyond
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.scenes import WATER_DENSITY
 
@@ -40,11 +40,9 @@ FRONTS = {5: 4, 8: 2, 12: 1, 16: 1}  # segments of the boom across the slice
 OIL = OilOnWater(oil_density=868.0, water_density=WATER_DENSITY, kinematic_viscosity=1.2e-5, interfacial_tension=0.02)
 BEGIN, END, GROWTH, SETTLED = 0.36, 0.62, 0.1 * knot / 4.0, 3.0  # m/s, m/s, m/s2, s: of the current
 SAMPLE, RENEWAL = 0.1, 0.3  # s: between two looks of the closures, and in which the zone renews the current
-SEEN, GROSS, SMOOTH = (
-    0.01,
-    0.10,
-    0.1 * knot,
-)  # of the pool: the first loss; a minute: the gross loss; m/s over which it is a mean
+SEEN, GROSS = 0.01, 0.10  # of the pool: the first loss; of it a minute: the gross loss
+SMOOTH = 0.1 * knot  # m/s over which a rate is a mean
+PRACTICE = (0.6, 1.0, "first loss in practice")  # kn
 CONSTANT, HOLD, RUNS, ROUNDING = 0.52, 10.0, 10, 1e-7  # m/s, s, runs of case 44, and spacings by which they differ
 
 
@@ -135,15 +133,21 @@ def stream(resolution: int, bench: Bench, speed: float, jitter: int = 0) -> Slic
     return Slice(fluid, current, boom, ContainmentTracker(options), ClosureLosses(closures))
 
 
-def closures_alone() -> tuple[Double, Double]:
-    """Speeds (n,) [m/s] and the share of the pool (n,) that the closures' formulas lose while the current grows."""
-    closures, step = Closures(skirt_depth=DRAFT), 0.02
-    speeds, held, lost = np.arange(BEGIN, END, GROWTH * step), POOL, []
+def closures_alone(growth: float = GROWTH) -> tuple[Double, Double, float]:
+    """The closures' formulas by themselves while the current grows by `growth` [m/s2].
+
+    Returns speeds (n,) [m/s], the share of the pool (n,) that is lost, and the speed of the gross loss over that of the first.
+    """
+    closures, step = Closures(skirt_depth=DRAFT), 0.02 * GROWTH / growth
+    speeds, held, lost, rates = np.arange(BEGIN, END, growth * step), POOL, [], []
     for speed in speeds:
-        rate = closures.rates(drivers(float(speed), DRAFT, np.array([held])), OIL).sum()
-        held -= float(rate) * step
+        rate = float(closures.rates(drivers(float(speed), DRAFT, np.array([held])), OIL).sum())
+        rates.append(60.0 * rate / held)
+        held -= rate * step
         lost.append(1.0 - held / POOL)
-    return speeds, np.array(lost)
+    share = np.array(lost)
+    ratio = first_beyond(speeds, np.array(rates), GROSS) / first_beyond(speeds, share, SEEN)
+    return speeds, share, ratio
 
 
 def boom_slice(resolution: int, bench: Bench) -> Outcome:
@@ -166,11 +170,13 @@ def boom_slice(resolution: int, bench: Bench) -> Outcome:
     beyond = np.flatnonzero(rate > GROSS)
     gross = float(steps[beyond[0]] + 0.5 * SMOOTH) if len(beyond) else math.nan
     name = f"{resolution / 2:g} spacings of draft"
-    total, (steady, alone) = passed[-1], closures_alone()
+    total, (steady, alone, quick) = passed[-1], closures_alone()
     return Outcome(
         values={
             "speed of the first loss": first,
             "gross over first loss": gross / first,
+            "gross over first loss, closures alone": quick,
+            "gross over first loss, closures alone, 0.1 kn a minute": closures_alone(0.1 * knot / 60.0)[2],
             "loss a minute at 1.1 kn": float(np.interp(1.1 * knot, steps + 0.5 * SMOOTH, rate)),
             "loss over that of the closures alone": float(share[-1] / alone[-1]),
             "modelled part": float((modelled[-1] - modelled[0]) / total) if total > 0.0 else math.nan,
@@ -220,18 +226,21 @@ BOOM_SLICE = Case(
             name="speed of the first loss", unit="m/s", reference=0.41, scale=0.10, gate=1.0, change=0.05 * knot / 0.41
         ),
         Quantity(name="gross over first loss", unit="1", reference=1.4, scale=0.2),
+        Quantity(name="gross over first loss, closures alone", unit="1", reference=1.4, scale=0.2),
+        Quantity(name="gross over first loss, closures alone, 0.1 kn a minute", unit="1", reference=1.4, scale=0.2),
         Quantity(name="loss a minute at 1.1 kn", unit="1", reference=0.1),
         Quantity(name="loss over that of the closures alone", unit="1", reference=1.0),
         Quantity(name="modelled part", unit="1", reference=1.0),
     ),
     panels=(
-        Panel("rate", "current [kn]", "loss [% of the pool a minute]"),
-        Panel("lost", "current [kn]", "passed [% of the oil]"),
+        Panel("rate", "current [kn]", "loss [% of the pool a minute]", y_range=(0.0, 100.0), band=PRACTICE),
+        Panel("lost", "current [kn]", "passed [% of the oil]", y_range=(0.0, 10.0), band=PRACTICE),
     ),
     run=boom_slice,
     spacings=2,
     note=f"2.5, 4, 6 and 8 spacings of draft. The slice has no flow along the boom. A pool of {POOL:g} m2 is small: "
-    "the same loss is a larger share of it than of a full boom's pool.",
+    "the same loss is a larger share of it than of a full boom's pool. The first loss is an amount, the gross loss a rate: in a ramp as "
+    "quick as this one the amount takes as long to gather as the rate takes to grow, so their speeds are nearly the same.",
 )
 
 BOOM_ROUNDING = Case(

@@ -1,0 +1,73 @@
+"""The surface of the sea at one instant, and the oil on it as a film: plain records of numpy arrays, as in `frame`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+HEIGHT_GRID = 1.0 / 256.0  # [m] to which recorded heights are rounded; a power of two, so that the file compresses
+_LIGHT = np.array([-0.45, -0.35, 0.82])  # [1] direction to the sun, about of length 1
+_RELIEF = 3.5  # [1] exaggeration of slopes in the light, so that low waves are seen
+_DIMMEST, _BRIGHTEST = 0.55, 1.3  # [1] brightness of the steepest slopes
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SurfaceFrame:
+    """The water's surface over a grid, fine within `box` and coarser towards the horizon; ValueError for arrays of other shapes.
+
+    x (N,), y (M,)  [m] grid lines, increasing
+    height (N, M)   [m] float32, in the world
+    box             [m] the part in which a film is shown: x and y from, x and y to
+    """
+
+    x: npt.NDArray[np.float64]
+    y: npt.NDArray[np.float64]
+    height: npt.NDArray[np.float32]
+    box: tuple[float, float, float, float]
+
+    def __post_init__(self) -> None:
+        wanted = (len(self.x), len(self.y))
+        if self.height.shape != wanted:
+            raise ValueError(f"surface height has shape {self.height.shape}, allowed: {wanted}")
+
+    @property
+    def vertices(self) -> npt.NDArray[np.float32]:
+        """The grid's crossings (N M, 3) [m], along y first; heights are rounded to `HEIGHT_GRID`."""
+        x, y = np.meshgrid(self.x, self.y, indexing="ij")
+        height = np.round(self.height / HEIGHT_GRID) * HEIGHT_GRID
+        return np.stack([x.ravel(), y.ravel(), height.ravel()], axis=-1).astype(np.float32)
+
+    @property
+    def places_in_box(self) -> npt.NDArray[np.float32]:
+        """The crossings (N M, 2) [1] in the box: 0 where it begins, 1 where it ends, and there beyond it."""
+        low, high = np.array(self.box[:2]), np.array(self.box[2:])
+        return np.asarray(np.clip((self.vertices[:, :2] - low) / (high - low), 0.0, 1.0), dtype=np.float32)
+
+    @property
+    def brightness(self) -> npt.NDArray[np.float32]:
+        """Daylight (N M,) [1] on the surface: 1 on the flat sea, more towards the sun and less away from it."""
+        slopes = np.gradient(self.height.astype(np.float64), self.x, self.y)
+        normal = np.stack([-_RELIEF * slopes[0], -_RELIEF * slopes[1], np.ones_like(slopes[0])], axis=-1)
+        normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+        light = np.clip((normal @ _LIGHT) / _LIGHT[2], _DIMMEST, _BRIGHTEST)
+        return np.asarray(light.ravel(), dtype=np.float32)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FilmFrame:
+    """The oil on the surface within a box: thickness (R, C) [m], rows along x and columns along y from the corner `box[:2]` [m] on."""
+
+    thickness: npt.NDArray[np.float32]
+    box: tuple[float, float, float, float]
+
+
+def grid_faces(rows: int, columns: int) -> npt.NDArray[np.uint32]:
+    """Return the triangles (F, 3) of a grid whose vertices are numbered row by row; F is twice its number of cells."""
+    corner = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
+    low, high = (
+        np.stack([corner, corner + columns, corner + 1], -1),
+        np.stack([corner + 1, corner + columns, corner + columns + 1], -1),
+    )
+    return np.concatenate([low, high]).astype(np.uint32)

@@ -1,0 +1,47 @@
+// The 3-D view: the Rerun viewer without its panels. The page around it says which moment it shows, in messages { time: seconds or null }.
+const words = document.getElementById("words");
+const PAUSED = 1, FOLLOWING = 3; // play states of the viewer
+
+// A whole number as protobuf writes it, least significant seven bits first.
+function varint(number) {
+  const bytes = [];
+  for (let left = BigInt(number); ; left >>= 7n) {
+    if (left < 128n) return [...bytes, Number(left)];
+    bytes.push(Number(left & 127n) | 128);
+  }
+}
+const field = (number, bytes) => [number << 3 | 2, bytes.length, ...bytes];
+
+// The viewer's request SetTime { timeline 2 { name 1 }, duration 3 { nanoseconds 1 }, play state 5 }, which is field 6 of its requests.
+function setTime(seconds, state) {
+  const timeline = field(2, field(1, [...new TextEncoder().encode("sim_time")]));
+  const moment = seconds === null ? [] : field(3, [8, ...varint(Math.round(seconds * 1e9))]);
+  return new Uint8Array(field(6, [...timeline, ...moment, 5 << 3, state]));
+}
+
+function say(text) { words.textContent = text; words.hidden = !text; }
+
+async function begin() {
+  await wasm_bindgen({ module_or_path: "/viewer/re_viewer_bg.wasm" });
+  const panels = { top: "Hidden", blueprint: "Hidden", selection: "Hidden", time: "Hidden" };
+  const view = new wasm_bindgen.WebHandle({
+    url: [new URLSearchParams(location.search).get("url")], hide_welcome_screen: true, panel_state_overrides: panels,
+    enable_history: false, notebook: false, persist: false, theme: "light",
+  });
+  await view.start(document.getElementById("scene"));
+  say("");
+  let wanted = null, isAsking = false;
+  async function show() {
+    if (isAsking || wanted === null) return;
+    const { time, latest } = wanted;
+    [wanted, isAsking] = [null, true];
+    const request = time === null ? setTime(latest, FOLLOWING) : setTime(time, PAUSED);
+    await view.viewer_control(request).catch((error) => console.warn(`the 3-D view did not move: ${error.message}`));
+    isAsking = false;
+    show();
+  }
+  addEventListener("message", (event) => { if (event.origin === location.origin) { wanted = event.data; show(); } });
+  setInterval(() => { if (view.has_panicked()) say("The 3-D view has failed. Open the page again."); }, 1000);
+  parent.postMessage("scene", location.origin);
+}
+begin().catch((error) => say(`This browser cannot show the 3-D view: ${error.message ?? error}. The plan shows the same from above.`));

@@ -1,0 +1,90 @@
+"""The surface of a sea by formulas, as it is recorded: fine around the exercise, coarser to the horizon, with the oil on it as a film."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter
+
+from oilsim.sea import Sea
+from recordings.surface import FilmFrame, SurfaceFrame
+from scenarios.watch.oil_spots import spots_of_parcels
+
+if TYPE_CHECKING:
+    from oilsim.slick.parcels import Parcels
+
+Array = NDArray[np.float64]
+
+INNER_LINES = 33  # [1] grid lines across the exercise: 4 a wave length show waves longer than an eighth of it at their full height
+OUTER_LINES = 6  # [1] to each side beyond
+GROWTH = 2.6  # [1] of the outer spacings, one to the next; the last line is 500 inner spacings away
+MARGIN = 0.15  # [1] of the exercise's extent, around it
+SNAP = 0.25  # [1] of its extent, by which the box moves at once, so that the grid seldom moves
+LEAST_EXTENT = 10.0  # [m]
+FAR_OIL = 2.0  # [1] percent of the parcels at each end that the box may leave out
+SOFT = 0.8  # [1] width of the smoothing in cells, which closes gaps between round spots and keeps the volume
+FILM_CELLS = 96  # [1] across the box
+
+
+class SeaSurface:
+    """Makes frames of a sea's surface; it has no state, so that equal bodies and parcels give equal frames."""
+
+    def frame(self, sea: Sea, time: float, places: Array) -> SurfaceFrame:
+        """Return the surface at `time` [s] around the places (N, 2) [m] of bodies and oil."""
+        box = box_around(places)
+        x, y = (grid_lines(box[axis], box[axis + 2]) for axis in (0, 1))
+        return SurfaceFrame(x=x, y=y, height=sea.grid_elevation(x, y, time).astype(np.float32), box=box)
+
+    def film(self, surface: SurfaceFrame, parcels: Parcels) -> FilmFrame:
+        """Return the oil of parcels as a film over the surface's box."""
+        spots = spots_of_parcels(parcels).astype(np.float64)
+        return FilmFrame(thickness=film_of(spots, surface.box), box=surface.box)
+
+
+def box_around(places: Array) -> tuple[float, float, float, float]:
+    """Return a box (x and y from, x and y to) [m] around most of the places (N, 2) [m] with some margin, on a coarse raster."""
+    low, high = np.percentile(places, [FAR_OIL, 100.0 - FAR_OIL], axis=0) if len(places) else np.zeros((2, 2))
+    extent = max(float((high - low).max()), LEAST_EXTENT)
+    step = SNAP * 2.0 ** np.ceil(np.log2(extent))
+    low, high = np.floor((low - MARGIN * extent) / step) * step, np.ceil((high + MARGIN * extent) / step) * step
+    return float(low[0]), float(low[1]), float(high[0]), float(high[1])
+
+
+def grid_lines(low: float, high: float) -> Array:
+    """Return the N = INNER_LINES + 2 OUTER_LINES grid lines (N,) [m]: even from `low` to `high` [m], and then farther and farther apart."""
+    inner = np.linspace(low, high, INNER_LINES)
+    beyond = np.cumsum((inner[1] - inner[0]) * GROWTH ** np.arange(1, OUTER_LINES + 1))
+    return np.concatenate([low - beyond[::-1], inner, high + beyond])
+
+
+def film_of(spots: Array, box: tuple[float, float, float, float]) -> NDArray[np.float32]:
+    """Return the thickness (R, C) [m] of round spots (N, 5) in the cells of a box: x, y, radius, thickness [m], fate.
+
+    Each spot lays its thickness on the cells whose centres it covers; a spot smaller than a cell lays its volume on the nearest one. The
+    outermost cells stay clear, because the viewer continues them beyond the box.
+    """
+    shape = np.array([FILM_CELLS, FILM_CELLS])
+    low, cell = np.array(box[:2]), (np.array(box[2:]) - np.array(box[:2])) / shape
+    center, radius = (spots[:, :2] - low) / cell - 0.5, spots[:, 2:3] / cell  # in cells
+    nearest = np.round(center).astype(np.int64)
+    film = np.zeros(FILM_CELLS**2)
+    small = (radius < 0.75).all(axis=1)
+    _lay(film, nearest[small], (spots[:, 3] * np.pi * spots[:, 2] ** 2 / cell.prod())[small])
+    center, radius, nearest, thickness = center[~small], radius[~small], nearest[~small], spots[~small, 3]
+    reach = np.ceil(radius.max(axis=0, initial=0.0)).astype(int)
+    for across in range(-reach[0], reach[0] + 1):
+        for along in range(-reach[1], reach[1] + 1):
+            at = nearest + np.array([across, along])
+            covers = (((at - center) / radius) ** 2).sum(axis=1) <= 1.0
+            _lay(film, at[covers], thickness[covers])
+    square = gaussian_filter(film.reshape(FILM_CELLS, FILM_CELLS), SOFT)
+    square[[0, -1], :] = square[:, [0, -1]] = 0.0
+    return square.astype(np.float32)
+
+
+def _lay(film: Array, at: NDArray[np.int64], thickness: Array) -> None:
+    """Add thicknesses (N,) [m] to the cells at (N, 2) that lie in the film."""
+    inside = ((at >= 0) & (at < FILM_CELLS)).all(axis=1)
+    film += np.bincount(at[inside] @ (FILM_CELLS, 1), weights=thickness[inside], minlength=film.size)

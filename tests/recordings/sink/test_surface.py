@@ -1,0 +1,83 @@
+"""The surface of the sea is recorded at its own rate, read back as it was, and drawn with the oil on it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+from recordings import palette
+from recordings.frame import Frame
+from recordings.pictures.raster import Canvas, fitted_projection
+from recordings.replay.recording import Replay
+from recordings.replay.surface import seas_at
+from recordings.sink.recorder import Recorder
+from recordings.surface import FilmFrame, SurfaceFrame
+
+BOX = (-10.0, -10.0, 10.0, 10.0)
+LINES = np.linspace(-12.0, 12.0, 25)
+
+
+def surface_at(time: float) -> SurfaceFrame:
+    height = 0.25 * np.cos(0.5 * LINES[:, None] - time) * np.ones(25)
+    return SurfaceFrame(x=LINES, y=LINES, height=height.astype(np.float32), box=BOX)
+
+
+def film(_: SurfaceFrame) -> FilmFrame:
+    thickness = np.zeros((16, 16), np.float32)
+    thickness[8:, :] = 2e-3  # on the side of +x
+    return FilmFrame(thickness=thickness, box=BOX)
+
+
+@pytest.fixture
+def recording(tmp_path: Path, made_up: ModuleType) -> Path:
+    path = tmp_path / "sea.rrd"
+    with Recorder(path, frame_rate=10.0, surface_rate=2.5) as recorder:
+        recorder.initialized(made_up.describe())
+        for index in range(21):
+            time = 0.1 * index
+            recorder.step_completed(
+                Frame(index=index, time=time, read_surface=lambda t=time: surface_at(t), read_film=film)
+            )
+    return path
+
+
+def test_the_surface_is_read_back_at_its_rate(recording: Path) -> None:
+    seas = seas_at(Replay(recording), range(21))
+    for index in range(21):
+        recorded = 0.4 * (index // 4)
+        np.testing.assert_allclose(seas[index].surface.height, surface_at(recorded).height, atol=0.5 / 256 + 1e-6)
+        image = seas[index].image
+        assert image is not None
+        assert (image[0, 0] == palette.SEA[:3]).all()
+        assert (image[-1, 0] == palette.film_colors(np.array(2e-3))).all()
+
+
+def test_the_sea_is_drawn_with_the_oil_where_it_lies(recording: Path) -> None:
+    sea = seas_at(Replay(recording), [20])[20]
+    corners = np.array([[x, y, 0.0] for x in (-9.0, 9.0) for y in (-9.0, 9.0)])
+    projection = fitted_projection(np.array([0.0, -1e-3, 60.0]), np.zeros(3), corners, 90, 90)
+    canvas = Canvas(projection, 90, 90)
+    canvas.sea(sea.surface, sea.image, palette.SEA)
+    assert np.isfinite(canvas.depth).all()
+    brown = canvas.image[..., 0] > canvas.image[..., 2]
+    assert not brown[:, :43].any()
+    assert brown[:, 47:].all()
+
+
+def test_films_have_the_colours_of_their_thickness() -> None:
+    thickness = np.array([0.0, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 5e-4, 5e-3, 2e-2, 0.1])
+    colors = palette.film_colors(thickness)
+    assert (colors[:2] == palette.SEA[:3]).all()  # too thin to be seen
+    assert len({tuple(color) for color in colors[1:].tolist()}) == 9
+
+
+def test_a_recorder_without_a_rate_records_no_surface(tmp_path: Path, made_up: ModuleType) -> None:
+    with Recorder(tmp_path / "none.rrd", surface_rate=0.0) as recorder:
+        recorder.initialized(made_up.describe())
+        recorder.step_completed(Frame(index=0, time=0.0, scalars={"depth": 1.0}, read_surface=lambda: surface_at(0.0)))
+    assert seas_at(Replay(tmp_path / "none.rrd"), [0]) == {}
+    with pytest.raises(ValueError, match="surface_rate is -1"):
+        Recorder(tmp_path / "none.rrd", surface_rate=-1.0)
