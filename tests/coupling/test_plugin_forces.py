@@ -137,10 +137,8 @@ def test_what_a_strong_motor_moves_feels_the_same_water_whatever_it_weighs(pybul
 
 def test_a_motor_that_yields_to_loads_is_not_taken_for_one_that_holds(pybullet_client: int) -> None:
     """Held by it, then thrown by what the water had laid on it as on something held, a light cube felt 349 N, half its lift."""
-    drag = drag_of_a_slide(pybullet_client, 50.0, gain=0.1)
-    assert (
-        np.abs(drag[1:] + drag[:-1]).max() < 2.0 * 50.0
-    )  # one step may be taken for held; the next gives its blow back
+    known = drag_of_a_slide(pybullet_client, 50.0, gain=0.1)[20:]  # once it has been overcome three times
+    assert np.abs(known).max() < 50.0
 
 
 @pytest.mark.parametrize("limit", [1.0, 10.0, 100.0, 1e4])
