@@ -14,12 +14,14 @@ from scenarios.schema import (
     exercise,
     faults,
     fmu_settings,
+    injects,
     liquid,
     moorings,
     probe_settings,
     recovery,
     run_settings,
     sea,
+    training,
     weather,
     window,
 )
@@ -108,6 +110,7 @@ For a loop of your own, `scenarios.build.build(scenario)` makes the parts: `asse
 """
 
 CHAPTERS: tuple[tuple[str, tuple[type[Section], ...]], ...] = (
+    ("exercise", (training.ExerciseSettings,)),
     ("run", (run_settings.RunSettings,)),
     ("fluid", (liquid.FluidSettings,)),
     ("phases.NAME", (liquid.PhaseSettings,)),
@@ -134,6 +137,8 @@ CHAPTERS: tuple[tuple[str, tuple[type[Section], ...]], ...] = (
     ("moorings.NAME", (moorings.MooringSettings,)),
     ("moorings.NAME.parts", (moorings.PartSettings,)),
     ("skimmers.NAME", (recovery.SkimmerSettings,)),
+    ("injects.NAME", (injects.InjectSettings,)),
+    ("injects.NAME.when", (injects.ConditionSettings,)),
     ("criteria.KEY", (criteria.CriterionSettings,)),
     ("probes.NAME", get_args(probe_settings.Probe)),
     ("fmus.NAME", (fmu_settings.FmuSettings,)),

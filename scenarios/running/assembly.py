@@ -302,6 +302,7 @@ def _parts(
         scoring=scoring,
         tension_joints=simulators.fleet.tension_joints,
         wind_on_bodies=blown,
+        skimmers={one.name.removeprefix("skimmers/"): one for one in simulators.skimmers},
     )
 
 

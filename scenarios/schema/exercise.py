@@ -230,10 +230,13 @@ class BoomSettings(Section):
     seed                of the order in which the closures' losses fall due along the boom
     bulge               "left" or "right", seen from the first end to the second: the side to which a boom with slack is laid; by default
                         the side to which the current drives a boom between fixed points, else the right
+    stream              [rad] direction to which the water runs past the ends at the start (current less way made); the boom then starts in
+                        the shape that it takes in this stream, also between ends that are not abreast (J, diversion)
     deployment          how the debrief grades it: "sweep" meets and holds oil under way, "containment" holds it between moorings,
                         "exclusion" keeps oil out of `area`, "diversion" leads oil into `area`; the default is a sweep if a vessel holds
                         an end, else a containment
     area                three or more corners (x, y) [m] of the water that an exclusion keeps clean, or to which a diversion leads the oil
+    berth               (x, y) [m] to which the crew brings the second end; the debrief tells when it lies there
     parted              numbers of the joints that have parted, counted from 1 at the first end to segments - 1
     """
 
@@ -256,8 +259,10 @@ class BoomSettings(Section):
     losses: Literal["closures", "resolved"] = "closures"
     seed: int = quantity("", default=0, at_least=0, at_most=2**31 - 1, whole=True)
     bulge: Literal["left", "right"] | None = None
+    stream: float | None = quantity("rad", default=None)
     deployment: Deployment | None = None
     area: tuple[Point2, ...] = quantity("m", default=())
+    berth: Point2 | None = quantity("m", default=None)
 
     @property
     def kind(self) -> Deployment:
@@ -307,6 +312,8 @@ class BoomSettings(Section):
         """Check that an elastic line has a length, that an area is there where the grade needs one, and that joints that part are there."""
         if self.line_stiffness is not None and self.tow_line == 0.0:
             yield Problem("line_stiffness", "is given, allowed: only with tow_line above 0 m")
+        if self.stream is not None and self.bulge is not None:
+            yield Problem("bulge", "is given beside stream, allowed: one of the two")
         if self.line_breaking_load is not None and self.line_stiffness is None:
             yield Problem("line_breaking_load", "is given, allowed: only with line_stiffness")
         if self.deployment in ("exclusion", "diversion") and len(self.area) < 3:

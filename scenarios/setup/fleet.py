@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from booms.boom import Boom, BoomDesign
-from booms.deployment import BoomLayout, PlacedBody, PlacedJoint, PlacedLine, lay_between, tow_line
+from booms.deployment import BoomLayout, PlacedBody, PlacedJoint, PlacedLine, lay_between, lay_in_stream, tow_line
 from scenarios.problems import Problem
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import BoomSettings, VesselSettings, body_of
@@ -231,8 +231,12 @@ def _laid(
     moored = held_ends(scenario.moorings, name, settings.segments)
     if not any(isinstance(end, str) for end in settings.ends) and not any(moored):
         _require_slack(math.dist(*places), settings.length)
-    bulge = bulge_of(settings, scenario)
-    layout = lay_between(boom, places[0], places[1], water_level=water_level, name=f"boom/{name}", bulge=bulge)
+    bulge, stream = bulge_of(settings, scenario), settings.stream
+    first, second = places
+    if stream is None:
+        layout = lay_between(boom, first, second, water_level=water_level, name=f"boom/{name}", bulge=bulge)
+    else:
+        layout = lay_in_stream(boom, first, second, stream, water_level=water_level, name=f"boom/{name}")
     ends = _Ends()
     for index, (end, label) in enumerate(zip(settings.ends, settings.end_labels, strict=True)):
         segment, point = layout.segments[-index].name, layout.end_points[index]

@@ -124,6 +124,10 @@ class Scoring:
         """Announce that a joint of a boom, counted from 1 at its first end, has parted, and why."""
         next(score for score in self.booms if score.name == boom).take_parting(number, why)
 
+    def take_share(self, boom: str, share: float) -> None:
+        """Note the largest share [-] of its strength that a boom bears now."""
+        next(score for score in self.booms if score.name == boom).strength_share = share
+
     def take_orders(self, vessels: Iterable[Vessel]) -> None:
         """Announce the orders of these vessels' courses from now on."""
         self._orders = tuple(_orders(vessels, self._bearing))
