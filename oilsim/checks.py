@@ -100,6 +100,17 @@ def pairs_of_ids(first: ArrayLike, second: ArrayLike, present: NDArray[np.uint32
     return pairs
 
 
+def known_ids(ids: ArrayLike, present: NDArray[np.uint32]) -> NDArray[np.int64]:
+    """Return ids (n,); ValueError for ids that are not `present` (N,), and for one that occurs twice."""
+    given = np.asarray(ids, np.int64).ravel()
+    missing = given[~np.isin(given, present)]
+    if missing.size:
+        raise ValueError(f"particle {missing[0]} does not exist, allowed: ids of particles in the fluid")
+    if np.unique(given).size != given.size:
+        raise ValueError("ids name a particle twice, allowed: each particle once")
+    return given
+
+
 def motion(handle: int, boundaries: Mapping[int, object], body: MovingBody) -> None:
     """Raise ValueError for a motion of a boundary that does not exist, or with numbers that no body can have."""
     if handle not in boundaries:

@@ -125,6 +125,30 @@ class Fluid(FluidView):
             self.tools.regions.wake(self.state.position[:, index.ravel()])
         self._relative_speed = None
 
+    def change_phase(self, ids: ArrayLike, phase: str) -> NDArray[np.uint32]:
+        """Let particles become another liquid where they are, at the velocity they have; return their new ids (n,).
+
+        Volumes stay; masses change, which accounts of energy and momentum book as "swaps". An id never changes its phase. ValueError for
+        ids that do not exist or occur twice.
+        """
+        index = self.config.phase_index(phase)
+        chosen = checks.known_ids(ids, self.state.id)
+        self.land()
+        order = np.argsort(self.state.id, kind="stable")
+        rows = order[np.searchsorted(self.state.id, chosen, sorter=order)]
+        fresh = np.arange(self.state.next_id, self.state.next_id + rows.size, dtype=np.uint32)
+        if self.tools.budget is not None:
+            self.tools.budget.open()
+        with self.tools.stage("swaps"):
+            self.state.phase[rows], self.state.id[rows] = index, fresh
+            self.state.next_id += rows.size
+        if self.tools.budget is not None:
+            self.tools.budget.suspend()
+        if self.tools.regions is not None:
+            self.tools.regions.wake(self.state.position[:, rows])
+        self._relative_speed = None
+        return fresh
+
     def _disturbed(self) -> None:
         """Wake all that sleeps, and forget how the liquid was last seen to deform."""
         if self.tools.regions is not None:

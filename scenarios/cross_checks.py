@@ -130,11 +130,14 @@ def _window(parts: Parts) -> Iterator[Problem]:
     if parts.fluid is None:
         return
     yield from window.problems_with(parts.fluid)
-    spacing = parts.fluid.particle_spacing
+    if isinstance(window.detail, str):
+        return
+    place = "fluid.particle_spacing" if window.detail is None else "window.detail"
+    spacing = parts.fluid.particle_spacing if window.detail is None else window.detail
     for name, boom in parts.booms.items() if is_used else ():
         if boom.skirt_depth < spacing:
             text = f"is {spacing:g} m, allowed in a window: up to the skirt of boom {name!r}, {boom.skirt_depth:g} m"
-            yield Problem("fluid.particle_spacing", text)
+            yield Problem(place, text)
 
 
 def _names(parts: Parts) -> Iterator[Problem]:

@@ -1,11 +1,11 @@
 """A slick of parcels as a participant of a coupled run: booms and hulls are bodies of others, oil is its own.
 
 Every body <body> of a boom or hull has the input `<body>.pose`. Outputs: `released`, `afloat`, `held`, `lost`, `stranded`, `recovered`,
-the account in m3; `lost.<cause>`, the oil now lost by that cause; of every boom <boom> `<boom>.held`, `<boom>.passed.<cause>`, the oil that
-it has lost since the start, and by segment `<boom>.held_by_segment`, `<boom>.thickness`, `<boom>.normal_speed`, `<boom>.draft`,
-`<boom>.lean`, `<boom>.freeboard`. A step sweeps each barrier from where the last step left it to the pose given for this one, so nothing
-leaks, whatever the bodies do. If the bodies make their step before the slick, that pose is the one at the step's end; if the slick is
-first, its barriers lag by a step.
+the account in m3, and `resolved`, what of it is particles of a window; `lost.<cause>`, the oil now lost by that cause; of every boom <boom>
+`<boom>.held`, `<boom>.passed.<cause>`, the oil that it has lost since the start, and by segment `<boom>.held_by_segment`,
+`<boom>.thickness`, `<boom>.normal_speed`, `<boom>.draft`, `<boom>.lean`, `<boom>.freeboard`. A step sweeps each barrier from where the
+last step left it to the pose given for this one, so nothing leaks, whatever the bodies do. If the bodies make their step before the slick,
+that pose is the one at the step's end; if the slick is first, its barriers lag by a step.
 The slick does not act on the bodies.
 """
 
@@ -21,13 +21,14 @@ from coupling.participant import Causality, Status, StepResult, Variable, checke
 from coupling.participants.plan_barriers import BoomBodies, HullBody
 from oilsim.slick.barriers import Immersion
 from oilsim.slick.loss_cause import LossCause, LossRate, no_loss
+from oilsim.slick.parcels import Parcels, Rows
 from oilsim.slick.slick import Slick
 from oilsim.slick.spill_source import SpillSource
 from oilsim.slick.surface_flow import SurfaceFlow
 
 Array = npt.NDArray[np.float64]
 
-ACCOUNT = ("released", "afloat", "held", "lost", "stranded", "recovered")
+ACCOUNT = ("released", "afloat", "held", "lost", "stranded", "recovered", "resolved")
 BY_SEGMENT = {"held_by_segment": "m3", "thickness": "m", "normal_speed": "m/s"}
 IMMERSION = {"draft": "m", "lean": "rad", "freeboard": "m"}
 
@@ -53,6 +54,25 @@ class FlatSurface:
         return np.zeros(len(xy))
 
 
+class OilParticles(Protocol):
+    """Oil of the slick that is particles of a window (`oilsim.window.oil_exchange`)."""
+
+    def follow(self, slick: Slick, relative: Array, time: float) -> None:
+        """Bring the parcels that are particles to where those are at `time` [s]; relative (S, 2) [m/s] of the water to the segments."""
+
+    def exchange(self, slick: Slick, time: float) -> None:
+        """Let particles become parcels, and parcels particles."""
+
+    def places(self, parcels: Parcels, time: float) -> tuple[Rows, Array]:
+        """Return the rows (M,) of parcels that are particles, and where those are at `time` [s], (M, 3) [m]."""
+
+    def save_state(self) -> Mapping[str, float]:
+        """Return everything that the next steps depend on."""
+
+    def restore_state(self, saved: Mapping[str, float]) -> None:
+        """Go back to what `save_state` returned."""
+
+
 class SlickParticipant:
     """Steps a `Slick` whose barriers named by `booms` and `hulls` follow bodies; see the module for its variables.
 
@@ -74,6 +94,7 @@ class SlickParticipant:
         water: SurfaceFlow | None = None,
         surface: Surface | None = None,
     ) -> None:
+        self.particles: OilParticles | None = None
         self.sources: list[SpillSource] = []
         self._name, self._slick, self._surface = name, slick, surface or FlatSurface()
         self._flow, self._water, self._loss_rate = flow, water, loss_rate
@@ -126,6 +147,14 @@ class SlickParticipant:
     def change_flow(self, flow: SurfaceFlow, water: SurfaceFlow | None, surface: Surface) -> None:
         """Let another sea carry the oil from now on; `flow`, `water` and `surface` as at the beginning."""
         self._flow, self._water, self._surface = flow, water, surface
+
+    def meet(self, particles: OilParticles, flow: SurfaceFlow) -> None:
+        """Exchange oil with the particles of a window from now on; `flow` carries what stays parcels, the window's motion included.
+
+        The water that runs against the booms remains that of the sea.
+        """
+        self._water = self._water or self._flow
+        self.particles, self._flow = particles, flow
 
     def enter_initialization_mode(self, start_time: float) -> None:
         """Note the time [s] at which the barriers are first seen."""
@@ -185,7 +214,12 @@ class SlickParticipant:
         self._move_barriers(time + step_size)
         for source in self.sources:
             source.pour(self._slick, time, step_size)
+        if self.particles is not None:
+            relative = self._slick.relative_velocity(self._water or self._flow, time, step_size)
+            self.particles.follow(self._slick, relative, time + step_size)
         self._slick.step(self._flow, time, step_size, self._loss_rate, water=self._water)
+        if self.particles is not None:
+            self.particles.exchange(self._slick, time + step_size)
         self.observe()
         return StepResult(Status.OK, time + step_size)
 
@@ -213,6 +247,7 @@ class SlickParticipant:
             "slick": self._slick.save_state(),
             "sources": [source.save_state() for source in self.sources],
             "inputs": {name: one.copy() for name, one in self._inputs.items()},
+            "particles": None if self.particles is None else self.particles.save_state(),
         }
 
     def restore_state(self, state: object) -> None:
@@ -225,6 +260,8 @@ class SlickParticipant:
         for source, saved in zip(self.sources, state["sources"], strict=True):
             source.restore_state(saved)
         self._inputs = {name: value.copy() for name, value in state["inputs"].items()}
+        if self.particles is not None:
+            self.particles.restore_state(state["particles"])
         self.observe()
 
     def terminate(self) -> None:

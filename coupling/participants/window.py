@@ -85,12 +85,16 @@ class SharedEnvironment:
 
 
 class WindowParticipant(FluidParticipant):
-    """Steps a `Window` around `target`, which gives a place (2,) [m] by the poses (7,) [m, 1] of the bodies."""
+    """Steps a `Window` around `target`, which gives a place (2,) [m] by the poses (7,) [m, 1] of the bodies.
+
+    Whoever loads bodies by what the particles leave is told by `when_shares_change`, within the step in which they change.
+    """
 
     def __init__(self, name: str, window: Window, bodies: Mapping[str, WindowBody], target: Target) -> None:
         super().__init__(name, window.fluid, dict.fromkeys(bodies, -1))
         self.window, self.shares = window, Shares(tuple(bodies))
         self.water_moved = {"out": 0, "back": 0}  # particles
+        self.when_shares_change: Callable[[], None] = _do_nothing
         self._bodies, self._target = dict(bodies), target
         self._offsets = np.array([gauss_points(body.surface.position) for body in bodies.values()]).reshape(-1, 4, 3)
         self._handles: dict[str, int] = {}
@@ -109,7 +113,10 @@ class WindowParticipant(FluidParticipant):
         )
         self.window.follow(self._target(dict(zip(self.shares.names, pose, strict=True))), time)
         now, later = self._sea_over(pose, twist, time, 0.0), self._sea_over(pose, twist, time, step_size)
+        before = self.shares.values.copy()
         self._share(now)
+        if not np.array_equal(before, self.shares.values):
+            self.when_shares_change()
         self._meet(pose, now)
         accelerating = (later.twist - now.twist) / step_size
         added = (accelerating[:, 2:3] / GRAVITY) * HYDROSTATIC * self._last
@@ -256,6 +263,10 @@ class WindowParticipant(FluidParticipant):
         super().restore_state(state)
         self._last, self.shares.values[:] = state["last"].copy(), state["shares"]
         self.water_moved = dict(state["water_moved"])
+
+
+def _do_nothing() -> None:
+    """Tell nobody: no formulas load the bodies."""
 
 
 def _is_near(mesh: Trimesh, points: Array, clearance: float) -> npt.NDArray[np.bool_]:

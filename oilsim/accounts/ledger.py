@@ -15,7 +15,7 @@ contact    of single particles with walls
 rotation   of free liquid, which gets back the momentum that other causes took: numerical
 sleep      regions that fall asleep: minus the motion that they still had
 outflow    liquid that leaves the domain
-swaps      particles that change places (`Fluid.swap_particles`)
+swaps      particles that change places (`Fluid.swap_particles`) or their liquid (`Fluid.change_phase`)
 
 Gravity turns potential into kinetic energy, so its potential change is minus its work. The sum of both changes, round-off in the
 continuum, is the error of time stepping: dt g . change of momentum / 2, which does not grow by itself.

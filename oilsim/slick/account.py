@@ -9,6 +9,8 @@ from oilsim.slick.loss_cause import LossCause
 from oilsim.slick.losses import Losses
 from oilsim.slick.parcels import Parcels, ParcelState, sums
 
+FATES = (ParcelState.AFLOAT, ParcelState.HELD, ParcelState.LOST, ParcelState.STRANDED, ParcelState.RECOVERED)
+
 
 @dataclass(frozen=True, kw_only=True)
 class SlickAccount:
@@ -16,6 +18,7 @@ class SlickAccount:
 
     released       all that was released since the start
     afloat, held, lost, stranded, recovered   where it is now; they add up to `released`
+    resolved       part of it that is particles of a window
     lost_by_cause  the lost oil by the name of the cause; oil that a boom catches again is held, not lost
     passed         the oil that booms have lost since the start, by the name of the cause; it never falls
     """
@@ -26,6 +29,7 @@ class SlickAccount:
     lost: float
     stranded: float
     recovered: float
+    resolved: float
     lost_by_cause: Mapping[str, float]
     passed: Mapping[str, float]
 
@@ -37,12 +41,14 @@ class SlickAccount:
 
 def take_account(parcels: Parcels, losses: Losses, released: float) -> SlickAccount:
     """Add up the parcels; `released` [m3] since the start."""
-    lost = parcels.state == ParcelState.LOST
+    fate = parcels.fates()
+    lost = fate == ParcelState.LOST
     by_cause = sums(parcels.cause[lost], parcels.volume[lost], len(LossCause))
     passed = losses.gone.sum(axis=1)
     return SlickAccount(
         released=released,
         lost_by_cause={cause.name.lower(): float(by_cause[cause]) for cause in LossCause},
         passed={cause.name.lower(): float(passed[cause]) for cause in LossCause},
-        **{state.name.lower(): parcels.volume_in(state) for state in ParcelState},
+        resolved=float(parcels.volume[parcels.state == ParcelState.RESOLVED].sum()),
+        **{one.name.lower(): float(parcels.volume[fate == one].sum()) for one in FATES},
     )

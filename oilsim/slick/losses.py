@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from oilsim.slick.barriers import Barriers
 from oilsim.slick.crossing import beside, resting_sweep
 from oilsim.slick.loss_cause import LossCause, Pools
-from oilsim.slick.parcels import Parcels, ParcelState, sums
+from oilsim.slick.parcels import NONE, Parcels, ParcelState, sums
 from oilsim.slick.pools import pool_of
 
 Array = NDArray[np.float64]
@@ -62,7 +62,7 @@ class Losses:
         if not self._due(volume, loss_volume).any():
             return False
         while True:
-            held = np.flatnonzero(parcels.state == ParcelState.HELD)
+            held = parcels.in_pools()
             pool = pool_of(parcels, held)
             due = self._due(sums(pool, parcels.volume[held], self.owed.shape[1]), loss_volume)
             if not due.any():
@@ -75,8 +75,10 @@ class Losses:
             self._put_behind(parcels, barriers, np.array(taken))
 
     def _take(self, parcels: Parcels, members: NDArray[np.int64], cause: int, pool: int, loss_volume: float) -> int:
-        """Mark one parcel of a pool, the nearest to its boom, as lost; return its row."""
-        row = int(members[np.lexsort((parcels.id[members], parcels.ahead[members]))[0]])
+        """Mark one parcel of a pool as lost, the nearest to its boom, a particle last of all; return its row."""
+        is_particle = parcels.state[members] == ParcelState.RESOLVED
+        row = int(members[np.lexsort((parcels.id[members], parcels.ahead[members], is_particle))[0]])
+        parcels.state[row], parcels.particle[row] = ParcelState.HELD, NONE
         if parcels.volume[row] > WHOLE * loss_volume:
             row = parcels.split(row, loss_volume)
         volume = parcels.volume[row]

@@ -1,7 +1,7 @@
 """Merging: two parcels of one fate that lie close become one, so that a run's parcels stay few; volume is kept.
 
-Drifting parcels merge in pairs within a cell of a grid, held ones within a pool, stranded ones on a side of an outline. The pair lies where
-the larger one lay, and has the mean properties by volume. No pair merges across a barrier.
+Drifting parcels merge in pairs within a cell of a grid, held ones within a pool, stranded ones on a side of an outline, resolved ones
+never. The pair lies where the larger one lay, and has the mean properties by volume. No pair merges across a barrier.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def _merge_round(parcels: Parcels, barriers: Barriers, excess: int, cell: float)
     """Merge up to `excess` pairs of neighbours in the order of state, cause, place, side and cell."""
     drifts = np.isin(parcels.state, (ParcelState.AFLOAT, ParcelState.LOST))
     square = np.where(drifts[:, None], np.floor(parcels.position / cell), 0.0)
-    keys = np.column_stack([parcels.state, parcels.cause, parcels.place, parcels.side, square])
+    keys = np.column_stack([parcels.state, parcels.cause, parcels.place, parcels.side, parcels.particle, square])
     order = np.lexsort((parcels.id, *keys.T[::-1]))
     alike = (keys[order[1:]] == keys[order[:-1]]).all(axis=1)
     first = _every_second(alike)[:excess]

@@ -12,18 +12,19 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 
-# [1] place of a parcel that no barrier holds, cause of one that was never lost; layout; no index
+# [1] place of a parcel that no barrier holds, cause of one that was never lost, particle of one that is none; layout; no index
 NONE = -1
 
 
 class ParcelState(IntEnum):
-    """Fate of a parcel."""
+    """Fate of a parcel; a RESOLVED one is a particle of a window (`oilsim.window.oil_exchange`), and moves as that does."""
 
     AFLOAT = 0
     HELD = 1
     LOST = 2
     STRANDED = 3
     RECOVERED = 4
+    RESOLVED = 5
 
 
 COLUMNS: Mapping[str, tuple[Any, tuple[int, ...]]] = {
@@ -42,7 +43,9 @@ COLUMNS: Mapping[str, tuple[Any, tuple[int, ...]]] = {
     "side": (np.int64, ()),
     "along": (np.float64, ()),
     "ahead": (np.float64, ()),
+    "particle": (np.int64, ()),
 }
+EMPTY = ("cause", "place", "particle")
 
 
 def sums(group: Rows, values: Array, groups: int) -> Array:
@@ -63,6 +66,7 @@ class Parcels:
     side                 (N,) side of that segment: 1 left of the way from its start to its end, -1 right
     along                (N,) [-] share of the segment's length at which it lies, from its start
     ahead                (N,) [m] distance from the segment, against the flow
+    particle             (N,) id of the particle that it is, `NONE` for one that is not resolved
     """
 
     id: Rows
@@ -80,6 +84,7 @@ class Parcels:
     side: Rows
     along: Array
     ahead: Array
+    particle: Rows
 
     def __init__(self) -> None:
         self._born = 0
@@ -97,7 +102,7 @@ class Parcels:
             if name == "id":
                 added[:] = np.arange(self._born, self._born + count)
             else:
-                added[:] = columns.get(name, NONE if name in ("cause", "place") else 0)
+                added[:] = columns.get(name, NONE if name in EMPTY else 0)
             setattr(self, name, np.concatenate([getattr(self, name), added]))
         self._born += count
         return rows
@@ -127,9 +132,16 @@ class Parcels:
         points = np.ascontiguousarray(position).view(np.complex128)
         self.position.view(np.complex128)[rows] = points
 
-    def volume_in(self, state: ParcelState) -> float:
-        """Return the volume [m3] of all parcels in a state."""
-        return float(self.volume[self.state == state].sum())
+    def fates(self) -> Rows:
+        """Return the states (N,), but of a resolved one that which it would have as a parcel: lost, held before a segment, or afloat."""
+        held = np.where(self.place != NONE, int(ParcelState.HELD), int(ParcelState.AFLOAT))
+        own = np.where(self.cause != NONE, int(ParcelState.LOST), held)
+        return np.where(self.state == ParcelState.RESOLVED, own, self.state)
+
+    def in_pools(self) -> Rows:
+        """Return the rows (M,) of the oil that booms hold: parcels that are held, and resolved ones that lie before a segment."""
+        resolved = (self.state == ParcelState.RESOLVED) & (self.place != NONE)
+        return np.flatnonzero((self.state == ParcelState.HELD) | resolved)
 
     def save_state(self) -> dict[str, Any]:
         """Return copies of all columns."""

@@ -36,8 +36,8 @@ def pool_of(parcels: Parcels, rows: Rows) -> Rows:
     return np.asarray(2 * parcels.place[rows] + (parcels.side[rows] < 0))
 
 
-def _held(parcels: Parcels) -> Held:
-    rows = np.flatnonzero(parcels.state == ParcelState.HELD)
+def _held(parcels: Parcels, rows: Rows | None = None) -> Held:
+    rows = np.flatnonzero(parcels.state == ParcelState.HELD) if rows is None else rows
     return Held(
         rows, parcels.id, parcels.place, parcels.side, parcels.along, parcels.ahead, parcels.thickness
     )  # fmt: skip
@@ -54,7 +54,7 @@ def _sums_of_pools(parcels: Parcels, segments: int) -> Array:
     """Volume, and means by volume of density, viscosity and interfacial tension (4, P) of all pools."""
     total = np.zeros((2 * segments, SUMS))
     columns = (parcels.volume, parcels.density, parcels.viscosity, parcels.interfacial_tension)
-    held = _held(parcels)
+    held = _held(parcels, parcels.in_pools())
     if len(held.rows):
         sum_pools(held, np.stack(columns), total)
     total[:, 1:] /= np.where(total[:, :1] > 0.0, total[:, :1], 1.0)

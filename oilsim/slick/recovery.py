@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from oilsim.slick.parcels import Parcels, ParcelState
+from oilsim.slick.parcels import NONE, Parcels, ParcelState
 
-ON_WATER = (ParcelState.AFLOAT, ParcelState.HELD, ParcelState.LOST)
+ON_WATER = (ParcelState.AFLOAT, ParcelState.HELD, ParcelState.LOST, ParcelState.RESOLVED)
 
 
 def oil_within(parcels: Parcels, center: tuple[float, float], radius: float) -> tuple[float, float]:
@@ -33,6 +33,8 @@ def recover(parcels: Parcels, center: tuple[float, float], radius: float, volume
         wanted = volume - taken
         if wanted <= 0.0:
             break
+        if parcels.state[row] == ParcelState.RESOLVED:  # what is left of a particle is a parcel
+            parcels.state[row], parcels.particle[row] = parcels.fates()[row], NONE
         going = int(row) if parcels.volume[row] <= wanted else parcels.split(int(row), wanted)
         taken += float(parcels.volume[going])
         parcels.state[going] = ParcelState.RECOVERED

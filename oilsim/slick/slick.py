@@ -139,7 +139,7 @@ class Slick:
         """
         if not (math.isfinite(duration) and duration > 0.0):
             raise ValueError(f"slick: duration is {duration} s, allowed: above 0")
-        relative = self._relative_velocity(water or flow, time, duration)
+        relative = self.relative_velocity(water or flow, time, duration)
         self._drift(flow, time, duration, relative)
         self._tend_pools(relative, duration, loss_rate)
         carry_stranded(self.parcels, self.barriers)
@@ -149,8 +149,8 @@ class Slick:
             cell = cell_size(self.parcels.volume, np.maximum(self.parcels.thickness, np.finfo(np.float64).tiny))
             merge_parcels(self.parcels, self.barriers, self.settings.most_parcels, cell)
 
-    def _relative_velocity(self, water: SurfaceFlow, time: float, duration: float) -> Array:
-        """Velocity (S, 2) [m/s] of the water relative to each segment over the step, halfway in time and along the segment."""
+    def relative_velocity(self, water: SurfaceFlow, time: float, duration: float) -> Array:
+        """Return the velocity (S, 2) [m/s] of the water relative to each segment over the step, halfway in time and along the segment."""
         barriers = self.barriers
         old, new = barriers.old_start + barriers.old_end, barriers.start + barriers.end
         flow = _velocity(water, 0.25 * (old + new), time + 0.5 * duration)
@@ -162,7 +162,11 @@ class Slick:
         rows = np.flatnonzero((parcels.state == ParcelState.AFLOAT) | (parcels.state == ParcelState.LOST))
         if not len(rows):
             return
-        target = spread(parcels, rows, duration, Liquids(settings.water_density, settings.water_viscosity))
+        liquids = Liquids(settings.water_density, settings.water_viscosity)
+        resolved = np.flatnonzero(
+            parcels.state == ParcelState.RESOLVED
+        )  # they make the slick thicker, and move as particles do
+        target = spread(parcels, np.append(rows, resolved), duration, liquids)[: len(rows)]
         first = _velocity(flow, target, time)
         target += duration * _velocity(flow, target + 0.5 * duration * first, time + 0.5 * duration)
         if settings.diffusivity > 0.0:
@@ -187,7 +191,7 @@ class Slick:
     def _tend_pools(self, relative: Array, duration: float, loss_rate: LossRate) -> None:
         """Slide, arrange and lose the oil that booms hold."""
         parcels, barriers, friction = self.parcels, self.barriers, self.settings.friction
-        if not (parcels.state == ParcelState.HELD).any():
+        if not len(parcels.in_pools()):
             self.losses.owed[:] = 0.0
             self.pools = self._measure(relative)
             return

@@ -27,6 +27,11 @@ Double = NDArray[np.float64]
 PASSES = 1.5
 
 
+def share_kept(width: float, length: float) -> float:
+    """Return the share [1] of its height that a wave of some `length` [m] keeps on its way through both zones, each of a `width` [m]."""
+    return math.exp(-math.pi * PASSES * math.sqrt(2.0 * width / length))
+
+
 class Rim:
     """Brings what moves beyond the sea to rest around a box of size (2,) [m] whose middle may be moved through the particles' domain.
 

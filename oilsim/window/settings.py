@@ -8,8 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from oilsim.config import SHORTEST_WAVE
+from oilsim.physical_constants import GRAVITY
 from oilsim.quantity import quantity, require
 
+# [1] steps in the period of the shortest wave that particles carry; theory; its period is then 0.4 % off, (omega dt)^2 / 24
+STEPS_A_PERIOD = 20.0
 # [1] share of the size that the rim takes on each side; numerical; half of the box is left in the middle
 RIM_SHARE = 0.25
 
@@ -45,6 +49,13 @@ class WindowSettings:
             yield f"depth is {self.depth:g} m, allowed: 4 spacings of {self.spacing:g} m or more"
         if not 2.0 * self.width < min(self.sides):
             yield f"rim is {self.width:g} m on each side, allowed: less than half of the size, {0.5 * min(self.sides):g} m"
+
+    def longest_time_step(self, gravity: float) -> float:
+        """Return the longest time step [s]: the sea's own waves are none of the particles', only what bodies and oil add is.
+
+        gravity [m/s2].
+        """
+        return math.sqrt(2.0 * math.pi * SHORTEST_WAVE * self.spacing / (gravity or GRAVITY)) / STEPS_A_PERIOD
 
     @property
     def sides(self) -> tuple[float, ...]:

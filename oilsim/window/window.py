@@ -54,6 +54,7 @@ class Window:
             gravity=(0.0, 0.0, -gravity),
             dimension=dimension,
             sleep_speed=settings.sleep_speed,
+            maximum_time_step=settings.longest_time_step(gravity),
         )
         self.fluid = Fluid(config, threads)
         walls = tank_walls(lower, upper, spacing, sides=("-z",), periodic=config.periodic, dimension=dimension)

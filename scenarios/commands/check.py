@@ -25,11 +25,13 @@ def register(commands: argparse._SubParsersAction) -> None:
 
 def _check(options: argparse.Namespace) -> int:
     from scenarios.load import load_scenario
+    from scenarios.setup.at_sea.settling import settled
     from scenarios.setup.cost import estimate
     from scenarios.text.terminal import terminal
 
     loaded = load_scenario(options.scenario, overrides=overrides(options), demo=options.demo)
-    _print_cost(terminal(), loaded.scenario, estimate(loaded.scenario))
+    scenario = settled(loaded.scenario)
+    _print_cost(terminal(), scenario, estimate(scenario))
     return DONE
 
 

@@ -111,7 +111,8 @@ def _new_sources(assembly: Assembly, scenario: Scenario) -> list[SpillSource]:
 def _drive(assembly: Assembly, scenario: Scenario) -> None:
     """Set current, waves and wind as in `scenario`; one that is not there yet takes the place that it would have had from the start."""
     settings, forcings = scenario.forcing, assembly.fluid.forcings
-    for place, forcing in enumerate(forcings_of(scenario, assembly.level)):
+    in_window = scenario.run.detail == "window"  # whose water is at rest in the sea's motion: nothing drives it
+    for place, forcing in enumerate(() if in_window else forcings_of(scenario, assembly.level)):
         if place == len(forcings) or type(forcings[place]) is not type(forcing):
             forcings.insert(place, forcing)
     if settings.current is not None:

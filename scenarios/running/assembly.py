@@ -31,6 +31,7 @@ from recordings.frame import RunDescription
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of
 from scenarios.schema.fmu_settings import ORDER_BOARD, READING_BOARD, connections_of
+from scenarios.setup.at_sea.settling import settled
 from scenarios.setup.fleet import Fleet
 from scenarios.setup.placed_solids import Solid
 from scenarios.setup.run_description import describe_run
@@ -149,6 +150,7 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
 
     `text` is that of the scenario file, `overrides` are the changes made to it; both only go into the recording.
     """
+    scenario = settled(scenario)
     fmus = _fmus(scenario)
     simulators = build_simulators(scenario)
     scenario = simulators.scenario

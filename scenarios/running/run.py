@@ -29,6 +29,7 @@ from scenarios.running.run_loop import RunLoop
 from scenarios.running.run_requests import requests_by_posix_signal
 from scenarios.running.summary import SummaryObserver, write_summary
 from scenarios.scenario import Scenario
+from scenarios.setup.at_sea.settling import settled
 from scenarios.setup.cost import require_memory
 from scenarios.text.terminal import terminal
 from scenarios.watch.progress import ProgressDisplay
@@ -85,7 +86,7 @@ def run_scenario(
     ScenarioError for what cannot be built, RecordingError for a recording that cannot be started. A run that failed or was stopped keeps
     its recording, checkpoints and summary.
     """
-    plan = Plan(scenario=scenario, text=text, overrides=overrides)
+    plan = Plan(scenario=settled(scenario), text=text, overrides=overrides)
     return _run(plan, None, options or RunOptions(), console or terminal(stderr=True))
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Literal
 
 from oilsim.quantity import quantity
 from oilsim.window.settings import WindowSettings
@@ -17,18 +19,23 @@ class WindowTable(Section):
     """A box of particles inside the sea, of runs with run.detail = "window"; all other water is formulas (docs/window.md).
 
     target  name of a boom, whose middle segment the box follows, of a vessel or of a body; or a place (x, y) [m]
+    detail  "live": the finest particles that this machine computes in real time; "fine": 8 to a skirt; or their spacing [m]. It takes the
+            place of fluid.particle_spacing, and of size and depth where these are not given: 21 and 2.7 drafts of the target
     size    [m] along x and y
     depth   [m] of its water; the sea's own motion feels no floor there
     rim     [m] width of the zone along each side where what bodies add comes to rest; by default a quarter of the smaller size
     """
 
     target: str | Point2
-    size: Point2 = quantity("m")
-    depth: float = quantity("m", above=0.0)
+    detail: Literal["live", "fine"] | float | None = None
+    size: Point2 | None = quantity("m", default=None)
+    depth: float | None = quantity("m", default=None, above=0.0)
     rim: float | None = quantity("m", default=None, above=0.0)
 
     def settings(self, fluid: FluidSettings) -> WindowSettings:
         """Return the description of the window, with particles as [fluid] has them; ValueError for what cannot be."""
+        if self.size is None or self.depth is None:
+            raise ValueError("window: size and depth are not both given, allowed: both, or detail")
         return WindowSettings(
             size=self.size,
             depth=self.depth,
@@ -38,8 +45,17 @@ class WindowTable(Section):
             dimension=fluid.dimension,
         )
 
+    def problems(self) -> Iterator[Problem]:
+        """Yield a spacing that cannot be."""
+        if isinstance(self.detail, float) and not (math.isfinite(self.detail) and self.detail > 0.0):
+            yield Problem("detail", f'is {self.detail} m, allowed: "live", "fine", or above 0')
+
     def problems_with(self, fluid: FluidSettings) -> Iterator[Problem]:
-        """Yield what is wrong with the window for these particles."""
+        """Yield what is wrong with the window for these particles; one that `detail` will size is looked at when it is."""
+        if self.detail is not None and (isinstance(self.detail, str) or self.size is None or self.depth is None):
+            return
+        if isinstance(self.detail, float):
+            fluid = replace(fluid, particle_spacing=self.detail)
         try:
             self.settings(fluid)
         except ValueError as error:

@@ -22,6 +22,7 @@ from scenarios.schema.bodies import Fixed
 from scenarios.schema.liquid import BlockFill, Fill, SlabFill, SphereFill, Tank
 from scenarios.setup.at_sea import particle_free
 from scenarios.setup.at_sea.build_sea import build_sea, unused_sea
+from scenarios.setup.at_sea.settling import settled
 from scenarios.setup.fill_lattice import Array, misfits, starting_positions
 
 if TYPE_CHECKING:
@@ -105,6 +106,7 @@ def _filled(fill: Fill, tank: Tank, plane: bool) -> float:
 
 def estimate(scenario: Scenario) -> Cost:
     """Estimate the cost of a run; ScenarioError with everything that cannot be built or placed."""
+    scenario = settled(scenario)
     missing, scenario = particle_free.left_out(scenario), particle_free.without_particles(scenario)
     require_memory(scenario)
     positions, left_out, solids, level = _start(scenario)
@@ -118,6 +120,7 @@ def estimate(scenario: Scenario) -> Cost:
     boundary = {} if not scenario.run.has_particles else _boundary(scenario, solids)
     threads = scenario.run.threads or os.cpu_count() or 1
     steps = _steps(scenario, [float(points[:, 2].max()) for points in positions.values()])
+    remarks, own_steps = _of_window(scenario)
     alive = sum(particles.values()) + 0.5 * sum(emitted.values())
     most, walls = sum(particles.values()) + sum(emitted.values()), sum(boundary.values())
     share = SERIAL_SHARE + (1.0 - SERIAL_SHARE) * REFERENCE_THREADS / threads
@@ -129,9 +132,21 @@ def estimate(scenario: Scenario) -> Cost:
         steps=steps,
         threads=threads,
         memory=BYTES_AT_REST + BYTES_PER_PARTICLE * most + BYTES_PER_BOUNDARY_PARTICLE * walls,
-        told=(*_told(scenario, solids, level), *missing),
-        seconds=START_SECONDS + SECONDS_PER_PARTICLE_STEP * share * alive * steps + _body_seconds(scenario),
+        told=(*_told(scenario, solids, level), *missing, *remarks),
+        seconds=START_SECONDS + SECONDS_PER_PARTICLE_STEP * share * alive * steps * own_steps + _body_seconds(scenario),
     )
+
+
+def _of_window(scenario: Scenario) -> tuple[tuple[str, ...], int]:
+    """Return what is to be told of a window, and the steps of its particles in each of the communication; nothing and 1 without one."""
+    if scenario.run.detail != "window" or scenario.window is None:
+        return (), 1
+    from scenarios.setup.at_sea.window_choice import fluid_steps, window_remarks  # only such a run pays for particles
+    from scenarios.setup.fleet import water_density
+
+    sea = build_sea(scenario, water_density(scenario))
+    assert sea is not None  # that of the tank at least
+    return tuple(window_remarks(scenario, sea)), fluid_steps(scenario, scenario.window.settings(scenario.fluid))
 
 
 def _start(scenario: Scenario) -> tuple[Mapping[str, Array], Mapping[str, str], Sequence[Solid], float]:

@@ -104,13 +104,21 @@ def build_simulators(scenario: Scenario) -> Simulators:
 
 def _with_window(written: Scenario, scenario: Scenario, layout: Layout) -> Simulators:
     """Put a window of particles into the sea; ScenarioError for bodies that cannot be sampled."""
-    from scenarios.setup.at_sea.window import build_window, couple_window, target_of  # only such a run pays for it
+    from scenarios.setup.at_sea.window import (
+        build_window,
+        couple_window,
+        exchange_oil,
+        target_of,
+    )  # only such a run pays for it
+    from scenarios.setup.at_sea.window_choice import window_remarks
 
     assert layout.sea is not None and written.window is not None
     window = build_window(written, layout.sea)
     wetted = [solid for solid in layout.solids if solid.wetted]
     samplings = _sampled(wetted, scenario.fluid.particle_spacing)
     target, slick = target_of(written.window.target, layout.fleet), _slick(written, layout)
+    if slick is not None:
+        exchange_oil(window, slick)
     return Simulators(
         scenario=scenario,
         level=layout.level,
@@ -123,7 +131,11 @@ def _with_window(written: Scenario, scenario: Scenario, layout: Layout) -> Simul
         world=layout.world,
         left_out=layout.left_out,
         thin={},
-        notes=(*(note for solid in layout.solids for note in solid.notes), *left_out(written)),
+        notes=(
+            *(note for solid in layout.solids for note in solid.notes),
+            *left_out(written),
+            *window_remarks(written, layout.sea),
+        ),
         slick=slick,
         skimmers=_skimmers(written, layout, slick),
         window=window,

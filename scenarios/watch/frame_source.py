@@ -119,7 +119,7 @@ class FrameReader:
         }
         if slick is not None:  # parcels of several oils are shown as one
             oil = next(name for name, phase in self._simulators.scenario.phases.items() if phase.is_oil)
-            frames[oil] = phase_of(slick, self._simulators.level)
+            frames[oil] = phase_of(slick, self._simulators.level, time)
         return frames
 
     def _body(self, solid: Solid) -> BodyFrame:

@@ -28,5 +28,6 @@ def spots_of_parcels(parcels: Parcels) -> Spots:
     shown = parcels.state != ParcelState.RECOVERED
     thickness = np.maximum(parcels.thickness[shown], 1e-8)
     radius = np.sqrt(parcels.volume[shown] / (np.pi * thickness))
-    fate = np.array([fates.get(ParcelState(state), AFLOAT) for state in range(len(ParcelState))])[parcels.state[shown]]
+    by_state = np.array([fates.get(ParcelState(state), AFLOAT) for state in range(len(ParcelState))])
+    fate = by_state[parcels.fates()[shown]]
     return np.column_stack([parcels.position[shown], radius, thickness, fate]).astype(np.float32)

@@ -34,10 +34,13 @@ def with_slick(report: ContainmentReport, slick: SlickParticipant, boom: str) ->
     )
 
 
-def phase_of(slick: SlickParticipant, level: float) -> PhaseFrame:
-    """Return the parcels on the water as particles (N, 3) [m] at the surface's `level` [m]."""
+def phase_of(slick: SlickParticipant, level: float, time: float) -> PhaseFrame:
+    """Return the parcels on the water as particles (N, 3) [m] at the surface's `level` [m], resolved ones where their particles are."""
     parcels = slick.slick.parcels
     position = np.column_stack([parcels.position, np.full(len(parcels), level)]).astype(np.float32)
+    if slick.particles is not None:
+        rows, places = slick.particles.places(parcels, time)
+        position[rows] = places
     order = np.argsort(parcels.id, kind="stable")
     return PhaseFrame(position=position[order], id=parcels.id[order].astype(np.uint32))
 
@@ -48,7 +51,7 @@ def lost_parcels(slick: SlickParticipant) -> dict[str, NDArray[np.uint32]]:
     from oilsim.slick.parcels import ParcelState
 
     parcels = slick.slick.parcels
-    lost = parcels.state == ParcelState.LOST
+    lost = parcels.fates() == ParcelState.LOST
     ids = {cause.name.lower(): np.sort(parcels.id[lost & (parcels.cause == cause)]) for cause in LossCause}
     return {name: found.astype(np.uint32) for name, found in ids.items() if len(found)}
 
@@ -66,4 +69,5 @@ def volumes(slick: SlickParticipant) -> Mapping[str, Any]:
         "lost_modelled": lost,
         "recovered": account.recovered,
         "ashore": account.stranded,
+        "resolved": account.resolved,
     }

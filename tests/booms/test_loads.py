@@ -56,7 +56,7 @@ def along_normal_only(model: LoadModel) -> LoadModel:
 
 
 @pytest.mark.parametrize(
-    ("segments", "tension", "sag"), [pytest.param(20, 0.04, 0.012, marks=pytest.mark.slow), (40, 0.01, 0.003)]
+    ("segments", "tension", "sag"), [(20, 0.04, 0.012), pytest.param(40, 0.01, 0.003, marks=pytest.mark.slow)]
 )
 def test_moored_boom_takes_the_shape_and_tension_of_the_catenary(segments, tension, sag):
     """Gap 0.3 L, normal drag only: T = 0.0500 q d L, sag = 0.4525 L (`tests/booms/data/boom_catenary.csv`); 40 segments: tension

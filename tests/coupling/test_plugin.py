@@ -247,6 +247,7 @@ def float_chain(client: int, height: float, density: float) -> int:
     return body
 
 
+@pytest.mark.slow
 def test_hinged_floats_far_lighter_than_water_rise_and_lie_still(client: int) -> None:
     # a fortieth of the water's density: forces a step late, or free bodies' masses with joint forces a step late, blow up
     density = 25.0
@@ -349,6 +350,7 @@ def sea_on_the_ground(
     return fluid, [ground, *held_sides(client, half, 3 * spacing, 0.4)]
 
 
+@pytest.mark.slow
 def test_a_crate_that_lies_on_the_ground_under_water_rises(client: int) -> None:
     fluid, held = sea_on_the_ground(client, 0.05, 0.3, 0.45, (0.15, 0.15, 0.225))
     shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=(0.125, 0.125, 0.1), physicsClientId=client)

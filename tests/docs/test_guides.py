@@ -46,6 +46,7 @@ def made_small(arguments: list[str], spacing: str = "0.16") -> list[str]:
     return arguments
 
 
+@pytest.mark.slow
 @pytest.mark.timeout(600)
 def test_trainers_guide(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     guide = DOCS / "guides" / "trainer.md"
@@ -66,6 +67,7 @@ def test_trainers_guide(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None
     assert {name for name in left if not Path(name).exists()} == set()
 
 
+@pytest.mark.slow
 @pytest.mark.timeout(600)
 def test_fmu_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     page = DOCS / "fmus" / "README.md"

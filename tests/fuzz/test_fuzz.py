@@ -17,7 +17,7 @@ from tests.fuzz.hostile_numbers import criteria_trial, make_exercise, order_tria
 from tests.fuzz.scenario_files import scenario_trial
 from tests.fuzz.trials import tried
 
-SEEDS = range(7000, 7010)  # `make fuzz` draws thousands
+SEEDS = range(7000, 7005)  # `make fuzz` draws thousands
 
 
 def found(call: Callable[[int], int], seeds: range = SEEDS) -> dict[int, str]:
@@ -41,8 +41,8 @@ def test_spoiled_meshes_are_refused_in_words_or_work(tmp_path: Path) -> None:
 def test_hostile_orders_signals_and_criteria_are_refused_in_words_or_work() -> None:
     exercise = make_exercise()
     assert found(lambda seed: order_trial(seed, exercise[0])) == {}
-    assert found(lambda seed: signal_trial(seed, exercise), range(7000, 7040)) == {}
-    assert found(criteria_trial, range(7000, 7040)) == {}
+    assert found(lambda seed: signal_trial(seed, exercise), range(7000, 7010)) == {}
+    assert found(criteria_trial, range(7000, 7010)) == {}
 
 
 def dies() -> int:

@@ -29,6 +29,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return there
 
 
+@pytest.mark.slow
 def test_all_pieces_are_joined_at_their_branches(folder: Path) -> None:
     joined = JoinedReplay(folder / "third.rrd")
     assert [branch.time for branch in joined.branches] == pytest.approx([0.08, 0.12])
@@ -60,6 +61,7 @@ def test_the_page_tells_the_branches_and_all_orders(folder: Path, tmp_path: Path
     assert orders == ["orders tow.speed=0.5", "orders tow.speed=0.1"]
 
 
+@pytest.mark.slow
 def test_a_piece_that_is_gone_or_another_run_by_now_is_told(folder: Path, tmp_path: Path) -> None:
     alone = tmp_path / "third.rrd"
     shutil.copy(folder / "third.rrd", alone)

@@ -174,7 +174,8 @@ def test_a_saved_helmsman_has_the_same_limits(vessel: str, assembly: Assembly) -
 
 
 @pytest.mark.parametrize(
-    ("start", "value"), [("base = 4.0, peak = 1e5, start = 0.0", "116.2"), ("base = -4.0", "-2.05")]
+    ("start", "value"),
+    [("base = 4.0, peak = 1e5, start = 0.0", "116.2"), pytest.param("base = -4.0", "-2.05", marks=pytest.mark.slow)],
 )
 def test_an_fmu_cannot_drive_a_wind_that_a_file_cannot_have(
     start: str, value: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch

@@ -16,7 +16,7 @@ from tests.scenarios.kills import SETTINGS, killed_run
 KILLS = 5  # `make bench` draws more
 
 
-@pytest.mark.parametrize("seed", range(KILLS))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(1, KILLS))])
 def test_killed_run_keeps_all_but_the_last_second_and_can_go_on(seed: int, tmp_path: Path) -> None:
     """The clock is the killed program's own. A machine that is busy with other tests may keep the writer waiting: then once more."""
     chance = random.Random(seed)

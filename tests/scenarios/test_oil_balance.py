@@ -57,6 +57,7 @@ def test_oil_is_recorded_as_oil_by_its_role_and_not_by_its_name() -> None:
     assert build(scenario_from(data)).description.oils == ("brent",)
 
 
+@pytest.mark.slow
 def test_recording_debrief_and_comparison_know_the_peaks_of_the_summary(tmp_path: Path) -> None:
     """Though one communication point in ten is recorded."""
     scenario = scenario_from(channel(BOOMS["alone"]))

@@ -23,12 +23,12 @@ SEEDS = range(7000, 7004)  # `make stress` draws hundreds
 WORLDS = range(7000, 7002)
 
 
-@pytest.mark.parametrize("seed", SEEDS[:2])
+@pytest.mark.parametrize("seed", SEEDS[:1])
 def test_random_scene_keeps_to_physics(seed: int) -> None:
     assert trial_of(seed).faults == {}
 
 
-@pytest.mark.parametrize("seed", SEEDS[:2])
+@pytest.mark.parametrize("seed", SEEDS[:1])
 def test_random_exchange_keeps_to_physics(seed: int) -> None:
     assert run_exchange_trial(seed).faults == {}
 

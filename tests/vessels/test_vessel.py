@@ -132,6 +132,7 @@ def test_vessel_keeps_its_lane_against_a_steady_side_pull(side_thrust):
     assert sim.velocity[0] == pytest.approx(0.8, abs=0.02)
 
 
+@pytest.mark.slow
 def test_lane_offset_does_not_depend_on_the_course_direction():
     for heading in (0.0, 0.7, 2.5, -2.0):
         port = np.array([-math.sin(heading), math.cos(heading)])

@@ -68,6 +68,7 @@ SEA: dict[str, Any] = {
 }
 
 
+@pytest.mark.slow
 def test_a_high_sided_boat_drifts_as_the_balance_of_its_drags_says() -> None:
     """Air on 0.4 m x 0.4 m against water on 0.4 m x 0.2 m: v / U = sqrt(rho_a A_a / (rho_w A_w Cd)), Cd of the water about 1.
 

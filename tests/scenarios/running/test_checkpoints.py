@@ -83,7 +83,11 @@ def go_on(folder: Path, *, at: float | None = None, settings: tuple[str, ...] = 
 
 @pytest.mark.parametrize(
     ("settings", "steps", "at"),
-    [((*CALM, "run.budget=true"), 40, 17), pytest.param(STORM, 12, 5, marks=pytest.mark.slow), (PILE, 40, 25)],
+    [
+        ((*CALM, "run.budget=true"), 40, 17),
+        pytest.param(STORM, 12, 5, marks=pytest.mark.slow),
+        pytest.param(PILE, 40, 25, marks=pytest.mark.slow),
+    ],
 )
 def test_resumed_run_ends_in_the_same_state(settings: tuple[str, ...], steps: int, at: int, tmp_path: Path) -> None:
     """A second program goes on from the middle: equal state hash, equal scores, and the frames that were to come."""
@@ -187,6 +191,7 @@ def test_a_run_that_goes_on_still_tells_its_scenario_and_all_that_was_changed(tm
     assert told.text == load_scenario("two-layer").text
 
 
+@pytest.mark.slow
 def test_what_holds_from_the_beginning_is_told_there(tmp_path: Path) -> None:
     """The vessels' first orders hold from the first frame on, and those of 0.04 s from then: none is told a step late."""
     scenario = scenario_of(STORM, "tow.start=0.04", steps=4, interval=1)

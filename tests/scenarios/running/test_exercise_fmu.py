@@ -244,6 +244,7 @@ def test_its_state_can_be_saved_before_the_run_begins(exported: Build, tmp_path:
     assert ends == ends[:1] * 4
 
 
+@pytest.mark.slow
 def test_a_state_goes_into_an_instance_that_has_not_begun(folder: Path) -> None:
     scenario = load_scenario(folder / "tow.toml").scenario
     first, second = ExerciseParticipant("tow", scenario), ExerciseParticipant("tow", scenario)
@@ -301,6 +302,7 @@ simulation.free()
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(
     importlib.util.find_spec("ecospy") is None, reason="the independent master comes with the extra dev"
 )
@@ -356,7 +358,13 @@ def test_a_master_may_add_up_its_time(folder: Path) -> None:
     exercise.terminate()
 
 
-@pytest.mark.parametrize(("time", "step_size"), [(math.nan, STEP), (0.0, math.nan), (0.0, math.inf), (0.0, 0.0)])
+@pytest.mark.parametrize(
+    ("time", "step_size"),
+    [
+        (0.0, math.nan),
+        *(pytest.param(*one, marks=pytest.mark.slow) for one in ((math.nan, STEP), (0.0, math.inf), (0.0, 0.0))),
+    ],
+)
 def test_a_first_step_from_nowhere_is_refused(folder: Path, time: float, step_size: float) -> None:
     exercise = ExerciseParticipant("tow", load_scenario(folder / "tow.toml").scenario)
     exercise.enter_initialization_mode(0.0)
@@ -367,7 +375,10 @@ def test_a_first_step_from_nowhere_is_refused(folder: Path, time: float, step_si
     exercise.terminate()
 
 
-@pytest.mark.parametrize("name", ["3d-tow", "true", "default-experiment", "exercise"])
+@pytest.mark.parametrize(
+    "name",
+    ["3d-tow", *(pytest.param(name, marks=pytest.mark.slow) for name in ("true", "default-experiment", "exercise"))],
+)
 def test_every_scenario_name_makes_an_fmu(folder: Path, tmp_path: Path, name: str) -> None:
     target = tmp_path / "named.fmu"
     assert main(["export-fmu", str(folder / "tow.toml"), "--set", f'name="{name}"', "-o", str(target)]) == 0

@@ -315,7 +315,13 @@ def test_pipe_has_room() -> None:
         assert part in caught.value.problems[0].text
 
 
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130), (signal.SIGHUP, 129)])
+@pytest.mark.parametrize(
+    ("number", "code"),
+    [
+        (signal.SIGINT, 130),
+        *(pytest.param(*one, marks=pytest.mark.slow) for one in ((signal.SIGTERM, 143), (signal.SIGHUP, 129))),
+    ],
+)
 def test_signal_ends_a_run_in_order(number: signal.Signals, code: int, tmp_path: Path) -> None:
     """The step under way is finished, recording and summary are written, and the exit code names the signal."""
     record, summary = tmp_path / "run.rrd", tmp_path / "run.json"
@@ -332,6 +338,7 @@ def test_signal_ends_a_run_in_order(number: signal.Signals, code: int, tmp_path:
     assert has_footer(record)
 
 
+@pytest.mark.slow
 def test_signals_that_a_run_was_started_to_ignore_do_not_stop_it(tmp_path: Path) -> None:
     """So a script starts what it ends with &, and nohup its command."""
     clock, summary = tmp_path / "clock", tmp_path / "run.json"

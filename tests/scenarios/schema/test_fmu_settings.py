@@ -118,7 +118,7 @@ def test_autopilot_turns_a_tug_without_a_helmsman(folder: Path) -> None:
     run.terminate()
 
 
-@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("version", [pytest.param(2, marks=pytest.mark.slow), 3])
 def test_a_model_of_ones_own_drives_the_wind_in_knots(folder: Path, version: int) -> None:
     """The squall of the documentation: 20 kn at its peak, which is what the liquid and the tug feel in m/s."""
     target = folder / f"squall-{version}.fmu"
@@ -183,6 +183,7 @@ def test_a_run_with_an_fmu_repeats_from_its_saved_state(folder: Path) -> None:
     run.terminate()
 
 
+@pytest.mark.slow
 def test_a_run_with_an_fmu_goes_on_from_a_checkpoint_in_another_program(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -1,0 +1,253 @@
+"""Oil crosses a window both ways: parcels of a slick become particles where they lie thick enough, and particles that leave become parcels.
+
+An oil particle is a parcel all the time, in the state RESOLVED: the parcel has its volume d^3, its properties and its fate, and follows the
+particle. So volume is exact however oil crosses, and the account of the slick is that of all oil.
+
+    parcels -> particles    in the middle of the window, FADE spacings from the rim or more, where the oil is as thick as a particle is
+                            wide, and of the oil that a boom holds also beside particles of oil. Water at the surface becomes oil in place.
+    particles -> parcels    as soon as they are in the rim, whose calm would hold them up. The particle becomes water in place.
+
+What does not fill a particle, of a pool or of a square of GROUP spacings, stays parcels. A particle that the fluid loses, as spray or
+where a body comes in, leaves its parcel behind; one whose parcel is taken away, by a skimmer or a closure, becomes water.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from oilsim.slick.crossing import first_crossings, resting_sweep
+from oilsim.slick.merging import MEANS
+from oilsim.slick.parcels import NONE, Parcels, ParcelState, Rows
+from oilsim.slick.slick import Slick
+from oilsim.window.resolved_parcels import follow_particles
+from oilsim.window.surface_motion import SurfaceMotion
+from oilsim.window.window import Window
+
+Array = NDArray[np.float64]
+
+# [d] from the rim within which parcels stay parcels; numerical; a support, so that oil does not change back at once
+FADE = 2.75
+# [d] across a square in which parcels afloat are gathered into particles; numerical; a support
+GROUP = 2.75
+# [d] in plan from a particle of oil within which the oil that a boom holds joins it; numerical; a support
+BESIDE = 2.75
+# [d] within which water for a particle of oil is looked for; numerical; two supports
+CHOICE = 5.5
+# [1] of a particle's volume that may be lacking or over; numerical; above rounding of sums
+ROUNDING = 1e-12
+
+
+class Liquid(NamedTuple):
+    """An oil of the particles: the name of its phase and its density [kg/m3]."""
+
+    phase: str
+    density: float
+
+
+class OilExchange:
+    """Exchanges oil between a window and a slick; one of each. `taken`, `given` [m3]: oil that became particles, and parcels, so far."""
+
+    def __init__(self, window: Window) -> None:
+        """Raise ValueError for a window that has no oil among its liquids."""
+        self.window, self._config = window, window.fluid.config
+        water = self._config.phases[0].name
+        self._water = water
+        self._oils = [Liquid(one.name, one.rest_density) for one in self._config.phases[1:]]
+        if not self._oils:
+            raise ValueError(f"the window's liquids are {water}, allowed: water and an oil or more")
+        self.surface = SurfaceMotion(window)
+        self.taken = self.given = 0.0
+
+    def places(self, parcels: Parcels, time: float) -> tuple[Rows, Array]:
+        """Return the rows (M,) of resolved parcels, and where their particles are at `time` [s], (M, 3) [m]."""
+        rows = np.flatnonzero(parcels.state == ParcelState.RESOLVED)
+        index = self._index_of(parcels.particle[rows])
+        rows, index = rows[index >= 0], index[index >= 0]
+        return rows, self.window.motion.in_sea(self._rest(index), time)
+
+    def save_state(self) -> dict[str, float]:
+        """Return what has been exchanged; all else is the fluid's and the slick's."""
+        return {"taken": self.taken, "given": self.given}
+
+    def restore_state(self, saved: Mapping[str, float]) -> None:
+        """Go back to what `save_state` returned."""
+        self.taken, self.given = saved["taken"], saved["given"]
+
+    @property
+    def volume(self) -> float:
+        """Volume [m3] of a particle."""
+        return float(self._config.rest_volume)
+
+    # before a step of the slick
+
+    def follow(self, slick: Slick, relative: Array, time: float) -> None:
+        """Bring resolved parcels to where their particles are at `time` [s], after the barriers were told where they are then.
+
+        relative (S, 2) [m/s]: velocity of the water relative to the slick's segments.
+        """
+        self.surface.measure(time)
+        parcels = slick.parcels
+        rows = np.flatnonzero(parcels.state == ParcelState.RESOLVED)
+        if not len(rows):
+            return
+        index = self._index_of(parcels.particle[rows])
+        self._free(parcels, rows[index < 0])
+        rows, index = rows[index >= 0], index[index >= 0]
+        rest = self._rest(index)
+        places = self.window.motion.in_sea(rest, time)
+        height = rest[:, 2] - self.window.motion.sea.description.level
+        follow_particles(slick, rows, places[:, :2], height, relative)
+
+    def _index_of(self, ids: Rows) -> Rows:
+        """Return where particles (M,) are in the state, -1 for those that are no more."""
+        state = self.window.fluid.state
+        order = np.argsort(state.id, kind="stable")
+        at = np.minimum(np.searchsorted(state.id, ids, sorter=order), len(order) - 1)
+        return np.where(state.id[order[at]] == ids, order[at], -1)
+
+    def _rest(self, index: Rows | slice = slice(None)) -> Array:
+        """Return places at rest (M, 3) [m] of particles, about the window's middle."""
+        return self.window.rim.about_center(self.window.fluid.state.position[:, index].T)
+
+    # after a step of the slick
+
+    def exchange(self, slick: Slick, time: float) -> None:
+        """Let particles in the rim become parcels, and thick parcels in the middle particles."""
+        self._give_back(slick.parcels)
+        self._take(slick, time)
+
+    def _give_back(self, parcels: Parcels) -> None:
+        """Turn oil in the rim, and oil of which the slick has lost sight (a skimmer or a closure took it), into water."""
+        state = self.window.fluid.state
+        oil = np.flatnonzero(state.phase > 0)
+        if not len(oil):
+            return
+        resolved = np.flatnonzero(parcels.state == ParcelState.RESOLVED)
+        in_rim = self.window.rim.inward(state.position[:, oil].T) < self.window.rim.width
+        leaving = state.id[oil[in_rim]]
+        orphans = ~np.isin(state.id[oil], parcels.particle[resolved])
+        rows = resolved[np.isin(parcels.particle[resolved], leaving)]
+        self._free(parcels, rows)
+        self.given += self.volume * int((in_rim | orphans).sum())
+        if (in_rim | orphans).any():
+            self.window.fluid.change_phase(state.id[oil[in_rim | orphans]], self._water)
+
+    def _free(self, parcels: Parcels, rows: Rows) -> None:
+        """Let resolved parcels of rows (M,) drift on their own."""
+        fate = np.where(
+            parcels.cause[rows] == NONE, int(ParcelState.AFLOAT), int(ParcelState.LOST)
+        )  # none is held where it is now
+        parcels.state[rows], parcels.particle[rows] = fate, NONE
+        parcels.thickness[rows] = self._config.particle_spacing
+        parcels.detach(rows)
+
+    def _take(self, slick: Slick, time: float) -> None:
+        parcels, spacing = slick.parcels, self._config.particle_spacing
+        drifting = np.isin(parcels.state, (ParcelState.AFLOAT, ParcelState.HELD, ParcelState.LOST))
+        rows = np.flatnonzero(drifting & self._is_near(parcels.position, time))
+        if not len(rows):
+            return
+        rest = self._plan_at_rest(parcels.position[rows], time)
+        middle = self.window.rim.inward(rest) > self.window.rim.width + FADE * spacing
+        thick = parcels.thickness[rows] >= spacing
+        thick |= (parcels.state[rows] == ParcelState.HELD) & self._beside_oil(parcels.position[rows], parcels)
+        rows = rows[middle & thick]
+        for group in _groups(parcels, rows, GROUP * spacing):
+            self._resolve(slick, group, time)
+        if len(rows):
+            parcels.keep(parcels.volume > 0.0)
+
+    def _is_near(self, position: Array, time: float) -> NDArray[np.bool_]:
+        """Mark parcels (N,) in the box around the window's middle, waves aside."""
+        rim = self.window.rim
+        offset = np.abs(
+            position[:, list(rim.along)] - (rim.center + self.window.motion.travel(time)[:2])[list(rim.along)]
+        )
+        return np.asarray((offset < 0.5 * np.array(rim.size)[list(rim.along)]).all(1))
+
+    def _plan_at_rest(self, position: Array, time: float) -> Array:
+        """Return the places at rest (N, 3) [m] of points (N, 2) [m] of the moving surface."""
+        level = self.window.motion.sea.description.level
+        points = np.column_stack([position, np.full(len(position), level)])
+        for _ in range(2):  # up to the surface there
+            points[:, 2] = level + self.window.motion.displacement(self.window.motion.at_rest(points, time), time)[:, 2]
+        return self.window.motion.at_rest(points, time)
+
+    def _beside_oil(self, position: Array, parcels: Parcels) -> NDArray[np.bool_]:
+        """Mark points (N, 2) [m] beside oil that is resolved and not lost."""
+        oil = parcels.position[(parcels.state == ParcelState.RESOLVED) & (parcels.cause == NONE)]
+        if not len(oil):
+            return np.zeros(len(position), np.bool_)
+        reach = BESIDE * self._config.particle_spacing
+        return np.array([(np.hypot(*(oil - one).T) < reach).any() for one in position], np.bool_)
+
+    def _resolve(self, slick: Slick, group: Rows, time: float) -> None:
+        """Turn as much of a group's oil into particles as fills whole ones, as far as there is water at the surface for them."""
+        parcels, used = slick.parcels, set[int]()
+        phase = min(self._oils, key=lambda oil: abs(oil.density - parcels.density[group].mean())).phase
+        for rows, volumes in _whole_parts(group, parcels.volume[group], self.volume):
+            share = volumes / volumes.sum()
+            middle = share @ parcels.position[rows]
+            water = self._water_at(slick, middle, time, used)
+            if water == NONE:
+                return
+            used.add(water)
+            columns: dict[str, Any] = {name: float(share @ getattr(parcels, name)[rows]) for name in MEANS}
+            columns |= {"position": middle, "volume": volumes.sum(), "cause": parcels.cause[rows[0]]}
+            columns |= {
+                "state": ParcelState.RESOLVED,
+                "particle": int(self.window.fluid.change_phase([water], phase)[0]),
+            }
+            parcels.append(columns, 1)
+            parcels.volume[rows] -= volumes
+            self.taken += float(volumes.sum())
+
+    def _water_at(self, slick: Slick, place: Array, time: float, used: set[int]) -> int:
+        """Return the id of the water nearest to the surface at `place` (2,) [m], on the same side of all booms; NONE without any."""
+        state, spacing = self.window.fluid.state, self._config.particle_spacing
+        surface = self._plan_at_rest(place[None], time)[0] - [0.0, 0.0, 0.5 * spacing]
+        size = np.array(self.window.rim.size)
+        offset = state.position.T - surface
+        for axis in self.window.rim.along:
+            offset[:, axis] -= size[axis] * np.round(offset[:, axis] / size[axis])
+        distance = np.linalg.norm(offset, axis=1)
+        near = np.flatnonzero((state.phase == 0) & (distance < CHOICE * spacing))
+        near = near[np.lexsort((state.id[near], distance[near]))]
+        places = self.window.motion.in_sea(self._rest(near), time)[:, :2]
+        origin = np.broadcast_to(place, places.shape)
+        free = first_crossings(origin, places, resting_sweep(slick.barriers)).segment < 0
+        return next((int(one) for one in state.id[near[free]] if int(one) not in used), NONE)
+
+
+def _groups(parcels: Parcels, rows: Rows, width: float) -> Iterator[Rows]:
+    """Yield rows (M,) of parcels by fate, and by pool or square `width` [m] wide; in a group along the boom, or across it."""
+    held = parcels.state[rows] == ParcelState.HELD
+    square = np.where(held[:, None], 0.0, np.floor(parcels.position[rows] / width))
+    order = np.where(held, parcels.along[rows], parcels.position[rows, 0])
+    keys = np.column_stack([parcels.state[rows], parcels.cause[rows], parcels.place[rows], parcels.side[rows], square])
+    by_key = np.lexsort((parcels.id[rows], order, *keys.T[::-1]))
+    starts = np.flatnonzero((np.diff(keys[by_key], axis=0) != 0.0).any(1)) + 1
+    yield from np.split(rows[by_key], starts) if len(rows) else ()
+
+
+def _whole_parts(rows: Rows, volume: Array, unit: float) -> Iterator[tuple[Rows, Array]]:
+    """Yield rows and the volumes [m3] that they give to a particle of the volume `unit`, in order, as long as there is enough for one.
+
+    volume (M,) [m3] of the rows (M,).
+    """
+    left, at = volume.copy(), 0
+    while left[at:].sum() >= unit:
+        given, wanted = [], unit
+        first = at
+        while wanted > ROUNDING * unit:
+            part = left[at] if left[at] <= wanted * (1.0 + ROUNDING) else wanted
+            given.append(part)
+            left[at] -= part
+            wanted -= part
+            at += 1 if left[at] == 0.0 else 0
+        last = first + len(given)
+        yield rows[first:last], np.array(given)

@@ -1,0 +1,172 @@
+"""The resolution of a window: `detail = "live"`, `"fine"` or metres become numbers before a run begins, and what comes of them is told.
+
+A window is sized by the draft of the boom, vessel or deepest skirt that it follows: SIDES drafts wide and DEPTH drafts deep. "fine" has
+FINE particles to the draft. "live" has as many, from COARSE to FINE, as this machine computes in real time, by its speed measured on a
+small window. The run then has numbers, so that it can be repeated elsewhere.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+
+from oilsim.phases import Phase
+from oilsim.sea import Sea, SeaDescription
+from oilsim.window.rim import share_kept
+from oilsim.window.settings import WindowSettings
+from oilsim.window.window import Window
+from scenarios.problems import Problem, ScenarioError
+from scenarios.scenario import Scenario
+from scenarios.schema.window import WindowTable
+
+# [drafts] across a window; tuned; the pool and wake of an apex in its middle half, waves of ten drafts end in its rim
+SIDES = 21.0
+# [drafts] of a window's depth; tuned; 16 m and 2 m for a skirt of 0.75 m
+DEPTH = 2.7
+# [1] particles to the draft of a fine window; tuned; twice as many cost twelve times as much
+FINE = 8.0
+# [1] particles to the draft at least; numerical; fewer do not show a skirt
+COARSE = 3.0
+# [1] spacings that are tried from FINE to COARSE; numerical; a twentieth of the difference apart
+TRIALS = 21
+# [1] of real time that a live window may take; numerical; the rest is for recording and splashes
+SHARE = 0.8
+# [s] of one processor for each body and communication step; measured; see `scenarios.setup.cost`
+BODY_SECONDS = 3.2e-4
+# [1] particles along each side of the window by which speed is measured; numerical; more than a processor's caches hold
+ACROSS = 32
+# [1] layers of it; numerical; those of a window of 2 m at 0.25 m
+LAYERS = 8
+# [1] steps of it that are measured; numerical; a quarter of a second
+STEPS = 8
+# [m/s] at which its water swirls at first; numerical; that of a boom's wake
+SWIRL = 0.1
+
+
+def chosen(scenario: Scenario, window: WindowTable) -> Scenario:
+    """Return the scenario with numbers in the place of its window's detail; ScenarioError where no draft tells the size."""
+    draft = _draft(scenario, window)
+    sized = replace(
+        window,
+        size=(SIDES * draft, SIDES * draft) if window.size is None else window.size,
+        depth=DEPTH * draft if window.depth is None else window.depth,
+        detail=None,
+    )
+    if isinstance(window.detail, float):
+        spacing = window.detail
+    elif window.detail == "fine":
+        spacing = draft / FINE
+    else:
+        spacing = live_spacing(scenario, sized, draft, seconds_per_particle_step(scenario.run.threads))
+    return replace(scenario, window=sized, fluid=replace(scenario.fluid, particle_spacing=spacing))
+
+
+def _draft(scenario: Scenario, window: WindowTable) -> float:
+    """Return the draft [m] of what the window follows: of a boom's skirt, a vessel, or the deepest skirt of all."""
+    if window.target in scenario.booms:
+        return scenario.booms[str(window.target)].skirt_depth
+    if window.target in scenario.vessels:
+        return scenario.vessels[str(window.target)].draft
+    skirts = [boom.skirt_depth for boom in scenario.booms.values()]
+    if not skirts:
+        text = (
+            f"is {window.detail!r}, allowed without a boom or vessel: none; give size, depth and fluid.particle_spacing"
+        )
+        raise ScenarioError([Problem("window.detail", text)], scenario.name)
+    return max(skirts)
+
+
+def live_spacing(scenario: Scenario, window: WindowTable, draft: float, speed: float) -> float:
+    """Return the finest spacing [m] that runs in real time, or the coarsest that shows the draft [m].
+
+    speed [s] of the machine for a particle and step.
+    """
+    spacings = [float(one) for one in draft / np.linspace(FINE, COARSE, TRIALS)]
+    trials = ((one, replace(scenario.fluid, particle_spacing=one)) for one in spacings)
+    return next((one for one, fluid in trials if _load(scenario, window.settings(fluid), speed) <= SHARE), spacings[-1])
+
+
+def _load(scenario: Scenario, settings: WindowSettings, speed: float) -> float:
+    """Return the time [s] that a simulated second takes if no water sleeps, at a `speed` [s] of each particle and step."""
+    step = scenario.run.communication_step
+    moving = len(scenario.vessels) + sum(boom.segments for boom in scenario.booms.values())
+    return (settings.particle_count * fluid_steps(scenario, settings) * speed + moving * BODY_SECONDS) / step
+
+
+def fluid_steps(scenario: Scenario, settings: WindowSettings) -> int:
+    """Return the steps that the particles make in a communication step."""
+    gravity = float(np.linalg.norm(scenario.fluid.gravity))
+    return max(1, math.ceil(scenario.run.communication_step / settings.longest_time_step(gravity) - 1e-9))
+
+
+@cache
+def seconds_per_particle_step(threads: int | None) -> float:
+    """Measure the time [s] that a particle of a window takes for a step on this machine."""
+    settings = WindowSettings(size=(ACROSS * 0.25, ACROSS * 0.25), depth=LAYERS * 0.25, spacing=0.25)
+    water = Phase(name="water", rest_density=1027.0, dynamic_viscosity=1e-3)
+    window = Window(settings, Sea(SeaDescription(depth=30.0)), (water,), threads)
+    try:
+        x, y, _ = window.fluid.particles.position
+        side = 0.5 * math.pi / settings.size[0]
+        swirl = SWIRL * np.stack([np.sin(side * x) * np.cos(side * y), -np.cos(side * x) * np.sin(side * y), 0.0 * x])
+        window.fluid.set_velocities(swirl)
+        step = settings.longest_time_step(window.motion.sea.description.gravity)
+        window.fluid.advance(2.0 * step)
+        begin = time.perf_counter()
+        report = window.fluid.advance(STEPS * step)
+        return (time.perf_counter() - begin) / (window.fluid.particle_count * max(1, report.sub_steps))
+    finally:
+        window.fluid.close()
+
+
+def window_remarks(scenario: Scenario, sea: Sea) -> Iterator[str]:
+    """Say what comes of a window's resolution, and what is wrong with its size and place though it can be run."""
+    window, fluid = scenario.window, scenario.fluid
+    if window is None or scenario.run.detail != "window":
+        return
+    settings = window.settings(fluid)
+    size, spacing = settings.whole_size, settings.spacing
+    yield (
+        f"window: {size[0]:.3g} by {size[1]:.3g} m, {settings.layers * spacing:.3g} m deep, {settings.particle_count:,} particles of"
+        f" {spacing:.3g} m in {fluid_steps(scenario, settings)} steps a communication step; oil thinner than {spacing:.3g} m stays parcels"
+    )
+    for name, boom in scenario.booms.items():
+        if boom.skirt_depth < COARSE * spacing:
+            yield (
+                f"window: the skirt of boom {name!r} is {boom.skirt_depth / spacing:.1f} particles deep, which hardly shows it;"
+                f" {boom.skirt_depth / COARSE:.2g} m or less would be better"
+            )
+    yield from _idle(scenario, settings)
+    yield from _short_rim(settings, sea)
+
+
+def _idle(scenario: Scenario, settings: WindowSettings) -> Iterator[str]:
+    """Say so if a window at a place has no body near it at the start."""
+    window = scenario.window
+    if window is None or isinstance(window.target, str):
+        return
+    x, y = window.target
+    places = [vessel.position for vessel in scenario.vessels.values()]
+    places += [getattr(body, "position", (x, y))[:2] for body in scenario.bodies.values()]
+    reach = 0.5 * max(settings.whole_size) + max((boom.length for boom in scenario.booms.values()), default=0.0)
+    if places and all(math.hypot(at[0] - x, at[1] - y) > reach for at in places):
+        yield f"window: no body comes near {x:g}, {y:g} at the start, so its water rests; window.target can be a boom, a vessel or a body"
+
+
+def _short_rim(settings: WindowSettings, sea: Sea) -> Iterator[str]:
+    """Say so if waves as long as those of the sea, which bodies send out, are too long for the rim."""
+    waves = sea.components
+    if not waves.amplitude.size:
+        return
+    length = 2.0 * math.pi / float(waves.wave_number[int(np.argmax(waves.amplitude))])
+    if length > min(settings.whole_size):
+        kept = share_kept(settings.width, length)
+        yield (
+            f"window: it is smaller than the sea's waves of {length:.3g} m, which pass all the same; but of waves that long that bodies"
+            f" send out {100.0 * kept:.0f} % come back; window.rim = {0.5 * length:.3g} in a window of {2.0 * length:.3g} m keeps 1 %"
+        )

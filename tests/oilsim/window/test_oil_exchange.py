@@ -1,0 +1,160 @@
+"""Oil crosses a window both ways: as particles where it is thick, as parcels elsewhere, and none is made or lost on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from coupling.participants.slick import SlickParticipant
+from oilsim.phases import Phase
+from oilsim.sea import CurrentProfile, RegularWaves, Sea, SeaDescription, SteadyFlow
+from oilsim.slick.barriers import Boom
+from oilsim.slick.oil import Oil
+from oilsim.slick.parcels import ParcelState
+from oilsim.slick.slick import Slick, SlickSettings
+from oilsim.slick.surface_flow import UniformFlow
+from oilsim.window.oil_exchange import OilExchange
+from oilsim.window.settings import WindowSettings
+from oilsim.window.surface_motion import WindowFlow
+from oilsim.window.window import Window
+
+WATER = Phase(name="water", rest_density=1027.0, dynamic_viscosity=1e-3)
+CRUDE = Phase(name="crude", rest_density=870.0, dynamic_viscosity=0.05)
+OIL = Oil(density=870.0, dynamic_viscosity=0.05, interfacial_tension=0.02)
+SPACING, STEP, CURRENT = 0.2, 0.1, 0.9
+PARTICLE = SPACING**3
+
+
+class Meeting:
+    """A window that stays at a place, with a slick that drifts by."""
+
+    def __init__(self, booms: tuple[Boom, ...] = (), **sea: object) -> None:
+        settings = WindowSettings(size=(4.8, 4.8), depth=0.8, spacing=SPACING, rim=0.8, sleep_speed=0.02)
+        self.window = Window(settings, Sea(SeaDescription(depth=10.0, **sea)), (WATER, CRUDE), threads=1)  # type: ignore[arg-type]
+        self.slick = Slick(SlickSettings(loss_volume=0.02, water_density=1027.0), booms)
+        flow = self.window.motion.sea.description.surface_current
+        self.flow = UniformFlow((0.0, 0.0) if flow is None else (CURRENT, 0.0))
+        self.participant = SlickParticipant("slick", self.slick, self.flow)
+        self.exchange = OilExchange(self.window)
+        self.participant.meet(self.exchange, WindowFlow(self.flow, self.exchange.surface))
+        self.time = 0.0
+
+    def step(self, target: tuple[float, float] = (0.0, 0.0)) -> None:
+        self.window.follow(np.array(target), self.time)
+        self.window.fluid.time = self.time
+        self.window.fluid.advance(STEP)
+        self.participant.do_step(self.time, STEP)
+        self.time += STEP
+
+    @property
+    def oil_particles(self) -> int:
+        return len(self.window.fluid.phase_ids("crude"))
+
+    def in_state(self, state: ParcelState) -> int:
+        return int((self.slick.parcels.state == state).sum())
+
+    def require_exact(self) -> None:
+        account = self.slick.account
+        assert abs(account.residual) < 1e-12
+        assert self.oil_particles == self.in_state(ParcelState.RESOLVED)
+        assert account.resolved == pytest.approx(self.oil_particles * PARTICLE, rel=1e-9)
+        assert self.exchange.taken - self.exchange.given == pytest.approx(account.resolved, abs=1e-9)
+        assert self.window.fluid.particle_count == 24 * 24 * 4
+
+
+@pytest.fixture
+def meet() -> Iterator[type[Meeting]]:
+    made: list[Meeting] = []
+
+    class Kept(Meeting):
+        def __init__(self, *given: object, **named: object) -> None:
+            super().__init__(*given, **named)  # type: ignore[arg-type]
+            made.append(self)
+
+    yield Kept
+    for one in made:
+        one.window.fluid.close()
+
+
+def test_thick_oil_becomes_particles_and_leaves_as_parcels(meet: type[Meeting]) -> None:
+    """Poured in the middle, it is particles; all leave through the rim as parcels, and none stays behind there."""
+    current = CurrentProfile(flow=SteadyFlow(speed=CURRENT))
+    case = meet(current=current, waves=RegularWaves(height=0.1, period=2.5))
+    case.slick.release(OIL, 0.6, count=200, center=(-0.5, 0.0), radius=0.5)
+    most, seen = 0, []
+    for _ in range(38):
+        case.step()
+        case.require_exact()
+        most = max(most, case.oil_particles)
+        oil = case.window.fluid.phase_positions("crude")
+        if len(oil):
+            seen.append(case.window.rim.inward(oil).min())
+    assert most > 0.4 * 0.6 / PARTICLE
+    assert min(seen) >= case.window.rim.width - 1e-6
+    assert case.oil_particles == 0
+    assert case.exchange.taken == pytest.approx(case.exchange.given)
+
+
+def test_a_slick_thinner_than_a_particle_stays_parcels_and_is_carried_along(meet: type[Meeting]) -> None:
+    case = meet()
+    case.slick.release(OIL, 0.001, count=50, center=(0.0, 0.0), radius=0.5)
+    before = case.slick.parcels.position.copy()
+    at = case.window.fluid.particles.position
+    swirl = np.zeros((3, case.window.fluid.particle_count))
+    swirl[0] = 0.2 * np.exp(-(at[0] ** 2 + at[1] ** 2))
+    case.window.fluid.set_velocities(swirl)
+    for _ in range(5):
+        case.step()
+    case.require_exact()
+    assert case.exchange.taken == 0.0
+    moved = (case.slick.parcels.position - before).mean(0)
+    assert 0.02 < moved[0] < 0.1
+    assert abs(moved[1]) < 0.01
+
+
+def test_a_boom_thickens_oil_into_particles_that_pass_it(meet: type[Meeting]) -> None:
+    """The line holds parcels until they are as thick as a particle; the particles know no skirt here, pass, and are booked as lost."""
+    nodes = [[-2.0, -1.4], [0.0, -1.4], [0.0, 0.0], [0.0, 1.4], [-2.0, 1.4]]
+    case = meet((Boom(name="pocket", nodes=nodes, draft=0.6),), current=CurrentProfile(flow=SteadyFlow(speed=CURRENT)))
+    case.slick.release(OIL, 1.2, count=400, center=(-1.9, 0.0), radius=1.0, age=5.0)
+    for _ in range(25):
+        case.step()
+        case.require_exact()
+    assert case.exchange.taken > 0.1
+    account = case.slick.account
+    passed = sum(account.passed[cause] for cause in ("drainage", "through", "splash_over"))
+    assert passed > 0.05
+    assert account.lost > 0.0
+
+
+def test_a_restored_exchange_repeats_its_steps(meet: type[Meeting]) -> None:
+    case = meet(current=CurrentProfile(flow=SteadyFlow(speed=CURRENT)))
+    case.slick.release(OIL, 0.4, count=100, center=(-0.5, 0.0), radius=0.5)
+    for _ in range(8):
+        case.step()
+    assert case.oil_particles
+    fluid, slick, time = case.window.fluid.save_state(), case.participant.save_state(), case.time
+    ends = []
+    for _ in range(2):
+        for _ in range(5):
+            case.step()
+        ends.append((case.slick.parcels.save_state(), case.window.fluid.particles.position.copy(), case.exchange.given))
+        case.window.fluid.restore_state(fluid)
+        case.participant.restore_state(slick)
+        case.time = time
+    for name, values in ends[0][0].items():
+        np.testing.assert_array_equal(values, ends[1][0][name], err_msg=name)
+    np.testing.assert_array_equal(ends[0][1], ends[1][1])
+    assert ends[0][2] == ends[1][2]
+
+
+def test_a_window_without_oil_is_refused(meet: type[Meeting]) -> None:
+    case = meet()
+    water = Window(case.window.settings, case.window.motion.sea, (WATER,), threads=1)
+    try:
+        with pytest.raises(ValueError, match="allowed: water and an oil or more"):
+            OilExchange(water)
+    finally:
+        water.fluid.close()

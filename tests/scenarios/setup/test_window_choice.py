@@ -1,0 +1,72 @@
+"""A window's detail in a word or in metres becomes numbers, by boom and machine; what comes of it is told, what cannot be is refused."""
+
+from __future__ import annotations
+
+import pytest
+
+from scenarios.load import load_scenario
+from scenarios.problems import ScenarioError
+from scenarios.scenario import Scenario
+from scenarios.setup.at_sea.settling import settled
+from scenarios.setup.at_sea.window_choice import COARSE, FINE, live_spacing, seconds_per_particle_step
+from scenarios.setup.cost import estimate
+
+SKIRT = 0.75
+WINDOW = "run.detail=window"
+
+
+def sweep(*settings: str) -> Scenario:
+    return load_scenario("sweep-200m", overrides=[WINDOW, *settings]).scenario
+
+
+def test_metres_and_fine_are_spacings_and_a_size_by_the_skirt() -> None:
+    given = settled(sweep("window.detail=0.2"))
+    assert given.window is not None
+    assert (given.fluid.particle_spacing, given.window.size, given.window.detail) == (0.2, (16.0, 16.0), None)
+    fine = settled(sweep('window={target="main", detail="fine"}'))
+    assert fine.window is not None and fine.window.size is not None
+    assert fine.fluid.particle_spacing == pytest.approx(SKIRT / FINE)
+    assert fine.window.size == pytest.approx((21.0 * SKIRT, 21.0 * SKIRT))
+    assert settled(fine) is fine
+
+
+def test_live_is_as_fine_as_the_machine_is_fast() -> None:
+    scenario = sweep()
+    assert scenario.window is not None
+    found = [live_spacing(scenario, scenario.window, SKIRT, speed) for speed in (1e-9, 3e-7, 1e-3)]
+    assert found[0] == pytest.approx(SKIRT / FINE)
+    assert found[0] < found[1] < found[2]
+    assert found[2] == pytest.approx(SKIRT / COARSE)
+    assert 1e-8 < seconds_per_particle_step(1) < 1e-3
+
+
+def test_check_tells_what_comes_of_it() -> None:
+    told = "\n".join(estimate(sweep("window.size=[8.0, 8.0]", "window.depth=1.2")).told)
+    assert "window: 8 by 8 m, 1.25 m deep, 5,120 particles of 0.25 m in 2 steps" in told
+    assert "oil thinner than 0.25 m stays parcels" in told
+    assert "smaller than the sea's waves of" in told
+    assert "window.rim =" in told
+    assert "no body comes near 500, 0" in "\n".join(estimate(sweep("window.target=[500.0, 0.0]")).told)
+
+
+@pytest.mark.parametrize(
+    ("setting", "place", "text"),
+    [
+        ("window={target='main', detail=0.8}", "window.detail", "up to the skirt of boom 'main', 0.75 m"),
+        ("window.detail=-1.0", "window.detail", "above 0"),
+        ('window.detail="best"', "window.detail", "'live', 'fine'"),
+        ('window={target="main"}', "window", "size and depth are not both given"),
+    ],
+)
+def test_bad_detail_is_refused(setting: str, place: str, text: str) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        settled(sweep(setting))
+    assert [problem.path for problem in caught.value.problems] == [place]
+    assert text in str(caught.value)
+
+
+def test_water_too_shallow_for_the_particles_is_refused() -> None:
+    from scenarios.build import build
+
+    with pytest.raises(ScenarioError, match=r"allowed in a window on water 0\.9 m deep: up to a quarter"):
+        build(sweep("sea.depth=0.9"))
