@@ -144,7 +144,7 @@ function select(name) {
 // Lets the 3-D view show the moment at which the timeline stands.
 function moveScene() {
   const frame = at("view-scene").firstChild;
-  if (frame) frame.contentWindow.postMessage({ time: timeline.past, latest: timeline.end }, location.origin);
+  if (frame) frame.contentWindow.postMessage({ time: timeline.past }, location.origin);
 }
 
 async function debrief() {

@@ -33,10 +33,9 @@ async function begin() {
   let wanted = null, isAsking = false;
   async function show() {
     if (isAsking || wanted === null) return;
-    const { time, latest } = wanted;
+    const { time } = wanted;
     [wanted, isAsking] = [null, true];
-    const request = time === null ? setTime(latest, FOLLOWING) : setTime(time, PAUSED);
-    await view.viewer_control(request).catch((error) => console.warn(`the 3-D view did not move: ${error.message}`));
+    await view.viewer_control(setTime(time, time === null ? FOLLOWING : PAUSED)).catch((error) => console.warn(`the 3-D view did not move: ${error.message}`));
     isAsking = false;
     show();
   }
