@@ -163,7 +163,7 @@ def _branches_and_debriefs(page: sync_api.Page) -> None:
     sync_api.expect(page.locator("#phase")).to_have_text("running")
     page.wait_for_timeout(2000)
     page.get_by_role("button", name="Debrief", exact=True).click()
-    sync_api.expect(page.locator("#view-debrief iframe")).to_have_count(1)
+    sync_api.expect(page.locator("#view-debrief iframe")).to_have_count(1, timeout=4 * PATIENCE)
     with page.expect_download() as saved:
         page.get_by_role("link", name="as one HTML file").click()
     text = Path(saved.value.path()).read_text(encoding="utf-8")
