@@ -12,13 +12,16 @@ from scenarios.schema import (
     bodies,
     criteria,
     exercise,
+    faults,
     fmu_settings,
+    injects,
     liquid,
     moorings,
     probe_settings,
     recovery,
     run_settings,
     sea,
+    training,
     weather,
     window,
 )
@@ -107,6 +110,7 @@ For a loop of your own, `scenarios.build.build(scenario)` makes the parts: `asse
 """
 
 CHAPTERS: tuple[tuple[str, tuple[type[Section], ...]], ...] = (
+    ("exercise", (training.ExerciseSettings,)),
     ("run", (run_settings.RunSettings,)),
     ("fluid", (liquid.FluidSettings,)),
     ("phases.NAME", (liquid.PhaseSettings,)),
@@ -133,9 +137,12 @@ CHAPTERS: tuple[tuple[str, tuple[type[Section], ...]], ...] = (
     ("moorings.NAME", (moorings.MooringSettings,)),
     ("moorings.NAME.parts", (moorings.PartSettings,)),
     ("skimmers.NAME", (recovery.SkimmerSettings,)),
+    ("injects.NAME", (injects.InjectSettings,)),
+    ("injects.NAME.when", (injects.ConditionSettings,)),
     ("criteria.KEY", (criteria.CriterionSettings,)),
     ("probes.NAME", get_args(probe_settings.Probe)),
     ("fmus.NAME", (fmu_settings.FmuSettings,)),
+    ("faults.NAME", get_args(faults.FaultSettings)),
     ("recording", (run_settings.RecordingSettings,)),
     ("camera", (run_settings.CameraSettings,)),
     ("site", (run_settings.SiteSettings,)),
