@@ -46,13 +46,14 @@ class PlacedJoint:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlacedLine:
-    """An elastic line from body_a to body_b, made fast at points (2, 3) [m] of the world; stiffness EA [N], length [m]."""
+    """An elastic line from body_a to body_b, made fast at points (2, 3) [m] of the world; stiffness EA and breaking load [N]."""
 
     name: str
     body_a: str
     body_b: str
     points: Array
     stiffness: float
+    breaking_load: float = math.inf
 
     @property
     def length(self) -> float:
@@ -134,6 +135,68 @@ def lay_between(
     chain = boom.length * catenary_chain(boom.segment_count, distance / boom.length)
     middle = begin + 0.5 * distance * along
     return _layout(boom, middle + chain[:, :1] * along + chain[:, 1:] * left, water_level, name)
+
+
+def stream_chain(segment_count: int, across: float, along: float) -> Array:
+    """Compute the vertices (segment_count + 1, 2) [-] of a chain of length 1 in a stream along +y, from the origin to (across, along).
+
+    It is the catenary of the module's equation, with its axis along the stream and ends at different heights: tan(psi) = (s - s0) / a.
+    Bisection finds s0 from the way along the stream, mean sin(psi) = -along, for each a, and a from the way across it, mean cos(psi) =
+    across, which grows with a. Raises ValueError for ends that lie in line with the stream, or too far apart.
+    """
+    if not across > 1e-3 or math.hypot(across, along) > 1.0 - 1e-6:
+        raise ValueError(
+            f"the ends lie {across:.4g} of the boom's length across the stream and {along:.4g} along it, allowed: above 0.001 across it,"
+            " and less than the length apart"
+        )
+    middle = (np.arange(segment_count) + 0.5) / segment_count
+    low, high = 1e-6, 1e6
+    for _ in range(100):
+        parameter = math.sqrt(low * high)
+        angle = _hanging(middle, parameter, along)
+        low, high = (parameter, high) if np.cos(angle).mean() < across else (low, parameter)
+    links = np.stack([np.cos(angle), -np.sin(angle)], axis=1) / segment_count
+    if not math.isclose(float(links[:, 0].sum()), across, rel_tol=1e-4, abs_tol=1e-5):
+        raise ValueError(
+            f"{segment_count} segments cannot hang between these ends, allowed: more segments, or wider ends"
+        )
+    return np.concatenate([np.zeros((1, 2)), np.cumsum(links, axis=0)])
+
+
+def _hanging(middle: Array, parameter: float, along: float) -> Array:
+    """Return the slopes psi (S,) [rad] at places `middle` (S,) [-] of a catenary of that parameter whose mean sin(psi) is -along."""
+    reach = 1.0 + 100.0 * parameter
+    low, high = -reach, 1.0 + reach
+    for _ in range(100):
+        apex = 0.5 * (low + high)
+        if np.sin(np.arctan((middle - apex) / parameter)).mean() > -along:
+            low = apex
+        else:
+            high = apex
+    return np.asarray(np.arctan((middle - apex) / parameter))
+
+
+def lay_in_stream(
+    boom: Boom,
+    start: tuple[float, float],
+    end: tuple[float, float],
+    stream: float,
+    *,
+    water_level: float,
+    name: str = "boom",
+) -> BoomLayout:
+    """Lay a boom from `start` to `end` (x, y) [m] in the shape that it takes in a stream to the direction `stream` [rad].
+
+    Raises ValueError for ends that no such boom has (see `stream_chain`), or so near that neighbours turn beyond `Boom.maximum_turn`.
+    """
+    down = np.array([math.cos(stream), math.sin(stream)])
+    way = (np.array(end) - np.array(start)) / boom.length
+    along = float(way @ down)
+    aside = way - along * down
+    across = float(np.linalg.norm(aside))
+    chain = boom.length * stream_chain(boom.segment_count, across, along)
+    line = np.array(start) + chain[:, :1] * (aside / max(across, 1e-12)) + chain[:, 1:] * down
+    return _layout(boom, line, water_level, name)
 
 
 def lay_u(

@@ -25,7 +25,7 @@ from coupling.master.observer_dispatch import NOBODY, Watching
 from coupling.participant import Participant
 from coupling.participants.client_links import ClientLinksParticipant, link_name
 from coupling.participants.fluid import FluidParticipant
-from coupling.participants.rigid_bodies import RigidBodyParticipant
+from coupling.participants.rigid_bodies import Asked, RigidBodyParticipant
 from coupling.pybullet_world.client_links import ClientLinks
 from coupling.pybullet_world.links import LinkKey
 from coupling.rigid.rigid_body_world import RigidBodyWorld
@@ -107,12 +107,14 @@ def couple_world(
     handles: Mapping[str, int],
     world: RigidBodyWorld | None,
     options: ExchangeOptions = MONOLITHIC,
+    asked: Asked | None = None,
 ) -> CoupledBodies:
     """Couple a fluid with bodies of a rigid body world.
 
-    handles: the fluid's boundary of each body, by the body's name. world: None if the fluid has no bodies.
+    handles: the fluid's boundary of each body, by the body's name. world: None if the fluid has no bodies. asked: the variables that others
+    ask of the bodies, all if None.
     """
-    return couple_participant(FluidParticipant(FLUID, fluid, handles), fluid, tuple(handles), world, options)
+    return couple_participant(FluidParticipant(FLUID, fluid, handles), fluid, tuple(handles), world, options, asked)
 
 
 def couple_participant(
@@ -121,8 +123,12 @@ def couple_participant(
     names: tuple[str, ...],
     world: RigidBodyWorld | None,
     options: ExchangeOptions = MONOLITHIC,
+    asked: Asked | None = None,
 ) -> CoupledBodies:
-    """Couple a fluid's own participant, called FLUID, with the named bodies of a rigid body world, which it has variables of."""
+    """Couple a fluid's own participant, called FLUID, with the named bodies of a rigid body world, which it has variables of.
+
+    asked: the variables that others ask of the bodies, all if None.
+    """
     free_names = () if world is None else world.free_body_names
     free = [name for name in names if name in free_names]
     interfaces = [
@@ -141,7 +147,9 @@ def couple_participant(
         fluid=participant,
         bodies=None
         if world is None
-        else RigidBodyParticipant(BODIES, world, names if options.bodies_answer else (), answers=bool(names)),
+        else RigidBodyParticipant(
+            BODIES, world, names if options.bodies_answer else (), answers=bool(names), asked=asked
+        ),
         connections=body_connections(names, answer=options.bodies_answer),
         exchange=BodyExchange(interfaces, iteration=options.iteration),
         ledger=ExchangeLedger(

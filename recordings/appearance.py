@@ -17,6 +17,7 @@ _RADIUS = 0.5
 _LOST_RADIUS = 0.6  # a little larger than _RADIUS, so that it covers the same particle of its phase
 _WALL_CLASS = 100
 _ARROW_RADIUS = -1.5  # negative values are points on the screen
+_TENSION_RADIUS = -2.5  # the same; wide enough to see a kilometre of boom from above
 
 
 def classes(phases: Sequence[PhaseDescription]) -> rr.AnnotationContext:
@@ -54,6 +55,11 @@ def name_over(mesh: MeshDescription, name: str) -> rr.Points3D:
     """Build a label with a body's name above its highest point."""
     above = np.array([[0.0, 0.0, 1.6 * float(mesh.vertices[:, 2].max())]], dtype=np.float32)
     return rr.Points3D(above, labels=[name], colors=[palette.NAME], radii=[0.0], show_labels=True)
+
+
+def tension() -> rr.LineStrips3D:
+    """Style the lines that show a boom's tension by their colours."""
+    return rr.LineStrips3D.from_fields(radii=[_TENSION_RADIUS])
 
 
 def force() -> rr.Arrows3D:

@@ -14,6 +14,7 @@ LEGEND = "legend"
 SURFACE = "sea/surface"
 NAMES = "names"
 BODIES = "bodies"
+MOTIONS = "motions"
 VESSELS = "vessels"
 BOOM = "boom"
 BODY_GROUPS = (VESSELS, BOOM, BODIES)
@@ -40,6 +41,11 @@ def phase(name: str) -> str:
 def ids(particles: str) -> str:
     """Return the path of the ids of the particles at a path; they are logged whenever the set of ids changes."""
     return _path(particles, "ids")
+
+
+def motion_names() -> str:
+    """Return the path of the names of the bodies whose motions are recorded; they are logged whenever they change."""
+    return _path(MOTIONS, "names")
 
 
 def lost(cause: str) -> str:
@@ -81,6 +87,16 @@ def body_group(name: str) -> str:
     return group if group in BODY_GROUPS and rest else BODIES
 
 
+def segments(parent: str, shape: int) -> str:
+    """Return the path of the segments of one of a boom's shapes, counted from 0; ``parent`` is what their names begin with."""
+    return _path(parent, "segments" if shape == 0 else f"segments-{shape + 1}")
+
+
+def tension(segments: str) -> str:
+    """Return the path of the lines that show the tension of the segments at a path."""
+    return _path(segments, "tension")
+
+
 def label(name: str) -> str:
     """Return the path of the label at a body."""
     return f"{body(name)}/name"
@@ -91,9 +107,9 @@ def boom_label(name: str) -> str:
     return _path(NAMES, name)
 
 
-def force(name: str) -> str:
-    """Return the path of the arrow that shows the fluid's force on a body."""
-    return _path(FORCES, name)
+def force(drawn: str) -> str:
+    """Return the path of the arrows that show the fluid's force on the bodies that are drawn at a path."""
+    return _path(FORCES, drawn)
 
 
 def scalar(name: str) -> str:

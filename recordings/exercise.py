@@ -41,6 +41,11 @@ class BoomDescription:
     deployment: str = "sweep"
     blockage: float = 0.0
 
+    @property
+    def apex(self) -> str:
+        """Name of the segment in the middle."""
+        return self.segments[len(self.segments) // 2]
+
 
 FIRST_YEAR, LAST_YEAR = 1583, 9000  # of the Gregorian calendar, and far from the end of Python's
 

@@ -96,11 +96,11 @@ def _no_surface(*_: object) -> None:
 
 
 class Frame:
-    """One communication point: its numbers at once, its particles only on request.
+    """One communication point: its numbers at once, its particles and bodies only on request.
 
-    Copying the particles of a large run takes milliseconds, and no observer records most communication points. Therefore ``read_phases``
-    makes ``phases`` on first use. An observer that wants the particles must ask for them before the simulation moves on, that is, inside
-    ``step_completed``.
+    Copying the particles or the bodies of a large run takes milliseconds, and no observer records most communication points. Therefore
+    ``read_phases`` makes ``phases`` on first use, and ``bodies`` may be given as a function that does the same. An observer that wants them
+    must ask for them before the simulation moves on, that is, inside ``step_completed``.
     """
 
     def __init__(
@@ -108,7 +108,7 @@ class Frame:
         *,
         index: int,
         time: float,
-        bodies: Mapping[str, BodyFrame] = _NOTHING,  # type: ignore[assignment]
+        bodies: Mapping[str, BodyFrame] | Callable[[], Mapping[str, BodyFrame]] = dict,
         scalars: Mapping[str, float] = _NOTHING,  # type: ignore[assignment]
         read_phases: Callable[[], Mapping[str, PhaseFrame]] = dict,
         read_lost: Callable[[], Mapping[str, npt.NDArray[np.uint32]]] = dict,
@@ -118,11 +118,16 @@ class Frame:
         """Describe the communication point ``index`` (whole steps since the start) at ``time`` [s]."""
         self.index = index
         self.time = time
-        self.bodies = bodies
+        self._bodies = bodies
         self.scalars = scalars
         self._read_phases = read_phases
         self._read_lost = read_lost
         self._read_surface, self._read_film = read_surface, read_film
+
+    @cached_property
+    def bodies(self) -> Mapping[str, BodyFrame]:
+        """The bodies by name."""
+        return self._bodies() if callable(self._bodies) else self._bodies
 
     @cached_property
     def phases(self) -> Mapping[str, PhaseFrame]:
@@ -149,7 +154,7 @@ class Frame:
 class MeshDescription:
     """The triangles of a body, in its own frame about its centre of mass.
 
-    Bodies of the same shape may share one object; the recording still stores the triangles for each body.
+    Bodies of the same shape may share one object; the segments of a boom that do are stored and drawn by one entity.
 
     Attributes:
         vertices: (V, 3) float32 [m].

@@ -20,6 +20,7 @@ from scenarios.commands import (
     debrief,
     export,
     list,
+    new,
     order,
     repair,
     replay,
@@ -34,7 +35,7 @@ from scenarios.exit_codes import BAD_INPUT, INTERRUPTED
 from scenarios.problems import ScenarioError
 
 COMMANDS = (
-    list, oils, booms, check, run, conduct, order, sweep, replay, debrief, compare, verify, report, export, repair,
+    list, new, oils, booms, check, run, conduct, order, sweep, replay, debrief, compare, verify, report, export, repair,
     signals, build_fmu, export_fmu,
 )  # fmt: skip
 

@@ -20,6 +20,7 @@ from scenarios.schema.bodies import Body, MeshBody
 from scenarios.schema.criteria import CriterionSettings, criteria_problems
 from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings, body_of, segment_names
 from scenarios.schema.fmu_settings import FmuSettings
+from scenarios.schema.injects import InjectSettings
 from scenarios.schema.liquid import (
     LEAK_MARGIN,
     BlockFill,
@@ -37,6 +38,7 @@ from scenarios.schema.probe_settings import BodyProbe, Probe
 from scenarios.schema.quantity_fields import Vector
 from scenarios.schema.recovery import SkimmerSettings, skimmer_problems
 from scenarios.schema.run_settings import RunSettings
+from scenarios.schema.sea import SeaSettings
 from scenarios.schema.weather import CurrentSettings, ForcingSettings, WaveSettings, WindSettings, ZoneSettings
 from scenarios.schema.window import WindowTable
 
@@ -53,6 +55,7 @@ NAMED_TABLES = (
     "booms",
     "moorings",
     "skimmers",
+    "injects",
     "criteria",
     "probes",
     "fmus",
@@ -79,6 +82,8 @@ class Parts:
     moorings: Mapping[str, MooringSettings] = field(default_factory=dict)
     skimmers: Mapping[str, SkimmerSettings] = field(default_factory=dict)
     tow: TowSettings | None = None
+    sea: SeaSettings | None = None
+    injects: Mapping[str, InjectSettings] = field(default_factory=dict)
     criteria: Mapping[str, CriterionSettings] = field(default_factory=dict)
     probes: Mapping[str, Probe] = field(default_factory=dict)
     fmus: Mapping[str, FmuSettings] = field(default_factory=dict)
@@ -106,6 +111,8 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
         yield from _numbers(parts.fluid, parts.tank, parts.fill.values())
     if parts.fmus:
         yield from _fmus(parts)
+    if parts.injects:
+        yield from _injects(parts)
     yield from _window(parts)
 
 
@@ -176,8 +183,9 @@ def _references(parts: Parts) -> Iterator[Problem]:
 
 def _orders(parts: Parts) -> Iterator[Problem]:
     for name, vessel in parts.vessels.items():
-        if vessel.control == "helmsman" and not vessel.legs and "tow" not in parts.given:
-            yield Problem(f"vessels.{name}.legs", "is missing, allowed: give legs, or a [tow] table for all vessels")
+        if vessel.control == "helmsman" and not (vessel.legs or vessel.waypoints) and "tow" not in parts.given:
+            text = "is missing, allowed: give legs or waypoints, or a [tow] table for all vessels"
+            yield Problem(f"vessels.{name}.legs", text)
 
 
 def _plane(parts: Parts) -> Iterator[Problem]:
@@ -350,3 +358,10 @@ def _fmus(parts: Parts) -> Iterator[Problem]:
     from scenarios.signals.signal_table import signals_of
 
     yield from fmu_problems(parts.fmus, signals_of(parts))
+
+
+def _injects(parts: Parts) -> Iterator[Problem]:
+    """Check the orders and conditions of injects; the signals of a run are imported only if there are some."""
+    from scenarios.signals.inject_checks import inject_problems
+
+    yield from inject_problems(parts)

@@ -17,6 +17,8 @@ from scenarios.schema.quantity_fields import field_kinds
 from scenarios.schema.structuring import COMPASS, structure
 from scenarios.text.toml import read_toml
 
+LEVELS = ("easy", "hard")  # beside the scenario as it stands, which is "normal"
+
 
 @dataclass(frozen=True, kw_only=True)
 class LoadedScenario:
@@ -66,10 +68,10 @@ def load_scenario(source: str | Path, *, overrides: Iterable[str] = (), demo: bo
     try:
         scenario = scenario_from(_changed(data, overrides, demo), folder=path.parent)
     except ScenarioError as error:
-        raise ScenarioError([*error.problems, *_demo_problems(data, path, demo)], str(path)) from error
-    demo_problems = _demo_problems(data, path, demo)
-    if demo_problems:
-        raise ScenarioError(demo_problems, str(path))
+        raise ScenarioError([*error.problems, *_variant_problems(data, path, demo)], str(path)) from error
+    problems = _variant_problems(data, path, demo)
+    if problems:
+        raise ScenarioError(problems, str(path))
     return LoadedScenario(scenario=scenario, text=text, path=path)
 
 
@@ -97,6 +99,8 @@ def _changed(data: dict[str, Any], overrides: Iterable[str], demo: bool) -> dict
     if demo and isinstance(data.get("demo"), Mapping):
         data = merged(data, data["demo"])
     problems: list[Problem] = []
+    overrides = tuple(overrides)
+    data = _at_level(data, overrides)
     for override in overrides:
         try:
             data = with_override(data, *parse_override(override))
@@ -105,6 +109,38 @@ def _changed(data: dict[str, Any], overrides: Iterable[str], demo: bool) -> dict
     if problems:
         raise ScenarioError(problems)
     return data
+
+
+def _at_level(data: dict[str, Any], overrides: Iterable[str]) -> dict[str, Any]:
+    """Apply the changes of the level that the data or an override names; ScenarioError where the file does not have it."""
+    named = [text.partition("=")[2].strip() for text in overrides if text.partition("=")[0].strip() == "level"]
+    level, levels = (named or [data.get("level", "normal")])[-1], data.get("levels", {})
+    if level not in LEVELS or not isinstance(levels, Mapping):
+        return data  # a wrong level is found among the fields
+    if level not in levels:
+        text = f"is {level!r}, allowed in this scenario: {', '.join(['normal', *levels])}"
+        raise ScenarioError([Problem("level", text)])
+    return merged(data, levels[level]) if isinstance(levels[level], Mapping) else data
+
+
+def _variant_problems(data: Mapping[str, Any], path: Path, demo: bool) -> list[Problem]:
+    """Find what is wrong with the changes that the file holds for its demo and its levels."""
+    return [*_demo_problems(data, path, demo), *_level_problems(data, path.parent)]
+
+
+def _level_problems(data: Mapping[str, Any], folder: Path) -> list[Problem]:
+    """Find what is wrong with the changes of the levels, of a scenario that is right without them."""
+    levels = data.get("levels")
+    if not isinstance(levels, Mapping):
+        return []
+    found, plain = list[Problem](), _all_problems(data, folder)
+    for level, changes in levels.items():
+        if level not in LEVELS or not isinstance(changes, Mapping):
+            found.append(Problem(f"levels.{level}", f"is no level, allowed: tables {' and '.join(LEVELS)}"))
+            continue
+        changed = _all_problems(merged(data, changes), folder)
+        found += [problem.below(f"levels.{level}") for problem in changed if problem not in plain]
+    return found
 
 
 def _demo_problems(data: Mapping[str, Any], path: Path, applied: bool) -> list[Problem]:

@@ -13,12 +13,14 @@ from scenarios.schema import (
     criteria,
     exercise,
     fmu_settings,
+    injects,
     liquid,
     moorings,
     probe_settings,
     recovery,
     run_settings,
     sea,
+    training,
     weather,
     window,
 )
@@ -107,6 +109,7 @@ For a loop of your own, `scenarios.build.build(scenario)` makes the parts: `asse
 """
 
 CHAPTERS: tuple[tuple[str, tuple[type[Section], ...]], ...] = (
+    ("exercise", (training.ExerciseSettings,)),
     ("run", (run_settings.RunSettings,)),
     ("fluid", (liquid.FluidSettings,)),
     ("phases.NAME", (liquid.PhaseSettings,)),
@@ -133,6 +136,8 @@ CHAPTERS: tuple[tuple[str, tuple[type[Section], ...]], ...] = (
     ("moorings.NAME", (moorings.MooringSettings,)),
     ("moorings.NAME.parts", (moorings.PartSettings,)),
     ("skimmers.NAME", (recovery.SkimmerSettings,)),
+    ("injects.NAME", (injects.InjectSettings,)),
+    ("injects.NAME.when", (injects.ConditionSettings,)),
     ("criteria.KEY", (criteria.CriterionSettings,)),
     ("probes.NAME", get_args(probe_settings.Probe)),
     ("fmus.NAME", (fmu_settings.FmuSettings,)),

@@ -18,13 +18,15 @@ from scenarios.schema.bodies import Body
 from scenarios.schema.criteria import CriterionSettings
 from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings
 from scenarios.schema.fmu_settings import FmuSettings
+from scenarios.schema.injects import InjectSettings
 from scenarios.schema.liquid import Fill, FluidSettings, PhaseSettings, PipeEmitterSettings, Tank
 from scenarios.schema.moorings import MooringSettings
 from scenarios.schema.probe_settings import Probe
 from scenarios.schema.quantity_fields import Section
 from scenarios.schema.recovery import SkimmerSettings
-from scenarios.schema.run_settings import CameraSettings, RecordingSettings, RunSettings, SiteSettings
+from scenarios.schema.run_settings import CameraSettings, Level, RecordingSettings, RunSettings, SiteSettings
 from scenarios.schema.sea import SeaSettings
+from scenarios.schema.training import ExerciseSettings
 from scenarios.schema.weather import ForcingSettings
 from scenarios.schema.window import WindowTable
 
@@ -38,11 +40,14 @@ class Scenario(Section):
     name    name of the scenario; title: one line; text: what the scenario shows, and its source
     fill    liquid at the start, in order
     demo    changes that make a run short, nested like the file; ``oilsim run NAME --demo`` applies them
+    level   "easy", "normal" or "hard"; reading a file applies the changes that `levels` has under that name
+    levels  changes that make the exercise easier or harder, under ``easy`` and ``hard``, nested like the file
     """
 
     name: str
     title: str = ""
     text: str = ""
+    exercise: ExerciseSettings | None = None
     run: RunSettings
     fluid: FluidSettings
     phases: Mapping[str, PhaseSettings]
@@ -58,6 +63,7 @@ class Scenario(Section):
     moorings: Mapping[str, MooringSettings] = field(default_factory=dict)
     skimmers: Mapping[str, SkimmerSettings] = field(default_factory=dict)
     tow: TowSettings | None = None
+    injects: Mapping[str, InjectSettings] = field(default_factory=dict)
     criteria: Mapping[str, CriterionSettings] = field(default_factory=dict)
     probes: Mapping[str, Probe] = field(default_factory=dict)
     fmus: Mapping[str, FmuSettings] = field(default_factory=dict)
@@ -65,6 +71,8 @@ class Scenario(Section):
     camera: CameraSettings | None = None
     site: SiteSettings | None = None
     demo: Mapping[str, object] = field(default_factory=dict)
+    level: Level = "normal"
+    levels: Mapping[str, object] = field(default_factory=dict)
 
     def problems(self) -> Iterator[Problem]:
         """Yield the problems between the tables: references, places, sizes."""

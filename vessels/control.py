@@ -104,6 +104,11 @@ class VesselControl:
         elif name == f"{self.vessel.name}.heading_order":
             self._state.heading_order = float(array)
 
+    @property
+    def leg(self) -> CourseLeg:
+        """The leg of the course that is in force."""
+        return self._course.legs[max(self._state.leg, 0)]
+
     def change_course(self, course: Course) -> None:
         """Follow the legs of `course` from the next step on; the leg that holds then begins anew."""
         self.vessel, self._course = replace(self.vessel, course=course), course
@@ -111,8 +116,8 @@ class VesselControl:
 
     def do_step(self, time: float, step_size: float) -> StepResult:
         """Choose the wrench that acts from `time` to `time + step_size` [s]."""
-        self._take_orders(time)
         position, heading, surge, sway, turn_rate = self._motion()
+        self._take_orders(time, (float(position[0]), float(position[1])), surge)
         by_hand = self._course.legs[self._state.leg].by_hand
         if self.vessel.engine_runs and by_hand is None:
             offset = self._lane_offset(position)
@@ -149,16 +154,24 @@ class VesselControl:
     def terminate(self) -> None:
         """Do nothing: the helmsman holds no resources."""
 
-    def _take_orders(self, time: float) -> None:
-        """Take the orders of a leg when the leg begins."""
+    def _take_orders(self, time: float, place: tuple[float, float] | None = None, surge: float = 0.0) -> None:
+        """Take the orders of a leg when the leg begins; place (x, y) [m] and speed ahead [m/s], where they are known."""
         state, course = self._state, self._course
-        leg = course.leg_index(time)
+        leg = course.leg_index(time, state.leg, place, self._early(surge))
         if leg != state.leg:
             state.leg = leg
             state.speed_order, state.heading_order = course.legs[leg].speed, course.legs[leg].heading
             state.lane_integral = 0.0
             self._values[f"{self.vessel.name}.speed_order"] = np.array(state.speed_order)
             self._values[f"{self.vessel.name}.heading_order"] = np.array(state.heading_order)
+
+    def _early(self, surge: float) -> float:
+        """Return the distance [m] before the end of a leg at which to stop from a speed ahead [m/s], or to turn: a hull's length."""
+        course, acceleration = self._course, self.vessel.gains.acceleration
+        following = course.legs[min(max(self._state.leg, 0) + 1, len(course.legs) - 1)]
+        if following.speed != 0.0:
+            return self.vessel.hull.length
+        return 0.0 if acceleration is None else 0.5 * surge * abs(surge) / acceleration
 
     def _motion(self) -> tuple[Array, float, float, float, float]:
         """Return the vessel's motion as `planar_motion` does."""

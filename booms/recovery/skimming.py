@@ -15,9 +15,11 @@ from booms.recovery.skimmer import Skimmer, SkimmerDesign
 from coupling.participant import Causality, Status, StepResult, Variable, checked_value, variable_table
 from coupling.participants.slick import SlickParticipant
 from coupling.rigid.rotations import rotation_matrices
+from oilsim.slick.parcels import ParcelState
 
 Array = NDArray[np.float64]
 
+POOL = 40.0  # [m] around a skimmer in which it looks for its pool; assumed: the pocket of a sweep
 SUMS = ("encountered", "oil", "water", "decanted", "offloaded")
 OUTPUTS = {**dict.fromkeys((*SUMS, "aboard"), "m3"), "rate": "m3/s"}
 
@@ -57,6 +59,16 @@ class SkimmingParticipant:
         """Place [m] of the middle of its mouth, in plan."""
         turned = (rotation_matrices(self._pose[None, 3:])[0] @ self._offset) + self._pose[:3]
         return float(turned[0]), float(turned[1])
+
+    def distance_to_pool(self) -> float | None:
+        """Return the distance [m] of the mouth from the middle of the oil that booms hold within `POOL` of it; None without such oil."""
+        parcels, mouth = self._slick.slick.parcels, np.array(self.mouth)
+        held = parcels.state == ParcelState.HELD
+        places, volumes = parcels.position[held], parcels.volume[held]
+        near = np.linalg.norm(places - mouth, axis=1) < POOL
+        if not near.any():
+            return None
+        return float(np.linalg.norm(np.average(places[near], axis=0, weights=volumes[near]) - mouth))
 
     def enter_initialization_mode(self, start_time: float) -> None:
         """Do nothing: there is nothing to prepare."""

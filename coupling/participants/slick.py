@@ -1,11 +1,11 @@
 """A slick of parcels as a participant of a coupled run: booms and hulls are bodies of others, oil is its own.
 
-Every body <body> of a boom or hull has the input `<body>.pose`. Outputs: `released`, `afloat`, `held`, `lost`, `stranded`, `recovered`,
-the account in m3, and `resolved`, what of it is particles of a window; `lost.<cause>`, the oil now lost by that cause; of every boom <boom>
-`<boom>.held`, `<boom>.passed.<cause>`, the oil that it has lost since the start, and by segment `<boom>.held_by_segment`,
-`<boom>.thickness`, `<boom>.normal_speed`, `<boom>.draft`, `<boom>.lean`, `<boom>.freeboard`. A step sweeps each barrier from where the
-last step left it to the pose given for this one, so nothing leaks, whatever the bodies do. If the bodies make their step before the slick,
-that pose is the one at the step's end; if the slick is first, its barriers lag by a step.
+The input `poses` holds the poses of the bodies of booms and hulls, in the order of `bodies`. Outputs: `released`, `afloat`, `held`, `lost`,
+`stranded`, `recovered`, the account in m3, and `resolved`, what of it is particles of a window; `lost.<cause>`, the oil now lost by that
+cause; of every boom <boom> `<boom>.held`, `<boom>.passed.<cause>`, the oil that it has lost since the start, and by segment
+`<boom>.held_by_segment`, `<boom>.thickness`, `<boom>.normal_speed`, `<boom>.draft`, `<boom>.lean`, `<boom>.freeboard`. A step sweeps each
+barrier from where the last step left it to the pose given for this one, so nothing leaks, whatever the bodies do. If the bodies make their
+step before the slick, that pose is the one at the step's end; if the slick is first, its barriers lag by a step.
 The slick does not act on the bodies.
 """
 
@@ -105,11 +105,11 @@ class SlickParticipant:
             if segments != len(boom.bodies):
                 raise ValueError(f"{name!r}: boom {boom.name!r} has {len(boom.bodies)} bodies, allowed: {segments}")
         named = [*(body for boom in booms for body in boom.bodies), *(hull.body for hull in hulls)]
-        self._bodies = list(dict.fromkeys(named))
-        self._inputs: dict[str, Array] = {}
+        self.bodies = tuple(dict.fromkeys(named))
+        self._poses: Array | None = None
         self._start = 0.0
         self._account = slick.account
-        inputs = [Variable(f"{body}.pose", "m, 1", (7,), Causality.INPUT) for body in self._bodies]
+        inputs = [Variable("poses", "m, 1", (len(self.bodies), 7), Causality.INPUT)] if self.bodies else []
         self._variables = variable_table([*inputs, *self._declared_outputs()])
 
     def _declared_outputs(self) -> list[Variable]:
@@ -131,7 +131,7 @@ class SlickParticipant:
 
     @property
     def variables(self) -> Mapping[str, Variable]:
-        """The pose of every body, the account, and the state of every boom; see the module."""
+        """The poses of all bodies, the account, and the state of every boom; see the module."""
         return self._variables
 
     @property
@@ -161,10 +161,9 @@ class SlickParticipant:
         self._start = start_time
 
     def exit_initialization_mode(self) -> None:
-        """Put the barriers where their bodies are; ValueError for a body whose pose has not been set."""
-        lacking = [f"{body}.pose" for body in self._bodies if f"{body}.pose" not in self._inputs]
-        if lacking:
-            raise ValueError(f"{self._name!r}: inputs {', '.join(lacking)} are not set, allowed: a connection for each")
+        """Put the barriers where their bodies are; ValueError if their poses have not been set."""
+        if self.bodies and self._poses is None:
+            raise ValueError(f"{self._name!r}: the input 'poses' is not set, allowed: a connection to it")
         self._move_barriers(self._start)
         self._slick.barriers.settle()
         self.observe()
@@ -203,11 +202,13 @@ class SlickParticipant:
         return np.asarray(column.reshape(-1, 2)[rows].max(axis=1))
 
     def set(self, name: str, value: Array) -> None:
-        """Set a body's pose (7,) [m, 1]; the next step uses it. ValueError for the quaternion 0."""
+        """Set the poses (N, 7) [m, 1]; the next step uses them. ValueError for the quaternion 0."""
         checked = checked_value(self._name, self._variables, name, value)
-        if not np.linalg.norm(checked[3:]) > 0.0:
-            raise ValueError(f"{self._name!r}: {name!r} has the quaternion {checked[3:]}, allowed: any but 0")
-        self._inputs[name] = checked
+        for row in np.flatnonzero(~checked[:, 3:].any(axis=1)).tolist():
+            raise ValueError(
+                f"{self._name!r}: the pose of {self.bodies[row]!r} has the quaternion 0, allowed: any other"
+            )
+        self._poses = checked
 
     def do_step(self, time: float, step_size: float) -> StepResult:
         """Go from `time` to `time + step_size` [s] in one step of the slick."""
@@ -225,7 +226,9 @@ class SlickParticipant:
 
     def _move_barriers(self, time: float) -> None:
         """Tell the slick where the bodies are at `time` [s]."""
-        poses = {body: self._inputs[f"{body}.pose"] for body in self._bodies}
+        if self._poses is None:
+            return
+        poses = dict(zip(self.bodies, self._poses, strict=True))
         for boom in self._booms:
             self._slick.move(boom.name, boom.nodes(poses), self._immersion(boom, poses, time))
         for hull in self._hulls:
@@ -242,11 +245,11 @@ class SlickParticipant:
         )
 
     def save_state(self) -> object:
-        """Return the state of slick and sources, and the last inputs."""
+        """Return the state of slick and sources, and the last poses."""
         return {
             "slick": self._slick.save_state(),
             "sources": [source.save_state() for source in self.sources],
-            "inputs": {name: one.copy() for name, one in self._inputs.items()},
+            "poses": None if self._poses is None else self._poses.copy(),
             "particles": None if self.particles is None else self.particles.save_state(),
         }
 
@@ -259,7 +262,7 @@ class SlickParticipant:
         self._slick.restore_state(state["slick"])
         for source, saved in zip(self.sources, state["sources"], strict=True):
             source.restore_state(saved)
-        self._inputs = {name: value.copy() for name, value in state["inputs"].items()}
+        self._poses = None if state["poses"] is None else state["poses"].copy()
         if self.particles is not None:
             self.particles.restore_state(state["particles"])
         self.observe()

@@ -33,7 +33,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from coupling.rigid.rotations import applied, cross, rotation_matrices
-from coupling.rigid.skyline_cholesky import EnvelopeCholesky
+from coupling.rigid.skyline_cholesky import EnvelopeCholesky, Skyline, empty_skyline, skyline_of
 
 Array = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -148,17 +148,15 @@ class Articulation:
         self._joints, self._pose, self._twist = joints, pose, twist
         self._inverse_mass, self._arm = inverse_mass, joints.arms(pose)
         self._bias = joints.bias(self._arm, twist)
-        system = np.zeros((joints.row_count, joints.row_count))
-        first = None
         if inverse_mass.ndim == 3:
+            system = empty_skyline(joints.first_entries)
             _fill_system(joints.sides, self._arm, joints.pairs, inverse_mass, system)
-            first = joints.first_entries
         else:
             jacobian = joints.jacobian(self._arm)
-            system = jacobian @ inverse_mass @ jacobian.T
-        mean = float(np.trace(system)) / max(len(system), 1)
-        system.flat[:: len(system) + 1] += REGULAR * mean or 1.0  # nothing moves if motors hold everything
-        self._system = EnvelopeCholesky(system, first)
+            system = skyline_of(jacobian @ inverse_mass @ jacobian.T)
+        mean = float(system.values[system.diagonal].sum()) / max(joints.row_count, 1)
+        system.values[system.diagonal] += REGULAR * mean or 1.0  # nothing moves if motors hold everything
+        self._system = EnvelopeCholesky(system)
 
     def inverse_mass(self, chosen: Ints | None = None) -> Array:
         """Return W_c [1/kg, 1/(kg m), 1/(kg m2)] (6 B, 6 B), or its rows and columns `chosen`."""
@@ -234,8 +232,15 @@ def _spread_rows(sides: Sides, s: int, arm: Array, inverse_mass: Array, rows: Ar
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _fill_system(sides: Sides, arm: Array, pairs: Ints, inverse_mass: Array, system: Array) -> None:
-    """Add the lower half of J W J^T to `system` (R, R); arm (S, 3), pairs (P, 2), inverse_mass (B, 6, 6)."""
+def _add(system: Skyline, row: int, column: int, value: float) -> None:
+    """Add `value` to an entry, if it lies in the lower half."""
+    if column <= row:
+        system.values[system.start[row] + column] += value
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _fill_system(sides: Sides, arm: Array, pairs: Ints, inverse_mass: Array, system: Skyline) -> None:
+    """Add the lower half of J W J^T to `system` of R rows; arm (S, 3), pairs (P, 2), inverse_mass (B, 6, 6)."""
     rows, last = np.empty((6, 6)), -1
     for pair in pairs:
         s, t = pair[0], pair[1]
@@ -249,9 +254,9 @@ def _fill_system(sides: Sides, arm: Array, pairs: Ints, inverse_mass: Array, sys
             for axis in range(3):
                 after, before = (axis + 1) % 3, (axis + 2) % 3
                 across = rows[i, 3 + after] * arm[t, before] - rows[i, 3 + before] * arm[t, after]
-                system[row + i, column + axis] += sign * (rows[i, axis] + across)
+                _add(system, row + i, column + axis, sign * (rows[i, axis] + across))
                 if sides.rows[t] == 6:
-                    system[row + i, column + 3 + axis] += sign * rows[i, 3 + axis]
+                    _add(system, row + i, column + 3 + axis, sign * rows[i, 3 + axis])
 
 
 @njit(nogil=True, cache=True, error_model="numpy")

@@ -312,6 +312,10 @@ class RigidBodyWorld:
         """Return position [m] and orientation xyzw (7,)."""
         return self._state.pose[self._body(name).row].copy()
 
+    def poses(self, names: Sequence[str]) -> Array:
+        """Return positions [m] and orientations xyzw (n, 7) of several bodies."""
+        return self._state.pose[[self._body(name).row for name in names]]
+
     def twist(self, name: str) -> Array:
         """Return linear [m/s] and angular velocity [rad/s] (6,)."""
         return self._state.twist[self._body(name).row].copy()

@@ -1,4 +1,4 @@
-"""Cholesky's factor of a symmetric matrix with a skyline: entries before a row's first nonzero entry are never touched.
+"""Cholesky's factor of a symmetric matrix with a skyline: entries before a row's first nonzero entry are neither kept nor touched.
 
 Rows of joints depend only on joints of the same bodies. Along a chain they form a narrow band, and the cost of the factor grows with the
 length of the chain, not with its cube. For a full matrix it is the usual factor.
@@ -6,39 +6,68 @@ length of the chain, not with its cube. For a full matrix it is the usual factor
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import numpy.typing as npt
 from numba import njit
 
 Array = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
 
 COLUMNS = 64  # right hand sides that are solved at once and fit into the processor's cache
 
 
-class EnvelopeCholesky:
-    """The factor L with L L^T = `matrix` (R, R) [-], whose lower half is read; LinAlgError if it is not positive definite.
+class Skyline(NamedTuple):
+    """The lower half of a symmetric matrix of R rows, row after row from each one's first entry.
 
-    first: (R,) column of each row's first entry, if it is known.
+    first (R,): column of a row's first entry; start (R,): entry (i, k) is values[start[i] + k]; values [-].
     """
 
-    def __init__(self, matrix: Array, first: npt.NDArray[np.int64] | None = None) -> None:
-        self._first = first_entries(matrix) if first is None else first
-        self._factor = matrix.copy()
-        if not factorize(self._factor, self._first):
+    first: Ints
+    start: Ints
+    values: Array
+
+    @property
+    def diagonal(self) -> Ints:
+        """Places (R,) of the diagonal's entries in `values`."""
+        return self.start + np.arange(len(self.first))
+
+
+def empty_skyline(first: Ints) -> Skyline:
+    """Return the matrix of zeros whose rows begin at the columns `first` (R,)."""
+    ends = np.cumsum(np.arange(1, len(first) + 1) - first)
+    return Skyline(first, ends - np.arange(1, len(first) + 1), np.zeros(ends[-1] if len(ends) else 0))
+
+
+def skyline_of(matrix: Array) -> Skyline:
+    """Return the lower half of a matrix (R, R) [-]."""
+    skyline = empty_skyline(first_entries(matrix))
+    for row, (first, start) in enumerate(zip(skyline.first.tolist(), skyline.start.tolist(), strict=True)):
+        skyline.values[start + first : start + row + 1] = matrix[row, first : row + 1]
+    return skyline
+
+
+class EnvelopeCholesky:
+    """The factor L with L L^T = `matrix`, whose values it replaces; LinAlgError if it is not positive definite."""
+
+    def __init__(self, matrix: Skyline) -> None:
+        self._factor = matrix
+        if not factorize(matrix):
             raise np.linalg.LinAlgError("the matrix of the joints is not positive definite")
 
     def solved(self, right: Array) -> Array:
         """Return matrix^-1 `right` (R, N) or (R,) [-]."""
         found = np.array(right, dtype=np.float64, order="C")
         if found.ndim == 1:
-            solve_one(self._factor, self._first, found)
+            solve_one(self._factor, found)
             return found
-        solve(self._factor, self._first, found)
+        solve(self._factor, found)
         return found
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def first_entries(matrix: Array) -> npt.NDArray[np.int64]:
+def first_entries(matrix: Array) -> Ints:
     """Return the column (R,) of each row's first nonzero entry in `matrix` (R, R) [-], at most that of the diagonal."""
     first = np.zeros(len(matrix), np.int64)
     for i in range(len(matrix)):
@@ -48,50 +77,53 @@ def first_entries(matrix: Array) -> npt.NDArray[np.int64]:
 
 
 @njit(nogil=True, cache=True, fastmath=True, error_model="numpy")
-def factorize(matrix: Array, first: npt.NDArray[np.int64]) -> bool:
-    """Replace the lower half of `matrix` (R, R) [-] by its factor, with `first` (R,); tell whether it is positive definite."""
-    for i in range(len(matrix)):
+def factorize(matrix: Skyline) -> bool:
+    """Replace `matrix` by its factor; tell whether it is positive definite."""
+    first, start, values = matrix
+    for i in range(len(first)):
         for j in range(first[i], i + 1):
-            value = matrix[i, j]
+            value = values[start[i] + j]
             for k in range(max(first[i], first[j]), j):
-                value -= matrix[i, k] * matrix[j, k]
+                value -= values[start[i] + k] * values[start[j] + k]
             if j < i:
-                matrix[i, j] = value / matrix[j, j]
+                values[start[i] + j] = value / values[start[j] + j]
             elif value > 0.0:
-                matrix[i, i] = np.sqrt(value)
+                values[start[i] + i] = np.sqrt(value)
             else:
                 return False
     return True
 
 
 @njit(nogil=True, cache=True, fastmath=True, error_model="numpy")
-def solve(factor: Array, first: npt.NDArray[np.int64], right: Array) -> None:
-    """Replace the right hand sides `right` (R, N) [-] by the solutions, with `factor` (R, R) and `first` (R,)."""
+def solve(factor: Skyline, right: Array) -> None:
+    """Replace the right hand sides `right` (R, N) [-] by the solutions."""
+    first, start, values = factor
     for begin in range(0, right.shape[1], COLUMNS):
         columns = right[:, begin : begin + COLUMNS]
-        for i in range(len(factor)):
+        for i in range(len(first)):
             for k in range(first[i], i):
                 for n in range(columns.shape[1]):
-                    columns[i, n] -= factor[i, k] * columns[k, n]
+                    columns[i, n] -= values[start[i] + k] * columns[k, n]
             for n in range(columns.shape[1]):
-                columns[i, n] /= factor[i, i]
-        for i in range(len(factor) - 1, -1, -1):
+                columns[i, n] /= values[start[i] + i]
+        for i in range(len(first) - 1, -1, -1):
             for n in range(columns.shape[1]):
-                columns[i, n] /= factor[i, i]
+                columns[i, n] /= values[start[i] + i]
             for k in range(first[i], i):
                 for n in range(columns.shape[1]):
-                    columns[k, n] -= factor[i, k] * columns[i, n]
+                    columns[k, n] -= values[start[i] + k] * columns[i, n]
 
 
 @njit(nogil=True, cache=True, fastmath=True, error_model="numpy")
-def solve_one(factor: Array, first: npt.NDArray[np.int64], right: Array) -> None:
-    """Replace the right hand side `right` (R,) [-] by the solution, with `factor` (R, R) and `first` (R,)."""
-    for i in range(len(factor)):
+def solve_one(factor: Skyline, right: Array) -> None:
+    """Replace the right hand side `right` (R,) [-] by the solution."""
+    first, start, values = factor
+    for i in range(len(first)):
         value = right[i]
         for k in range(first[i], i):
-            value -= factor[i, k] * right[k]
-        right[i] = value / factor[i, i]
-    for i in range(len(factor) - 1, -1, -1):
-        right[i] /= factor[i, i]
+            value -= values[start[i] + k] * right[k]
+        right[i] = value / values[start[i] + i]
+    for i in range(len(first) - 1, -1, -1):
+        right[i] /= values[start[i] + i]
         for k in range(first[i], i):
-            right[k] -= factor[i, k] * right[i]
+            right[k] -= values[start[i] + k] * right[i]

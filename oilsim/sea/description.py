@@ -80,6 +80,7 @@ class SeaDescription:
     density     [kg/m3] of the water
     gravity     [m/s2]
     waves       RegularWaves, JonswapWaves, or None
+    build_up    [s] since time 0, over which the waves grow from nothing; see `growth`
     current     CurrentProfile, or None
     wind        WindField, or None
     langmuir    LangmuirCells, or None; they need wind and waves
@@ -96,6 +97,7 @@ class SeaDescription:
     wind: WindField | None = None
     langmuir: LangmuirCells | None = None
     turbulence: Turbulence | None = None
+    build_up: float = quantity("s", default=0.0, at_least=0.0)
 
     def __post_init__(self) -> None:
         require("sea", SeaDescription, vars(self), self._problems())
@@ -109,6 +111,17 @@ class SeaDescription:
         yield from of_kind("turbulence", self.turbulence, Turbulence, none)
         if self.langmuir is not None and (self.wind is None or self.waves is None):
             yield "langmuir is given without wind and waves, allowed: with both, which make the cells"
+
+    def growth(self, time: float) -> tuple[float, float]:
+        """Return the share of their height that the waves have at `time` [s], and its rate [1/s]: sin^2(pi t / 2 T) while they build up.
+
+        A body at rest that meets full waves at once keeps the difference to the water's motion as a drift. Programs for moored bodies
+        therefore let waves grow over a period or more.
+        """
+        if time >= self.build_up:
+            return 1.0, 0.0
+        angle = math.pi * max(time, 0.0) / self.build_up
+        return math.sin(0.5 * angle) ** 2, 0.5 * math.pi / self.build_up * math.sin(angle)
 
     @property
     def water(self) -> StillWater:

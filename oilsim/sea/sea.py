@@ -95,14 +95,12 @@ class Sea:
     def elevation(self, xy: ArrayLike, time: float) -> Double:
         """Return the height of the surface (N,) [m] at places (N, 2) or points (N, 3) [m]."""
         points, shape = _points(xy, 2, time)
-        eta, phase = np.empty(len(points)), self._phase(time)
+        eta, phase, waves = np.empty(len(points)), self._phase(time), self._grown(self.description.growth(time)[0])
         if self._second:
-            second = second_harmonic(
-                float(self._waves.amplitude[0]), float(self._waves.wave_number[0]), self._water.depth
-            )
-            add_harmonic(points, self._waves, phase, second, eta)
+            second = second_harmonic(float(waves.amplitude[0]), float(waves.wave_number[0]), self._water.depth)
+            add_harmonic(points, waves, phase, second, eta)
         else:
-            sum_elevation(points, self._waves, phase, eta)
+            sum_elevation(points, waves, phase, eta)
         return (eta + self._water.level).reshape(shape)
 
     def grid_elevation(self, x: Double, y: Double, time: float) -> Double:
@@ -211,10 +209,20 @@ class Sea:
         return self._waves.phase_at(time, self._travel(time))
 
     def _wave_field(self, points: Double, time: float) -> WaveField:
-        phase = self._phase(time) if self._waves.amplitude.size else np.zeros(0)
+        share, rate = self.description.growth(time)
+        waves = self._grown(share)
+        phase = self._phase(time) if waves.amplitude.size else np.zeros(0)
         if self._second:
-            return stokes_field(points, self._waves, phase, self._water)
-        return linear_field(points, self._waves, phase, self._water, wheeler=self._wheeler)
+            field = stokes_field(points, waves, phase, self._water)
+        else:
+            field = linear_field(points, waves, phase, self._water, wheeler=self._wheeler)
+        if rate > 0.0:
+            field.acceleration[:] += rate / share * field.velocity
+        return field
+
+    def _grown(self, share: float) -> WaveComponents:
+        """Return the waves at a share of their height."""
+        return self._waves if share == 1.0 else self._waves._replace(amplitude=share * self._waves.amplitude)
 
     def _add_currents(self, field: WaveField, points: Double, time: float) -> None:
         """Add the current and the drift of the wind to the waves' field, each at its depth below the moving surface."""

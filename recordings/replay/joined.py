@@ -14,7 +14,8 @@ import numpy as np
 
 from recordings.errors import RecordingError
 from recordings.frame import Event, PhaseFrame
-from recordings.replay.recording import BodySeries, Replay, Series
+from recordings.replay.body_series import BodySeries
+from recordings.replay.recording import Replay, Series
 
 CONTINUES = "continues"
 """Property of a recording that goes on from another one: JSON of a `Branch`."""

@@ -12,7 +12,8 @@ import numpy.typing as npt
 from recordings import entity_paths
 from recordings.errors import RecordingError
 from recordings.frame import BodyFrame
-from recordings.replay.recording import BodySeries, Replay, Series
+from recordings.replay.body_series import BodySeries
+from recordings.replay.recording import Replay, Series
 from recordings.replay.surface import DrawnSea, seas_at
 
 Positions = npt.NDArray[np.float32]

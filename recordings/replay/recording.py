@@ -20,7 +20,6 @@ from recordings import entity_paths
 from recordings.errors import RecordingError
 from recordings.exercise import exercise_from_json, site_from_json
 from recordings.frame import (
-    BodyFrame,
     CameraView,
     Color,
     Event,
@@ -30,6 +29,7 @@ from recordings.frame import (
     PhaseFrame,
     RunDescription,
 )
+from recordings.replay.body_series import BodySeries, motions_of_all, motions_of_each
 from recordings.replay.columns import Rows, read_rows, read_single
 from recordings.replay.repair import is_whole, open_reader, repair
 from recordings.sample import ids_of_ranges
@@ -37,6 +37,8 @@ from recordings.sink.rerun_sink import FORMAT_VERSION
 
 Terms = ParamSpec("Terms")
 Result = TypeVar("Result")
+
+READ_VERSIONS = (1, FORMAT_VERSION)  # 1: an entity for each body
 
 _PROPERTIES = "__properties"
 _LEVELS: dict[str, EventLevel] = {"INFO": "info", "WARN": "warning", "ERROR": "error"}
@@ -101,32 +103,6 @@ class Series:
     index: npt.NDArray[np.int64]
     time: npt.NDArray[np.float64]
     value: npt.NDArray[np.float64]
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class BodySeries:
-    """A body at N instants.
-
-    index (N,), time (N,) [s], pose (N, 7) [m, 1], twist (N, 6) [m/s, rad/s], wrench (N, 6) [N, N m] and tension (N,) [N], NaN without one.
-    """
-
-    index: npt.NDArray[np.int64]
-    time: npt.NDArray[np.float64]
-    pose: npt.NDArray[np.float64]
-    twist: npt.NDArray[np.float64]
-    wrench: npt.NDArray[np.float64]
-    tension: npt.NDArray[np.float64]
-
-    def frame(self, row: int) -> BodyFrame:
-        """Return the body at one instant."""
-        return BodyFrame(
-            position=self.pose[row, :3],
-            orientation=self.pose[row, 3:],
-            linear_velocity=self.twist[row, :3],
-            angular_velocity=self.twist[row, 3:],
-            wrench=self.wrench[row],
-            tension=float(self.tension[row]),
-        )
 
 
 class Replay:
@@ -220,19 +196,11 @@ class Replay:
     @_told
     def bodies(self) -> Mapping[str, BodySeries]:
         """Every body's motion by its name."""
-        tensions = self._rows(_body_paths(), "tension")
-        bodies = {}
-        for path, parts in self._rows(_body_paths(), "motion").items():
-            motion = _series(parts, 19)
-            bodies[entity_paths.body_name(path)] = BodySeries(
-                index=motion.index,
-                time=motion.time,
-                pose=motion.value[:, :7],
-                twist=motion.value[:, 7:13],
-                wrench=motion.value[:, 13:],
-                tension=_series(tensions[path]).value if path in tensions else np.full(len(motion.index), np.nan),
-            )
-        return bodies
+        motions, tensions = (self._rows((f"/{entity_paths.MOTIONS}",), what) for what in ("motion", "tension"))
+        if motions:
+            names = self._rows((f"/{entity_paths.motion_names()}",), "names")
+            return motions_of_all(*(next(iter(rows.values())) for rows in (names, motions, tensions)))
+        return motions_of_each(self._rows(_body_paths(), "motion"), self._rows(_body_paths(), "tension"))
 
     @cached_property
     @_told
@@ -318,16 +286,19 @@ class Replay:
 
     def _meshes(self) -> dict[str, MeshDescription]:
         """Read the triangles of every body that has some."""
-        found = {}
+        found: dict[str, MeshDescription] = {}
         for chunk in self.chunks(*_body_paths(), static=True):
             vertices, faces = read_rows(chunk, "vertices"), read_rows(chunk, "faces")
             factor = read_rows(chunk, "Mesh3D:albedo_factor")
             if vertices is not None and faces is not None:
                 color = _unpacked(int(factor.values[0])) if factor is not None and len(factor.values) else None
-                name = entity_paths.body_name(chunk.entity_path)
                 corners = vertices.values.astype(np.float32).reshape(-1, 3)
                 triangles = faces.values.astype(np.uint32).reshape(-1, 3)
-                found[name] = MeshDescription(vertices=corners, faces=triangles, color=color)
+                mesh = MeshDescription(vertices=corners, faces=triangles, color=color)
+                names = read_rows(chunk, "names")  # format 1 has a mesh at each body's path
+                found |= dict.fromkeys(
+                    [entity_paths.body_name(chunk.entity_path)] if names is None else names.values.tolist(), mesh
+                )
         return dict(sorted(found.items()))
 
     def _boundaries(self) -> dict[str, npt.NDArray[np.float32]]:
@@ -358,10 +329,9 @@ def _require_run(path: Path, terms: Mapping[str, Any]) -> None:
     if "particle_spacing" not in terms:
         raise RecordingError(path, "has no run of oilsim, or was cut off before a run began")
     version = terms.get("format_version")
-    if version != FORMAT_VERSION:
-        raise RecordingError(
-            path, f"has format version {version}, allowed: version {FORMAT_VERSION}, which this program reads"
-        )
+    if version not in READ_VERSIONS:
+        allowed = " or ".join(map(str, READ_VERSIONS))
+        raise RecordingError(path, f"has format version {version}, allowed: {allowed}, which this program reads")
 
 
 def _lazy_store(reader: RrdReader) -> LazyStore | None:

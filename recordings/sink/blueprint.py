@@ -68,7 +68,7 @@ def _close_scene(
     run: RunDescription, view: FollowingView, *, follow: bool, hidden: Collection[str]
 ) -> rrb.Spatial3DView:
     hidden = [entity_paths.FORCES, *_waters(run), *hidden]
-    return _scene(run, view.title, view.camera, hidden=hidden, follows=entity_paths.body(view.body) if follow else None)
+    return _scene(run, view.title, view.camera, hidden=hidden, follows=view.follows if follow else None)
 
 
 def _scene(

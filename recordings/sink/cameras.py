@@ -19,10 +19,10 @@ _VESSEL_REACH = 2.2  # distance of the vessel camera, in lengths of the vessel
 
 @dataclass(frozen=True)
 class FollowingView:
-    """A camera that starts at ``camera`` and keeps its place relative to a body."""
+    """A camera that starts at ``camera`` and keeps its place relative to the entity at the path ``follows``."""
 
     title: str
-    body: str
+    follows: str
     camera: CameraView
 
 
@@ -42,7 +42,7 @@ def following_views(run: RunDescription, places: Places) -> list[FollowingView]:
 
 def _outward(boom: BoomDescription, places: Places) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """Return the apex (3,) [m], and the horizontal unit vector (3,) to it from the middle between the ends."""
-    apex = np.asarray(places[boom.segments[len(boom.segments) // 2]])
+    apex = np.asarray(places[boom.apex])
     away = apex - 0.5 * (places[boom.segments[0]] + places[boom.segments[-1]])
     away[2] = 0.0
     return apex, away / max(float(np.linalg.norm(away)), 1e-9)
@@ -52,7 +52,7 @@ def _at_apex(boom: BoomDescription, places: Places) -> FollowingView:
     """Place a camera outside the U and above, where oil leaks out."""
     apex, outward = _outward(boom, places)
     eye = apex + _APEX_REACH * boom.length * (outward + np.array([0.0, 0.0, 0.8]))
-    return FollowingView(f"Apex of {boom.name}", boom.segments[len(boom.segments) // 2], _view(eye, apex))
+    return FollowingView(f"Apex of {boom.name}", entity_paths.boom_label(boom.name), _view(eye, apex))
 
 
 def _at_vessel(boom: BoomDescription, vessel: str, length: float, places: Places) -> FollowingView:
@@ -60,7 +60,7 @@ def _at_vessel(boom: BoomDescription, vessel: str, length: float, places: Places
     _, outward = _outward(boom, places)
     target = np.asarray(places[vessel])
     eye = target + _VESSEL_REACH * length * (np.array([0.0, 0.0, 0.6]) - outward)
-    return FollowingView(f"Vessel {vessel.partition('/')[2]}", vessel, _view(eye, target))
+    return FollowingView(f"Vessel {vessel.partition('/')[2]}", entity_paths.body(vessel), _view(eye, target))
 
 
 def _view(eye: npt.NDArray[np.float64], target: npt.NDArray[np.float64]) -> CameraView:

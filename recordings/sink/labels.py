@@ -24,7 +24,7 @@ class BoomNames:
 
     def begin(self, booms: Sequence[BoomDescription]) -> None:
         """Write the names themselves; the place of each is a segment of its boom."""
-        self._places = {boom.name: (boom.segments[len(boom.segments) // 2], _ABOVE * boom.freeboard) for boom in booms}
+        self._places = {boom.name: (boom.apex, _ABOVE * boom.freeboard) for boom in booms}
         for boom in booms:
             look = rr.Points3D.from_fields(labels=[boom.name], colors=[palette.NAME], radii=[0.0], show_labels=True)
             self._static(entity_paths.boom_label(boom.name), look)

@@ -15,7 +15,7 @@ def legend(run: RunDescription) -> str:
     if booms:
         causes = ", ".join(f"{name} *{cause_in_words(cause)}*" for cause, (name, _) in CAUSES.items())
         lines.append(f"**Oil** is dark. The colour of **lost oil** shows how it was lost: {causes}.")
-        lines += [f"The colour of {tension_colors(boom, len(booms) > 1)}." for boom in booms]
+        lines += [f"The line on {tension_colors(boom, len(booms) > 1)}." for boom in booms]
     elif run.oils:
         lines.append("**Oil** is dark.")
     if run.oils and any(map(is_water, run.phases)):

@@ -24,20 +24,20 @@ import numpy as np
 import numpy.typing as npt
 import rerun as rr
 
-from recordings import appearance, entity_paths, palette
+from recordings import appearance, entity_paths
 from recordings.errors import RecordingError
 from recordings.exercise import to_json
-from recordings.frame import NO_PARTICLES, Event, MeshDescription, PhaseFrame, RunDescription
+from recordings.frame import NO_PARTICLES, Event, PhaseFrame, RunDescription
 from recordings.messages import SUMS, checksums
 from recordings.sample import Block, Sample, id_ranges
 from recordings.sink.blueprint import Layout, run_blueprint
-from recordings.sink.force_arrows import ForceArrows
+from recordings.sink.body_writer import BodyWriter
 from recordings.sink.labels import BoomNames
 from recordings.sink.legend import legend
 from recordings.sink.surface_writer import SurfaceWriter
 
 APPLICATION = "oilsim"
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 RESERVED_BYTES = 32 << 20  # disk space kept free for the footer, the log and other programs
 _FLUSH_SECONDS = 60.0
 _ANSWER_SECONDS = 1.0
@@ -55,23 +55,18 @@ class RerunWriter:
         self._run: RunDescription | None = None
         self._spacing = 0.0
         self._shown_scalars: set[str] = set()
-        self._arrows = ForceArrows()
+        self._bodies: BodyWriter | None = None
         self._last_instants: tuple[int, ...] = ()
         self._last_times: list[rr.TimeColumn] = []
         self._last_ids: dict[str, npt.NDArray[np.uint32]] = {}
         self._places: dict[str, npt.NDArray[np.float64]] = {}
         self._causes: list[str] = []
-        self._full_tension: dict[str, float] = {}
         self._surface = SurfaceWriter(self._static, self._columns)
         self._boom_names = BoomNames(self._static, self._columns)
 
     def write_run(self, run: RunDescription, terms: Mapping[str, float]) -> None:
         """Write what does not change: properties, colours, boundaries and meshes."""
         self._run, self._spacing = run, run.particle_spacing
-        density = max((phase.rest_density for phase in run.phases), default=1000.0)
-        self._arrows = ForceArrows(run.meshes, density)
-        booms = run.exercise.booms if run.exercise else ()
-        self._full_tension = {name: boom.full_tension for boom in booms for name in boom.segments}
         self._write_properties(run, terms)
         self._static("/", rr.ViewCoordinates.RIGHT_HAND_Z_UP, appearance.classes(run.phases))
         for index, phase in enumerate(run.phases):
@@ -79,10 +74,8 @@ class RerunWriter:
             self._static(entity_paths.phase(phase.name), look, rr.AnyValues(description=json.dumps(asdict(phase))))
         for name, points in run.boundaries.items():
             self._write_boundary(name, np.array(points, dtype=np.float32), run.particle_spacing)
-        for name, mesh in run.meshes.items():
-            self._write_mesh(name, mesh)
-        self._write_arrow_looks()
-        self._boom_names.begin(booms)
+        self._bodies = BodyWriter(run, self._static, self._columns)
+        self._boom_names.begin(run.exercise.booms if run.exercise else ())
         self._static(entity_paths.LEGEND, rr.TextDocument(legend(run), media_type=rr.MediaType.MARKDOWN))
 
     def write_samples(self, samples: Sequence[Sample]) -> None:
@@ -91,8 +84,8 @@ class RerunWriter:
             having = [sample for sample in samples if name in sample.phases]
             self._write_particles(entity_paths.phase(name), having, [sample.phases[name] for sample in having])
         self._write_lost(samples)
-        for name in _names(sample.bodies for sample in samples):
-            self._write_body(name, [sample for sample in samples if name in sample.bodies])
+        if self._bodies is not None:
+            self._bodies.write(samples)
         self._surface.write(samples)
         self._boom_names.write(samples)
         self._lay_out(set(_names(sample.scalars for sample in samples)), samples[0])
@@ -152,30 +145,6 @@ class RerunWriter:
         if len(points):
             self._static(entity_paths.outline(name), appearance.outline(points, spacing))
 
-    def _write_mesh(self, name: str, mesh: MeshDescription) -> None:
-        """Write a body's triangles; its pose follows frame by frame.
-
-        The viewer shades by vertex normals, so every triangle gets vertices of its own. The mesh as described is stored beside them.
-        """
-        corners = mesh.vertices[mesh.faces]
-        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.float32(1e-30))
-        shape = rr.Mesh3D(
-            vertex_positions=corners.reshape(-1, 3),
-            vertex_normals=np.repeat(normal, 3, axis=0),
-            albedo_factor=None if name in self._full_tension else palette.body_color(name, mesh),
-            face_rendering="DoubleSided",
-        )
-        described = rr.AnyValues(vertices=mesh.vertices.ravel(), faces=mesh.faces.ravel())
-        self._static(entity_paths.body(name), shape, described)
-        if entity_paths.body_group(name) == entity_paths.VESSELS:
-            self._static(entity_paths.label(name), appearance.name_over(mesh, name.partition("/")[2]))
-
-    def _write_arrow_looks(self) -> None:
-        """Write colour, thickness and scale of the force arrows."""
-        for name, scale in self._arrows.metres_per_newton.items():
-            self._static(entity_paths.force(name), appearance.force(), rr.AnyValues(metres_per_newton=scale))
-
     def _write_particles(self, path: str, samples: Sequence[Sample], frames: Sequence[PhaseFrame]) -> None:
         """Write particles, and before them their ids if they have changed."""
         changed, ranges = [], []
@@ -202,28 +171,6 @@ class RerunWriter:
                 self._static(entity_paths.lost(cause), appearance.lost(cause, self._spacing))
             frames = [found.get(cause, NO_PARTICLES) for _, found in lost]
             self._write_particles(entity_paths.lost(cause), [sample for sample, _ in lost], frames)
-
-    def _write_body(self, name: str, samples: Sequence[Sample]) -> None:
-        """Write the motion of one body at full precision, and the pose and force that the viewer draws."""
-        motion = np.array([sample.bodies[name] for sample in samples])
-        position, orientation, force = motion[:, :3], motion[:, 3:7], motion[:, 13:16]
-        drawn = rr.Transform3D.columns(translation=position, quaternion=orientation)
-        exact = rr.AnyValues.columns(motion=motion.ravel()).partition([motion.shape[1]] * len(motion))
-        self._columns(entity_paths.body(name), samples, [*drawn, *exact, *self._tension_columns(name, samples)])
-        vectors = self._arrows.vectors(name, force)
-        if vectors is not None:
-            self._columns(entity_paths.force(name), samples, rr.Arrows3D.columns(origins=position, vectors=vectors))
-
-    def _tension_columns(self, name: str, samples: Sequence[Sample]) -> list[rr.ComponentColumn]:
-        """Build the columns of a body's tension, and of the colour that shows it on a boom."""
-        tension = np.array([sample.tensions.get(name, np.nan) for sample in samples])
-        if np.isnan(tension).any():
-            return []
-        exact = rr.AnyValues.columns(tension=tension)
-        if name not in self._full_tension:
-            return [*exact]
-        colors = palette.tension_color(tension, self._full_tension[name])
-        return [*exact, *rr.Mesh3D.columns(albedo_factor=colors)]
 
     def _static(self, path: str, *components: rr.AsComponents) -> None:
         self._stream.log(path, *components, static=True, strict=True)

@@ -13,7 +13,7 @@ def register(commands: argparse._SubParsersAction) -> None:
     parser = commands.add_parser(
         "sweep", help="run a scenario once for every combination of values, and compare the runs"
     )
-    add_scenario(parser)
+    add_scenario(parser, seeded=False)
     parser.add_argument(
         "--vary",
         action="append",
@@ -48,7 +48,7 @@ def register(commands: argparse._SubParsersAction) -> None:
         help="folder for the results (default: NAME-sweep); complete runs in it are not repeated",
     )
     parser.add_argument("--record", action="store_true", help="record each run, too")
-    parser.set_defaults(command=_sweep)
+    parser.set_defaults(command=_sweep, seeds_run=False)
 
 
 def _sweep(options: argparse.Namespace) -> int:

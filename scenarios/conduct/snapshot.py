@@ -63,7 +63,7 @@ def scene_of(assembly: Assembly) -> dict[str, Any]:
             for start, words, color, opacity in palette.FILM
         ],
         "speeds": {"limit": PRACTICE_SPEED, "steps": NORMAL_SPEEDS},
-        "tows": scenario.tow is not None and any(not one.legs for one in scenario.vessels.values()),
+        "tows": scenario.tow is not None and any(not (one.legs or one.waypoints) for one in scenario.vessels.values()),
         "weather_table": "forcing" if scenario.run.has_particles or scenario.sea is None else "sea",
         "modelled": not scenario.run.has_particles,
     }
@@ -148,8 +148,7 @@ def _vessel_state(
 ) -> dict[str, Any]:
     body = frame.bodies[body_of(name)]
     ground = body.linear_velocity[:2]
-    course = getattr(assembly.parts.controls[name].vessel, "course", None)
-    leg = None if course is None else course.legs[course.leg_index(frame.time)]
+    leg = getattr(assembly.parts.controls[name], "leg", None)
     return {
         "x": float(body.position[0]),
         "y": float(body.position[1]),

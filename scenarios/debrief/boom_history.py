@@ -13,7 +13,8 @@ from booms.boom_state import BoomState
 from booms.containment import PRACTICE_SPEED
 from booms.scores import HeldSpeed, LossSpeeds
 from recordings.exercise import BoomDescription, ExerciseDescription
-from recordings.replay.recording import BodySeries, Replay, Series
+from recordings.replay.body_series import BodySeries
+from recordings.replay.recording import Replay, Series
 from recordings.replay.running_extremes import WORST, reached
 
 Array = NDArray[np.float64]

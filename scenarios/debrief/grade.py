@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from booms.containment import PRACTICE_SPEED
+from recordings.replay.running_extremes import WORST
 from scenarios.debrief.boom_history import BoomHistory
 from scenarios.problems import Problem, ScenarioError
 from scenarios.schema.criteria import CRITERIA_OF, LIMITS, CriterionSettings, Statistic, criteria_problems, limits_of
@@ -27,6 +28,11 @@ Array = NDArray[np.float64]
 Verdict = Literal["met", "partly met", "missed"]
 _POINTS: Mapping[Verdict, float] = {"met": 1.0, "partly met": 0.5, "missed": 0.0}
 LETTERS = (("A", 0.9), ("B", 0.75), ("C", 0.6), ("D", 0.4), ("E", 0.0))
+# [m/s] normal to a boom: design limit (JWPCOE 118(6), 1992), and 1 kn, from which ASTM F1093 expects substantial loss
+DESIGN_SPEED, GROSS_SPEED = 0.31, 0.51
+# [m] of the second end from its berth, within which it counts as there; assumed: a boat's length
+AT_BERTH = 15.0
+IF_THERE = ("recovered", "skimmer", "deployed")  # criteria that only an exercise with a skimmer, or a berth, has
 CAP = "D"  # the best grade if a decisive criterion is missed
 
 
@@ -82,9 +88,53 @@ class Grade:
     findings: tuple[Finding, ...]
 
 
+def _recovered_volume(history: BoomHistory) -> float | None:
+    """Return the oil [m3] that skimmers have taken; None in a recording without skimmers."""
+    found = [
+        series.value[-1]
+        for name, series in history.series.items()
+        if name.startswith("skimmers/") and name.endswith("/oil") and len(series.value)
+    ]
+    return float(sum(found)) if found else None
+
+
+def _taken_in(history: BoomHistory) -> float:
+    """Return the oil [m3] that the boom has met: held, lost, and recovered from it."""
+    return float(history.oil["retained"][-1] + history.oil["lost"][-1]) + (_recovered_volume(history) or 0.0)
+
+
 def _held(history: BoomHistory) -> float | None:
-    taken_in = history.oil["retained"][-1] + history.oil["lost"][-1]
-    return 100.0 * float(history.oil["retained"][-1] / taken_in) if taken_in > 0.0 else None
+    taken_in = _taken_in(history)
+    return 100.0 * float(1.0 - history.oil["lost"][-1] / taken_in) if taken_in > 0.0 else None
+
+
+def _recovered(history: BoomHistory) -> float | None:
+    recovered, taken_in = _recovered_volume(history), _taken_in(history)
+    return None if recovered is None or taken_in <= 0.0 else 100.0 * recovered / taken_in
+
+
+def _skimmer(history: BoomHistory) -> float | None:
+    """Return the largest mean distance [m] of a skimmer from the oil, over the time in which there was oil."""
+    means = []
+    for name, series in history.series.items():
+        if name.startswith("skimmers/") and name.endswith("/off_oil"):
+            means += [float(series.value.mean())] if len(series.value) else []
+    return max(means, default=None)
+
+
+def _deployed(history: BoomHistory) -> float | None:
+    """Return the time [s] from which on the second end lay at its berth; the run's end if it never did."""
+    series = history.series.get("to_berth")
+    if series is None or not len(series.value):
+        return None
+    away = np.flatnonzero(series.value > AT_BERTH)
+    last = -1 if not len(away) else int(away[-1])
+    return float(series.time[min(last + 1, len(series.time) - 1)])
+
+
+def _strength(history: BoomHistory) -> float | None:
+    series = history.series.get(f"{WORST}strength_share") or history.series.get("strength_share")
+    return None if series is None or not len(series.value) else 100.0 * float(series.value.max())
 
 
 def _all_oil(history: BoomHistory) -> Array:
@@ -93,7 +143,7 @@ def _all_oil(history: BoomHistory) -> Array:
 
 
 def _met(history: BoomHistory) -> float | None:
-    taken_in = history.oil["retained"][-1] + history.oil["lost"][-1]
+    taken_in = _taken_in(history)
     there = taken_in + history.oil["free"][-1]
     return 100.0 * float(taken_in / there) if there > 0.0 else None
 
@@ -114,8 +164,8 @@ def _led(history: BoomHistory) -> float | None:
     return None if shares is None else float(shares[-1])
 
 
-def _time_too_fast(history: BoomHistory) -> float:
-    return 100.0 * float((history.held_speed[history.settled].max(axis=1) > PRACTICE_SPEED).mean())
+def _time_over(history: BoomHistory, speed: float) -> float:
+    return 100.0 * float((history.held_speed[history.settled].max(axis=1) > speed).mean())
 
 
 def _gap(history: BoomHistory) -> float:
@@ -196,10 +246,37 @@ _OWN = (
         what="Share of all oil that was in the recovery pocket at the end. The boom is there to lead the oil to it.",
     ),
     _known(
-        "speed", "Time over 0.7 kn", "%", _time_too_fast,
+        "speed", "Time over 0.7 kn", "%", partial(_time_over, speed=PRACTICE_SPEED),
         what="Share of the time in which water kept running against some part of the boom at more than 0.7 knots "
         "normal to it. Above this speed booms lose oil. The speed is averaged over the time in which the water passes "
         "the skirt's depth, because a shorter swing draws no oil under.",
+    ),
+    _known(
+        "design_speed", "Time over 0.6 kn", "%", partial(_time_over, speed=DESIGN_SPEED),
+        what="Share of the time in which water kept running against some part of the boom at more than 0.31 m/s normal to "
+        "it, for which booms are designed to leak nothing.",
+    ),
+    _known(
+        "gross_speed", "Time over 1 kn", "%", partial(_time_over, speed=GROSS_SPEED),
+        what="Share of the time in which water kept running against some part of the boom at more than 0.51 m/s normal to "
+        "it. Losses are massive there.",
+    ),
+    _known(
+        "recovered", "Oil recovered", "%", _recovered,
+        what="Share of the oil that skimmers took, of all oil that the boom met. Oil in the boom is not yet off the water.",
+    ),
+    _known(
+        "skimmer", "Skimmer off the oil", "m", _skimmer,
+        what="Mean distance of the skimmer's mouth from the middle of the nearest oil that a boom holds. A skimmer works in the "
+        "pool or not at all.",
+    ),
+    _known(
+        "deployed", "Time to deploy", "s", _deployed,
+        what="Time from which on the second end of the boom lay at its berth. Oil does not wait for the boom.",
+    ),
+    _known(
+        "strength", "Load of the boom", "%", _strength,
+        what="Largest tension in the boom, as a share of what it bears there. Waves and jerks need the reserve.",
     ),
     _known(
         "gap", "Gap ratio, distance from 1:3", "%", _gap,
@@ -261,6 +338,8 @@ def grade(history: BoomHistory, settings: Mapping[str, CriterionSettings] | None
     findings = []
     for criterion in criteria_for(history.boom.deployment, settings or {}):
         value = criterion.measure(history)
+        if value is None and criterion.key in IF_THERE:
+            continue
         verdict = None if value is None else criterion.verdict(value)
         findings.append(Finding(criterion=criterion, value=value, verdict=verdict))
     judged = [(finding.criterion.weight, finding.verdict) for finding in findings if finding.verdict is not None]

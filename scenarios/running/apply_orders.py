@@ -6,6 +6,7 @@ from dataclasses import replace
 from itertools import islice
 from typing import TYPE_CHECKING
 
+from coupling.rigid.moorings.mooring_leg import MooringLeg
 from oilsim.emitter import PipeEmitter
 from oilsim.forcing import AiryWaves, Wind
 from oilsim.loads.morison import FloatingBodies
@@ -41,9 +42,9 @@ def give_orders(assembly: Assembly, scenario: Scenario) -> None:
         ordered = scenario.vessels[station.vessel.name]
         station.vessel = replace(station.vessel, engine_runs=any(ordered.screws), screws=ordered.screws)
     _part(assembly, scenario)
-    _cast_off(assembly, scenario)
-    for skimmer in assembly.skimmers.skimmers:
-        skimmer.skimmer.is_running = scenario.skimmers[skimmer.name.removeprefix("skimmers/")].running
+    _change_moorings(assembly, scenario)
+    _change_skimmers(assembly, scenario)
+    assembly.winches.take_orders(scenario)
     assembly.scoring.take_orders([control.vessel for control in assembly.controls])
     for pipe in pipes:
         assembly.fluid.add_emitter(pipe)
@@ -74,11 +75,25 @@ def _part(assembly: Assembly, scenario: Scenario) -> None:
                 assembly.scoring.take_parting(boom, number)
 
 
-def _cast_off(assembly: Assembly, scenario: Scenario) -> None:
-    """Let the mooring legs part that have parted in `scenario`."""
+def _change_moorings(assembly: Assembly, scenario: Scenario) -> None:
+    """Let the mooring legs part that have parted in `scenario`, and let anchors hold as it says."""
+    if assembly.world is None:
+        return
     for name, leg in scenario.moorings.items():
-        if leg.parted and assembly.world is not None:
+        if leg.parted:
             assembly.world.part_line(leg_name(name))
+        elif leg.holding is not None:
+            line = assembly.world.lines[leg_name(name)]
+            assert isinstance(line, MooringLeg)
+            line.anchor = replace(line.anchor, holding=leg.holding)
+
+
+def _change_skimmers(assembly: Assembly, scenario: Scenario) -> None:
+    """Let skimmers run or stop, pump and store as in `scenario`."""
+    for one in assembly.skimmers.skimmers:
+        ordered = scenario.skimmers[one.name.removeprefix("skimmers/")]
+        one.skimmer.is_running = ordered.running
+        one.skimmer.design = ordered.design(one.skimmer.design.water_density)
 
 
 def _environment(assembly: Assembly, scenario: Scenario) -> FloatingBodies | None:

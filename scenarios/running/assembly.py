@@ -19,7 +19,7 @@ from coupling.master.body_exchange import BodyExchange
 from coupling.master.co_simulation import CoSimulation
 from coupling.master.connection import Connection
 from coupling.master.exchange_ledger import Exchange, ExchangeLedger
-from coupling.master.observer_dispatch import FrameSource, Watching
+from coupling.master.observer_dispatch import CommunicationPoint, FrameSource, Watching
 from coupling.observer import Observer
 from coupling.participant import Participant
 from coupling.participants.fluid import FluidParticipant
@@ -28,6 +28,7 @@ from oilsim.advance_report import AdvanceReport
 from oilsim.forcing import Current
 from oilsim.solver import Fluid
 from recordings.frame import RunDescription
+from scenarios.running.winches import Winches
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of
 from scenarios.schema.fmu_settings import ORDER_BOARD, READING_BOARD, connections_of
@@ -66,10 +67,11 @@ class Assembly:
     """A run that is ready to start: its parts, and what observers are shown.
 
     fluid, world: the simulators themselves, for whoever wants more than the participants' variables; coupled: names of the
-    bodies that exchange motion and wrench with the fluid; fleet: vessels and booms; strength: lets overloaded booms part; accounts: scores
-    and sums, advanced by the master; remarks: what a run falls short of; parts: what signals reach into; exchange, ledger: how bodies
-    meet the fluid, and the accounts of it; slick: the oil of a run without particles, None of another; skimmers: their accounts; fmus:
-    those that take part; solids: all bodies as placed at the start; level: of the still water [m].
+    bodies that exchange motion and wrench with the fluid; fleet: vessels and booms; strength: lets overloaded booms part;
+    winches: change the lengths of lines; accounts: scores and sums, advanced by the master; remarks: what a run falls short of;
+    parts: what signals reach into; exchange, ledger: how bodies meet the fluid, and the accounts of it; slick: the oil of a run
+    without particles, None of another; skimmers: their accounts; fmus: those that take part; solids: all bodies as placed at the
+    start; level: of the still water [m].
     """
 
     scenario: Scenario
@@ -81,6 +83,7 @@ class Assembly:
     coupled: tuple[str, ...]
     fleet: Fleet
     strength: BoomStrength
+    winches: Winches
     accounts: RunAccounts
     remarks: Remarks
     parts: RunParts
@@ -132,13 +135,18 @@ class Assembly:
             if solid.wetted
         }
 
+    def _tend_lines(self, point: CommunicationPoint) -> None:
+        """Let overloaded booms part, and winches work."""
+        self.strength.advance()
+        self.winches.advance()
+
     def co_simulation(self, observers: Sequence[Observer] = ()) -> CoSimulation:
         """Create the coupled run with these observers."""
         simulation = CoSimulation(
             self.participants,
             self.connections,
             self.scenario.run.communication_step,
-            exchange=Exchange(self.exchange, self.ledger, [lambda _: self.strength.advance(), self.accounts.advance]),
+            exchange=Exchange(self.exchange, self.ledger, [self._tend_lines, self.accounts.advance]),
             watching=Watching(observers, self.frame_source, self.description),
         )
         self.accounts.coupling.follow(lambda: simulation.wall_seconds)
@@ -174,6 +182,7 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
         coupled=simulators.coupled,
         fleet=simulators.fleet,
         strength=BoomStrength(scenario, world, simulators.fleet, scoring),
+        winches=Winches(scenario, world, simulators.fleet),
         accounts=accounts,
         remarks=Remarks(scenario, world, simulators.left_out, simulators.thin, simulators.notes),
         parts=parts,
@@ -265,6 +274,7 @@ def _parts(
         scoring=scoring,
         tension_joints=simulators.fleet.tension_joints,
         wind_on_bodies=blown,
+        skimmers={one.name.removeprefix("skimmers/"): one for one in simulators.skimmers},
     )
 
 

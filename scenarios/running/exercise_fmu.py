@@ -22,14 +22,15 @@ from coupling.fmu.export import FmuContent
 from coupling.master.co_simulation import CoSimulation
 from coupling.participant import Status, StepResult, Variable, checked_value
 from scenarios.load import files_replaced, scenario_from
+from scenarios.problems import Problem, ScenarioError
 from scenarios.running.assembly import Assembly, build
 from scenarios.scenario import Scenario
 from scenarios.schema.fmu_settings import ORDER_BOARD, connections_of
 from scenarios.schema.structuring import as_data
 from scenarios.signals.fmu_checks import all_are_kept
+from scenarios.signals.score_signals import scores_of
 from scenarios.signals.signal_participant import SignalBoard, signal_variables
 from scenarios.signals.signal_table import Signal, signals_of
-from scenarios.watch.score_signals import scores_of
 
 Array = NDArray[np.float64]
 
@@ -177,7 +178,10 @@ class ExerciseParticipant:
 
 
 def exercise_signals(scenario: Scenario) -> dict[str, Signal]:
-    """List the variables of an exercise: its free signals and its scores."""
+    """List the variables of an exercise: its free signals and its scores; ScenarioError for one with injects."""
+    if scenario.injects:
+        text = "is given, allowed: without them; an exported exercise takes its orders from its master"
+        raise ScenarioError([Problem("injects", text)], scenario.name)
     driven = {one.target_variable for one in connections_of(scenario.fmus).values() if one.target == ORDER_BOARD}
     free = {name: s for name, s in signals_of(scenario).items() if not (s.is_input and name in driven)}
     return free | scores_of(scenario)

@@ -7,7 +7,6 @@ import json
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from fnmatch import fnmatch
 from pathlib import Path
 from typing import Any
 
@@ -15,45 +14,15 @@ from scenarios.load import scenario_from
 from scenarios.problems import Problem, ScenarioError
 from scenarios.scenario import Scenario
 from scenarios.schema.bodies import MeshBody
+from scenarios.schema.order_keys import NEW_TABLES, ORDER_KEYS, matches, why_unfelt
 from scenarios.schema.overrides import parse_override, with_override
 from scenarios.schema.structuring import as_data, spellings
 
 # Terms of a run that its course does not depend on.
-TERM_KEYS = ("run.duration", "run.threads", "recording.*", "camera.*", "criteria.*", "title", "text", "demo", "demo.*")
-# Orders that can be given while a run goes on: what a helmsman, the weather or a valve could do.
-ORDER_KEYS = (
-    "tow.speed",
-    "tow.heading",
-    "vessels.*.legs",
-    "vessels.*.engine",
-    "booms.*.parted",
-    "moorings.*.parted",
-    "skimmers.*.running",
-    "forcing.current.speed",
-    "forcing.current.direction",
-    "forcing.wind.speed",
-    "forcing.wind.direction",
-    "forcing.wind.gustiness",
-    "forcing.waves.height",
-    "sea.current.speed",
-    "sea.current.direction",
-    "sea.wind.speed",
-    "sea.wind.direction",
-    "sea.wind.gust_intensity",
-    "sea.waves.height",
-    "sea.waves.significant_height",
-    "emitters.*.speed",
-)
-# Tables that an order may add to a run that began without them.
-NEW_TABLES = (
-    "forcing.current",
-    "forcing.wind",
-    "forcing.waves",
-    "sea.current",
-    "sea.wind",
-    "sea.waves",
-    "emitters.*",
-)
+TERM_KEYS = (
+    "run.duration", "run.threads", "recording.*", "camera.*", "criteria.*", "title", "text", "demo", "demo.*", "levels", "levels.*",
+    "exercise", "exercise.*",
+)  # fmt: skip
 _ORDERED = "orders "  # how the text of an order's event begins
 
 
@@ -147,7 +116,7 @@ class Plan:
 
         Raises ScenarioError, which names every setting that cannot be ordered, and what a scenario may not be.
         """
-        orders = tuple(_last_of_each(settings))
+        orders = tuple(_last_of_each(_with_injects(settings, self.scenario_at(index))))
         _require_orders(self.scenario_at(index), orders)
         place = sum(action.index <= index for action in self.actions)
         action = Action(index=index, settings=orders)
@@ -173,7 +142,7 @@ class Plan:
     def fingerprint(self, index: int) -> str:
         """Return a digest of all that this run depends on up to the communication point `index`; terms are left out, files are read."""
         data = as_data(self.scenario)
-        course = {path: value for path, value in _leaves(data) if not _matches(path, TERM_KEYS)}
+        course = {path: value for path, value in _leaves(data) if not matches(path, TERM_KEYS)}
         actions = [[action.index, action.settings] for action in self.actions if action.index < index]
         digests = [_digest(file) for file in self.files.values()]
         return hashlib.sha256(json.dumps([course, actions, digests], sort_keys=True).encode()).hexdigest()
@@ -190,6 +159,17 @@ def plan_from(data: Mapping[str, Any]) -> Plan:
     )
 
 
+def _with_injects(settings: Sequence[str], scenario: Scenario) -> list[str]:
+    """Put the orders of an inject before the setting that gives it."""
+    found = list[str]()
+    for setting in settings:
+        keys, value = parse_override(setting) if "=" in setting else ((), None)
+        if len(keys) == 3 and keys[0] == "injects" and keys[2] == "given" and value is True:
+            found += scenario.injects[keys[1]].orders if keys[1] in scenario.injects else ()
+        found.append(setting)
+    return found
+
+
 def _last_of_each(settings: Sequence[str]) -> list[str]:
     """Keep only the last of several settings of one key: it rules."""
     last = {setting.partition("=")[0]: place for place, setting in enumerate(settings)}
@@ -199,7 +179,7 @@ def _last_of_each(settings: Sequence[str]) -> list[str]:
 def _is_term(scenario: Scenario, setting: str) -> bool:
     """Return whether a setting is one of the terms of a run, which its course does not depend on, rather than an order."""
     keys, _ = parse_override(setting)
-    return all(_matches(path, TERM_KEYS) for path in _entries_of(keys, as_data(scenario)))
+    return all(matches(path, TERM_KEYS) for path in _entries_of(keys, as_data(scenario)))
 
 
 def _require_orders(scenario: Scenario, settings: Sequence[str]) -> None:
@@ -216,7 +196,7 @@ def _require_orders(scenario: Scenario, settings: Sequence[str]) -> None:
             readable[setting] = parse_override(setting)[0]
         except ScenarioError as error:
             problems.extend(error.problems)
-    felt = [setting for setting, keys in readable.items() if not _why_unfelt(keys, scenario)]
+    felt = [setting for setting, keys in readable.items() if not why_unfelt(keys, scenario)]
     try:
         after = as_data(_with_settings(scenario, felt))
     except ScenarioError as error:
@@ -226,30 +206,10 @@ def _require_orders(scenario: Scenario, settings: Sequence[str]) -> None:
         if setting in felt:
             problems.extend(_not_orders(keys, before, after))
         else:
-            problems.append(Problem(f"--set {'.'.join(keys)}", _why_unfelt(keys, scenario)))
+            problems.append(Problem(f"--set {'.'.join(keys)}", why_unfelt(keys, scenario)))
     problems.extend(_mended(before, after))
     if problems:
         raise ScenarioError(problems, "oilsim")
-
-
-def _why_unfelt(keys: Sequence[str], scenario: Scenario) -> str:
-    """Say why nothing in a run of this scenario feels an entry; empty if something does."""
-    table, is_bare = keys[0], not scenario.run.has_particles
-    if table == "tow" and scenario.tow is None:
-        return "changes tow, but the run was started without it; allowed: tables that the run has"
-    if table == "emitters" and is_bare and not any(phase.is_oil for phase in scenario.phases.values()):
-        return (
-            f'cannot be ordered: run.detail is "{scenario.run.detail}", and no phase is oil; allowed: in runs with oil'
-        )
-    if table == "forcing" and is_bare and scenario.sea is not None:
-        return "is not felt: the weather is that of [sea]; allowed: sea.current, sea.wind, sea.waves"
-    if table == "sea" and scenario.run.detail == "window":
-        return (
-            "cannot be ordered: the particles of a window move with the sea that they began in; allowed: tow, vessels"
-        )
-    if table == "sea" and not (is_bare and scenario.sea is not None):
-        return "is not felt by any part of this run; allowed: forcing.current, forcing.wind, forcing.waves"
-    return ""
 
 
 def _mended(before: Mapping[str, Any], after: Mapping[str, Any]) -> Iterator[Problem]:
@@ -269,7 +229,7 @@ def _not_orders(keys: tuple[str, ...], before: Mapping[str, Any], after: Mapping
     old, new = dict(_leaves(before)), dict(_leaves(after))
     changed = sorted(path for path in old.keys() | new.keys() if old.get(path) != new.get(path))
     for path in [path for path in changed if _overlap(path, keys)] or _entries_of(keys, before):
-        if not _matches(path, ORDER_KEYS) and not _is_new(path, before):
+        if not matches(path, ORDER_KEYS) and not _is_new(path, before):
             added = f"what a run began without: {', '.join(NEW_TABLES)}; with --resume: {', '.join(TERM_KEYS[:2])}"
             yield Problem(f"--set {path}", f"cannot be changed during a run, allowed: {', '.join(ORDER_KEYS)}; {added}")
 
@@ -278,7 +238,7 @@ def _is_new(path: str, before: Mapping[str, Any]) -> bool:
     """Return whether a path lies in a table that an order may add, and that is not there before."""
     outer, _, rest = path.partition(".")
     name = rest.partition(".")[0]
-    return _matches(f"{outer}.{name}", NEW_TABLES) and name not in before.get(outer, {})
+    return matches(f"{outer}.{name}", NEW_TABLES) and name not in before.get(outer, {})
 
 
 def _with_settings(scenario: Scenario, settings: Sequence[str]) -> Scenario:
@@ -310,10 +270,6 @@ def _leaves(data: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]
             yield from _leaves(value, f"{path}{key}.")
         else:
             yield f"{path}{key}", value
-
-
-def _matches(path: str, patterns: Sequence[str]) -> bool:
-    return any(fnmatch(path, pattern) for pattern in patterns)
 
 
 def _digest(path: Path) -> str:

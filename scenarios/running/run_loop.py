@@ -9,11 +9,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, cast
 
 from coupling.errors import CoSimulationError
 from coupling.master.co_simulation import CoSimulation
 from recordings.errors import RecordingError
+from recordings.frame import EventLevel
 from scenarios.problems import Problem, ScenarioError
 from scenarios.running.apply_orders import give_orders
 from scenarios.running.assembly import Assembly
@@ -26,10 +27,12 @@ from scenarios.running.checkpoints import (
     run_state,
     run_state_hash,
 )
+from scenarios.running.injects import Injects
 from scenarios.running.instructor import Instructor
 from scenarios.running.plan import Plan
 from scenarios.running.run_requests import RunRequests
 
+INJECTS = "injects"  # source of the orders that a scenario gives itself
 MARKS = "marks "  # how the text of a mark's event begins
 
 
@@ -67,7 +70,9 @@ class RunLoop:
         self._given = 0  # actions of the plan
         self._is_ended = False  # by an instructor
         self._instructor = instructor
-        self._requests, self._keepers = requests, {"totals": assembly.accounts.totals, **keepers}
+        self._injects = Injects(plan.scenario, assembly.parts) if plan.scenario.injects else None
+        own: dict[str, Keeper] = {} if self._injects is None else {"injects": self._injects}
+        self._requests, self._keepers = requests, {"totals": assembly.accounts.totals, **own, **keepers}
         self._checkpoints = checkpoints
 
     def run(self, restart: Restart | None = None) -> Exception | None:
@@ -98,6 +103,7 @@ class RunLoop:
     def step(self) -> None:
         """Give the orders that are due, make one communication step, and tell what happened in it."""
         self._give_planned()
+        self._give_injects()
         self.simulation.step()
         if self.simulation.is_running:
             self._tell()
@@ -108,13 +114,32 @@ class RunLoop:
         Raises ScenarioError, and gives none of them, if they are not allowed.
         """
         self._give_planned()
+        self._give(settings, "instructor")
+
+    def _give(self, settings: Sequence[str], source: str) -> None:
+        """Give orders of a source here and now; ScenarioError, and none given, if they are not allowed."""
         index = self.simulation.communication_point.index
         plan = self.plan.ordered(settings, index)
         give_orders(self._assembly, plan.scenario_after(self._given + 1))
         self.plan = plan
         if self._checkpoints is not None:
             self._checkpoints.follow(plan)
-        self._count_given()
+        self._count_given(source)
+
+    def _give_injects(self) -> None:
+        """Give the injects that are due, in the order of the file; one that cannot be obeyed any more is told and passed over."""
+        if self._injects is None:
+            return
+        scenario, index = self.plan.scenario_after(self._given), self.simulation.communication_point.index
+        for name in self._injects.due(scenario, index):
+            told, level = scenario.injects[name].text or name, cast(EventLevel, "warning")
+            try:
+                self._give([f"injects.{name}.given=true"], INJECTS)
+            except ScenarioError as error:
+                reasons = "; ".join(map(str, error.problems))
+                self._injects.skip(name)
+                told, level = f"{told}: cannot be given any more: {reasons}", "info"
+            self.simulation.emit(told, level=level, source=f"inject {name}")
 
     def take_requests(self) -> bool:
         """Write a checkpoint if one is asked for; return whether a stop is."""
@@ -170,6 +195,8 @@ class RunLoop:
 
     def _tell(self) -> None:
         """Tell observers what the accounts and warnings of the last step found."""
+        if self._injects is not None:
+            self._injects.look(self.simulation.communication_point.index)
         remarks = self._assembly.remarks.look(self._assembly.report())
         for notice in [*self._assembly.scoring.take_notices(), *self._assembly.skimmers.take_notices(), *remarks]:
             self.simulation.emit(notice.text, level=notice.level, source=notice.source)
@@ -193,9 +220,9 @@ class RunLoop:
             give_orders(self._assembly, self.plan.scenario_after(self._given + 1))
             self._count_given()
 
-    def _count_given(self) -> None:
-        """Count the next action of the plan as given, and tell observers."""
-        self.simulation.emit(self.plan.actions[self._given].text, source="instructor")
+    def _count_given(self, source: str = "instructor") -> None:
+        """Count the next action of the plan as given, and tell observers who gave it."""
+        self.simulation.emit(self.plan.actions[self._given].text, source=source)
         self._given += 1
 
     def _save_if_due(self) -> None:

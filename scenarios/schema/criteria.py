@@ -22,7 +22,13 @@ LIMITS: Mapping[str, tuple[float, float, float]] = {
     "encountered": (90.0, 60.0, 2.0),
     "clean": (1.0, 5.0, 3.0),
     "led": (90.0, 60.0, 3.0),
+    "recovered": (60.0, 30.0, 2.0),
+    "skimmer": (5.0, 10.0, 1.0),
+    "deployed": (300.0, 600.0, 2.0),
+    "strength": (50.0, 80.0, 1.0),
     "speed": (0.0, 10.0, 2.0),
+    "design_speed": (10.0, 40.0, 1.0),
+    "gross_speed": (0.0, 1.0, 2.0),
     "gap": (8.0, 15.0, 1.0),
     "lean": (20.0, 35.0, 1.0),
     "draft": (80.0, 60.0, 1.0),
@@ -31,8 +37,20 @@ LIMITS: Mapping[str, tuple[float, float, float]] = {
 }
 _ANY_BOOM = ("speed", "lean", "draft", "snatch")
 CRITERIA_OF: Mapping[str, tuple[str, ...]] = {
-    "sweep": ("held", "encountered", "speed", "gap", "lean", "draft", "snatch", "sharing"),
-    "containment": ("held", *_ANY_BOOM),
+    "sweep": (
+        "held",
+        "encountered",
+        "recovered",
+        "skimmer",
+        "deployed",
+        "speed",
+        "gap",
+        "lean",
+        "draft",
+        "snatch",
+        "sharing",
+    ),
+    "containment": ("held", "deployed", *_ANY_BOOM),
     "exclusion": ("clean", *_ANY_BOOM),
     "diversion": ("led", *_ANY_BOOM),
 }

@@ -105,7 +105,11 @@ class VesselSettings(Section):
     heading       [rad] at the start
     control       "helmsman" follows orders of speed and heading; with "manual", a connected FMU, or the program that runs an exported FMU,
                   gives thrust and steering, which are 0 until then
-    legs          orders to the helmsman over time; without legs, those of [tow] hold
+    legs          orders to the helmsman over time; without legs and waypoints, those of [tow] hold
+    waypoints     places (x, y) [m] to which the helmsman goes one after the other, along straight lines from `position`, at the speed
+                  `transit`; he turns a length of the hull ahead of each, and stops at the last
+    transit       [m/s] over the ground
+    depart        [s] at which the vessel leaves for its first waypoint; before, it keeps its place
     bollard_pull  [N] largest thrust ahead; the largest thrust astern is half of it
     yaw_moment    [N m] largest steering moment of a vessel without a drive
     drive         screws with rudders, or azimuth thrusters; without it, thrust and moment are given as ordered
@@ -126,6 +130,9 @@ class VesselSettings(Section):
     heading: float = quantity("rad", default=0.0)
     control: Literal["helmsman", "manual"] = "helmsman"
     legs: tuple[LegSettings, ...] = ()
+    waypoints: tuple[Point2, ...] = quantity("m", default=())
+    transit: float | None = quantity("m/s", default=None, above=0.0, at_most=20.0)
+    depart: float = quantity("s", default=0.0, at_least=0.0)
     bollard_pull: float = quantity_of(Propulsion, "bollard_pull")
     yaw_moment: float | None = quantity_of(Propulsion, "yaw_moment", default=None)
     drive: DriveSettings | None = None
@@ -157,8 +164,16 @@ class VesselSettings(Section):
             yield Problem(
                 "engine", f'is "{self.engine}", allowed: "running" or "stopped" without a drive of two screws'
             )
-        if self.control == "manual" and self.legs:
-            yield Problem("legs", 'are given, allowed: only with control = "helmsman"')
+        if self.control == "manual" and (self.legs or self.waypoints):
+            yield Problem("legs" if self.legs else "waypoints", 'are given, allowed: only with control = "helmsman"')
+        if self.legs and self.waypoints:
+            yield Problem("waypoints", "are given beside legs, allowed: one of the two")
+        if bool(self.waypoints) != (self.transit is not None):
+            yield Problem("transit", "goes with waypoints, allowed: both or none")
+        if any(one == two for one, two in pairwise((self.position, *self.waypoints))):
+            yield Problem(
+                "waypoints", "are twice the same in a row, or begin at `position`; allowed: places that differ"
+            )
         starts = [leg.start for leg in self.legs]
         if any(later <= earlier for earlier, later in pairwise(starts)):
             yield Problem("legs", f"start at {starts} s, allowed: each leg after the one before")
@@ -208,15 +223,20 @@ class BoomSettings(Section):
     tow_line            [m] length of line between each end and its vessel
     line_stiffness      [N] axial stiffness EA of these lines, which then only pull, have no mass and may be winched; without it, the lines
                         are rigid links
+    line_breaking_load  [N] tension at which such a line parts; without it, it never does
+    winch_speed         [m/s] at which such a line is winched to another `tow_line`, ordered while the run goes on
     losses              "closures": what particles are too coarse to lose is modelled, taken out of the boom and labelled (docs/losses.md);
                         "resolved": only what particles lose by themselves
     seed                of the order in which the closures' losses fall due along the boom
     bulge               "left" or "right", seen from the first end to the second: the side to which a boom with slack is laid; by default
                         the side to which the current drives a boom between fixed points, else the right
+    stream              [rad] direction to which the water runs past the ends at the start (current less way made); the boom then starts in
+                        the shape that it takes in this stream, also between ends that are not abreast (J, diversion)
     deployment          how the debrief grades it: "sweep" meets and holds oil under way, "containment" holds it between moorings,
                         "exclusion" keeps oil out of `area`, "diversion" leads oil into `area`; the default is a sweep if a vessel holds
                         an end, else a containment
     area                three or more corners (x, y) [m] of the water that an exclusion keeps clean, or to which a diversion leads the oil
+    berth               (x, y) [m] to which the crew brings the second end; the debrief tells when it lies there
     parted              numbers of the joints that have parted, counted from 1 at the first end to segments - 1
     """
 
@@ -234,11 +254,15 @@ class BoomSettings(Section):
     connector_strength: float | None = quantity("N", default=None, above=0.0)
     tow_line: float = quantity("m", default=0.0, at_least=0.0)
     line_stiffness: float | None = quantity("N", default=None, above=0.0)
+    line_breaking_load: float | None = quantity("N", default=None, above=0.0)
+    winch_speed: float = quantity("m/s", default=0.2, above=0.0)
     losses: Literal["closures", "resolved"] = "closures"
     seed: int = quantity("", default=0, at_least=0, at_most=2**31 - 1, whole=True)
     bulge: Literal["left", "right"] | None = None
+    stream: float | None = quantity("rad", default=None)
     deployment: Deployment | None = None
     area: tuple[Point2, ...] = quantity("m", default=())
+    berth: Point2 | None = quantity("m", default=None)
 
     @property
     def kind(self) -> Deployment:
@@ -288,6 +312,10 @@ class BoomSettings(Section):
         """Check that an elastic line has a length, that an area is there where the grade needs one, and that joints that part are there."""
         if self.line_stiffness is not None and self.tow_line == 0.0:
             yield Problem("line_stiffness", "is given, allowed: only with tow_line above 0 m")
+        if self.stream is not None and self.bulge is not None:
+            yield Problem("bulge", "is given beside stream, allowed: one of the two")
+        if self.line_breaking_load is not None and self.line_stiffness is None:
+            yield Problem("line_breaking_load", "is given, allowed: only with line_stiffness")
         if self.deployment in ("exclusion", "diversion") and len(self.area) < 3:
             text = f'has {len(self.area)} corners, allowed: 3 or more with deployment = "{self.deployment}"'
             yield Problem("area", text)

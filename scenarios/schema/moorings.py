@@ -46,6 +46,8 @@ class MooringSettings(Section):
     holding  [N] holding power under a level pull, as tested; by default that of its kind, mass and ground (page "Moorings")
     parts    chains and ropes, from the anchor up
     parted   whether the leg is cast off or broken
+    hauled   [m] of the uppermost part that a winch has hauled in, negative: paid out; may be ordered while the run goes on
+    winch_speed  [m/s] at which it hauls and pays out
     """
 
     boom: str | None = None
@@ -60,6 +62,8 @@ class MooringSettings(Section):
     holding: float | None = quantity("N", default=None, above=0.0)
     parts: tuple[PartSettings, ...]
     parted: bool = False
+    hauled: float = quantity("m", default=0.0)
+    winch_speed: float = quantity("m/s", default=0.2, above=0.0)
 
     def problems(self) -> Iterator[Problem]:
         """Check that the leg holds one thing, has parts, and has an anchor that finds hold in its ground."""
@@ -68,6 +72,9 @@ class MooringSettings(Section):
             yield Problem("joint", "is given, allowed: only with boom")
         if not self.parts:
             yield Problem("parts", "is empty, allowed: one part or more, from the anchor up")
+        elif not self.hauled < self.parts[-1].length:
+            text = f"is {self.hauled:g}, allowed: below {self.parts[-1].length:g} m, the length of the uppermost part"
+            yield Problem("hauled", text)
         if self.kind != "fixed" and self.mass is None:
             yield Problem("mass", f'is missing, allowed: the mass [kg] of an anchor of the kind "{self.kind}"')
         if self.kind in ("fluke", "stockless") and self.ground == "rock" and self.holding is None:

@@ -12,6 +12,7 @@ from oilsim.quantity import quantity
 from scenarios.problems import Problem
 from scenarios.schema.quantity_fields import Section, Vector
 
+Level = Literal["easy", "normal", "hard"]
 SHORTEST_STEP = 1e-6  # [s] of communication, a thousandth of what impacts need
 MOST_STEPS = 1e9  # communication steps of a run: a year at 30 a second; their times are still told apart
 

@@ -33,11 +33,13 @@ class SeaWaveSettings(Section):
     direction   [rad] they run to
     seen_from   "water": periods are seen from the water, which carries its waves along; "ground": from a place at rest, on a steady current
     stretching  "wheeler": heights of linear waves are stretched up to the surface; "none": the values at the still level hold above it
+    build_up    [s] since the start, over which the waves grow from nothing
     """
 
     direction: float = quantity_of(RegularWaves, "direction")
     seen_from: Literal["water", "ground"] = "water"
     stretching: Literal["wheeler", "none"] = "wheeler"
+    build_up: float = quantity_of(SeaDescription, "build_up")
 
 
 @dataclass(frozen=True, kw_only=True)

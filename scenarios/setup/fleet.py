@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from booms.boom import Boom, BoomDesign
-from booms.deployment import BoomLayout, PlacedBody, PlacedJoint, PlacedLine, lay_between, tow_line
+from booms.deployment import BoomLayout, PlacedBody, PlacedJoint, PlacedLine, lay_between, lay_in_stream, tow_line
 from scenarios.problems import Problem
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import BoomSettings, VesselSettings, body_of
@@ -20,7 +20,7 @@ from scenarios.schema.quantity_fields import Point2
 from scenarios.schema.weather import horizontal
 from scenarios.setup.moorings import PlacedLeg, leg_name, place_moorings
 from scenarios.setup.placed_solids import Solid
-from vessels.course import Course, CourseLeg
+from vessels.course import Course, CourseLeg, course_through
 from vessels.drive import Drive, DriveModel
 from vessels.hull import Hull, float_hull, raked_barge, wigley_hull
 from vessels.hull_forces import HullForces
@@ -183,6 +183,11 @@ def course_of(settings: VesselSettings, scenario: Scenario) -> Course | None:
     """Return a vessel's own course, or that of the tow: it waits in its place, then keeps to the line that begins there."""
     if settings.control == "manual":
         return None
+    if settings.waypoints:
+        assert settings.transit is not None
+        route = course_through([settings.position, *settings.waypoints], settings.transit, start_time=settings.depart)
+        wait = replace(route.legs[0], start_time=0.0, speed=0.0, until=None)
+        return Course(legs=(wait, *route.legs)) if settings.depart > 0.0 else route
     legs = [
         CourseLeg(start_time=leg.start, speed=leg.speed, heading=leg.heading, through=leg.through, by_hand=leg.by_hand)
         for leg in settings.legs
@@ -226,8 +231,12 @@ def _laid(
     moored = held_ends(scenario.moorings, name, settings.segments)
     if not any(isinstance(end, str) for end in settings.ends) and not any(moored):
         _require_slack(math.dist(*places), settings.length)
-    bulge = bulge_of(settings, scenario)
-    layout = lay_between(boom, places[0], places[1], water_level=water_level, name=f"boom/{name}", bulge=bulge)
+    bulge, stream = bulge_of(settings, scenario), settings.stream
+    first, second = places
+    if stream is None:
+        layout = lay_between(boom, first, second, water_level=water_level, name=f"boom/{name}", bulge=bulge)
+    else:
+        layout = lay_in_stream(boom, first, second, stream, water_level=water_level, name=f"boom/{name}")
     ends = _Ends()
     for index, (end, label) in enumerate(zip(settings.ends, settings.end_labels, strict=True)):
         segment, point = layout.segments[-index].name, layout.end_points[index]
@@ -241,10 +250,15 @@ def _laid(
             continue
         tow_point = vessels[end].initial_tow_point(water_level)
         if settings.line_stiffness is not None:
-            points = np.array([tow_point, point])
-            stiffness = settings.line_stiffness
             ends.lines.append(
-                PlacedLine(name=holds, body_a=body_of(end), body_b=segment, points=points, stiffness=stiffness)
+                PlacedLine(
+                    name=holds,
+                    body_a=body_of(end),
+                    body_b=segment,
+                    points=np.array([tow_point, point]),
+                    stiffness=settings.line_stiffness,
+                    breaking_load=settings.line_breaking_load or math.inf,
+                )
             )
             ends.tensions[label] = holds
             continue

@@ -197,6 +197,7 @@ def _add_lines(world: RigidBodyWorld, fleet: Fleet, problems: list[Problem]) -> 
                 length=line.length,
                 stiffness=line.stiffness,
                 relaxation_time=LINE_RELAXATION_TIME,
+                breaking_load=line.breaking_load,
             )
         except ValueError as error:
             problems.append(Problem(f"booms.{line.name.split('/')[1]}.line_stiffness", f"cannot be used: {error}"))

@@ -16,6 +16,7 @@ from scenarios.schema.structuring import as_data
 from scenarios.setup.boom_remarks import blockage
 from scenarios.setup.fleet import Fleet
 from scenarios.setup.fluid import horizontal
+from scenarios.setup.placed_solids import Solid
 from scenarios.setup.simulators import Simulators
 from scenarios.versions import versions
 
@@ -40,18 +41,25 @@ def describe_run(simulators: Simulators, *, text: str, overrides: Sequence[str])
         dimension=scenario.fluid.dimension,
         properties=properties,
         phases=_describe_phases(scenario),
-        meshes={
-            solid.name: MeshDescription(
-                vertices=solid.placed.mesh.vertices, faces=solid.placed.mesh.faces, color=solid.color
-            )
-            for solid in simulators.solids
-        },
+        meshes=_describe_meshes(simulators.solids),
         boundaries={} if simulators.tank is None else {"tank": simulators.fluid.boundary_positions(simulators.tank)},
         camera=None if camera is None else CameraView(eye=camera.eye, target=camera.target),
         exercise=exercise,
         site=None if scenario.site is None else _site(scenario.site),
         plots=_describe_plots(scenario),
     )
+
+
+def _describe_meshes(solids: Sequence[Solid]) -> dict[str, MeshDescription]:
+    """Describe the mesh of every body; bodies that share mesh and colour share the description."""
+    shapes: dict[tuple[int, object], MeshDescription] = {}
+    described = {}
+    for solid in solids:
+        mesh, key = solid.placed.mesh, (id(solid.placed.mesh), solid.color)
+        if key not in shapes:
+            shapes[key] = MeshDescription(vertices=mesh.vertices, faces=mesh.faces, color=solid.color)
+        described[solid.name] = shapes[key]
+    return described
 
 
 def _describe_phases(scenario: Scenario) -> tuple[PhaseDescription, ...]:

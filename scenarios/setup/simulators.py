@@ -11,11 +11,13 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from coupling.assembly import CoupledBodies, couple_world
+from coupling.participants.rigid_bodies import Asked
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 from coupling.solids.surface_sampling import SurfaceSampling, particles_of, sample_surface
 from oilsim.solver import Fluid
 from scenarios.problems import problems_of
 from scenarios.scenario import Scenario
+from scenarios.schema.exercise import body_of
 from scenarios.setup.at_sea.build_sea import unused_sea
 from scenarios.setup.at_sea.particle_free import left_out, without_particles
 from scenarios.setup.boom_remarks import boom_remarks
@@ -82,6 +84,8 @@ def build_simulators(scenario: Scenario) -> Simulators:
     samplings = _sampled(wetted, scenario.fluid.particle_spacing)
     handles = _wet(fluid, wetted, samplings, coupled)
     slick = _slick(written, layout)
+    skimmers = _skimmers(written, layout, slick)
+    asked = None if scenario.run.has_particles else _asked(layout, slick, skimmers)
     return Simulators(
         scenario=scenario,
         level=layout.level,
@@ -90,7 +94,7 @@ def build_simulators(scenario: Scenario) -> Simulators:
         coupled=coupled,
         fluid=fluid,
         tank=tank,
-        bodies=couple_world(fluid, {name: handles[name] for name in coupled}, layout.world),
+        bodies=couple_world(fluid, {name: handles[name] for name in coupled}, layout.world, asked=asked),
         world=layout.world,
         left_out=layout.left_out,
         thin={}
@@ -98,7 +102,7 @@ def build_simulators(scenario: Scenario) -> Simulators:
         else thin_bodies(solids, samplings, scenario.fluid.particle_spacing) | boom_remarks(scenario, layout.level),
         notes=(*(note for solid in solids for note in solid.notes), *unused_sea(scenario), *left_out(written)),
         slick=slick,
-        skimmers=_skimmers(written, layout, slick),
+        skimmers=skimmers,
     )
 
 
@@ -127,7 +131,7 @@ def _with_window(written: Scenario, scenario: Scenario, layout: Layout) -> Simul
         coupled=() if layout.world is None else tuple(solid.name for solid in wetted),
         fluid=window.fluid,
         tank=None,
-        bodies=couple_window(window, target, wetted, samplings, layout.world),
+        bodies=couple_window(window, target, wetted, samplings, layout.world, () if slick is None else slick.bodies),
         world=layout.world,
         left_out=layout.left_out,
         thin={},
@@ -150,6 +154,13 @@ def _slick(written: Scenario, layout: Layout) -> SlickParticipant | None:
 
     with problems_of("fill", "cannot become a slick"):
         return build_slick(written, layout.sea, layout.fleet.booms)
+
+
+def _asked(layout: Layout, slick: SlickParticipant | None, skimmers: Sequence[SkimmingParticipant]) -> Asked:
+    """Say what helmsmen, slick and skimmers ask of the bodies."""
+    carried = [name.removesuffix(".pose") for one in skimmers for name in one.variables if name.endswith(".pose")]
+    steered = [body_of(vessel.name) for vessel in layout.fleet.vessels]
+    return Asked(tuple(dict.fromkeys([*steered, *carried])), () if slick is None else slick.bodies)
 
 
 def _skimmers(written: Scenario, layout: Layout, slick: SlickParticipant | None) -> tuple[SkimmingParticipant, ...]:

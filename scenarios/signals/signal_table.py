@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,8 @@ from numpy.typing import NDArray
 from oilsim.quantity import Quantity, quantities
 from scenarios.schema.bodies import Body, Fixed
 from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings, body_of, segment_names
+from scenarios.schema.moorings import MooringSettings
+from scenarios.schema.recovery import SkimmerSettings
 from scenarios.schema.weather import ForcingSettings
 from scenarios.signals.weather_inputs import CurrentListener, set_current, set_wind
 from vessels.control import HELM_ORDERS
@@ -26,6 +28,8 @@ from vessels.manual import MACHINERY_ORDERS
 
 if TYPE_CHECKING:
     from booms.containment import ContainmentReport
+    from booms.recovery.skimming import SkimmingParticipant
+    from coupling.rigid.moorings.mooring_leg import MooringLeg
     from coupling.rigid.rigid_body_world import RigidBodyWorld
     from oilsim.solver import Fluid
     from vessels.control import VesselControl
@@ -34,6 +38,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 POSE = (("x", "m"), ("y", "m"), ("z", "m"), ("roll", "rad"), ("pitch", "rad"), ("yaw", "rad"))
+SKIMMED = (("encountered", "m3"), ("oil", "m3"), ("aboard", "m3"), ("rate", "m3/s"))
 PUSH = (("thrust", "N"), ("side_thrust", "N"), ("yaw_moment", "N m"))
 
 
@@ -53,6 +58,14 @@ class SignalTables(Protocol):
         """Booms by name."""
 
     @property
+    def moorings(self) -> Mapping[str, MooringSettings]:
+        """Mooring legs by name."""
+
+    @property
+    def skimmers(self) -> Mapping[str, SkimmerSettings]:
+        """Skimmers by name."""
+
+    @property
     def tow(self) -> TowSettings | None:
         """Orders to all vessels without orders of their own."""
 
@@ -67,6 +80,10 @@ class ScoredBoom(Protocol):
     @property
     def name(self) -> str:
         """Name of the boom."""
+
+    @property
+    def held_speed(self) -> float:
+        """Largest speed [m/s] normal to the boom that is held now."""
 
     @property
     def report(self) -> ContainmentReport | None:
@@ -91,7 +108,7 @@ class Scores(CurrentListener, Protocol):
 class RunParts:
     """The parts of a run that signals read and change; `controls` by vessel, `tension_joints` by boom and end.
 
-    wind_on_bodies: the wind on what no helmsman steers; None without wind or without such bodies.
+    wind_on_bodies: the wind on what no helmsman steers; None without wind or without such bodies; skimmers: by name.
     """
 
     fluid: Fluid
@@ -100,6 +117,7 @@ class RunParts:
     scoring: Scores
     tension_joints: Mapping[tuple[str, str], str]
     wind_on_bodies: WindOnBodies | None = None
+    skimmers: Mapping[str, SkimmingParticipant] = field(default_factory=dict)
 
     def body(self, name: str) -> tuple[Array, Array]:
         """Return pose (7,) [m, 1] and twist (6,) [m/s, rad/s] of a body."""
@@ -139,6 +157,12 @@ def signals_of(exercise: SignalTables) -> dict[str, Signal]:
         found += [*_orders(name, vessel), *_vessel(name)]
     for name, boom in exercise.booms.items():
         found += _boom(name, boom)
+    for name in exercise.moorings:
+        for what, unit in (("tension", "N"), ("dragged", "m")):
+            found.append(Signal(name=f"moorings.{name}.{what}", unit=unit, read=partial(_leg, name, what)))
+    for name in exercise.skimmers:
+        for what, unit in SKIMMED:
+            found.append(Signal(name=f"skimmers.{name}.{what}", unit=unit, read=partial(_skimmed, name, what)))
     for name, body in exercise.bodies.items():
         if not isinstance(body.motion, Fixed):
             found += _pose(f"bodies.{name}", name)
@@ -218,6 +242,17 @@ def _tension(boom: str, end: str, parts: RunParts) -> float:
     """Return the tow tension [N], the mean over the last step."""
     assert parts.world is not None
     return parts.world.tension(parts.tension_joints[boom, end])
+
+
+def _leg(mooring: str, what: str, parts: RunParts) -> float:
+    """Return the tension [N] of a mooring leg, or how far [m] its anchor has dragged."""
+    assert parts.world is not None
+    return float(getattr(cast("MooringLeg", parts.world.lines[f"moorings/{mooring}"]), what))
+
+
+def _skimmed(skimmer: str, what: str, parts: RunParts) -> float:
+    """Return a sum [m3] or the rate [m3/s] of a skimmer; 0 in a run without oil on the water."""
+    return float(parts.skimmers[skimmer].get(what)) if skimmer in parts.skimmers else 0.0
 
 
 def _pay_out(boom: str, end: str, signal: str, parts: RunParts, values: Mapping[str, float]) -> None:

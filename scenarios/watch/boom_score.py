@@ -24,7 +24,7 @@ from recordings.words import cause_in_words
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of
 from scenarios.watch.sea_edge import sides_passed
-from scenarios.watch.slick_account import with_slick
+from scenarios.watch.slick_account import volume_within, with_slick
 
 if TYPE_CHECKING:
     from coupling.participants.slick import SlickParticipant
@@ -66,6 +66,9 @@ class BoomScore:
         self._oil_in_area: float | None = None  # [m3]
         self._vessels = [body_of(end) for end in settings.ends if isinstance(end, str)]
         self._time: float | None = None
+        self.strength_share: float | None = None  # [-] largest along the boom now; None without a strength
+        self._berth = settings.berth
+        self.held_speed = 0.0  # [m/s] largest along the boom that is held now
         self._worst: dict[str, float] = {}
         self._told: set[str] = set()
         self._notices: list[Notice] = []
@@ -111,7 +114,7 @@ class BoomScore:
         if slick is not None:
             report = with_slick(report, slick, self.name)
         self.report = report
-        held = float(self._held.add(time, state.normal_flow(current)).max())
+        self.held_speed = held = float(self._held.add(time, state.normal_flow(current)).max())
         step = 0.0 if self._time is None else time - self._time
         self._time = time
         speed = self._tow_speed(world, current)
@@ -120,9 +123,16 @@ class BoomScore:
         if self.closures is not None:
             series["metrics/closure_loss_rate"] = self.closures.rate
         if len(self._area):
-            within = beside(oil[0], self._area, self._tank.period)[:, :2]
-            self._oil_in_area = float((signed_distance(within, self._area)[0] > 0.0).sum()) * self._volume
+            if slick is None:
+                within = beside(oil[0], self._area, self._tank.period)[:, :2]
+                self._oil_in_area = float((signed_distance(within, self._area)[0] > 0.0).sum()) * self._volume
+            else:
+                self._oil_in_area = volume_within(slick, self._area)
             series["metrics/oil_in_area"] = self._oil_in_area
+        if self.strength_share is not None:
+            series["metrics/strength_share"] = self.strength_share
+        if self._berth is not None:
+            series["metrics/to_berth"] = float(np.linalg.norm(state.line()[-1] - self._berth))
         series |= {f"metrics/current/{axis}": float(current[place]) for place, axis in enumerate("xy")}
         self._series = series | self._pull(world, step) | self._remember(report, held)
         self._losses.add(time, speed, report.passed, report.retained + report.lost)

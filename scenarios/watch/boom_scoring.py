@@ -124,6 +124,10 @@ class Scoring:
         """Announce that a joint of a boom, counted from 1 at its first end, has parted, and why."""
         next(score for score in self.booms if score.name == boom).take_parting(number, why)
 
+    def take_share(self, boom: str, share: float) -> None:
+        """Note the largest share [-] of its strength that a boom bears now."""
+        next(score for score in self.booms if score.name == boom).strength_share = share
+
     def take_orders(self, vessels: Iterable[Vessel]) -> None:
         """Announce the orders of these vessels' courses from now on."""
         self._orders = tuple(_orders(vessels, self._bearing))
@@ -151,7 +155,11 @@ def _orders(vessels: Iterable[Vessel], bearing: float) -> Iterator[tuple[float, 
     """
     together: dict[tuple[float, float, float, tuple[float, float] | None], list[str]] = {}
     for vessel in vessels:
-        for leg in vessel.course.legs if vessel.course else ():
+        legs = vessel.course.legs if vessel.course else ()
+        timed = [
+            leg for leg, before in zip(legs, (None, *legs), strict=False) if before is None or before.until is None
+        ]
+        for leg in timed:
             together.setdefault((leg.start_time, leg.speed, leg.heading, leg.by_hand), []).append(vessel.name)
     for (start, speed, heading, by_hand), names in together.items():
         if by_hand is not None:

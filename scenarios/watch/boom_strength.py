@@ -44,6 +44,7 @@ class BoomStrength:
                 continue
             number = max(shares, key=lambda joint: shares[joint])
             self.peak_share[name] = max(self.peak_share[name], shares[number])
+            self._scoring.take_share(name, shares[number])
             if shares[number] > 1.0:
                 self._part(name, number, shares[number] * strengths[number])
 

@@ -41,7 +41,7 @@ def _pulls(fleet: Fleet) -> dict[str, tuple[str, ...]]:
 
 
 class FrameReader:
-    """Reads the frame of a communication point: figures and poses at once, particles only for whoever asks.
+    """Reads the frame of a communication point: figures at once, bodies and particles only for whoever asks.
 
     Reading changes nothing: the accounts have been advanced before, and a frame may be read twice or never.
     """
@@ -59,14 +59,14 @@ class FrameReader:
         self._probes = probe_readings(scenario.probes, simulators.fluid, self._pose_and_wrench, scenario.tank.lower[2])
 
     def __call__(self, point: CommunicationPoint) -> Frame:
-        """Return the frame at a communication point; its particles must be asked for before the run goes on."""
+        """Return the frame at a communication point; bodies and particles must be asked for before the run goes on."""
         accounts = self._accounts
         scalars = accounts.figures.series() | dict(self._probes()) | accounts.scoring.series()
         scalars |= accounts.coupling.series() | self._moorings() | self._skimmers.series() | self._fmu_outputs()
         return Frame(
             index=point.index,
             time=point.time,
-            bodies={solid.name: self._body(solid) for solid in self._simulators.solids},
+            bodies=lambda: {solid.name: self._body(solid) for solid in self._simulators.solids},
             scalars=scalars,
             read_phases=lambda: self._phases(point.time),
             read_lost=accounts.scoring.lost_ids,
@@ -77,13 +77,13 @@ class FrameReader:
     def _surface(self, time: float) -> SurfaceFrame | None:
         """Return the surface of the sea at `time` [s]; None in a run with particles, or without a sea by formulas."""
         simulators = self._simulators
-        environment = None if simulators.world is None else simulators.world.environment
-        sea = getattr(environment, "sea", None)
-        if sea is None or simulators.window is not None or simulators.scenario.run.has_particles:
+        world = simulators.world
+        sea = None if world is None else getattr(world.environment, "sea", None)
+        if world is None or sea is None or simulators.window is not None or simulators.scenario.run.has_particles:
             return None
-        places = [self._body(solid).position[:2] for solid in simulators.solids]
+        places = world.poses([solid.name for solid in simulators.solids])[:, :2]
         oil = [] if simulators.slick is None else [simulators.slick.slick.parcels.position]
-        return self._sea_surface.frame(sea, time, np.concatenate([np.array(places).reshape(-1, 2), *oil]))
+        return self._sea_surface.frame(sea, time, np.concatenate([places, *oil]))
 
     def _film(self, surface: SurfaceFrame) -> FilmFrame | None:
         slick = self._simulators.slick

@@ -21,13 +21,15 @@ class SkimmerAccounts:
         self._assumed = [_assumption(name, scenario) for name in scenario.skimmers if scenario.skimmers[name].assumed]
 
     def series(self) -> dict[str, float]:
-        """Return the sums [m3] and rates [m3/s] of each skimmer, as ``skimmers/NAME/oil``."""
-        return {
+        """Return the sums [m3], rates [m3/s] and places of each skimmer, as ``skimmers/NAME/oil``."""
+        sums = {
             f"{skimmer.name}/{name}": float(skimmer.get(name))
             for skimmer in self.skimmers
             for name, variable in skimmer.variables.items()
             if variable.shape == ()
         }
+        off_oil = {f"{skimmer.name}/off_oil": skimmer.distance_to_pool() for skimmer in self.skimmers}
+        return sums | {name: distance for name, distance in off_oil.items() if distance is not None}
 
     def take_notices(self) -> list[Notice]:
         """Return what has happened since the last call, and at first what is assumed."""

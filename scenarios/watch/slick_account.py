@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from booms.boom_state import signed_distance
 from booms.containment import ContainmentReport
 from recordings.frame import PhaseFrame
 
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def with_slick(report: ContainmentReport, slick: SlickParticipant, boom: str) -> ContainmentReport:
-    """Return a boom's report with the oil [m3] that it holds and has lost as parcels; all that is lost is modelled."""
+    """Return a boom's report with the oil [m3] held and lost as parcels, all of it modelled, and removed by skimmers."""
     prefix = f"{boom}.passed."
     lost = {name.removeprefix(prefix): float(slick.get(name)) for name in slick.variables if name.startswith(prefix)}
     lost = {cause: volume for cause, volume in lost.items() if volume > 0.0}
@@ -28,10 +29,19 @@ def with_slick(report: ContainmentReport, slick: SlickParticipant, boom: str) ->
         outside=free,
         retained=held,
         free=free,
+        removed=float(slick.get("recovered")),
         lost=sum(lost.values()),
         lost_by_cause=lost,
         lost_modelled=lost,
     )
+
+
+def volume_within(slick: SlickParticipant, corners: NDArray[np.float64]) -> float:
+    """Return the oil [m3] on the water within a polygon of corners (K, 2) [m]."""
+    parcels = slick.slick.parcels
+    if not len(parcels):
+        return 0.0
+    return float(parcels.volume[signed_distance(parcels.position, corners)[0] > 0.0].sum())
 
 
 def phase_of(slick: SlickParticipant, level: float, time: float) -> PhaseFrame:

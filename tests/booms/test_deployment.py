@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from booms.boom import Boom
-from booms.deployment import catenary_chain, lay_between, lay_u, tow_line
+from booms.deployment import catenary_chain, lay_between, lay_u, stream_chain, tow_line
 
 
 def make_boom(segment_count=24, length=6.0):
@@ -128,3 +128,28 @@ def test_boom_made_fast_without_a_line():
     point = np.array([1.0, 2.0, 0.3])
     bodies, joints = tow_line("port", "tug", point, "boom/segment-00", point, mass_per_meter=0.1, diameter=0.02)
     assert bodies == () and len(joints) == 1 and joints[0].point == pytest.approx(point)
+
+
+@pytest.mark.parametrize(("across", "along"), [(0.3, 0.0), (0.3, 0.4), (0.2, -0.6), (0.35, 0.9), (0.05, 0.99)])
+def test_chain_in_a_stream_is_a_catenary_between_its_ends(across: float, along: float) -> None:
+    """L^2 - along^2 = (2 a sinh(across / (2 a)))^2 gives the parameter of the catenary; slopes along the chain give it, too."""
+    count = 400
+    chain = stream_chain(count, across, along)
+    assert chain[-1] == pytest.approx([across, along], abs=2e-4)
+    links = np.diff(chain, axis=0) * count
+    assert np.linalg.norm(links, axis=1) == pytest.approx(1.0)
+    slope = -links[:, 1] / links[:, 0]
+    measured = 1.0 / count / np.diff(slope).mean()
+    low, high = across / 1400.0, 1e3  # the span 2 a sinh(across / (2 a)) falls with a
+    for _ in range(200):
+        middle = math.sqrt(low * high)
+        wide = (2.0 * middle * math.sinh(across / (2.0 * middle))) ** 2 > 1.0 - along**2
+        low, high = (middle, high) if wide else (low, middle)
+    assert measured == pytest.approx(low, rel=5e-3)
+
+
+def test_chain_in_a_stream_between_ends_abreast_is_that_of_a_sweep() -> None:
+    assert stream_chain(20, 0.3, 0.0) - [0.15, 0.0] == pytest.approx(catenary_chain(20, 0.3) * [1.0, -1.0], abs=1e-6)
+    for across, along in ((0.0, 0.5), (0.8, 0.7)):
+        with pytest.raises(ValueError, match="across the stream"):
+            stream_chain(20, across, along)

@@ -13,8 +13,9 @@ from scenarios.debrief.grade import CRITERIA, read_criteria
 from scenarios.load import load_scenario
 from scenarios.problems import ScenarioError
 from scenarios.running.assembly import Assembly, build
-from scenarios.running.plan import ORDER_KEYS, TERM_KEYS, Plan
+from scenarios.running.plan import TERM_KEYS, Plan
 from scenarios.scenario import Scenario
+from scenarios.schema.order_keys import ORDER_KEYS
 from scenarios.signals.signal_participant import SignalBoard
 from scenarios.signals.signal_table import signals_of
 from tests.fuzz.scenario_files import EXTREMES, OTHERS, damaged

@@ -9,7 +9,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from recordings import palette
+from recordings import entity_paths, palette
 from recordings.exercise import BoomDescription, ExerciseDescription, Site
 from recordings.frame import BodyFrame, Frame, PhaseFrame
 from recordings.replay.moments import read_moments
@@ -106,9 +106,9 @@ def test_cameras_follow_the_apex_from_outside_and_the_vessel_from_ahead(made_up:
         "vessels/port": np.array([2.0, 1.0, 0.6]),
     }
     apex, vessel = following_views(run, places)
-    assert (apex.body, apex.camera.target) == ("boom/segment-01", (0.0, 0.0, 0.5))
+    assert (apex.follows, apex.camera.target) == (entity_paths.boom_label(BOOM.name), (0.0, 0.0, 0.5))
     assert apex.camera.eye[0] < 0.0 and apex.camera.eye[2] > 0.5
-    assert (vessel.body, vessel.camera.target) == ("vessels/port", (2.0, 1.0, 0.6))
+    assert (vessel.follows, vessel.camera.target) == ("vessels/port/hull", (2.0, 1.0, 0.6))
     assert vessel.camera.eye[0] > 2.0 and vessel.camera.eye[2] > 0.6
     assert following_views(replace(run, exercise=None), places) == []
     assert following_views(run, {}) == []

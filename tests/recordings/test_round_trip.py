@@ -8,12 +8,16 @@ from types import ModuleType
 
 import numpy as np
 import pytest
+import rerun as rr
 
+from recordings import entity_paths
 from recordings.errors import RecordingError
 from recordings.frame import Event, Frame
 from recordings.replay.recording import Replay
 from recordings.sample import grid_within
+from recordings.sink.body_writer import drawn_bodies
 from recordings.sink.recorder import Recorder
+from recordings.sink.rerun_sink import open_stream
 
 FRAMES = 35  # three blocks of ten and a rest
 
@@ -44,6 +48,57 @@ def test_bodies_and_scalars_come_back_bit_for_bit(record: Callable[..., Path], m
         for name, scalar in replay.scalars.items():
             assert scalar.index[index] == index
             assert scalar.value[index] == expected.scalars[name]
+
+
+def test_bodies_that_come_and_go_keep_their_own_instants(tmp_path: Path, made_up: ModuleType) -> None:
+    present = [made_up.BODIES[:2], made_up.BODIES[1:], made_up.BODIES[1:], made_up.BODIES]
+    with Recorder(tmp_path / "coming.rrd", frame_rate=1.0 / made_up.STEP) as recorder:
+        recorder.initialized(made_up.describe())
+        for index, names in enumerate(present):
+            bodies = {name: made_up.make_frame(index).bodies[name] for name in names}
+            recorder.step_completed(Frame(index=index, time=index * made_up.STEP, bodies=bodies))
+    read = Replay(tmp_path / "coming.rrd").bodies
+    assert {name: series.index.tolist() for name, series in read.items()} == {
+        name: [index for index, names in enumerate(present) if name in names] for name in made_up.BODIES
+    }
+    for name, series in read.items():
+        for row, index in enumerate(series.index.tolist()):
+            assert series.frame(row).motion.tobytes() == made_up.make_frame(index).bodies[name].motion.tobytes()
+
+
+def test_segments_of_a_boom_are_drawn_by_one_entity(made_up: ModuleType) -> None:
+    drawn = {one.path: one.names for one in drawn_bodies(made_up.describe())}
+    assert drawn == {
+        "boom/segments": ("boom/segment-00", "boom/segment-01"),
+        "vessels/port/hull": ("vessels/port",),
+        "bodies/rock": ("rock",),
+    }
+
+
+def test_a_recording_of_format_1_is_read(tmp_path: Path, made_up: ModuleType) -> None:
+    """Format 1 has an entity for each body, with its motion and its mesh."""
+    mesh, steps = made_up.describe().meshes["rock"], range(3)
+    stream = open_stream("of format 1")
+    stream.save(tmp_path / "old.rrd")
+    stream.send_property("recording", rr.AnyValues(format_version=1, particle_spacing=0.1, dimension=3))
+    times = [
+        rr.TimeColumn(entity_paths.TIMELINE_TIME, duration=[index * made_up.STEP for index in steps]),
+        rr.TimeColumn(entity_paths.TIMELINE_FRAME, sequence=steps),
+    ]
+    for name in made_up.BODIES:
+        motion = np.concatenate([made_up.make_frame(index).bodies[name].motion for index in steps])
+        columns = rr.AnyValues.columns(motion=motion).partition([19] * len(steps))
+        stream.send_columns(entity_paths.body(name), times, columns)
+        shape = rr.AnyValues(vertices=mesh.vertices.ravel(), faces=mesh.faces.ravel())
+        stream.log(entity_paths.body(name), shape, static=True)
+    stream.disconnect()
+    replay = Replay(tmp_path / "old.rrd")
+    assert set(replay.run.meshes) == set(replay.bodies) == set(made_up.BODIES)
+    np.testing.assert_array_equal(replay.run.meshes["vessels/port"].vertices, mesh.vertices)
+    for name, series in replay.bodies.items():
+        expected = made_up.make_frame(2).bodies[name]
+        assert series.frame(2).motion.tobytes() == expected.motion.tobytes()
+        assert np.isnan(series.tension).all()
 
 
 def test_description_comes_back(record: Callable[..., Path], made_up: ModuleType) -> None:

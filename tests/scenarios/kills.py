@@ -12,7 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from recordings.errors import RecordingError
-from recordings.replay.recording import BodySeries, Replay, Series
+from recordings.replay.body_series import BodySeries
+from recordings.replay.recording import Replay, Series
 from scenarios.running.checkpoints import find_restart
 
 STARTED = 3  # frames; before, kernels are loaded

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -14,7 +15,7 @@ from recordings.frame import Event, Frame, RunDescription
 from recordings.replay.recording import Replay
 from recordings.sink.recorder import Recorder
 from scenarios.cli import main
-from scenarios.load import library_paths
+from scenarios.load import library_paths, load_scenario
 
 QUICK = ["--set", "fluid.particle_spacing=0.1", "--set", "run.duration=0.02", "--threads", "1"]
 
@@ -24,6 +25,16 @@ def test_list_names_every_scenario_and_oil(capsys: pytest.CaptureFixture[str]) -
     text = capsys.readouterr().out
     assert all(name in text for name in library_paths())
     assert "bunker-c" in text
+
+
+def test_new_copies_an_exercise_with_comments(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "mine.toml"
+    assert main(["new", "u-sweep", "--to", str(path)]) == 0
+    copy, original = load_scenario(path), load_scenario("u-sweep")
+    assert replace(copy.scenario, name="u-sweep") == original.scenario
+    assert copy.text.count("\n# ") >= 10
+    assert main(["new", "u-sweep", "--to", str(path)]) == 2
+    assert "which is there already" in capsys.readouterr().err
 
 
 def test_compare_says_that_unrelated_runs_have_no_score_in_common(

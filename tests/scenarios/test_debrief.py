@@ -16,7 +16,7 @@ import pytest
 from booms.containment import PRACTICE_SPEED
 from recordings.exercise import BoomDescription, ExerciseDescription
 from recordings.frame import BodyFrame, Event, Frame, MeshDescription, PhaseDescription, PhaseFrame, RunDescription
-from recordings.replay.recording import Replay
+from recordings.replay.recording import Replay, Series
 from recordings.sink.recorder import Recorder
 from scenarios.cli import main
 from scenarios.debrief.boom_history import BoomHistory, boom_histories
@@ -243,6 +243,23 @@ def test_a_scenario_adds_and_drops_criteria(history: BoomHistory) -> None:
     assert found["pull"] == (30.0, "partly met")
     assert found["echo"] == (None, None)
     assert judged.share == pytest.approx((3 * 0.5 + 1 + 1 + 0.5 + 5 * 0.5 + 1) / 12)
+
+
+def test_oil_that_a_skimmer_took_is_met_and_not_lost(history: BoomHistory) -> None:
+    """8 l held, 2 l lost and 10 l taken make 90 % held and 50 % recovered; the end lay at its berth from 1.2 s on."""
+    last = history.time[-1]
+    time = np.array([0.4, 0.8, 1.2, last])
+    told = {"skimmers/a/oil": [0.0, 0.005, 0.010, 0.010], "skimmers/a/off_oil": [4.0, 4.0, 4.0, 8.0]}
+    told |= {"to_berth": [30.0, 20.0, 10.0, 5.0], "strength_share": [0.2, 0.9, 0.3, 0.3]}
+    series = {name: Series(index=np.arange(4), time=time, value=np.array(values)) for name, values in told.items()}
+    skimmed = replace(history, series=series)
+    judged = grade(skimmed, {"strength": CriterionSettings(weight=1.0)})
+    found = {f.criterion.key: (f.value, f.verdict) for f in judged.findings}
+    assert found["held"] == (pytest.approx(90.0), "partly met")
+    assert found["recovered"] == (pytest.approx(50.0), "partly met")
+    assert found["skimmer"] == (5.0, "met")
+    assert found["deployed"] == (pytest.approx(1.2), "met")
+    assert found["strength"] == (pytest.approx(90.0), "missed")
 
 
 @pytest.mark.parametrize(

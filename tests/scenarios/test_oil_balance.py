@@ -19,7 +19,7 @@ from scenarios.debrief.boom_history import boom_histories
 from scenarios.load import scenario_from
 from scenarios.running.assembly import Assembly, build
 from scenarios.running.summary import SummaryObserver
-from scenarios.watch.score_signals import scores_of
+from scenarios.signals.score_signals import scores_of
 
 SPACING = 0.1
 BOOM = {"skirt_depth": 0.22, "freeboard": 0.15}

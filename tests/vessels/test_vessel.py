@@ -178,13 +178,26 @@ def test_wind_force_and_its_heeling_moment():
     assert control.get("tug.applied_wrench") == pytest.approx([0.0, force, 0.0, -0.4 * force, 0.0, 0.0], abs=1e-9)
 
 
-def test_course_through_waypoints_arrives_on_time():
-    course = course_through([(0.0, 0.0), (3.0, 4.0), (3.0, 14.0)], 0.5)
-    assert [leg.start_time for leg in course.legs] == pytest.approx([0.0, 10.0, 30.0])
-    assert course.legs[0].heading == pytest.approx(math.atan2(4.0, 3.0))
-    assert course.legs[1].heading == pytest.approx(math.pi / 2)
-    assert course.legs[2].speed == 0.0
-    assert [course.leg_index(t) for t in (-1.0, 0.0, 9.9, 10.0, 99.0)] == [0, 0, 0, 1, 2]
+def test_timed_legs_follow_the_clock():
+    legs = [CourseLeg(start_time=start, speed=1.0, heading=0.0) for start in (0.0, 10.0, 30.0)]
+    assert [Course(legs=tuple(legs)).leg_index(t) for t in (-1.0, 0.0, 9.9, 10.0, 99.0)] == [0, 0, 0, 1, 2]
+
+
+@pytest.mark.parametrize("pull", [(0.0, 0.0), (-12.0, 10.0)])
+def test_a_vessel_passes_its_waypoints_whatever_pulls_at_it_and_stops_at_the_last(pull):
+    """A boom, a current or the wind make it slow; the clock does not turn it early."""
+    waypoints = [(12.0, 16.0), (12.0, 40.0), (-8.0, 40.0)]
+    course = course_through([(0.0, 0.0), *waypoints], 1.0)
+    assert [leg.heading for leg in course.legs[:3]] == pytest.approx([math.atan2(4.0, 3.0), 0.5 * math.pi, math.pi])
+    vessel = make_vessel(CourseLeg(start_time=0.0, speed=0.0, heading=0.0), side_thrust=60.0)
+    sim = PlanarHull(replace(vessel, course=course, gains=replace(vessel.gains, acceleration=0.05)), pull=pull)
+    track = []
+    for second in range(1, 131):
+        track.append(sim.run(float(second)).position.copy())
+    for place in waypoints[:-1]:
+        assert np.linalg.norm(np.array(track) - place, axis=1).min() < 1.5 * vessel.hull.length
+    assert sim.position == pytest.approx(waypoints[-1], abs=1.5)
+    assert np.linalg.norm(sim.velocity) < 0.05
 
 
 def test_impossible_orders_are_refused():

@@ -46,6 +46,7 @@ class BulletClient:
     def __init__(self, gravity: Vector, solver_iterations: int) -> None:
         self._client: int = pybullet.connect(pybullet.DIRECT)
         self._own: bytes | None = None  # a file of the bodies as they are now, for `restore`
+        self._hulls: dict[int, tuple[trimesh.Trimesh, Array]] = {}  # of meshes by id; a boom's segments share one
         self._release = weakref.finalize(self, _disconnect, self._client)  # with this object at the latest, and once
         self._call(pybullet.setGravity, *gravity)
         self._call(
@@ -183,7 +184,9 @@ class BulletClient:
     def _collision_shape(self, mesh: trimesh.Trimesh, axes: Array, *, is_free: bool) -> int:
         """Create the shape along principal axes: convex for a free body, because a moving concave one falls through others."""
         if is_free:
-            vertices = convex_vertices(mesh.vertices) @ axes
+            if id(mesh) not in self._hulls:
+                self._hulls[id(mesh)] = mesh, convex_vertices(mesh.vertices)
+            vertices = self._hulls[id(mesh)][1] @ axes
             return self._call(pybullet.createCollisionShape, pybullet.GEOM_MESH, vertices=vertices.tolist())
         vertices, indices = (mesh.vertices @ axes).tolist(), mesh.faces.ravel().tolist()
         return self._call(pybullet.createCollisionShape, pybullet.GEOM_MESH, vertices=vertices, indices=indices)

@@ -62,7 +62,8 @@ def build_sea(scenario: Scenario, density: float = SEA_WATER_DENSITY) -> Sea | N
     current = _current(settings, scenario, problems)
     wind = _wind(settings, scenario, problems)
     waves = None if settings.waves is None else _waves(settings.waves, scenario.run.seed)
-    parts: dict[str, Any] = {"current": current, "waves": waves}
+    build_up = 0.0 if settings.waves is None else settings.waves.build_up
+    parts: dict[str, Any] = {"current": current, "waves": waves, "build_up": build_up}
     if gravity == 0.0:
         problems.append(Problem("fluid.gravity", "is 0, allowed with [sea]: gravity, by which a sea is level"))
     elif current is not None or settings.current is None or waves is None or waves.seen_from == "water":
@@ -111,8 +112,8 @@ def _kept(path: str, make: Callable[[], Built], problems: list[Problem]) -> Buil
 
 def _waves(settings: SeaWaves, seed: int) -> RegularWaves | JonswapWaves:
     if isinstance(settings, RegularSeaWaves):
-        return RegularWaves(**_values(settings))
-    return JonswapWaves(**_values(settings), seed=seed)
+        return RegularWaves(**_values(settings, "build_up"))
+    return JonswapWaves(**_values(settings, "build_up"), seed=seed)
 
 
 def _current(settings: SeaSettings, scenario: Scenario, problems: list[Problem]) -> CurrentProfile | None:

@@ -168,8 +168,7 @@ def _water(sea: Sea, booms: Mapping[str, BoomLayout]) -> WaterFlow:
 
 def slick_connections(slick: SlickParticipant) -> tuple[Connection, ...]:
     """List the connections that tell the slick where the booms are."""
-    poses = [name for name in slick.variables if name.endswith(".pose")]
-    return tuple(Connection(BODIES, name, SLICK, name) for name in poses)
+    return (Connection(BODIES, "poses", SLICK, "poses"),) if slick.bodies else ()
 
 
 def spill_of(fill: Fill, tank: Tank) -> Spill:

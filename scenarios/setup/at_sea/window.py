@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from coupling.assembly import FLUID, CoupledBodies, couple_participant
+from coupling.participants.rigid_bodies import Asked
 from coupling.participants.slick import SlickParticipant
 from coupling.participants.window import SharedEnvironment, Target, WindowBody, WindowParticipant
 from coupling.rigid.rigid_body_world import RigidBodyWorld
@@ -48,8 +49,12 @@ def couple_window(
     wetted: Sequence[Solid],
     samplings: Mapping[int, SurfaceSampling],
     world: RigidBodyWorld | None,
+    followed: Sequence[str],
 ) -> CoupledBodies:
-    """Couple a window with all bodies that may meet it; formulas load them with what the window leaves."""
+    """Couple a window with all bodies that may meet it; formulas load them with what the window leaves.
+
+    followed: names of the bodies whose poses the slick asks for.
+    """
     met = [] if world is None else wetted
     bodies = {
         solid.name: WindowBody(
@@ -62,7 +67,8 @@ def couple_window(
     if world is not None and world.environment is not None:
         shared = SharedEnvironment(world.environment, world.loaded_names, participant.shares)
         world.change_environment(shared)
-    return couple_participant(participant, window.fluid, tuple(bodies), world)
+    asked = None if world is None else Asked(world.body_names, followed)
+    return couple_participant(participant, window.fluid, tuple(bodies), world, asked=asked)
 
 
 def exchange_oil(window: Window, slick: SlickParticipant) -> None:

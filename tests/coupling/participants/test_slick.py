@@ -27,9 +27,7 @@ class TowedBoom:
 
     def __init__(self, speed: float) -> None:
         self.name, self.speed, self.time = "tow", speed, 0.0
-        self.variables = variable_table(
-            Variable(f"{body}.pose", "m, 1", (7,), Causality.OUTPUT) for body in [*BODIES, "tug"]
-        )
+        self.variables = variable_table([Variable("poses", "m, 1", (len(BODIES) + 1, 7), Causality.OUTPUT)])
 
     def enter_initialization_mode(self, start_time):
         self.time = start_time
@@ -38,7 +36,9 @@ class TowedBoom:
         pass
 
     def get(self, name):
-        body = name.removesuffix(".pose")
+        return np.array([self._pose(body) for body in [*BODIES, "tug"]])
+
+    def _pose(self, body):
         x, y, heading = 40.0, 10.0, 0.0
         if body != "tug":
             k = BODIES.index(body)
@@ -70,7 +70,7 @@ def loss_rate(pools):
     return {LossCause.ENTRAINMENT: 0.01 * np.maximum(pools.normal_speed - 0.1, 0.0) * pools.volume}
 
 
-def build(speed: float = 0.5, lacking: str = "") -> tuple[CoSimulation, Slick]:
+def build(speed: float = 0.5, connected: bool = True) -> tuple[CoSimulation, Slick]:
     """A run with 2 m3 of oil, in water that flows at 0.1 m/s in -y."""
     half = 2.0 * np.array([np.cos(np.radians(60.0)), np.sin(np.radians(60.0))])
     left = [(-30.0 + 2 * half[0] * k, -2 * half[1] * k) for k in range(6, -1, -1)]
@@ -88,11 +88,8 @@ def build(speed: float = 0.5, lacking: str = "") -> tuple[CoSimulation, Slick]:
     participant = SlickParticipant(
         "slick", slick, UniformFlow((0.0, -0.05)), booms=booms, hulls=hulls, loss_rate=loss_rate
     )
-    links = [
-        Connection("tow", one, "slick", one)
-        for one in participant.variables
-        if one.endswith(".pose") and one != lacking
-    ]
+    assert participant.bodies == (*BODIES, "tug")
+    links = [Connection("tow", "poses", "slick", "poses")] if connected else []
     return CoSimulation([TowedBoom(speed), participant], links, STEP, rolls_back=True), slick
 
 
@@ -141,10 +138,15 @@ def test_restored_run_repeats_bit_for_bit():
     run.terminate()
 
 
-def test_body_without_a_connection_is_named():
-    run, _ = build(lacking="segment-3.pose")
-    with pytest.raises(CoSimulationError, match=r"inputs segment-3.pose are not set"):
+def test_bodies_without_a_connection_or_an_orientation_are_told():
+    run, _ = build(connected=False)
+    with pytest.raises(CoSimulationError, match=r"the input 'poses' is not set"):
         run.initialize()
+    poses = np.zeros((1, 7))
+    slick = Slick(SlickSettings(loss_volume=0.01), [Boom(name="sweep", nodes=[(-2.0, 0.0), (2.0, 0.0)], draft=0.4)])
+    bodies = [BoomBodies(name="sweep", bodies=["segment-0"], **SECTION)]
+    with pytest.raises(ValueError, match="the pose of 'segment-0' has the quaternion 0"):
+        SlickParticipant("slick", slick, UniformFlow(), booms=bodies).set("poses", poses)
 
 
 def test_boom_with_another_number_of_bodies_is_refused():
@@ -168,7 +170,7 @@ def test_a_leaning_boom_in_a_sea_tells_lean_draft_and_freeboard_from_the_local_s
     participant = SlickParticipant("slick", slick, UniformFlow(), booms=bodies, surface=Swell())
     lean = np.radians(30.0)
     participant.enter_initialization_mode(0.0)
-    participant.set("segment-0.pose", np.array([0.0, 0.0, 0.0, np.sin(0.5 * lean), 0.0, 0.0, np.cos(0.5 * lean)]))
+    participant.set("poses", np.array([[0.0, 0.0, 0.0, np.sin(0.5 * lean), 0.0, 0.0, np.cos(0.5 * lean)]]))
     participant.exit_initialization_mode()
     assert participant.get("sweep.lean") == pytest.approx([lean])
     assert participant.get("sweep.draft") == pytest.approx([0.3 + 0.45 * np.cos(lean)])

@@ -57,7 +57,7 @@ def test_parts_thinner_than_a_particle_are_told_with_what_they_are_taken_for(cli
     # 0.4 x 0.4 x 0.02 m of 0.1 m: the fluid meets some 0.4 x 0.4 x 0.1
     told, leak = told_of(client, [made(client, boxed(client, (0.2, 0.2, 0.01)))])
     assert leak.startswith(
-        "body 0, link -1 has plates 0.02 m thin, 0.2 particle spacings: liquid that stands more than two"
+        "body 0, link -1 has plates 0.02 m thin, 0.2 particle spacings: the fluid keeps its particles"
     )
     assert "body 0, link -1 has parts thinner than a particle: the fluid sees and lifts" in told
     factor = float(told.split("lifts ")[1].split()[0])

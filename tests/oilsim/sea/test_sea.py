@@ -233,3 +233,20 @@ def test_waves_that_a_grid_cannot_show_are_left_out():
     length = 2.0 * np.pi / sea.components.wave_number[0]
     still = sea.grid_elevation(np.arange(0.0, 40.0 * length, 0.55 * length), np.zeros(1), 1.0)
     assert (still == 0.5).all()
+
+
+@pytest.mark.parametrize("theory", ["linear", "stokes-2"])
+def test_waves_build_up_and_their_water_speeds_up_with_them(theory):
+    """The velocity's rate at a place is the acceleration, build-up included: sin^2(pi t / 2 T) times that of full waves."""
+    waves = RegularWaves(height=0.4, period=4.0, theory=theory, stretching="none")
+    full, growing = (Sea(SeaDescription(depth=10.0, waves=waves, build_up=time)) for time in (0.0, 8.0))
+    points, step = POINTS[:50] * (1.0, 1.0, 0.2) - (0.0, 0.0, 1.0), 1e-4
+    assert growing.description.growth(4.0) == pytest.approx((0.5, 0.5 * math.pi / 8.0))
+    assert np.array_equal(growing.velocity(points, 8.0), full.velocity(points, 8.0))
+    assert np.abs(growing.velocity(points, 0.0)).max() == 0.0
+    rate = (growing.velocity(points, 3.0 + step) - growing.velocity(points, 3.0 - step)) / (2.0 * step)
+    tolerance = 1e-6 if theory == "linear" else 2e-3  # m/s2; the second order grows with the square
+    assert growing.acceleration(points, 3.0) == pytest.approx(rate, abs=tolerance)
+    if theory == "linear":
+        share = growing.description.growth(3.0)[0]
+        assert growing.elevation(points[:, :2], 3.0) == pytest.approx(share * full.elevation(points[:, :2], 3.0))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tomllib
 
+import numpy as np
 import pytest
 
 from scenarios.load import scenario_from
@@ -130,3 +131,45 @@ def test_ground_and_length_are_checked_when_everything_has_its_place() -> None:
     )
     found = problems_of(coarse + water.replace("-1.0", "-10.0") + BUOY + f'[moorings.deep]\nbody = "buoy"\n{LEG}')
     assert found["moorings.deep.anchor"].startswith("lies on no ground: the tank is open below")
+
+
+def test_moorings_and_drives_work_among_particles() -> None:
+    """A moored buoy in a current of particles pulls at its leg, and a tug beside it gets under way by its screws."""
+    text = """
+name = "wet"
+run = {duration = 2.0, communication_step = 0.05, threads = 1}
+fluid.particle_spacing = 0.25
+phases.water = {density = 1000.0, dynamic_viscosity = 1.0e-3}
+tank = {lower = [0.0, 0.0, 0.0], upper = [6.0, 4.0, 3.0], periodic = ["x"], open = ["+z"]}
+fill.sea = {shape = "slab", phase = "water", bottom = 0.0, top = 1.5, velocity = [0.5, 0.0, 0.0]}
+bodies.buoy = {shape = "sphere", radius = 0.5, density = 300.0, position = [3.0, 1.0, 1.6]}
+[vessels.tug]
+length = 3.0
+beam = 0.8
+draft = 0.3
+depth = 0.7
+position = [3.0, 3.0]
+bollard_pull = 800.0
+control = "manual"
+drive = {diameter = 0.2, spacing = 0.4, rudder_area = 0.05}
+[moorings.leg]
+body = "buoy"
+anchor = [0.5, 1.0]
+kind = "fixed"
+parts = [{ material = "nylon", length = 2.75, diameter = 0.01 }]
+"""
+    assembly = build(scenario_from(tomllib.loads(text)))
+    simulation = assembly.co_simulation()
+    simulation.initialize()
+    (control,) = (one for one in assembly.participants if one.name == "tug-control")
+    control.set("tug.thrust_order", np.array(400.0))
+    speeds = []
+    for _ in range(30):
+        simulation.step()
+        speeds.append(assembly.world.twist("vessels/tug")[0])
+    pull, buoy = assembly.world.lines["moorings/leg"].tension, assembly.world.pose("buoy")
+    assert assembly.particle_counts()["water"] > 1000
+    assert 20.0 < pull < 2000.0  # rho / 2 C_d A U^2 is some 60 N, and the water's inertia comes on top
+    assert buoy[0] < 3.8  # the leg holds it: the water has gone 0.75 m
+    assert speeds[-1] > 0.3 and speeds[-1] > speeds[5]
+    simulation.terminate()

@@ -1,4 +1,4 @@
-"""The scores of a run's booms as signals, for the master of an exported exercise."""
+"""The scores of a run's booms as signals, for the conditions of injects and the master of an exported exercise."""
 
 from __future__ import annotations
 
@@ -8,16 +8,15 @@ from functools import partial
 
 from booms.containment import ContainmentReport
 from oilsim.slick.loss_cause import LossCause
-from scenarios.scenario import Scenario
-from scenarios.signals.signal_table import RunParts, ScoredBoom, Signal
+from scenarios.signals.signal_table import RunParts, ScoredBoom, Signal, SignalTables
 
 VOLUMES = ("inside", "outside", "retained", "free", "lost", "passed", "removed", "recovered")
 SHAPE = (("gap_ratio", "1"), ("normal_speed", "m/s"), ("effective_draft", "m"), ("skirt_angle", "rad"))
 
 
-def scores_of(scenario: Scenario) -> dict[str, Signal]:
+def scores_of(exercise: SignalTables) -> dict[str, Signal]:
     """List the scores of all booms by name; 0 before the first communication point."""
-    return {signal.name: signal for boom in scenario.booms for signal in _scores(boom)}
+    return {signal.name: signal for boom in exercise.booms for signal in _scores(boom)}
 
 
 def _scores(boom: str) -> Iterator[Signal]:
@@ -34,6 +33,7 @@ def _scores(boom: str) -> Iterator[Signal]:
     for name, unit in SHAPE:
         yield Signal(name=f"{prefix}.{name}", unit=unit, read=partial(_reported, boom, partial(_field, name)))
     yield Signal(name=f"{prefix}.retained_share", unit="1", read=partial(_reported, boom, _retained_share))
+    yield Signal(name=f"{prefix}.normal_speed_held", unit="m/s", read=partial(_held_speed, boom))
     for name in ("first_loss_speed", "gross_loss_speed"):
         yield Signal(name=f"{prefix}.{name}", unit="m/s", read=partial(_loss_speed, boom, name))
 
@@ -64,6 +64,10 @@ def _retained_share(report: ContainmentReport) -> float:
 
 def _loss_speed(boom: str, name: str, parts: RunParts) -> float:
     return getattr(_score(boom, parts), name)() or 0.0
+
+
+def _held_speed(boom: str, parts: RunParts) -> float:
+    return _score(boom, parts).held_speed
 
 
 def _score(boom: str, parts: RunParts) -> ScoredBoom:

@@ -1,0 +1,82 @@
+"""`oilsim new`: copy a shipped exercise, with a comment on each table, for a trainer to change."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from pathlib import Path
+
+from scenarios.exit_codes import DONE
+from scenarios.problems import Problem, ScenarioError
+
+# The comment on a table, by its name; tables of named things share the comment of the first one.
+COMMENTS = {
+    "exercise": "what the exercise is for: `oilsim list FILE` shows goal and brief, `--notes` the notes, too",
+    "run": 'length of the exercise [s]; detail = "none": full size without particles; "window" or "particles": finer, and slow',
+    "fluid": "size of the particles [m], where a run has some",
+    "phases": "the liquids; `oilsim oils WORD` finds oils, and temperature is that of the water [degrees C]",
+    "fill": "oil on the water at the start: corners [m] of a block; its thickness is upper z less lower z",
+    "emitters": "pipes and leaks that pour oil; speed [m/s] times the area of the mouth is the rate",
+    "tank": "the part of the sea that pictures show; everything must lie inside it at the start",
+    "sea": "depth [m], current, wind and waves; they go to direction_deg from +x; or use toward_compass and from_compass",
+    "tow": "orders to all vessels without legs of their own: speed over the ground, heading, and when they get under way [s]",
+    "vessels": "vessels: size and place [m], bollard pull [N]; legs = [...] gives a vessel orders of its own",
+    "booms": "booms: ends are vessels or fixed points; boom = a name of `oilsim booms`; other keys change what the catalogue says",
+    "moorings": "mooring legs from booms, vessels and bodies down to anchors",
+    "skimmers": "skimmers and their storage: nameplate [m3/h], swath [m], storage [m3]",
+    "injects": "what happens to the crew: at a time [s], on a condition, or on the instructor's order; see the page Orders",
+    "criteria": "how it is graded: limits and weight of each criterion, and why; the debrief shows the keys",
+    "levels": "changes of the easy and the hard variant: `oilsim run FILE --level hard`",
+    "camera": "where pictures are taken from, and at [m]",
+    "recording": "frames a simulated second",
+    "demo": "changes that make a run short: `oilsim run FILE --demo`",
+    "window": 'the box of particles of a run with run.detail = "window"',
+    "bodies": "rocks, hulks and other bodies",
+}
+
+
+def register(commands: argparse._SubParsersAction) -> None:
+    """Add the subcommand's parser to `commands`."""
+    parser = commands.add_parser("new", help="copy a shipped exercise, with comments, for you to change")
+    parser.add_argument("scenario", metavar="EXERCISE", help="name of a shipped scenario, or a .toml file")
+    parser.add_argument(
+        "--to", type=Path, metavar="FILE.toml", help="file to write (default: my-NAME.toml in the current folder)"
+    )
+    parser.set_defaults(command=_new)
+
+
+def _new(options: argparse.Namespace) -> int:
+    from scenarios.load import load_scenario
+
+    loaded = load_scenario(options.scenario)
+    path = options.to or Path(f"my-{loaded.scenario.name}.toml")
+    problems = []
+    if path.suffix != ".toml" or not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_-]*", path.stem):
+        text = f"is {str(path)!r}, allowed: a name of letters, digits, '-' and '_' that ends with .toml"
+        problems.append(Problem("--to", text))
+    if path.exists():
+        problems.append(Problem("--to", f"is {str(path)!r}, which is there already; allowed: another name"))
+    if not path.absolute().parent.is_dir():
+        problems.append(Problem("--to", f"is {str(path)!r}, allowed: a file in an existing folder"))
+    if problems:
+        raise ScenarioError(problems, "oilsim")
+    path.write_text(commented(loaded.text, path.stem), encoding="utf-8")
+    print(f"{path}: change it, then: oilsim check {path}; oilsim run {path}")
+    return DONE
+
+
+def commented(text: str, name: str) -> str:
+    """Return a scenario's file under another name, with a comment before the first table of each kind."""
+    told, lines = set[str](), list[str]()
+    is_inside = False  # a text of several lines
+    for line in text.splitlines():
+        found = None if is_inside else re.match(r"\[+([A-Za-z]+)", line)
+        table = found.group(1) if found else ""
+        if table in COMMENTS and table not in told:
+            told.add(table)
+            lines.append(f"# {COMMENTS[table]}")
+        if not is_inside and re.match(r"name\s*=", line) and not told:
+            line = f'name = "{name}"'
+        is_inside ^= line.count('"""') % 2 == 1
+        lines.append(line)
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,107 @@
+"""Orders to a run that goes on: the keys that they may change, and where nothing would feel them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from fnmatch import fnmatch
+from typing import Protocol
+
+from scenarios.schema.exercise import BoomSettings, TowSettings
+from scenarios.schema.liquid import PhaseSettings
+from scenarios.schema.run_settings import RunSettings
+from scenarios.schema.sea import SeaSettings
+
+# Orders that can be given while a run goes on: what a helmsman, the weather, a valve or the instructor could do.
+ORDER_KEYS = (
+    "tow.speed",
+    "tow.heading",
+    "vessels.*.legs",
+    "vessels.*.engine",
+    "booms.*.parted",
+    "booms.*.tow_line",
+    "moorings.*.parted",
+    "moorings.*.hauled",
+    "moorings.*.holding",
+    "skimmers.*.running",
+    "skimmers.*.nameplate",
+    "skimmers.*.storage",
+    "skimmers.*.throughput_efficiency",
+    "skimmers.*.recovery_efficiency",
+    "injects.*.given",
+    "forcing.current.speed",
+    "forcing.current.direction",
+    "forcing.wind.speed",
+    "forcing.wind.direction",
+    "forcing.wind.gustiness",
+    "forcing.waves.height",
+    "sea.current.speed",
+    "sea.current.direction",
+    "sea.wind.speed",
+    "sea.wind.direction",
+    "sea.wind.gust_intensity",
+    "sea.waves.height",
+    "sea.waves.significant_height",
+    "emitters.*.speed",
+)
+# Tables that an order may add to a run that began without them.
+NEW_TABLES = (
+    "forcing.current",
+    "forcing.wind",
+    "forcing.waves",
+    "sea.current",
+    "sea.wind",
+    "sea.waves",
+    "emitters.*",
+)
+
+
+class Felt(Protocol):
+    """The tables of a scenario that decide what its run feels; None for one that is missing, or could not be read."""
+
+    @property
+    def run(self) -> RunSettings | None:
+        """Terms of the run."""
+
+    @property
+    def tow(self) -> TowSettings | None:
+        """Orders to all vessels."""
+
+    @property
+    def sea(self) -> SeaSettings | None:
+        """The sea without particles."""
+
+    @property
+    def booms(self) -> Mapping[str, BoomSettings]:
+        """Booms by name."""
+
+    @property
+    def phases(self) -> Mapping[str, PhaseSettings]:
+        """Liquids by name."""
+
+
+def matches(path: str, patterns: Sequence[str]) -> bool:
+    """Return whether a path is one of these, which may have ``*`` for a name."""
+    return any(fnmatch(path, pattern) for pattern in patterns)
+
+
+def why_unfelt(keys: Sequence[str], scenario: Felt) -> str:
+    """Say why nothing in a run of this scenario feels an entry; empty if something does."""
+    if scenario.run is None:
+        return ""
+    boom = scenario.booms.get(keys[1]) if keys[0] == "booms" and len(keys) > 2 and keys[2] == "tow_line" else None
+    if boom is not None and boom.line_stiffness is None:
+        return "cannot be ordered: the tow lines are rigid links; allowed: in runs with line_stiffness"
+    table, is_bare, detail = keys[0], not scenario.run.has_particles, scenario.run.detail
+    if table == "tow" and scenario.tow is None:
+        return "changes tow, but the run was started without it; allowed: tables that the run has"
+    if table == "emitters" and is_bare and not any(phase.is_oil for phase in scenario.phases.values()):
+        return f'cannot be ordered: run.detail is "{detail}", and no phase is oil; allowed: in runs with oil'
+    if table == "forcing" and is_bare and scenario.sea is not None:
+        return "is not felt: the weather is that of [sea]; allowed: sea.current, sea.wind, sea.waves"
+    if table == "sea" and detail == "window":
+        return (
+            "cannot be ordered: the particles of a window move with the sea that they began in; allowed: tow, vessels"
+        )
+    if table == "sea" and not (is_bare and scenario.sea is not None):
+        return "is not felt by any part of this run; allowed: forcing.current, forcing.wind, forcing.waves"
+    return ""

@@ -1,0 +1,130 @@
+"""Checks of a scenario's injects before anything is built: their orders, and the signals of their conditions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, Protocol
+
+from scenarios.problems import Problem, ScenarioError, suggestion, unknown
+from scenarios.schema.injects import InjectSettings
+from scenarios.schema.liquid import PipeEmitterSettings
+from scenarios.schema.order_keys import NEW_TABLES, ORDER_KEYS, Felt, matches, why_unfelt
+from scenarios.schema.overrides import parse_override, with_override
+from scenarios.schema.structuring import as_data, spellings, structure
+from scenarios.signals.score_signals import scores_of
+from scenarios.signals.signal_table import Signal, SignalTables, signals_of
+
+SIGNALS_SHOWN = 8  # signals that an error names
+
+
+class InjectTables(Felt, SignalTables, Protocol):
+    """The tables of a scenario that injects name, and all its names by table."""
+
+    @property
+    def injects(self) -> Mapping[str, InjectSettings]:
+        """Injects by name."""
+
+    @property
+    def names(self) -> Mapping[str, tuple[str, ...]]:
+        """All names by table, those of entries that could not be read too."""
+
+
+def condition_signals(exercise: SignalTables) -> dict[str, Signal]:
+    """List the signals that a condition may name: all that a run gives, and the scores of its booms."""
+    given = {name: one for name, one in signals_of(exercise).items() if not one.is_input}
+    return given | scores_of(exercise)
+
+
+def inject_problems(parts: InjectTables) -> Iterator[Problem]:
+    """Yield every problem of the injects."""
+    signals = condition_signals(parts)
+    for name, inject in parts.injects.items():
+        wanted = None if inject.when is None else inject.when.signal
+        if wanted is not None and wanted not in signals:
+            hint = suggestion(wanted, signals) or ","
+            near = [signal for signal in signals if signal.split(".")[:2] == wanted.split(".")[:2]] or list(signals)
+            shown = ", ".join(near[:SIGNALS_SHOWN]) + (", ..." if len(near) > SIGNALS_SHOWN else "")
+            text = f"is {wanted!r}, which is no signal of the run{hint} allowed: {shown or 'none is there'}"
+            yield Problem(f"injects.{name}.when.signal", text)
+        for problem in _order_problems(inject.orders, parts):
+            yield Problem(f"injects.{name}.orders", f"has {problem}")
+
+
+def _order_problems(orders: tuple[str, ...], parts: InjectTables) -> Iterator[Problem]:
+    """Yield what is wrong with orders that act together."""
+    touched: dict[tuple[str, ...], Any] = {}
+    for order in orders:
+        try:
+            keys, value = parse_override(order)
+        except ScenarioError as error:
+            yield from (Problem("", problem.text.removeprefix("is ")) for problem in error.problems)
+            continue
+        fault = _fault(keys, value, parts)
+        if fault:
+            yield Problem(".".join(keys), fault)
+            continue
+        place = keys[:2] if keys[0] in parts.names else keys[:1]
+        before = touched.get(place, as_data(_entry(place, parts)))
+        try:
+            rest = keys[len(place) :]
+            touched[place] = value if not rest else with_override(before or {}, rest, value)
+        except ScenarioError as error:
+            yield from (Problem(".".join(keys), problem.text) for problem in error.problems)
+    for place, data in touched.items():
+        yield from _misfits(place, data, parts)
+
+
+def _fault(keys: tuple[str, ...], value: Any, parts: InjectTables) -> str:
+    """Say why a setting is no order to a run of this scenario; empty if it is one."""
+    table, name = keys[0], keys[1] if len(keys) > 1 else ""
+    paths = [".".join(spellings(key)[0] for key in (*keys, *leaf)) for leaf in _leaves(value)]
+    is_whole = len(keys) == 2 and isinstance(value, Mapping)  # orders since the start may have added the table
+    is_new = matches(".".join(keys[:2]), NEW_TABLES) and (is_whole or not _is_there(table, name, parts))
+    if not is_new and not all(_is_order(path) for path in paths):
+        allowed = [key for key in ORDER_KEYS if key.startswith(f"{table}.")] or ORDER_KEYS
+        return f"cannot be ordered, allowed: {', '.join(allowed)}"
+    if table in parts.names and not is_new and name not in parts.names[table]:
+        return f"names {name!r}, which {unknown(name, parts.names[table], f'entry of {table}')}"
+    return why_unfelt(keys, parts)
+
+
+def _is_order(path: str) -> bool:
+    """Return whether a path is a key that may be ordered, or lies in one, such as a leg of a course."""
+    parts = path.split(".")
+    return any(matches(".".join(parts[:length]), ORDER_KEYS) for length in range(1, len(parts) + 1))
+
+
+def _is_there(table: str, name: str, parts: InjectTables) -> bool:
+    if table in parts.names:
+        return name in parts.names[table]
+    return getattr(getattr(parts, table, None), name, None) is not None
+
+
+def _entry(place: tuple[str, ...], parts: InjectTables) -> Any:
+    """Return the section at a place; None where there is none, or where it could not be read."""
+    section = getattr(parts, place[0], None)
+    return section.get(place[1]) if isinstance(section, Mapping) and len(place) > 1 else section
+
+
+def _misfits(place: tuple[str, ...], data: Any, parts: InjectTables) -> Iterator[Problem]:
+    """Yield what is wrong with the section at a place once the orders have changed it."""
+    section = _entry(place, parts)
+    if section is None and place[0] != "emitters":
+        return  # it has been reported, or nothing feels it
+    try:
+        if section is None:
+            structure(data, PipeEmitterSettings)
+        else:
+            structure(data, type(section))
+    except ScenarioError as error:
+        for problem in error.problems:
+            yield Problem(".".join((*place, problem.path)), problem.text)
+
+
+def _leaves(value: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]:
+    """Yield the paths of all entries of a value that are no tables."""
+    if isinstance(value, Mapping) and value:
+        for key, entry in value.items():
+            yield from _leaves(entry, (*path, key))
+    else:
+        yield path

@@ -1,0 +1,152 @@
+"""Injects: orders that a scenario gives itself, at a time, on a condition, by seed; made again and gone on with bit for bit."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+from recordings.replay.recording import Replay
+from scenarios.load import load_scenario, scenario_from
+from scenarios.problems import ScenarioError
+from scenarios.running.checkpoints import find_restart
+from scenarios.running.run import RunOptions, resume, run_scenario
+from scenarios.running.verify import verify
+from scenarios.schema.injects import InjectSettings
+from scenarios.text.toml import read_toml
+from tests.scenarios.small_tow import small_tow
+
+STEP = 0.05
+INJECTS = """
+[injects.quits]
+at = 0.2
+orders = ["vessels.port.engine=stopped"]
+text = "The outboard of the port vessel quits"
+
+[injects.turns]
+when = {signal = "vessels.starboard.x", above = 0.001}
+delay = 0.1
+orders = ["tow.speed_kn=0.1", "sea.current={kind='steady', speed=0.2, direction_deg=90}"]
+
+[injects.parts]
+orders = ["booms.main.parted=[4]"]
+
+[levels.hard]
+tow.speed_kn = 2.0
+injects.quits.at = 0.1
+"""
+QUIET = Console(quiet=True)
+
+
+def scenario(duration: float, more: str = INJECTS):
+    return scenario_from(read_toml(small_tow(duration=duration, communication_step=STEP, frame_rate=20) + more))
+
+
+def run(path: Path, duration: float) -> dict:
+    options = RunOptions(record=path, summary=path.with_suffix(".json"))
+    assert run_scenario(scenario(duration), options=options, console=QUIET) == 0
+    return json.loads(path.with_suffix(".json").read_text())
+
+
+def told(path: Path) -> list[tuple[float, str, str]]:
+    sources = ("injects", "instructor")
+    return [
+        (round(event.time, 6), event.source, event.text)
+        for event in Replay(path).events
+        if event.source in sources or event.source.startswith("inject ")
+    ]
+
+
+def test_injects_come_at_their_time_and_on_their_condition_and_are_made_again(tmp_path: Path) -> None:
+    whole, first, second = (tmp_path / f"{name}.rrd" for name in ("whole", "first", "second"))
+    summary = run(whole, 1.0)
+    events = told(whole)
+    assert events[:2] == [
+        (0.2, "injects", "orders vessels.port.engine=stopped injects.quits.given=true"),
+        (0.2, "inject quits", "The outboard of the port vessel quits"),
+    ]
+    assert events[2][1] == "injects" and events[2][2].startswith("orders tow.speed_kn=0.1 'sea.current=")
+    assert 0.2 < events[2][0] < 1.0  # the condition, and its delay
+    assert [source for _, source, _ in events[3:]] == ["inject turns"]  # the third waits for the instructor
+    verdict = verify(whole, console=QUIET)
+    assert (verdict.difference, verdict.equal_frames) == ("", 21)
+    run(first, 0.15)
+    restart = find_restart(first).with_settings(("run.duration=1.0",), None)
+    assert resume(restart, options=RunOptions(record=second, summary=tmp_path / "second.json"), console=QUIET) == 0
+    again = json.loads((tmp_path / "second.json").read_text())
+    assert again["state_hash"] == summary["state_hash"] is not None
+    assert told(second) == events
+    assert verify(second, console=QUIET).difference == ""
+    later = find_restart(first).with_settings(("injects.parts.given=true", "run.duration=0.3"), 0.15)
+    assert resume(later, options=RunOptions(record=tmp_path / "third.rrd"), console=QUIET) == 0
+    assert "orders 'booms.main.parted=[4]' injects.parts.given=true" in [
+        text for _, _, text in told(tmp_path / "third.rrd")
+    ]
+    assert verify(tmp_path / "third.rrd", console=QUIET).difference == ""
+
+
+def test_seed_draws_the_time_and_whether_it_comes() -> None:
+    inject = InjectSettings(at=100.0, spread=30.0, chance=0.5, orders=("tow.speed=1",))
+    drawn = [inject.drawn("gust", seed) for seed in range(400)]
+    assert drawn == [inject.drawn("gust", seed) for seed in range(400)]
+    assert drawn != [inject.drawn("other", seed) for seed in range(400)]
+    assert sum(comes for comes, _ in drawn) == pytest.approx(200, abs=40)  # 4 standard deviations
+    shifts = [shift for _, shift in drawn]
+    assert -30.0 <= min(shifts) < -25.0 and 25.0 < max(shifts) <= 30.0
+    assert {inject.time_at("gust", seed) == float("inf") for seed in range(50)} == {True, False}
+
+
+def test_levels_change_the_scenario(tmp_path: Path) -> None:
+    file = tmp_path / "tow.toml"
+    file.write_text(small_tow(duration=1.0, communication_step=STEP, frame_rate=20) + INJECTS)
+    normal, hard = load_scenario(file).scenario, load_scenario(file, overrides=["level=hard"]).scenario
+    assert normal.tow is not None and hard.tow is not None
+    assert (normal.injects["quits"].at, hard.injects["quits"].at) == (0.2, 0.1)
+    assert hard.tow.speed > 3.0 * normal.tow.speed
+    with pytest.raises(ScenarioError, match="level is 'easy', allowed in this scenario: normal, hard"):
+        load_scenario(file, overrides=["level=easy"])
+    file.write_text(file.read_text().replace("tow.speed_kn = 2.0", "tow.speed_kn = 2000.0"))
+    with pytest.raises(ScenarioError, match=r"levels\.hard\.tow\.speed_kn"):
+        load_scenario(file)
+
+
+def test_all_that_is_wrong_with_injects_is_named_at_once() -> None:
+    wrong = """
+[injects.a]
+at = -1.0
+orders = ["tow.speed=1"]
+[injects.b]
+at = 1.0
+when = {signal = "vessels.port.x", above = 1.0}
+orders = ["tow.speed=1"]
+[injects.c]
+when = {signal = "vessels.port.speeed", above = 1.0}
+orders = ["vessels.port.engine=off", "vessels.prot.engine=stopped", "fluid.particle_spacing=1", "nonsense"]
+[injects.d]
+orders = []
+[injects.e]
+at = 3.0
+orders = ["forcing.wind.speed=4", "sea.wind={kind='steady', speed=900, direction=0}", "booms.main.parted=[40]"]
+[injects.f]
+when = {signal = "vessels.port.x", above = 1.0, below = 0.0}
+orders = ["emitters.leak.speed=1"]
+"""
+    with pytest.raises(ScenarioError) as found:
+        scenario(1.0, wrong)
+    problems = [str(problem) for problem in found.value.problems]
+    for text in (
+        "injects.a.at is -1.0",
+        "injects.b.when is given beside at",
+        "injects.c.when.signal is 'vessels.port.speeed', which is no signal of the run, did you mean 'vessels.port.speed'?",
+        "injects.c.orders has vessels.port.engine is 'off'",
+        "injects.c.orders has vessels.prot.engine names 'prot', which is no entry of vessels, did you mean 'port'?",
+        "injects.c.orders has fluid.particle_spacing cannot be ordered",
+        "injects.c.orders has 'nonsense', allowed: key=value",
+        "injects.d.orders is empty",
+        "injects.e.orders has sea.wind.speed is 900",
+        "injects.e.orders has booms.main.parted is [40], allowed: numbers from 1 to 7",
+        "injects.f.when.above and below are both given",
+    ):
+        assert any(problem.startswith(text) for problem in problems), (text, problems)

@@ -1,0 +1,76 @@
+"""Winches that orders set to work while a run goes on, and tow lines that break."""
+
+from __future__ import annotations
+
+import tomllib
+
+import pytest
+
+from scenarios.load import scenario_from
+from scenarios.problems import ScenarioError
+from scenarios.running.apply_orders import give_orders
+from scenarios.running.assembly import Assembly, build
+from scenarios.running.plan import Plan
+from tests.scenarios.small_tow import small_tow
+
+ELASTIC = "line_stiffness = 2000.0\nwinch_speed = 0.5\n"
+LEG = """
+[moorings.stern]
+vessel = "port"
+at = "stern"
+anchor = [-30.0, 6.0]
+kind = "fixed"
+parts = [{ material = "chain", length = 10.0, diameter = 0.013 }, { material = "polyester", length = 24.0, diameter = 0.02 }]
+"""
+
+
+def begun(more: str) -> tuple[Plan, Assembly]:
+    plan = Plan(
+        scenario=scenario_from(tomllib.loads(small_tow(duration=9.0, communication_step=0.1, frame_rate=5) + more))
+    )
+    return plan, build(plan.scenario)
+
+
+def test_tow_lines_and_mooring_legs_are_winched_at_their_speed() -> None:
+    plan, assembly = begun(ELASTIC + LEG)
+    lines, simulation = assembly.world.lines, assembly.co_simulation()
+    simulation.initialize()
+    tow, leg = assembly.fleet.tensions_of("main")["port"], "moorings/stern"
+    laid = lines.length(tow), lines.length(leg)
+    plan = plan.ordered(["booms.main.tow_line=3.0", "moorings.stern.hauled=-0.1"], 0)
+    give_orders(assembly, plan.scenario_at(0))
+    simulation.step()
+    assert lines.length(tow) - laid[0] == pytest.approx(0.05)
+    assert lines.length(leg) - laid[1] == pytest.approx(0.02)
+    simulation.run(3.0)
+    assert lines.length(tow) - laid[0] == pytest.approx(1.0)
+    assert lines.length(leg) - laid[1] == pytest.approx(0.1)
+    give_orders(assembly, plan.ordered(["booms.main.tow_line=2.0"], 30).scenario_at(30))
+    simulation.run(6.0)
+    assert lines.length(tow) == pytest.approx(laid[0])
+    simulation.terminate()
+
+
+def test_what_no_winch_can_do_is_refused() -> None:
+    rigid, _ = begun("")
+    with pytest.raises(ScenarioError, match="the tow lines are rigid links; allowed: in runs with line_stiffness"):
+        rigid.ordered(["booms.main.tow_line=3.0"], 0)
+    moored, _ = begun(ELASTIC + LEG)
+    with pytest.raises(ScenarioError, match="hauled is 30, allowed: below 24 m, the length of the uppermost part"):
+        moored.ordered(["moorings.stern.hauled=30.0"], 0)
+    with pytest.raises(ScenarioError, match="line_breaking_load is given, allowed: only with line_stiffness"):
+        begun("line_breaking_load = 50.0\n")
+
+
+def test_an_overloaded_tow_line_breaks_and_is_told_of() -> None:
+    _, assembly = begun(ELASTIC + "line_breaking_load = 150.0\n")
+    simulation = assembly.co_simulation()
+    simulation.initialize()
+    told = []
+    for _ in range(60):
+        simulation.step()
+        told += [notice.text for notice in assembly.remarks.look(None)]
+    broken = [line for line in assembly.fleet.tensions_of("main").values() if assembly.world.lines[line].parted]
+    assert broken
+    assert sum("parted" in text for text in told) == len(broken)
+    simulation.terminate()
