@@ -1,4 +1,4 @@
-"""Case 49: current and waves through the rim of a window, in the plane.
+"""Case 47: current and waves through the rim of a window, in the plane.
 
 The window stays at its place while the sea goes by. Regular waves of two lengths run either way, one longer than the window; the height
 at five gauges, the run of their phase and the wave that comes back (two gauges, Goda and Suzuki 1976) are those of the particles. Then a
@@ -109,7 +109,7 @@ def jonswap(spacing: float, bench: Bench) -> tuple[float, tuple[Trace, ...]]:
 
 
 def window_rim(resolution: int, bench: Bench) -> Outcome:
-    """Case 49: all runs."""
+    """Case 47: all runs."""
     spacing = WATER / resolution
     bench.plan(2.0 * WAVES_SEEN * sum(PERIODS) + SERIES + 60.0 * MINUTES + 20.0)
     values: dict[str, float] = {}
@@ -143,7 +143,7 @@ def _of_wave(name: str, unit: str, reference: float, gate: float) -> tuple[Quant
 
 
 WINDOW_RIM = Case(
-    number=49,
+    number=47,
     name="window-rim",
     title="Current and waves through a window",
     source="the sea's own formulas: linear waves in Lagrange's variables (Gerstner 1804; Lamb 1932, sec. 251)",
