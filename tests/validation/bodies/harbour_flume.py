@@ -134,7 +134,8 @@ class Series:
         draft, foot = FLUME.draft, FLUME.level - FLUME.draft
         x, z = position[:, 0] - FLUME.skirt_place, position[:, 2]
         ahead = (x > -3.5 * draft) & (x < -2.0 * draft) & (z > draft) & (z < foot)
-        under = (np.abs(x) < 0.15 * draft) & (z < foot) & (z > foot - FOOT * draft)
+        beside, below = max(0.15 * draft, self.spacing), max(FOOT * draft, 2.0 * self.spacing)
+        under = (np.abs(x) < beside) & (z < foot) & (z > foot - below)
         layer = ((foot - z[under]) / (2.0 * self.spacing)).astype(np.int64)
         means = np.bincount(layer, weights=speed[under]) / np.maximum(np.bincount(layer), 1)
         oil = self.fluid.phase_positions("oil")[:, 0] - FLUME.skirt_place
