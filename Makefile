@@ -3,7 +3,7 @@ BIN := .venv/bin
 READY := .venv/.ready
 export NUMBA_CACHE_DIR ?= $(CURDIR)/.numba_cache
 
-.PHONY: demo conduct test test-all lint docs bench pareto validate stress fuzz mutants clean
+.PHONY: demo conduct test test-all lint docs bench pareto validate half-step stress fuzz mutants clean
 
 demo: $(READY)  ## run the U-sweep exercise: recording, summary and picture
 	$(BIN)/oilsim run u-sweep --demo --overwrite --record u-sweep.rrd --summary u-sweep.json --picture u-sweep.png
@@ -37,6 +37,9 @@ bench: $(READY)  ## print the tables of measured accuracy and speed
 
 validate: $(READY)  ## compare with theory and experiment, under an hour; CASE=name[,name] runs only these
 	$(BIN)/python -m tests.validation $(CASE)
+
+half-step: $(READY)  ## the validation cases again at half their step: what hangs on it? CASE=name[,name], LEVEL=1 (coarse) to 3
+	$(BIN)/python -m tests.validation.half_step $(CASE) --level $(or $(LEVEL),1)
 
 pareto: $(READY)  ## run time against error, beside SPlisHSPlasH if installed: table, pareto-report/pareto.png and .json
 	$(BIN)/python -m tests.benchmarks.pareto

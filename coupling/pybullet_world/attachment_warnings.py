@@ -43,7 +43,7 @@ def swelling(sampling: SurfaceSampling, volume: float) -> float:
 
 
 def tell_thin_parts(name: str, sampling: SurfaceSampling, volume: float) -> None:
-    """Say it if the fluid meets more than the `volume` [m3] of a solid, or may leak through it."""
+    """Say it if the fluid meets more than the `volume` [m3] of a solid, or plates that do not hold it by their thickness."""
     times = swelling(sampling, volume)
     if times > 1.0:
         warnings.warn(
@@ -63,7 +63,7 @@ def thinnest_seen(sampling: SurfaceSampling) -> str:
 
 
 def leaking(sampling: SurfaceSampling) -> str:
-    """Say how thin plates are through which liquid may leak, or how they were thickened so that none does; "" if there are none."""
+    """Say how thin plates are that do not hold liquid by their thickness, and what keeps it; "" if there are none."""
     thickness, spacing = sampling.thinnest_plate, sampling.particle_spacing
     if not np.isfinite(thickness):
         return ""
@@ -74,9 +74,8 @@ def leaking(sampling: SurfaceSampling) -> str:
             f"{thickness / TIGHT:.2g} m resolves them"
         )
     return (
-        f"has plates {thickness:.2g} m thin, {thickness / spacing:.2g} particle spacings: liquid that stands more than two spacings "
-        f"higher on one side may leak through; a particle_spacing up to {thickness / TIGHT:.2g} m, or plates of {TIGHT * spacing:.2g} m, "
-        "hold it"
+        f"has plates {thickness:.2g} m thin, {thickness / spacing:.2g} particle spacings: the fluid keeps its particles on their side, "
+        f"since pressure would not; a particle_spacing up to {thickness / TIGHT:.2g} m, or plates of {TIGHT * spacing:.2g} m, resolve them"
     )
 
 

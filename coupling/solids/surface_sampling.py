@@ -7,7 +7,8 @@ cell's centroid. The kernel sums over the solid, and their gradients, are then t
 Thin parts, where d / 2 does not fit, get one layer on their middle plane, d / 2 short of their rim. A plate thinner than a
 particle cannot be seen by particles as thin as it is: the solid is taken to be `minimum_thickness` thick there, with its
 rim unmoved. `excess_volume` says by how much the sampled solid is larger than the mesh. Solids that do not answer to the liquid are
-thickened to HELD spacings where they are thinner than TIGHT (`thin_parts`), so that nothing leaks.
+thickened to HELD spacings where they are thinner than TIGHT (`thin_parts`), so that nothing leaks. Such plates of other
+solids get normals, by which the fluid keeps its particles on their side (`oilsim.boundaries.plate_guard`).
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from coupling.solids.even_points import choose_apart, push_apart, random_distanc
 from coupling.solids.feature_edges import inset_ridges, sharp_edges
 from coupling.solids.signed_distance import Box, SignedDistance
 from coupling.solids.solid_mesh import told_solid
-from coupling.solids.thin_parts import HELD, TIGHT, middle_plane, thinnest_plate
+from coupling.solids.thin_parts import HELD, TIGHT, middle_plane, plate_normals, thinnest_plate
 from coupling.solids.voronoi_shells import STEP, Shells
 from oilsim.boundaries.boundary_particles import BoundaryParticles
 
@@ -56,8 +57,10 @@ class SurfaceSampling:
         depth: (M,) distance of the points below the surface [m].
         outer: number of points of the outer layer.
         excess_volume: sampled solid minus mesh [m3], to about a tenth; above 0 if there are parts thinner than a particle.
-        thinnest_plate: thickness [m] of the thinnest plate, if liquid may leak through it (`thin_parts`); else infinite.
+        thinnest_plate: thickness [m] of the thinnest plate, if its thickness does not hold liquid (`thin_parts`); else infinite.
         minimum_thickness: [m] as which thinner parts count.
+        plate_normal: (M, 3) unit normals [1] of the points of plates that are too thin to hold liquid by their thickness, 0 of others; None
+            if there are none.
         particle_spacing: d [m].
     """
 
@@ -69,6 +72,7 @@ class SurfaceSampling:
     excess_volume: float
     thinnest_plate: float
     minimum_thickness: float
+    plate_normal: Array | None
     particle_spacing: float
 
 
@@ -94,8 +98,9 @@ def boundary_particles(
 def particles_of(name: str, sampling: SurfaceSampling, *, no_slip: bool = False) -> BoundaryParticles:
     """Return wall particles from a sampling, in its coordinates [m]; bodies of one shape share the sampling."""
     return BoundaryParticles(
-        name=name, position=sampling.position, volume=sampling.volume, area=sampling.area, no_slip=no_slip
-    )
+        name=name, position=sampling.position, volume=sampling.volume, area=sampling.area, no_slip=no_slip,
+        normal=sampling.plate_normal,
+    )  # fmt: skip
 
 
 def sample_surface(
@@ -122,6 +127,8 @@ def sample_surface(
     inner = _inner_layer(mesh, solid, shells, spacing)
     outer, inner, volume = shells.settle(outer, inner, is_middle, CENTERINGS)
     position = np.concatenate([outer, inner])
+    thinnest = thinnest_plate(solid, spacing)
+    is_loose = np.isfinite(thinnest) and thickness < TIGHT * spacing
     return SurfaceSampling(
         position=position,
         volume=volume,
@@ -129,8 +136,9 @@ def sample_surface(
         depth=-solid.phi(position),
         outer=len(outer),
         excess_volume=_excess(solid, swollen, shells, spacing),
-        thinnest_plate=thinnest_plate(solid, spacing),
+        thinnest_plate=thinnest,
         minimum_thickness=thickness,
+        plate_normal=plate_normals(solid, position, spacing) if is_loose else None,
         particle_spacing=spacing,
     )
 

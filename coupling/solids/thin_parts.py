@@ -7,7 +7,8 @@ through where the water stands 2 d high.
 Liquid sinks into thinner plates because the coverage of the kernel tells the distance from a thick wall
 (`oilsim.boundaries.wall_contact`): a plate of 1.0 d seems 0.15 d farther than it is, and from 0.1 d below its face on the slopes of its two
 sides cancel. Solids that do not answer to the liquid can be thickened: of plates of 0.2 to 1.2 d, taken for HELD d, nothing passed in 2 s.
-Solids that float cannot, since their lift would grow; users are told of them.
+Solids that float cannot, since their lift would grow: their plates get normals (`plate_normals`), by which the fluid keeps its particles on
+their side (`oilsim.boundaries.plate_guard`).
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 import trimesh
+from scipy.spatial import cKDTree
 
 from coupling.solids.signed_distance import SignedDistance
 
@@ -25,6 +27,7 @@ TIGHT = 1.2  # spacings: plates from this thickness on let nothing through
 HELD = 1.3  # spacings: as which thinner plates of solids count that do not answer to the liquid; at 1.2 one particle of 1120 passed
 PARALLEL = -0.98  # product of the normals of the two sides of a plate; bows and edges are sharper than that
 STEP = 0.5  # lattice step of the points that look, in spacings
+RIM = 1.5  # spacings, within which a point beside a plate's rim takes the plate's normal
 LEAST_AREA = 4.0  # squares of a spacing that a plate has at least
 
 
@@ -59,6 +62,30 @@ def thinnest_plate(solid: SignedDistance, particle_spacing: float) -> float:
     thickness = np.sort(2.0 * depth[is_plate & (depth > 1e-4 * half) & (depth < 0.99 * half)])
     least = int(np.ceil(2.0 * LEAST_AREA / STEP**2))  # points on both sides
     return float(thickness[least - 1]) if len(thickness) >= least else np.inf
+
+
+def plate_normals(solid: SignedDistance, points: Array, particle_spacing: float) -> Array:
+    """Return unit normals (N, 3) [1] of plates below TIGHT spacings at points (N, 3) [m] inside them, and 0 at other points.
+
+    A point of a plate has a side straight above and one straight below, TIGHT spacings apart at most. Beside the rim the nearest side is
+    the rim itself, and the point takes the normal of the nearest point that has one.
+    """
+    near = solid.nearest(points)
+    depth = np.linalg.norm(near.point - points, axis=1)
+    inward = points - (TIGHT * particle_spacing - depth)[:, None] * near.normal
+    is_plate = (solid.phi(inward) > -1e-3 * particle_spacing) & (
+        (solid.nearest(inward).normal * near.normal).sum(axis=1) < PARALLEL
+    )
+    normals = np.where(is_plate[:, None], near.normal, 0.0)
+    if is_plate.any() and not is_plate.all():
+        distance, which = cKDTree(points[is_plate]).query(points[~is_plate])
+        borrowed = near.normal[is_plate][which]
+        beyond = [
+            solid.phi(points[~is_plate] + side * TIGHT * particle_spacing * borrowed) > 0.0 for side in (-1.0, 1.0)
+        ]
+        takes = (distance < RIM * particle_spacing) & beyond[0] & beyond[1]
+        normals[~is_plate] = np.where(takes[:, None], borrowed, 0.0)
+    return normals
 
 
 def plates_of(mesh: trimesh.Trimesh, particle_spacing: float) -> float:

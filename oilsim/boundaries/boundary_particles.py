@@ -34,6 +34,7 @@ class BoundaryParticles:
     volume    (M,) [m3; m2 in two dimensions]
     area      (M,) wall to which liquids adhere and stick, that a particle stands for [m2; m in two dimensions]
     no_slip   whether viscous liquids stick to this surface; otherwise they slide along it without friction
+    normal    (M, 3) unit normals [1] of points of plates that no particle may cross (see `plate_guard`), 0 of others; None: there are none
 
     ValueError for arrays of other shapes, and for numbers that are not finite or, of volume and area, negative.
     """
@@ -43,6 +44,7 @@ class BoundaryParticles:
     volume: NDArray[np.float64]
     area: NDArray[np.float64]
     no_slip: bool = False
+    normal: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         if self.position.ndim != 2 or self.position.shape[1] != 3:
@@ -55,6 +57,10 @@ class BoundaryParticles:
                 raise ValueError(f"boundary {self.name!r}: {what} must be finite, 0 or more")
         if not np.isfinite(self.position).all():
             raise ValueError(f"boundary {self.name!r}: position must be finite")
+        if self.normal is not None and self.normal.shape != self.position.shape:
+            raise ValueError(
+                f"boundary {self.name!r}: normal has shape {self.normal.shape}, allowed: (M, 3) as position, or None"
+            )
 
     def part(self, name: str, chosen: NDArray[np.bool_]) -> BoundaryParticles:
         """Return the `chosen` (M,) bool of these particles as a boundary of its own."""
@@ -64,6 +70,7 @@ class BoundaryParticles:
             volume=self.volume[chosen],
             area=self.area[chosen],
             no_slip=self.no_slip,
+            normal=None if self.normal is None else self.normal[chosen],
         )
 
 

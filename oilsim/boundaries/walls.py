@@ -121,6 +121,7 @@ class Walls:
         self.bodies_hold = False  # whether liquid sticks to any body that moves
         self.resting = 0
         self.arm: Real = np.empty((3, 0), np.float32)
+        self.normal: Real | None = None  # (3, M - R) of moving bodies' plates [1], if there are any
         self.owner: NDArray[np.uint16] = np.empty(0, np.uint16)
 
     def add(self, boundary: BoundaryParticles, handle: int | None = None) -> int:
@@ -216,6 +217,8 @@ class Walls:
         turn = rotation_matrix([body.orientation for body in bodies])
         arm = np.einsum("mij,jm->im", turn[owner], self._local)
         self.arm[:] = arm
+        if self.normal is not None:
+            self.normal[:] = np.einsum("mij,jm->im", turn[owner], self._local_normal)
         centre = np.array([body.position for body in bodies])[owner].T
         self.position[:, self.resting :] = self._wrapped(arm + centre)
         self.points[self.resting :, :3] = self.position[:, self.resting :].T
@@ -338,7 +341,15 @@ class Walls:
         sizes = [len(self.boundaries[h].volume) for h in self.moving]
         self.owner = np.repeat(np.arange(len(sizes), dtype=np.uint16), sizes)
         self.arm = np.zeros((3, sum(sizes)), np.float32)
+        self._arrange_normals()
         self._stale = False
+
+    def _arrange_normals(self) -> None:
+        """Lay out the normals of moving bodies' plates."""
+        bodies = [self.boundaries[h] for h in self.moving]
+        own = [np.zeros_like(each.position) if each.normal is None else each.normal for each in bodies]
+        self._local_normal = np.concatenate([np.empty((3, 0)), *(normal.T for normal in own)], axis=1)
+        self.normal = np.zeros(self._local_normal.shape, np.float32) if self._local_normal.any() else None
 
     def _wrapped(self, points: NDArray[np.floating]) -> NDArray[np.floating]:
         """Return points (3, M) [m] brought back into a periodic domain, in place."""

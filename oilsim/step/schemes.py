@@ -14,7 +14,7 @@
     apply_last_pressure    v -= u of the last step's pressure, bodies answering                 `stages.pressure`
     apply_viscosity        implicitly, or explicitly where it is mild                           `stages.viscosity`
     project_velocity       bounded solve for the change of pressure, bodies answering           `stages.pressure`
-    apply_wall_contact     single drops meet walls                                              `stages.contact`
+    apply_wall_contact     single drops meet walls, and no particle goes into a thin plate      `stages.contact`
     give_back              liquid off the walls gets lost momentum back                         `momentum_correction`
 
 Positions and velocities are constrained apart: a density error is carried to the next step, not converted into motion. The scheme of

@@ -27,11 +27,12 @@ HEADER = (
 
 
 def change_over_gate(quantity: Quantity, whole: float, half: float) -> float:
-    """Change of a value from the default to half the step, over its gate; NaN where it has no gate."""
+    """Change of a value from the default to half the step, over its gate; NaN without a gate, infinite where a gate of 0 allows none."""
     if quantity.gate is None:
         return math.nan
     scale = abs(quantity.reference) if quantity.scale is None else quantity.scale
-    return abs(whole - half) / (scale * quantity.gate)
+    allowed, change = scale * quantity.gate, abs(whole - half)
+    return change / allowed if allowed > 0.0 else math.inf if change > 0.0 else 0.0
 
 
 def rows(case: Case, whole: Level, half: Level) -> str:

@@ -82,6 +82,12 @@ def test_half_the_step_shows_what_hangs_on_it(tmp_path, monkeypatch):
     assert halved.cfl == 0.5 * config.cfl
 
 
+def test_a_gate_of_zero_allows_no_change():
+    exact = Quantity(name="lost", unit="1", reference=0.0, gate=0.0, scale=1.0)
+    assert half_step.change_over_gate(exact, 0.0, 0.0) == 0.0
+    assert half_step.change_over_gate(exact, 0.0, 1.0) == math.inf
+
+
 def test_command_runs_the_cheapest_case(tmp_path, capsys):
     assert main(["elliptical-drop", "--levels", "1", "--threads", "1", "--output", str(tmp_path)]) == 0
     found = json.loads((tmp_path / "validation.json").read_text())["cases"][0]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from oilsim.boundaries.plate_guard import PlateGuard
 from oilsim.boundaries.wall_contact import ContactRule, WallSums, wall_approach, wall_contact, wall_push
 from oilsim.pressure.rigid_response import RigidResponse
 from oilsim.state import FluidState
@@ -30,3 +31,13 @@ def apply_wall_contact(tools: StepTools, arrays: StepArrays, state: FluidState, 
         run(wall_push, count, sums, rule, state.position)
         if response.present:
             response.accept(strength * arrays.rest_density[:count])
+        guard = plate_guard(tools, arrays)
+        if guard.present:
+            arrays.points[:count, :3] = state.position[:, :count].T
+            guard.stop(arrays.points, state.velocity, arrays.rest_density[:count], time_step)
+
+
+def plate_guard(tools: StepTools, arrays: StepArrays) -> PlateGuard:
+    """Make what keeps the particles of this step on their side of thin plates."""
+    config = tools.config
+    return PlateGuard(tools.walls, arrays.body_pairs, tools.constants.period, config.particle_spacing, config.dimension)

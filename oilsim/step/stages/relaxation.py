@@ -31,6 +31,7 @@ from oilsim.gradients.relaxation_time import passing_unit, shear_rate_sums
 from oilsim.neighborhood.neighbor_search import fill_rows
 from oilsim.neighborhood.smoothing_kernels import lattice_diagonal
 from oilsim.state import Confinement, FluidState
+from oilsim.step.stages.contact import plate_guard
 from oilsim.step.stages.search import place_points
 from oilsim.step.step_arrays import StepArrays
 from oilsim.step.step_tools import StepTools
@@ -45,8 +46,9 @@ def relax_positions(tools: StepTools, arrays: StepArrays, state: FluidState, tim
     if count == 0:
         state.confinement = Confinement.OPEN if state.asleep else Confinement.FILLED
         return 0, 0.0
-    constants, hood = tools.constants, arrays.neighborhood
+    constants, hood, guard = tools.constants, arrays.neighborhood, plate_guard(tools, arrays)
     moving = slice(0, count)
+    before = position[:, moving].copy() if guard.present else None
     multiplier = np.zeros(state.listed, np.float32)
     push, change, moved = np.zeros((3, 3, count), np.float32)
     relaxation = Relaxation(push, state.shift, change, moved)
@@ -81,6 +83,9 @@ def relax_positions(tools: StepTools, arrays: StepArrays, state: FluidState, tim
                 break
             place_points(tools, arrays, state)
             run(density_constraint, count, hood, arrays.compression)
+        if before is not None:
+            guard.keep_sides(before, arrays.points, position)
+            place_points(tools, arrays, state)
         carry_along(tools, arrays, state, moved)
     return iteration, left
 

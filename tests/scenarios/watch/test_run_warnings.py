@@ -61,7 +61,7 @@ def test_a_body_too_thin_for_its_particles_is_told() -> None:
     (source, text), (leak, way) = said(build(scenario_from(SHELF | calm)), 3)
     assert source == "thin sheet" and leak == "leak sheet"
     assert way.startswith(
-        "sheet has plates 0.02 m thin, 0.4 particle spacings: liquid that stands more than two spacings higher"
+        "sheet has plates 0.02 m thin, 0.4 particle spacings: the fluid keeps its particles on their side"
     )
     assert text.startswith("sheet has parts thinner than a particle: the fluid meets and lifts 2 times its volume;")
     assert text.endswith("fluid.particle_spacing below 0.05 m resolves them")

@@ -1,0 +1,152 @@
+"""Plates thinner than a particle, which no particle crosses.
+
+The walls' coverage of the kernel tells the distance from a thick wall (`wall_contact`). A plate of one spacing d seems 0.15 d farther than
+it is, and from 0.1 d below its face on the slopes of its two sides cancel: liquid under a head of some spacings sinks in. So each point b
+of such a plate has a normal n_b, and a particle has a height h = n_b . (x_i - x_b) over the plate, whose sign tells its side. Wherever a
+particle goes, by relaxation or in the coming flight, it may come as near to the plate's middle plane as the face, FACE. If it is nearer
+already, it may come no nearer:
+
+    (u_i - u_b) . n_b sign h >= -(|h| - FACE d)+,     u: displacements, where the way through that level passes the point within BESIDE d.
+
+The contact is inelastic, and the body receives the impulse that the particle loses. The rule looks at each plate by itself: beside the line
+where two plates meet, the plates act one after the other, and a particle that finds no way then moves with the plate.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from oilsim.backend.float32 import ONE, ZERO
+from oilsim.backend.jit import FAST
+from oilsim.boundaries.contacts import BodyPairs
+from oilsim.boundaries.walls import Walls
+from oilsim.neighborhood.neighbor_search import nearest_images
+
+Real = NDArray[np.float32]
+Double = NDArray[np.float64]
+Period = tuple[np.float32, np.float32, np.float32] | None
+
+# [d] from the middle plane to the face of the thinnest plate that particles meet; theory; half a particle
+FACE = np.float32(0.5)
+# [d] across, within which a point of a plate stands for it; theory; points 0.85 d apart leave no place farther from all of them
+BESIDE = np.float32(0.65)
+# [1] plates that may stop a particle one after the other in a step; numerical; three meet at a corner
+PLATES = 4
+# [m2] keeps a divisor from being 0; numerical; far below any square
+TINY = np.float32(1e-30)
+
+
+@njit(**FAST)
+def hold_back(pairs, points, wall, normal, spacing, period, carried, flown, push):
+    """Shorten the ways `flown` (3, N) [m] of particles so that none leads into a plate; `push` (3, P) becomes the change by each pair [m].
+
+    pairs           the step's `BodyPairs`
+    points, wall    (N, 4) and (M, 4), places [m] where the ways begin
+    normal (3, M)   unit normals [1] of the points of plates, 0 of others; counted from the first point of a moving body
+    spacing         d [m]
+    period          lengths of periodic axes [m], None if there are none
+    carried (3, P)  way of the point of each pair [m]
+    """
+    first, count = 0, pairs.particle.size
+    resting = wall.shape[0] - normal.shape[1]
+    face, beside = FACE * spacing, BESIDE * BESIDE * spacing * spacing
+    while first < count:
+        i, last = pairs.particle[first], first
+        while last < count and pairs.particle[last] == i:
+            last += 1
+        for turn in range(PLATES + 1):
+            worst, found, wx, wy, wz = ZERO, first, ZERO, ZERO, ZERO
+            for n in range(first, last):
+                b = np.int64(pairs.point[n])
+                nx, ny, nz = normal[0, b - resting], normal[1, b - resting], normal[2, b - resting]
+                if nx == ZERO and ny == ZERO and nz == ZERO:
+                    continue
+                dx, dy, dz = nearest_images(
+                    points[i, 0] - wall[b, 0], points[i, 1] - wall[b, 1], points[i, 2] - wall[b, 2], period
+                )
+                height = nx * dx + ny * dy + nz * dz
+                if height < ZERO:
+                    height, nx, ny, nz = -height, -nx, -ny, -nz
+                ux, uy, uz = flown[0, i] - carried[0, n], flown[1, i] - carried[1, n], flown[2, i] - carried[2, n]
+                approach = -(nx * ux + ny * uy + nz * uz)
+                room = max(height - face, ZERO)
+                if approach - room <= worst:
+                    continue
+                share = min(room / (approach + TINY), ONE)
+                ax, ay, az = dx + share * ux, dy + share * uy, dz + share * uz
+                level = nx * ax + ny * ay + nz * az
+                if ax * ax + ay * ay + az * az - level * level < beside:
+                    worst, found, wx, wy, wz = approach - room, n, nx, ny, nz
+            if worst <= ZERO:
+                break
+            if turn < PLATES:
+                wx, wy, wz = worst * wx, worst * wy, worst * wz
+            else:
+                wx, wy, wz = (
+                    carried[0, found] - flown[0, i],
+                    carried[1, found] - flown[1, i],
+                    carried[2, found] - flown[2, i],
+                )
+            flown[0, i] += wx
+            flown[1, i] += wy
+            flown[2, i] += wz
+            push[0, found] += wx
+            push[1, found] += wy
+            push[2, found] += wz
+        first = last
+
+
+class PlateGuard:
+    """Keeps the particles of one step on their side of plates; `present` tells whether there are any."""
+
+    def __init__(self, walls: Walls, pairs: BodyPairs, period: Period, spacing: float, dimension: int) -> None:
+        """Begin with the step's `pairs`; period: lengths of periodic axes [m], None if there are none; spacing d [m]."""
+        self._walls, self._pairs, self._period = walls, pairs, period
+        self._spacing, self._dimension = np.float32(spacing), dimension
+        self.present = walls.normal is not None and bool(pairs.particle.size)
+
+    def keep_sides(self, before: Real, points: Real, position: Real) -> None:
+        """Take back the part of a relaxation that led particles into plates.
+
+        before (3, N) [m]: positions before it; points (N, 4): room for them; position (3, N) [m], which is changed.
+        """
+        points[: before.shape[1], :3] = before.T
+        moved = position[:, : before.shape[1]] - before
+        pushed = self._hold_back(points, np.zeros_like(self._pairs.arm), moved)
+        held = self._pairs.particle[pushed.any(axis=0)]
+        position[:, held] = before[:, held] + moved[:, held]
+
+    def stop(self, points: Real, velocity: Real, density: Real, time_step: float) -> None:
+        """Take from velocities (3, N) [m/s] what would lead into plates in the next `time_step` [s]; bodies receive the impulses.
+
+        points (N, 4): present places [m]; density (N,) [kg/m3] of the particles.
+        """
+        pairs, step = self._pairs, np.float32(time_step)
+        twist = self._walls.twists()[pairs.body]
+        carried = time_step * (twist[:, :3].T + np.cross(twist[:, 3:], pairs.arm.T).T)
+        flown = step * velocity[:, : density.size]
+        pushed = self._hold_back(points, carried.astype(np.float32), flown)
+        hit = np.flatnonzero(pushed.any(axis=0))
+        if hit.size:
+            stopped = pairs.particle[hit]
+            velocity[:, stopped] = flown[:, stopped] / step
+            mass = float(self._spacing) ** self._dimension * density[stopped].astype(np.float64)
+            self._walls.receive(self._impulses(points, hit, -mass / time_step * pushed[:, hit]))
+
+    def _impulses(self, points: Real, hit: NDArray[np.integer], lost: Double) -> Double:
+        """Return the impulses (bodies, 6) [N s, N m s] of the momenta `lost` (3, K) [kg m/s] to the pairs `hit` (K,)."""
+        pairs, walls = self._pairs, self._walls
+        way = (points[pairs.particle[hit], :3] - walls.points[pairs.point[hit], :3]).astype(np.float64)
+        for axis, length in enumerate(self._period or ()):
+            if length > 0.0:
+                way[:, axis] -= length * np.round(way[:, axis] / length)
+        arm, impulses = pairs.arm[:, hit].T + way, walls.zero_forces()
+        np.add.at(impulses, pairs.body[hit], np.hstack([lost.T, np.cross(arm, lost.T)]))
+        return impulses
+
+    def _hold_back(self, points: Real, carried: Real, flown: Real) -> Real:
+        walls, push = self._walls, np.zeros_like(carried)
+        hold_back(self._pairs, points, walls.points, walls.normal, self._spacing, self._period, carried, flown, push)
+        return push
